@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The Python methods that every estimator has, with the documentation that is the same for all.
+
+#include "estimator.hpp"
+
+namespace doc {
+constexpr auto update = R"(Take one sample and return the ratio after it.
+
+Parameters
+----------
+output, regressor : float
+    Capacitance changes of the hard and the soft channel, pF. Positional only.
+
+Returns
+-------
+float
+    The ratio. A sample that is not finite, or so large that the state would not be, is
+    refused: the state stays as it was, and `rejected` counts it.
+)";
+constexpr auto process = R"(Take a block of samples; the same bits as one `update` for each.
+
+Parameters
+----------
+output, regressor : array_like of real numbers, shape (n,), pF
+    Any stride; read in place where the type is the estimator's own.
+out : numpy.ndarray, shape (n,), optional
+    Where the ratios are written; it may be `output` or `regressor` itself.
+
+Returns
+-------
+numpy.ndarray, shape (n,)
+    The ratio after each sample; `out` where it was given.
+
+Raises
+------
+TypeError
+    Values that are not real numbers; an `out` of another type.
+ValueError
+    Not one-dimensional, not of one length, or a read-only `out`.
+RuntimeError
+    The estimator is in use by another thread.
+)";
+constexpr auto trace = R"(Take a block of samples and return the whole state after each.
+
+Parameters
+----------
+output, regressor : array_like of real numbers, shape (n,), pF
+out : numpy.ndarray, shape (n,), optional
+    A structured array as an earlier call returned it.
+
+Returns
+-------
+numpy.ndarray, shape (n,), structured
+    `ratio`; `covariance` (1/pF^2); `innovation` (pF; nan in the row of a refused sample);
+    `statistic` (pF); `alarm`.
+
+Raises
+------
+TypeError, ValueError, RuntimeError
+    As `process`.
+)";
+}  // namespace doc
+
+template <class E>
+std::string repr(const py::object& self) {
+  const auto& estimator = self.cast<const E&>();
+  std::string text = "<" + py::type::of(self).attr("__name__").cast<std::string>() + "(";
+  const char* separator = "";
+  for (const auto& field : E::Settings::fields()) {
+    text += separator + std::string(field.name) + "=" + number(estimator.settings().*field.value);
+    separator = ", ";
+  }
+  return text + ") ratio=" + number(estimator.core().ratio()) + " samples=" + std::to_string(estimator.samples()) +
+         " rejected=" + std::to_string(estimator.rejected()) + ">";
+}
+
+template <class E>
+void bind_methods(py::class_<E>& type) {
+  type.attr("__module__") = "palpate";
+  type.def("update", &E::update, py::arg("output"), py::arg("regressor"), py::pos_only(), doc::update)
+      .def("process", &E::process, py::arg("output"), py::arg("regressor"), py::arg("out") = py::none(), doc::process)
+      .def("trace", &E::trace, py::arg("output"), py::arg("regressor"), py::arg("out") = py::none(), doc::trace)
+      .def("reset", &E::reset, "Forget every sample: as newly made with the same settings.")
+      .def("copy", [](const E& self) { return E(self); }, "An independent estimator in the same state.")
+      .def("__copy__", [](const E& self) { return E(self); })
+      .def("__deepcopy__", [](const E& self, const py::dict&) { return E(self); }, py::arg("memo"))
+      .def("__eq__", [](const E& self, const E& other) { return self == other; }, py::is_operator())
+      .def("__repr__", &repr<E>)
+      .def(py::pickle([](const E& self) { return py::make_tuple(to_dict(self.settings()), self.state()); },
+                      [](const py::tuple& pickled) {
+                        auto settings = from_dict<typename E::Settings>(pickled[0].cast<py::dict>());
+                        settings.check();
+                        return E::restored(settings, pickled[1].cast<py::tuple>());
+                      }))
+      .def_property_readonly(
+          "settings", [](const E& self) { return to_dict(self.settings()); },
+          "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.")
+      .def_property_readonly("ratio", [](const E& self) { return self.core().ratio(); }, "Estimated output / regressor.")
+      .def_property_readonly(
+          "covariance", [](const E& self) { return self.core().covariance(); },
+          "Unscaled covariance P, 1/pF^2: times the variance of the innovation, the variance of the ratio.")
+      .def_property_readonly("innovation", &E::innovation,
+                             "A-priori error of the last accepted sample, pF; nan before the first.")
+      .def_property_readonly(
+          "statistic", [](const E& self) { return self.core().detector().statistic; },
+          "CUSUM statistic g, pF; 0 where there is no detector.")
+      .def_property_readonly(
+          "alarm", [](const E& self) { return self.core().alarm(); },
+          "Whether statistic > threshold; False where there is no detector.")
+      .def_property_readonly("samples", &E::samples, "Samples accepted so far.")
+      .def_property_readonly("rejected", &E::rejected, "Samples refused so far.");
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The estimators' parameters as Python gives them: named doubles, checked once, kept as given for repr, == and pickle.
+
+#include <palpate/rls.hpp>
+
+#include <array>
+#include <limits>
+#include <string>
+
+#include "bind.hpp"
+
+template <class Settings>
+struct Field {
+  const char* name;
+  double Settings::* value;
+};
+
+inline std::string number(double value) { return py::repr(py::float_(value)).cast<std::string>(); }
+
+inline void require(bool ok, const char* name, double value, const std::string& allowed) {
+  if (!ok) {
+    throw py::value_error(std::string(name) + ": got " + number(value) + ", allowed: " + allowed);
+  }
+}
+
+/// Covariance and information are kept to the normal numbers of Real, where arithmetic is exact to an eps and fast.
+template <class Real, class Settings>
+void check_prior(const Settings& settings) {
+  constexpr double smallest = std::numeric_limits<Real>::min();
+  const double largest = 1 / smallest;
+  require(palpate::is_finite(static_cast<Real>(settings.initial_ratio)), "initial_ratio", settings.initial_ratio,
+          "a finite number");
+  require(settings.max_covariance >= smallest && settings.max_covariance <= largest, "max_covariance",
+          settings.max_covariance, number(smallest) + " <= max_covariance <= " + number(largest));
+  require(settings.initial_covariance >= smallest && settings.initial_covariance <= settings.max_covariance,
+          "initial_covariance", settings.initial_covariance,
+          number(smallest) + " <= initial_covariance <= max_covariance (" + number(settings.max_covariance) + ")");
+}
+
+inline bool is_forgetting(double value) { return value > 0 && value <= 1; }
+
+template <class Settings>
+py::dict to_dict(const Settings& settings) {
+  py::dict result;
+  for (const auto& field : Settings::fields()) {
+    result[field.name] = settings.*field.value;
+  }
+  return result;
+}
+
+template <class Settings>
+Settings from_dict(const py::dict& values) {
+  Settings settings;
+  for (const auto& field : Settings::fields()) {
+    settings.*field.value = values[field.name].template cast<double>();
+  }
+  return settings;
+}
+
+template <class Settings>
+bool equal(const Settings& left, const Settings& right) {
+  for (const auto& field : Settings::fields()) {
+    if (left.*field.value != right.*field.value) {
+      return false;
+    }
+  }
+  return true;
+}

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Bounds on the covariance: without excitation (regressor 0) the information decays as lambda^k and P = 1/R would grow
+// without limit (covariance wind-up), on its way through the subnormal numbers, where arithmetic is slow.
+
+#include <palpate/arithmetic.hpp>
+
+namespace palpate {
+
+/// The null policy. For regressors that never stay at 0 for long.
+template <class Real>
+struct Unbounded {
+  using real_type = Real;
+  constexpr Real limit(Real information) const noexcept { return information; }
+};
+
+/// P / lambda <= 1 / min_information before each sample is taken in, so P never exceeds it either.
+/// Equivalent to a forgetting factor raised to lambda' = max(lambda, P min_information): see palpate.reference.
+template <class Real>
+struct BoundedCovariance {
+  using real_type = Real;
+  Real min_information = Real(1e-6);
+
+  constexpr Real limit(Real information) const noexcept {
+    return information > min_information ? information : min_information;
+  }
+};
+
+}  // namespace palpate

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Change detectors: watch the innovation e(k), raise an alarm when the ratio has changed.
+
+#include <palpate/arithmetic.hpp>
+
+namespace palpate {
+
+/// The null policy: no alarm, ever.
+template <class Real>
+struct NoDetector {
+  using real_type = Real;
+  static constexpr Real statistic = Real(0);
+
+  constexpr bool update(Real /*innovation*/) noexcept { return false; }
+  constexpr void reset() noexcept {}
+  constexpr bool is_finite() const noexcept { return true; }
+  constexpr bool alarm() const noexcept { return false; }
+};
+
+/// The paper's cumulative sum of |e|, two-sided by the absolute value:
+///   g(k) = max(0, g(k-1) + |e(k)| - d),  alarm(k) = g(k) > h.
+/// drift d and threshold h in the unit of the output (pF). Page, Biometrika 41 (1954).
+template <class Real>
+struct Cusum {
+  using real_type = Real;
+  Real drift = Real(0.01);
+  Real threshold = Real(0.05);
+  Real statistic = Real(0);
+
+  constexpr bool update(Real innovation) noexcept {
+    // |e| - d first: when |e| <= d that difference is not positive, so rounding cannot make g rise.
+    const Real sum = statistic + (magnitude(innovation) - drift);
+    statistic = sum > 0 ? sum : Real(0);
+    return alarm();
+  }
+  constexpr void reset() noexcept { statistic = Real(0); }
+  constexpr bool is_finite() const noexcept { return palpate::is_finite(statistic); }
+  constexpr bool alarm() const noexcept { return statistic > threshold; }
+};
+
+}  // namespace palpate
