@@ -7,6 +7,7 @@
 #include <pybind11/numpy.h>
 
 #include <cstdint>
+#include <cstdlib>
 #include <string>
 #include <utility>
 
@@ -16,9 +17,7 @@ constexpr int aligned = py::detail::npy_api::NPY_ARRAY_ALIGNED_;
 template <class Real>
 using Samples = py::array_t<Real, py::array::forcecast | aligned>;
 
-inline std::string shape_of(const py::array& array) {
-  return py::str(array.attr("shape")).cast<std::string>();
-}
+inline std::string shape_of(const py::array& array) { return py::str(array.attr("shape")).cast<std::string>(); }
 
 inline void require_shape(const py::array& array, const std::string& name, py::ssize_t size) {
   if (array.ndim() != 1 || (size >= 0 && array.shape(0) != size)) {
@@ -50,8 +49,8 @@ inline py::array output_array(const py::object& out, const py::dtype& dtype, py:
   }
   auto array = py::reinterpret_borrow<py::array>(out);
   if (!array.dtype().equal(dtype)) {
-    throw py::type_error("out: got dtype " + py::str(array.dtype()).cast<std::string>() + ", allowed: " +
-                         py::str(dtype).cast<std::string>());
+    throw py::type_error("out: got dtype " + py::str(array.dtype()).cast<std::string>() +
+                         ", allowed: " + py::str(dtype).cast<std::string>());
   }
   require_shape(array, "out", size);
   if (!array.writeable() || !(array.flags() & aligned)) {

@@ -78,8 +78,8 @@ void bind(py::module_& module, const char* name, const char* doc) {
   py::class_<Estimator<Settings>> type(module, name, doc);
   type.def(py::init([](double steady, double alarmed, double drift, double threshold, double initial_ratio,
                        double initial_covariance, double max_covariance) {
-             const Settings settings{steady,        alarmed,           drift, threshold, initial_ratio,
-                                     initial_covariance, max_covariance};
+             const Settings settings{steady,        alarmed, drift, threshold, initial_ratio, initial_covariance,
+                                     max_covariance};
              settings.check();
              return Estimator<Settings>(settings);
            }),

@@ -83,10 +83,13 @@ void bind_methods(py::class_<E>& type) {
       .def("process", &E::process, py::arg("output"), py::arg("regressor"), py::arg("out") = py::none(), doc::process)
       .def("trace", &E::trace, py::arg("output"), py::arg("regressor"), py::arg("out") = py::none(), doc::trace)
       .def("reset", &E::reset, "Forget every sample: as newly made with the same settings.")
-      .def("copy", [](const E& self) { return E(self); }, "An independent estimator in the same state.")
+      .def(
+          "copy", [](const E& self) { return E(self); }, "An independent estimator in the same state.")
       .def("__copy__", [](const E& self) { return E(self); })
-      .def("__deepcopy__", [](const E& self, const py::dict&) { return E(self); }, py::arg("memo"))
-      .def("__eq__", [](const E& self, const E& other) { return self == other; }, py::is_operator())
+      .def(
+          "__deepcopy__", [](const E& self, const py::dict&) { return E(self); }, py::arg("memo"))
+      .def(
+          "__eq__", [](const E& self, const E& other) { return self == other; }, py::is_operator())
       .def("__repr__", &repr<E>)
       .def(py::pickle([](const E& self) { return py::make_tuple(to_dict(self.settings()), self.state()); },
                       [](const py::tuple& pickled) {
@@ -97,7 +100,8 @@ void bind_methods(py::class_<E>& type) {
       .def_property_readonly(
           "settings", [](const E& self) { return to_dict(self.settings()); },
           "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.")
-      .def_property_readonly("ratio", [](const E& self) { return self.core().ratio(); }, "Estimated output / regressor.")
+      .def_property_readonly(
+          "ratio", [](const E& self) { return self.core().ratio(); }, "Estimated output / regressor.")
       .def_property_readonly(
           "covariance", [](const E& self) { return self.core().covariance(); },
           "Unscaled covariance P, 1/pF^2: times the variance of the innovation, the variance of the ratio.")

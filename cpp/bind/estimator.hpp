@@ -65,7 +65,9 @@ class Estimator {
     *this = Estimator(settings_);
   }
 
-  bool operator==(const Estimator& other) const { return equal(settings_, other.settings_) && state().equal(other.state()); }
+  bool operator==(const Estimator& other) const {
+    return equal(settings_, other.settings_) && state().equal(other.state());
+  }
 
   py::tuple state() const {
     return py::make_tuple(core_.ratio(), core_.information(), core_.detector().statistic,

@@ -3,10 +3,9 @@
 
 // The estimators' parameters as Python gives them: named doubles, checked once, kept as given for repr, == and pickle.
 
-#include <palpate/rls.hpp>
-
 #include <array>
 #include <limits>
+#include <palpate/rls.hpp>
 #include <string>
 
 #include "bind.hpp"

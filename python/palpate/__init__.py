@@ -1,3 +1,51 @@
-"""Real-time estimation of a capacitance ratio, and from it of elasticity."""
-from palpate._core import AdaptiveRls, AdaptiveRls32, Rls, Rls32
-from palpate._core import __version__ as __version__
+"""Real-time estimation of a capacitance ratio, and from it of elasticity.
+
+The estimators come from the compiled core at once; what needs numpy comes with its first use.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from palpate._core import AdaptiveRls, AdaptiveRls32, Rls, Rls32, __version__
+from palpate.errors import PalpateError, RecordingError
+
+if TYPE_CHECKING:
+    from palpate.recording import Recording, read
+    from palpate.touch import Touch, touches
+
+__all__ = [
+    "AdaptiveRls",
+    "AdaptiveRls32",
+    "PalpateError",
+    "Recording",
+    "RecordingError",
+    "Rls",
+    "Rls32",
+    "Touch",
+    "__version__",
+    "get_include",
+    "read",
+    "touches",
+]
+
+_LAZY = {"Recording": "recording", "read": "recording", "Touch": "touch", "touches": "touch"}
+_MODULES = {"contact", "recording", "reference", "touch"}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(import_module(f"palpate.{_LAZY[name]}"), name)
+    if name in _MODULES:
+        return import_module(f"palpate.{name}")
+    raise AttributeError(f"module 'palpate' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, *_MODULES})
+
+
+def get_include() -> str:
+    """Return the folder to pass to a C++ compiler for ``#include <palpate/palpate.hpp>``."""
+    from pathlib import Path
+
+    return str(Path(__file__).parent / "include")

@@ -28,13 +28,16 @@ namespace palpate {
 template <class Real>
 inline constexpr bool is_real = std::is_same_v<Real, float> || std::is_same_v<Real, double>;
 
-/// left * right, rounded by itself: never fused with a following addition, whatever the compiler's flags allow.
+/// left * right, rounded by itself: not fused with a following addition, even where the compiler's default allows it.
 template <class Real>
 constexpr Real product(Real left, Real right) noexcept {
 #if defined(__clang__)
-#pragma clang fp contract(off)
+#pragma clang fp contract(off)  // heeded unless the command line says -ffp-contract=fast
   return left * right;
 #elif defined(__GNUC__) && __GNUC__ >= 12
+  if (__builtin_is_constant_evaluated()) {
+    return left * right;  // where nothing is fused, and g++ 12 cannot evaluate the barrier
+  }
   return __builtin_assoc_barrier(left * right);
 #else
   return left * right;  // an older g++ needs -ffp-contract=off, which the CMake target passes on

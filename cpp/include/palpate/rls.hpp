@@ -31,9 +31,9 @@ struct RatioOf {
 
 /// The residual information form. With R = 1/P, lambda from the forgetting policy and x the regressor:
 ///   e  = output - x r                the paper's step 2
-///   R' = lambda R + x^2              its P(k) = P / (lambda + x^2 P), inverted: a sum of positive terms, no cancellation
-///   K  = x / R'                      its K(k) = P x / (lambda + x P x), as lambda/P + x^2 = R'
-///   r' = r + K e                     step 4
+///   R' = lambda R + x^2              its P(k) = P / (lambda + x^2 P), inverted: a sum of positive terms, no
+///   cancellation K  = x / R'                      its K(k) = P x / (lambda + x P x), as lambda/P + x^2 = R' r' = r + K
+///   e                     step 4
 /// A sample after which any of ratio, information or statistic would not be finite (NaN, infinity, overflow of x^2) is
 /// refused, and the state stays bit for bit as it was.
 template <class Real, class Forgetting = NoForgetting<Real>, class Detector = NoDetector<Real>,
@@ -48,8 +48,8 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
  public:
   using real_type = Real;
 
-  constexpr explicit Rls(Forgetting forgetting = {}, Detector detector = {}, Bound bound = {}, Real ratio = Real(1),
-                         Real covariance = Real(1e4)) noexcept
+  constexpr explicit Rls(Forgetting forgetting = Forgetting(), Detector detector = Detector(), Bound bound = Bound(),
+                         Real ratio = Real(1), Real covariance = Real(1e4)) noexcept
       : detail::RatioOf<Real>{ratio},
         Forgetting(forgetting),
         Detector(detector),
@@ -60,8 +60,7 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
     const Real innovation = output - product(regressor, ratio_);
     Detector detector = *this;
     const bool alarm = detector.update(innovation);
-    const Real information =
-        Bound::limit(Forgetting::discount(information_, alarm)) + product(regressor, regressor);
+    const Real information = Bound::limit(Forgetting::discount(information_, alarm)) + product(regressor, regressor);
     const Real gain = regressor / information;
     const Real ratio = ratio_ + product(gain, innovation);
     if (PALPATE_UNLIKELY(!(palpate::is_finite(ratio) && palpate::is_finite(information) && detector.is_finite()))) {

@@ -1,0 +1,112 @@
+"""The command line. Results go to standard output, everything else to standard error.
+
+Exit codes: 0 done, 1 unexpected, 2 usage, 4 bad or truncated data, 5 measured but not reliable (no touch).
+"""
+
+import json
+import math
+import re
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import click
+
+from palpate import PalpateError, RecordingError, Touch, __version__, read, touches
+
+BAD_DATA = 4
+NOT_RELIABLE = 5
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="palpate")
+def main() -> None:
+    """Real-time capacitance ratio and elasticity from a two-bump tactile probe."""
+
+
+def _columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
+    """hard=COL,soft=COL[,time=COL]; a name may hold commas."""
+    if text is None:
+        return None
+    parts = re.split(r"(?:^|,)\s*(hard|soft|time)\s*=", text)
+    if parts[0].strip() or len(parts) < 3:
+        raise click.BadParameter(f"got {text!r}, allowed: hard=COL,soft=COL and, if wanted, ,time=COL")
+    return {key: name.strip() for key, name in zip(parts[1::2], parts[2::2], strict=True)}
+
+
+def _settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
+    """NAME=VALUE, several times."""
+    settings = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            settings[name.strip()] = float(value)
+        except ValueError:
+            raise click.BadParameter(f"got {text!r}, allowed: NAME=NUMBER, as drift=0.02") from None
+    return settings
+
+
+@main.command()
+@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--map", "columns", callback=_columns, metavar="hard=COL,soft=COL",
+              help="Columns of a table from another logger: names, or positions counted from 1; also time=COL.")  # fmt: skip
+@click.option("--unit", help="Unit of the capacitances, aF to F.  [default: the header's, else pF]")
+@click.option("--scene", default="paper", show_default=True, help="How to estimate: paper.")
+@click.option("--samples", default=250, show_default=True, type=click.IntRange(min=1), help="Samples a touch, at most.")
+@click.option("--set", "settings", callback=_settings, multiple=True, metavar="NAME=VALUE",
+              help="A parameter of the estimator, as drift=0.02; may be repeated.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of a table.")
+def replay(
+    file: Path,
+    columns: dict[str, str] | None,
+    unit: str | None,
+    scene: str,
+    samples: int,
+    settings: dict[str, float],
+    as_json: bool,
+) -> None:
+    """Send a recording through the estimator again: one row a touch.
+
+    \b
+    Example:
+      palpate replay bench.csv --map "hard=C1 (pF),soft=C2 (pF)" --set drift=0.005
+    """
+    try:
+        recording = read(file, columns=columns, unit=unit)
+        found = touches(recording, scene=scene, samples=samples, **settings)
+    except (ValueError, TypeError) as error:
+        raise click.UsageError(str(error).split("\n")[0]) from error
+    except RecordingError as error:
+        _fail(error, BAD_DATA)
+    for note in recording.notes:
+        click.echo(f"{file}: {note}", err=True)
+    click.echo(_json(file, scene, len(recording.hard), found) if as_json else _table(found), nl=as_json)
+    if not found:
+        click.echo(f"{file}: no touch found: nothing rose out of the idle noise for long enough", err=True)
+        sys.exit(NOT_RELIABLE)
+
+
+def _fail(error: PalpateError, code: int) -> None:
+    click.echo(f"Error: {error}", err=True)
+    sys.exit(code)
+
+
+def _json(file: Path, scene: str, rows: int, found: list[Touch]) -> str:
+    # JSON has no nan: a touch of a recording without times starts at null.
+    plain = [{k: None if v != v else v for k, v in asdict(touch).items()} for touch in found]
+    document: dict[str, Any] = {"file": str(file), "scene": scene, "rows": rows, "touches": plain}
+    return json.dumps(document, indent=2, allow_nan=False)
+
+
+def _table(found: list[Touch]) -> str:
+    if not found:
+        return ""
+    lines = ["touch   start_s  samples     ratio  covariance  alarm  flags"]
+    for number, touch in enumerate(found, 1):
+        start = "-" if math.isnan(touch.start_s) else f"{touch.start_s:.3f}"
+        lines.append(
+            f"{number:5} {start:>9} {touch.samples:8} {touch.ratio:9.4f} {touch.covariance:11.3g}"
+            f" {touch.alarm_share:6.0%}  {' '.join(touch.flags)}".rstrip()
+        )
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,28 @@
+"""What palpate raises, besides ValueError and TypeError for bad arguments."""
+
+from pathlib import Path
+
+
+class PalpateError(Exception):
+    """Base of every error of the package's own."""
+
+
+class RecordingError(PalpateError):
+    """A file that cannot be read as a recording.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file.
+    reason : str
+        What is wrong with it, and what was expected.
+    line : int, optional
+        Where, counted from 1.
+    """
+
+    def __init__(self, path: Path, reason: str, line: int | None = None) -> None:
+        place = f"{path}" if line is None else f"{path}, line {line}"
+        super().__init__(f"{place}: {reason}")
+        self.path = path
+        self.reason = reason
+        self.line = line

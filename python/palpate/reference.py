@@ -1,0 +1,121 @@
+"""The paper in plain numpy, equation by equation: slow, obvious, and sharing no code with the core.
+
+Peng et al., the paper's eq. (3) with steps 1-4, and its change detection. The covariance form as it
+is printed, whose subtraction cancels; the compiled core uses the equivalent information form.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+class Trace(NamedTuple):
+    """The state after each sample, as arrays of shape (n,)."""
+
+    ratio: NDArray[Any]
+    covariance: NDArray[Any]
+    innovation: NDArray[Any]
+    statistic: NDArray[Any]
+    alarm: NDArray[np.bool_]
+
+
+def adaptive_rls(
+    output: ArrayLike,
+    regressor: ArrayLike,
+    *,
+    steady: float = 0.995,
+    alarmed: float = 0.9,
+    drift: float = 0.01,
+    threshold: float = 0.05,
+    initial_ratio: float = 1.0,
+    initial_covariance: float = 1e4,
+    max_covariance: float = 1e6,
+    number: Callable[[Any], Any] = np.float64,
+) -> Trace:
+    """Recursive least squares with a forgetting factor switched by a CUSUM detector.
+
+    Parameters
+    ----------
+    output, regressor : array_like, shape (n,), pF
+        Finite capacitance changes of the hard and the soft channel.
+    steady, alarmed, drift, threshold, initial_ratio, initial_covariance, max_covariance : float
+        As in `palpate.AdaptiveRls`.
+    number : callable
+        The type that everything is computed in: numpy.float64, numpy.float32, decimal.Decimal.
+
+    Returns
+    -------
+    Trace
+        Ratio, covariance, innovation, statistic and alarm after each sample.
+
+    Raises
+    ------
+    ValueError
+        A sample that is not finite, or arrays of different lengths.
+
+    Examples
+    --------
+    >>> adaptive_rls([0.5, 0.52], [0.25, 0.26]).ratio.round(4)
+    array([1.9984, 1.9992])
+    """
+    if not (np.isfinite(np.asarray(output, float)).all() and np.isfinite(np.asarray(regressor, float)).all()):
+        raise ValueError("output, regressor: got a value that is not finite, allowed: finite numbers")
+    ratio, covariance, statistic = number(initial_ratio), number(initial_covariance), number(0)
+    steady, alarmed, drift, threshold = number(steady), number(alarmed), number(drift), number(threshold)
+    bound = number(max_covariance)
+    rows = []
+    for c1, c2 in zip(np.asarray(output), np.asarray(regressor), strict=True):
+        # Step 1: C1(k), C2(k)
+        output_k, regressor_k = number(c1), number(c2)
+
+        # Step 2: e(k) = C1(k) - C2(k) r_C(k-1)
+        innovation = output_k - regressor_k * ratio
+
+        # g(k) = max(0, g(k-1) + |e(k)| - d)
+        statistic = max(number(0), statistic + abs(innovation) - drift)
+
+        # alarm(k) = g(k) > h
+        alarm = bool(statistic > threshold)
+
+        # lambda(k) = 0.9 if alarm(k) else 0.995
+        forgetting = alarmed if alarm else steady
+
+        # Not in the paper: lambda is raised where P(k-1) / lambda would exceed the bound on P
+        forgetting = max(forgetting, covariance / bound)
+
+        # Step 3: K(k) = P(k-1) C2(k) / (lambda + C2(k) P(k-1) C2(k))
+        gain = covariance * regressor_k / (forgetting + regressor_k * covariance * regressor_k)
+
+        # P(k) = [P(k-1) - P(k-1) C2(k)^2 P(k-1) / (lambda + C2(k)^2 P(k-1))] / lambda
+        covariance = (
+            covariance - covariance * regressor_k**2 * covariance / (forgetting + regressor_k**2 * covariance)
+        ) / forgetting
+
+        # Step 4: r_C(k) = r_C(k-1) + K(k) e(k)
+        ratio = ratio + gain * innovation
+        rows.append((ratio, covariance, innovation, statistic, alarm))
+    columns = list(zip(*rows, strict=True)) or [()] * 5
+    return Trace(*(np.array(column) for column in columns[:4]), alarm=np.array(columns[4], bool))
+
+
+def rls(output: ArrayLike, regressor: ArrayLike, *, forgetting: float = 0.995, **settings: Any) -> Trace:
+    """Recursive least squares with one forgetting factor: `adaptive_rls` whose two are the same.
+
+    Parameters
+    ----------
+    output, regressor : array_like, shape (n,), pF
+        Finite capacitance changes of the hard and the soft channel.
+    forgetting : float
+        As in `palpate.Rls`.
+    **settings
+        initial_ratio, initial_covariance, max_covariance, number: as in `adaptive_rls`.
+
+    Returns
+    -------
+    Trace
+        As `adaptive_rls`; statistic 0 and alarm False, as there is no detector.
+    """
+    trace = adaptive_rls(output, regressor, steady=forgetting, alarmed=forgetting, **settings)
+    return trace._replace(statistic=0 * trace.statistic, alarm=np.zeros_like(trace.alarm))

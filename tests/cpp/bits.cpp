@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// Prints the bits of two touches as a hash of every state on the way: the same under every compiler and flag.
+
+#include <cinttypes>
+#include <cstdio>
+#include <cstring>
+#include <initializer_list>
+#include <palpate/palpate.hpp>
+
+#include "samples.hpp"
+
+namespace {
+
+template <class Real>
+void add(std::uint64_t& hash, Real value) {
+  unsigned char bytes[sizeof(Real)];
+  std::memcpy(bytes, &value, sizeof(Real));
+  for (const unsigned char byte : bytes) {
+    hash = (hash ^ byte) * 1099511628211u;
+  }
+}
+
+template <class Estimator>
+void print(const char* name) {
+  using Real = typename Estimator::real_type;
+  std::uint64_t hash = 14695981039346656037u;
+  for (const int ratio : {20, 63}) {
+    const Samples<Real> samples(ratio);
+    Estimator estimator;
+    for (int i = 0; i < samples.size; ++i) {
+      const auto step = estimator.update(samples.output[i], samples.regressor[i]);
+      add(hash, step.ratio);
+      add(hash, step.innovation);
+      add(hash, estimator.covariance());
+      add(hash, estimator.detector().statistic);
+    }
+  }
+  std::printf("%s %016" PRIx64 "\n", name, hash);
+}
+
+}  // namespace
+
+int main() {
+  print<palpate::AdaptiveRls<double>>("AdaptiveRls");
+  print<palpate::AdaptiveRls<float>>("AdaptiveRls32");
+  print<palpate::FixedRls<double>>("Rls");
+  print<palpate::FixedRls<float>>("Rls32");
+}

@@ -1,0 +1,4 @@
+// error: lvalue required|not assignable
+#include <palpate/rls.hpp>
+
+int main() { palpate::Rls<float>().covariance() = 1.0f; }

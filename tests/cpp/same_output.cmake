@@ -1,0 +1,5 @@
+execute_process(COMMAND ${ONE} OUTPUT_VARIABLE one COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${OTHER} OUTPUT_VARIABLE other COMMAND_ERROR_IS_FATAL ANY)
+if(NOT one STREQUAL other OR one STREQUAL "")
+  message(FATAL_ERROR "different bits:\n${one}\n${other}")
+endif()

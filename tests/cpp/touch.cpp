@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+// A whole touch at compile time, where undefined behaviour is an error, and what the types promise.
+
+#include <cstdio>
+#include <limits>
+#include <palpate/palpate.hpp>
+
+#include "samples.hpp"
+
+namespace {
+
+using namespace palpate;
+
+template <class Real>
+struct Result {
+  Real ratio, covariance, statistic;
+  int alarms, accepted;
+
+  constexpr bool operator==(const Result& other) const noexcept {
+    return ratio == other.ratio && covariance == other.covariance && statistic == other.statistic &&
+           alarms == other.alarms && accepted == other.accepted;
+  }
+};
+
+template <class Real>
+constexpr Result<Real> touch() noexcept {
+  constexpr Samples<Real> samples;
+  AdaptiveRls<Real> estimator;
+  Result<Real> result{};
+  for (int i = 0; i < samples.size; ++i) {
+    const auto step = estimator.update(samples.output[i], samples.regressor[i]);
+    result.alarms += step.alarm;
+    result.accepted += step.accepted;
+  }
+  result.ratio = estimator.ratio();
+  result.covariance = estimator.covariance();
+  result.statistic = estimator.detector().statistic;
+  return result;
+}
+
+template <class Real>
+constexpr bool settles(Result<Real> result) noexcept {
+  return result.accepted == 250 && result.alarms > 0 && result.alarms < 250 &&
+         magnitude(result.ratio - Real(3.25)) < Real(0.01) && result.covariance > 0 && result.statistic >= 0;
+}
+
+constexpr auto in_double = touch<double>();
+constexpr auto in_float = touch<float>();
+static_assert(settles(in_double) && settles(in_float));
+
+// Null policies cost nothing, and the real ones their parameters.
+static_assert(sizeof(Rls<float>) == 2 * sizeof(float));
+static_assert(sizeof(Rls<double>) == 2 * sizeof(double));
+static_assert(sizeof(Rls<float, FixedForgetting<float>>) == 3 * sizeof(float));
+static_assert(sizeof(FixedRls<float>) == 4 * sizeof(float));
+static_assert(sizeof(AdaptiveRls<float>) == 8 * sizeof(float));
+
+// What a Cortex-M needs of a state: no constructor to run, a plain copy.
+static_assert(std::is_trivially_copyable_v<AdaptiveRls<float>> && std::is_trivially_destructible_v<AdaptiveRls<float>>);
+static_assert(noexcept(AdaptiveRls<double>().update(0.0, 0.0)) && noexcept(AdaptiveRls<double>().reset()));
+
+// Without forgetting every sample counts the same: a mean, exactly.
+constexpr double mean_of_two() noexcept {
+  Rls<double> estimator({}, {}, {}, 0.0, 1e4);
+  estimator.restore(0.0, 0.0, {});
+  estimator.update(1.0, 1.0);
+  return estimator.update(3.0, 1.0).ratio;
+}
+static_assert(mean_of_two() == 2.0);
+
+template <class Real>
+bool refuses_what_is_not_finite() {
+  constexpr Real bad[] = {std::numeric_limits<Real>::quiet_NaN(), std::numeric_limits<Real>::infinity(),
+                          -std::numeric_limits<Real>::infinity(), std::numeric_limits<Real>::max()};
+  AdaptiveRls<Real> estimator;
+  estimator.update(Real(0.5), Real(0.25));
+  const Real ratio = estimator.ratio();
+  const Real information = estimator.information();
+  const Real statistic = estimator.detector().statistic;
+  bool ok = true;
+  for (const Real value : bad) {
+    ok = ok && !estimator.update(Real(1), value).accepted;  // max() squared is infinite
+    ok = ok && (value == std::numeric_limits<Real>::max() || !estimator.update(value, Real(1)).accepted);
+  }
+  return ok && ratio == estimator.ratio() && information == estimator.information() &&
+         statistic == estimator.detector().statistic;
+}
+
+}  // namespace
+
+int main() {
+  const bool same = touch<double>() == in_double && touch<float>() == in_float;
+  const bool refused = refuses_what_is_not_finite<double>() && refuses_what_is_not_finite<float>();
+  std::printf("run time == compile time: %d; refused: %d\n", same, refused);
+  return same && refused ? 0 : 1;
+}
