@@ -9,11 +9,12 @@ import re
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import NoReturn
 
 import click
+import numpy as np
 
-from palpate import PalpateError, RecordingError, Touch, __version__, read, touches
+from palpate import PalpateError, Recording, RecordingError, Touch, __version__, read, touches
 
 BAD_DATA = 4
 NOT_RELIABLE = 5
@@ -66,7 +67,7 @@ def replay(
     settings: dict[str, float],
     as_json: bool,
 ) -> None:
-    """Send a recording through the estimator again: one row a touch.
+    r"""Send a recording through the estimator again: one row a touch.
 
     \b
     Example:
@@ -81,21 +82,36 @@ def replay(
         _fail(error, BAD_DATA)
     for note in recording.notes:
         click.echo(f"{file}: {note}", err=True)
-    click.echo(_json(file, scene, len(recording.hard), found) if as_json else _table(found), nl=as_json)
+    click.echo(_json(file, scene, recording, found) if as_json else _table(found), nl=as_json)
     if not found:
-        click.echo(f"{file}: no touch found: nothing rose out of the idle noise for long enough", err=True)
+        click.echo(f"{file}: no touch found: {_why_not(recording)}", err=True)
         sys.exit(NOT_RELIABLE)
 
 
-def _fail(error: PalpateError, code: int) -> None:
+def _fail(error: PalpateError, code: int) -> NoReturn:
     click.echo(f"Error: {error}", err=True)
     sys.exit(code)
 
 
-def _json(file: Path, scene: str, rows: int, found: list[Touch]) -> str:
+def _why_not(recording: Recording) -> str:
+    channels = {"hard": recording.hard, "soft": recording.soft}
+    spans = [f"{name} {np.nanmax(c) - np.nanmin(c):.3g} pF" for name, c in channels.items() if np.isfinite(c).any()]
+    span = ", ".join(spans) or "nothing, as no row has a value"
+    return (
+        f"nothing rose out of the idle noise for long enough. The channels span {span}; should it be more, see --unit"
+    )
+
+
+def _json(file: Path, scene: str, recording: Recording, found: list[Touch]) -> str:
     # JSON has no nan: a touch of a recording without times starts at null.
-    plain = [{k: None if v != v else v for k, v in asdict(touch).items()} for touch in found]
-    document: dict[str, Any] = {"file": str(file), "scene": scene, "rows": rows, "touches": plain}
+    plain = [asdict(touch) | ({"start_s": None} if math.isnan(touch.start_s) else {}) for touch in found]
+    document = {
+        "file": str(file),
+        "scene": scene,
+        "rows": len(recording.hard),
+        "notes": recording.notes,
+        "touches": plain,
+    }
     return json.dumps(document, indent=2, allow_nan=False)
 
 

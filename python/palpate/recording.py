@@ -11,10 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError
-from palpate.table import PICOFARADS, SECONDS, Table, read_table, to_number
+from palpate.table import PICOFARADS, SECONDS, Table, bare_name, read_table, to_number
 
 OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s"}
-_TIMES = {"time", "t", "timestamp", "time stamp", "timestamps", "seconds", "elapsed", "elapsed time", "date", "datetime"}
+_TIMES = {
+    "time",
+    "t",
+    "timestamp",
+    "time stamp",
+    "timestamps",
+    "seconds",
+    "elapsed",
+    "elapsed time",
+    "date",
+    "datetime",
+}
 
 
 @dataclass(frozen=True)
@@ -75,7 +86,7 @@ def read(
         if key not in wanted:
             raise ValueError(f"columns: got {', '.join(wanted) or 'none'}, allowed: hard, soft and, if wanted, time")
     if unknown := set(wanted) - set(OWN_COLUMNS):
-        raise ValueError(f"columns: got {sorted(unknown)[0]!r}, allowed: hard, soft, time")
+        raise ValueError(f"columns: got {min(unknown)!r}, allowed: hard, soft, time")
     if unit is not None and unit not in PICOFARADS:
         raise ValueError(f"unit: got {unit!r}, allowed: {', '.join(PICOFARADS)}")
     table = read_table(Path(path))
@@ -136,9 +147,7 @@ def _times(table: Table, wanted: str | int | None) -> NDArray[np.float64]:
 
 def _time_column(table: Table) -> int | None:
     for column in range(table.width):
-        names = {name.casefold() for name in table.names(column)}
-        bare = {name.split("(")[0].split("[")[0].strip().removesuffix("_s") for name in names}
-        if _TIMES & (names | bare):
+        if _TIMES & {bare_name(name) for name in table.names(column)}:
             return column
     return None
 

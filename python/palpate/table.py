@@ -8,10 +8,11 @@ from pathlib import Path
 
 from palpate.errors import RecordingError
 
-NO_VALUE = frozenset(
-    "OL +OL -OL OVL OVER OVERLOAD OVERFLOW OVFL OPEN ERR ERROR NAN NA N/A NULL NONE - -- --- "
-    "INF +INF -INF #N/A #NUM! #VALUE! #DIV/0!".split()
-) | {""}
+_MARKS = """
+    OL +OL -OL OVL OVER OVERLOAD OVERFLOW OVFL OPEN ERR ERROR NAN NA N/A NULL NONE - -- ---
+    INF +INF -INF #N/A #NUM! #VALUE! #DIV/0!
+"""
+NO_VALUE = frozenset({"", *_MARKS.split()})
 """Cells, in upper case, with which loggers and spreadsheets say that there is no value."""
 
 PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "µF": 1e6, "μF": 1e6, "mF": 1e9, "F": 1e12}
@@ -71,7 +72,7 @@ class Table:
             if not 1 <= int(text) <= self.width:
                 raise ValueError(f"column: got position {text}, allowed: 1 to {self.width}")
             return int(text) - 1
-        for simplify in (str.strip, _plain):
+        for simplify in (str.strip, bare_name):
             name = simplify(text)
             found = [c for c in range(self.width) if name in (simplify(n) for n in self.names(c))]
             if len(found) == 1:
@@ -83,9 +84,7 @@ class Table:
 
     def describe(self) -> str:
         """Return the columns as a user may name them: positions and names."""
-        return ", ".join(
-            f"{c + 1} ({self.names(c)[-1]})" if self.names(c) else str(c + 1) for c in range(self.width)
-        )
+        return ", ".join(f"{c + 1} ({self.names(c)[-1]})" if self.names(c) else str(c + 1) for c in range(self.width))
 
     def unit(self, column: int, units: dict[str, float]) -> str | None:
         """Return the unit in a column's header, the lowest cell first: one of `units`, "%", or None."""
@@ -152,6 +151,13 @@ def to_number(cell: str) -> float:
     return value if math.isfinite(value) else math.nan
 
 
+def bare_name(name: str) -> str:
+    """Return a name without its unit and in lower case: 'C (pF)', 'c_pF' and 'C' are the same."""
+    match = _UNIT.search(name)
+    known = match and (match[1] in PICOFARADS or match[1] in SECONDS or match[1] == "%")
+    return (name[: match.start()] if match and known else name).strip(" _/").casefold()
+
+
 def _text(path: Path) -> str:
     raw = path.read_bytes()
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -196,8 +202,3 @@ def _is_data(cells: list[str]) -> bool:
         except ValueError:
             continue
     return 2 * len(values) > len(filled) and not all(math.isnan(value) for value in values)
-
-
-def _plain(name: str) -> str:
-    """Return a name without its unit and its case: 'C (pF)' and 'c' are the same."""
-    return re.sub(r"\s*[(\[][^)\]]*[)\]]$", "", name).strip().casefold()

@@ -54,9 +54,7 @@ class Touch:
     flags: tuple[str, ...] = ()
 
 
-def touches(
-    recording: Channels, *, scene: str = "paper", samples: int = PAPER_SAMPLES, **settings: Any
-) -> list[Touch]:
+def touches(recording: Channels, *, scene: str = "paper", samples: int = PAPER_SAMPLES, **settings: Any) -> list[Touch]:
     """Find the touches of a recording and estimate the ratio of each.
 
     Parameters
@@ -79,7 +77,7 @@ def touches(
     Raises
     ------
     ValueError
-        An unknown scene, samples < 1, a setting out of range.
+        An unknown scene or setting, samples < 1, a setting out of range.
 
     Examples
     --------
@@ -94,6 +92,8 @@ def touches(
         raise ValueError(f"scene: got {scene!r}, allowed: 'paper'")
     if samples < 1:
         raise ValueError(f"samples: got {samples}, allowed: 1 <= samples")
+    if unknown := set(settings) - set(AdaptiveRls().settings):
+        raise ValueError(f"settings: got {min(unknown)!r}, allowed: {', '.join(AdaptiveRls().settings)}")
     estimator = AdaptiveRls(**settings)
     good = np.isfinite(recording.hard) & np.isfinite(recording.soft)
     time_s, hard, soft = recording.time_s[good], recording.hard[good], recording.soft[good]
