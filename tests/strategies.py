@@ -36,7 +36,7 @@ def any_samples(draw: st.DrawFn, width: int, max_size: int = 40) -> tuple[list[f
 
 @st.composite
 def touch_samples(draw: st.DrawFn, width: int) -> tuple[list[float], list[float]]:
-    """Samples of a press as a probe gives it: a ratio of 1 to 8 that may step once, and noise of up to 2 per cent."""
+    """Draw a press as a probe gives it: a ratio of 1 to 8 that may step once, and noise of up to 2 per cent."""
     size = draw(st.integers(20, 120))
     ratios = draw(st.tuples(reals(1.0, 8.0, width), reals(1.0, 8.0, width)))
     step = draw(st.integers(0, size))

@@ -14,7 +14,10 @@ from measure import PRECISIONS, deviation, rounding_bounds
 from palpate import reference
 
 KINDS = [np.float64, np.float32]
-ESTIMATORS = {np.float64: (palpate.Rls, palpate.AdaptiveRls), np.float32: (palpate.Rls32, palpate.AdaptiveRls32)}
+ESTIMATORS: dict[Any, tuple[Any, Any]] = {
+    np.float64: (palpate.Rls, palpate.AdaptiveRls),
+    np.float32: (palpate.Rls32, palpate.AdaptiveRls32),
+}
 
 
 def exactly(output: list[float], regressor: list[float], **settings: float) -> reference.Trace:
@@ -72,7 +75,7 @@ def test_a_touch_stays_within_16_eps(kind: Any, tally: Tally) -> None:
     @given(strategies.touch_samples(width))
     def run(samples: tuple[list[float], list[float]]) -> None:
         tally.count("touches")
-        exact = exactly(*samples, **settings)
+        exact = exactly(samples[0], samples[1], **settings)
         size = check(kind, samples, settings, tally)
         rows = ESTIMATORS[kind][1](**settings).trace(*samples)[:size]
         for name in ("ratio", "covariance"):

@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from measure import bits
 
-ADAPTIVE = {64: palpate.AdaptiveRls, 32: palpate.AdaptiveRls32}
-FIXED = {64: palpate.Rls, 32: palpate.Rls32}
+ADAPTIVE: dict[int, Any] = {64: palpate.AdaptiveRls, 32: palpate.AdaptiveRls32}
+FIXED: dict[int, Any] = {64: palpate.Rls, 32: palpate.Rls32}
 BAD = st.sampled_from([math.nan, math.inf, -math.inf])
 
 widths = pytest.mark.parametrize("width", [64, 32])

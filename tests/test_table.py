@@ -69,16 +69,20 @@ def test_units_in_the_header_are_heeded(tmp_path: Path, header: str, factor: flo
 
 def test_names_of_several_header_rows(tmp_path: Path) -> None:
     path = write(tmp_path, ",Ch1,,Ch2,\nTime (s),C (pF),D (%),C (pF),D (%)\n0.1,1,5,2,6\n0.1,3,5,4,6\n")
-    for hard, soft in [("Ch1", "Ch2"), ("2", 4), ("Ch1 C (pF)", "Ch2 C"), (2, "ch2")]:
+    pairs: list[tuple[str | int, str | int]]
+    pairs = [("Ch1", "Ch2"), ("2", 4), ("Ch1 C (pF)", "Ch2 C"), (2, "ch2")]
+    for hard, soft in pairs:
         recording = read(path, columns={"hard": hard, "soft": soft})
         assert (recording.hard.tolist(), recording.soft.tolist()) == ([1, 3], [2, 4])
-    for wrong, message in [
+    bad: list[tuple[str | int, str]]
+    bad = [
         ("C (pF)", r"'C \(pF\)', which is at positions 2, 4; give one of these"),
         ("Ch3", r"'Ch3', allowed: 1 \(Time \(s\)\), 2 \(Ch1 C \(pF\)\)"),
         (0, "position 0, allowed: 1 to 5"),
         (6, "position 6, allowed: 1 to 5"),
         (3, "in per cent"),
-    ]:
+    ]
+    for wrong, message in bad:
         with pytest.raises(ValueError, match=message):
             read(path, columns={"hard": wrong, "soft": 4})
 

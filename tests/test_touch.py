@@ -2,6 +2,7 @@
 
 import runpy
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import palpate
@@ -101,12 +102,14 @@ def test_settings_reach_the_estimator() -> None:
     assert alarmed.alarm_share == 1.0
     assert calm.alarm_share == 0.0
     assert palpate.touches(whole, samples=20)[0].samples == 20
-    for wrong, message in [
+    bad: list[tuple[dict[str, Any], str]]
+    bad = [
         ({"scene": "moon"}, "scene: got 'moon', allowed: 'paper'"),
         ({"samples": 0}, "samples: got 0"),
         ({"colour": 1.0}, "settings: got 'colour', allowed: steady, alarmed, drift"),
         ({"drift": -1.0}, "drift: got -1.0"),
-    ]:
+    ]
+    for wrong, message in bad:
         with pytest.raises(ValueError, match=message):
             palpate.touches(whole, **wrong)
 

@@ -66,10 +66,10 @@ Examples
 >>> estimator = palpate.AdaptiveRls(drift=0.005)
 >>> for _ in range(100):
 ...     ratio = estimator.update(0.50, 0.25)
->>> for _ in range(10):
+>>> for _ in range(40):
 ...     ratio = estimator.update(0.65, 0.25)
->>> round(ratio, 3), estimator.alarm
-(2.422, True)
+>>> round(ratio, 2), estimator.alarm
+(2.55, True)
 )";
 
 template <class Real>

@@ -56,10 +56,10 @@ Examples
 --------
 >>> import palpate
 >>> estimator = palpate.Rls(forgetting=0.99)
->>> estimator.update(0.5, 0.25)
-1.998402555910543
->>> estimator.process([0.52, 0.5], [0.26, 0.25])
-array([1.99922873, 1.99948578])
+>>> round(estimator.update(0.5, 0.25), 4)
+1.9984
+>>> estimator.process([0.52, 0.5], [0.26, 0.25]).round(4)
+array([1.9992, 1.9995])
 )";
 
 template <class Real>

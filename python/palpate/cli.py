@@ -9,12 +9,14 @@ import re
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import click
-import numpy as np
 
-from palpate import PalpateError, Recording, RecordingError, Touch, __version__, read, touches
+from palpate import PalpateError, RecordingError, __version__
+
+if TYPE_CHECKING:
+    from palpate import Recording, Touch
 
 BAD_DATA = 4
 NOT_RELIABLE = 5
@@ -73,6 +75,8 @@ def replay(
     Example:
       palpate replay bench.csv --map "hard=C1 (pF),soft=C2 (pF)" --set drift=0.005
     """
+    from palpate import read, touches
+
     try:
         recording = read(file, columns=columns, unit=unit)
         found = touches(recording, scene=scene, samples=samples, **settings)
@@ -93,7 +97,9 @@ def _fail(error: PalpateError, code: int) -> NoReturn:
     sys.exit(code)
 
 
-def _why_not(recording: Recording) -> str:
+def _why_not(recording: "Recording") -> str:
+    import numpy as np
+
     channels = {"hard": recording.hard, "soft": recording.soft}
     spans = [f"{name} {np.nanmax(c) - np.nanmin(c):.3g} pF" for name, c in channels.items() if np.isfinite(c).any()]
     span = ", ".join(spans) or "nothing, as no row has a value"
@@ -102,7 +108,7 @@ def _why_not(recording: Recording) -> str:
     )
 
 
-def _json(file: Path, scene: str, recording: Recording, found: list[Touch]) -> str:
+def _json(file: Path, scene: str, recording: "Recording", found: "list[Touch]") -> str:
     # JSON has no nan: a touch of a recording without times starts at null.
     plain = [asdict(touch) | ({"start_s": None} if math.isnan(touch.start_s) else {}) for touch in found]
     document = {
@@ -115,7 +121,7 @@ def _json(file: Path, scene: str, recording: Recording, found: list[Touch]) -> s
     return json.dumps(document, indent=2, allow_nan=False)
 
 
-def _table(found: list[Touch]) -> str:
+def _table(found: "list[Touch]") -> str:
     if not found:
         return ""
     lines = ["touch   start_s  samples     ratio  covariance  alarm  flags"]

@@ -57,8 +57,9 @@ def adaptive_rls(
 
     Examples
     --------
+    >>> from palpate.reference import adaptive_rls
     >>> adaptive_rls([0.5, 0.52], [0.25, 0.26]).ratio.round(4)
-    array([1.9984, 1.9992])
+    array([1.9986, 1.9993])
     """
     if not (np.isfinite(np.asarray(output, float)).all() and np.isfinite(np.asarray(regressor, float)).all()):
         raise ValueError("output, regressor: got a value that is not finite, allowed: finite numbers")
@@ -97,7 +98,8 @@ def adaptive_rls(
         ratio = ratio + gain * innovation
         rows.append((ratio, covariance, innovation, statistic, alarm))
     columns = list(zip(*rows, strict=True)) or [()] * 5
-    return Trace(*(np.array(column) for column in columns[:4]), alarm=np.array(columns[4], bool))
+    ratios, covariances, innovations, statistics, alarms = (np.array(column) for column in columns)
+    return Trace(ratios, covariances, innovations, statistics, alarms.astype(bool))
 
 
 def rls(output: ArrayLike, regressor: ArrayLike, *, forgetting: float = 0.995, **settings: Any) -> Trace:
