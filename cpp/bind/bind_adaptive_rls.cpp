@@ -57,7 +57,7 @@ Notes
 -----
 For each sample, with the innovation e of `Rls`: statistic' = max(0, statistic + |e| - drift);
 alarm = statistic' > threshold; then the update of `Rls` with the forgetting factor that the
-alarm selects. Peng et al., Sec. III-B. drift and threshold are in pF: they fit one press and
+alarm selects. drift and threshold are in pF: they fit one press and
 one noise level.
 
 Examples

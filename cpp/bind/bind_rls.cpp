@@ -48,7 +48,7 @@ ValueError
 Notes
 -----
 With x the regressor, R = 1/P and e = output - ratio * x: R' = lambda R + x^2,
-ratio' = ratio + (x / R') e; the covariance form of Peng et al., eq. (3), steps 1-4,
+ratio' = ratio + (x / R') e; the paper's covariance form, eq. (3) and steps 1-4,
 inverted. All capacitances in pF: in farads a covariance of 1e4 would mean that the
 initial ratio is certain.
 
