@@ -1,6 +1,7 @@
 """The paper in plain numpy, equation by equation: slow, obvious, and sharing no code with the core.
 
-Its eq. (3) with steps 1-4, and its change detection, in the covariance form as it is printed, whose subtraction cancels; the compiled core uses the equivalent information form.
+Its eq. (3) with steps 1-4, and its change detection, in the covariance form as it is printed, whose
+subtraction cancels; the compiled core uses the equivalent information form.
 """
 
 from collections.abc import Callable
