@@ -1,4 +1,4 @@
-"""The paper's estimator on real recordings: one line a gesture, its ratio's median and interquartile range.
+"""Real recordings through two scenes: a line for each gesture, its ratio's median and interquartile range.
 
     python bench/gestures.py ../shared/recordings/cord
 
@@ -15,21 +15,23 @@ import palpate
 GESTURES = {"h": "pinch, place h", "l": "pinch, place l", "m": "pinch, place m", "ca": "long press"}
 
 
-def ratios(folder: Path, gesture: str) -> list[float]:
+def ratios(folder: Path, gesture: str, scene: str) -> list[float]:
     """Return the ratio of every touch in the 15 files of a gesture."""
     found = []
     for path in sorted(folder.glob(f"{gesture}[0-9]*.csv")):
-        found += [touch.ratio for touch in palpate.touches(palpate.read(path, columns={"soft": 4, "hard": 8}))]
+        recording = palpate.read(path, columns={"soft": 4, "hard": 8})
+        found += [touch.ratio for touch in palpate.touches(recording, scene=scene)]
     return found
 
 
 def main(folder: Path) -> None:
     """Print the table."""
-    print("gesture            touches  ratio: median  quartiles")
+    print("gesture            scene     touches  ratio: median  quartiles")
     for gesture, name in GESTURES.items():
-        values = ratios(folder, gesture)
-        low, median, high = np.percentile(values, [25, 50, 75])
-        print(f"{gesture:3} {name:14} {len(values):7} {median:14.3f}  {low:.3f} to {high:.3f}")
+        for scene in ("paper", "handheld"):
+            values = ratios(folder, gesture, scene)
+            low, median, high = np.percentile(values, [25, 50, 75])
+            print(f"{gesture:3} {name:14} {scene:9} {len(values):7} {median:14.3f}  {low:.3f} to {high:.3f}")
 
 
 if __name__ == "__main__":

@@ -21,18 +21,19 @@ HEADERS = ROOT / "cpp" / "include" / "palpate"
 
 # Low to high; each may use only what stands in lower rows.
 PYTHON_LAYERS: list[set[str]] = [
-    {"errors", "_core", "reference"},
-    {"contact", "table"},
-    {"touch"},
-    {"recording"},
+    {"errors", "_core", "reference", "ad7746", "specimens", "design"},
+    {"table", "touch", "simulate"},
+    {"recording", "scenarios"},
     {"__init__"},
     {"cli"},
     {"__main__"},
 ]
 HEADER_LAYERS: list[set[str]] = [
     {"version", "arithmetic"},
-    {"forgetting", "detector", "bound"},
+    {"forgetting", "detector", "bound", "noise", "align", "baseline", "contact"},
     {"rls"},
+    {"handover"},
+    {"touch"},
     {"palpate"},
 ]
 

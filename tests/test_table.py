@@ -41,7 +41,7 @@ def write(folder: Path, text: str | bytes) -> Path:
 )
 def test_the_same_table_in_many_dialects(tmp_path: Path, text: str | bytes) -> None:
     recording = read(write(tmp_path, text), columns=MAP)
-    assert recording.time_s.tolist() == [0, 1]
+    assert recording.t_hard_s.tolist() == [0, 1]
     assert recording.hard.tolist() == [1.5, 2.5]
     assert recording.soft.tolist() == [2, 3]
     assert recording.notes == ()
@@ -63,7 +63,7 @@ def test_units_in_the_header_are_heeded(tmp_path: Path, header: str, factor: flo
     recording = read(path, columns={"hard": 2, "soft": "soft"})
     assert recording.hard == pytest.approx([factor, 3 * factor], rel=1e-15)
     assert recording.soft.tolist() == [2, 4]
-    assert recording.time_s.tolist() == [0, 0.5]
+    assert recording.t_hard_s.tolist() == [0, 0.5]
     assert read(path, columns={"hard": 2, "soft": 3}, unit="nF").hard.tolist() == [1e3, 3e3]
 
 
@@ -96,13 +96,13 @@ def test_cells_without_a_value_are_kept_as_nan_and_told(tmp_path: Path) -> None:
 
 def test_times(tmp_path: Path) -> None:
     clock = "timestamp,hard,soft\n2026-11-21 12:00:00.5,1,2\n2026-11-21T12:00:02,1,2\n"
-    assert read(write(tmp_path, clock), columns=MAP).time_s.tolist() == [0, 1.5]
+    assert read(write(tmp_path, clock), columns=MAP).t_hard_s.tolist() == [0, 1.5]
     none = read(write(tmp_path, "hard,soft\n1,2\n1,2\n"), columns=MAP)
-    assert np.isnan(none.time_s).all()
+    assert np.isnan(none.t_hard_s).all()
     back = read(write(tmp_path, "time,hard,soft\n0,1,2\n2,1,2\n1,1,2\n1,1,2\n"), columns=MAP)
     assert back.notes == ("time goes back at 1 of 4 rows: they are taken in the order of the file",)
     named = read(write(tmp_path, "when,hard,soft\n3,1,2\n"), columns={**MAP, "time": "when"})
-    assert named.time_s.tolist() == [3]
+    assert named.t_hard_s.tolist() == [3]
 
 
 @pytest.mark.parametrize(
@@ -139,7 +139,7 @@ def test_a_torn_last_row_is_left_out_and_told(tmp_path: Path) -> None:
 def test_own_files_need_no_map(tmp_path: Path) -> None:
     text = "seq,t_hard_s,t_soft_s,hard_raw,soft_raw,hard_pF,soft_pF,status\n0,0.5,0.6,9,9,1.5,2.5,0\n"
     recording = read(write(tmp_path, text))
-    assert (recording.time_s[0], recording.hard[0], recording.soft[0]) == (0.5, 1.5, 2.5)
+    assert (recording.t_hard_s[0], recording.hard[0], recording.soft[0]) == (0.5, 1.5, 2.5)
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ def test_what_is_written_is_read(
 ) -> None:
     lines = [delimiter.join(["time", "hard", "soft"]), *(delimiter.join(map(repr, row)) for row in rows)]
     recording = read(write(tmp_path_factory.getbasetemp(), "\n".join(lines) + "\n"), columns=MAP)
-    assert list(zip(recording.time_s, recording.hard, recording.soft, strict=True)) == rows
+    assert list(zip(recording.t_hard_s, recording.hard, recording.soft, strict=True)) == rows
 
 
 def test_numbers() -> None:

@@ -7,3 +7,5 @@ namespace py = pybind11;
 
 void bind_rls(py::module_& module);
 void bind_adaptive_rls(py::module_& module);
+void bind_handover_rls(py::module_& module);
+void bind_tracker(py::module_& module);

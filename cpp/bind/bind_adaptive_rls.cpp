@@ -6,6 +6,7 @@ namespace {
 template <class Real>
 struct AdaptiveSettings {
   using Core = palpate::AdaptiveRls<Real>;
+  using Row = TraceRow<Real>;
   double steady = 0.995, alarmed = 0.9, drift = 0.01, threshold = 0.05;
   double initial_ratio = 1.0, initial_covariance = 1e4, max_covariance = 1e6;
 
@@ -20,11 +21,7 @@ struct AdaptiveSettings {
   }
 
   void check() const {
-    require(is_forgetting(steady), "steady", steady, "0 < steady <= 1");
-    require(is_forgetting(alarmed) && alarmed <= steady, "alarmed", alarmed,
-            "0 < alarmed <= steady (" + number(steady) + ")");
-    require(drift >= 0 && palpate::is_finite(static_cast<Real>(drift)), "drift", drift, "0 <= drift, finite");
-    require(threshold >= 0, "threshold", threshold, "0 <= threshold");
+    check_adaptive(*this);
     check_prior<Real>(*this);
   }
 

@@ -54,7 +54,7 @@ Returns
 -------
 numpy.ndarray, shape (n,), structured
     `ratio`; `covariance` (1/pF^2); `innovation` (pF; nan in the row of a refused sample);
-    `statistic` (pF); `alarm`.
+    `statistic`; `alarm`; and, from HandoverRls, `standard_error`.
 
 Raises
 ------
@@ -108,8 +108,8 @@ void bind_methods(py::class_<E>& type) {
       .def_property_readonly("innovation", &E::innovation,
                              "A-priori error of the last accepted sample, pF; nan before the first.")
       .def_property_readonly(
-          "statistic", [](const E& self) { return self.core().detector().statistic; },
-          "CUSUM statistic g, pF; 0 where there is no detector.")
+          "statistic", [](const E& self) { return self.core().statistic(); },
+          "CUSUM statistic: pF in AdaptiveRls, standard deviations in HandoverRls; 0 where there is no detector.")
       .def_property_readonly(
           "alarm", [](const E& self) { return self.core().alarm(); },
           "Whether statistic > threshold; False where there is no detector.")

@@ -6,6 +6,7 @@ namespace {
 template <class Real>
 struct RlsSettings {
   using Core = palpate::FixedRls<Real>;
+  using Row = TraceRow<Real>;
   double forgetting = 0.995, initial_ratio = 1.0, initial_covariance = 1e4, max_covariance = 1e6;
 
   static constexpr std::array<Field<RlsSettings>, 4> fields() {

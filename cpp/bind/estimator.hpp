@@ -9,28 +9,7 @@
 
 #include "arrays.hpp"
 #include "settings.hpp"
-
-/// One row of trace(). The padding is a member, so that equal traces have equal bytes.
-template <class Real>
-struct TraceRow {
-  Real ratio, covariance, innovation, statistic;
-  bool alarm;
-  unsigned char padding[sizeof(Real) - 1];
-
-  static py::dtype dtype() {
-    const py::object real = py::dtype::of<Real>();
-    py::list names, formats, offsets;
-    const auto add = [&](const char* name, const py::object& format, std::size_t offset) {
-      names.append(name), formats.append(format), offsets.append(offset);
-    };
-    add("ratio", real, offsetof(TraceRow, ratio));
-    add("covariance", real, offsetof(TraceRow, covariance));
-    add("innovation", real, offsetof(TraceRow, innovation));
-    add("statistic", real, offsetof(TraceRow, statistic));
-    add("alarm", py::dtype::of<bool>(), offsetof(TraceRow, alarm));
-    return py::dtype(names, formats, offsets, sizeof(TraceRow));
-  }
-};
+#include "trace_row.hpp"
 
 template <class Settings_>
 class Estimator {
@@ -38,7 +17,7 @@ class Estimator {
   using Settings = Settings_;
   using Core = typename Settings::Core;
   using Real = typename Core::real_type;
-  using Row = TraceRow<Real>;
+  using Row = typename Settings::Row;
 
   explicit Estimator(const Settings& settings) : settings_(settings), core_(settings.core()) {}
 
@@ -54,10 +33,8 @@ class Estimator {
   }
 
   py::array trace(const py::object& output, const py::object& regressor, const py::object& out) {
-    return block<Row>(output, regressor, out, Row::dtype(), [](const Core& core, const palpate::Step<Real>& step) {
-      const Real innovation = step.accepted ? step.innovation : std::numeric_limits<Real>::quiet_NaN();
-      return Row{core.ratio(), core.covariance(), innovation, core.detector().statistic, core.alarm(), {}};
-    });
+    return block<Row>(output, regressor, out, Row::dtype(),
+                      [](const Core& core, const palpate::Step<Real>& step) { return Row::of(core, step); });
   }
 
   void reset() {
@@ -69,30 +46,33 @@ class Estimator {
     return equal(settings_, other.settings_) && state().equal(other.state());
   }
 
+  /// Every number of the core, then the innovation (None before the first sample) and the counts.
   py::tuple state() const {
-    return py::make_tuple(core_.ratio(), core_.information(), core_.detector().statistic,
-                          samples_ == 0 ? py::object(py::none()) : py::object(py::float_(innovation_)), samples_,
-                          rejected_);
+    py::list values;
+    Core core = core_;
+    core.visit_state([&](const Real& value) { values.append(static_cast<double>(value)); });
+    values.append(samples_ == 0 ? py::object(py::none()) : py::object(py::float_(innovation_)));
+    values.append(samples_);
+    values.append(rejected_);
+    return py::tuple(values);
   }
 
   static Estimator restored(const Settings& settings, const py::tuple& state) {
     Estimator estimator(settings);
-    const auto ratio = state[0].cast<Real>();
-    const auto information = state[1].cast<Real>();
-    const auto statistic = state[2].cast<Real>();
-    if (!palpate::is_finite(ratio) || !palpate::is_finite(statistic) || !palpate::is_finite(information) ||
-        information <= 0 || statistic < 0) {
+    std::size_t position = 0;
+    bool ok = true;
+    estimator.core_.visit_state([&](Real& value) {
+      value = state[position++].cast<Real>();
+      ok = ok && palpate::is_finite(value);
+    });
+    if (!ok || !(estimator.core_.information() > 0) || !(estimator.core_.statistic() >= 0)) {
       throw py::value_error("pickled state: got " + py::repr(state).cast<std::string>() +
-                            ", allowed: a finite ratio, a finite information > 0, a finite statistic >= 0");
+                            ", allowed: finite numbers, an information > 0, a statistic >= 0");
     }
-    auto detector = estimator.core_.detector();
-    if constexpr (!std::is_empty_v<decltype(detector)>) {
-      detector.statistic = statistic;
-    }
-    estimator.core_.restore(ratio, information, detector);
-    estimator.innovation_ = state[3].is_none() ? estimator.innovation_ : state[3].cast<Real>();
-    estimator.samples_ = state[4].cast<std::size_t>();
-    estimator.rejected_ = state[5].cast<std::size_t>();
+    const py::object innovation = state[position];
+    estimator.innovation_ = innovation.is_none() ? estimator.innovation_ : innovation.cast<Real>();
+    estimator.samples_ = state[position + 1].cast<std::size_t>();
+    estimator.rejected_ = state[position + 2].cast<std::size_t>();
     return estimator;
   }
 

@@ -8,4 +8,6 @@ PYBIND11_MODULE(_core, module) {
   module.attr("__version__") = PALPATE_VERSION;
   bind_rls(module);
   bind_adaptive_rls(module);
+  bind_handover_rls(module);
+  bind_tracker(module);
 }

@@ -41,6 +41,24 @@ void check_prior(const Settings& settings) {
 inline bool is_forgetting(double value) { return value > 0 && value <= 1; }
 
 template <class Settings>
+void check_adaptive(const Settings& s) {
+  require(is_forgetting(s.steady), "steady", s.steady, "0 < steady <= 1");
+  require(is_forgetting(s.alarmed) && s.alarmed <= s.steady, "alarmed", s.alarmed,
+          "0 < alarmed <= steady (" + number(s.steady) + ")");
+  require(s.drift >= 0 && palpate::is_finite(static_cast<float>(s.drift)), "drift", s.drift, "0 <= drift, finite");
+  require(s.threshold >= 0, "threshold", s.threshold, "0 <= threshold");
+}
+
+template <class Settings>
+void check_handover(const Settings& s) {
+  require(is_forgetting(s.steady), "steady", s.steady, "0 < steady <= 1");
+  require(s.clip > 0 && s.clip <= 100, "clip", s.clip, "0 < clip <= 100");
+  require(s.drift >= 0 && s.drift < s.clip, "drift", s.drift, "0 <= drift < clip (" + number(s.clip) + ")");
+  require(s.threshold > 0, "threshold", s.threshold, "0 < threshold");
+  require(is_forgetting(s.smoothing), "smoothing", s.smoothing, "0 < smoothing <= 1");
+}
+
+template <class Settings>
 py::dict to_dict(const Settings& settings) {
   py::dict result;
   for (const auto& field : Settings::fields()) {

@@ -6,30 +6,44 @@ The estimators come from the compiled core at once; what needs numpy comes with 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from palpate._core import AdaptiveRls, AdaptiveRls32, Rls, Rls32, __version__
+from palpate._core import (
+    AdaptiveRls,
+    AdaptiveRls32,
+    HandoverRls,
+    HandoverRls32,
+    Rls,
+    Rls32,
+    Touch,
+    Tracker,
+    __version__,
+)
 from palpate.errors import PalpateError, RecordingError
 
 if TYPE_CHECKING:
     from palpate.recording import Recording, read
-    from palpate.touch import Touch, touches
+    from palpate.touch import most_reliable, touches
 
 __all__ = [
     "AdaptiveRls",
     "AdaptiveRls32",
+    "HandoverRls",
+    "HandoverRls32",
     "PalpateError",
     "Recording",
     "RecordingError",
     "Rls",
     "Rls32",
     "Touch",
+    "Tracker",
     "__version__",
     "get_include",
+    "most_reliable",
     "read",
     "touches",
 ]
 
-_LAZY = {"Recording": "recording", "read": "recording", "Touch": "touch", "touches": "touch"}
-_MODULES = {"contact", "recording", "reference", "touch"}
+_LAZY = {"Recording": "recording", "read": "recording", "most_reliable": "touch", "touches": "touch"}
+_MODULES = {"ad7746", "design", "recording", "reference", "scenarios", "simulate", "specimens", "touch"}
 
 
 def __getattr__(name: str) -> Any:

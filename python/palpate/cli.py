@@ -7,7 +7,6 @@ import json
 import math
 import re
 import sys
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -55,8 +54,10 @@ def _settings(_context: click.Context, _parameter: click.Parameter, texts: tuple
 @click.option("--map", "columns", callback=_columns, metavar="hard=COL,soft=COL",
               help="Columns of a table from another logger: names, or positions counted from 1; also time=COL.")  # fmt: skip
 @click.option("--unit", help="Unit of the capacitances, aF to F.  [default: the header's, else pF]")
-@click.option("--scene", default="paper", show_default=True, help="How to estimate: paper.")
-@click.option("--samples", default=250, show_default=True, type=click.IntRange(min=1), help="Samples a touch, at most.")
+@click.option(
+    "--scene", default="handheld", show_default=True, help="How to estimate: handheld, sliding, paper, fixed."
+)
+@click.option("--samples", type=click.IntRange(min=1), help="Samples a touch, at most.  [default: the scene's]")
 @click.option("--set", "settings", callback=_settings, multiple=True, metavar="NAME=VALUE",
               help="A parameter of the estimator, as drift=0.02; may be repeated.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="One JSON document instead of a table.")
@@ -65,7 +66,7 @@ def replay(
     columns: dict[str, str] | None,
     unit: str | None,
     scene: str,
-    samples: int,
+    samples: int | None,
     settings: dict[str, float],
     as_json: bool,
 ) -> None:
@@ -79,7 +80,7 @@ def replay(
 
     try:
         recording = read(file, columns=columns, unit=unit)
-        found = touches(recording, scene=scene, samples=samples, **settings)
+        found = touches(recording, scene=scene, **settings, **({"samples": samples} if samples else {}))
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
     except RecordingError as error:
@@ -109,8 +110,7 @@ def _why_not(recording: "Recording") -> str:
 
 
 def _json(file: Path, scene: str, recording: "Recording", found: "list[Touch]") -> str:
-    # JSON has no nan: a touch of a recording without times starts at null.
-    plain = [asdict(touch) | ({"start_s": None} if math.isnan(touch.start_s) else {}) for touch in found]
+    plain = [touch.as_dict() for touch in found]
     document = {
         "file": str(file),
         "scene": scene,
@@ -124,11 +124,12 @@ def _json(file: Path, scene: str, recording: "Recording", found: "list[Touch]") 
 def _table(found: "list[Touch]") -> str:
     if not found:
         return ""
-    lines = ["touch   start_s  samples     ratio  covariance  alarm  flags"]
+    lines = ["touch   start_s  samples     ratio  std. error  covariance  alarm  flags"]
     for number, touch in enumerate(found, 1):
         start = "-" if math.isnan(touch.start_s) else f"{touch.start_s:.3f}"
+        error = "-" if math.isnan(touch.standard_error) else f"{touch.standard_error:.2g}"
         lines.append(
-            f"{number:5} {start:>9} {touch.samples:8} {touch.ratio:9.4f} {touch.covariance:11.3g}"
+            f"{number:5} {start:>9} {touch.samples:8} {touch.ratio:9.4f} {error:>11} {touch.covariance:11.3g}"
             f" {touch.alarm_share:6.0%}  {' '.join(touch.flags)}".rstrip()
         )
     return "\n".join(lines) + "\n"

@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.ad7746 import CODES_PER_PF, FULL_SCALE_PF, SATURATED_CODES
 from palpate.errors import RecordingError
 from palpate.table import PICOFARADS, SECONDS, Table, bare_name, read_table, to_number
 
-OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s"}
+OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s", "soft_time": "t_soft_s"}
 _TIMES = {
     "time",
     "t",
@@ -34,18 +35,22 @@ class Recording:
 
     Attributes
     ----------
-    time_s : numpy.ndarray, shape (n,)
-        Time of each sample, s; nan where the file has no times.
+    t_hard_s, t_soft_s : numpy.ndarray, shape (n,)
+        Time of each channel's reading, s; nan where the file has no times, the same where it has one.
     hard, soft : numpy.ndarray, shape (n,)
         Capacitances, pF, baseline included; nan where the file has no value.
     notes : tuple of str
         What a reader of the results should know: rows without a value, a torn end, times that go back.
+    full_scale_pF : float
+        A reading of this size is saturated: the AD7746's in palpate's own files, inf elsewhere.
     """
 
-    time_s: NDArray[np.float64]
+    t_hard_s: NDArray[np.float64]
+    t_soft_s: NDArray[np.float64]
     hard: NDArray[np.float64]
     soft: NDArray[np.float64]
     notes: tuple[str, ...] = ()
+    full_scale_pF: float = math.inf
 
 
 def read(
@@ -61,8 +66,9 @@ def read(
     path : path-like
         A text table: comma, semicolon, tab, bar or blanks between the cells; any number of header rows.
     columns : mapping, optional
-        Which columns hold "hard", "soft" and, where it is not found by its name, "time": a name in
-        one of the header rows, or a position counted from 1. Not needed for palpate's own files.
+        Which columns hold "hard", "soft" and, where it is not found by its name, "time" (and
+        "soft_time", where the soft channel has its own): a name in one of the header rows, or a
+        position counted from 1. Not needed for palpate's own files.
     unit : str, optional
         Unit of both capacitances, aF to F. Taken from the header where it names one; pF otherwise.
 
@@ -86,7 +92,7 @@ def read(
         if key not in wanted:
             raise ValueError(f"columns: got {', '.join(wanted) or 'none'}, allowed: hard, soft and, if wanted, time")
     if unknown := set(wanted) - set(OWN_COLUMNS):
-        raise ValueError(f"columns: got {min(unknown)!r}, allowed: hard, soft, time")
+        raise ValueError(f"columns: got {min(unknown)!r}, allowed: {', '.join(OWN_COLUMNS)}")
     if unit is not None and unit not in PICOFARADS:
         raise ValueError(f"unit: got {unit!r}, allowed: {', '.join(PICOFARADS)}")
     table = read_table(Path(path))
@@ -94,8 +100,10 @@ def read(
         _require_own(table)
     hard = _capacitance(table, wanted["hard"], unit)
     soft = _capacitance(table, wanted["soft"], unit)
-    time_s = _times(table, wanted.get("time"))
-    return Recording(time_s, hard, soft, tuple(_notes(table, time_s, hard, soft)))
+    t_hard_s = _times(table, wanted.get("time"))
+    t_soft_s = _times(table, wanted["soft_time"]) if "soft_time" in wanted else t_hard_s
+    full_scale = math.inf if columns is not None else FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
+    return Recording(t_hard_s, t_soft_s, hard, soft, tuple(_notes(table, t_hard_s, hard, soft)), full_scale)
 
 
 def _require_own(table: Table) -> None:

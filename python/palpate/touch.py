@@ -1,73 +1,42 @@
-"""From a recording to its touches, one estimate each."""
+"""From a recording to its touches, and from several touches to the one to trust."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate._core import AdaptiveRls
-from palpate.contact import find_contacts
-
-PAPER_SAMPLES = 250
-"""Samples from contact that the paper uses for each touch (Sec. III-D)."""
+from palpate._core import Touch, Tracker
 
 
 class Channels(Protocol):
     """What `touches` needs of a recording."""
 
     @property
-    def time_s(self) -> NDArray[np.float64]: ...  # noqa: D102
+    def t_hard_s(self) -> NDArray[np.float64]: ...  # noqa: D102
+    @property
+    def t_soft_s(self) -> NDArray[np.float64]: ...  # noqa: D102
     @property
     def hard(self) -> NDArray[np.float64]: ...  # noqa: D102
     @property
     def soft(self) -> NDArray[np.float64]: ...  # noqa: D102
+    @property
+    def full_scale_pF(self) -> float: ...  # noqa: D102
 
 
-@dataclass(frozen=True, slots=True)
-class Touch:
-    """The result of one touch.
-
-    Attributes
-    ----------
-    start_s : float
-        Time of the first sample in contact, s; nan in a recording without times.
-    samples : int
-        Samples that the estimate rests on.
-    ratio : float
-        Capacitance ratio, hard / soft, at the end of the touch.
-    covariance : float
-        Unscaled covariance P of the ratio, 1/pF^2: the smaller, the harder was pressed. Not yet an
-        uncertainty: it knows nothing of the errors.
-    alarm_share : float
-        Share of the samples during which the change detector's alarm was on.
-    flags : tuple of str
-        "short": fewer samples than the scene asks for; "unexcited": the samples hardly moved the
-        initial ratio, as when farads are taken for picofarads.
-    """
-
-    start_s: float
-    samples: int
-    ratio: float
-    covariance: float
-    alarm_share: float
-    flags: tuple[str, ...] = ()
-
-
-def touches(recording: Channels, *, scene: str = "paper", samples: int = PAPER_SAMPLES, **settings: Any) -> list[Touch]:
+def touches(recording: Channels, *, scene: str = "handheld", **settings: Any) -> list[Touch]:
     """Find the touches of a recording and estimate the ratio of each.
 
     Parameters
     ----------
-    recording : Recording
-        `time_s` (s), `hard` and `soft` (pF, baseline included), arrays of shape (n,); nan where a
-        channel has no value: such samples are left out.
+    recording : Recording or Simulation
+        `t_hard_s`, `t_soft_s` (s; nan where unknown), `hard` and `soft` (pF, baseline included),
+        arrays of shape (n,); a reading with a nan capacitance, or one of `full_scale_pF` or more, is
+        left out and counted.
     scene : str
-        "paper": baseline, contact (`palpate.contact`), `AdaptiveRls` restarted at each touch.
-    samples : int
-        A touch ends after so many samples, or when it is released.
+        As in `Tracker`.
     **settings
-        Parameters of `AdaptiveRls`.
+        As in `Tracker`.
 
     Returns
     -------
@@ -77,43 +46,59 @@ def touches(recording: Channels, *, scene: str = "paper", samples: int = PAPER_S
     Raises
     ------
     ValueError
-        An unknown scene or setting, samples < 1, a setting out of range.
+        An unknown scene or setting, a setting out of range.
 
     Examples
     --------
-    >>> import numpy as np, palpate
-    >>> press = np.concatenate([np.zeros(60), np.linspace(0, 0.3, 20), np.full(80, 0.3), np.zeros(60)])
-    >>> recording = palpate.Recording(time_s=np.arange(220) / 40, hard=9 + 2.5 * press, soft=8 + press)
-    >>> [touch] = palpate.touches(recording)
-    >>> touch.start_s, touch.samples, round(touch.ratio, 3), touch.flags
-    (1.525, 99, 2.5, ('short',))
+    >>> import palpate
+    >>> from palpate import scenarios
+    >>> [touch] = palpate.touches(scenarios.run("stiff-steady"))
+    >>> abs(touch.ratio / scenarios.PROBE.ratio(8.68) - 1) < 3 * touch.standard_error / touch.ratio
+    True
     """
-    if scene != "paper":
-        raise ValueError(f"scene: got {scene!r}, allowed: 'paper'")
-    if samples < 1:
-        raise ValueError(f"samples: got {samples}, allowed: 1 <= samples")
-    if unknown := set(settings) - set(AdaptiveRls().settings):
-        raise ValueError(f"settings: got {min(unknown)!r}, allowed: {', '.join(AdaptiveRls().settings)}")
-    estimator = AdaptiveRls(**settings)
-    good = np.isfinite(recording.hard) & np.isfinite(recording.soft)
-    time_s, hard, soft = recording.time_s[good], recording.hard[good], recording.soft[good]
-    result = []
-    for contact in find_contacts(hard, soft):
-        used = slice(contact.start, min(contact.stop, contact.start + samples))
-        estimator.reset()
-        rows = estimator.trace(hard[used] - contact.hard_baseline, soft[used] - contact.soft_baseline)
-        flags = {
-            "short": len(rows) < samples,
-            "unexcited": estimator.covariance > 0.1 * estimator.settings["initial_covariance"],
-        }
-        result.append(
-            Touch(
-                start_s=float(time_s[contact.start]),
-                samples=estimator.samples,
-                ratio=estimator.ratio,
-                covariance=estimator.covariance,
-                alarm_share=float(rows["alarm"].mean()),
-                flags=tuple(flag for flag, raised in flags.items() if raised),
-            )
-        )
-    return result
+    tracker = Tracker(scene, **{"full_scale": recording.full_scale_pF, **settings})
+    timed = bool(np.isfinite(recording.t_hard_s).all() and np.isfinite(recording.t_soft_s).all())
+    rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, both channels at once
+    t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed else (rows, rows)
+    tracker.process(t_hard, t_soft, recording.hard, recording.soft)
+    tracker.finish()
+    return tracker.touches if timed else [touch._untimed() for touch in tracker.touches]
+
+
+def most_reliable(touches: Sequence[Touch], *, by: str = "standard_error") -> Touch:
+    """Choose one of several touches on the same object.
+
+    Parameters
+    ----------
+    touches : sequence of Touch
+    by : str
+        "standard_error": the smallest, among the touches without a flag. "covariance": the smallest
+        among all, the paper's choice (Sec. IV).
+
+    Returns
+    -------
+    Touch
+
+    Raises
+    ------
+    ValueError
+        No touch to choose from, or an unknown `by`.
+
+    Examples
+    --------
+    >>> import palpate
+    >>> from palpate import scenarios
+    >>> four = palpate.touches(scenarios.run("four-specimens"))
+    >>> palpate.most_reliable(four, by="covariance") in four
+    True
+    """
+    if by == "covariance":
+        candidates = list(touches)
+    elif by == "standard_error":
+        candidates = [touch for touch in touches if not touch.flags and np.isfinite(touch.standard_error)]
+    else:
+        raise ValueError(f"by: got {by!r}, allowed: 'standard_error', 'covariance'")
+    if not candidates:
+        flags = "; ".join(" ".join(touch.flags) or "no standard error" for touch in touches) or "none at all"
+        raise ValueError(f"touches: got none to choose from ({flags}), allowed: at least one without a flag")
+    return min(candidates, key=lambda touch: float(getattr(touch, by)))

@@ -61,12 +61,41 @@ static_assert(noexcept(AdaptiveRls<double>().update(0.0, 0.0)) && noexcept(Adapt
 
 // Without forgetting every sample counts the same: a mean, exactly.
 constexpr double mean_of_two() noexcept {
-  Rls<double> estimator({}, {}, {}, 0.0, 1e4);
-  estimator.restore(0.0, 0.0, {});
+  Rls<double> estimator({}, {}, {}, 0.0, std::numeric_limits<double>::infinity());
   estimator.update(1.0, 1.0);
   return estimator.update(3.0, 1.0).ratio;
 }
 static_assert(mean_of_two() == 2.0);
+
+// After reset nothing is left of the samples before it.
+template <class Real>
+constexpr bool reset_forgets() noexcept {
+  AdaptiveRls<Real> fresh;
+  AdaptiveRls<Real> used;
+  used.update(Real(5), Real(1));
+  used.reset();
+  const auto first = fresh.update(Real(0.5), Real(0.25));
+  const auto again = used.update(Real(0.5), Real(0.25));
+  return first.ratio == again.ratio && first.gain == again.gain &&
+         fresh.detector().statistic == used.detector().statistic;
+}
+static_assert(reset_forgets<float>() && reset_forgets<double>());
+
+// An innovation as large as the drift adds nothing, whatever has been summed so far: no rounding in between.
+template <class Real>
+constexpr bool drift_is_exact() noexcept {
+  Cusum<Real> detector;
+  for (int i = 0; i < 200; ++i) {
+    detector.statistic = static_cast<Real>(i) / Real(10);
+    const Real before = detector.statistic;
+    detector.update(detector.drift);
+    if (detector.statistic != before) {
+      return false;
+    }
+  }
+  return true;
+}
+static_assert(drift_is_exact<float>() && drift_is_exact<double>());
 
 template <class Real>
 bool refuses_what_is_not_finite() {

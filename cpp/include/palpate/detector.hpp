@@ -15,6 +15,8 @@ struct NoDetector {
 
   constexpr bool update(Real /*innovation*/) noexcept { return false; }
   constexpr void reset() noexcept {}
+  template <class Visit>
+  constexpr void visit_state(Visit&&) noexcept {}
   constexpr bool is_finite() const noexcept { return true; }
   constexpr bool alarm() const noexcept { return false; }
 };
@@ -36,6 +38,10 @@ struct Cusum {
     return alarm();
   }
   constexpr void reset() noexcept { statistic = Real(0); }
+  template <class Visit>
+  constexpr void visit_state(Visit&& visit) noexcept {
+    visit(statistic);
+  }
   constexpr bool is_finite() const noexcept { return palpate::is_finite(statistic); }
   constexpr bool alarm() const noexcept { return statistic > threshold; }
 };

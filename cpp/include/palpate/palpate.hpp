@@ -3,5 +3,5 @@
 
 // Everything: #include <palpate/palpate.hpp>.
 
-#include <palpate/rls.hpp>
+#include <palpate/touch.hpp>
 #include <palpate/version.hpp>

@@ -74,21 +74,23 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
 
   /// Forget every sample; the policies' parameters stay.
   constexpr void reset(Real ratio = Real(1), Real covariance = Real(1e4)) noexcept {
-    Detector detector = *this;
-    detector.reset();
-    restore(ratio, Real(1) / covariance, detector);
+    ratio_ = ratio;
+    information_ = Real(1) / covariance;
+    Detector::reset();
   }
 
-  /// Continue from a state read out earlier with ratio(), information() and detector().
-  constexpr void restore(Real ratio, Real information, const Detector& detector) noexcept {
-    ratio_ = ratio;
-    information_ = information;
-    static_cast<Detector&>(*this) = detector;
+  /// Give every number of the state to `visit`, by reference: to save it, and to continue from it.
+  template <class Visit>
+  constexpr void visit_state(Visit&& visit) noexcept {
+    visit(ratio_);
+    visit(information_);
+    Detector::visit_state(visit);
   }
 
   constexpr Real ratio() const noexcept { return ratio_; }
   constexpr Real information() const noexcept { return information_; }
   constexpr Real covariance() const noexcept { return Real(1) / information_; }
+  constexpr Real statistic() const noexcept { return Detector::statistic; }
   constexpr bool alarm() const noexcept { return Detector::alarm(); }
   constexpr const Forgetting& forgetting() const noexcept { return *this; }
   constexpr const Detector& detector() const noexcept { return *this; }

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include <pybind11/stl.h>
+
+#include "tracker.hpp"
+
+namespace {
+
+constexpr auto tracker_doc = R"(The whole way of a sample, from two readings to touches.
+
+Parameters
+----------
+scene : str
+    "fixed": a loop that feeds clean changes, as one touch. "paper": baseline, contact, and the
+    paper's estimator for 250 samples. "handheld": the channels aligned, `HandoverRls`.
+    "sliding": as handheld, a touch ends by its release only.
+**settings
+    `samples` (int or None: a touch ends by its release only), `full_scale` (pF: a reading of this
+    size is saturated and left out), `release` (share of the press below which a touch ends),
+    and the parameters of the scene's estimator.
+
+Raises
+------
+ValueError
+    An unknown scene or setting, or a setting out of range.
+
+Examples
+--------
+>>> import numpy as np, palpate
+>>> press = np.repeat([0.0, 0.25, 0.0], [60, 270, 30])
+>>> t = np.arange(360) * 0.026
+>>> tracker = palpate.Tracker("handheld")
+>>> rows = tracker.process(t, t + 0.013, 9 + 2.5 * press, 8 + press)
+>>> [(touch.samples, round(touch.ratio, 3)) for touch in tracker.touches]
+[(250, 2.5)]
+)";
+
+constexpr auto process_doc = R"(Take a block of readings; the same bits as one `feed` for each.
+
+Parameters
+----------
+t_hard, t_soft : array_like, shape (n,)
+    Times of the two conversions: seconds as floats, or nanoseconds as integers.
+hard, soft : array_like, shape (n,), pF
+    Readings, baseline included; nan where there is none.
+
+Returns
+-------
+numpy.ndarray, shape (n,), structured
+    After each reading: `ratio`; `standard_error` (nan before it means something, and in scenes
+    that do not know it); `alarm`; `contact`; `touch`, the number of the touch that is measured,
+    counted from 1, else 0.
+
+Raises
+------
+ValueError
+    Not one-dimensional, not of one length, a time that is not finite.
+)";
+
+double numeric(const Result& touch, double palpate::Touch<double>::* member) { return touch.touch.*member; }
+
+}  // namespace
+
+void bind_tracker(py::module_& module) {
+  py::class_<Result> touch(module, "Touch", "The result of one touch.");
+  touch.attr("__module__") = "palpate";
+  touch
+      .def_property_readonly(
+          "start", [](const Result& r) { return r.touch.start; }, "Reading with which it began, counted from 0.")
+      .def_property_readonly(
+          "start_s", [](const Result& r) { return r.start_s; }, "Time of that reading, s; nan without times.")
+      .def_property_readonly(
+          "samples", [](const Result& r) { return r.touch.samples; }, "Samples that the estimate rests on.")
+      .def_property_readonly(
+          "ratio", [](const Result& r) { return numeric(r, &palpate::Touch<double>::ratio); },
+          "Capacitance ratio, hard / soft, at the end of the touch.")
+      .def_property_readonly(
+          "covariance", [](const Result& r) { return numeric(r, &palpate::Touch<double>::covariance); },
+          "Unscaled covariance P of the ratio, 1/pF^2: the smaller, the harder was pressed.")
+      .def_property_readonly(
+          "standard_error", [](const Result& r) { return numeric(r, &palpate::Touch<double>::standard_error); },
+          "Standard deviation of the ratio; nan where it is not known.")
+      .def_property_readonly("alarm_share", &Result::alarm_share, "Share of the samples with the alarm on.")
+      .def_property_readonly(
+          "saturated", [](const Result& r) { return r.touch.saturated; }, "Readings left out as saturated.")
+      .def_property_readonly(
+          "refused", [](const Result& r) { return r.touch.refused; }, "Readings without a usable value.")
+      .def_property_readonly("flags", &Result::flags,
+                             "What stands against the result: \"short\" (fewer samples than asked for), "
+                             "\"saturated\", \"refused\" (more than a tenth of the readings had no usable value), "
+                             "\"unsettled\" (no standard error in a scene that should know it), "
+                             "\"unexcited\" (the samples hardly moved the initial ratio).")
+      .def(
+          "__eq__", [](const Result& a, const Result& b) { return a.as_dict().equal(b.as_dict()); }, py::is_operator())
+      .def("__repr__",
+           [](const Result& r) {
+             return "Touch(" + py::str(", ").attr("join")(r.assignments()).cast<std::string>() + ")";
+           })
+      .def("_untimed",
+           [](Result r) {
+             r.start_s = std::numeric_limits<double>::quiet_NaN();
+             return r;
+           })
+      .def("as_dict", &Result::as_dict, "Every field, as plain numbers; nan as None.")
+      .def(py::pickle([](const Result& r) { return r.state(); },
+                      [](const py::tuple& state) { return Result::of(state); }));
+
+  py::class_<AnyTracker> tracker(module, "Tracker", tracker_doc);
+  tracker.attr("__module__") = "palpate";
+  tracker
+      .def(py::init([](const std::string& scene, const py::kwargs& settings) { return make_tracker(scene, settings); }),
+           py::arg("scene") = "handheld")
+      .def("feed", &AnyTracker::feed, py::arg("t_hard"), py::arg("t_soft"), py::arg("hard"), py::arg("soft"),
+           py::pos_only(),
+           "Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.")
+      .def("process", &AnyTracker::process, py::arg("t_hard"), py::arg("t_soft"), py::arg("hard"), py::arg("soft"),
+           process_doc)
+      .def("finish", &AnyTracker::finish, "End a touch that is still running, and return it; None where there is none.")
+      .def("__repr__",
+           [](const AnyTracker& self) {
+             return "<Tracker(" + py::repr(py::str(self.scene())).cast<std::string>() + ") " +
+                    self.state().cast<std::string>() + ", ratio=" + number(self.ratio()) +
+                    ", touches=" + std::to_string(self.touches().size()) + ">";
+           })
+      .def_property_readonly("scene", &AnyTracker::scene, "Its name.")
+      .def_property_readonly("settings", &AnyTracker::settings,
+                             "The settings, as a dict: `Tracker(t.scene, **t.settings)`.")
+      .def_property_readonly("state", &AnyTracker::state, "\"baseline\", \"waiting\", \"contact\" or \"done\".")
+      .def_property_readonly("ratio", &AnyTracker::ratio, "Ratio of the running touch, or of the last one.")
+      .def_property_readonly("standard_error", &AnyTracker::standard_error, "Of that ratio; nan where it is not known.")
+      .def_property_readonly("readings", &AnyTracker::readings, "Readings taken so far.")
+      .def_property_readonly("touches", &AnyTracker::touches, "Every touch that has ended, in order of time.");
+}

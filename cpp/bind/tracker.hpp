@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The scenes behind one Python class: their settings, and the conversion of times and results.
+
+#include <cmath>
+#include <memory>
+#include <palpate/touch.hpp>
+#include <string>
+#include <vector>
+
+#include "settings.hpp"
+#include "trace_row.hpp"
+
+/// A touch as Python sees it: with its time, and with what the scene promised.
+struct Result {
+  palpate::Touch<double> touch;
+  double start_s;
+  std::uint32_t wanted;  // samples, 0 for any number
+  double initial_covariance;
+  bool knows_error;
+
+  double alarm_share() const { return touch.samples > 0 ? static_cast<double>(touch.alarms) / touch.samples : 0.0; }
+  py::tuple flags() const;
+  py::dict as_dict() const;
+  py::list assignments() const;
+  py::tuple state() const;
+  static Result of(const py::tuple& state);
+};
+
+class AnyTracker {
+ public:
+  virtual ~AnyTracker() = default;
+  virtual py::object feed(double t_hard, double t_soft, double hard, double soft) = 0;
+  virtual py::array process(const py::object& t_hard, const py::object& t_soft, const py::object& hard,
+                            const py::object& soft) = 0;
+  virtual py::object finish() = 0;
+  virtual std::string scene() const = 0;
+  virtual py::dict settings() const = 0;
+  virtual py::str state() const = 0;
+  virtual double ratio() const = 0;
+  virtual double standard_error() const = 0;
+  virtual std::uint64_t readings() const = 0;
+  virtual std::vector<Result> touches() const = 0;
+};
+
+std::unique_ptr<AnyTracker> make_tracker(const std::string& scene, const py::dict& settings);

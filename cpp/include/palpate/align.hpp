@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// One converter reads the two channels in turn: the soft channel is interpolated to the hard channel's instants.
+// Times are integer ticks of any unit; only their differences become Real.
+
+#include <palpate/arithmetic.hpp>
+
+namespace palpate {
+
+/// Both channels at one instant; valid is false where they could not be brought together.
+template <class Real>
+struct Pair {
+  Real hard;
+  Real soft;
+  bool valid;
+};
+
+/// The null stage: the two values as they came.
+template <class Real, class Ticks>
+struct NoAlign {
+  using ticks_type = Ticks;
+  constexpr Pair<Real> feed(Ticks, Ticks, Real hard, Real soft) noexcept {
+    return {hard, soft, is_finite(hard) && is_finite(soft)};
+  }
+  constexpr void reset() noexcept {}
+};
+
+/// Lagrange interpolation through Order soft values around a hard one, on their real times; Order 2, 4 or 6. Costs
+/// Order / 2 - 1 pairs of delay (one more where the soft channel is read first). What is left of a tone whose phase
+/// turns by a between two soft values is 1 - (9 cos(a / 2) - cos(3 a / 2)) / 8 for Order 4: 5 % at 8 Hz and 26 ms.
+template <class Real, class Ticks, int Order = 4>
+class Align {
+  static_assert(Order == 2 || Order == 4 || Order == 6, "palpate::Align: Order must be 2, 4 or 6");
+  static constexpr int half = Order / 2;
+
+ public:
+  using ticks_type = Ticks;
+  Ticks max_gap = static_cast<Ticks>(1000000000);  // between two soft values, ticks: no interpolation over more
+
+  /// One reading of each channel, either of which may be missing (NaN). Returns the pair that it completes.
+  constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft) noexcept {
+    if (is_finite(soft)) {
+      push_soft(soft_time, soft);
+    }
+    if (is_finite(hard)) {
+      push_hard(hard_time, hard);
+    }
+    return is_finite(soft) && soft_filled_ == Order ? centre() : Pair<Real>{hard, soft, false};
+  }
+
+  constexpr void reset() noexcept { soft_filled_ = hard_filled_ = 0; }
+
+ private:
+  constexpr void push_soft(Ticks time, Real value) noexcept {
+    if (soft_filled_ > 0 && !(time > soft_time_[Order - 1])) {
+      reset();  // the clock went back, or stood: start again
+    }
+    for (int i = 1; i < Order; ++i) {
+      soft_time_[i - 1] = soft_time_[i];
+      soft_[i - 1] = soft_[i];
+    }
+    soft_time_[Order - 1] = time;
+    soft_[Order - 1] = value;
+    soft_filled_ += soft_filled_ < Order;
+  }
+
+  constexpr void push_hard(Ticks time, Real value) noexcept {
+    for (int i = half; i > 0; --i) {
+      hard_time_[i] = hard_time_[i - 1];
+      hard_[i] = hard_[i - 1];
+    }
+    hard_time_[0] = time;
+    hard_[0] = value;
+    hard_filled_ += hard_filled_ <= half;
+  }
+
+  /// The newest hard value between the two soft ones in the middle.
+  constexpr Pair<Real> centre() const noexcept {
+    const Ticks from = soft_time_[half - 1], to = soft_time_[half];
+    for (int i = 0; i < hard_filled_; ++i) {
+      if (hard_time_[i] > from && !(hard_time_[i] > to) && to - from <= max_gap) {
+        return {hard_[i], interpolated(hard_time_[i]), true};
+      }
+    }
+    return {hard_[0], soft_[Order - 1], false};
+  }
+
+  constexpr Real interpolated(Ticks time) const noexcept {
+    Real sum = 0;
+    for (int i = 0; i < Order; ++i) {
+      Real above = soft_[i], below = 1;
+      for (int j = 0; j < Order; ++j) {
+        if (j != i) {
+          above = product(above, difference(time, soft_time_[j]));
+          below = product(below, difference(soft_time_[i], soft_time_[j]));
+        }
+      }
+      sum += above / below;
+    }
+    return sum;
+  }
+
+  // In 2^24 ticks, which is exact, and near 1 for milliseconds in nanoseconds: no product of five leaves the range of
+  // float. Signed also where the ticks are not.
+  static constexpr Real difference(Ticks later, Ticks earlier) noexcept {
+    const Real ticks = later > earlier ? static_cast<Real>(later - earlier) : -static_cast<Real>(earlier - later);
+    return product(ticks, Real(1) / Real(16777216));
+  }
+
+  Ticks soft_time_[Order] = {};
+  Real soft_[Order] = {};
+  Ticks hard_time_[half + 1] = {};
+  Real hard_[half + 1] = {};
+  int soft_filled_ = 0, hard_filled_ = 0;
+};
+
+}  // namespace palpate

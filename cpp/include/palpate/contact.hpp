@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Where a touch begins and ends.
+
+#include <palpate/arithmetic.hpp>
+
+namespace palpate {
+
+/// The null stage: always in contact.
+template <class Real>
+struct AlwaysContact {
+  constexpr bool update(Real, Real) noexcept { return true; }
+  constexpr void reset() noexcept {}
+  constexpr bool contact() const noexcept { return true; }
+  constexpr bool idle() const noexcept { return false; }
+  constexpr int age() const noexcept { return 1; }
+  constexpr bool suspects() const noexcept { return false; }
+};
+
+/// A Page test on the size of the change, in standard deviations of the idle noise: contact when the sum of what
+/// exceeds slack reaches limit. A value counts clip at most, so contact takes limit / (clip - slack) values, 4: no
+/// spike is one. The start is dated back to the first value after the last quiet one. The end: below release of the
+/// highest value, confirm times in a row; the channel is idle again below idle_share of it.
+template <class Real>
+class Contact {
+ public:
+  Real slack = Real(1.5);  // the mean size of noise is 0.8
+  Real quiet = Real(1.2);  // noise exceeds it four times in a row once in 360 starts
+  Real limit = Real(16);
+  Real clip = Real(6);
+  Real release = Real(0.5);
+  Real idle_share = Real(0.1);
+  int confirm = 3;
+
+  /// One change (magnitude, any unit) and the noise of the same. Returns contact().
+  constexpr bool update(Real change, Real noise) noexcept {
+    if (state_ == State::idle) {
+      return approach(change / noise);
+    }
+    peak_ = state_ == State::contact && change > peak_ ? change : peak_;
+    age_ += 1;
+    const Real share = state_ == State::contact ? release : idle_share;
+    const Real noise_limit = product(slack + 1, noise);  // a touch of a few noises has no tenth
+    const Real least = product(share, peak_) > noise_limit ? product(share, peak_) : noise_limit;
+    below_ = change < least ? below_ + 1 : 0;
+    if (below_ == confirm) {
+      below_ = 0;
+      state_ = state_ == State::contact ? State::released : State::idle;
+      sum_ = 0;
+    }
+    return contact();
+  }
+
+  constexpr void reset() noexcept {
+    state_ = State::idle;
+    sum_ = peak_ = 0;
+    below_ = age_ = 0;
+  }
+
+  constexpr bool contact() const noexcept { return state_ == State::contact; }
+  constexpr bool idle() const noexcept { return state_ == State::idle; }
+  /// Whether a touch may have begun.
+  constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
+  /// Values since the touch began, the last included; while idle, since the last quiet one.
+  constexpr int age() const noexcept { return age_; }
+
+ private:
+  enum class State : unsigned char { idle, contact, released };
+
+  constexpr bool approach(Real size) noexcept {
+    sum_ += (size < clip ? size : clip) - slack;
+    sum_ = sum_ > 0 ? sum_ : Real(0);
+    age_ = size < quiet ? 0 : age_ + 1;
+    peak_ = 0;
+    if (sum_ >= limit) {
+      state_ = State::contact;
+    }
+    return contact();
+  }
+
+  Real sum_ = 0, peak_ = 0;
+  int below_ = 0, age_ = 0;
+  State state_ = State::idle;
+};
+
+}  // namespace palpate

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// What the innovations say about themselves: their scale, and how each resembles the ones before it.
+
+#include <palpate/arithmetic.hpp>
+
+namespace palpate {
+
+/// Square root by Newton's iteration on arithmetic alone: the same bits at compile time, on a host and without an FPU.
+/// 0 for what is not positive.
+template <class Real>
+constexpr Real square_root(Real value) noexcept {
+  if (!(value > 0)) {
+    return Real(0);
+  }
+  Real scale = 1;
+  for (; value > 4; value /= 4) {
+    scale *= 2;
+  }
+  for (; value < 1; value *= 4) {
+    scale /= 2;
+  }
+  Real root = (1 + value) / 2;  // at most 25 % off in [1, 4]: 0.03, 4e-4, 1e-7, 1e-14, below an eps
+  for (int i = 0; i < 5; ++i) {
+    root = (root + value / root) / 2;
+  }
+  return scale * root;
+}
+
+/// Innovations e(k) as an autoregression: their mean square, their autocorrelation at lags 1 and 2, and the scale of
+/// what each adds to the forecast rho e(k-1). Exponentially weighted, with the weight's own sum.
+template <class Real>
+struct InnovationNoise {
+  Real scale_share = Real(0.02);  // of a new sample in the scale: a memory of about 100 samples
+  Real mean_magnitude = 0;        // of e(k) - rho e(k-1), clipped
+  Real lag0 = 0, lag1 = 0, lag2 = 0, weight = 0;
+  Real before = 0, before_that = 0;  // e(k-1), e(k-2)
+  Real rho = 0;
+  Real offset = 0, roughness = 0;  // running means of e(k) and of |e(k) - e(k-1)|, over 32 samples
+
+  /// What the forecast leaves of an innovation.
+  constexpr Real news(Real innovation) const noexcept { return innovation - product(rho, before); }
+
+  /// Standard deviation of the news: sqrt(pi / 2) times the mean magnitude for a normal distribution. No square root.
+  constexpr Real scale() const noexcept { return product(Real(1.2533141), mean_magnitude); }
+
+  constexpr void add_magnitude(Real clipped_news, Real count) noexcept {
+    const Real share = 1 > product(count, scale_share) ? 1 / count : scale_share;
+    mean_magnitude += product(share, magnitude(clipped_news) - mean_magnitude);
+  }
+
+  constexpr void add(Real innovation, Real forgetting) noexcept {
+    lag0 = product(forgetting, lag0) + product(innovation, innovation);
+    lag1 = product(forgetting, lag1) + product(innovation, before);
+    lag2 = product(forgetting, lag2) + product(innovation, before_that);
+    weight = product(forgetting, weight) + 1;
+    remember(innovation);
+  }
+
+  /// Whether the ratio drifts away from the estimate: e(k) keeps an offset that no correlated noise of this roughness
+  /// has. An AR(1) with rho = 0.8 has an offset of 0.6 standard deviations of its steps; this asks for 2.
+  constexpr bool lags(Real innovation) noexcept {
+    offset += product(innovation - offset, Real(0.03125));
+    roughness += product(magnitude(innovation - before) - roughness, Real(0.03125));
+    return magnitude(offset) > product(Real(2.5), roughness);
+  }
+
+  constexpr void remember(Real innovation) noexcept {
+    before_that = before;
+    before = innovation;
+  }
+
+  template <class Visit>
+  constexpr void visit_state(Visit&& visit) noexcept {
+    Real* own[] = {&mean_magnitude, &lag0, &lag1, &lag2, &weight, &before, &before_that, &rho, &offset, &roughness};
+    for (Real* value : own) {
+      visit(*value);
+    }
+  }
+
+  /// rho, with the bias of about -(1 + 3 rho) / n that an estimate from n samples has (Kendall, 1954) taken out.
+  constexpr void update_forecast() noexcept {
+    const Real raw = lag0 > 0 ? lag1 / lag0 : Real(0);
+    const Real corrected = raw + product(Real(1.3), 1 + product(Real(3), raw)) / weight;
+    rho = corrected > Real(0.95) ? Real(0.95) : corrected < Real(-0.9) ? Real(-0.9) : corrected;
+  }
+
+  /// Variance of a long mean of innovations, times their number: that of an AR(2) process where the second
+  /// coefficient is significant (tremor: a tone cancels itself), of an AR(1) process elsewhere. For AR(2), by
+  /// Yule and Walker, gamma(0) (1 - f1 r1 - f2 r2) / (1 - f1 - f2)^2.
+  constexpr Real long_run_variance() const noexcept {
+    const Real variance = lag0 / weight;
+    const Real r1 = lag0 > 0 ? lag1 / lag0 : Real(0);
+    const Real r2 = lag0 > 0 ? lag2 / lag0 : Real(0);
+    const Real rest = 1 - product(r1, r1);
+    const Real raw_second = rest > 0 ? (r2 - product(r1, r1)) / rest : Real(0);
+    if (product(weight, product(raw_second, raw_second)) < 6) {
+      return product(variance, (1 + rho) / (1 - rho));
+    }
+    const Real bias = product(Real(1.3), 1 + product(Real(3), r1)) / weight;
+    const Real c1 = r1 + bias, c2 = r2 + bias, spread = 1 - product(c1, c1);
+    const Real first = product(c1, 1 - c2) / spread, second = (c2 - product(c1, c1)) / spread;
+    const Real raw_gap = 1 - first - second;
+    const Real gap = raw_gap > Real(0.02) ? raw_gap : Real(0.02);
+    return product(variance, (1 - product(first, c1) - product(second, c2)) / product(gap, gap));
+  }
+};
+
+}  // namespace palpate

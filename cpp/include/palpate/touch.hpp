@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The way of a sample, from two readings to the result of a touch, and the scenes: which stages it passes.
+
+#include <cstdint>
+#include <limits>
+#include <palpate/align.hpp>
+#include <palpate/baseline.hpp>
+#include <palpate/contact.hpp>
+#include <palpate/handover.hpp>
+
+namespace palpate {
+
+/// The result of a touch.
+template <class Real>
+struct Touch {
+  std::uint64_t start = 0;  // the reading with which it began, counted from 0
+  std::uint32_t samples = 0, alarms = 0, saturated = 0, refused = 0;
+  Real ratio = 0, covariance = 0;
+  Real standard_error = std::numeric_limits<Real>::quiet_NaN();
+};
+
+/// The state after a reading.
+template <class Real>
+struct Report {
+  Real ratio, standard_error;
+  bool alarm, contact;
+  bool finished;  // touch() is new
+};
+
+/// Only Handover knows how sure it is.
+template <class Estimator>
+inline constexpr bool knows_its_error = false;
+template <class Real>
+inline constexpr bool knows_its_error<Handover<Real>> = true;
+
+/// Stages in the order in which a reading passes them. The baseline and the gate see it as it was read: the noise of
+/// the baseline is that of the channel, and the gate need not wait for the alignment.
+template <class Real, class AlignStage, class BaselineStage, class ContactStage, class Estimator>
+class Tracker {
+ public:
+  using real_type = Real;
+  using ticks_type = typename AlignStage::ticks_type;
+
+  AlignStage align;
+  BaselineStage hard_baseline, soft_baseline;
+  ContactStage gate;
+  Estimator estimator;
+  Real initial_ratio = Real(1), initial_covariance = Real(1e4);
+  std::uint32_t samples = 250;                              // of a touch; 0: a touch ends by its release only
+  Real full_scale = std::numeric_limits<Real>::infinity();  // a reading of this size is saturated
+
+  constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
+    const bool usable = is_finite(hard) && is_finite(soft);
+    const bool saturated = usable && !(magnitude(hard) < full_scale && magnitude(soft) < full_scale);
+    if (usable) {
+      gate_with(hard, soft);
+    }
+    const Real nan = std::numeric_limits<Real>::quiet_NaN();
+    const auto pair = align.feed(hard_time, soft_time, saturated ? nan : hard, saturated ? nan : soft);
+    bool alarm = false;
+    if (open_) {
+      touch_.saturated += saturated;
+      touch_.refused += !usable;
+      alarm = pair.valid && estimate(pair);
+    }
+    readings_ += 1;
+    const bool full = samples > 0 && touch_.samples >= samples;
+    const bool finished = running_ && (!open_ || full) && finish();
+    return {estimator.ratio(), standard_error(), alarm, gate.contact(), finished};
+  }
+
+  /// End a touch that is still running, as at the end of a recording. False where there is none.
+  constexpr bool finish() noexcept {
+    if (!running_) {
+      return false;
+    }
+    running_ = open_ = false;
+    touch_.ratio = estimator.ratio();
+    touch_.covariance = estimator.covariance();
+    touch_.standard_error = standard_error();
+    last_ = touch_;
+    return true;
+  }
+
+  constexpr const Touch<Real>& touch() const noexcept { return last_; }
+  constexpr bool open() const noexcept { return open_; }
+  /// The reading with which the running touch, or the last one, began.
+  constexpr std::uint64_t started() const noexcept { return touch_.start; }
+  constexpr bool ready() const noexcept { return hard_baseline.ready() && soft_baseline.ready(); }
+  constexpr std::uint64_t readings() const noexcept { return readings_; }
+
+  /// Of the estimator's noise and the baselines' errors, which all samples of a touch share; NaN before it means
+  /// something. A baseline's error moves the ratio by its quotient with the mean regressor, sqrt(R / W).
+  constexpr Real standard_error() const noexcept {
+    if constexpr (!knows_its_error<Estimator>) {
+      return std::numeric_limits<Real>::quiet_NaN();
+    } else {
+      if (!estimator.settled()) {
+        return std::numeric_limits<Real>::quiet_NaN();
+      }
+      const Real own = estimator.standard_error();
+      const Real ratio = estimator.ratio();
+      const Real shared = hard_baseline.variance() + product(product(ratio, ratio), soft_baseline.variance());
+      return square_root(product(own, own) + product(shared, estimator.weight()) / estimator.information());
+    }
+  }
+
+ private:
+  constexpr void gate_with(Real hard, Real soft) noexcept {
+    if (!ready()) {
+      hard_baseline.collect(hard);
+      soft_baseline.collect(soft);
+      return;
+    }
+    const bool was_idle = gate.idle(), was_in_contact = gate.contact();
+    const Real change = magnitude((hard - hard_baseline.level()) + (soft - soft_baseline.level()));
+    gate.update(change, noise());
+    if (gate.contact() && !(was_in_contact && touched_)) {
+      start();
+    } else if (was_in_contact && !gate.contact()) {
+      open_ = false;
+    } else if (gate.idle() && !was_idle) {
+      hard_baseline.reset();
+      soft_baseline.reset();
+    } else if (gate.idle()) {
+      follow(hard, soft);
+    }
+  }
+
+  constexpr void follow(Real hard, Real soft) noexcept {
+    hard_baseline.follow(hard);
+    soft_baseline.follow(soft);
+    if (!gate.suspects()) {
+      hard_baseline.mark();
+      soft_baseline.mark();
+    }
+  }
+
+  // sqrt(a^2 + b^2) to 4 %, from above at most 12 %: a threshold needs no more.
+  constexpr Real noise() const noexcept {
+    const Real a = hard_baseline.noise(), b = soft_baseline.noise();
+    return a > b ? a + product(Real(0.42), b) : b + product(Real(0.42), a);
+  }
+
+  constexpr void start() noexcept {
+    touched_ = running_ = open_ = true;
+    hard_baseline.rewind();
+    soft_baseline.rewind();
+    estimator.reset(initial_ratio, initial_covariance);
+    touch_ = Touch<Real>();
+    const auto age = static_cast<std::uint64_t>(gate.age());
+    touch_.start = readings_ + 1 > age ? readings_ + 1 - age : 0;
+  }
+
+  constexpr bool estimate(const Pair<Real>& pair) noexcept {
+    const auto step = estimator.update(pair.hard - hard_baseline.level(), pair.soft - soft_baseline.level());
+    touch_.samples += step.accepted;
+    touch_.refused += !step.accepted;
+    touch_.alarms += step.alarm && step.accepted;
+    return step.alarm;
+  }
+
+  std::uint64_t readings_ = 0;
+  bool open_ = false;     // samples are wanted
+  bool running_ = false;  // a touch has begun and its result is not out
+  bool touched_ = false;  // ever
+  Touch<Real> touch_, last_;
+};
+
+/// A loop that feeds clean changes: the smallest thing.
+template <class Real, class Ticks = std::int64_t>
+using FixedTracker = Tracker<Real, NoAlign<Real, Ticks>, NoBaseline<Real>, AlwaysContact<Real>, FixedRls<Real>>;
+/// The paper: 250 samples from contact.
+template <class Real, class Ticks = std::int64_t>
+using PaperTracker = Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, AdaptiveRls<Real>>;
+/// A probe in a hand; with samples = 0 and a lower release, scanning over tissue.
+template <class Real, class Ticks = std::int64_t>
+using HandheldTracker = Tracker<Real, Align<Real, Ticks, 4>, Baseline<Real>, Contact<Real>, Handover<Real>>;
+
+}  // namespace palpate

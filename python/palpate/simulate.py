@@ -1,0 +1,268 @@
+"""What a hand-held probe with one converter delivers, with the truth beside it.
+
+A force profile (presses, tremor) acts on both bumps; each channel's capacitance change is proportional to
+its force, with the ratio that eq. (2) gives for the object under the probe. The AD7746 converts the two
+channels in turn, each conversion being an average over its time, with the data sheet's noise, and
+rounds to a 24-bit code. Everything random comes from one seed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from palpate.ad7746 import CODES_PER_PF, CONVERSION_S, FULL_SCALE_PF, NOISE_PF, SATURATED_CODES, ZERO_CODE
+
+GOOD, LOST, SATURATED = 0, 1, 2
+
+# Gauss-Legendre points of a conversion's time, in halves of it: exact for the press and the tremor to 1e-9.
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+
+
+@dataclass(frozen=True)
+class Press:
+    """One touch.
+
+    Attributes
+    ----------
+    start_s : float
+        Where the capacitances begin to rise.
+    ratios : sequence of (float, float)
+        (seconds since start_s, ratio from then on): one pair for one material, several for sliding.
+    depth_pF : float
+        Change of the soft channel when held.
+    rise_s, hold_s, fall_s : float
+        Approach and release follow half a cosine.
+    creep : float
+        Relative change of depth over the hold.
+    """
+
+    start_s: float
+    ratios: Sequence[tuple[float, float]]
+    depth_pF: float = 0.25
+    rise_s: float = 0.3
+    hold_s: float = 6.6
+    fall_s: float = 0.25
+    creep: float = 0.0
+
+    @property
+    def stop_s(self) -> float:
+        """End of the release."""
+        return self.start_s + self.rise_s + self.hold_s + self.fall_s
+
+    def profile(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the press without tremor, 0 to 1, at times t."""
+        since = t - self.start_s
+        rise = np.clip(since / self.rise_s, 0, 1)
+        fall = np.clip((self.stop_s - t) / self.fall_s, 0, 1)
+        creep = 1 + self.creep * np.clip((since - self.rise_s) / self.hold_s, 0, 1)
+        return np.asarray(0.5 * (1 - np.cos(np.pi * np.minimum(rise, fall))) * creep)
+
+    def ratio(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the ratio under the probe at times t."""
+        starts = self.start_s + np.array([after for after, _ in self.ratios])
+        values = np.array([value for _, value in self.ratios])
+        return np.asarray(values[np.clip(np.searchsorted(starts, t, "right") - 1, 0, None)])
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Everything that is done to the probe and goes wrong with it.
+
+    Attributes
+    ----------
+    presses : sequence of Press
+    duration_s : float
+    tremor : float
+        Hand tremor, rms, relative to the press.
+    tremor_record : sequence of (time s, value), optional
+        A real accelerometer record in place of the made-up spectrum; scaled to `tremor`.
+    ratio_drift : float
+        Relative change of the ratio per second of a touch.
+    oblique : float
+        Standard deviation of a factor on the ratio, new for each touch (oblique contact).
+    nonlinearity : float, 1/pF
+        c = f (1 + nonlinearity f) for a force that alone would give f pF.
+    capf : int
+        The converter's speed, 0 to 7.
+    bus_s, jitter_s : float
+        Time between two conversions, and its random part.
+    baseline_pF, drift_pF_per_s : (float, float)
+        Hard and soft channel without contact, and its drift.
+    spikes_per_s, spike_pF : float
+        EMI: conversions hit, and the size of the hit (of either sign).
+    lost : float
+        Share of conversions lost.
+    """
+
+    presses: Sequence[Press] = ()
+    duration_s: float = 10.0
+    tremor: float = 0.01
+    tremor_record: tuple[ArrayLike, ArrayLike] | None = None
+    ratio_drift: float = 0.0
+    oblique: float = 0.0
+    nonlinearity: float = 0.0
+    capf: int = 0
+    bus_s: float = 0.002
+    jitter_s: float = 0.0002
+    baseline_pF: tuple[float, float] = (0.62, -0.41)
+    drift_pF_per_s: tuple[float, float] = (0.0, 0.0)
+    spikes_per_s: float = 0.0
+    spike_pF: float = 0.0
+    lost: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check what has a range."""
+        if not 0 <= self.capf < len(CONVERSION_S):
+            raise ValueError(f"capf: got {self.capf}, allowed: 0 to {len(CONVERSION_S) - 1}")
+        for name in ("tremor", "oblique", "spikes_per_s", "spike_pF", "lost", "jitter_s", "bus_s", "duration_s"):
+            if not getattr(self, name) >= 0:
+                raise ValueError(f"{name}: got {getattr(self, name)}, allowed: 0 or more")
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What the converter delivered, and what was true.
+
+    Attributes
+    ----------
+    t_hard_s, t_soft_s : numpy.ndarray, shape (n,)
+        Middle of each conversion.
+    hard, soft : numpy.ndarray, shape (n,), pF
+        As converted; nan where the conversion was lost.
+    hard_raw, soft_raw : numpy.ndarray of int, shape (n,)
+        24-bit codes; 0 where lost.
+    status : numpy.ndarray of int, shape (n,)
+        0 good, 1 a conversion of the pair lost, 2 saturated.
+    true_ratio : numpy.ndarray, shape (n,)
+        Ratio under the probe at t_hard_s; nan without contact.
+    presses : tuple of Press
+        The touches, their ratios with the factor of oblique contact.
+    """
+
+    t_hard_s: NDArray[np.float64]
+    t_soft_s: NDArray[np.float64]
+    hard: NDArray[np.float64]
+    soft: NDArray[np.float64]
+    hard_raw: NDArray[np.int64]
+    soft_raw: NDArray[np.int64]
+    status: NDArray[np.int64]
+    true_ratio: NDArray[np.float64]
+    presses: tuple[Press, ...] = field(default=())
+
+    @property
+    def full_scale_pF(self) -> float:
+        """Smallest reading that counts as saturated, pF."""
+        return FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
+
+
+def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
+    """Run a scenario.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        See `palpate.scenarios` for named ones.
+    seed : int
+        The same seed gives the same recording.
+
+    Returns
+    -------
+    Simulation
+
+    Examples
+    --------
+    >>> run = simulate(Scenario(presses=[Press(2.0, [(0.0, 2.5)])]), seed=1)
+    >>> held = (run.t_hard_s > 3) & (run.t_hard_s < 8)
+    >>> float(np.median((run.hard[held] - 0.62) / (run.soft[held] + 0.41)).round(2))
+    2.5
+    """
+    random = np.random.default_rng(seed)
+    step = CONVERSION_S[scenario.capf] + scenario.bus_s
+    pairs = int(scenario.duration_s / (2 * step))
+    steps = step + scenario.jitter_s * random.uniform(-1, 1, 2 * pairs)
+    middles = np.cumsum(steps) - CONVERSION_S[scenario.capf] / 2
+    presses = tuple(_oblique(press, 1 + scenario.oblique * random.standard_normal()) for press in scenario.presses)
+    tremor = _Tremor(scenario, random)
+    channels = []
+    for channel, times in enumerate((middles[0::2], middles[1::2])):
+        points = times[:, None] + CONVERSION_S[scenario.capf] / 2 * _POINTS
+        change = _change(scenario, presses, points, tremor, hard=channel == 0) @ _WEIGHTS / 2
+        base = scenario.baseline_pF[channel] + scenario.drift_pF_per_s[channel] * times
+        noise = NOISE_PF[scenario.capf] * random.standard_normal(pairs)
+        hits = random.random(pairs) < scenario.spikes_per_s * step
+        spikes = hits * scenario.spike_pF * random.choice([-1.0, 1.0], pairs)
+        channels.append((times, base + change + noise + spikes, random.random(pairs) < scenario.lost))
+    return _converted(channels, presses, scenario)
+
+
+def _converted(
+    channels: list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]],
+    presses: tuple[Press, ...],
+    scenario: Scenario,
+) -> Simulation:
+    raws, values = [], []
+    status = np.zeros(len(channels[0][0]), int)
+    for _, capacitance, lost in channels:
+        raw = np.clip(np.rint(capacitance * CODES_PER_PF).astype(int) + ZERO_CODE, 0, 2**24 - 1)
+        status[(raw < SATURATED_CODES) | (raw >= 2**24 - SATURATED_CODES)] = SATURATED
+        raws.append(np.where(lost, 0, raw))
+        values.append(np.where(lost, np.nan, (raw - ZERO_CODE) / CODES_PER_PF))
+    status[channels[0][2] | channels[1][2]] = LOST
+    times = channels[0][0]
+    truth = np.full(len(times), np.nan)
+    for press in presses:
+        inside = (times >= press.start_s) & (times <= press.stop_s)
+        truth[inside] = _ratio(scenario, press, times[inside])
+    return Simulation(times, channels[1][0], values[0], values[1], raws[0], raws[1], status, truth, presses)
+
+
+def _oblique(press: Press, factor: float) -> Press:
+    return Press(**{**press.__dict__, "ratios": tuple((after, ratio * factor) for after, ratio in press.ratios)})
+
+
+def _ratio(scenario: Scenario, press: Press, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    return press.ratio(t) * (1 + scenario.ratio_drift * np.clip(t - press.start_s, 0, None))
+
+
+def _change(
+    scenario: Scenario, presses: tuple[Press, ...], t: NDArray[np.float64], tremor: "_Tremor", *, hard: bool
+) -> NDArray[np.float64]:
+    total = np.zeros_like(t)
+    shaken = 1 + tremor(t)
+    for press in presses:
+        force = press.depth_pF * press.profile(t) * shaken
+        force *= _ratio(scenario, press, t) if hard else 1.0
+        total += force * (1 + scenario.nonlinearity * force)
+    return total
+
+
+class _Tremor:
+    """Hand tremor, rms `scenario.tremor`: tones around two frequencies between 3 and 12 Hz, each with a width.
+
+    The frequencies of physiological tremor: 8-12 Hz neurogenic, 3-5 Hz of the loaded wrist (Elble and
+    Koller, Tremor, 1990).
+    """
+
+    def __init__(self, scenario: Scenario, random: np.random.Generator) -> None:
+        self._rms = scenario.tremor
+        self._record = scenario.tremor_record
+        peaks = np.repeat([random.uniform(3.5, 5.0), random.uniform(7.0, 10.0)], 12)
+        self._frequencies = np.clip(peaks + random.normal(0.0, 0.8, 24), 3.0, 12.0)
+        self._phases = random.uniform(0, 2 * np.pi, 24)
+        amplitudes = random.rayleigh(1.0, 24) * np.repeat([0.6, 1.0], 12)
+        self._amplitudes = amplitudes / np.sqrt((amplitudes**2).sum() / 2)
+
+    def __call__(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        if self._rms == 0:
+            return np.zeros_like(t)
+        if self._record is not None:
+            times, values = (np.asarray(a, float) for a in self._record)
+            values = values - values.mean()
+            span = times[-1] - times[0]
+            return np.asarray(self._rms / values.std() * np.interp(times[0] + np.mod(t, span), times, values))
+        total = np.zeros_like(t)
+        for amplitude, frequency, phase in zip(self._amplitudes, self._frequencies, self._phases, strict=True):
+            total += amplitude * np.sin(2 * np.pi * frequency * t + phase)
+        return self._rms * total
