@@ -6,6 +6,7 @@
 
 #include <pybind11/numpy.h>
 
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
@@ -30,7 +31,10 @@ inline void require_shape(const py::array& array, const std::string& name, py::s
 /// size < 0: any length.
 template <class Real>
 Samples<Real> samples_of(const py::object& value, const std::string& name, py::ssize_t size = -1) {
-  const py::array array(value);  // numpy's own error where it cannot make an array of it
+  // A masked value is no value. numpy's own error where it cannot make an array of it.
+  const bool masked = py::hasattr(value, "mask") && py::hasattr(value, "filled");
+  const py::object plain = masked ? value.attr("astype")("float64").attr("filled")(py::float_(NAN)) : value;
+  const py::array array(plain);
   if (std::string("biuf").find(array.dtype().kind()) == std::string::npos) {
     throw py::type_error(name + ": got dtype " + py::str(array.dtype()).cast<std::string>() +
                          ", allowed: real numbers");
@@ -55,6 +59,9 @@ inline py::array output_array(const py::object& out, const py::dtype& dtype, py:
   require_shape(array, "out", size);
   if (!array.writeable() || !(array.flags() & aligned)) {
     throw py::value_error("out: got a read-only or unaligned array, allowed: a writeable, aligned one");
+  }
+  if (array.strides(0) == 0 && size > 1) {
+    throw py::value_error("out: got an array whose items share one place, allowed: a place for each");
   }
   return array;
 }

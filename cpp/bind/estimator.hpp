@@ -4,6 +4,7 @@
 // What Python's estimators have in common: a core, its settings, and the counts that the core leaves to its caller.
 
 #include <cstddef>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 
@@ -18,6 +19,11 @@ class Estimator {
   using Core = typename Settings::Core;
   using Real = typename Core::real_type;
   using Row = typename Settings::Row;
+
+  // pybind11 allocates an object whose __init__ was not called when one of its methods is: as zeros, it says so.
+  static void* operator new(std::size_t size) { return std::memset(::operator new(size), 0, size); }
+  static void* operator new(std::size_t, void* place) { return place; }
+  static void operator delete(void* memory) { ::operator delete(memory); }
 
   explicit Estimator(const Settings& settings) : settings_(settings), core_(settings.core()) {}
 
@@ -48,6 +54,7 @@ class Estimator {
 
   /// Every number of the core, then the innovation (None before the first sample) and the counts.
   py::tuple state() const {
+    require_made();
     py::list values;
     Core core = core_;
     core.visit_state([&](const Real& value) { values.append(static_cast<double>(value)); });
@@ -76,8 +83,14 @@ class Estimator {
     return estimator;
   }
 
-  const Settings& settings() const { return settings_; }
-  const Core& core() const { return core_; }
+  const Settings& settings() const {
+    require_made();
+    return settings_;
+  }
+  const Core& core() const {
+    require_made();
+    return core_;
+  }
   double innovation() const { return innovation_; }
   std::size_t samples() const { return samples_; }
   std::size_t rejected() const { return rejected_; }
@@ -123,13 +136,21 @@ class Estimator {
   }
 
   void require_idle() const {
+    require_made();
     if (busy_) {
       throw std::runtime_error("this estimator is processing a block in another thread: give each thread its own");
     }
   }
 
+  void require_made() const {
+    if (!made_) {
+      throw py::type_error("__init__ of this estimator has not been called");
+    }
+  }
+
   Settings settings_;
   Core core_;
+  bool made_ = true;
   Real innovation_ = std::numeric_limits<Real>::quiet_NaN();
   std::size_t samples_ = 0;
   std::size_t rejected_ = 0;

@@ -151,9 +151,10 @@ class Handover {
     const bool take = !change && !s.outlier;
     Real information = information_, gain = 0;
     if (PALPATE_UNLIKELY(change)) {
-      information = limited(side.information);
+      information = limited(side.information, side.squares);
     } else if (take) {
-      information = limited(product(settings_.steady, information_) + product(s.weight, s.regressor));
+      information = limited(product(settings_.steady, information_) + product(s.weight, s.regressor),
+                            product(s.weight, s.weight));
       gain = s.weight / information;
     }
     const Real ratio = change ? side.weighted_output / information : ratio_ + product(gain, s.innovation);
@@ -201,14 +202,16 @@ class Handover {
 
   // A ratio that drifts slowly: a shorter memory, until the lag is gone.
   constexpr void forget_half() noexcept {
-    information_ = limited(information_ / 2);
+    information_ = limited(information_ / 2, 0);
     weight_ /= 2;
     squares_ /= 4;
     noise_.offset /= 2;
   }
 
-  constexpr Real limited(Real information) const noexcept {
-    return information > settings_.min_information ? information : settings_.min_information;
+  // Where x changes its sign w x cancels; the information is then taken as no less than an eighth of w^2.
+  constexpr Real limited(Real information, Real squares) const noexcept {
+    const Real least = squares / 8 > settings_.min_information ? squares / 8 : settings_.min_information;
+    return information > least ? information : least;
   }
 
   PALPATE_COLD static constexpr Step<Real> refusal(Real ratio, Real innovation, bool alarm) noexcept {
