@@ -2,12 +2,13 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate import RecordingError, read
+from palpate import Recording, RecordingError, read
 from palpate.table import read_table, to_number
 
 MAP = {"hard": "hard", "soft": "soft"}
@@ -25,7 +26,9 @@ def write(folder: Path, text: str | bytes) -> Path:
         "time,hard,soft\n0,1.5,2\n1,2.5,3\n",
         "time;hard;soft\r\n0;1.5;2\r\n1;2.5;3\r\n",
         "time;hard;soft\n0,0;1,5;2,0\n1,0;2,5;3,0\n",
-        "time\thard\tsoft\n0\t1,5\t2\n1\t2,5\t3",
+        "time\thard\tsoft\n0\t1,5\t2\n1\t2,5\t3\n",
+        '"time" "hard" "soft"\n"0" 1.5 2\n"1" 2.5 3\n',
+        "time,hard,soft\n0,1.5,2,\n1,2.5,3\n",
         "time|hard|soft\n0|1.5|2\n1|2.5|3\n",
         "time  hard soft\n0  1.5 2\n1  2.5 3\n",
         '"time","hard","soft"\n"0","1.5","2"\n"1","2.5","3"\n',
@@ -40,7 +43,7 @@ def write(folder: Path, text: str | bytes) -> Path:
     ],
 )
 def test_the_same_table_in_many_dialects(tmp_path: Path, text: str | bytes) -> None:
-    recording = read(write(tmp_path, text), columns=MAP)
+    recording = read(write(tmp_path, text), columns=MAP, unit="pF")
     assert recording.t_hard_s.tolist() == [0, 1]
     assert recording.hard.tolist() == [1.5, 2.5]
     assert recording.soft.tolist() == [2, 3]
@@ -88,35 +91,76 @@ def test_names_of_several_header_rows(tmp_path: Path) -> None:
 
 
 def test_cells_without_a_value_are_kept_as_nan_and_told(tmp_path: Path) -> None:
-    rows = "".join(f"{i},{cell},2\n" for i, cell in enumerate(["1", "OL", "", "nan", "-", "#N/A", "inf", "ol", "2"]))
-    recording = read(write(tmp_path, "time,hard,soft\n" + rows), columns=MAP)
-    assert np.isfinite(recording.hard).tolist() == [True, *[False] * 7, True]
-    assert recording.notes == ("7 of 9 rows have no value in a channel: left out",)
+    rows = "".join(
+        f"{i},{cell},2\n"
+        for i, cell in enumerate(["1", "OL", "", "nan", "-", "#N/A", "inf", "ol", "9.9E+37", "OVLD", "2"])
+    )
+    recording = read(write(tmp_path, "time,hard,soft\n" + rows), columns=MAP, unit="pF")
+    assert np.isfinite(recording.hard).tolist() == [True, *[False] * 9, True]
+    assert recording.notes == ("9 of 11 rows have no value in a channel: left out",)
 
 
-def test_times(tmp_path: Path) -> None:
-    clock = "timestamp,hard,soft\n2026-11-21 12:00:00.5,1,2\n2026-11-21T12:00:02,1,2\n"
-    assert read(write(tmp_path, clock), columns=MAP).t_hard_s.tolist() == [0, 1.5]
+@pytest.mark.parametrize(
+    ("first", "second", "seconds"),
+    [
+        ("2026-11-21 12:00:00.5", "2026-11-21T12:00:02", [0, 1.5]),
+        ("23:00:00.25", "23:00:01.000", [82800.25, 82801]),
+        ("1763726400.5", "1763726402", [0, 1.5]),
+        ("1.5", "2.5", [1.5, 2.5]),
+        ("noon", "one", [np.nan, np.nan]),
+    ],
+)
+def test_times(tmp_path: Path, first: str, second: str, seconds: list[float]) -> None:
+    recording = read(write(tmp_path, f"timestamp,hard,soft\n{first},1,2\n{second},1,2\n"), columns=MAP, unit="pF")
+    assert np.array_equal(recording.t_hard_s, seconds, equal_nan=True)
+    assert np.array_equal(recording.t_soft_s, seconds, equal_nan=True)
+    unknown = ("no column of times found: start_s is unknown",)
+    assert recording.notes == (unknown if first == "noon" else ())
+
+
+def test_time_columns(tmp_path: Path) -> None:
     none = read(write(tmp_path, "hard,soft\n1,2\n1,2\n"), columns=MAP)
     assert np.isnan(none.t_hard_s).all()
-    back = read(write(tmp_path, "time,hard,soft\n0,1,2\n2,1,2\n1,1,2\n1,1,2\n"), columns=MAP)
+    assert none.notes[0].startswith("no column of times found")
+    back = read(write(tmp_path, "Zeit [ms],hard,soft\n0,1,2\n2000,1,2\n1000,1,2\n1000,1,2\n"), columns=MAP, unit="pF")
+    assert back.t_hard_s.tolist() == [0, 2, 1, 1]
     assert back.notes == ("time goes back at 1 of 4 rows: they are taken in the order of the file",)
-    named = read(write(tmp_path, "when,hard,soft\n3,1,2\n"), columns={**MAP, "time": "when"})
-    assert named.t_hard_s.tolist() == [3]
+    path = write(tmp_path, "when,then,hard,soft\n3,4,1,2\n")
+    both = read(path, columns={**MAP, "time": "when", "soft_time": "then"})
+    assert (both.t_hard_s.tolist(), both.t_soft_s.tolist()) == ([3], [4])
+
+
+def test_numbers_above_the_names_are_told(tmp_path: Path) -> None:
+    recording = read(write(tmp_path, "2024,1,2\ntime,hard,soft\n0,1,2\n1,3,4\n"), columns=MAP, unit="pF")
+    assert recording.hard.tolist() == [1, 3]
+    assert recording.notes == ("1 rows of numbers stand above the names: taken for a part of the header",)
+
+
+def test_a_missing_unit_is_told(tmp_path: Path) -> None:
+    path = write(tmp_path, "t,hard,soft\n0,1,2\n")
+    assert read(path, columns=MAP).notes == ("no unit in the header: pF is assumed",)
+    assert read(path, columns=MAP, unit="fF").notes == ()
+
+
+def test_names_need_a_header_as_wide_as_the_rows(tmp_path: Path) -> None:
+    path = write(tmp_path, "time,soft,hard\n1,0,1,2\n2,0,1,2\n")
+    with pytest.raises(ValueError, match="the header has 3 cells and the rows have 4"):
+        read(path, columns=MAP)
+    assert read(path, columns={"hard": 4, "soft": 3}).hard.tolist() == [2, 2]
 
 
 @pytest.mark.parametrize(
     ("text", "line", "reason"),
     [
         ("", 1, "no row of numbers"),
-        ("hello\nworld\n", 2, "no row of numbers"),
+        ("hello\nworld\n", 1, "no row of numbers"),
         (b"\x7fELF\n\0\0", 2, "a zero byte: not text"),
         (b"\xff\xfe\x00", 1, "not text"),
         ("time,hard,soft\n0,1,2\n1,x,2\n2,1,2\n", 3, "'x' in column 2 (hard) is neither a number"),
         ("time,hard,soft\n0,1,2\n1,1_0,2\n2,1,2\n", 3, "'1_0' in column 2 (hard)"),
         ("time,hard,soft\n0,1,2\n1,1\n2,1,2\n", 3, "2 cells, column 3 is needed"),
-        ("time,hard,soft\n0,1,2\nlater,1,2\n", 3, "'later' in column 1 is neither a number nor a date"),
-        ("time,hard,soft\n0,1,2\n\n\ntime,hard,soft\n0,1,2\n", 5, "'hard' in column 2 (hard)"),
+        ('hard;soft\n"12,000.50";"1,0,1"\n', 1, "'hard;soft' is not a number"),
+        ("time,hard,soft\n0,1,2\n1,1,2\n2,1,2\n\n\ntime,hard,soft\n0,1,2\n", 7, "'hard' in column 2 (hard)"),
         ("time,hard,soft\n0,1,2\n1,1\n", 3, "2 cells, column 3 is needed"),
     ],
 )
@@ -130,10 +174,28 @@ def test_what_is_not_a_recording_is_told_with_its_line(
     assert "table.csv" in str(caught.value)
 
 
-def test_a_torn_last_row_is_left_out_and_told(tmp_path: Path) -> None:
-    recording = read(write(tmp_path, "time,hard,soft\n0,1,2\n1,3,4\n2,5"), columns=MAP)
+@pytest.mark.parametrize("end", ["2,5", "2,5,6", "2,5,6.123"])
+def test_a_last_row_without_a_line_end_is_left_out_and_told(tmp_path: Path, end: str) -> None:
+    recording = read(write(tmp_path, f"time,hard,soft\n0,1,2\n1,3,4\n{end}"), columns=MAP, unit="pF")
     assert recording.hard.tolist() == [1, 3]
-    assert recording.notes == ("the last row is torn: left out",)
+    assert recording.notes == ("the last row has no line end and may be torn: left out",)
+
+
+@pytest.mark.parametrize(
+    ("fields", "error", "message"),
+    [
+        ({"hard": [[1.0, 2.0]]}, ValueError, r"hard: got shape \(1, 2\), allowed: \(2,\)"),
+        ({"soft": [1.0]}, ValueError, r"soft: got shape \(1,\), allowed: \(2,\)"),
+        ({"t_hard_s": np.array(["a", "b"])}, TypeError, "t_hard_s: got dtype <U1, allowed: real numbers"),
+        ({"soft": [1j, 2j]}, TypeError, "soft: got dtype complex128"),
+    ],
+)
+def test_a_recording_checks_its_arrays(fields: dict[str, Any], error: type[Exception], message: str) -> None:
+    good: dict[str, Any] = {"t_hard_s": [0, 1], "t_soft_s": [0, 1], "hard": [1, 2], "soft": [3, 4]}
+    masked = Recording(**{**good, "hard": np.ma.masked_array([1.0, 99.0], mask=[0, 1])})
+    assert np.array_equal(masked.hard, [1, np.nan], equal_nan=True)
+    with pytest.raises(error, match=message):
+        Recording(**{**good, **fields})
 
 
 def test_own_files_need_no_map(tmp_path: Path) -> None:
@@ -147,6 +209,7 @@ def test_own_files_need_no_map(tmp_path: Path) -> None:
     [
         (None, None, r"columns: got none .* allowed: hard and soft out of 1 \(time\)"),
         ({"hard": 1}, None, "columns: got hard, allowed: hard, soft"),
+        ({"hard": "hard", "soft": "hard"}, None, "columns: got 'hard' for both channels"),
         ({**MAP, "colour": 1}, None, "columns: got 'colour'"),
         (MAP, "pf", "unit: got 'pf', allowed: aF, fF, pF"),
     ],

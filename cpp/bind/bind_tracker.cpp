@@ -104,29 +104,47 @@ void bind_tracker(py::module_& module) {
       .def(py::pickle([](const Result& r) { return r.state(); },
                       [](const py::tuple& state) { return Result::of(state); }));
 
-  py::class_<AnyTracker> tracker(module, "Tracker", tracker_doc);
+  py::class_<PyTracker> tracker(module, "Tracker", tracker_doc);
   tracker.attr("__module__") = "palpate";
   tracker
-      .def(py::init([](const std::string& scene, const py::kwargs& settings) { return make_tracker(scene, settings); }),
+      .def(py::init([](const std::string& scene, const py::kwargs& settings) { return PyTracker(scene, settings); }),
            py::arg("scene") = "handheld")
-      .def("feed", &AnyTracker::feed, py::arg("t_hard"), py::arg("t_soft"), py::arg("hard"), py::arg("soft"),
-           py::pos_only(),
-           "Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.")
-      .def("process", &AnyTracker::process, py::arg("t_hard"), py::arg("t_soft"), py::arg("hard"), py::arg("soft"),
-           process_doc)
-      .def("finish", &AnyTracker::finish, "End a touch that is still running, and return it; None where there is none.")
+      .def(
+          "feed",
+          [](PyTracker& t, double t_hard, double t_soft, double hard, double soft) {
+            return t->feed(t_hard, t_soft, hard, soft);
+          },
+          py::arg("t_hard"), py::arg("t_soft"), py::arg("hard"), py::arg("soft"), py::pos_only(),
+          "Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.")
+      .def(
+          "process",
+          [](PyTracker& t, const py::object& t_hard, const py::object& t_soft, const py::object& hard,
+             const py::object& soft) { return t->process(t_hard, t_soft, hard, soft); },
+          py::arg("t_hard"), py::arg("t_soft"), py::arg("hard"), py::arg("soft"), process_doc)
+      .def(
+          "finish", [](PyTracker& t) { return t->finish(); },
+          "End a touch that is still running, and return it; None where there is none.")
       .def("__repr__",
-           [](const AnyTracker& self) {
-             return "<Tracker(" + py::repr(py::str(self.scene())).cast<std::string>() + ") " +
-                    self.state().cast<std::string>() + ", ratio=" + number(self.ratio()) +
-                    ", touches=" + std::to_string(self.touches().size()) + ">";
+           [](const PyTracker& t) {
+             return "<Tracker(" + py::repr(py::str(t->scene())).cast<std::string>() + ") " +
+                    t->state().cast<std::string>() + " ratio=" + number(t->ratio()) +
+                    " touches=" + std::to_string(t->touches().size()) + ">";
            })
-      .def_property_readonly("scene", &AnyTracker::scene, "Its name.")
-      .def_property_readonly("settings", &AnyTracker::settings,
-                             "The settings, as a dict: `Tracker(t.scene, **t.settings)`.")
-      .def_property_readonly("state", &AnyTracker::state, "\"baseline\", \"waiting\", \"contact\" or \"done\".")
-      .def_property_readonly("ratio", &AnyTracker::ratio, "Ratio of the running touch, or of the last one.")
-      .def_property_readonly("standard_error", &AnyTracker::standard_error, "Of that ratio; nan where it is not known.")
-      .def_property_readonly("readings", &AnyTracker::readings, "Readings taken so far.")
-      .def_property_readonly("touches", &AnyTracker::touches, "Every touch that has ended, in order of time.");
+      .def_property_readonly(
+          "scene", [](const PyTracker& t) { return t->scene(); }, "Its name.")
+      .def_property_readonly(
+          "settings", [](const PyTracker& t) { return t->settings(); },
+          "The settings, as a dict: `Tracker(t.scene, **t.settings)` is a new tracker like `t`.")
+      .def_property_readonly(
+          "state", [](const PyTracker& t) { return t->state(); },
+          "\"baseline\" (being measured), \"waiting\", \"contact\", or \"done\" (not yet released).")
+      .def_property_readonly(
+          "ratio", [](const PyTracker& t) { return t->ratio(); }, "Ratio of the running touch, or of the last one.")
+      .def_property_readonly(
+          "standard_error", [](const PyTracker& t) { return t->standard_error(); },
+          "Of that ratio; nan where it is not known.")
+      .def_property_readonly(
+          "readings", [](const PyTracker& t) { return t->readings(); }, "Readings taken so far.")
+      .def_property_readonly(
+          "touches", [](const PyTracker& t) { return t->touches(); }, "Every touch that has ended, in order of time.");
 }

@@ -4,6 +4,7 @@
 // The scenes behind one Python class: their settings, and the conversion of times and results.
 
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <palpate/touch.hpp>
 #include <string>
@@ -14,6 +15,10 @@
 
 /// A touch as Python sees it: with its time, and with what the scene promised.
 struct Result {
+  static void* operator new(std::size_t size) { return std::memset(::operator new(size), 0, size); }
+  static void* operator new(std::size_t, void* place) { return place; }
+  static void operator delete(void* memory) { ::operator delete(memory); }
+
   palpate::Touch<double> touch;
   double start_s;
   std::uint32_t wanted;  // samples, 0 for any number
@@ -45,3 +50,23 @@ class AnyTracker {
 };
 
 std::unique_ptr<AnyTracker> make_tracker(const std::string& scene, const py::dict& settings);
+
+/// What Python holds. As with Estimator, an object whose __init__ was not called is zeros, and says so.
+class PyTracker {
+ public:
+  static void* operator new(std::size_t size) { return std::memset(::operator new(size), 0, size); }
+  static void* operator new(std::size_t, void* place) { return place; }
+  static void operator delete(void* memory) { ::operator delete(memory); }
+
+  PyTracker(const std::string& scene, const py::dict& settings) : tracker_(make_tracker(scene, settings)) {}
+
+  AnyTracker* operator->() const {
+    if (!tracker_) {
+      throw py::type_error("__init__ of this tracker has not been called");
+    }
+    return tracker_.get();
+  }
+
+ private:
+  std::unique_ptr<AnyTracker> tracker_;
+};

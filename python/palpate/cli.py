@@ -24,16 +24,16 @@ NOT_RELIABLE = 5
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="palpate")
 def main() -> None:
-    """Real-time capacitance ratio and elasticity from a two-bump tactile probe."""
+    """Real-time capacitance ratio from a two-bump tactile probe."""
 
 
 def _columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
     """hard=COL,soft=COL[,time=COL]; a name may hold commas."""
     if text is None:
         return None
-    parts = re.split(r"(?:^|,)\s*(hard|soft|time)\s*=", text)
-    if parts[0].strip() or len(parts) < 3:
-        raise click.BadParameter(f"got {text!r}, allowed: hard=COL,soft=COL and, if wanted, ,time=COL")
+    parts = re.split(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=", text)
+    if parts[0].strip() or len(parts) < 3 or len(set(parts[1::2])) < len(parts[1::2]):
+        raise click.BadParameter(f"got {text!r}, allowed: hard=COL,soft=COL[,time=COL], each once")
     return {key: name.strip() for key, name in zip(parts[1::2], parts[2::2], strict=True)}
 
 
@@ -69,13 +69,16 @@ def replay(
     samples: int | None,
     settings: dict[str, float],
     as_json: bool,
-) -> None:
-    r"""Send a recording through the estimator again: one row a touch.
+) -> None:  # \b below is click's mark for lines that it must not join
+    """Send a recording through the estimator again: one row a touch.
+
+    Flags: short, saturated, refused, unsettled, unexcited; see help(palpate.Touch.flags). Exit codes: 4, not a
+    recording; 5, no touch in it.
 
     \b
     Example:
       palpate replay bench.csv --map "hard=C1 (pF),soft=C2 (pF)" --set drift=0.005
-    """
+    """  # noqa: D301
     from palpate import read, touches
 
     try:
@@ -87,7 +90,7 @@ def replay(
         _fail(error, BAD_DATA)
     for note in recording.notes:
         click.echo(f"{file}: {note}", err=True)
-    click.echo(_json(file, scene, recording, found) if as_json else _table(found), nl=as_json)
+    click.echo(_json(file, scene, settings, recording, found) if as_json else _table(found), nl=as_json)
     if not found:
         click.echo(f"{file}: no touch found: {_why_not(recording)}", err=True)
         sys.exit(NOT_RELIABLE)
@@ -109,11 +112,13 @@ def _why_not(recording: "Recording") -> str:
     )
 
 
-def _json(file: Path, scene: str, recording: "Recording", found: "list[Touch]") -> str:
+def _json(file: Path, scene: str, settings: dict[str, float], recording: "Recording", found: "list[Touch]") -> str:
     plain = [touch.as_dict() for touch in found]
     document = {
         "file": str(file),
         "scene": scene,
+        "settings": settings,
+        "palpate": __version__,
         "rows": len(recording.hard),
         "notes": recording.notes,
         "touches": plain,

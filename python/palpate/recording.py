@@ -4,7 +4,7 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime, time
 from pathlib import Path
 
 import numpy as np
@@ -12,24 +12,14 @@ from numpy.typing import NDArray
 
 from palpate.ad7746 import CODES_PER_PF, FULL_SCALE_PF, SATURATED_CODES
 from palpate.errors import RecordingError
-from palpate.table import PICOFARADS, SECONDS, Table, bare_name, read_table, to_number
+from palpate.table import PICOFARADS, SECONDS, Table, bare_name, is_data, read_table, to_number
 
 OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s", "soft_time": "t_soft_s"}
-_TIMES = {
-    "time",
-    "t",
-    "timestamp",
-    "time stamp",
-    "timestamps",
-    "seconds",
-    "elapsed",
-    "elapsed time",
-    "date",
-    "datetime",
-}
+_TIMES = {"time", "t", "t_hard", "timestamp", "time stamp", "timestamps", "seconds", "elapsed", "elapsed time", "zeit"}
+_TIMES |= {"date", "datetime", "clock"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """Both channels of a probe.
 
@@ -51,6 +41,18 @@ class Recording:
     soft: NDArray[np.float64]
     notes: tuple[str, ...] = ()
     full_scale_pF: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Make arrays of what was given, and check them."""
+        size = np.size(self.hard)
+        for name in ("t_hard_s", "t_soft_s", "hard", "soft"):
+            given = getattr(self, name)
+            array = np.asarray(given.astype(float).filled(math.nan) if isinstance(given, np.ma.MaskedArray) else given)
+            if array.dtype.kind not in "biuf":
+                raise TypeError(f"{name}: got dtype {array.dtype}, allowed: real numbers")
+            if array.shape != (size,):
+                raise ValueError(f"{name}: got shape {array.shape}, allowed: ({size},)")
+            object.__setattr__(self, name, array.astype(float))
 
 
 def read(
@@ -93,6 +95,8 @@ def read(
             raise ValueError(f"columns: got {', '.join(wanted) or 'none'}, allowed: hard, soft and, if wanted, time")
     if unknown := set(wanted) - set(OWN_COLUMNS):
         raise ValueError(f"columns: got {min(unknown)!r}, allowed: {', '.join(OWN_COLUMNS)}")
+    if str(wanted["hard"]).strip() == str(wanted["soft"]).strip():
+        raise ValueError(f"columns: got {wanted['hard']!r} for both channels, allowed: two columns")
     if unit is not None and unit not in PICOFARADS:
         raise ValueError(f"unit: got {unit!r}, allowed: {', '.join(PICOFARADS)}")
     table = read_table(Path(path))
@@ -102,8 +106,11 @@ def read(
     soft = _capacitance(table, wanted["soft"], unit)
     t_hard_s = _times(table, wanted.get("time"))
     t_soft_s = _times(table, wanted["soft_time"]) if "soft_time" in wanted else t_hard_s
+    notes = _notes(table, t_hard_s, hard, soft)
+    if columns is not None and unit is None and not table.unit(table.column(wanted["hard"]), PICOFARADS):
+        notes.append("no unit in the header: pF is assumed")
     full_scale = math.inf if columns is not None else FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
-    return Recording(t_hard_s, t_soft_s, hard, soft, tuple(_notes(table, t_hard_s, hard, soft)), full_scale)
+    return Recording(t_hard_s, t_soft_s, hard, soft, tuple(notes), full_scale)
 
 
 def _require_own(table: Table) -> None:
@@ -136,21 +143,33 @@ def _times(table: Table, wanted: str | int | None) -> NDArray[np.float64]:
     if column is None:
         return np.full(len(table.rows), math.nan)
     factor = SECONDS.get(table.unit(column, SECONDS) or "s", 1.0)
-    first: datetime | None = None
     values = np.empty(len(table.rows))
     for row, (line, _) in enumerate(table.rows):
         cell = table.cell(row, column)
         try:
-            values[row] = to_number(cell) * factor
+            values[row] = _seconds(cell, factor)
         except ValueError:
-            try:
-                moment = datetime.fromisoformat(cell)
-                first = first or moment
-                values[row] = (moment - first).total_seconds()
-            except (ValueError, TypeError) as error:
-                reason = f"{cell!r} in column {column + 1} is neither a number nor a date and time"
-                raise RecordingError(table.path, reason, line) from error
-    return values
+            if wanted is None:
+                return np.full(len(table.rows), math.nan)
+            reason = f"{cell!r} in column {column + 1} ({wanted}) is neither a number nor a time"
+            raise RecordingError(table.path, reason, line) from None
+    return values - (values[0] if values[0] > _EPOCH else 0.0)
+
+
+_EPOCH = 1e9  # a date and time, not a time since the start
+
+
+def _seconds(cell: str, factor: float) -> float:
+    """Seconds: a number, a date and time, or a time of day."""
+    try:
+        return to_number(cell) * factor
+    except ValueError:
+        pass
+    try:
+        return datetime.fromisoformat(cell).replace(tzinfo=UTC).timestamp()
+    except ValueError:
+        of_day = time.fromisoformat(cell)
+        return of_day.hour * 3600 + of_day.minute * 60 + of_day.second + of_day.microsecond * 1e-6
 
 
 def _time_column(table: Table) -> int | None:
@@ -164,10 +183,13 @@ def _notes(
     table: Table, time_s: NDArray[np.float64], hard: NDArray[np.float64], soft: NDArray[np.float64]
 ) -> list[str]:
     missing = int(np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft))))
+    above = sum(is_data(cells) for cells in table.header)
     back = int(np.count_nonzero(np.diff(time_s) < 0))
     notes = {
         f"{missing} of {len(hard)} rows have no value in a channel: left out": missing,
         f"time goes back at {back} of {len(hard)} rows: they are taken in the order of the file": back,
-        "the last row is torn: left out": table.torn,
+        f"{above} rows of numbers stand above the names: taken for a part of the header": above,
+        "the last row has no line end and may be torn: left out": table.torn,
+        "no column of times found: start_s is unknown": bool(len(time_s)) and bool(np.isnan(time_s).all()),
     }
     return [note for note, holds in notes.items() if holds]

@@ -9,11 +9,14 @@ from pathlib import Path
 from palpate.errors import RecordingError
 
 _MARKS = """
-    OL +OL -OL OVL OVER OVERLOAD OVERFLOW OVFL OPEN ERR ERROR NAN NA N/A NULL NONE - -- ---
+    OL +OL -OL OVL OVLD OVER OVERLOAD OVERFLOW OVFL OPEN ERR ERROR NAN NA N/A NULL NONE - -- ---
     INF +INF -INF #N/A #NUM! #VALUE! #DIV/0!
 """
 NO_VALUE = frozenset({"", *_MARKS.split()})
 """Cells, in upper case, with which loggers and spreadsheets say that there is no value."""
+
+OVERLOAD = 1e30
+"""Numbers of this size say that there is no value: SCPI instruments send 9.9E+37."""
 
 PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "µF": 1e6, "μF": 1e6, "mF": 1e9, "F": 1e12}
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "min": 60.0}
@@ -35,8 +38,8 @@ class Table:
     rows : list of (int, list of str)
         The rest: line number, counted from 1, and cells.
     torn : bool
-        Whether the file ends within a row, as when its writer was stopped: the last line has fewer
-        cells than the one before, and no line end. It is not among the rows.
+        Whether the file ends without a line end: its last row may have lost digits, and is not among
+        the rows.
     """
 
     path: Path
@@ -76,11 +79,20 @@ class Table:
             name = simplify(text)
             found = [c for c in range(self.width) if name in (simplify(n) for n in self.names(c))]
             if len(found) == 1:
+                self._require_header_as_wide_as_rows()
                 return found[0]
             if found:
                 positions = ", ".join(str(c + 1) for c in found)
                 raise ValueError(f"column: got {text!r}, which is at positions {positions}; give one of these")
         raise ValueError(f"column: got {text!r}, allowed: {self.describe()}")
+
+    def _require_header_as_wide_as_rows(self) -> None:
+        width = len(self.header[-1])
+        if width != self.width and any(self.header[-1][self.width :] + self.rows[0][1][width:]):
+            raise ValueError(
+                f"column: the header has {width} cells and the rows have {self.width}, so that names may belong to "
+                "other columns; allowed: positions"
+            )
 
     def describe(self) -> str:
         """Return the columns as a user may name them: positions and names."""
@@ -90,8 +102,11 @@ class Table:
         """Return the unit in a column's header, the lowest cell first: one of `units`, "%", or None."""
         for name in self.names(column)[::-1]:
             match = _UNIT.search(name)
-            if match and (match[1] in units or match[1] == "%"):
-                return match[1]
+            if match:
+                known = {unit.casefold(): unit for unit in units}
+                unit = match[1] if match[1] in units else known.get(match[1].casefold())
+                if unit or match[1] == "%":
+                    return unit or "%"
         return None
 
     def cell(self, row: int, column: int) -> str:
@@ -117,22 +132,36 @@ def read_table(path: Path) -> Table:
         Not text, or no row of numbers.
     """
     lines = re.split(r"\r\n|\r|\n", _text(path))
-    ended = lines[-1] == ""
-    delimiter = _delimiter([line for line in lines if line.strip()][: 2 * _SAMPLE])
+    torn = lines[-1] != ""
+    delimiter = _delimiter([line for line in lines if line.strip()])
     split: list[tuple[int, list[str]]] = []
     for number, line in enumerate(lines, 1):
         try:
             cells = _cells(line, delimiter)
         except csv.Error as error:
-            raise RecordingError(path, str(error), number) from error
+            raise RecordingError(path, f"{error}: not a table", number) from error
         if any(cells) and not (split and line.lstrip().startswith("#")):
             split.append((number, cells))
-    first = next((i for i, (_, cells) in enumerate(split) if _is_data(cells)), None)
+    first = next((i for i in range(len(split)) if all(is_data(cells) for _, cells in split[i : i + 3])), None)
     if first is None:
-        raise RecordingError(path, "no row of numbers in it: not a recording", split[-1][0] if split else 1)
+        raise RecordingError(path, *_why_no_data(split))
     rows = split[first:]
-    torn = not ended and len(rows) > 1 and len(rows[-1][1]) < len(rows[-2][1])
+    torn = torn and len(rows) > 1
     return Table(path, [cells for _, cells in split[:first]], rows[:-1] if torn else rows, torn)
+
+
+def _why_no_data(split: list[tuple[int, list[str]]]) -> tuple[str, int]:
+    """Reason and line: the row that comes nearest to being one of numbers."""
+    best = max(split, key=lambda row: sum(map(_is_number, row[1])), default=(1, [""]))
+    wrong = next((cell for cell in best[1] if not _is_number(cell)), best[1][0])
+    return f"no row of numbers in it: not a recording; {wrong[:40]!r} is not a number", best[0]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        return not math.isnan(to_number(cell))
+    except ValueError:
+        return False
 
 
 def to_number(cell: str) -> float:
@@ -147,8 +176,53 @@ def to_number(cell: str) -> float:
         return math.nan
     if "_" in cell:
         raise ValueError(cell)
+    cell = cell.replace("\u2212", "-")
     value = float(cell.replace(",", ".") if _DECIMAL_COMMA.match(cell) else cell)
-    return value if math.isfinite(value) else math.nan
+    return value if abs(value) < OVERLOAD else math.nan
+
+
+def _text(path: Path) -> str:
+    raw = path.read_bytes()
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        encodings = ["utf-16"]
+    else:
+        if b"\0" in raw:
+            line = raw[: raw.index(b"\0")].count(b"\n") + 1
+            raise RecordingError(path, "a zero byte: not text, not a recording", line)
+        encodings = ["utf-8-sig", "latin-1"]
+    for encoding in encodings:
+        try:
+            return raw.decode(encoding)
+        except UnicodeDecodeError as error:
+            problem = error
+    raise RecordingError(path, f"not text: {problem}", 1)
+
+
+def _delimiter(lines: list[str]) -> str | None:
+    """Return the first candidate by which the most lines below the header are rows of numbers; None for blanks."""
+    body = lines[len(lines) // 2 :][:_SAMPLE]
+
+    def rows(candidate: str | None) -> int:
+        try:
+            return sum(is_data(cells) for cells in (_cells(line, candidate) for line in body) if len(cells) > 1)
+        except csv.Error:
+            return 0
+
+    return max([*_DELIMITERS, None], key=rows)
+
+
+def _cells(line: str, delimiter: str | None) -> list[str]:
+    if delimiter is None:
+        return [cell.strip('"') for cell in line.split()]
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+
+
+def is_data(cells: list[str]) -> bool:
+    """More than half of the filled cells hold numbers or say that there is none; at least one is a number."""
+    filled = [cell for cell in cells if cell]
+    marks = sum(cell.upper() in NO_VALUE for cell in filled)
+    numbers = sum(map(_is_number, filled))
+    return numbers > 0 and 2 * (numbers + marks) > len(filled)
 
 
 def bare_name(name: str) -> str:
@@ -176,19 +250,21 @@ def _text(path: Path) -> str:
 
 
 def _delimiter(lines: list[str]) -> str | None:
-    """Return the first candidate that stands equally often in nearly all lines below the header, or None: blanks."""
+    """Return the first candidate by which the most lines below the header are rows of numbers; None for blanks."""
     body = lines[len(lines) // 2 :][:_SAMPLE]
-    for candidate in _DELIMITERS:
-        counts = [line.count(candidate) for line in body]
-        usual = max(counts, key=counts.count, default=0)
-        if usual and counts.count(usual) >= 0.9 * len(counts) - 1:
-            return candidate
-    return None
+
+    def rows(candidate: str | None) -> int:
+        try:
+            return sum(is_data(cells) for cells in (_cells(line, candidate) for line in body) if len(cells) > 1)
+        except csv.Error:
+            return 0
+
+    return max([*_DELIMITERS, None], key=rows)
 
 
 def _cells(line: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
-        return line.split()
+        return [cell.strip('"') for cell in line.split()]
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
 
 

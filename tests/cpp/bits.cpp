@@ -32,7 +32,7 @@ void print(const char* name) {
       add(hash, step.ratio);
       add(hash, step.innovation);
       add(hash, estimator.covariance());
-      add(hash, estimator.detector().statistic);
+      add(hash, estimator.statistic());
     }
   }
   std::printf("%s %016" PRIx64 "\n", name, hash);
@@ -43,6 +43,8 @@ void print(const char* name) {
 int main() {
   print<palpate::AdaptiveRls<double>>("AdaptiveRls");
   print<palpate::AdaptiveRls<float>>("AdaptiveRls32");
+  print<palpate::Handover<double>>("HandoverRls");
+  print<palpate::Handover<float>>("HandoverRls32");
   print<palpate::FixedRls<double>>("Rls");
   print<palpate::FixedRls<float>>("Rls32");
 }

@@ -34,7 +34,7 @@ constexpr Result<Real> touch() noexcept {
   }
   result.ratio = estimator.ratio();
   result.covariance = estimator.covariance();
-  result.statistic = estimator.detector().statistic;
+  result.statistic = estimator.statistic();
   return result;
 }
 

@@ -69,8 +69,8 @@ class Baseline {
  private:
   constexpr void establish() noexcept {
     const Real median = (sorted_[Size / 2 - 1] + sorted_[Size / 2]) / 2;
-    // The quartiles of a normal distribution are 1.349 standard deviations apart.
-    set_noise((sorted_[3 * Size / 4] - sorted_[Size / 4 - 1]) / Real(1.349));
+    // The quartiles of a normal distribution, each one value towards the middle, are 1.25 standard deviations apart.
+    set_noise((sorted_[3 * Size / 4 - 1] - sorted_[Size / 4]) / Real(1.25));
     const Real limit = product(clip, now_.noise);
     Real sum = 0;
     now_.count = 0;

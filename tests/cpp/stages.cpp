@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+// Each stage by itself, and every scene as a whole, at compile time.
+
+#include <limits>
+#include <palpate/palpate.hpp>
+
+namespace {
+
+using namespace palpate;
+
+constexpr bool near(double left, double right, double relative) noexcept {
+  return magnitude(left - right) <= relative * magnitude(right);
+}
+
+// A cubic is interpolated exactly by four points, a line by two, whatever the times; up to rounding.
+template <class Real, class Ticks, int Order>
+constexpr bool interpolates(Real tolerance) noexcept {
+  Align<Real, Ticks, Order> align;
+  align.max_gap = 1000000;
+  int valid = 0;
+  Ticks hard_time = 1000;
+  for (int i = 0; i < 20; ++i) {
+    const auto soft_time = static_cast<Ticks>(hard_time + static_cast<Ticks>(9000 + 700 * (i % 3)));
+    const Real t = static_cast<Real>(soft_time) / 100000;
+    const Real value = Order == 2 ? 2 + 3 * t : 2 + 3 * t - t * t + t * t * t / 4;
+    const auto pair = align.feed(hard_time, soft_time, static_cast<Real>(hard_time) / 100000, value);
+    if (pair.valid) {
+      const Real at = pair.hard;
+      const Real expected = Order == 2 ? 2 + 3 * at : 2 + 3 * at - at * at + at * at * at / 4;
+      valid += magnitude(pair.soft - expected) <= tolerance * magnitude(expected);
+    }
+    hard_time = static_cast<Ticks>(hard_time + 20000);
+  }
+  return valid == 20 - Order / 2 - (Order == 2 ? 0 : Order / 2 - 1);
+}
+static_assert(interpolates<double, long long, 4>(1e-14) && interpolates<double, long long, 2>(1e-14));
+static_assert(interpolates<double, long long, 6>(1e-13) && interpolates<float, unsigned, 4>(3e-6f));
+
+// A lost value leaves the others usable; a clock that goes back, or a long gap, starts anew.
+bool survives_gaps() noexcept {
+  Align<double, long long, 4> align;
+  align.max_gap = 100;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (int i = 0; i < 6; ++i) {
+    align.feed(20 * i, 20 * i + 10, 1.0, 5.0);
+  }
+  const bool lost_hard = align.feed(120, 130, nan, 5.0).hard == 1.0;  // the pair that it completes is an earlier one
+  const bool lost_soft = !align.feed(140, 150, 1.0, nan).valid;
+  const auto later = align.feed(160, 170, 1.0, 5.0);
+  const bool back = !align.feed(20, 30, 1.0, 5.0).valid;
+  return lost_hard && lost_soft && later.soft == 5.0 && back;
+}
+
+// A quarter of the first values may be anything: the level is theirs who remain.
+constexpr bool baseline_is_robust() noexcept {
+  Baseline<double> baseline;
+  for (int i = 0; i < 32; ++i) {
+    baseline.collect(i % 4 == 3 ? 1e3 + i : 5.0 + 0.01 * (i % 3 - 1));
+  }
+  const bool first = near(baseline.level(), 5.0, 1e-3) && baseline.noise() < 0.05;
+  baseline.mark();
+  for (int i = 0; i < 10; ++i) {
+    baseline.follow(9.0);  // clipped: 3 noises at most, a share of each
+  }
+  const bool clipped = baseline.level() < 5.0 + 10 * 3 * 0.05 / 24;
+  baseline.rewind();
+  const bool rewound = near(baseline.level(), 5.0, 1e-3);
+  for (int i = 0; i < 1000; ++i) {
+    baseline.follow(5.001);
+  }
+  return first && clipped && rewound && near(baseline.level(), 5.001, 1e-5) && baseline.variance() > 0;
+}
+static_assert(baseline_is_robust());
+
+// Contact after four large values, dated back to the first; a single spike is none; hysteresis at the end.
+constexpr bool gate_opens_and_closes() noexcept {
+  Contact<double> gate;
+  bool spike = false;
+  for (int i = 0; i < 20; ++i) {
+    spike = spike || gate.update(i == 10 ? 1e6 : 0.5, 1.0);
+  }
+  int opened = 0;
+  for (int i = 1; i <= 10 && opened == 0; ++i) {
+    opened = gate.update(100.0, 1.0) ? i : 0;
+  }
+  const bool dated = gate.age() == opened;
+  bool held = true;
+  for (int i = 0; i < 50; ++i) {
+    held = held && gate.update(i % 3 == 0 ? 40.0 : 100.0, 1.0);  // below half, but not three times in a row
+  }
+  const bool a = gate.update(40.0, 1.0), b = gate.update(40.0, 1.0), c = gate.update(40.0, 1.0);
+  const bool released = a && b && !c && !gate.idle();
+  for (int i = 0; i < 3; ++i) {
+    gate.update(5.0, 1.0);
+  }
+  return !spike && opened == 4 && dated && held && released && gate.idle();
+}
+static_assert(gate_opens_and_closes());
+
+template <class Real>
+constexpr bool roots() noexcept {
+  const Real values[] = {Real(1e-30), Real(1e-3), Real(1), Real(2), Real(4), Real(1e5), Real(1e30)};
+  for (const Real value : values) {
+    const Real root = square_root(value);
+    if (magnitude(root * root - value) > 4 * std::numeric_limits<Real>::epsilon() * value) {
+      return false;
+    }
+  }
+  return square_root(Real(0)) == 0 && square_root(Real(-1)) == 0 && square_root(Real(9)) == 3;
+}
+static_assert(roots<float>() && roots<double>());
+
+// Two touches with a pause: the result of each, and its bookkeeping.
+template <class Scene>
+constexpr int touches(Scene scene, double tolerance) noexcept {
+  using Real = typename Scene::real_type;
+  using Ticks = typename Scene::ticks_type;
+  int right = 0;
+  for (int i = 0; i < 900; ++i) {
+    const bool pressed = (i >= 60 && i < 400) || (i >= 500 && i < 850);
+    const Real soft = (pressed ? Real(0.25) : Real(0)) + static_cast<Real>(i * 7 % 5 - 2) / 100000;
+    const Real hard = (pressed ? Real(0.625) : Real(0)) + static_cast<Real>(i * 3 % 7 - 3) / 100000;
+    const auto report = scene.feed(static_cast<Ticks>(26000 * i), static_cast<Ticks>(26000 * i + 13000),
+                                   hard + Real(0.5), soft - Real(0.25));
+    if (report.finished) {
+      const auto& touch = scene.touch();
+      const bool start = (touch.start >= 57 && touch.start <= 60) || (touch.start >= 497 && touch.start <= 500);
+      right += start && touch.samples == 250 && near(static_cast<double>(touch.ratio), 2.5, tolerance);
+    }
+  }
+  return right;
+}
+static_assert(touches(PaperTracker<double>(), 1e-3) == 2 && touches(HandheldTracker<double>(), 1e-3) == 2);
+static_assert(touches(HandheldTracker<float, unsigned>(), 1e-3) == 2);
+
+// What a microcontroller has to hold.
+static_assert(sizeof(FixedTracker<float, unsigned>) <= 160 && sizeof(HandheldTracker<float, unsigned>) <= 960);
+
+}  // namespace
+
+int main() { return touches(HandheldTracker<double>(), 1e-3) == 2 && survives_gaps() ? 0 : 1; }

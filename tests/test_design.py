@@ -1,0 +1,57 @@
+"""The design of the CUSUM, against Siegmund's formula, a known value, and simulation."""
+
+import numpy as np
+import pytest
+from palpate.design import cusum, run_length, siegmund
+
+
+def simulated(drift: float, threshold: float, shift: float, clip: float, runs: int) -> float:
+    random = np.random.default_rng(7)
+    statistic, lengths, alive = np.zeros(runs), np.zeros(runs), np.ones(runs, bool)
+    while alive.any():
+        z = np.clip(shift + random.standard_normal(alive.sum()), -clip, clip)
+        statistic[alive] = np.maximum(0, statistic[alive] + z - drift)
+        lengths[alive] += 1
+        alive &= statistic <= threshold
+    return float(lengths.mean())
+
+
+def test_a_known_run_length() -> None:
+    # Drift 0.5 and threshold 5: 930.9 without a shift, 10.38 at a shift of 1 (Montgomery's table 9.3, two-sided 465 and 10.4).
+    assert run_length(0.5, 5.0, clip=50.0) == pytest.approx(930.9, rel=2e-3)
+    assert run_length(0.5, 5.0, shift=1.0, clip=50.0) == pytest.approx(10.38, rel=2e-3)
+
+
+@pytest.mark.parametrize(("drift", "threshold"), [(0.25, 8.0), (0.5, 5.0), (0.75, 5.0), (1.0, 4.0)])
+def test_siegmund(drift: float, threshold: float) -> None:
+    # The formula is itself an approximation, 6 % off at a drift of 1.
+    assert run_length(drift, threshold, clip=50.0) == pytest.approx(siegmund(drift, threshold), rel=0.07)
+
+
+@pytest.mark.parametrize(
+    ("drift", "threshold", "shift", "clip"), [(0.5, 3.0, 0.0, 3.0), (0.75, 4.0, 1.5, 3.0), (0.5, 3.0, 0.0, 1.5)]
+)
+def test_simulation(drift: float, threshold: float, shift: float, clip: float) -> None:
+    # Run lengths are nearly exponential: the mean of 4,000 is off by 1.6 %; 4 of these.
+    expected = run_length(drift, threshold, shift=shift, clip=clip)
+    assert simulated(drift, threshold, shift, clip, 4000) == pytest.approx(expected, rel=0.064)
+
+
+def test_a_design_keeps_its_promise() -> None:
+    for interval, shift in [(1e3, 1.0), (1e5, 1.5), (1e6, 2.5)]:
+        design = cusum(false_alarm_interval=interval, smallest_shift=shift)
+        assert design.drift == shift / 2
+        assert design.false_alarm_interval == pytest.approx(interval, rel=1e-3)
+        assert run_length(design.drift, design.threshold) / 2 == pytest.approx(interval, rel=1e-3)
+        assert 1 < design.delay < 40
+
+
+def test_bad_wishes() -> None:
+    for wish, message in [
+        ({"false_alarm_interval": 5.0, "smallest_shift": 1.0}, "false_alarm_interval: got 5.0, allowed: 10 or more"),
+        ({"false_alarm_interval": 1e3, "smallest_shift": 0.0}, "smallest_shift: got 0.0"),
+        ({"false_alarm_interval": 1e3, "smallest_shift": 7.0}, r"smallest_shift: got 7.0, allowed: .* \(6.0\)"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            cusum(**wish)
+    assert run_length(3.0, 1.0, clip=3.0) == float("inf")
