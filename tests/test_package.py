@@ -24,6 +24,7 @@ PYTHON_LAYERS: list[set[str]] = [
     {"errors", "_core", "reference", "ad7746", "specimens", "design"},
     {"table", "touch", "simulate"},
     {"recording", "scenarios"},
+    {"benchmark"},
     {"__init__"},
     {"cli"},
     {"__main__"},

@@ -126,7 +126,7 @@ class SceneTracker final : public AnyTracker {
       const auto report = take(th[k], ts[k], h.at(i), s.at(i));
       const bool measured = report.finished || core_.open();
       const auto number = static_cast<std::int32_t>(touches_.size()) + (report.finished ? 0 : 1);
-      row[i] = {report.ratio, report.standard_error, measured ? number : 0, report.alarm, report.contact, {}};
+      row[i] = {report.ratio, core_.standard_error(), measured ? number : 0, report.alarm, report.contact, {}};
     }
     return rows;
   }

@@ -43,7 +43,7 @@ __all__ = [
 ]
 
 _LAZY = {"Recording": "recording", "read": "recording", "most_reliable": "touch", "touches": "touch"}
-_MODULES = {"ad7746", "design", "recording", "reference", "scenarios", "simulate", "specimens", "touch"}
+_MODULES = {"ad7746", "benchmark", "design", "recording", "reference", "scenarios", "simulate", "specimens", "touch"}
 
 
 def __getattr__(name: str) -> Any:

@@ -138,3 +138,19 @@ def _table(found: "list[Touch]") -> str:
             f" {touch.alarm_share:6.0%}  {' '.join(touch.flags)}".rstrip()
         )
     return "\n".join(lines) + "\n"
+
+
+@main.command()
+@click.option("--seeds", default=20, show_default=True, type=click.IntRange(min=1), help="Recordings of each scenario.")
+def bench(seeds: int) -> None:
+    """Error against run time, on simulated touches with known truth.
+
+    The whole bench, with other libraries, the cost of each stage and a figure, is in bench/ of the source.
+
+    \b
+    Example:
+      palpate bench --seeds 50
+    """  # noqa: D301
+    from palpate import benchmark
+
+    click.echo(benchmark.table(benchmark.compare(seeds)))

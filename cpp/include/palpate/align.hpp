@@ -53,7 +53,7 @@ class Align {
 
  private:
   constexpr void push_soft(Ticks time, Real value) noexcept {
-    if (soft_filled_ > 0 && !(time > soft_time_[Order - 1])) {
+    if (soft_filled_ > 0 && !(difference(time, soft_time_[Order - 1]) > 0)) {
       reset();  // the clock went back, or stood: start again
     }
     for (int i = 1; i < Order; ++i) {
@@ -79,7 +79,7 @@ class Align {
   constexpr Pair<Real> centre() const noexcept {
     const Ticks from = soft_time_[half - 1], to = soft_time_[half];
     for (int i = 0; i < hard_filled_; ++i) {
-      if (hard_time_[i] > from && !(hard_time_[i] > to) && to - from <= max_gap) {
+      if (difference(hard_time_[i], from) > 0 && !(difference(hard_time_[i], to) > 0) && to - from <= max_gap) {
         return {hard_[i], interpolated(hard_time_[i]), true};
       }
     }
@@ -87,13 +87,18 @@ class Align {
   }
 
   constexpr Real interpolated(Ticks time) const noexcept {
+    Real node[Order] = {};
+    for (int i = 0; i < Order; ++i) {
+      node[i] = difference(soft_time_[i], soft_time_[half]);
+    }
+    const Real at = difference(time, soft_time_[half]);
     Real sum = 0;
     for (int i = 0; i < Order; ++i) {
       Real above = soft_[i], below = 1;
       for (int j = 0; j < Order; ++j) {
         if (j != i) {
-          above = product(above, difference(time, soft_time_[j]));
-          below = product(below, difference(soft_time_[i], soft_time_[j]));
+          above = product(above, at - node[j]);
+          below = product(below, node[i] - node[j]);
         }
       }
       sum += above / below;
@@ -102,10 +107,10 @@ class Align {
   }
 
   // In 2^24 ticks, which is exact, and near 1 for milliseconds in nanoseconds: no product of five leaves the range of
-  // float. Signed also where the ticks are not.
+  // float. As a signed difference, so that unsigned ticks may wrap.
   static constexpr Real difference(Ticks later, Ticks earlier) noexcept {
-    const Real ticks = later > earlier ? static_cast<Real>(later - earlier) : -static_cast<Real>(earlier - later);
-    return product(ticks, Real(1) / Real(16777216));
+    const auto ticks = static_cast<std::make_signed_t<Ticks>>(later - earlier);
+    return product(static_cast<Real>(ticks), Real(1) / Real(16777216));
   }
 
   Ticks soft_time_[Order] = {};

@@ -15,16 +15,15 @@ struct Since {
   Real statistic = 0;
   Real weighted_output = 0, information = 0, squares = 0, count = 0;
 
+  // Selects, not a branch: whether noise is above 0 cannot be predicted.
   constexpr void update(Real step, Real weight, Real output, Real regressor) noexcept {
-    statistic += step;
-    if (!(statistic > 0)) {
-      *this = Since();
-      return;
-    }
-    weighted_output += product(weight, output);
-    information += product(weight, regressor);
-    squares += product(weight, weight);
-    count += 1;
+    const Real sum = statistic + step;
+    const bool keep = sum > 0;
+    statistic = keep ? sum : Real(0);
+    weighted_output = keep ? weighted_output + product(weight, output) : Real(0);
+    information = keep ? information + product(weight, regressor) : Real(0);
+    squares = keep ? squares + product(weight, weight) : Real(0);
+    count = keep ? count + 1 : Real(0);
   }
 
   template <class Visit>
@@ -62,8 +61,9 @@ class Handover {
  public:
   using real_type = Real;
   using Settings = HandoverSettings<Real>;
-  static constexpr int warm_up = 8;    // samples before the detector watches
-  static constexpr int transient = 3;  // first innovations, which speak of the initial ratio
+  static constexpr int warm_up = 8;            // samples before the detector watches
+  static constexpr int transient = 3;          // first innovations, which speak of the initial ratio
+  static constexpr int forecast_interval = 8;  // samples for which rho stays as it is, later in a touch
   static constexpr int trustworthy =
       16;  // samples since the last change, and twice as many in all, for a standard error
 
@@ -100,7 +100,7 @@ class Handover {
   /// As Rls::visit_state.
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
-    Real* own[] = {&ratio_, &information_, &squares_, &weight_, &instrument_, &seen_};
+    Real* own[] = {&ratio_, &information_, &squares_, &weight_, &instrument_, &seen_, &until_forecast_};
     for (Real* value : own) {
       visit(*value);
     }
@@ -122,11 +122,12 @@ class Handover {
   /// Whether standard_error() means something: enough samples, in all and since the last change.
   constexpr bool settled() const noexcept { return noise_.weight >= 2 * trustworthy && weight_ >= trustworthy; }
 
-  /// Standard deviation of the ratio. Var r = s^2 sum(w^2) / R^2, s^2 the long-run variance of the innovations;
-  /// only where settled(). Knows of noise and tremor, not of the baseline's error (Tracker adds that).
-  constexpr Real standard_error() const noexcept {
-    return square_root(product(noise_.long_run_variance(), squares_)) / information_;
+  /// Variance of the ratio, s^2 sum(w^2) / R^2 with s^2 the long-run variance of the innovations; only where settled().
+  /// Knows of noise and tremor, not of the baseline's error (Tracker adds that).
+  constexpr Real variance() const noexcept {
+    return product(noise_.long_run_variance(), squares_) / product(information_, information_);
   }
+  constexpr Real standard_error() const noexcept { return square_root(variance()); }
 
  private:
   struct Sample {
@@ -185,7 +186,9 @@ class Handover {
       } else {
         const bool lags = noise_.lags(s.innovation);
         noise_.add(s.innovation, settings_.steady);
-        if (seen_ > warm_up) {
+        until_forecast_ -= 1;
+        if (PALPATE_UNLIKELY(!(until_forecast_ > 0))) {
+          until_forecast_ = seen_ < 4 * forecast_interval ? 1 : forecast_interval;
           noise_.update_forecast();
         }
         if (PALPATE_UNLIKELY(lags && weight_ > trustworthy)) {
@@ -196,8 +199,11 @@ class Handover {
     if (PALPATE_UNLIKELY(change)) {
       noise_.before = noise_.before_that = noise_.offset = 0;
     }
-    const Real share = 1 > product(seen_ + 1, settings_.smoothing) ? 1 / (seen_ + 1) : settings_.smoothing;
-    instrument_ = seen_ > 1 ? instrument_ + product(share, s.regressor - instrument_) : s.regressor;
+    Real share = settings_.smoothing;
+    if (PALPATE_UNLIKELY(product(seen_ + 1, share) < 1)) {
+      share = seen_ > 1 ? 1 / (seen_ + 1) : Real(1);
+    }
+    instrument_ += product(share, s.regressor - instrument_);
   }
 
   // A ratio that drifts slowly: a shorter memory, until the lag is gone.
@@ -223,6 +229,7 @@ class Handover {
   Since<Real> up_, down_;
   Real information_;
   Real squares_ = 0, weight_ = 0, instrument_ = 0, seen_ = 0;
+  Real until_forecast_ = warm_up - transient;
   InnovationNoise<Real> noise_;
 };
 

@@ -24,7 +24,7 @@ struct Touch {
 /// The state after a reading.
 template <class Real>
 struct Report {
-  Real ratio, standard_error;
+  Real ratio;
   bool alarm, contact;
   bool finished;  // touch() is new
 };
@@ -68,7 +68,7 @@ class Tracker {
     readings_ += 1;
     const bool full = samples > 0 && touch_.samples >= samples;
     const bool finished = running_ && (!open_ || full) && finish();
-    return {estimator.ratio(), standard_error(), alarm, gate.contact(), finished};
+    return {estimator.ratio(), alarm, gate.contact(), finished};
   }
 
   /// End a touch that is still running, as at the end of a recording. False where there is none.
@@ -100,10 +100,9 @@ class Tracker {
       if (!estimator.settled()) {
         return std::numeric_limits<Real>::quiet_NaN();
       }
-      const Real own = estimator.standard_error();
       const Real ratio = estimator.ratio();
       const Real shared = hard_baseline.variance() + product(product(ratio, ratio), soft_baseline.variance());
-      return square_root(product(own, own) + product(shared, estimator.weight()) / estimator.information());
+      return square_root(estimator.variance() + product(shared, estimator.weight()) / estimator.information());
     }
   }
 

@@ -1,0 +1,222 @@
+"""Error against run time: every estimator on every scenario, with the truth of the simulation.
+
+Scenes are run as a user runs them, from the readings on. Bare estimators (and other libraries) get the
+changes and the contact from the truth: each channel less its mean without contact, from the beginning of
+the press, for as many pairs as the scenes use.
+"""
+
+import math
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate import scenarios
+from palpate._core import AdaptiveRls, Rls, Tracker
+from palpate.simulate import Scenario, Simulation, simulate
+
+Array = NDArray[np.float64]
+SETTLED_S = 1.0  # after contact, and after a step: what comes later is steady
+STEP_S = 4.0
+WITHIN = 0.03
+SAMPLES = 250
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One estimator on one touch: its ratio after each pair from contact on, relative to the truth less 1."""
+
+    since_s: Array
+    error: Array
+    alarm: NDArray[np.bool_]
+    standard_error: Array  # relative; nan where unknown
+
+
+@dataclass(frozen=True)
+class Row:
+    """One estimator on one scenario, over all seeds. Shares and relative errors, not per cent."""
+
+    scenario: str
+    estimator: str
+    rmse: float  # median over the seeds of the steady rms error
+    bias: float  # mean over the seeds of the last error
+    alarm: float  # mean share of the steady part in alarm
+    coverage: float  # of the nominal 95 % interval at the end; nan where the estimator gives none
+    pairs_to_3_percent: float  # median, after a step; nan where there is none
+    slowest_pairs: float  # the largest of these
+    ns: float  # a pair, minimum
+
+
+def _ewma_least_squares(output: Array, regressor: Array, forgetting: float = 0.995) -> Array:
+    from scipy.signal import lfilter
+
+    numerator = lfilter([1.0], [1.0, -forgetting], output * regressor)
+    return np.asarray(numerator / lfilter([1.0], [1.0, -forgetting], regressor**2))
+
+
+Estimate = Callable[[Array, Array], tuple[Array, NDArray[np.bool_]]]
+
+
+def _no_alarm(ratio: Array) -> tuple[Array, NDArray[np.bool_]]:
+    return ratio, np.zeros(len(ratio), bool)
+
+
+def _adaptive(output: Array, regressor: Array) -> tuple[Array, NDArray[np.bool_]]:
+    rows = AdaptiveRls().trace(output, regressor)
+    return rows["ratio"], rows["alarm"]
+
+
+def bare_estimators() -> dict[str, Estimate]:
+    """Return the estimators without a scene: ours, and scipy's filter where it is installed."""
+    found: dict[str, Estimate] = {
+        "fixed 0.995": lambda y, x: _no_alarm(Rls(forgetting=0.995).process(y, x)),
+        "fixed 0.9": lambda y, x: _no_alarm(Rls(forgetting=0.9).process(y, x)),
+        "paper": _adaptive,
+    }
+    try:
+        import scipy.signal  # noqa: F401
+    except ImportError:
+        return found
+    return found | {"lfilter 0.995": lambda y, x: _no_alarm(_ewma_least_squares(y, x))}
+
+
+def scene_trace(scene: str, run: Simulation) -> Trace:
+    """Run a scene over the readings; the first touch."""
+    tracker = Tracker(scene)
+    rows = tracker.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
+    used = (rows["touch"] == 1) & np.isfinite(run.true_ratio)
+    truth = run.true_ratio[used]
+    since = run.t_hard_s[used] - run.presses[0].start_s
+    error = rows["ratio"][used] / truth - 1
+    return Trace(since, error, rows["alarm"][used], rows["standard_error"][used] / truth)
+
+
+def bare_trace(estimate: Estimate, run: Simulation) -> Trace:
+    """Run an estimator over the changes of the first press."""
+    good = np.isfinite(run.hard) & np.isfinite(run.soft)
+    press = run.presses[0]
+    idle = good & (run.t_hard_s < press.start_s - 0.1)
+    used = np.flatnonzero(good & np.isfinite(run.true_ratio))[:SAMPLES]
+    output, regressor = run.hard[used] - run.hard[idle].mean(), run.soft[used] - run.soft[idle].mean()
+    ratio, alarm = estimate(output, regressor)
+    error = ratio / run.true_ratio[used] - 1
+    return Trace(run.t_hard_s[used] - press.start_s, error, alarm, np.full(len(used), math.nan))
+
+
+def nanoseconds(work: Callable[[], Any], pairs: int, repeats: int = 25) -> float:
+    """Return the time of the fastest of several runs, ns a pair."""
+    best = math.inf
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        best = min(best, time.perf_counter() - start)
+    return best / pairs * 1e9
+
+
+def long_touch() -> Simulation:
+    """Return a touch of about 15,000 pairs, for timing."""
+    press = scenarios.SCENARIOS["tremor"].presses[0]
+    held = type(press)(**{**press.__dict__, "hold_s": 500.0})
+    return simulate(Scenario(presses=[held], duration_s=400.0, tremor=0.03), seed=1)
+
+
+def costs() -> dict[str, float]:
+    """Time every estimator in blocks, ns a pair: the scenes with all their stages, the others alone."""
+    run = long_touch()
+    ticks = [np.round(t * 1e9).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s)]
+    y, x = run.hard - 0.62, run.soft + 0.41
+    size = len(y)
+    found = {f"{s} scene": nanoseconds(_scene_work(s, ticks, run), size) for s in ("paper", "handheld")}
+    for name, estimate in bare_estimators().items():
+        found[name] = nanoseconds(lambda estimate=estimate: estimate(y, x), size)  # type: ignore[misc]
+    return found
+
+
+def _scene_work(scene: str, ticks: list[NDArray[np.int64]], run: Simulation) -> Callable[[], Any]:
+    return lambda: Tracker(scene, samples=None).process(*ticks, run.hard, run.soft)
+
+
+def summarise(scenario: str, estimator: str, traces: Iterable[Trace], ns: float) -> Row:
+    """Reduce the traces of all seeds to a row."""
+    rmse, last, alarm, covered, follow = [], [], [], [], []
+    for t in traces:
+        if not len(t.error):
+            continue
+        steady = t.since_s > SETTLED_S
+        if scenario.startswith("step"):
+            steady &= (t.since_s < STEP_S) | (t.since_s > STEP_S + SETTLED_S)
+            after = np.abs(t.error[t.since_s >= STEP_S]) > WITHIN
+            follow.append(int(np.flatnonzero(after)[-1]) + 1 if after.any() else 0)
+        rmse.append(math.sqrt(np.mean(t.error[steady] ** 2)))
+        alarm.append(t.alarm[steady].mean())
+        last.append(t.error[-1])
+        if np.isfinite(t.standard_error[-1]):
+            covered.append(abs(t.error[-1]) < 1.96 * t.standard_error[-1])
+    return Row(
+        scenario,
+        estimator,
+        rmse=float(np.median(rmse)),
+        bias=float(np.mean(last)),
+        alarm=float(np.mean(alarm)),
+        coverage=float(np.mean(covered)) if covered else math.nan,
+        pairs_to_3_percent=float(np.median(follow)) if follow else math.nan,
+        slowest_pairs=float(max(follow)) if follow else math.nan,
+        ns=ns,
+    )
+
+
+SINGLE = [
+    name for name, s in scenarios.SCENARIOS.items() if len(s.presses) == 1 and name not in ("sliding", "saturating")
+]
+"""The scenarios of one press with one truth."""
+
+
+def compare(seeds: int, names: Iterable[str] = SINGLE, extra: dict[str, Estimate] | None = None) -> list[Row]:
+    """Run every estimator on every scenario.
+
+    Parameters
+    ----------
+    seeds : int
+        Recordings of each scenario.
+    names : iterable of str
+        Scenarios.
+    extra : dict, optional
+        More estimators: (output, regressor) -> (ratio, alarm).
+
+    Returns
+    -------
+    list of Row
+    """
+    ns = costs()
+    rows = []
+    for name in names:
+        runs = [scenarios.run(name, seed) for seed in range(seeds)]
+        for scene in ("paper", "handheld"):
+            rows.append(summarise(name, f"{scene} scene", (scene_trace(scene, r) for r in runs), ns[f"{scene} scene"]))
+        for estimator, estimate in {**bare_estimators(), **(extra or {})}.items():
+            traces = (bare_trace(estimate, r) for r in runs)
+            rows.append(summarise(name, estimator, traces, ns.get(estimator, math.nan)))
+    return rows
+
+
+def table(rows: Iterable[Row]) -> str:
+    """Return the rows as text."""
+    lines = [
+        "scenario       estimator        rmse %   bias %  alarm %  cover %  pairs to 3 % (slowest)  ns/pair",
+    ]
+    before = ""
+    for r in rows:
+        if before not in ("", r.scenario):
+            lines.append("")
+        before = r.scenario
+        pairs = "-" if math.isnan(r.pairs_to_3_percent) else f"{r.pairs_to_3_percent:.0f} ({r.slowest_pairs:.0f})"
+        cover = "-" if math.isnan(r.coverage) else f"{100 * r.coverage:.1f}"
+        ns = "-" if math.isnan(r.ns) else f"{r.ns:.1f}"
+        lines.append(
+            f"{r.scenario:14} {r.estimator:14} {100 * r.rmse:8.4f} {100 * r.bias:8.4f} {100 * r.alarm:8.1f} {cover:>8}"
+            f" {pairs:>23} {ns:>8}"
+        )
+    return "\n".join(lines)
