@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import asdict
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -115,7 +116,7 @@ def since_contact(seeds: int) -> dict[str, list[float]]:
     for scene in ("paper", "handheld"):
         traces = [benchmark.scene_trace(scene, run) for run in runs]
         found[scene] = [
-            float(np.median([abs(t.error[min(np.searchsorted(t.since_s, s), len(t.error) - 1)]) for t in traces]))
+            float(np.median([abs(t.error[min(int(np.searchsorted(t.since_s, s)), len(t.error) - 1)]) for t in traces]))
             for s in SINCE_S
         ]
     return found
@@ -223,12 +224,13 @@ def figure(rows: list[benchmark.Row], path: Path) -> None:
     names = list(dict.fromkeys(r.estimator for r in rows if math.isfinite(r.ns)))
     figure, axes = plt.subplots(2, 2, figsize=(9, 6.4), sharex=True, layout="constrained")
     markers = dict(zip(names, "sDo^vPX*<>", strict=False))
+    colours = dict(zip(names, ["C0", "C3", "C1", "C2", "C9", "C4", "C5", "C6", "C7"], strict=False))
     for ax, scenario in zip(axes.flat, shown, strict=True):
         for r in rows:
             if r.scenario == scenario and math.isfinite(r.ns):
                 ours = r.estimator == "handheld scene"
                 ax.loglog(r.ns, 100 * r.rmse, markers[r.estimator], ms=10 if ours else 7, label=r.estimator,
-                          color="C3" if ours else None, mec="k", mew=0.6)  # fmt: skip
+                          color=colours[r.estimator], mec="k", mew=0.6)  # fmt: skip
         ax.set_title(scenario, loc="left", fontsize=10)
         ax.grid(visible=True, which="major", alpha=0.3)
         ax.set_axisbelow(True)
@@ -297,7 +299,7 @@ def peer_rows(peers: dict[str, Any], seeds: int) -> list[benchmark.Row]:
         run = runs["tremor"][0]
         held = slice(100, 300)
         y, x = run.hard[held] - 0.62, run.soft[held] + 0.41
-        ns = benchmark.nanoseconds(lambda peer=peer, y=y, x=x: peer(y, x), len(y), repeats=5)
+        ns = benchmark.nanoseconds(partial(peer, y, x), len(y), repeats=5)
         for scenario, all_runs in runs.items():
             traces = (benchmark.bare_trace(peer, r) for r in all_runs)
             rows.append(benchmark.summarise(scenario, name, traces, ns))

@@ -31,7 +31,7 @@ def test_replay_prints_one_row_a_touch() -> None:
     result = run("replay", FOUR)
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
-    assert lines[0].split() == ["touch", "start_s", "samples", "ratio", "covariance", "alarm", "flags"]
+    assert lines[0].split() == ["touch", "start_s", "samples", "ratio", "std.", "error", "covariance", "alarm", "flags"]
     assert len(lines) == 5
     touches = palpate.touches(palpate.read(FOUR))
     for line, touch in zip(lines[1:], touches, strict=True):
@@ -40,24 +40,38 @@ def test_replay_prints_one_row_a_touch() -> None:
 
 def test_replay_as_json_is_one_document_with_every_digit() -> None:
     document = json.loads(run("replay", FOUR, "--json", "--scene", "paper").stdout)
-    touches = palpate.touches(palpate.read(FOUR))
+    touches = palpate.touches(palpate.read(FOUR), scene="paper")
     assert document["scene"] == "paper"
     assert document["rows"] == 1411 == len(FOUR.read_text().splitlines()) - 1
     assert [t["ratio"] for t in document["touches"]] == [t.ratio for t in touches]
-    assert set(document["touches"][0]) == {"start_s", "samples", "ratio", "covariance", "alarm_share", "flags"}
+    assert document["touches"][0] == touches[0].as_dict() | {"flags": []}
 
 
 def test_a_foreign_table_gives_the_same_touches(tmp_path: Path) -> None:
-    own = json.loads(run("replay", FOUR, "--json").stdout)["touches"]
+    own = json.loads(run("replay", FOUR, "--json", "--scene", "paper").stdout)["touches"]
     for columns in ("hard=Hard, left,soft=Soft", "soft=3,hard=2", "time=1,hard=2,soft=Soft"):
-        other = json.loads(run("replay", foreign(tmp_path), "--map", columns, "--json").stdout)["touches"]
+        other = json.loads(run("replay", foreign(tmp_path), "--map", columns, "--json", "--scene", "paper").stdout)[
+            "touches"
+        ]
         assert [t["start_s"] for t in other] == [t["start_s"] for t in own]
         assert [t["ratio"] for t in other] == pytest.approx([t["ratio"] for t in own], rel=1e-5)
 
 
 def test_settings_and_samples() -> None:
     document = json.loads(
-        run("replay", FOUR, "--json", "--samples", "50", "--set", "threshold=inf", "--set", "drift=0.02").stdout
+        run(
+            "replay",
+            FOUR,
+            "--json",
+            "--scene",
+            "paper",
+            "--samples",
+            "50",
+            "--set",
+            "threshold=inf",
+            "--set",
+            "drift=0.02",
+        ).stdout
     )
     assert {(t["samples"], t["alarm_share"]) for t in document["touches"]} == {(50, 0.0)}
 
@@ -93,7 +107,7 @@ def test_a_channel_without_any_value_says_so(tmp_path: Path) -> None:
     result = run("replay", path, "--map", "hard=2,soft=3")
     assert result.exit_code == 5
     assert "60 of 60 rows have no value" in result.stderr
-    assert "no row has a value" in result.stderr
+    assert "a channel has no value at all" in result.stderr
 
 
 def test_what_is_not_a_recording(tmp_path: Path) -> None:
@@ -101,7 +115,10 @@ def test_what_is_not_a_recording(tmp_path: Path) -> None:
     path.write_text("Dear colleague,\nhere are the data.\n")
     result = run("replay", path, "--map", "hard=1,soft=2")
     assert (result.exit_code, result.stdout) == (4, "")
-    assert result.stderr == f"Error: {path}, line 2: no row of numbers in it: not a recording\n"
+    assert (
+        result.stderr
+        == f"Error: {path}, line 1: no row of numbers in it: not a recording; 'Dear colleague,' is not a number\n"
+    )
 
 
 @pytest.mark.parametrize(
@@ -111,9 +128,10 @@ def test_what_is_not_a_recording(tmp_path: Path) -> None:
         (["--map", "x=1,hard=1,soft=2"], "allowed: hard=COL,soft=COL"),
         (["--map", "hard=nothing,soft=2"], "got 'nothing', allowed: 1 (seq)"),
         (["--unit", "parsec"], "unit: got 'parsec', allowed: aF"),
-        (["--scene", "moon"], "scene: got 'moon', allowed: 'paper'"),
+        (["--scene", "moon"], "scene: got 'moon', allowed: fixed, paper, handheld, sliding"),
         (["--set", "drift"], "got 'drift', allowed: NAME=NUMBER"),
         (["--set", "drift=-1"], "drift: got -1.0, allowed: 0 <= drift"),
+        (["--map", "hard=1,soft=2,hard=3"], "each once"),
         (["--set", "colour=1"], "settings: got 'colour'"),
         (["--samples", "0"], "0 is not in the range"),
         (["--colour"], "No such option"),
@@ -124,6 +142,13 @@ def test_usage_errors(arguments: list[str], message: str) -> None:
     assert (result.exit_code, result.stdout) == (2, "")
     assert message in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_bench_prints_the_truth_beside_the_time() -> None:
+    result = run("bench", "--seeds", "2")
+    assert result.exit_code == 0
+    rows = {tuple(line.split()[:3]): line.split() for line in result.stdout.splitlines() if "scene" in line}
+    assert float(rows["tremor", "handheld", "scene"][3]) < float(rows["tremor", "paper", "scene"][3])
 
 
 def test_a_missing_file_is_a_usage_error() -> None:

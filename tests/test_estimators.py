@@ -284,7 +284,7 @@ def test_a_subclass_survives_pickle_and_copy(protocol: int, monkeypatch: pytest.
 
 
 def test_masked_values_are_no_values() -> None:
-    output = np.ma.masked_array([0.5, 99, 0.5], mask=[0, 1, 0])
+    output = np.ma.masked_array([0.5, 99, 0.5], mask=[False, True, False])
     estimator = palpate.AdaptiveRls()
     estimator.process(output, [0.25] * 3)
     assert (estimator.samples, estimator.rejected) == (2, 1)

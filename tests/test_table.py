@@ -192,7 +192,7 @@ def test_a_last_row_without_a_line_end_is_left_out_and_told(tmp_path: Path, end:
 )
 def test_a_recording_checks_its_arrays(fields: dict[str, Any], error: type[Exception], message: str) -> None:
     good: dict[str, Any] = {"t_hard_s": [0, 1], "t_soft_s": [0, 1], "hard": [1, 2], "soft": [3, 4]}
-    masked = Recording(**{**good, "hard": np.ma.masked_array([1.0, 99.0], mask=[0, 1])})
+    masked = Recording(**{**good, "hard": np.ma.masked_array([1.0, 99.0], mask=[False, True])})
     assert np.array_equal(masked.hard, [1, np.nan], equal_nan=True)
     with pytest.raises(error, match=message):
         Recording(**{**good, **fields})

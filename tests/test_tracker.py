@@ -43,18 +43,19 @@ def test_readings_and_blocks_give_the_same_bits(scene: str, cuts: list[int], nam
 @pytest.mark.parametrize("scene", SCENES)
 def test_nanoseconds_are_seconds(scene: str) -> None:
     run = scenarios.run("tremor", 1)
-    ticks = [np.round(t * 1e9).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s)]
+    hard, soft = (np.round(t * 1e9).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s))
     _, rows = process(scene, run)
-    assert bits(palpate.Tracker(scene).process(*ticks, run.hard, run.soft)) == bits(rows)
+    assert bits(palpate.Tracker(scene).process(hard, soft, run.hard, run.soft)) == bits(rows)
 
 
 @pytest.mark.parametrize("start", [0.0, 1e5, 1.7e9])
 def test_it_does_not_matter_when_a_recording_began(start: float) -> None:
     """Times are integer ticks and only differences become floats: a start of whole seconds changes no bit."""
     run = scenarios.run("tremor", 1)
-    ticks = [np.round(t * 1e9).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s)]
-    rows = palpate.Tracker().process(*ticks, run.hard, run.soft)
-    later = palpate.Tracker().process(*(t + int(start * 1e9) for t in ticks), run.hard, run.soft)
+    hard, soft = (np.round(t * 1e9).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s))
+    rows = palpate.Tracker().process(hard, soft, run.hard, run.soft)
+    shift = int(start * 1e9)
+    later = palpate.Tracker().process(hard + shift, soft + shift, run.hard, run.soft)
     assert bits(rows) == bits(later)
 
 
@@ -96,7 +97,8 @@ def test_every_touch_is_found_and_none_invented() -> None:
 def test_a_hand_does_not_hold_the_alarm_on() -> None:
     """What the project is for: on skewed channels the paper's alarm stays on, and its error is many times larger."""
     for name in ("stiff-steady", "near-rigid", "tremor", "strong-tremor"):
-        errors, alarms = {}, {}
+        errors: dict[str, float] = {}
+        alarms: dict[str, list[float]] = {}
         for scene in ("paper", "handheld"):
             found = [process(scene, scenarios.run(name, seed)) for seed in range(30)]
             relative = []
@@ -105,7 +107,7 @@ def test_a_hand_does_not_hold_the_alarm_on() -> None:
                 steady = (rows["touch"] == 1) & (run.t_hard_s > 3)
                 relative.append(np.sqrt(np.mean((rows["ratio"][steady] / run.true_ratio[steady] - 1) ** 2)))
                 alarms.setdefault(scene, []).append(rows["alarm"][steady].mean())
-            errors[scene] = np.median(relative)
+            errors[scene] = float(np.median(relative))
         assert errors["handheld"] < errors["paper"] / 10
         assert np.mean(alarms["paper"]) > 0.9
         assert np.mean(alarms["handheld"]) < 0.001

@@ -9,6 +9,7 @@ import math
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -126,17 +127,17 @@ def long_touch() -> Simulation:
 def costs() -> dict[str, float]:
     """Time every estimator in blocks, ns a pair: the scenes with all their stages, the others alone."""
     run = long_touch()
-    ticks = [np.round(t * 1e9).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s)]
     y, x = run.hard - 0.62, run.soft + 0.41
     size = len(y)
-    found = {f"{s} scene": nanoseconds(_scene_work(s, ticks, run), size) for s in ("paper", "handheld")}
+    found = {f"{s} scene": nanoseconds(_scene_work(s, run), size) for s in ("paper", "handheld")}
     for name, estimate in bare_estimators().items():
-        found[name] = nanoseconds(lambda estimate=estimate: estimate(y, x), size)  # type: ignore[misc]
+        found[name] = nanoseconds(partial(estimate, y, x), size)
     return found
 
 
-def _scene_work(scene: str, ticks: list[NDArray[np.int64]], run: Simulation) -> Callable[[], Any]:
-    return lambda: Tracker(scene, samples=None).process(*ticks, run.hard, run.soft)
+def _scene_work(scene: str, run: Simulation) -> Callable[[], Any]:
+    t_hard, t_soft = (np.round(t * 1e9).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s))
+    return lambda: Tracker(scene, samples=None).process(t_hard, t_soft, run.hard, run.soft)
 
 
 def summarise(scenario: str, estimator: str, traces: Iterable[Trace], ns: float) -> Row:

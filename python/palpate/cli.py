@@ -106,10 +106,9 @@ def _why_not(recording: "Recording") -> str:
 
     channels = {"hard": recording.hard, "soft": recording.soft}
     spans = [f"{name} {np.nanmax(c) - np.nanmin(c):.3g} pF" for name, c in channels.items() if np.isfinite(c).any()]
-    span = ", ".join(spans) or "nothing, as no row has a value"
-    return (
-        f"nothing rose out of the idle noise for long enough. The channels span {span}; should it be more, see --unit"
-    )
+    if len(spans) < 2:
+        return "a channel has no value at all"
+    return f"nothing rose out of the idle noise for long enough. The channels span {', '.join(spans)}; see --unit"
 
 
 def _json(file: Path, scene: str, settings: dict[str, float], recording: "Recording", found: "list[Touch]") -> str:
@@ -117,7 +116,7 @@ def _json(file: Path, scene: str, settings: dict[str, float], recording: "Record
     document = {
         "file": str(file),
         "scene": scene,
-        "settings": settings,
+        "settings": {name: value if math.isfinite(value) else str(value) for name, value in settings.items()},
         "palpate": __version__,
         "rows": len(recording.hard),
         "notes": recording.notes,

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +47,8 @@ class Recording:
         """Make arrays of what was given, and check them."""
         size = np.size(self.hard)
         for name in ("t_hard_s", "t_soft_s", "hard", "soft"):
-            given = getattr(self, name)
-            array = np.asarray(given.astype(float).filled(math.nan) if isinstance(given, np.ma.MaskedArray) else given)
+            given: Any = getattr(self, name)
+            array = np.asarray(np.ma.filled(given.astype(float), math.nan) if np.ma.isMaskedArray(given) else given)
             if array.dtype.kind not in "biuf":
                 raise TypeError(f"{name}: got dtype {array.dtype}, allowed: real numbers")
             if array.shape != (size,):

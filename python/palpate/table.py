@@ -208,7 +208,8 @@ def _delimiter(lines: list[str]) -> str | None:
         except csv.Error:
             return 0
 
-    return max([*_DELIMITERS, None], key=rows)
+    candidates: list[str | None] = [*_DELIMITERS, None]
+    return max(candidates, key=rows)
 
 
 def _cells(line: str, delimiter: str | None) -> list[str]:
@@ -230,51 +231,3 @@ def bare_name(name: str) -> str:
     match = _UNIT.search(name)
     known = match and (match[1] in PICOFARADS or match[1] in SECONDS or match[1] == "%")
     return (name[: match.start()] if match and known else name).strip(" _/").casefold()
-
-
-def _text(path: Path) -> str:
-    raw = path.read_bytes()
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        encodings = ["utf-16"]
-    else:
-        if b"\0" in raw:
-            line = raw[: raw.index(b"\0")].count(b"\n") + 1
-            raise RecordingError(path, "a zero byte: not text, not a recording", line)
-        encodings = ["utf-8-sig", "latin-1"]
-    for encoding in encodings:
-        try:
-            return raw.decode(encoding)
-        except UnicodeDecodeError as error:
-            problem = error
-    raise RecordingError(path, f"not text: {problem}", 1)
-
-
-def _delimiter(lines: list[str]) -> str | None:
-    """Return the first candidate by which the most lines below the header are rows of numbers; None for blanks."""
-    body = lines[len(lines) // 2 :][:_SAMPLE]
-
-    def rows(candidate: str | None) -> int:
-        try:
-            return sum(is_data(cells) for cells in (_cells(line, candidate) for line in body) if len(cells) > 1)
-        except csv.Error:
-            return 0
-
-    return max([*_DELIMITERS, None], key=rows)
-
-
-def _cells(line: str, delimiter: str | None) -> list[str]:
-    if delimiter is None:
-        return [cell.strip('"') for cell in line.split()]
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
-
-
-def _is_data(cells: list[str]) -> bool:
-    """More than half of the filled cells hold numbers or say that there is none; at least one is a number."""
-    filled = [cell for cell in cells if cell]
-    values = []
-    for cell in filled:
-        try:
-            values.append(to_number(cell))
-        except ValueError:
-            continue
-    return 2 * len(values) > len(filled) and not all(math.isnan(value) for value in values)

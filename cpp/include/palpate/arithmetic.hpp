@@ -23,25 +23,44 @@
 #define PALPATE_UNLIKELY(condition) (condition)
 #endif
 
+// Where the processor can fuse a product into a sum, and no one promises that the compiler is told not to
+// (PALPATE_CONTRACTION_OFF, which the CMake target defines with -ffp-contract=off): the register class that hides a
+// product from the compiler. g++ 12 loses __builtin_assoc_barrier when it vectorises; clang ignores its pragma under
+// -ffp-contract=fast.
+#if !defined(PALPATE_CONTRACTION_OFF) && (defined(__GNUC__) || defined(__clang__))
+#if defined(__FMA__) || defined(__FMA4__)
+#define PALPATE_HIDING_REGISTER "+x"
+#elif defined(__aarch64__) || defined(__ARM_FEATURE_FMA)
+#define PALPATE_HIDING_REGISTER "+w"
+#elif defined(__riscv_flen)
+#define PALPATE_HIDING_REGISTER "+f"
+#endif
+#endif
+
 namespace palpate {
+
+#if defined(PALPATE_HIDING_REGISTER)
+namespace detail {
+template <class Real>
+inline Real hidden(Real value) noexcept {
+  __asm__("" : PALPATE_HIDING_REGISTER(value));
+  return value;
+}
+}  // namespace detail
+#endif
 
 template <class Real>
 inline constexpr bool is_real = std::is_same_v<Real, float> || std::is_same_v<Real, double>;
 
-/// left * right, rounded by itself: not fused with a following addition, even where the compiler's default allows it.
+/// left * right, rounded by itself: not fused with a following addition, whatever the compiler's flags allow.
 template <class Real>
 constexpr Real product(Real left, Real right) noexcept {
-#if defined(__clang__)
-#pragma clang fp contract(off)  // heeded unless the command line says -ffp-contract=fast
-  return left * right;
-#elif defined(__GNUC__) && __GNUC__ >= 12
-  if (__builtin_is_constant_evaluated()) {
-    return left * right;  // where nothing is fused, and g++ 12 cannot evaluate the barrier
+#if defined(PALPATE_HIDING_REGISTER)
+  if (!__builtin_is_constant_evaluated()) {
+    return detail::hidden(left * right);
   }
-  return __builtin_assoc_barrier(left * right);
-#else
-  return left * right;  // an older g++ needs -ffp-contract=off, which the CMake target passes on
 #endif
+  return left * right;
 }
 
 template <class Real>
