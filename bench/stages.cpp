@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // What each stage costs: ns a reading and bytes of state, side by side in one run. Prints JSON.
 
-#include <palpate/palpate.hpp>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <palpate/palpate.hpp>
 #include <vector>
 
 namespace {
@@ -117,7 +116,8 @@ int main() {
   time("scene fixed", sizeof(FixedTracker<Real>), scene<FixedTracker<Real>>(in));
   time("scene paper", sizeof(PaperTracker<Real>), scene<PaperTracker<Real>>(in));
   time("scene handheld", sizeof(HandheldTracker<Real>), scene<HandheldTracker<Real>>(in));
-  time("handheld, standard error after every reading", sizeof(HandheldTracker<Real>), scene<HandheldTracker<Real>>(in, true));
+  time("handheld, standard error after every reading", sizeof(HandheldTracker<Real>),
+       scene<HandheldTracker<Real>>(in, true));
   using A0 = Tracker<Real, Unaligned, Base, Gate, Hand>;
   time("handheld without align", sizeof(A0), scene<A0>(in));
   using A2 = Tracker<Real, Aligned<2>, Base, Gate, Hand>;

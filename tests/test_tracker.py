@@ -199,6 +199,22 @@ def test_states_and_rows_tell_the_same() -> None:
     assert np.isfinite(tracker.standard_error)
 
 
+def test_tare_after_the_baseline_jumped() -> None:
+    run = scenarios.run("tremor", 1)
+    t = [run.t_hard_s, run.t_soft_s]
+    jumped = np.arange(len(run.hard)) < 40
+    tracker = palpate.Tracker()
+    tracker.process(t[0][:60], t[1][:60], run.hard[:60] - 0.5 * jumped[:60], run.soft[:60])
+    assert tracker.state == "contact"
+    tracker.tare()
+    assert (tracker.state, len(tracker.touches)) == ("baseline", 1)
+    again = tracker.process(t[0] + 100, t[1] + 100, run.hard, run.soft)
+    tracker.finish()
+    assert len(tracker.touches) == 2
+    assert tracker.touches[1].ratio == pytest.approx(run.true_ratio[200], rel=1e-3)
+    assert again["touch"].max() == 2
+
+
 def test_sliding_follows_material_after_material() -> None:
     run = scenarios.run("sliding", 1)
     tracker, rows = process("sliding", run)

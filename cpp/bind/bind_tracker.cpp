@@ -124,6 +124,10 @@ void bind_tracker(py::module_& module) {
       .def(
           "finish", [](PyTracker& t) { return t->finish(); },
           "End a touch that is still running, and return it; None where there is none.")
+      .def(
+          "tare", [](PyTracker& t) { t->tare(); },
+          "Measure the baseline anew, with nothing touched: after a jump, which the gate takes for a touch without "
+          "end.")
       .def("__repr__",
            [](const PyTracker& t) {
              return "<Tracker(" + py::repr(py::str(t->scene())).cast<std::string>() + ") " +

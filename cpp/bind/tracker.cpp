@@ -139,6 +139,11 @@ class SceneTracker final : public AnyTracker {
     return py::cast(touches_.back());
   }
 
+  void tare() override {
+    finish();
+    core_.tare();
+  }
+
   std::string scene() const override { return scene_; }
   py::dict settings() const override {
     py::dict all = to_dict(settings_), mine;

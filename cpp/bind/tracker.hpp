@@ -40,6 +40,7 @@ class AnyTracker {
   virtual py::array process(const py::object& t_hard, const py::object& t_soft, const py::object& hard,
                             const py::object& soft) = 0;
   virtual py::object finish() = 0;
+  virtual void tare() = 0;
   virtual std::string scene() const = 0;
   virtual py::dict settings() const = 0;
   virtual py::str state() const = 0;

@@ -29,6 +29,32 @@ def _sliding() -> Scenario:
     return Scenario(presses=[Press(2.0, ratios, hold_s=16.5)], duration_s=20.5, tremor=0.02)
 
 
+def _all() -> Scenario:
+    """Return five touches with every difficulty but saturation at once."""
+    rigid = PROBE.rigid_ratio
+    ratios = [
+        [(0.0, _SOFT)],
+        [(0.0, _MIDDLE), (_STEP_S, 1.3 * _MIDDLE)],
+        [(0.0, _STIFF)],
+        [(0.0, 0.95 * rigid)],
+        [(0.0, _MIDDLE)],
+    ]
+    depths = (0.25, 0.25, 0.2, 0.2, 0.05)
+    presses = [Press(2.0 + 9.0 * i, r, depth_pF=d) for i, (r, d) in enumerate(zip(ratios, depths, strict=True))]
+    return Scenario(
+        presses=presses,
+        duration_s=46.5,
+        tremor=0.03,
+        ratio_drift=0.001,
+        oblique=0.01,
+        nonlinearity=0.005,
+        drift_pF_per_s=(2e-5, -1e-5),
+        spikes_per_s=0.1,
+        spike_pF=100 * _NOISE,
+        lost=0.01,
+    )
+
+
 SCENARIOS: dict[str, Scenario] = {
     "soft-steady": _one((0.0, _SOFT)),
     "stiff-steady": _one((0.0, _STIFF)),
@@ -44,6 +70,7 @@ SCENARIOS: dict[str, Scenario] = {
     "saturating": _one((0.0, _STIFF), depth_pF=0.45),
     "four-specimens": _four(),
     "sliding": _sliding(),
+    "all": _all(),
 }
 
 

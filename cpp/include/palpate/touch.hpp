@@ -84,6 +84,16 @@ class Tracker {
     return true;
   }
 
+  /// Measure the baseline anew, with nothing touched: after it has jumped, which the gate takes for a touch without
+  /// end.
+  constexpr void tare() noexcept {
+    finish();
+    gate.reset();
+    align.reset();
+    hard_baseline.reset();
+    soft_baseline.reset();
+  }
+
   constexpr const Touch<Real>& touch() const noexcept { return last_; }
   constexpr bool open() const noexcept { return open_; }
   /// The reading with which the running touch, or the last one, began.
