@@ -3,8 +3,7 @@
 The estimators come from the compiled core at once; what needs numpy comes with its first use.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from __future__ import annotations
 
 from palpate._core import (
     AdaptiveRls,
@@ -19,7 +18,10 @@ from palpate._core import (
 )
 from palpate.errors import PalpateError, RecordingError
 
+TYPE_CHECKING = False  # for a checker True; importing typing would take longer than all the rest
 if TYPE_CHECKING:
+    from typing import Any
+
     from palpate.recording import Recording, read
     from palpate.touch import most_reliable, touches
 
@@ -47,6 +49,8 @@ _MODULES = {"ad7746", "benchmark", "design", "recording", "reference", "scenario
 
 
 def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
     if name in _LAZY:
         return getattr(import_module(f"palpate.{_LAZY[name]}"), name)
     if name in _MODULES:

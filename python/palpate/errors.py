@@ -1,6 +1,10 @@
 """What palpate raises, besides ValueError and TypeError for bad arguments."""
 
-from pathlib import Path
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 class PalpateError(Exception):
