@@ -48,9 +48,10 @@ def test_a_design_keeps_its_promise() -> None:
 
 def test_bad_wishes() -> None:
     for wish, message in [
-        ({"false_alarm_interval": 5.0, "smallest_shift": 1.0}, "false_alarm_interval: got 5.0, allowed: 10 or more"),
+        ({"false_alarm_interval": 5.0, "smallest_shift": 1.0}, "false_alarm_interval: got 5.0, allowed: 10 to 1e12"),
+        ({"false_alarm_interval": float("inf"), "smallest_shift": 1.0}, "false_alarm_interval: got inf"),
         ({"false_alarm_interval": 1e3, "smallest_shift": 0.0}, "smallest_shift: got 0.0"),
-        ({"false_alarm_interval": 1e3, "smallest_shift": 7.0}, r"smallest_shift: got 7.0, allowed: .* \(6.0\)"),
+        ({"false_alarm_interval": 1e3, "smallest_shift": 7.0}, r"smallest_shift: got 7.0, allowed: .* \(4.5\)"),
     ]:
         with pytest.raises(ValueError, match=message):
             cusum(**wish)

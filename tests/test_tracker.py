@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from measure import bits
 from palpate import scenarios
-from palpate.simulate import Simulation
+from palpate.simulate import Press, Scenario, Simulation, simulate
 
 SCENES = ["fixed", "paper", "handheld", "sliding"]
 
@@ -178,7 +178,10 @@ def test_lost_readings_are_counted() -> None:
     run = scenarios.run("dropouts", 2)
     [touch] = palpate.touches(run)
     inside = slice(touch.start, touch.start + 300)
-    assert 0 < touch.refused <= int((run.status[inside] == 1).sum())
+    missing = int((run.status[inside] == 1).sum())
+    # A lost soft value leaves the hard values beside it without a partner.
+    assert 0 < touch.refused <= 2 * missing
+    assert "refused" not in touch.flags
 
 
 def test_states_and_rows_tell_the_same() -> None:
@@ -197,6 +200,54 @@ def test_states_and_rows_tell_the_same() -> None:
     assert (rows["touch"] > 0).sum() == 1000 == sum(touch.samples for touch in tracker.touches)
     assert tracker.readings == len(run.hard)
     assert np.isfinite(tracker.standard_error)
+
+
+@pytest.mark.parametrize(("hold", "pause"), [(6.6, 0.5), (6.6, 0.3), (2.0, 0.5), (2.0, 0.8), (2.0, 1.2)])
+def test_touches_in_quick_succession(hold: float, pause: float) -> None:
+    """A pause too short for a new baseline: the old one stands."""
+    ratios = (1.6, 8.3, 2.8, 4.9)
+    cycle = 0.3 + hold + 0.25 + pause
+    presses = [Press(2 + k * cycle, [(0.0, ratio)], hold_s=hold) for k, ratio in enumerate(ratios)]
+    for seed in range(10):
+        run = simulate(Scenario(presses=presses, duration_s=3 + 4 * cycle), seed)
+        found = palpate.touches(run, samples=80)
+        assert [t.ratio for t in found] == pytest.approx(ratios, rel=2e-3)
+        assert all(t.samples == 80 and not t.flags for t in found)
+
+
+def test_codes_coarser_than_the_noise_are_no_touches() -> None:
+    t = np.arange(2000) * np.float64(0.026)
+    press = Press(20, [(0.0, 2.84)]).profile(t)
+    for step in (1e-3, 1e-4):
+        random = np.random.default_rng(0)
+        noise = 0.4 * step * random.standard_normal((2, 2000))
+        hard = np.round((0.62 + 0.71 * press + noise[0]) / step) * step
+        soft = np.round((-0.41 + 0.25 * press + noise[1]) / step) * step
+        [touch] = palpate.touches(palpate.Recording(t, t, hard, soft))
+        assert touch.flags == ()
+        assert touch.ratio == pytest.approx(2.84, abs=4 * touch.standard_error)
+
+
+def test_a_standard_error_is_never_nothing() -> None:
+    for seed in range(40):
+        [touch] = palpate.touches(scenarios.run("slow-drift", seed))
+        assert touch.standard_error > 0 or "unsettled" in touch.flags
+        random = np.random.default_rng(seed)
+        regressor = 1 + 0.02 * random.standard_normal(200)
+        tone = 0.05 * np.sin(2.2 * np.arange(200) + random.uniform(0, 6))
+        estimator = palpate.HandoverRls()
+        estimator.process(3 * regressor + tone + 0.001 * random.standard_normal(200), regressor)
+        assert estimator.standard_error > 1e-4
+
+
+def test_times_that_cannot_be_used_give_no_ratio() -> None:
+    run = scenarios.run("tremor", 1)
+    standing = np.zeros(len(run.hard))
+    [touch] = palpate.touches(palpate.Recording(standing, standing, run.hard, run.soft))
+    assert touch.samples == 0
+    assert np.isnan(touch.ratio)
+    assert touch.refused > 200
+    assert {"short", "refused"} <= set(touch.flags)
 
 
 def test_tare_after_the_baseline_jumped() -> None:
@@ -256,6 +307,8 @@ def test_settings_are_checked(scene: str, settings: dict[str, float], message: s
 
 
 def test_readings_are_checked() -> None:
+    with pytest.raises(TypeError, match="drift: got 'x', allowed: a number"):
+        palpate.Tracker(drift="x")
     tracker = palpate.Tracker()
     with pytest.raises(ValueError, match="t_soft: got shape"):
         tracker.process([0.0, 1.0], [0.0], [1.0, 1.0], [1.0, 1.0])

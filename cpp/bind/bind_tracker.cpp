@@ -83,10 +83,11 @@ void bind_tracker(py::module_& module) {
       .def_property_readonly(
           "saturated", [](const Result& r) { return r.touch.saturated; }, "Readings left out as saturated.")
       .def_property_readonly(
-          "refused", [](const Result& r) { return r.touch.refused; }, "Readings without a usable value.")
+          "refused", [](const Result& r) { return r.touch.refused; },
+          "Readings that gave no sample: without a value, or not to be aligned.")
       .def_property_readonly("flags", &Result::flags,
                              "What stands against the result: \"short\" (fewer samples than asked for), "
-                             "\"saturated\", \"refused\" (more than a tenth of the readings had no usable value), "
+                             "\"saturated\", \"refused\" (more than a quarter of the readings gave no sample), "
                              "\"unsettled\" (no standard error in a scene that should know it), "
                              "\"unexcited\" (the samples hardly moved the initial ratio).")
       .def(

@@ -192,6 +192,15 @@ class SceneTracker final : public AnyTracker {
   bool was_open_ = false;
 };
 
+double real_of(const std::string& name, const py::handle& value) {
+  const double real = PyFloat_AsDouble(value.ptr());
+  if (PyErr_Occurred()) {
+    PyErr_Clear();
+    throw py::type_error(name + ": got " + py::repr(value).cast<std::string>() + ", allowed: a number");
+  }
+  return real;
+}
+
 TrackerSettings read_settings(TrackerSettings settings, const std::vector<std::string>& names, const py::dict& given) {
   for (const auto& item : given) {
     const auto name = item.first.cast<std::string>();
@@ -205,7 +214,7 @@ TrackerSettings read_settings(TrackerSettings settings, const std::vector<std::s
     }
     for (const auto& field : TrackerSettings::fields()) {
       if (name == field.name) {
-        settings.*field.value = item.second.is_none() && name == "samples" ? 0.0 : item.second.cast<double>();
+        settings.*field.value = item.second.is_none() && name == "samples" ? 0.0 : real_of(name, item.second);
       }
     }
     if (name == "samples" && !item.second.is_none()) {
@@ -250,9 +259,9 @@ py::tuple Result::flags() const {
   const auto readings = static_cast<double>(touch.samples) + touch.refused + touch.saturated;
   if (touch.samples < wanted) flags.append("short");
   if (touch.saturated > 0) flags.append("saturated");
-  if (touch.refused > 0.1 * readings) flags.append("refused");
+  if (touch.refused > 0.25 * readings) flags.append("refused");
   if (knows_error && std::isnan(touch.standard_error)) flags.append("unsettled");
-  if (touch.covariance > 0.1 * initial_covariance) flags.append("unexcited");
+  if (!(touch.covariance <= 0.1 * initial_covariance)) flags.append("unexcited");
   return py::tuple(flags);
 }
 

@@ -33,9 +33,9 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
 
     Parameters
     ----------
-    false_alarm_interval : float, samples, at least 10
+    false_alarm_interval : float, samples, 10 to 1e12
         Wanted mean time between false alarms.
-    smallest_shift : float, standard deviations, in (0, 2 * clip)
+    smallest_shift : float, standard deviations, in (0, 1.5 * clip]
         Smallest shift of the innovation that matters; the drift is half of it (Lorden 1971).
     clip : float, standard deviations
         As in `palpate.HandoverRls`.
@@ -60,10 +60,12 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
     >>> design.drift, round(design.threshold, 2), round(design.delay, 1)
     (0.75, 6.91, 10.3)
     """
-    if not false_alarm_interval >= 10:
-        raise ValueError(f"false_alarm_interval: got {false_alarm_interval}, allowed: 10 or more samples")
-    if not 0 < smallest_shift < 2 * clip:
-        raise ValueError(f"smallest_shift: got {smallest_shift}, allowed: 0 < smallest_shift < 2 clip ({2 * clip})")
+    if not 10 <= false_alarm_interval <= 1e12:
+        raise ValueError(f"false_alarm_interval: got {false_alarm_interval}, allowed: 10 to 1e12 samples")
+    if not 0 < smallest_shift <= 1.5 * clip:
+        raise ValueError(
+            f"smallest_shift: got {smallest_shift}, allowed: 0 < smallest_shift <= 1.5 clip ({1.5 * clip})"
+        )
     drift = smallest_shift / 2
     low, high = 0.0, 1.0
     while run_length(drift, high, clip=clip) < 2 * false_alarm_interval:

@@ -91,6 +91,27 @@ def read(
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
     wanted = dict(OWN_COLUMNS if columns is None else columns)
+    _check(wanted, unit)
+    table = read_table(Path(path))
+    own = {name for column in range(table.width) for name in table.names(column)} >= set(OWN_COLUMNS.values())
+    if columns is None and not own:
+        raise ValueError(
+            f"columns: got none for a table that is not palpate's own, allowed: hard and soft out of {table.describe()}"
+        )
+    if own and not {"time", "soft_time"} & set(wanted):
+        wanted |= {key: OWN_COLUMNS[key] for key in ("time", "soft_time")}
+    hard = _capacitance(table, wanted["hard"], unit)
+    soft = _capacitance(table, wanted["soft"], unit)
+    t_hard_s = _times(table, wanted.get("time"))
+    t_soft_s = _times(table, wanted["soft_time"]) if "soft_time" in wanted else t_hard_s
+    notes = _notes(table, t_hard_s, hard, soft)
+    if unit is None and not table.unit(table.column(wanted["hard"]), PICOFARADS):
+        notes.append("no unit in the header: pF is assumed")
+    full_scale = FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF if columns is None else math.inf
+    return Recording(t_hard_s, t_soft_s, hard, soft, tuple(notes), full_scale)
+
+
+def _check(wanted: Mapping[str, str | int], unit: str | None) -> None:
     for key in ("hard", "soft"):
         if key not in wanted:
             raise ValueError(f"columns: got {', '.join(wanted) or 'none'}, allowed: hard, soft and, if wanted, time")
@@ -100,26 +121,6 @@ def read(
         raise ValueError(f"columns: got {wanted['hard']!r} for both channels, allowed: two columns")
     if unit is not None and unit not in PICOFARADS:
         raise ValueError(f"unit: got {unit!r}, allowed: {', '.join(PICOFARADS)}")
-    table = read_table(Path(path))
-    if columns is None:
-        _require_own(table)
-    hard = _capacitance(table, wanted["hard"], unit)
-    soft = _capacitance(table, wanted["soft"], unit)
-    t_hard_s = _times(table, wanted.get("time"))
-    t_soft_s = _times(table, wanted["soft_time"]) if "soft_time" in wanted else t_hard_s
-    notes = _notes(table, t_hard_s, hard, soft)
-    if columns is not None and unit is None and not table.unit(table.column(wanted["hard"]), PICOFARADS):
-        notes.append("no unit in the header: pF is assumed")
-    full_scale = math.inf if columns is not None else FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
-    return Recording(t_hard_s, t_soft_s, hard, soft, tuple(notes), full_scale)
-
-
-def _require_own(table: Table) -> None:
-    names = {name for column in range(table.width) for name in table.names(column)}
-    if not names >= set(OWN_COLUMNS.values()):
-        raise ValueError(
-            f"columns: got none for a table that is not palpate's own, allowed: hard and soft out of {table.describe()}"
-        )
 
 
 def _capacitance(table: Table, wanted: str | int, unit: str | None) -> NDArray[np.float64]:

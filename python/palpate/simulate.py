@@ -136,7 +136,8 @@ class Simulation:
     status : numpy.ndarray of int, shape (n,)
         0 good, 1 a conversion of the pair lost, 2 saturated.
     true_ratio : numpy.ndarray, shape (n,)
-        Ratio under the probe at t_hard_s; nan without contact.
+        Ratio under the probe at t_hard_s; nan without contact. Of the forces: with a nonlinearity the
+        ratio of the capacitances is another.
     presses : tuple of Press
         The touches, their ratios with the factor of oblique contact.
     """

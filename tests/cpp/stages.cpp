@@ -133,6 +133,24 @@ constexpr int touches(Scene scene, double tolerance) noexcept {
 static_assert(touches(PaperTracker<double>(), 1e-3) == 2 && touches(HandheldTracker<double>(), 1e-3) == 2);
 static_assert(touches(HandheldTracker<float, unsigned>(), 1e-3) == 2);
 
+// Ticks may wrap, and be far apart, without undefined behaviour.
+template <class Ticks>
+constexpr bool wraps() noexcept {
+  Align<double, Ticks, 4> align;
+  auto time = static_cast<Ticks>(std::numeric_limits<Ticks>::max() - 50000);
+  bool right = true;
+  for (int i = 0; i < 12; ++i) {
+    const auto pair = align.feed(time, static_cast<Ticks>(static_cast<std::uint32_t>(time) + 13000u), 1.0, 5.0);
+    right = right && (i < 3 || (pair.valid && near(pair.soft, 5.0, 1e-14)));
+    time = static_cast<Ticks>(static_cast<std::uint32_t>(time) + 26000u);
+  }
+  return right;
+}
+static_assert(wraps<std::uint32_t>() && wraps<std::int32_t>());
+
+// Each scene starts from what its estimator needs.
+static_assert(HandheldTracker<float>().initial_covariance == 1e10f && PaperTracker<float>().initial_covariance == 1e4f);
+
 // What a microcontroller has to hold.
 static_assert(sizeof(FixedTracker<float, unsigned>) <= 160 && sizeof(HandheldTracker<float, unsigned>) <= 960);
 

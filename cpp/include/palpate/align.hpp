@@ -36,7 +36,9 @@ class Align {
 
  public:
   using ticks_type = Ticks;
-  Ticks max_gap = static_cast<Ticks>(1000000000);  // between two soft values, ticks: no interpolation over more
+  // Between two soft values: no interpolation over more. 1 s, where ticks of 64 bits are nanoseconds, others
+  // microseconds.
+  Ticks max_gap = static_cast<Ticks>(sizeof(Ticks) >= 8 ? 1000000000 : 1000000);
 
   /// One reading of each channel, either of which may be missing (NaN). Returns the pair that it completes.
   constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft) noexcept {
@@ -79,7 +81,8 @@ class Align {
   constexpr Pair<Real> centre() const noexcept {
     const Ticks from = soft_time_[half - 1], to = soft_time_[half];
     for (int i = 0; i < hard_filled_; ++i) {
-      if (difference(hard_time_[i], from) > 0 && !(difference(hard_time_[i], to) > 0) && to - from <= max_gap) {
+      if (difference(hard_time_[i], from) > 0 && !(difference(hard_time_[i], to) > 0) &&
+          apart(to, from) <= static_cast<std::make_signed_t<Ticks>>(max_gap)) {
         return {hard_[i], interpolated(hard_time_[i]), true};
       }
     }
@@ -106,11 +109,17 @@ class Align {
     return sum;
   }
 
+  // Through unsigned ticks, which may wrap.
+  static constexpr auto apart(Ticks later, Ticks earlier) noexcept {
+    using Unsigned = std::make_unsigned_t<Ticks>;
+    const auto wrapped = static_cast<Unsigned>(static_cast<Unsigned>(later) - static_cast<Unsigned>(earlier));
+    return static_cast<std::make_signed_t<Ticks>>(wrapped);
+  }
+
   // In 2^24 ticks, which is exact, and near 1 for milliseconds in nanoseconds: no product of five leaves the range of
-  // float. As a signed difference, so that unsigned ticks may wrap.
+  // float.
   static constexpr Real difference(Ticks later, Ticks earlier) noexcept {
-    const auto ticks = static_cast<std::make_signed_t<Ticks>>(later - earlier);
-    return product(static_cast<Real>(ticks), Real(1) / Real(16777216));
+    return product(static_cast<Real>(apart(later, earlier)), Real(1) / Real(16777216));
   }
 
   Ticks soft_time_[Order] = {};

@@ -15,6 +15,7 @@ struct NoBaseline {
   constexpr void mark() noexcept {}
   constexpr void rewind() noexcept {}
   constexpr void reset() noexcept {}
+  constexpr void keep() noexcept {}
   constexpr bool ready() const noexcept { return true; }
   constexpr Real level() const noexcept { return Real(0); }
   constexpr Real noise() const noexcept { return Real(0); }
@@ -59,6 +60,8 @@ class Baseline {
   constexpr void rewind() noexcept { now_ = marked_; }
 
   constexpr void reset() noexcept { filled_ = 0; }
+  /// Stop collecting: the level from before reset() stands.
+  constexpr void keep() noexcept { filled_ = Size; }
   constexpr bool ready() const noexcept { return filled_ == Size; }
   constexpr Real level() const noexcept { return now_.level; }
   /// Standard deviation of one value.
@@ -68,6 +71,13 @@ class Baseline {
 
  private:
   constexpr void establish() noexcept {
+    // A code is 3.5 standard deviations of its rounding wide; half of it is on the safe side.
+    floor_ = least_noise;
+    for (int i = 1; i < Size; ++i) {
+      const Real step = (sorted_[i] - sorted_[i - 1]) / 2;
+      floor_ = step > 0 && (step < floor_ || floor_ == least_noise) ? step : floor_;
+    }
+    floor_ = floor_ > least_noise ? floor_ : least_noise;
     const Real median = (sorted_[Size / 2 - 1] + sorted_[Size / 2]) / 2;
     // The quartiles of a normal distribution, each one value towards the middle, are 1.25 standard deviations apart.
     set_noise((sorted_[3 * Size / 4 - 1] - sorted_[Size / 4]) / Real(1.25));
@@ -85,7 +95,7 @@ class Baseline {
     mark();
   }
 
-  constexpr void set_noise(Real noise) noexcept { now_.noise = noise > least_noise ? noise : least_noise; }
+  constexpr void set_noise(Real noise) noexcept { now_.noise = noise > floor_ ? noise : floor_; }
 
   struct Moment {
     Real level = 0, noise = 0, count = 0, squares = 0;
@@ -93,6 +103,7 @@ class Baseline {
 
   Real sorted_[Size] = {};
   int filled_ = 0;
+  Real floor_ = 0;
   Moment now_, marked_;
 };
 

@@ -16,6 +16,7 @@ struct AlwaysContact {
   constexpr bool idle() const noexcept { return false; }
   constexpr int age() const noexcept { return 1; }
   constexpr bool suspects() const noexcept { return false; }
+  constexpr bool presses_again(Real) noexcept { return false; }
 };
 
 /// A Page test on the size of the change, in standard deviations of the idle noise: contact when the sum of what
@@ -60,6 +61,18 @@ class Contact {
 
   constexpr bool contact() const noexcept { return state_ == State::contact; }
   constexpr bool idle() const noexcept { return state_ == State::idle; }
+  /// While the baseline is measured anew after a touch: whether a change from the old one is the next touch already, of
+  /// twice idle_share of the last one's height at least. Then the state is contact.
+  constexpr bool presses_again(Real change) noexcept {
+    below_ = change > 2 * product(idle_share, peak_) && peak_ > 0 ? below_ + 1 : 0;
+    if (below_ > confirm) {
+      state_ = State::contact;
+      peak_ = change;
+      age_ = below_;
+      below_ = 0;
+    }
+    return contact();
+  }
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
   /// Values since the touch began, the last included; while idle, since the last quiet one.
@@ -72,9 +85,10 @@ class Contact {
     sum_ += (size < clip ? size : clip) - slack;
     sum_ = sum_ > 0 ? sum_ : Real(0);
     age_ = size < quiet ? 0 : age_ + 1;
-    peak_ = 0;
     if (sum_ >= limit) {
       state_ = State::contact;
+      peak_ = 0;
+      below_ = 0;
     }
     return contact();
   }

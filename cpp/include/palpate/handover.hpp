@@ -61,6 +61,7 @@ class Handover {
  public:
   using real_type = Real;
   using Settings = HandoverSettings<Real>;
+  static constexpr Real default_covariance = Real(1e10);
   static constexpr int warm_up = 8;            // samples before the detector watches
   static constexpr int transient = 3;          // first innovations, which speak of the initial ratio
   static constexpr int forecast_interval = 8;  // samples for which rho stays as it is, later in a touch

@@ -107,12 +107,16 @@ struct InnovationNoise {
     if (product(weight, product(raw_second, raw_second)) < 6) {
       return product(variance, (1 + rho) / (1 - rho));
     }
+    // The correction of the bias must leave a process that can be: |r1| < 1, |r2| < 1.
     const Real bias = product(Real(1.3), 1 + product(Real(3), r1)) / weight;
-    const Real c1 = r1 + bias, c2 = r2 + bias, spread = 1 - product(c1, c1);
+    const bool possible = magnitude(r1 + bias) < Real(0.99) && magnitude(r2 + bias) < Real(0.99);
+    const Real c1 = possible ? r1 + bias : r1, c2 = possible ? r2 + bias : r2, spread = 1 - product(c1, c1);
     const Real first = product(c1, 1 - c2) / spread, second = (c2 - product(c1, c1)) / spread;
     const Real raw_gap = 1 - first - second;
     const Real gap = raw_gap > Real(0.02) ? raw_gap : Real(0.02);
-    return product(variance, (1 - product(first, c1) - product(second, c2)) / product(gap, gap));
+    const Real share = (1 - product(first, c1) - product(second, c2)) / product(gap, gap);
+    // No tone cancels itself so well that less than 3 % is left: what it hides is not seen in two correlations.
+    return product(variance, share > Real(0.03) ? share : Real(0.03));
   }
 };
 

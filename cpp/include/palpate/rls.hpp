@@ -47,6 +47,7 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
 
  public:
   using real_type = Real;
+  static constexpr Real default_covariance = Real(1e4);
 
   constexpr explicit Rls(Forgetting forgetting = Forgetting(), Detector detector = Detector(), Bound bound = Bound(),
                          Real ratio = Real(1), Real covariance = Real(1e4)) noexcept

@@ -47,7 +47,7 @@ class Tracker {
   BaselineStage hard_baseline, soft_baseline;
   ContactStage gate;
   Estimator estimator;
-  Real initial_ratio = Real(1), initial_covariance = Real(1e4);
+  Real initial_ratio = Real(1), initial_covariance = Estimator::default_covariance;
   std::uint32_t samples = 250;                              // of a touch; 0: a touch ends by its release only
   Real full_scale = std::numeric_limits<Real>::infinity();  // a reading of this size is saturated
 
@@ -62,7 +62,7 @@ class Tracker {
     bool alarm = false;
     if (open_) {
       touch_.saturated += saturated;
-      touch_.refused += !usable;
+      touch_.refused += !saturated && !pair.valid;
       alarm = pair.valid && estimate(pair);
     }
     readings_ += 1;
@@ -77,8 +77,9 @@ class Tracker {
       return false;
     }
     running_ = open_ = false;
-    touch_.ratio = estimator.ratio();
-    touch_.covariance = estimator.covariance();
+    const Real nan = std::numeric_limits<Real>::quiet_NaN();
+    touch_.ratio = touch_.samples > 0 ? estimator.ratio() : nan;
+    touch_.covariance = touch_.samples > 0 ? estimator.covariance() : nan;
     touch_.standard_error = standard_error();
     last_ = touch_;
     return true;
@@ -118,13 +119,12 @@ class Tracker {
 
  private:
   constexpr void gate_with(Real hard, Real soft) noexcept {
+    const Real change = magnitude((hard - hard_baseline.level()) + (soft - soft_baseline.level()));
     if (!ready()) {
-      hard_baseline.collect(hard);
-      soft_baseline.collect(soft);
+      collect(hard, soft, change);
       return;
     }
     const bool was_idle = gate.idle(), was_in_contact = gate.contact();
-    const Real change = magnitude((hard - hard_baseline.level()) + (soft - soft_baseline.level()));
     gate.update(change, noise());
     if (gate.contact() && !(was_in_contact && touched_)) {
       start();
@@ -136,6 +136,18 @@ class Tracker {
     } else if (gate.idle()) {
       follow(hard, soft);
     }
+  }
+
+  // A touch that follows the last so soon that no new baseline could be measured rests on the old one.
+  constexpr void collect(Real hard, Real soft, Real change) noexcept {
+    if (touched_ && gate.presses_again(change)) {
+      hard_baseline.keep();
+      soft_baseline.keep();
+      start();
+      return;
+    }
+    hard_baseline.collect(hard);
+    soft_baseline.collect(soft);
   }
 
   constexpr void follow(Real hard, Real soft) noexcept {
