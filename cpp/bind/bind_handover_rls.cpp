@@ -101,7 +101,7 @@ void bind(py::module_& module, const char* name, const char* doc) {
         return self.core().settled() ? static_cast<double>(self.core().standard_error())
                                      : std::numeric_limits<double>::quiet_NaN();
       },
-      "Standard deviation of the ratio; nan for the first 35 samples or so, and for 16 after a change.");
+      "Standard deviation of the ratio; nan for the first 40 samples or so, and for 16 after a change.");
 }
 
 }  // namespace

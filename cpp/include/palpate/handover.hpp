@@ -65,11 +65,11 @@ class Handover {
   static constexpr int warm_up = 8;            // samples before the detector watches
   static constexpr int transient = 3;          // first innovations, which speak of the initial ratio
   static constexpr int forecast_interval = 8;  // samples for which rho stays as it is, later in a touch
-  static constexpr int trustworthy =
-      16;  // samples since the last change, and twice as many in all, for a standard error
+  // For a standard error: samples since the last change; in all, twice as many.
+  static constexpr int trustworthy = 16;
 
   constexpr explicit Handover(const Settings& settings = Settings(), Real ratio = Real(1),
-                              Real covariance = Real(1e10)) noexcept
+                              Real covariance = default_covariance) noexcept
       : settings_(settings), ratio_(ratio), information_(Real(1) / covariance) {}
 
   constexpr Step<Real> update(Real output, Real regressor) noexcept {
@@ -94,7 +94,7 @@ class Handover {
     return conclude({output, regressor, innovation, clipped, weight, outlier}, up, down);
   }
 
-  constexpr void reset(Real ratio = Real(1), Real covariance = Real(1e10)) noexcept {
+  constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {
     *this = Handover(settings_, ratio, covariance);
   }
 

@@ -50,7 +50,7 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
   static constexpr Real default_covariance = Real(1e4);
 
   constexpr explicit Rls(Forgetting forgetting = Forgetting(), Detector detector = Detector(), Bound bound = Bound(),
-                         Real ratio = Real(1), Real covariance = Real(1e4)) noexcept
+                         Real ratio = Real(1), Real covariance = default_covariance) noexcept
       : detail::RatioOf<Real>{ratio},
         Forgetting(forgetting),
         Detector(detector),
@@ -74,7 +74,7 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
   }
 
   /// Forget every sample; the policies' parameters stay.
-  constexpr void reset(Real ratio = Real(1), Real covariance = Real(1e4)) noexcept {
+  constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {
     ratio_ = ratio;
     information_ = Real(1) / covariance;
     Detector::reset();
