@@ -20,6 +20,17 @@ struct FieldList {
   py::dtype dtype(std::size_t size) const { return py::dtype(names, formats, offsets, static_cast<py::ssize_t>(size)); }
 };
 
+/// The fields that every row has.
+template <class Row, class Real>
+FieldList common_fields() {
+  FieldList fields;
+  fields.add<Real>("ratio", offsetof(Row, ratio));
+  fields.add<Real>("covariance", offsetof(Row, covariance));
+  fields.add<Real>("innovation", offsetof(Row, innovation));
+  fields.add<Real>("statistic", offsetof(Row, statistic));
+  return fields;
+}
+
 template <class Real>
 struct TraceRow {
   Real ratio, covariance, innovation, statistic;
@@ -33,11 +44,7 @@ struct TraceRow {
   }
 
   static py::dtype dtype() {
-    FieldList fields;
-    fields.add<Real>("ratio", offsetof(TraceRow, ratio));
-    fields.add<Real>("covariance", offsetof(TraceRow, covariance));
-    fields.add<Real>("innovation", offsetof(TraceRow, innovation));
-    fields.add<Real>("statistic", offsetof(TraceRow, statistic));
+    FieldList fields = common_fields<TraceRow, Real>();
     fields.add<bool>("alarm", offsetof(TraceRow, alarm));
     return fields.dtype(sizeof(TraceRow));
   }
@@ -58,11 +65,7 @@ struct HandoverRow {
   }
 
   static py::dtype dtype() {
-    FieldList fields;
-    fields.add<Real>("ratio", offsetof(HandoverRow, ratio));
-    fields.add<Real>("covariance", offsetof(HandoverRow, covariance));
-    fields.add<Real>("innovation", offsetof(HandoverRow, innovation));
-    fields.add<Real>("statistic", offsetof(HandoverRow, statistic));
+    FieldList fields = common_fields<HandoverRow, Real>();
     fields.add<Real>("standard_error", offsetof(HandoverRow, standard_error));
     fields.add<bool>("alarm", offsetof(HandoverRow, alarm));
     return fields.dtype(sizeof(HandoverRow));

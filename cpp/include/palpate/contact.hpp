@@ -61,6 +61,7 @@ class Contact {
 
   constexpr bool contact() const noexcept { return state_ == State::contact; }
   constexpr bool idle() const noexcept { return state_ == State::idle; }
+
   /// While the baseline is measured anew after a touch: whether a change from the old one is the next touch already, of
   /// twice idle_share of the last one's height at least. Then the state is contact.
   constexpr bool presses_again(Real change) noexcept {
@@ -73,6 +74,7 @@ class Contact {
     }
     return contact();
   }
+
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
   /// Values since the touch began, the last included; while idle, since the last quiet one.

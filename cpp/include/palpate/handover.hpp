@@ -165,17 +165,21 @@ class Handover {
     }
     ratio_ = ratio;
     information_ = information;
-    if (take) {
-      squares_ = product(product(settings_.steady, settings_.steady), squares_) + product(s.weight, s.weight);
-      weight_ = product(settings_.steady, weight_) + 1;
-    } else if (change) {
+    if (change) {
       squares_ = side.squares;
       weight_ = side.count;
+    } else if (take) {
+      weigh(s.weight);
     }
     up_ = up;
     down_ = down;
     learn(s, change);
     return {ratio, s.innovation, gain, change, true};
+  }
+
+  constexpr void weigh(Real weight) noexcept {
+    squares_ = product(product(settings_.steady, settings_.steady), squares_) + product(weight, weight);
+    weight_ = product(settings_.steady, weight_) + 1;
   }
 
   constexpr void learn(const Sample& s, bool change) noexcept {
