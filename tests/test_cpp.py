@@ -1,6 +1,7 @@
 """The header for C++ users: ctest, and a foreign project built in each way that is offered."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -92,6 +93,25 @@ def test_consumer_by_include_folder(tmp_path: Path) -> None:
     program = tmp_path / "consumer"
     run(compiler, "-std=c++17", f"-I{palpate.get_include()}", CONSUMER / "main.cpp", "-o", program)
     assert run(program) == EXPECTED
+
+
+@pytest.mark.parametrize("compiler", ["c++", "clang++"])
+def test_the_readmes_cpp_compiles(tmp_path: Path, compiler: str) -> None:
+    [block] = re.findall(r"```cpp\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    include, body = block.split("\n", 1)
+    values = "std::uint32_t t_hard, std::uint32_t t_soft, float hard, float soft, float output, float regressor"
+    source = tmp_path / "readme.cpp"
+    source.write_text(f"{include}\nfloat use({values}) {{\n{body}\nreturn report.ratio + step.ratio;\n}}\n")
+    run(
+        need(compiler),
+        "-std=c++17",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        f"-I{palpate.get_include()}",
+        "-fsyntax-only",
+        source,
+    )
 
 
 def test_the_header_needs_nothing_at_link_time(tmp_path: Path) -> None:
