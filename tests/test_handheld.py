@@ -182,3 +182,9 @@ def test_the_standard_error_knows_of_the_baseline() -> None:
     for name in ("soft-steady", "stiff-steady"):
         errors, believed = last_errors(name, "handheld", 200)
         assert 0.9 <= np.mean(np.abs(errors) < 1.96 * believed) <= 0.98
+
+
+def test_a_drift_without_contact_is_no_touch() -> None:
+    """The README's limit: 3e-5 pF/s in both channels."""
+    drifting = Scenario(duration_s=60.0, drift_pF_per_s=(3e-5, 3e-5))
+    assert [palpate.touches(simulate(drifting, seed)) for seed in range(20)] == [[]] * 20
