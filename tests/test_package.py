@@ -22,7 +22,7 @@ HEADERS = ROOT / "cpp" / "include" / "palpate"
 
 # Low to high; each may use only what stands in lower rows.
 PYTHON_LAYERS: list[set[str]] = [
-    {"errors", "_core", "reference", "ad7746", "specimens", "design"},
+    {"errors", "_core", "reference", "ad7746", "sample", "specimens", "design"},
     {"table", "touch", "simulate"},
     {"recording", "scenarios"},
     {"benchmark"},
