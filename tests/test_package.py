@@ -32,7 +32,7 @@ PYTHON_LAYERS: list[set[str]] = [
 ]
 HEADER_LAYERS: list[set[str]] = [
     {"version", "arithmetic"},
-    {"forgetting", "detector", "bound", "noise", "align", "baseline", "contact"},
+    {"ring", "forgetting", "detector", "bound", "noise", "align", "baseline", "contact"},
     {"rls"},
     {"handover"},
     {"touch"},
@@ -152,7 +152,10 @@ def test_the_stub_has_the_parameters_of_the_built_signatures() -> None:
                 or (node.name, method.name) in VARIABLE
             ):
                 continue
-            built = getattr(getattr(_core, node.name), method.name).__doc__.split("\n")[0]
+            function = getattr(getattr(_core, node.name), method.name)
+            if function.__text_signature__:  # stubtest can see it
+                continue
+            built = function.__doc__.split("\n")[0]
             arguments = [*method.args.posonlyargs, *method.args.args, *method.args.kwonlyargs]
             names = ["self", *(a.arg for a in arguments if a.arg != "self")]
             assert re.findall(r"[(, ](\w+): ", built.replace(" (self:", "(self:")) == names, built

@@ -4,6 +4,7 @@
 // What a block call accepts: one-dimensional arrays of real numbers, of any stride and type that numpy converts; and
 // an `out` that is exactly what will be written into it. numpy is imported by the first of these calls, not before.
 
+#include <pybind11/gil_safe_call_once.h>
 #include <pybind11/numpy.h>
 
 #include <cmath>
@@ -17,6 +18,13 @@
 constexpr int aligned = py::detail::npy_api::NPY_ARRAY_ALIGNED_;
 template <class Real>
 using Samples = py::array_t<Real, py::array::forcecast | aligned>;
+
+/// What Make() gives, made by the first call and kept for as long as the process lives.
+template <auto Make>
+const py::dtype& once() {
+  static py::gil_safe_call_once_and_store<py::dtype> storage;
+  return storage.call_once_and_store_result([] { return Make(); }).get_stored();
+}
 
 inline std::string shape_of(const py::array& array) { return py::str(array.attr("shape")).cast<std::string>(); }
 

@@ -4,9 +4,13 @@
 // The Python methods that every estimator has, with the documentation that is the same for all.
 
 #include "estimator.hpp"
+#include "fastcall.hpp"
 
 namespace doc {
-constexpr auto update = R"(Take one sample and return the ratio after it.
+constexpr auto update = R"(update($self, output, regressor, /)
+--
+
+Take one sample and return the ratio after it.
 
 Parameters
 ----------
@@ -18,8 +22,20 @@ Returns
 float
     The ratio. A sample that is not finite, or so large that the state would not be, is
     refused: the state stays as it was, and `rejected` counts it.
+
+Raises
+------
+TypeError
+    Not two arguments, or something that float() does not take.
+ValueError
+    An integer beyond the range of a float.
+RuntimeError
+    The estimator is in use by another thread.
 )";
-constexpr auto process = R"(Take a block of samples; the same bits as one `update` for each.
+constexpr auto process = R"(process($self, output, regressor, out=None)
+--
+
+Take a block of samples; the same bits as one `update` for each.
 
 Parameters
 ----------
@@ -42,7 +58,10 @@ ValueError
 RuntimeError
     The estimator is in use by another thread.
 )";
-constexpr auto trace = R"(Take a block of samples and return the whole state after each.
+constexpr auto trace = R"(trace($self, output, regressor, out=None)
+--
+
+Take a block of samples and return the whole state after each.
 
 Parameters
 ----------
@@ -104,12 +123,27 @@ py::object copied(const py::object& self, const py::object& memo) {
 }
 
 template <class E>
+PyObject* updated(E& estimator, double output, double regressor) {
+  return PyFloat_FromDouble(estimator.update(output, regressor));
+}
+
+template <class E>
+PyObject* processed(E& estimator, py::handle output, py::handle regressor, py::handle out) {
+  return estimator.process(output, regressor, out);
+}
+
+template <class E>
+PyObject* traced(E& estimator, py::handle output, py::handle regressor, py::handle out) {
+  return estimator.trace(output, regressor, out);
+}
+
+template <class E>
 void bind_methods(py::class_<E>& type) {
   type.attr("__module__") = "palpate";
-  type.def("update", &E::update, py::arg("output"), py::arg("regressor"), py::pos_only(), doc::update)
-      .def("process", &E::process, py::arg("output"), py::arg("regressor"), py::arg("out") = py::none(), doc::process)
-      .def("trace", &E::trace, py::arg("output"), py::arg("regressor"), py::arg("out") = py::none(), doc::trace)
-      .def("reset", &E::reset, "Forget every sample: as newly made with the same settings.")
+  fastcall::def_numbers<E, 2, &updated<E>>(type, "update", doc::update);
+  fastcall::def_block<E, &processed<E>>(type, "process", doc::process);
+  fastcall::def_block<E, &traced<E>>(type, "trace", doc::trace);
+  type.def("reset", &E::reset, "Forget every sample: as newly made with the same settings.")
       .def(
           "copy", [](const py::object& self) { return copied<E>(self, py::none()); },
           "An independent estimator in the same state.")

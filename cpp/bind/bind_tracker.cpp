@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/stl.h>
 
+#include "fastcall.hpp"
 #include "tracker.hpp"
 
 namespace {
@@ -34,6 +35,11 @@ Examples
 [(250, 2.5)]
 )";
 
+constexpr auto feed_doc = R"(feed($self, t_hard, t_soft, hard, soft, /)
+--
+
+Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.)";
+
 constexpr auto process_doc = R"(Take a block of readings; the same bits as one `feed` for each.
 
 Parameters
@@ -55,6 +61,10 @@ Raises
 ValueError
     Not one-dimensional, not of one length, a time that is not finite.
 )";
+
+PyObject* fed(PyTracker& tracker, double t_hard, double t_soft, double hard, double soft) {
+  return tracker->feed(t_hard, t_soft, hard, soft).release().ptr();
+}
 
 double numeric(const Result& touch, double palpate::Touch<double>::* member) { return touch.touch.*member; }
 
@@ -107,16 +117,10 @@ void bind_tracker(py::module_& module) {
 
   py::class_<PyTracker> tracker(module, "Tracker", tracker_doc);
   tracker.attr("__module__") = "palpate";
+  fastcall::def_numbers<PyTracker, 4, &fed>(tracker, "feed", feed_doc);
   tracker
       .def(py::init([](const std::string& scene, const py::kwargs& settings) { return PyTracker(scene, settings); }),
            py::arg("scene") = "handheld")
-      .def(
-          "feed",
-          [](PyTracker& t, double t_hard, double t_soft, double hard, double soft) {
-            return t->feed(t_hard, t_soft, hard, soft);
-          },
-          py::arg("t_hard"), py::arg("t_soft"), py::arg("hard"), py::arg("soft"), py::pos_only(),
-          "Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.")
       .def(
           "process",
           [](PyTracker& t, const py::object& t_hard, const py::object& t_soft, const py::object& hard,

@@ -4,26 +4,23 @@
 // What Python's estimators have in common: a core, its settings, and the counts that the core leaves to its caller.
 
 #include <cstddef>
-#include <cstring>
 #include <limits>
 #include <stdexcept>
 
-#include "arrays.hpp"
+#include "block.hpp"
+#include "made.hpp"
 #include "settings.hpp"
 #include "trace_row.hpp"
 
 template <class Settings_>
-class Estimator {
+class Estimator : Made {
  public:
+  using Made::operator new;
+  using Made::operator delete;
   using Settings = Settings_;
   using Core = typename Settings::Core;
   using Real = typename Core::real_type;
   using Row = typename Settings::Row;
-
-  // pybind11 allocates an object whose __init__ was not called when one of its methods is: as zeros, it says so.
-  static void* operator new(std::size_t size) { return std::memset(::operator new(size), 0, size); }
-  static void* operator new(std::size_t, void* place) { return place; }
-  static void operator delete(void* memory) { ::operator delete(memory); }
 
   explicit Estimator(const Settings& settings) : settings_(settings), core_(settings.core()) {}
 
@@ -33,14 +30,14 @@ class Estimator {
     return core_.ratio();
   }
 
-  py::array process(const py::object& output, const py::object& regressor, const py::object& out) {
-    return block<Real>(output, regressor, out, py::dtype::of<Real>(),
-                       [](const Core& core, const palpate::Step<Real>&) { return core.ratio(); });
+  PyObject* process(py::handle output, py::handle regressor, py::handle out) {
+    return block<Real>(output, regressor, out, once<&py::dtype::of<Real>>(),
+                       [](Real& to, const Core& core, const palpate::Step<Real>&) { to = core.ratio(); });
   }
 
-  py::array trace(const py::object& output, const py::object& regressor, const py::object& out) {
-    return block<Row>(output, regressor, out, Row::dtype(),
-                      [](const Core& core, const palpate::Step<Real>& step) { return Row::of(core, step); });
+  PyObject* trace(py::handle output, py::handle regressor, py::handle out) {
+    return block<Row>(output, regressor, out, once<&Row::dtype>(),
+                      [](Row& to, const Core& core, const palpate::Step<Real>& step) { to.take(core, step); });
   }
 
   void reset() {
@@ -99,31 +96,32 @@ class Estimator {
   // Every sample through a copy of the core, which becomes the state when the block is done: a reader in another thread
   // sees the state before the block or the state after it.
   template <class Item, class Observe>
-  py::array block(const py::object& output, const py::object& regressor, const py::object& out, const py::dtype& dtype,
-                  Observe observe) {
+  PyObject* block(py::handle output, py::handle regressor, py::handle out, const py::dtype& dtype, Observe observe) {
     require_idle();
-    const auto checked = samples_of<Real>(output, "output");
-    const py::ssize_t size = checked.shape(0);
-    py::array result = output_array(out, dtype, size);
-    const auto outputs = apart_from(checked, result);
-    const auto regressors = apart_from(samples_of<Real>(regressor, "regressor", size), result);
-    const auto y = outputs.template unchecked<1>();
-    const auto x = regressors.template unchecked<1>();
-    auto* const destination = static_cast<char*>(result.mutable_data());
-    const py::ssize_t stride = result.strides(0);
+    const Block<Real, Item> block(output, regressor, out, once<&py::dtype::of<Real>>(), dtype);
+    require_idle();  // making arrays of the arguments may have run other Python code
     Estimator next = *this;
     busy_ = true;
-    run_block(size, [&] {
+    block.run([&](auto y, auto x, auto to, py::ssize_t size) {
       Core core = next.core_;
+      Real innovation = next.innovation_;
+      std::size_t rejected = 0;
       for (py::ssize_t i = 0; i < size; ++i) {
-        const auto step = core.update(y(i), x(i));
-        next.count(step);
-        *reinterpret_cast<Item*>(destination + i * stride) = observe(core, step);
+        const auto step = core.update(y[i], x[i]);
+        if (PALPATE_UNLIKELY(!step.accepted)) {
+          ++rejected;
+        } else {
+          innovation = step.innovation;
+        }
+        observe(to[i], core, step);
       }
       next.core_ = core;
+      next.innovation_ = innovation;
+      next.rejected_ += rejected;
+      next.samples_ += static_cast<std::size_t>(size) - rejected;
     });
     *this = next;
-    return result;
+    return py::object(block.result).release().ptr();
   }
 
   void count(const palpate::Step<Real>& step) {
@@ -142,17 +140,10 @@ class Estimator {
     }
   }
 
-  void require_made() const {
-    if (!made_) {
-      throw py::type_error("__init__ of this estimator has not been called");
-    }
-  }
-
   Settings settings_;
   Core core_;
-  bool made_ = true;
-  Real innovation_ = std::numeric_limits<Real>::quiet_NaN();
   std::size_t samples_ = 0;
   std::size_t rejected_ = 0;
+  Real innovation_ = std::numeric_limits<Real>::quiet_NaN();  // not beside the core's information: see RatioOf
   bool busy_ = false;
 };

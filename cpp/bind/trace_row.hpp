@@ -4,21 +4,11 @@
 // One row of trace(). The padding is a member, so that equal traces have equal bytes.
 
 #include <cstddef>
+#include <cstring>
 #include <limits>
+#include <palpate/rls.hpp>
 
-#include "arrays.hpp"
-
-struct FieldList {
-  py::list names, formats, offsets;
-
-  template <class Real>
-  void add(const char* name, std::size_t offset) {
-    names.append(name);
-    formats.append(py::dtype::of<Real>());
-    offsets.append(offset);
-  }
-  py::dtype dtype(std::size_t size) const { return py::dtype(names, formats, offsets, static_cast<py::ssize_t>(size)); }
-};
+#include "fields.hpp"
 
 /// The fields that every row has.
 template <class Row, class Real>
@@ -31,6 +21,17 @@ FieldList common_fields() {
   return fields;
 }
 
+/// Field by field into its place: a row made elsewhere and copied would wait for its own parts to be stored.
+template <class Row, class Core, class Real>
+void take_common(Row& row, const Core& core, const palpate::Step<Real>& step) {
+  row.ratio = core.ratio();
+  row.covariance = core.covariance();
+  row.innovation = step.accepted ? step.innovation : std::numeric_limits<Real>::quiet_NaN();
+  row.statistic = core.statistic();
+  row.alarm = core.alarm();
+  std::memset(row.padding, 0, sizeof(row.padding));
+}
+
 template <class Real>
 struct TraceRow {
   Real ratio, covariance, innovation, statistic;
@@ -38,9 +39,8 @@ struct TraceRow {
   unsigned char padding[sizeof(Real) - 1];
 
   template <class Core>
-  static TraceRow of(const Core& core, const palpate::Step<Real>& step) {
-    const Real innovation = step.accepted ? step.innovation : std::numeric_limits<Real>::quiet_NaN();
-    return {core.ratio(), core.covariance(), innovation, core.statistic(), core.alarm(), {}};
+  void take(const Core& core, const palpate::Step<Real>& step) {
+    take_common(*this, core, step);
   }
 
   static py::dtype dtype() {
@@ -58,10 +58,9 @@ struct HandoverRow {
   unsigned char padding[sizeof(Real) - 1];
 
   template <class Core>
-  static HandoverRow of(const Core& core, const palpate::Step<Real>& step) {
-    const auto row = TraceRow<Real>::of(core, step);
-    const Real error = core.settled() ? core.standard_error() : std::numeric_limits<Real>::quiet_NaN();
-    return {row.ratio, row.covariance, row.innovation, row.statistic, error, row.alarm, {}};
+  void take(const Core& core, const palpate::Step<Real>& step) {
+    take_common(*this, core, step);
+    standard_error = core.settled() ? core.standard_error() : std::numeric_limits<Real>::quiet_NaN();
   }
 
   static py::dtype dtype() {

@@ -4,12 +4,12 @@
 // The scenes behind one Python class: their settings, and the conversion of times and results.
 
 #include <cmath>
-#include <cstring>
 #include <memory>
 #include <palpate/touch.hpp>
 #include <string>
 #include <vector>
 
+#include "made.hpp"
 #include "result.hpp"
 #include "settings.hpp"
 #include "trace_row.hpp"
@@ -33,19 +33,16 @@ class AnyTracker {
 
 std::unique_ptr<AnyTracker> make_tracker(const std::string& scene, const py::dict& settings);
 
-/// What Python holds. As with Estimator, an object whose __init__ was not called is zeros, and says so.
-class PyTracker {
+/// What Python holds.
+class PyTracker : Made {
  public:
-  static void* operator new(std::size_t size) { return std::memset(::operator new(size), 0, size); }
-  static void* operator new(std::size_t, void* place) { return place; }
-  static void operator delete(void* memory) { ::operator delete(memory); }
+  using Made::operator new;
+  using Made::operator delete;
 
   PyTracker(const std::string& scene, const py::dict& settings) : tracker_(make_tracker(scene, settings)) {}
 
   AnyTracker* operator->() const {
-    if (!tracker_) {
-      throw py::type_error("__init__ of this tracker has not been called");
-    }
+    require_made();
     return tracker_.get();
   }
 

@@ -12,6 +12,7 @@ from palpate._core import (
     HandoverRls32,
     Rls,
     Rls32,
+    SampleRing,
     Touch,
     Tracker,
     __version__,
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from palpate.recording import Recording, read
+    from palpate.sample import Sample, Status
     from palpate.touch import most_reliable, touches
 
 __all__ = [
@@ -35,6 +37,9 @@ __all__ = [
     "RecordingError",
     "Rls",
     "Rls32",
+    "Sample",
+    "SampleRing",
+    "Status",
     "Touch",
     "Tracker",
     "__version__",
@@ -44,7 +49,14 @@ __all__ = [
     "touches",
 ]
 
-_LAZY = {"Recording": "recording", "read": "recording", "most_reliable": "touch", "touches": "touch"}
+_LAZY = {
+    "Recording": "recording",
+    "Sample": "sample",
+    "Status": "sample",
+    "most_reliable": "touch",
+    "read": "recording",
+    "touches": "touch",
+}
 _MODULES = {"ad7746", "benchmark", "design", "recording", "reference", "scenarios", "simulate", "specimens", "touch"}
 
 

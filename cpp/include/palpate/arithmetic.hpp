@@ -13,12 +13,15 @@
 #endif
 
 #if defined(__GNUC__) || defined(__clang__)
+#define PALPATE_RESTRICT __restrict__
 #define PALPATE_COLD [[gnu::cold, gnu::noinline]]
 #define PALPATE_UNLIKELY(condition) __builtin_expect(static_cast<bool>(condition), 0)
 #elif defined(_MSC_VER)
+#define PALPATE_RESTRICT __restrict
 #define PALPATE_COLD __declspec(noinline)
 #define PALPATE_UNLIKELY(condition) (condition)
 #else
+#define PALPATE_RESTRICT
 #define PALPATE_COLD
 #define PALPATE_UNLIKELY(condition) (condition)
 #endif
