@@ -32,9 +32,9 @@ PYTHON_LAYERS: list[set[str]] = [
 ]
 HEADER_LAYERS: list[set[str]] = [
     {"version", "arithmetic"},
-    {"ring", "forgetting", "detector", "bound", "noise", "align", "baseline", "contact"},
+    {"ring", "pack", "forgetting", "detector", "bound", "noise", "align", "baseline", "contact"},
     {"rls"},
-    {"handover"},
+    {"handover", "bank"},
     {"touch"},
     {"palpate"},
 ]
@@ -136,7 +136,9 @@ def test_the_stub_is_what_was_built(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-VARIABLE = {("Touch", "__init__"), ("Tracker", "__init__")}
+VARIABLE = {("Touch", "__init__"), ("Tracker", "__init__")} | {
+    (f"{name}Bank{bits}", "__init__") for name in ("Rls", "AdaptiveRls", "HandoverRls") for bits in ("", "32")
+}
 """Any arguments: a Touch cannot be made, a Tracker's depend on its scene."""
 
 

@@ -35,11 +35,8 @@ inline void require_shape(const py::array& array, const std::string& name, py::s
   }
 }
 
-/// `value` as an array that the loops can read: the caller's own memory where its type allows it, a copy elsewhere.
-/// size < 0: any length.
-template <class Real>
-Samples<Real> samples_of(const py::object& value, const std::string& name, py::ssize_t size = -1) {
-  // A masked value is no value. numpy's own error where it cannot make an array of it.
+/// `value` as an array of real numbers; numpy's own error where it cannot make an array of it. A masked value is none.
+inline py::array real_array(const py::object& value, const std::string& name) {
   const bool masked = py::hasattr(value, "mask") && py::hasattr(value, "filled");
   const py::object plain = masked ? value.attr("astype")("float64").attr("filled")(py::float_(NAN)) : value;
   const py::array array(plain);
@@ -47,15 +44,20 @@ Samples<Real> samples_of(const py::object& value, const std::string& name, py::s
     throw py::type_error(name + ": got dtype " + py::str(array.dtype()).cast<std::string>() +
                          ", allowed: real numbers");
   }
+  return array;
+}
+
+/// `value` as an array that the loops can read: the caller's own memory where its type allows it, a copy elsewhere.
+/// size < 0: any length.
+template <class Real>
+Samples<Real> samples_of(const py::object& value, const std::string& name, py::ssize_t size = -1) {
+  const py::array array = real_array(value, name);
   require_shape(array, name, size);
   return Samples<Real>(py::object(array));
 }
 
-/// `out` itself, checked, or a new array where it is None.
-inline py::array output_array(const py::object& out, const py::dtype& dtype, py::ssize_t size) {
-  if (out.is_none()) {
-    return py::array(dtype, size);
-  }
+/// `out` as the array that it must be, of any shape.
+inline py::array writeable_array(const py::object& out, const py::dtype& dtype) {
   if (!py::isinstance<py::array>(out)) {
     throw py::type_error("out: got " + py::str(py::type::of(out)).cast<std::string>() + ", allowed: a numpy array");
   }
@@ -64,10 +66,19 @@ inline py::array output_array(const py::object& out, const py::dtype& dtype, py:
     throw py::type_error("out: got dtype " + py::str(array.dtype()).cast<std::string>() +
                          ", allowed: " + py::str(dtype).cast<std::string>());
   }
-  require_shape(array, "out", size);
   if (!array.writeable() || !(array.flags() & aligned)) {
     throw py::value_error("out: got a read-only or unaligned array, allowed: a writeable, aligned one");
   }
+  return array;
+}
+
+/// `out` itself, checked, or a new array where it is None.
+inline py::array output_array(const py::object& out, const py::dtype& dtype, py::ssize_t size) {
+  if (out.is_none()) {
+    return py::array(dtype, size);
+  }
+  const py::array array = writeable_array(out, dtype);
+  require_shape(array, "out", size);
   if (array.strides(0) == 0 && size > 1) {
     throw py::value_error("out: got an array whose items share one place, allowed: a place for each");
   }

@@ -9,4 +9,5 @@ void bind_rls(py::module_& module);
 void bind_adaptive_rls(py::module_& module);
 void bind_handover_rls(py::module_& module);
 void bind_tracker(py::module_& module);
+void bind_bank(py::module_& module);
 void bind_ring(py::module_& module);

@@ -1,36 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "bind_estimator.hpp"
+#include "estimator_settings.hpp"
 
 namespace {
-
-template <class Real>
-struct AdaptiveSettings {
-  using Core = palpate::AdaptiveRls<Real>;
-  using Row = TraceRow<Real>;
-  double steady = 0.995, alarmed = 0.9, drift = 0.01, threshold = 0.05;
-  double initial_ratio = 1.0, initial_covariance = 1e4, max_covariance = 1e6;
-
-  static constexpr std::array<Field<AdaptiveSettings>, 7> fields() {
-    return {{{"steady", &AdaptiveSettings::steady},
-             {"alarmed", &AdaptiveSettings::alarmed},
-             {"drift", &AdaptiveSettings::drift},
-             {"threshold", &AdaptiveSettings::threshold},
-             {"initial_ratio", &AdaptiveSettings::initial_ratio},
-             {"initial_covariance", &AdaptiveSettings::initial_covariance},
-             {"max_covariance", &AdaptiveSettings::max_covariance}}};
-  }
-
-  void check() const {
-    check_adaptive(*this);
-    check_prior<Real>(*this);
-  }
-
-  Core core() const {
-    return Core({static_cast<Real>(steady), static_cast<Real>(alarmed)},
-                {static_cast<Real>(drift), static_cast<Real>(threshold)}, {1 / static_cast<Real>(max_covariance)},
-                static_cast<Real>(initial_ratio), static_cast<Real>(initial_covariance));
-  }
-};
 
 constexpr auto class_doc = R"(The paper's estimator: a forgetting factor switched by a CUSUM change detector.
 

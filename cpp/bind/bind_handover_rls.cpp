@@ -1,39 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <palpate/handover.hpp>
-
 #include "bind_estimator.hpp"
+#include "estimator_settings.hpp"
 
 namespace {
-
-template <class Real>
-struct HandoverSettings {
-  using Core = palpate::Handover<Real>;
-  using Row = HandoverRow<Real>;
-  double steady = 0.995, drift = 0.75, threshold = 8.0, clip = 3.0, smoothing = 0.0625;
-  double initial_ratio = 1.0, initial_covariance = 1e10, max_covariance = 1e12;
-
-  static constexpr std::array<Field<HandoverSettings>, 8> fields() {
-    return {{{"steady", &HandoverSettings::steady},
-             {"drift", &HandoverSettings::drift},
-             {"threshold", &HandoverSettings::threshold},
-             {"clip", &HandoverSettings::clip},
-             {"smoothing", &HandoverSettings::smoothing},
-             {"initial_ratio", &HandoverSettings::initial_ratio},
-             {"initial_covariance", &HandoverSettings::initial_covariance},
-             {"max_covariance", &HandoverSettings::max_covariance}}};
-  }
-
-  void check() const {
-    check_handover(*this);
-    check_prior<Real>(*this);
-  }
-
-  Core core() const {
-    const auto real = [](double value) { return static_cast<Real>(value); };
-    return Core({real(steady), real(drift), real(threshold), real(clip), real(smoothing), 1 / real(max_covariance)},
-                real(initial_ratio), real(initial_covariance));
-  }
-};
 
 constexpr auto class_doc =
     R"(The estimator for a probe in a hand: instrumental variables, and a detector that scales itself.

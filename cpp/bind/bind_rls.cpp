@@ -1,31 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "bind_estimator.hpp"
+#include "estimator_settings.hpp"
 
 namespace {
-
-template <class Real>
-struct RlsSettings {
-  using Core = palpate::FixedRls<Real>;
-  using Row = TraceRow<Real>;
-  double forgetting = 0.995, initial_ratio = 1.0, initial_covariance = 1e4, max_covariance = 1e6;
-
-  static constexpr std::array<Field<RlsSettings>, 4> fields() {
-    return {{{"forgetting", &RlsSettings::forgetting},
-             {"initial_ratio", &RlsSettings::initial_ratio},
-             {"initial_covariance", &RlsSettings::initial_covariance},
-             {"max_covariance", &RlsSettings::max_covariance}}};
-  }
-
-  void check() const {
-    require(is_forgetting(forgetting), "forgetting", forgetting, "0 < forgetting <= 1");
-    check_prior<Real>(*this);
-  }
-
-  Core core() const {
-    return Core({static_cast<Real>(forgetting)}, {}, {1 / static_cast<Real>(max_covariance)},
-                static_cast<Real>(initial_ratio), static_cast<Real>(initial_covariance));
-  }
-};
 
 constexpr auto class_doc = R"(Recursive least squares for output = ratio * regressor, with one forgetting factor.
 

@@ -10,5 +10,6 @@ PYBIND11_MODULE(_core, module) {
   bind_adaptive_rls(module);
   bind_handover_rls(module);
   bind_tracker(module);
+  bind_bank(module);
   bind_ring(module);
 }

@@ -12,7 +12,10 @@ namespace palpate {
 template <class Real>
 struct Unbounded {
   using real_type = Real;
-  constexpr Real limit(Real information) const noexcept { return information; }
+  template <class Value>
+  constexpr Value limit(Value information) const noexcept {
+    return information;
+  }
 };
 
 /// P / lambda <= 1 / min_information before each sample is taken in, so P never exceeds it either.
@@ -22,8 +25,10 @@ struct BoundedCovariance {
   using real_type = Real;
   Real min_information = Real(1e-6);
 
-  constexpr Real limit(Real information) const noexcept {
-    return information > min_information ? information : min_information;
+  template <class Value>
+  constexpr Value limit(Value information) const noexcept {
+    const Value least = Value{} + min_information;
+    return information > least ? information : least;
   }
 };
 

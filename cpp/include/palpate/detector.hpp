@@ -7,18 +7,23 @@
 
 namespace palpate {
 
-/// The null policy: no alarm, ever.
+/// The null policy: no alarm, ever. `Value` is a Real, or a pack of them: see bank.hpp.
 template <class Real>
 struct NoDetector {
   using real_type = Real;
   static constexpr Real statistic = Real(0);
 
   constexpr bool update(Real /*innovation*/) noexcept { return false; }
+  template <class Value>
+  static constexpr Value next(Value statistic_before, Value /*innovation*/) noexcept {
+    return statistic_before;
+  }
   constexpr void reset() noexcept {}
   template <class Visit>
   constexpr void visit_state(Visit&&) noexcept {}
   constexpr bool is_finite() const noexcept { return true; }
   constexpr bool alarm() const noexcept { return false; }
+  static constexpr Real limit() noexcept { return Real(0); }
 };
 
 /// The paper's cumulative sum of |e|, two-sided by the absolute value:
@@ -32,10 +37,13 @@ struct Cusum {
   Real statistic = Real(0);
 
   constexpr bool update(Real innovation) noexcept {
-    // |e| - d first: when |e| <= d that difference is not positive, so rounding cannot make g rise.
-    const Real sum = statistic + (magnitude(innovation) - drift);
-    statistic = sum > 0 ? sum : Real(0);
+    statistic = next(statistic, innovation);
     return alarm();
+  }
+  template <class Value>
+  constexpr Value next(Value statistic_before, Value innovation) const noexcept {
+    // |e| - d first: when |e| <= d that difference is not positive, so rounding cannot make g rise.
+    return positive_part(statistic_before + (magnitude(innovation) - drift));
   }
   constexpr void reset() noexcept { statistic = Real(0); }
   template <class Visit>
@@ -44,6 +52,7 @@ struct Cusum {
   }
   constexpr bool is_finite() const noexcept { return palpate::is_finite(statistic); }
   constexpr bool alarm() const noexcept { return statistic > threshold; }
+  constexpr Real limit() const noexcept { return threshold; }
 };
 
 }  // namespace palpate

@@ -13,6 +13,7 @@ template <class Real>
 struct NoForgetting {
   using real_type = Real;
   constexpr Real discount(Real information, bool /*alarm*/) const noexcept { return information; }
+  static constexpr Real factor(bool /*alarm*/) noexcept { return Real(1); }
 };
 
 /// Ordinary RLS: one lambda.
@@ -22,6 +23,7 @@ struct FixedForgetting {
   Real forgetting = Real(0.995);
 
   constexpr Real discount(Real information, bool /*alarm*/) const noexcept { return product(forgetting, information); }
+  constexpr Real factor(bool /*alarm*/) const noexcept { return forgetting; }
 };
 
 /// The paper's: lambda = alarmed while the detector's alarm is on, steady otherwise.
@@ -39,6 +41,7 @@ struct SwitchedForgetting {
     }
     return product(steady, information);
   }
+  constexpr Real factor(bool alarm) const noexcept { return alarm ? alarmed : steady; }
 };
 
 }  // namespace palpate

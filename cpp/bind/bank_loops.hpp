@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The loops of the banks, compiled once for every instruction set that a wheel may meet: see CMakeLists.txt. Nothing
+// but plain data crosses, as each set has its own copy of the core in a namespace of its own.
+
+#include <cstddef>
+#include <cstdint>
+
+template <class Real>
+struct BankTask {
+  Real steady, alarmed, drift, threshold, min_information;  // a fixed forgetting factor is `steady`
+  Real* ratio;
+  Real* information;
+  Real* statistic;
+  std::uint64_t* rejected;
+  const Real* output;
+  const Real* regressor;
+  Real* ratios;
+  std::size_t streams, frames;
+};
+
+struct BankLoops {
+  const char* name;
+  void (*fixed)(const BankTask<double>&);
+  void (*adaptive)(const BankTask<double>&);
+  void (*fixed32)(const BankTask<float>&);
+  void (*adaptive32)(const BankTask<float>&);
+};
+
+extern const BankLoops baseline_loops;
+#if defined(PALPATE_AVX2_LOOPS)
+extern const BankLoops avx2_loops;
+#endif
+
+/// Those for this processor.
+inline const BankLoops& bank_loops() {
+#if defined(PALPATE_AVX2_LOOPS)
+  static const bool has_avx2 = __builtin_cpu_supports("avx2");
+  return has_avx2 ? avx2_loops : baseline_loops;
+#else
+  return baseline_loops;
+#endif
+}

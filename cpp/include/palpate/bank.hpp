@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Many streams at once, each with an Rls of its own: bit for bit what as many single estimators give.
+
+#include <cstdint>
+#include <palpate/pack.hpp>
+#include <palpate/rls.hpp>
+
+namespace palpate {
+
+/// The states of `streams` estimators of type Core, a structure of arrays in memory of the caller's, and how many
+/// samples of each were refused. All have the parameters of one Core.
+///
+/// Packs of streams go through the same operations as one stream in Rls, with selects in the place of its branches. A
+/// pack with a sample that Rls would refuse is done again stream by stream.
+template <class Core>
+class Lanes {
+ public:
+  using real_type = typename Core::real_type;
+  using Real = real_type;
+
+  struct State {
+    Real* ratio;
+    Real* information;
+    Real* statistic;
+    std::uint64_t* rejected;
+
+    State from(std::size_t stream) const noexcept {
+      return {ratio + stream, information + stream, statistic + stream, rejected + stream};
+    }
+  };
+
+  constexpr explicit Lanes(const Core& core = Core()) noexcept
+      : steady_(core.forgetting().factor(false)),
+        alarmed_(core.forgetting().factor(true)),
+        detector_(core.detector()),
+        bound_(core.bound()) {}
+
+  /// `frames` samples of each stream: sample k of stream s at [k * streams + s], its ratio, too. `ratios` may be null,
+  /// or `output` or `regressor` itself.
+  void process(const State& state, const Real* output, const Real* regressor, Real* ratios, std::size_t streams,
+               std::size_t frames) const noexcept {
+    for (std::size_t first = 0; first < streams; first += tile) {
+      const std::size_t size = streams - first < tile ? streams - first : tile;
+      for (std::size_t frame = 0; frame < frames; ++frame) {
+        const std::size_t at = frame * streams + first;
+        update(state.from(first), output + at, regressor + at, ratios ? ratios + at : nullptr, size);
+      }
+    }
+  }
+
+  /// One sample of each stream.
+  void update(const State state, const Real* output, const Real* regressor, Real* ratios,
+              std::size_t streams) const noexcept {
+    const Lanes lanes = *this;  // what is stored could otherwise be a parameter, for all that the compiler knows
+    constexpr std::size_t width = sizeof(Pack<Real>) / sizeof(Real);
+    std::size_t i = 0;
+    for (; i + 2 * width <= streams; i += 2 * width) {
+      const auto first = lanes.template next<Pack<Real>>(state, output, regressor, i);
+      const auto second = lanes.template next<Pack<Real>>(state, output, regressor, i + width);
+      const auto sum = first.sum() + second.sum();  // where it overflows, the streams decide one by one
+      if (PALPATE_UNLIKELY(!holds_everywhere<Real>(sum - sum == Pack<Real>{}))) {
+        lanes.one_by_one(state, output, regressor, ratios, i, i + 2 * width);
+        continue;
+      }
+      first.store_to(state, ratios, i);
+      second.store_to(state, ratios, i + width);
+    }
+    lanes.one_by_one(state, output, regressor, ratios, i, streams);
+  }
+
+  /// Streams whose state stays in the second-level cache from frame to frame.
+  static constexpr std::size_t tile = 1024;
+
+ private:
+  template <class Value>
+  struct Next {
+    Value ratio, information, statistic;
+
+    Value sum() const noexcept { return ratio + information + statistic; }
+    void store_to(const State& state, Real* ratios, std::size_t i) const noexcept {
+      store(ratio, state.ratio + i);
+      store(information, state.information + i);
+      store(statistic, state.statistic + i);
+      if (ratios) {
+        store(ratio, ratios + i);
+      }
+    }
+  };
+
+  template <class Value>
+  Next<Value> next(const State& state, const Real* output, const Real* regressor, std::size_t i) const noexcept {
+    const auto x = load<Value>(regressor + i), ratio = load<Value>(state.ratio + i);
+    const Value innovation = load<Value>(output + i) - product(x, ratio);
+    const Value statistic = detector_.next(load<Value>(state.statistic + i), innovation);
+    const Value forgetting = statistic > Value{} + detector_.limit() ? Value{} + alarmed_ : Value{} + steady_;
+    const Value discounted = product(forgetting, load<Value>(state.information + i));
+    const Value information = bound_.limit(discounted) + product(x, x);
+    return {ratio + product(x / information, innovation), information, statistic};
+  }
+
+  void one_by_one(const State& state, const Real* output, const Real* regressor, Real* ratios, std::size_t i,
+                  std::size_t end) const noexcept {
+    for (; i < end; ++i) {
+      const auto after = next<Real>(state, output, regressor, i);
+      if (is_finite(after.ratio) && is_finite(after.information) && is_finite(after.statistic)) {
+        after.store_to(state, ratios, i);
+      } else {
+        ++state.rejected[i];
+        if (ratios) {
+          ratios[i] = state.ratio[i];
+        }
+      }
+    }
+  }
+
+  Real steady_, alarmed_;
+  std::decay_t<decltype(std::declval<Core>().detector())> detector_;
+  std::decay_t<decltype(std::declval<Core>().bound())> bound_;
+};
+
+/// Streams many estimators of type Core, memory and all.
+template <class Core, std::size_t Streams>
+class Bank {
+ public:
+  using real_type = typename Core::real_type;
+  using Real = real_type;
+
+  explicit Bank(const Core& core = Core()) noexcept : lanes_(core) {
+    for (std::size_t i = 0; i < Streams; ++i) {
+      ratio_[i] = core.ratio();
+      information_[i] = core.information();
+    }
+  }
+
+  /// One sample of each stream; `ratios`, if given, takes the Streams new ratios.
+  void update(const Real* output, const Real* regressor, Real* ratios = nullptr) noexcept {
+    lanes_.update({ratio_, information_, statistic_, rejected_}, output, regressor, ratios, Streams);
+  }
+
+  static constexpr std::size_t size() noexcept { return Streams; }
+  Real ratio(std::size_t stream) const noexcept { return ratio_[stream]; }
+  Real information(std::size_t stream) const noexcept { return information_[stream]; }
+  Real statistic(std::size_t stream) const noexcept { return statistic_[stream]; }
+  std::uint64_t rejected(std::size_t stream) const noexcept { return rejected_[stream]; }
+
+ private:
+  Lanes<Core> lanes_;
+  Real ratio_[Streams], information_[Streams], statistic_[Streams] = {};
+  std::uint64_t rejected_[Streams] = {};
+};
+
+}  // namespace palpate

@@ -1,0 +1,150 @@
+"""Banks of streams against as many single estimators, bit for bit."""
+
+import copy
+import pickle
+from typing import Any
+
+import numpy as np
+import palpate
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from palpate import _core
+
+SETTINGS: dict[str, dict[str, float]] = {
+    "Rls": {"forgetting": 0.97, "initial_ratio": 2.0, "max_covariance": 2e4},
+    "AdaptiveRls": {"steady": 0.98, "alarmed": 0.8, "drift": 1e-4, "threshold": 3e-4, "initial_covariance": 50.0},
+    "HandoverRls": {"steady": 0.98, "drift": 0.5, "threshold": 4.0, "clip": 4.0, "smoothing": 0.25},
+}
+PAIRS = [
+    (getattr(palpate, f"{name}Bank{bits}"), getattr(palpate, name + bits))
+    for name in ("Rls", "AdaptiveRls", "HandoverRls")
+    for bits in ("", "32")
+]
+FIELDS = ("ratio", "covariance", "statistic", "alarm", "rejected")
+
+
+def samples(frames: int, streams: int, seed: int, dtype: Any) -> tuple[Any, Any]:
+    """Make touches with steps, idle stretches and, here and there, a sample to refuse."""
+    rng = np.random.default_rng(seed)
+    regressor = 0.25 + 0.01 * rng.standard_normal((frames, streams))
+    ratio = np.where(np.arange(frames)[:, None] < frames // 2, 2.5, rng.uniform(1.1, 8, streams))
+    output = ratio * regressor + 1e-4 * rng.standard_normal((frames, streams))
+    regressor[rng.random(regressor.shape) < 0.05] = 0.0
+    bad = rng.random(regressor.shape) < 0.02
+    output[bad] = rng.choice([np.nan, np.inf, -np.inf, 1e200, 3e38], bad.sum())
+    with np.errstate(over="ignore"):
+        return output.astype(dtype), regressor.astype(dtype)
+
+
+def dtype_of(bank: Any) -> Any:
+    return np.float32 if bank.__name__.endswith("32") else np.float64
+
+
+@pytest.mark.parametrize(("bank_type", "single_type"), PAIRS)
+@given(
+    streams=st.one_of(st.integers(1, 40), st.sampled_from([255, 1024, 1031])),
+    frames=st.integers(0, 40),
+    seed=st.integers(0, 99),
+)
+def test_a_bank_is_many_estimators(bank_type: Any, single_type: Any, streams: int, frames: int, seed: int) -> None:
+    output, regressor = samples(frames, streams, seed, dtype_of(bank_type))
+    bank = bank_type(streams)
+    found = bank.process(output, regressor)
+    for s in {0, streams // 2, streams - 1, *range(min(streams, 9))}:
+        single = single_type()
+        assert single.process(output[:, s], regressor[:, s]).tobytes() == found[:, s].tobytes()
+        for field in FIELDS:
+            assert getattr(bank, field)[s] == getattr(single, field), field
+
+
+@pytest.mark.parametrize(("bank_type", "single_type"), PAIRS)
+def test_rows_blocks_and_in_place_are_the_same(bank_type: Any, single_type: Any) -> None:
+    output, regressor = samples(50, 21, 3, dtype_of(bank_type))
+    block = bank_type(21).process(output, regressor)
+    rows = bank_type(21)
+    assert np.array_equal([rows.update(y, x) for y, x in zip(output, regressor, strict=True)], block)
+    assert rows.samples == 50
+    in_output, in_regressor = output.copy(), regressor.copy()
+    assert bank_type(21).process(in_output, regressor, out=in_output) is in_output
+    assert bank_type(21).process(output, in_regressor, out=in_regressor) is in_regressor
+    assert np.array_equal(in_output, block)
+    assert np.array_equal(in_regressor, block)
+    buffer = np.concatenate([output, np.zeros((1, 21), output.dtype)])
+    bank_type(21).process(buffer[:-1], regressor, out=buffer[1:])  # overlaps: read before it is written
+    assert np.array_equal(buffer[1:], block)
+    wide = np.repeat(output, 2, axis=1)
+    assert np.array_equal(bank_type(21).process(wide[:, ::2], regressor.tolist()), block)
+
+
+@pytest.mark.parametrize(("bank_type", "single_type"), PAIRS)
+def test_settings_reach_every_stream(bank_type: Any, single_type: Any) -> None:
+    settings = SETTINGS[single_type.__name__.removesuffix("32")]
+    output, regressor = samples(60, 5, 8, dtype_of(bank_type))
+    bank, single = bank_type(5, **settings), single_type(**settings)
+    assert bank.settings == single.settings
+    assert bank.process(output, regressor)[:, 4].tobytes() == single.process(output[:, 4], regressor[:, 4]).tobytes()
+
+
+@pytest.mark.parametrize(("bank_type", "single_type"), PAIRS)
+def test_copy_pickle_reset(bank_type: Any, single_type: Any) -> None:
+    output, regressor = samples(80, 6, 5, dtype_of(bank_type))
+    bank = bank_type(6)
+    fresh = bank.copy()
+    bank.process(output[:40], regressor[:40])
+    others = [bank.copy(), copy.copy(bank), copy.deepcopy(bank), pickle.loads(pickle.dumps(bank))]
+    expected = bank.process(output[40:], regressor[40:])
+    for other in others:
+        assert np.array_equal(other.process(output[40:], regressor[40:]), expected)
+        assert np.array_equal(other.rejected, bank.rejected)
+        assert other.samples == 80
+    bank.reset()
+    for one in (bank, fresh):
+        assert (one.samples, len(one), one.ratio.tolist()) == (0, 6, [1.0] * 6)
+    assert repr(bank) == f"<{bank_type.__name__}(6) samples=0>"
+
+
+@pytest.mark.parametrize(
+    ("streams", "settings", "kind", "message"),
+    [
+        (0, {}, ValueError, "streams: got 0, allowed: 1 <="),
+        (-3, {}, ValueError, "streams: got -3"),
+        (2, {"drift": -1.0}, ValueError, "drift: got -1.0"),
+        (2, {"fast": 0.9}, TypeError, "fast: no such setting, allowed: steady, alarmed"),
+        (2.5, {}, TypeError, "incompatible"),
+    ],
+)
+def test_what_a_bank_refuses(streams: Any, settings: Any, kind: type[Exception], message: str) -> None:
+    with pytest.raises(kind, match=message):
+        palpate.AdaptiveRlsBank(streams, **settings)
+
+
+def test_what_a_block_refuses() -> None:
+    bank = palpate.AdaptiveRlsBank(3)
+    good = np.ones((4, 3))
+    before = bank.ratio
+    for output, regressor, out, kind, message in [
+        (np.ones((4, 2)), good, None, ValueError, r"output: got shape \(4, 2\), allowed: \(n, 3\)"),
+        (good, np.ones((5, 3)), None, ValueError, r"regressor: got shape \(5, 3\), allowed: \(4, 3\)"),
+        (good, good, np.ones((4, 3), np.float32), TypeError, "out: got dtype float32"),
+        (good, good, np.ones((3, 4)).T, ValueError, "out: got shape .*strided"),
+        (good, good, [1.0], TypeError, "out: got .*list"),
+        (np.ones(3), good, None, ValueError, "output: got shape"),
+        (good.astype(str), good, None, TypeError, "output: got dtype"),
+    ]:
+        with pytest.raises(kind, match=message):
+            bank.process(output, regressor, out)
+    with pytest.raises(ValueError, match=r"output: got shape \(4, 3\), allowed: \(3,\)"):
+        bank.update(good, good)
+    assert bank.samples == 0
+    assert np.array_equal(bank.ratio, before)
+
+
+def test_masked_samples_are_refused() -> None:
+    bank = palpate.RlsBank(2)
+    bank.process(np.ma.masked_array([[1.0, 2.0]], [[True, False]]), [[1.0, 1.0]])
+    assert bank.rejected.tolist() == [1, 0]
+
+
+def test_simd_is_named() -> None:
+    assert _core.simd in ("baseline", "avx2")
