@@ -123,7 +123,7 @@ def test_what_a_block_refuses() -> None:
     bank = palpate.AdaptiveRlsBank(3)
     good = np.ones((4, 3))
     before = bank.ratio
-    for output, regressor, out, kind, message in [
+    cases: list[tuple[Any, Any, Any, type[Exception], str]] = [
         (np.ones((4, 2)), good, None, ValueError, r"output: got shape \(4, 2\), allowed: \(n, 3\)"),
         (good, np.ones((5, 3)), None, ValueError, r"regressor: got shape \(5, 3\), allowed: \(4, 3\)"),
         (good, good, np.ones((4, 3), np.float32), TypeError, "out: got dtype float32"),
@@ -131,7 +131,8 @@ def test_what_a_block_refuses() -> None:
         (good, good, [1.0], TypeError, "out: got .*list"),
         (np.ones(3), good, None, ValueError, "output: got shape"),
         (good.astype(str), good, None, TypeError, "output: got dtype"),
-    ]:
+    ]
+    for output, regressor, out, kind, message in cases:
         with pytest.raises(kind, match=message):
             bank.process(output, regressor, out)
     with pytest.raises(ValueError, match=r"output: got shape \(4, 3\), allowed: \(3,\)"):

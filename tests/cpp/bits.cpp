@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <initializer_list>
+#include <palpate/bank.hpp>
 #include <palpate/palpate.hpp>
 
 #include "samples.hpp"
@@ -38,6 +39,32 @@ void print(const char* name) {
   std::printf("%s %016" PRIx64 "\n", name, hash);
 }
 
+// 21 streams, so that some are in packs and some are not: every ratio on the way, then the rest of the state.
+template <class Estimator>
+void print_bank(const char* name) {
+  using Real = typename Estimator::real_type;
+  constexpr int streams = 21;
+  std::uint64_t hash = 14695981039346656037u;
+  palpate::Bank<Estimator, streams> bank;
+  for (int k = 0; k < Samples<Real>::size; ++k) {
+    Real output[streams], regressor[streams], ratios[streams];
+    for (int s = 0; s < streams; ++s) {
+      const Samples<Real> samples(20 + s);
+      output[s] = samples.output[k];
+      regressor[s] = samples.regressor[k];
+    }
+    bank.update(output, regressor, ratios);
+    for (const Real ratio : ratios) {
+      add(hash, ratio);
+    }
+  }
+  for (std::size_t s = 0; s < streams; ++s) {
+    add(hash, Real(1) / bank.information(s));
+    add(hash, bank.statistic(s));
+  }
+  std::printf("%s %016" PRIx64 "\n", name, hash);
+}
+
 }  // namespace
 
 int main() {
@@ -47,4 +74,8 @@ int main() {
   print<palpate::Handover<float>>("HandoverRls32");
   print<palpate::FixedRls<double>>("Rls");
   print<palpate::FixedRls<float>>("Rls32");
+  print_bank<palpate::AdaptiveRls<double>>("AdaptiveRlsBank");
+  print_bank<palpate::AdaptiveRls<float>>("AdaptiveRlsBank32");
+  print_bank<palpate::FixedRls<double>>("RlsBank");
+  print_bank<palpate::FixedRls<float>>("RlsBank32");
 }

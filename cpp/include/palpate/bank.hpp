@@ -55,8 +55,8 @@ class Lanes {
               std::size_t streams) const noexcept {
     const Lanes lanes = *this;  // what is stored could otherwise be a parameter, for all that the compiler knows
     constexpr std::size_t width = sizeof(Pack<Real>) / sizeof(Real);
-    std::size_t i = 0;
-    for (; i + 2 * width <= streams; i += 2 * width) {
+    const std::size_t whole = streams - streams % (2 * width);
+    for (std::size_t i = 0; i < whole; i += 2 * width) {
       const auto first = lanes.template next<Pack<Real>>(state, output, regressor, i);
       const auto second = lanes.template next<Pack<Real>>(state, output, regressor, i + width);
       const auto sum = first.sum() + second.sum();  // where it overflows, the streams decide one by one
@@ -67,7 +67,7 @@ class Lanes {
       first.store_to(state, ratios, i);
       second.store_to(state, ratios, i + width);
     }
-    lanes.one_by_one(state, output, regressor, ratios, i, streams);
+    lanes.one_by_one(state, output, regressor, ratios, whole, streams);
   }
 
   /// Streams whose state stays in the second-level cache from frame to frame.

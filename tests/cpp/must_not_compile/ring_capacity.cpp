@@ -1,0 +1,3 @@
+// error: Capacity must be a power of two
+#include <palpate/ring.hpp>
+palpate::Ring<int, 100> ring;

@@ -1,0 +1,167 @@
+"""The ring against a deque, what it refuses, and two threads."""
+
+import threading
+from collections import deque
+from typing import Any
+
+import numpy as np
+import palpate
+import pytest
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+from palpate import Sample, SampleRing
+
+
+def samples(first: int, count: int) -> Any:
+    rows = np.zeros(count, SampleRing().dtype)
+    rows["seq"] = np.arange(first, first + count)
+    rows["hard"] = rows["seq"] / 7
+    rows["soft_raw"] = rows["seq"] % 2**24
+    rows["status"] = rows["seq"] % 9
+    return rows
+
+
+class RingAndDeque(RuleBasedStateMachine):
+    """Whatever is pushed and popped: what a deque of the same capacity does that drops the newest."""
+
+    @initialize(capacity=st.sampled_from([2, 3, 4, 8, 13, 64]))
+    def make(self, capacity: int) -> None:
+        self.ring = SampleRing(capacity)
+        self.capacity = self.ring.capacity
+        self.model: deque[int] = deque()
+        self.offered = self.accepted = self.dropped = 0
+        self.first_dropped: int | None = None
+
+    @precondition(lambda self: not self.ring.closed)
+    @rule(count=st.integers(0, 40))
+    def push_many(self, count: int) -> None:
+        room = min(count, self.capacity - len(self.model))
+        assert self.ring.push_many(samples(self.offered, count)) == room
+        self.note(count, room)
+
+    @precondition(lambda self: not self.ring.closed)
+    @rule()
+    def push(self) -> None:
+        room = min(1, self.capacity - len(self.model))
+        [(seq, t_hard, t_soft, hard, soft, hard_raw, soft_raw, status)] = samples(self.offered, 1).tolist()
+        sample = Sample(seq, t_hard, t_soft, hard_raw, soft_raw, hard, soft, status)
+        assert self.ring.push(sample) is bool(room)
+        self.note(1, room)
+
+    def note(self, count: int, room: int) -> None:
+        self.model.extend(range(self.offered, self.offered + room))
+        if room < count and self.first_dropped is None:
+            self.first_dropped = self.accepted + room
+        self.offered += count
+        self.accepted += room
+        self.dropped += count - room
+
+    @rule(count=st.integers(0, 40))
+    def pop_many(self, count: int) -> None:
+        out = samples(-1000, count)
+        untouched = samples(-1000, count)
+        number = self.ring.pop_many(out)
+        expected = [self.model.popleft() for _ in range(min(count, len(self.model)))]
+        assert number == len(expected)
+        for i, seq in enumerate(expected):
+            assert out[i : i + 1].tobytes() == samples(seq, 1).tobytes()
+        assert out[number:].tobytes() == untouched[number:].tobytes()
+
+    @rule()
+    def close(self) -> None:
+        self.ring.close()
+        for push in (lambda: self.ring.push_many(samples(0, 1)), lambda: self.ring.push(Sample(0, 0, 0, 0, 0, 0, 0))):
+            with pytest.raises(ValueError, match="after close"):
+                push()
+
+    @invariant()  # type: ignore[no-untyped-call]
+    def counts(self) -> None:
+        if hasattr(self, "ring"):
+            assert len(self.ring) == len(self.model)
+            assert (self.ring.dropped, self.ring.first_dropped) == (self.dropped, self.first_dropped)
+            assert self.offered == self.accepted + self.dropped
+
+
+TestRingAndDeque: Any = RingAndDeque.TestCase
+
+
+def test_two_threads_lose_nothing_that_is_not_counted() -> None:
+    ring, total = SampleRing(256), 100_000
+    out, seen = np.empty(100, ring.dtype), []
+
+    def produce() -> None:
+        for first in range(0, total, 50):
+            ring.push_many(samples(first, 50))
+        ring.close()
+
+    thread = threading.Thread(target=produce)
+    thread.start()
+    while True:
+        closed = ring.closed
+        number = ring.pop_many(out)
+        seen.append(out["seq"][:number].copy())
+        if closed and not number:
+            break
+    thread.join()
+    seqs = np.concatenate(seen)
+    assert (np.diff(seqs) > 0).all()
+    assert len(seqs) + ring.dropped == total
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "message"),
+    [
+        (lambda r: SampleRing(1), ValueError, "capacity: got 1, allowed: 2 <= capacity"),
+        (lambda r: SampleRing(2**31), ValueError, "capacity: got 2147483648"),
+        (
+            lambda r: SampleRing("2"),  # type: ignore[arg-type]
+            TypeError,
+            "incompatible",
+        ),
+        (lambda r: r.push((1, 2, 3)), ValueError, "sample: got 3 fields, allowed: the 8 of palpate.Sample"),
+        (lambda r: r.push((0, 0, 0, 2**40, 0, 0.0, 0.0, 0)), RuntimeError, "cast"),
+        (lambda r: r.push(7), TypeError, "incompatible"),
+        (lambda r: r.push_many(np.zeros(3)), TypeError, "samples: got .*ndarray.*allowed: .*SampleRing.dtype"),
+        (lambda r: r.push_many([1, 2]), TypeError, "samples: got .*list"),
+        (lambda r: r.push_many(samples(0, 4)[::2]), ValueError, "samples: got a strided"),
+        (lambda r: r.push_many(samples(0, 4).reshape(2, 2)), ValueError, r"samples: got shape \(2, 2\)"),
+        (lambda r: r.pop_many(np.frombuffer(bytes(112), r.dtype)), ValueError, "out: got .*read-only"),
+        (lambda r: r.pop_many(), TypeError, "takes exactly one argument"),
+    ],
+)
+def test_what_it_refuses(call: Any, kind: type[Exception], message: str) -> None:
+    ring = SampleRing(4)
+    with pytest.raises(kind, match=message):
+        call(ring)
+    assert (len(ring), ring.dropped) == (0, 0)
+
+
+def test_an_equal_dtype_will_do() -> None:
+    """As pickled or memory-mapped, the dtype is equal without being the same object."""
+    ring = SampleRing(8)
+    fields = ring.dtype.fields
+    assert fields is not None
+    again = np.dtype(
+        {
+            "names": list(fields),
+            "formats": [f[0] for f in fields.values()],
+            "offsets": [f[1] for f in fields.values()],
+            "itemsize": ring.dtype.itemsize,
+        }
+    )
+    assert ring.push_many(samples(0, 3).astype(again)) == 3
+    assert repr(ring) == "<SampleRing(8) len=3 dropped=0>"
+    assert ring.dtype.itemsize == 56
+
+
+def test_made_without_init() -> None:
+    class Lazy(palpate.SampleRing):
+        def __init__(self) -> None:
+            """Forget the base."""
+
+    with pytest.raises(TypeError, match="__init__"):
+        Lazy()
+    bare: Any = SampleRing.__new__(SampleRing)
+    for call in (lambda: bare.push_many(samples(0, 1)), lambda: bare.dropped, lambda: len(bare), lambda: repr(bare)):
+        with pytest.raises(TypeError, match="__init__"):
+            call()
