@@ -38,4 +38,35 @@ def filterpy_kalman(output: Any, regressor: Any) -> Any:
     return ratio, np.zeros(len(output), bool)
 
 
+def lfilter_ratio(output: Any, regressor: Any, forgetting: float = 0.995) -> Any:
+    """Estimate with two of scipy's filters: fixed forgetting only."""
+    from scipy.signal import lfilter
+
+    numerator = lfilter([1.0], [1.0, -forgetting], output * regressor)
+    return numerator / lfilter([1.0], [1.0, -forgetting], regressor**2), np.zeros(len(output), bool)
+
+
+def numpy_loop(output: Any, regressor: Any) -> Any:
+    """Estimate with the paper's equations, sample by sample, on numpy's scalars."""
+    from palpate.reference import adaptive_rls
+
+    return adaptive_rls(output, regressor).ratio, np.zeros(len(output), bool)
+
+
+def numba_step() -> Any:
+    """Return AdaptiveRls's step as a function of its state (ratio, information, statistic) and two floats, by numba."""
+    from numba import njit
+
+    @njit  # type: ignore[untyped-decorator, unused-ignore]
+    def step(state: Any, y: float, x: float) -> float:
+        e = y - x * state[0]
+        g = max(0.0, state[2] + (abs(e) - 0.01))
+        information = (0.9 if g > 0.05 else 0.995) * state[1] + x * x
+        state[0] += x / information * e
+        state[1], state[2] = information, g
+        return float(state[0])
+
+    return step
+
+
 PEERS = {"padasip": padasip_rls, "river": river_regression, "filterpy": filterpy_kalman}

@@ -8,6 +8,8 @@
 #include <palpate/palpate.hpp>
 #include <vector>
 
+#include "literal.hpp"
+
 namespace {
 
 using Real = double;
@@ -55,20 +57,6 @@ void time(const char* name, std::size_t bytes, Work work, bool last = false) {
 }
 
 volatile Real sink;
-
-// The paper's equations as they are printed.
-struct Literal {
-  Real r = 1, p = 1e4, g = 0;
-  void update(Real output, Real regressor) {
-    const Real e = output - regressor * r;
-    g = std::max(0.0, g + std::abs(e) - 0.01);
-    const Real lambda = g > 0.05 ? 0.9 : 0.995;
-    const Real gain = p * regressor / (lambda + regressor * p * regressor);
-    p = (p - p * regressor * regressor * p / (lambda + regressor * regressor * p)) / lambda;
-    r += gain * e;
-  }
-  Real ratio() const { return r; }
-};
 
 template <class Estimator>
 auto estimator(const Readings& in) {
