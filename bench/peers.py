@@ -53,6 +53,20 @@ def numpy_loop(output: Any, regressor: Any) -> Any:
     return adaptive_rls(output, regressor).ratio, np.zeros(len(output), bool)
 
 
+def paper_literally(output: Any, regressor: Any) -> Any:
+    """Estimate with the paper's eq. (3) and steps 1-4 in float64 as they are printed."""
+    r, p, g, ratio = np.float64(1), np.float64(1e4), np.float64(0), np.empty(len(output))
+    for k, (y, x) in enumerate(zip(output, regressor, strict=True)):
+        e = y - x * r
+        g = np.maximum(0, g + np.abs(e) - 0.01)
+        forgetting = 0.9 if g > 0.05 else 0.995
+        gain = p * x / (forgetting + x * p * x)
+        p = (p - p * x * x * p / (forgetting + x * x * p)) / forgetting
+        r = r + gain * e
+        ratio[k] = r
+    return ratio, np.zeros(len(output), bool)
+
+
 def numba_step() -> Any:
     """Return AdaptiveRls's step as a function of its state (ratio, information, statistic) and two floats, by numba."""
     from numba import njit

@@ -60,5 +60,7 @@ void bind(py::module_& module, const char* name, const char* doc) {
 
 void bind_rls(py::module_& module) {
   bind<double>(module, "Rls", class_doc);
-  bind<float>(module, "Rls32", "`Rls` in float32: bit for bit what the C++ header computes with `float`.");
+  bind<float>(module, "Rls32",
+              "`Rls` in float32: bit for bit what the C++ header computes with `float`. With forgetting = 1 only for "
+              "some 1e7 samples.");
 }

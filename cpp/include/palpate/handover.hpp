@@ -77,7 +77,7 @@ class Handover {
     if (PALPATE_UNLIKELY(!(in_range(output) && in_range(regressor) && in_range(innovation)))) {
       return refusal(ratio_, innovation, alarm());
     }
-    const Real weight = seen_ > 0 ? instrument_ : regressor;
+    const Real weight = leads(instrument_, regressor) ? instrument_ : regressor;
     Since<Real> up = alarm() ? Since<Real>() : up_;
     Since<Real> down = alarm() ? Since<Real>() : down_;
     const Real news = noise_.news(innovation);
@@ -139,6 +139,12 @@ class Handover {
   // Products of two such numbers, summed over any touch, stay finite.
   static constexpr bool in_range(Real value) noexcept {
     return magnitude(value) < (std::is_same_v<Real, float> ? Real(1e16) : Real(1e140));
+  }
+
+  // An instrument that says nothing of x, or the opposite, would make w x cancel, and the ratio run away: least squares
+  // then. So w x > 0 always, R' is a sum of positive terms, and 0 < (w / R') x <= 1: an error of r never grows.
+  static constexpr bool leads(Real instrument, Real regressor) noexcept {
+    return product(instrument, regressor) > 0 && magnitude(instrument) > magnitude(regressor) / 4;
   }
 
   // Data without noise still round: a few eps of the output.
@@ -219,7 +225,7 @@ class Handover {
     noise_.offset /= 2;
   }
 
-  // Where x changes its sign w x cancels; the information is then taken as no less than an eighth of w^2.
+  // Where x falls far below w, one sample weighs as much as w^2 / 8 at least.
   constexpr Real limited(Real information, Real squares) const noexcept {
     const Real least = squares / 8 > settings_.min_information ? squares / 8 : settings_.min_information;
     return information > least ? information : least;
