@@ -4,7 +4,9 @@
 // One converter reads the two channels in turn: the soft channel is interpolated to the hard channel's instants.
 // Times are integer ticks of any unit; only their differences become Real.
 
+#include <cstdint>
 #include <palpate/arithmetic.hpp>
+#include <palpate/constant.hpp>
 
 namespace palpate {
 
@@ -26,19 +28,24 @@ struct NoAlign {
   constexpr void reset() noexcept {}
 };
 
+template <class Ticks>
+struct AlignSettings {
+  // Between two soft values: no interpolation over more. 1 s, where ticks of 64 bits are nanoseconds, others
+  // microseconds.
+  Ticks max_gap = static_cast<Ticks>(sizeof(Ticks) >= 8 ? 1000000000 : 1000000);
+};
+
 /// Lagrange interpolation through Order soft values around a hard one, on their real times; Order 2, 4 or 6. Costs
 /// Order / 2 - 1 pairs of delay (one more where the soft channel is read first). What is left of a tone whose phase
 /// turns by a between two soft values is 1 - (9 cos(a / 2) - cos(3 a / 2)) / 8 for Order 4: 5 % at 8 Hz and 26 ms.
-template <class Real, class Ticks, int Order = 4>
-class Align {
+template <class Real, class Ticks, int Order = 4, class Settings = Kept<AlignSettings<Ticks>>>
+class Align : public Settings {
   static_assert(Order == 2 || Order == 4 || Order == 6, "palpate::Align: Order must be 2, 4 or 6");
   static constexpr int half = Order / 2;
 
  public:
   using ticks_type = Ticks;
-  // Between two soft values: no interpolation over more. 1 s, where ticks of 64 bits are nanoseconds, others
-  // microseconds.
-  Ticks max_gap = static_cast<Ticks>(sizeof(Ticks) >= 8 ? 1000000000 : 1000000);
+  using Settings::settings;
 
   /// One reading of each channel, either of which may be missing (NaN). Returns the pair that it completes.
   constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft) noexcept {
@@ -64,7 +71,9 @@ class Align {
     }
     soft_time_[Order - 1] = time;
     soft_[Order - 1] = value;
-    soft_filled_ += soft_filled_ < Order;
+    if (soft_filled_ < Order) {
+      ++soft_filled_;
+    }
   }
 
   constexpr void push_hard(Ticks time, Real value) noexcept {
@@ -74,7 +83,9 @@ class Align {
     }
     hard_time_[0] = time;
     hard_[0] = value;
-    hard_filled_ += hard_filled_ <= half;
+    if (hard_filled_ <= half) {
+      ++hard_filled_;
+    }
   }
 
   /// The newest hard value between the two soft ones in the middle.
@@ -82,7 +93,7 @@ class Align {
     const Ticks from = soft_time_[half - 1], to = soft_time_[half];
     for (int i = 0; i < hard_filled_; ++i) {
       if (difference(hard_time_[i], from) > 0 && !(difference(hard_time_[i], to) > 0) &&
-          apart(to, from) <= static_cast<std::make_signed_t<Ticks>>(max_gap)) {
+          apart(to, from) <= static_cast<std::make_signed_t<Ticks>>(settings.max_gap)) {
         return {hard_[i], interpolated(hard_time_[i]), true};
       }
     }
@@ -126,7 +137,7 @@ class Align {
   Real soft_[Order] = {};
   Ticks hard_time_[half + 1] = {};
   Real hard_[half + 1] = {};
-  int soft_filled_ = 0, hard_filled_ = 0;
+  std::uint8_t soft_filled_ = 0, hard_filled_ = 0;
 };
 
 }  // namespace palpate

@@ -3,7 +3,9 @@
 
 // The capacitance of a channel without contact, and its noise.
 
+#include <cstdint>
 #include <palpate/arithmetic.hpp>
+#include <palpate/constant.hpp>
 
 namespace palpate {
 
@@ -22,22 +24,29 @@ struct NoBaseline {
   constexpr Real variance() const noexcept { return Real(0); }
 };
 
-/// From the first Size values, the mean of those that lie near their median: up to a quarter of them may belong to a
-/// touch that began too early, or be spikes. Then a clipped running mean, for the time without contact.
-template <class Real, int Size = 32>
-class Baseline {
- public:
+template <class Real>
+struct BaselineSettings {
   Real clip = Real(3);            // standard deviations by which one value counts at most
   Real longest = Real(64);        // memory of the running mean, values
   Real least_noise = Real(1e-6);  // pF: data that do not tremble still have codes
+};
+
+/// From the first Size values, the mean of those that lie near their median: up to a quarter of them may belong to a
+/// touch that began too early, or be spikes. Then a clipped running mean, for the time without contact.
+template <class Real, int Size = 32, class Settings = Kept<BaselineSettings<Real>>>
+class Baseline : public Settings {
+  static_assert(Size >= 8 && Size < 256, "palpate::Baseline: Size must be from 8 to 255");
+
+ public:
+  using Settings::settings;
 
   /// One of the first Size values, kept sorted.
   constexpr void collect(Real value) noexcept {
     int i = filled_++;
-    for (; i > 0 && sorted_[i - 1] > value; --i) {
-      sorted_[i] = sorted_[i - 1];
+    for (; i > 0 && values_[i - 1] > value; --i) {
+      values_[i] = values_[i - 1];
     }
-    sorted_[i] = value;
+    values_[i] = value;
     if (filled_ == Size) {
       establish();
     }
@@ -45,23 +54,33 @@ class Baseline {
 
   /// A later value without contact.
   constexpr void follow(Real value) noexcept {
-    now_.count += now_.count < longest ? Real(1) : Real(0);
-    const Real limit = product(clip, now_.noise);
+    now_.count += now_.count < settings.longest ? Real(1) : Real(0);
+    const Real limit = product(settings.clip, now_.noise);
     const Real raw = value - now_.level;
     const Real off = raw > limit ? limit : raw < -limit ? -limit : raw;
     const Real share = 1 / now_.count;
     now_.level += product(off, share);
     now_.squares = product(product(1 - share, 1 - share), now_.squares) + product(share, share);
-    set_noise(now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, share));
+    set_noise(now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, share), values_[4]);
   }
 
   /// Remember this moment, and go back to it: when it turns out that a touch had begun after it.
-  constexpr void mark() noexcept { marked_ = now_; }
-  constexpr void rewind() noexcept { now_ = marked_; }
+  /// Only while ready().
+  constexpr void mark() noexcept {
+    values_[0] = now_.level;
+    values_[1] = now_.noise;
+    values_[2] = now_.count;
+    values_[3] = now_.squares;
+  }
+  constexpr void rewind() noexcept { now_ = {values_[0], values_[1], values_[2], values_[3]}; }
 
   constexpr void reset() noexcept { filled_ = 0; }
   /// Stop collecting: the level from before reset() stands.
-  constexpr void keep() noexcept { filled_ = Size; }
+  constexpr void keep() noexcept {
+    filled_ = Size;
+    values_[4] = settings.least_noise;
+    mark();
+  }
   constexpr bool ready() const noexcept { return filled_ == Size; }
   constexpr Real level() const noexcept { return now_.level; }
   /// Standard deviation of one value.
@@ -72,39 +91,40 @@ class Baseline {
  private:
   constexpr void establish() noexcept {
     // A code is 3.5 standard deviations of its rounding wide; half of it is on the safe side.
-    floor_ = least_noise;
+    Real floor = settings.least_noise;
     for (int i = 1; i < Size; ++i) {
-      const Real step = (sorted_[i] - sorted_[i - 1]) / 2;
-      floor_ = step > 0 && (step < floor_ || floor_ == least_noise) ? step : floor_;
+      const Real step = (values_[i] - values_[i - 1]) / 2;
+      floor = step > 0 && (step < floor || floor == settings.least_noise) ? step : floor;
     }
-    floor_ = floor_ > least_noise ? floor_ : least_noise;
-    const Real median = (sorted_[Size / 2 - 1] + sorted_[Size / 2]) / 2;
+    floor = floor > settings.least_noise ? floor : settings.least_noise;
+    const Real median = (values_[Size / 2 - 1] + values_[Size / 2]) / 2;
     // The quartiles of a normal distribution, each one value towards the middle, are 1.25 standard deviations apart.
-    set_noise((sorted_[3 * Size / 4 - 1] - sorted_[Size / 4]) / Real(1.25));
-    const Real limit = product(clip, now_.noise);
+    set_noise((values_[3 * Size / 4 - 1] - values_[Size / 4]) / Real(1.25), floor);
+    const Real limit = product(settings.clip, now_.noise);
     Real sum = 0;
     now_.count = 0;
     for (int i = 0; i < Size; ++i) {
-      if (magnitude(sorted_[i] - median) <= limit) {
-        sum += sorted_[i] - median;
+      if (magnitude(values_[i] - median) <= limit) {
+        sum += values_[i] - median;
         now_.count += 1;
       }
     }
     now_.level = median + sum / now_.count;
     now_.squares = 1 / now_.count;
+    values_[4] = floor;
     mark();
   }
 
-  constexpr void set_noise(Real noise) noexcept { now_.noise = noise > floor_ ? noise : floor_; }
+  constexpr void set_noise(Real noise, Real floor) noexcept { now_.noise = noise > floor ? noise : floor; }
 
   struct Moment {
     Real level = 0, noise = 0, count = 0, squares = 0;
   };
 
-  Real sorted_[Size] = {};
-  int filled_ = 0;
-  Real floor_ = 0;
-  Moment now_, marked_;
+  // Collecting: sorted. Then: the moment that was marked, and the floor of the noise. One of the two is needed at a time.
+  Real values_[Size] = {};
+  Moment now_;
+  std::uint8_t filled_ = 0;
 };
 
 }  // namespace palpate

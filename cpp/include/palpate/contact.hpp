@@ -3,7 +3,9 @@
 
 // Where a touch begins and ends.
 
+#include <cstdint>
 #include <palpate/arithmetic.hpp>
+#include <palpate/constant.hpp>
 
 namespace palpate {
 
@@ -19,20 +21,25 @@ struct AlwaysContact {
   constexpr bool presses_again(Real) noexcept { return false; }
 };
 
-/// A Page test on the size of the change, in standard deviations of the idle noise: contact when the sum of what
-/// exceeds slack reaches limit. A value counts clip at most, so contact takes limit / (clip - slack) values, 4: no
-/// spike is one. The start is dated back to the first value after the last quiet one. The end: below release of the
-/// highest value, confirm times in a row; the channel is idle again below idle_share of it.
 template <class Real>
-class Contact {
- public:
+struct ContactSettings {
   Real slack = Real(1.5);  // the mean size of noise is 0.8
   Real quiet = Real(1.2);  // noise exceeds it four times in a row once in 360 starts
   Real limit = Real(16);
   Real clip = Real(6);
   Real release = Real(0.5);
   Real idle_share = Real(0.1);
-  int confirm = 3;
+  int confirm = 3;  // below 256
+};
+
+/// A Page test on the size of the change, in standard deviations of the idle noise: contact when the sum of what
+/// exceeds slack reaches limit. A value counts clip at most, so contact takes limit / (clip - slack) values, 4: no
+/// spike is one. The start is dated back to the first value after the last quiet one. The end: below release of the
+/// highest value, confirm times in a row; the channel is idle again below idle_share of it.
+template <class Real, class Settings = Kept<ContactSettings<Real>>>
+class Contact : public Settings {
+ public:
+  using Settings::settings;
 
   /// One change (magnitude, any unit) and the noise of the same. Returns contact().
   constexpr bool update(Real change, Real noise) noexcept {
@@ -40,12 +47,12 @@ class Contact {
       return approach(change / noise);
     }
     peak_ = state_ == State::contact && change > peak_ ? change : peak_;
-    age_ += 1;
-    const Real share = state_ == State::contact ? release : idle_share;
-    const Real noise_limit = product(slack + 1, noise);  // a touch of a few noises has no tenth
+    grow_older();
+    const Real share = state_ == State::contact ? settings.release : settings.idle_share;
+    const Real noise_limit = product(settings.slack + 1, noise);  // a touch of a few noises has no tenth
     const Real least = product(share, peak_) > noise_limit ? product(share, peak_) : noise_limit;
-    below_ = change < least ? below_ + 1 : 0;
-    if (below_ == confirm) {
+    count_below(change < least);
+    if (below_ == settings.confirm) {
       below_ = 0;
       state_ = state_ == State::contact ? State::released : State::idle;
       sum_ = 0;
@@ -65,8 +72,8 @@ class Contact {
   /// While the baseline is measured anew after a touch: whether a change from the old one is the next touch already, of
   /// twice idle_share of the last one's height at least. Then the state is contact.
   constexpr bool presses_again(Real change) noexcept {
-    below_ = change > 2 * product(idle_share, peak_) && peak_ > 0 ? below_ + 1 : 0;
-    if (below_ > confirm) {
+    count_below(change > 2 * product(settings.idle_share, peak_) && peak_ > 0);
+    if (below_ > settings.confirm) {
       state_ = State::contact;
       peak_ = change;
       age_ = below_;
@@ -77,17 +84,20 @@ class Contact {
 
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
-  /// Values since the touch began, the last included; while idle, since the last quiet one.
+  /// Values since the touch began, the last included; while idle, since the last quiet one. At most 65535.
   constexpr int age() const noexcept { return age_; }
 
  private:
   enum class State : unsigned char { idle, contact, released };
 
   constexpr bool approach(Real size) noexcept {
-    sum_ += (size < clip ? size : clip) - slack;
+    sum_ += (size < settings.clip ? size : settings.clip) - settings.slack;
     sum_ = sum_ > 0 ? sum_ : Real(0);
-    age_ = size < quiet ? 0 : age_ + 1;
-    if (sum_ >= limit) {
+    grow_older();
+    if (size < settings.quiet) {
+      age_ = 0;
+    }
+    if (sum_ >= settings.limit) {
       state_ = State::contact;
       peak_ = 0;
       below_ = 0;
@@ -95,8 +105,12 @@ class Contact {
     return contact();
   }
 
+  constexpr void grow_older() noexcept { age_ = static_cast<std::uint16_t>(age_ + (age_ < 65535)); }
+  constexpr void count_below(bool below) noexcept { below_ = static_cast<std::uint8_t>(below ? below_ + 1 : 0); }
+
   Real sum_ = 0, peak_ = 0;
-  int below_ = 0, age_ = 0;
+  std::uint16_t age_ = 0;
+  std::uint8_t below_ = 0;
   State state_ = State::idle;
 };
 

@@ -3,6 +3,7 @@
 
 // The estimator for a probe in a hand: what the paper's lacks, see the classes below.
 
+#include <palpate/constant.hpp>
 #include <palpate/noise.hpp>
 #include <palpate/rls.hpp>
 
@@ -54,13 +55,13 @@ struct HandoverSettings {
 /// x carries with a slightly smaller amplitude after the alignment, bias r (Soderstrom and Stoica 1983). The detector
 /// is a two-sided CUSUM on the news of e, in units of its own scale: no setting in pF. At an alarm the estimate is
 /// handed over to the samples since that side's CUSUM was last 0: the old ratio is forgotten at once.
-template <class Real>
-class Handover {
+template <class Real, class Parameters = Kept<HandoverSettings<Real>>>
+class Handover : public Parameters {
   static_assert(is_real<Real>, "palpate::Handover: Real must be float or double");
 
  public:
   using real_type = Real;
-  using Settings = HandoverSettings<Real>;
+  using Parameters::settings;
   static constexpr Real default_covariance = Real(1e10);
   static constexpr int warm_up = 8;            // samples before the detector watches
   static constexpr int transient = 3;          // first innovations, which speak of the initial ratio
@@ -68,9 +69,9 @@ class Handover {
   // For a standard error: samples since the last change; in all, twice as many.
   static constexpr int trustworthy = 16;
 
-  constexpr explicit Handover(const Settings& settings = Settings(), Real ratio = Real(1),
+  constexpr explicit Handover(const Parameters& parameters = Parameters(), Real ratio = Real(1),
                               Real covariance = default_covariance) noexcept
-      : settings_(settings), ratio_(ratio), information_(Real(1) / covariance) {}
+      : Parameters(parameters), ratio_(ratio), information_(Real(1) / covariance) {}
 
   constexpr Step<Real> update(Real output, Real regressor) noexcept {
     const Real innovation = output - product(regressor, ratio_);
@@ -83,19 +84,19 @@ class Handover {
     const Real news = noise_.news(innovation);
     const bool watching = seen_ >= warm_up;
     const Real scale = least_scale(noise_.scale(), output);
-    const Real limit = product(settings_.clip, scale);
+    const Real limit = product(settings.clip, scale);
     const Real clipped = !watching ? news : news > limit ? limit : news < -limit ? -limit : news;
     const bool outlier = watching && magnitude(news) > limit;
     if (watching) {
       const Real z = clipped / scale;
-      up.update(z - settings_.drift, weight, output, regressor);
-      down.update(-z - settings_.drift, weight, output, regressor);
+      up.update(z - settings.drift, weight, output, regressor);
+      down.update(-z - settings.drift, weight, output, regressor);
     }
     return conclude({output, regressor, innovation, clipped, weight, outlier}, up, down);
   }
 
   constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {
-    *this = Handover(settings_, ratio, covariance);
+    *this = Handover(static_cast<const Parameters&>(*this), ratio, covariance);
   }
 
   /// As Rls::visit_state.
@@ -116,8 +117,7 @@ class Handover {
   constexpr Real statistic() const noexcept {
     return up_.statistic > down_.statistic ? up_.statistic : down_.statistic;
   }
-  constexpr bool alarm() const noexcept { return statistic() > settings_.threshold; }
-  constexpr const Settings& settings() const noexcept { return settings_; }
+  constexpr bool alarm() const noexcept { return statistic() > settings.threshold; }
   /// Sum of the weights lambda^k of the samples that the ratio rests on.
   constexpr Real weight() const noexcept { return weight_; }
   /// Whether standard_error() means something: enough samples, in all and since the last change.
@@ -155,13 +155,13 @@ class Handover {
 
   constexpr Step<Real> conclude(const Sample& s, const Since<Real>& up, const Since<Real>& down) noexcept {
     const Since<Real>& side = up.statistic > down.statistic ? up : down;
-    const bool change = side.statistic > settings_.threshold;
+    const bool change = side.statistic > settings.threshold;
     const bool take = !change && !s.outlier;
     Real information = information_, gain = 0;
     if (PALPATE_UNLIKELY(change)) {
       information = limited(side.information, side.squares);
     } else if (take) {
-      information = limited(product(settings_.steady, information_) + product(s.weight, s.regressor),
+      information = limited(product(settings.steady, information_) + product(s.weight, s.regressor),
                             product(s.weight, s.weight));
       gain = s.weight / information;
     }
@@ -184,8 +184,8 @@ class Handover {
   }
 
   constexpr void weigh(Real weight) noexcept {
-    squares_ = product(product(settings_.steady, settings_.steady), squares_) + product(weight, weight);
-    weight_ = product(settings_.steady, weight_) + 1;
+    squares_ = product(product(settings.steady, settings.steady), squares_) + product(weight, weight);
+    weight_ = product(settings.steady, weight_) + 1;
   }
 
   constexpr void learn(const Sample& s, bool change) noexcept {
@@ -196,7 +196,7 @@ class Handover {
         noise_.remember(product(noise_.rho, noise_.before) + s.clipped);
       } else {
         const bool lags = noise_.lags(s.innovation);
-        noise_.add(s.innovation, settings_.steady);
+        noise_.add(s.innovation, settings.steady);
         until_forecast_ -= 1;
         if (PALPATE_UNLIKELY(!(until_forecast_ > 0))) {
           until_forecast_ = seen_ < 4 * forecast_interval ? 1 : forecast_interval;
@@ -210,7 +210,7 @@ class Handover {
     if (PALPATE_UNLIKELY(change)) {
       noise_.before = noise_.before_that = noise_.offset = 0;
     }
-    Real share = settings_.smoothing;
+    Real share = settings.smoothing;
     if (PALPATE_UNLIKELY(product(seen_ + 1, share) < 1)) {
       share = seen_ > 1 ? 1 / (seen_ + 1) : Real(1);
     }
@@ -227,7 +227,7 @@ class Handover {
 
   // Where x falls far below w, one sample weighs as much as w^2 / 8 at least.
   constexpr Real limited(Real information, Real squares) const noexcept {
-    const Real least = squares / 8 > settings_.min_information ? squares / 8 : settings_.min_information;
+    const Real least = squares / 8 > settings.min_information ? squares / 8 : settings.min_information;
     return information > least ? information : least;
   }
 
@@ -235,7 +235,6 @@ class Handover {
     return {ratio, innovation, Real(0), alarm, false};
   }
 
-  Settings settings_;
   Real ratio_;
   Since<Real> up_, down_;
   Real information_;

@@ -38,8 +38,8 @@ constexpr Real square_root(Real value) noexcept {
 /// what each adds to the forecast rho e(k-1). Exponentially weighted, with the weight's own sum.
 template <class Real>
 struct InnovationNoise {
-  Real scale_share = Real(0.02);  // of a new sample in the scale: a memory of about 100 samples
-  Real mean_magnitude = 0;        // of e(k) - rho e(k-1), clipped
+  static constexpr Real scale_share = Real(0.02);  // of a new sample in the scale: a memory of about 100 samples
+  Real mean_magnitude = 0;                         // of e(k) - rho e(k-1), clipped
   Real lag0 = 0, lag1 = 0, lag2 = 0, weight = 0;
   Real before = 0, before_that = 0;  // e(k-1), e(k-2)
   Real rho = 0;

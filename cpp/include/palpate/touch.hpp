@@ -3,20 +3,25 @@
 
 // The way of a sample, from two readings to the result of a touch, and the scenes: which stages it passes.
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <palpate/align.hpp>
 #include <palpate/baseline.hpp>
+#include <palpate/constant.hpp>
 #include <palpate/contact.hpp>
 #include <palpate/handover.hpp>
 
 namespace palpate {
 
+struct Counts {
+  std::size_t start = 0;  // the reading with which the touch began, counted from 0
+  std::uint32_t samples = 0, alarms = 0, saturated = 0, refused = 0;
+};
+
 /// The result of a touch.
 template <class Real>
-struct Touch {
-  std::uint64_t start = 0;  // the reading with which it began, counted from 0
-  std::uint32_t samples = 0, alarms = 0, saturated = 0, refused = 0;
+struct Touch : Counts {
   Real ratio = 0, covariance = 0;
   Real standard_error = std::numeric_limits<Real>::quiet_NaN();
 };
@@ -32,28 +37,35 @@ struct Report {
 /// Only Handover knows how sure it is.
 template <class Estimator>
 inline constexpr bool knows_its_error = false;
-template <class Real>
-inline constexpr bool knows_its_error<Handover<Real>> = true;
+template <class Real, class Parameters>
+inline constexpr bool knows_its_error<Handover<Real, Parameters>> = true;
+
+template <class Estimator>
+struct TrackerSettings {
+  using Real = typename Estimator::real_type;
+  Real initial_ratio = Real(1), initial_covariance = Estimator::default_covariance;
+  std::uint32_t samples = 250;                              // of a touch; 0: a touch ends by its release only
+  Real full_scale = std::numeric_limits<Real>::infinity();  // a reading of this size is saturated
+};
 
 /// Stages in the order in which a reading passes them. The baseline and the gate see it as it was read: the noise of
 /// the baseline is that of the channel, and the gate need not wait for the alignment.
-template <class Real, class AlignStage, class BaselineStage, class ContactStage, class Estimator>
-class Tracker {
+template <class Real, class AlignStage, class BaselineStage, class ContactStage, class Estimator,
+          class Settings = Kept<TrackerSettings<Estimator>>>
+class Tracker : public Settings {
  public:
   using real_type = Real;
+  using Settings::settings;
   using ticks_type = typename AlignStage::ticks_type;
 
   AlignStage align;
   BaselineStage hard_baseline, soft_baseline;
   ContactStage gate;
   Estimator estimator;
-  Real initial_ratio = Real(1), initial_covariance = Estimator::default_covariance;
-  std::uint32_t samples = 250;                              // of a touch; 0: a touch ends by its release only
-  Real full_scale = std::numeric_limits<Real>::infinity();  // a reading of this size is saturated
 
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const bool usable = is_finite(hard) && is_finite(soft);
-    const bool saturated = usable && !(magnitude(hard) < full_scale && magnitude(soft) < full_scale);
+    const bool saturated = usable && !(magnitude(hard) < settings.full_scale && magnitude(soft) < settings.full_scale);
     if (usable) {
       gate_with(hard, soft);
     }
@@ -61,12 +73,12 @@ class Tracker {
     const auto pair = align.feed(hard_time, soft_time, saturated ? nan : hard, saturated ? nan : soft);
     bool alarm = false;
     if (open_) {
-      touch_.saturated += saturated;
-      touch_.refused += !saturated && !pair.valid;
+      counts_.saturated += saturated;
+      counts_.refused += !saturated && !pair.valid;
       alarm = pair.valid && estimate(pair);
     }
     readings_ += 1;
-    const bool full = samples > 0 && touch_.samples >= samples;
+    const bool full = settings.samples > 0 && counts_.samples >= settings.samples;
     const bool finished = running_ && (!open_ || full) && finish();
     return {estimator.ratio(), alarm, gate.contact(), finished};
   }
@@ -77,11 +89,7 @@ class Tracker {
       return false;
     }
     running_ = open_ = false;
-    const Real nan = std::numeric_limits<Real>::quiet_NaN();
-    touch_.ratio = touch_.samples > 0 ? estimator.ratio() : nan;
-    touch_.covariance = touch_.samples > 0 ? estimator.covariance() : nan;
-    touch_.standard_error = standard_error();
-    last_ = touch_;
+    standard_error_ = standard_error();
     return true;
   }
 
@@ -95,12 +103,17 @@ class Tracker {
     soft_baseline.reset();
   }
 
-  constexpr const Touch<Real>& touch() const noexcept { return last_; }
+  /// The last touch, to be read before the next one begins.
+  constexpr Touch<Real> touch() const noexcept {
+    const Real nan = std::numeric_limits<Real>::quiet_NaN();
+    const bool any = counts_.samples > 0;
+    return {counts_, any ? estimator.ratio() : nan, any ? estimator.covariance() : nan, standard_error_};
+  }
   constexpr bool open() const noexcept { return open_; }
   /// The reading with which the running touch, or the last one, began.
-  constexpr std::uint64_t started() const noexcept { return touch_.start; }
+  constexpr std::size_t started() const noexcept { return counts_.start; }
   constexpr bool ready() const noexcept { return hard_baseline.ready() && soft_baseline.ready(); }
-  constexpr std::uint64_t readings() const noexcept { return readings_; }
+  constexpr std::size_t readings() const noexcept { return readings_; }
 
   /// Of the estimator's noise and the baselines' errors, which all samples of a touch share; NaN before it means
   /// something. A baseline's error moves the ratio by its quotient with the mean regressor, sqrt(R / W).
@@ -169,25 +182,26 @@ class Tracker {
     touched_ = running_ = open_ = true;
     hard_baseline.rewind();
     soft_baseline.rewind();
-    estimator.reset(initial_ratio, initial_covariance);
-    touch_ = Touch<Real>();
-    const auto age = static_cast<std::uint64_t>(gate.age());
-    touch_.start = readings_ + 1 > age ? readings_ + 1 - age : 0;
+    estimator.reset(settings.initial_ratio, settings.initial_covariance);
+    counts_ = Counts();
+    const auto age = static_cast<std::size_t>(gate.age());
+    counts_.start = readings_ + 1 > age ? readings_ + 1 - age : 0;
   }
 
   constexpr bool estimate(const Pair<Real>& pair) noexcept {
     const auto step = estimator.update(pair.hard - hard_baseline.level(), pair.soft - soft_baseline.level());
-    touch_.samples += step.accepted;
-    touch_.refused += !step.accepted;
-    touch_.alarms += step.alarm && step.accepted;
+    counts_.samples += step.accepted;
+    counts_.refused += !step.accepted;
+    counts_.alarms += step.alarm && step.accepted;
     return step.alarm;
   }
 
-  std::uint64_t readings_ = 0;
+  std::size_t readings_ = 0;
   bool open_ = false;     // samples are wanted
   bool running_ = false;  // a touch has begun and its result is not out
   bool touched_ = false;  // ever
-  Touch<Real> touch_, last_;
+  Counts counts_;
+  Real standard_error_ = std::numeric_limits<Real>::quiet_NaN();
 };
 
 /// A loop that feeds clean changes: the smallest thing.
