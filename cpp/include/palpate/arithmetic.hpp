@@ -14,7 +14,11 @@
 
 #if defined(__GNUC__) || defined(__clang__)
 #define PALPATE_RESTRICT __restrict__
+#if defined(__OPTIMIZE_SIZE__) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
+#define PALPATE_COLD  // a call would cost a stack frame, and there is no speculation that it could protect
+#else
 #define PALPATE_COLD [[gnu::cold, gnu::noinline]]
+#endif
 #define PALPATE_UNLIKELY(condition) __builtin_expect(static_cast<bool>(condition), 0)
 #elif defined(_MSC_VER)
 #define PALPATE_RESTRICT __restrict

@@ -47,7 +47,6 @@ class Contact : public Settings {
       return approach(change / noise);
     }
     peak_ = state_ == State::contact && change > peak_ ? change : peak_;
-    grow_older();
     const Real share = state_ == State::contact ? settings.release : settings.idle_share;
     const Real noise_limit = product(settings.slack + 1, noise);  // a touch of a few noises has no tenth
     const Real least = product(share, peak_) > noise_limit ? product(share, peak_) : noise_limit;
@@ -84,7 +83,8 @@ class Contact : public Settings {
 
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
-  /// Values since the touch began, the last included; while idle, since the last quiet one. At most 65535.
+  /// While idle: values since the last quiet one; in contact: what that was when contact was found, the last value
+  /// included. At most 65535.
   constexpr int age() const noexcept { return age_; }
 
  private:
@@ -93,10 +93,7 @@ class Contact : public Settings {
   constexpr bool approach(Real size) noexcept {
     sum_ += (size < settings.clip ? size : settings.clip) - settings.slack;
     sum_ = sum_ > 0 ? sum_ : Real(0);
-    grow_older();
-    if (size < settings.quiet) {
-      age_ = 0;
-    }
+    age_ = static_cast<std::uint16_t>(size < settings.quiet ? 0 : age_ + (age_ < 65535));
     if (sum_ >= settings.limit) {
       state_ = State::contact;
       peak_ = 0;
@@ -105,7 +102,6 @@ class Contact : public Settings {
     return contact();
   }
 
-  constexpr void grow_older() noexcept { age_ = static_cast<std::uint16_t>(age_ + (age_ < 65535)); }
   constexpr void count_below(bool below) noexcept { below_ = static_cast<std::uint8_t>(below ? below_ + 1 : 0); }
 
   Real sum_ = 0, peak_ = 0;

@@ -3,5 +3,5 @@
 
 // Everything: #include <palpate/palpate.hpp>.
 
-#include <palpate/touch.hpp>
+#include <palpate/lean.hpp>
 #include <palpate/version.hpp>

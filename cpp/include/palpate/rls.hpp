@@ -5,6 +5,7 @@
 // No function throws, allocates, or keeps anything outside the object.
 
 #include <palpate/bound.hpp>
+#include <palpate/check.hpp>
 #include <palpate/detector.hpp>
 #include <palpate/forgetting.hpp>
 
@@ -37,7 +38,7 @@ struct RatioOf {
 /// A sample after which any of ratio, information or statistic would not be finite (NaN, infinity, overflow of x^2) is
 /// refused, and the state stays bit for bit as it was.
 template <class Real, class Forgetting = NoForgetting<Real>, class Detector = NoDetector<Real>,
-          class Bound = Unbounded<Real>>
+          class Bound = Unbounded<Real>, class Check = Checked>
 class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
   static_assert(is_real<Real>, "palpate::Rls: Real must be float or double");
   static_assert(std::is_same_v<Real, typename Forgetting::real_type> &&
@@ -64,7 +65,7 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
     const Real information = Bound::limit(Forgetting::discount(information_, alarm)) + product(regressor, regressor);
     const Real gain = regressor / information;
     const Real ratio = ratio_ + product(gain, innovation);
-    if (PALPATE_UNLIKELY(!(palpate::is_finite(ratio) && palpate::is_finite(information) && detector.is_finite()))) {
+    if (PALPATE_UNLIKELY(!Check::passes(ratio, information, detector))) {
       return refusal(ratio_, innovation, Detector::alarm());
     }
     ratio_ = ratio;

@@ -1,0 +1,154 @@
+"""Builds the subjects of bench/embedded for microcontrollers and for this machine, and runs them."""
+
+import os
+import re
+import subprocess
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+HERE = Path(__file__).parent
+INCLUDE = HERE.parents[1] / "cpp" / "include"
+# What the CMake target palpate::palpate says, and the least that a microcontroller's project says.
+FLAGS = ("-std=c++17", "-ffp-contract=off", "-DPALPATE_CONTRACTION_OFF", "-fno-exceptions", "-fno-rtti")
+FLAGS += ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-Wno-psabi")
+FREESTANDING = ("-ffreestanding", "-ffunction-sections", "-fdata-sections", "-fno-asynchronous-unwind-tables")
+
+# A header of the C++ library, and how far above it the folder is.
+HEADER_FOLDERS = (("/atomic", 0), ("/bits/c++config.h", 1))
+
+
+@dataclass(frozen=True)
+class Target:
+    """A processor: its compiler, and how QEMU runs it."""
+
+    name: str
+    compiler: tuple[str, ...]
+    machine: str = ""  # of QEMU; none: compiled only
+    tick: float = 0.0  # instructions a tick of SysTick, under -icount shift=0
+    repeats: int = 0  # of each reading: tick / repeats is the resolution
+
+    @property
+    def tools(self) -> str:
+        """The prefix of its binutils."""
+        return self.compiler[0].removesuffix("g++")
+
+
+ARM = ("arm-none-eabi-g++", "-mthumb")
+HARD = "-mfloat-abi=hard"
+TARGETS = {
+    t.name: t
+    for t in (
+        Target("m0", (*ARM, "-mcpu=cortex-m0"), "microbit", 62.5, 25),
+        Target("m3", (*ARM, "-mcpu=cortex-m3"), "mps2-an385", 40, 100),
+        Target("m4f", (*ARM, "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", HARD), "mps2-an386", 40, 100),
+        Target("m7", (*ARM, "-mcpu=cortex-m7", "-mfpu=fpv5-d16", HARD), "mps2-an500", 40, 100),
+        Target("rv32imafc", ("riscv64-unknown-elf-g++", "-march=rv32imafc", "-mabi=ilp32f")),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a subject needs on a target; instructions a reading, the return included."""
+
+    mean: float
+    worst: float
+    dearest: int  # the reading that costs most, counted from 0
+    stack: int
+    state: int
+
+
+def subjects() -> list[str]:
+    """Return the names of what is measured, as subjects.hpp lists them."""
+    return re.findall(r'visit\("(\w+)"', (HERE / "subjects.hpp").read_text())
+
+
+def run(*command: str | Path) -> str:
+    """Run a program and return what it printed; RuntimeError with its words if it fails."""
+    words = [str(c) for c in command]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(words)}\n{done.stdout}{done.stderr}")
+    return done.stdout or done.stderr  # QEMU's semihosting writes to the second
+
+
+def library_headers(target: Target) -> list[str]:
+    """Flags for the freestanding C++ headers, where a compiler comes without: the ARM compiler's, which fit others."""
+    if target.machine or not target.tools:
+        return []
+    used = run("arm-none-eabi-g++", "-M", "-x", "c++", "-include", "atomic", "/dev/null").split()
+    folders = {Path(path).parents[depth] for path in used for end, depth in HEADER_FOLDERS if path.endswith(end)}
+    return ["-nostdinc++", *(f"-isystem{f}" for f in sorted(folders))]
+
+
+def compile_subject(target: Target, subject: str, optimise: str, folder: Path) -> Path:
+    """Compile one subject by itself."""
+    made = folder / f"{subject}{optimise}.o"
+    flags = (*FLAGS, *FREESTANDING, *library_headers(target), optimise, f"-I{INCLUDE}", f"-DSUBJECT={subject}")
+    run(*target.compiler, *flags, "-c", HERE / "subject.cpp", "-o", made)
+    return made
+
+
+def compile_subjects(target: Target, optimise: str, folder: Path) -> dict[str, Path]:
+    """Compile every subject."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        made = pool.map(lambda s: compile_subject(target, s, optimise, folder), subjects())
+        return dict(zip(subjects(), made, strict=True))
+
+
+def text_bytes(target: Target, compiled: Path) -> int:
+    """Bytes of code and constants, without the compiler's own library."""
+    return int(run(f"{target.tools}size", compiled).splitlines()[1].split()[0])
+
+
+def undefined(target: Target, compiled: Path) -> list[str]:
+    """Symbols that must come from elsewhere."""
+    return run(f"{target.tools}nm", "-u", compiled).replace(" U ", " ").split()
+
+
+def link_firmware(target: Target, optimise: str, compiled: Sequence[Path], folder: Path) -> Path:
+    """Link the image that prints every subject's results and costs."""
+    made = folder / "firmware.elf"
+    sources = [HERE / f"{name}.cpp" for name in ("startup", "results", "firmware")]
+    flags = (*FLAGS, *FREESTANDING, optimise, f"-I{INCLUDE}", f"-DREPEATS={target.repeats}")
+    link = ("-nostartfiles", "-Wl,--gc-sections", "-Wl,--fatal-warnings", "-T", HERE / "firmware.ld")
+    run(*target.compiler, *flags, *sources, *compiled, *link, "-o", made)
+    return made
+
+
+def run_firmware(target: Target, image: Path) -> list[str]:
+    """Run an image under QEMU and return its lines."""
+    quiet = ("-nographic", "-monitor", "none", "-serial", "none", "-semihosting-config", "enable=on,target=native")
+    return run(
+        "qemu-system-arm", "-M", target.machine, *quiet, "-icount", "shift=0", "-kernel", image
+    ).splitlines()
+
+
+def results(lines: Sequence[str]) -> list[str]:
+    """Return the lines that are the same on every machine."""
+    return [line for line in lines if not line.startswith("cost ")]
+
+
+def costs(target: Target, lines: Sequence[str]) -> dict[str, Cost]:
+    """Return what each subject costs."""
+    found = {}
+    scale = target.tick / target.repeats
+    for line in lines:
+        if line.startswith("cost "):
+            name, *numbers = line.split()[1:]
+            count, total, worst, dearest, stack, state = map(int, numbers)
+            # The function with which each is compared is one instruction.
+            found[name] = Cost(total * scale / count + 1, worst * scale + 1, dearest, stack, state)
+    return found
+
+
+def host_results(compiler: str, folder: Path, *flags: str) -> list[str]:
+    """Build the same for this machine, and return its lines."""
+    target = Target("host", (compiler, *flags))
+    compiled = compile_subjects(target, "-O2", folder)
+    program = folder / "host"
+    sources = (HERE / "results.cpp", HERE / "host.cpp")
+    run(compiler, *flags, *FLAGS, "-O2", f"-I{INCLUDE}", *sources, *compiled.values(), "-o", program)
+    return run(program).splitlines()

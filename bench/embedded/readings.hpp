@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+/// One conversion of each channel: times in us, capacitances in pF.
+struct Reading {
+  std::uint32_t t_hard, t_soft;
+  float hard, soft;
+};
+
+/// Two touches by a trembling hand, with what costs most: a spike, a value that is none, a change of the ratio (and so an
+/// alarm), an end by count and one by release. Integers scaled by powers of two, which every processor computes alike.
+class Readings {
+ public:
+  static constexpr int size = 640;
+  static constexpr float idle_hard = 0.625f, idle_soft = -0.375f;
+
+  Reading next() noexcept {
+    const int i = i_++;
+    const auto t = static_cast<std::uint32_t>(26000 * i + 37 * (i % 5));
+    const std::int32_t ratio = i < 200 ? 20 : i < 430 ? 26 : 63;  // in eighths
+    const std::int32_t hard = press(2 * i) / 8 * ratio + noise() + (i == 150 ? 400000 : 0);
+    const float soft = picofarad(press(2 * i + 1) + noise()) + idle_soft;
+    return {t, t + 13000, i == 170 ? std::numeric_limits<float>::quiet_NaN() : picofarad(hard) + idle_hard, soft};
+  }
+
+ private:
+  static float picofarad(std::int32_t value) noexcept { return static_cast<float>(value) / 1048576; }
+
+  // At half readings: 0.25 pF and a triangular tremor of 3 %, 20 half readings long; then a lighter touch.
+  static std::int32_t press(int half) noexcept {
+    const int phase = half % 20;
+    const std::int32_t tremor = 786 * (phase < 10 ? phase - 5 : 15 - phase) / 5;
+    return half >= 120 && half < 720 ? 262144 + 10 * tremor : half >= 880 && half < 1160 ? 65536 + 2 * tremor : 0;
+  }
+
+  std::int32_t noise() noexcept {  // 1.5e-5 pF, uniform
+    state_ = state_ * 1664525u + 1013904223u;
+    return static_cast<std::int32_t>(state_ >> 26) - 32;
+  }
+
+  int i_ = 0;
+  std::uint32_t state_ = 12345;
+};

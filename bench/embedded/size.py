@@ -1,0 +1,94 @@
+"""What the headers cost on a microcontroller: bytes, instructions and stack of each scene, estimator and stage.
+
+    python bench/embedded/size.py [--target m4f ...] [--json FILE]
+
+Compiles every subject of subjects.hpp by itself, in float, with -Os and -O2, links and runs the -Os image under QEMU,
+and compares its results with those of this machine. Needs arm-none-eabi-g++ with libstdc++ and newlib,
+qemu-system-arm, a C++ compiler; for rv32imafc, which is compiled only, riscv64-unknown-elf-g++.
+"""
+
+import argparse
+import json
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import firmware
+from firmware import TARGETS, Cost, Target
+
+# What compiled code may ask for: memory functions, which every C library has, and arithmetic of single precision.
+MEMORY = {"memcpy", "memset", "memmove"}
+HELPERS = ("__aeabi_f", "__aeabi_i2f", "__aeabi_ui2f", "__aeabi_uldiv", "__aeabi_idiv", "__aeabi_uidiv", "__gnu_thumb1")
+
+
+def foreign(symbols: list[str]) -> list[str]:
+    """Return what no scene may need: heap, unwinder, double arithmetic, anything that is not known here."""
+    return [s for s in symbols if s not in MEMORY and not s.startswith(HELPERS)]
+
+
+def measure(target: Target, host: list[str]) -> dict[str, Any]:
+    """Return a target's table: for each subject its bytes, symbols and costs; and whether the results are the host's."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        compiled = {o: firmware.compile_subjects(target, o, folder) for o in ("-Os", "-O2")}
+        rows: dict[str, dict[str, Any]] = {
+            subject: {
+                "text": {o: firmware.text_bytes(target, objects[subject]) for o, objects in compiled.items()},
+                "foreign": sorted({s for made in compiled.values() for s in foreign(firmware.undefined(target, made[subject]))}),
+                "memory": sorted(MEMORY & set(firmware.undefined(target, compiled["-Os"][subject]))),
+            }
+            for subject in firmware.subjects()
+        }
+        if not target.machine:
+            return {"subjects": rows}
+        lines = firmware.run_firmware(
+            target, firmware.link_firmware(target, "-Os", list(compiled["-Os"].values()), folder)
+        )
+        for subject, cost in firmware.costs(target, lines).items():
+            rows[subject] |= asdict(cost)
+        return {"subjects": rows, "results": firmware.results(lines), "same_bits": firmware.results(lines) == host}
+
+
+def cells(row: dict[str, Any]) -> str:
+    """Show one subject."""
+    bytes_ = f"{row['text']['-Os']:8d} {row['text']['-O2']:8d}"
+    if "mean" not in row:
+        return bytes_
+    cost = Cost(*(row[f] for f in ("mean", "worst", "dearest", "stack", "state")))
+    return f"{bytes_} {cost.state:6d} {cost.stack:6d} {cost.mean:9.1f} {cost.worst:8.0f} {cost.dearest:8d}"
+
+
+def show(name: str, table: dict[str, Any]) -> str:
+    """Show a target's table."""
+    costs = "  state  stack      mean    worst  dearest" if "results" in table else ""
+    lines = [f"{name:18} text -Os      -O2{costs}  needs"]
+    for subject, row in table["subjects"].items():
+        needs = ", ".join([*row["memory"], *row["foreign"]]) or "-"
+        lines.append(f"{subject:18} {cells(row)}  {needs}")
+    if "results" in table:
+        lines.append(f"results: {'the same bits as' if table['same_bits'] else 'NOT THE BITS OF'} this machine")
+    return "\n".join(lines)
+
+
+def main() -> int:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description="What the headers cost on a microcontroller.")
+    parser.add_argument("--target", nargs="*", choices=TARGETS, default=list(TARGETS))
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--host", default="c++", help="compiler for this machine")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        host = firmware.host_results(arguments.host, Path(folder))
+    print("bytes; instructions a reading with -Os; foreign symbols: none allowed\n")
+    tables = {}
+    for name in arguments.target:
+        tables[name] = measure(TARGETS[name], host)
+        print(show(name, tables[name]) + "\n", flush=True)
+    if arguments.json:
+        arguments.json.write_text(json.dumps(tables, indent=1) + "\n")
+    return 0 if all(t.get("same_bits", True) for t in tables.values()) else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

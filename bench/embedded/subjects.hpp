@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// What is compared and measured: scenes, estimators and stages in float, each a state and what one reading does to it.
+
+#include <palpate/lean.hpp>
+
+#include "readings.hpp"
+
+namespace subjects {
+
+using namespace palpate;
+using Ticks = std::uint32_t;
+
+/// An estimator: the two channels' changes.
+template <class Estimator>
+struct Changes {
+  using State = Estimator;
+  static void take(State& state, float output, float regressor) { state.update(output, regressor); }
+  template <class Function>
+  static auto with(Function* function, State& state, const Reading& r) {
+    return function(state, r.hard - Readings::idle_hard, r.soft - Readings::idle_soft);
+  }
+};
+struct Fixed : Changes<lean::FixedRls<float>> {};
+struct FixedSafe : Changes<FixedRls<float>> {};
+struct Paper : Changes<lean::PaperRls<float>> {};
+struct PaperSafe : Changes<lean::AdaptiveRls<float>> {};
+struct PaperRuntime : Changes<AdaptiveRls<float>> {};
+struct HandoverEstimator : Changes<lean::Handover<float>> {};
+
+/// The gate and the window of samples before an estimator, for a loop that has its baseline already.
+struct Gated {
+  using State = lean::GatedRls<float>;
+  static bool take(State& state, float output, float regressor) { return state.feed(output, regressor).finished; }
+  template <class Function>
+  static auto with(Function* function, State& state, const Reading& r) {
+    return function(state, r.hard - Readings::idle_hard, r.soft - Readings::idle_soft);
+  }
+};
+
+/// A whole scene: the two readings.
+template <class Scene>
+struct Whole {
+  using State = Scene;
+  static bool take(State& state, Ticks t_hard, Ticks t_soft, float hard, float soft) {
+    return state.feed(t_hard, t_soft, hard, soft).finished;
+  }
+  template <class Function>
+  static auto with(Function* function, State& state, const Reading& r) {
+    return function(state, r.t_hard, r.t_soft, r.hard, r.soft);
+  }
+};
+struct PaperScene : Whole<lean::PaperTracker<float>> {};
+struct Handheld : Whole<lean::HandheldTracker<float>> {};
+struct Sliding : Whole<lean::SlidingTracker<float>> {};
+struct HandheldRuntime : Whole<HandheldTracker<float, Ticks>> {};
+
+struct AlignStage {
+  using State = lean::Align<float, Ticks>;
+  static float take(State& state, Ticks t_hard, Ticks t_soft, float hard, float soft) {
+    return state.feed(t_hard, t_soft, hard, soft).soft;
+  }
+  template <class Function>
+  static auto with(Function* function, State& state, const Reading& r) {
+    return function(state, r.t_hard, r.t_soft, r.hard, r.soft);
+  }
+};
+
+struct BaselineStage {
+  using State = lean::Baseline<float>;
+  static void take(State& state, float value) {
+    if (state.ready()) {
+      state.follow(value);
+    } else {
+      state.collect(value);
+    }
+  }
+  template <class Function>
+  static auto with(Function* function, State& state, const Reading& r) {
+    return function(state, r.soft);
+  }
+};
+
+struct ContactStage {
+  using State = lean::Contact<float>;
+  static void take(State& state, float change, float noise) { state.update(change, noise); }
+  template <class Function>
+  static auto with(Function* function, State& state, const Reading& r) {
+    return function(state, magnitude(r.soft - Readings::idle_soft), 2e-5f);
+  }
+};
+
+/// What takes every sample may be given none that is not finite.
+template <class Subject>
+bool accepts(const Reading& r) {
+  return !(std::is_same_v<Subject, Fixed> || std::is_same_v<Subject, Paper>) || (is_finite(r.hard) && is_finite(r.soft));
+}
+
+/// The one function of a subject, compiled by itself: subject.cpp.
+template <class Subject, class Function = decltype(Subject::take)>
+struct Entry;
+template <class Subject, class Result, class... Values>
+struct Entry<Subject, Result(Values...)> {
+  using Function = Result(Values...);
+  static Result feed(Values... values);
+};
+
+/// Calls visit(name, Subject()) for each.
+template <class Visit>
+void for_each(Visit visit) {
+  visit("Fixed", Fixed());
+  visit("FixedSafe", FixedSafe());
+  visit("Paper", Paper());
+  visit("PaperSafe", PaperSafe());
+  visit("PaperRuntime", PaperRuntime());
+  visit("Gated", Gated());
+  visit("HandoverEstimator", HandoverEstimator());
+  visit("AlignStage", AlignStage());
+  visit("BaselineStage", BaselineStage());
+  visit("ContactStage", ContactStage());
+  visit("PaperScene", PaperScene());
+  visit("Handheld", Handheld());
+  visit("Sliding", Sliding());
+  visit("HandheldRuntime", HandheldRuntime());
+}
+
+}  // namespace subjects

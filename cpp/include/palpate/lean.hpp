@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The estimators and scenes as a small processor wants them: every setting is a constant, its default. The same bits.
+
+#include <palpate/constant.hpp>
+#include <palpate/gated.hpp>
+#include <palpate/touch.hpp>
+
+namespace palpate::lean {
+
+template <class Real>
+using Forgetting = ConstantForgetting<defaults<SwitchedForgetting<Real>>>;
+template <class Real>
+using Detector = ConstantDetector<defaults<Cusum<Real>>>;
+template <class Real>
+using Bound = ConstantBound<defaults<BoundedCovariance<Real>>>;
+
+/// The least there is, ratio and information: neither checked nor bounded. For a loop whose samples are finite, and whose
+/// regressor is not 0 for so long that the information fades away.
+template <class Real>
+using FixedRls = Rls<Real, ConstantForgetting<defaults<FixedForgetting<Real>>>, NoDetector<Real>, Unbounded<Real>, Unchecked>;
+
+/// The paper's estimator, as it is printed: neither checked nor bounded.
+template <class Real>
+using PaperRls = Rls<Real, Forgetting<Real>, Detector<Real>, Unbounded<Real>, Unchecked>;
+
+/// palpate::AdaptiveRls, with its safety.
+template <class Real>
+using AdaptiveRls = Rls<Real, Forgetting<Real>, Detector<Real>, Bound<Real>>;
+
+template <class Real>
+using Handover = palpate::Handover<Real, Constant<defaults<HandoverSettings<Real>>>>;
+
+template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
+using Contact = palpate::Contact<Real, Constant<settings>>;
+template <class Real>
+using Baseline = palpate::Baseline<Real, 32, Constant<defaults<BaselineSettings<Real>>>>;
+template <class Real, class Ticks>
+using Align = palpate::Align<Real, Ticks, 4, Constant<defaults<AlignSettings<Ticks>>>>;
+
+/// Gate, window and the paper's estimator; Gated has checked its samples, and there is none without contact.
+template <class Real>
+using GatedRls = Gated<Contact<Real>, PaperRls<Real>, Constant<defaults<GatedSettings<PaperRls<Real>>>>>;
+
+/// The scenes of palpate::Tracker.
+template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>>
+using PaperTracker = Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator,
+                             Constant<defaults<TrackerSettings<Estimator>>>>;
+template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>>
+using HandheldTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator,
+                                Constant<defaults<TrackerSettings<Estimator>>>>;
+
+/// Scanning over tissue: a touch ends by its release, at 0.3 of its height.
+template <class Real>
+inline constexpr ContactSettings<Real> sliding_contact = [] {
+  ContactSettings<Real> settings;
+  settings.release = Real(0.3);
+  return settings;
+}();
+template <class Estimator>
+inline constexpr TrackerSettings<Estimator> sliding_tracker = [] {
+  TrackerSettings<Estimator> settings;
+  settings.samples = 0;
+  return settings;
+}();
+template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>>
+using SlidingTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real, sliding_contact<Real>>,
+                               Estimator, Constant<sliding_tracker<Estimator>>>;
+
+}  // namespace palpate::lean
