@@ -73,7 +73,7 @@ template <class Scene>
 auto scene(const Readings& in, bool with_error = false) {
   return [&in, with_error] {
     Scene tracker;
-    tracker.samples = 0;
+    tracker.settings.samples = 0;
     Real sum = 0;
     for (std::size_t i = 0; i < size; ++i) {
       sum += tracker.feed(in.t_hard[i], in.t_soft[i], in.hard[i], in.soft[i]).ratio;

@@ -49,7 +49,7 @@ py::tuple Result::state() const {
 Result Result::of(const py::tuple& s) {
   const auto count = [&](std::size_t i) { return s[i].cast<std::uint32_t>(); };
   const auto real = [&](std::size_t i) { return s[i].cast<double>(); };
-  return {{s[0].cast<std::uint64_t>(), count(1), count(2), count(3), count(4), real(5), real(6), real(7)},
+  return {{{s[0].cast<std::size_t>(), count(1), count(2), count(3), count(4)}, real(5), real(6), real(7)},
           real(8),
           count(9),
           real(10),

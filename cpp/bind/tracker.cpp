@@ -63,13 +63,13 @@ void configure(Paper& tracker, const TrackerSettings& s) {
   check_adaptive(s);
   tracker.estimator =
       palpate::AdaptiveRls<double>({s.steady, s.alarmed}, {s.drift, s.threshold}, {1 / s.max_covariance});
-  tracker.gate.release = s.release;
+  tracker.gate.settings.release = s.release;
 }
 void configure(Handheld& tracker, const TrackerSettings& s) {
   check_handover(s);
   tracker.estimator =
       palpate::Handover<double>({s.steady, s.drift, s.threshold, s.clip, s.smoothing, 1 / s.max_covariance});
-  tracker.gate.release = s.release;
+  tracker.gate.settings.release = s.release;
 }
 
 /// Seconds as floats, or nanoseconds as integers, to nanoseconds.
@@ -98,11 +98,11 @@ class SceneTracker final : public AnyTracker {
   SceneTracker(std::string scene, std::vector<std::string> names, const TrackerSettings& settings)
       : scene_(std::move(scene)), names_(std::move(names)), settings_(settings) {
     configure(core_, settings);
-    core_.initial_ratio = settings.initial_ratio;
-    core_.initial_covariance = settings.initial_covariance;
+    core_.settings.initial_ratio = settings.initial_ratio;
+    core_.settings.initial_covariance = settings.initial_covariance;
     core_.estimator.reset(settings.initial_ratio, settings.initial_covariance);
-    core_.samples = static_cast<std::uint32_t>(settings.samples);
-    core_.full_scale = settings.full_scale;
+    core_.settings.samples = static_cast<std::uint32_t>(settings.samples);
+    core_.settings.full_scale = settings.full_scale;
   }
 
   py::object feed(double t_hard, double t_soft, double hard, double soft) override {
@@ -150,7 +150,7 @@ class SceneTracker final : public AnyTracker {
     for (const auto& name : names_) {
       mine[name.c_str()] = all[name.c_str()];
     }
-    mine["samples"] = settings_.samples == 0 ? py::object(py::none()) : py::object(py::int_(core_.samples));
+    mine["samples"] = settings_.samples == 0 ? py::object(py::none()) : py::object(py::int_(core_.settings.samples));
     return mine;
   }
   py::str state() const override {
@@ -178,7 +178,7 @@ class SceneTracker final : public AnyTracker {
   }
 
   void keep() {
-    touches_.push_back({core_.touch(), start_s_, core_.samples, settings_.initial_covariance,
+    touches_.push_back({core_.touch(), start_s_, core_.settings.samples, settings_.initial_covariance,
                         palpate::knows_its_error<decltype(core_.estimator)>});
   }
 

@@ -55,6 +55,7 @@ __all__ = [
     "Touch",
     "Tracker",
     "__version__",
+    "get_cmake_dir",
     "get_include",
     "most_reliable",
     "read",
@@ -91,3 +92,10 @@ def get_include() -> str:
     from pathlib import Path
 
     return str(Path(__file__).parent / "include")
+
+
+def get_cmake_dir() -> str:
+    """Return the folder for CMake's ``find_package(palpate)`` (as ``palpate_DIR``) and ``add_subdirectory``."""
+    from pathlib import Path
+
+    return str(Path(__file__).parent / "lib" / "cmake" / "palpate")

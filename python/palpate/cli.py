@@ -7,12 +7,13 @@ import json
 import math
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 import click
 
-from palpate import PalpateError, RecordingError, __version__
+from palpate import PalpateError, RecordingError, __version__, get_cmake_dir, get_include
 
 if TYPE_CHECKING:
     from palpate import Recording, Touch
@@ -21,8 +22,21 @@ BAD_DATA = 4
 NOT_RELIABLE = 5
 
 
+def _tell(text: str) -> Callable[[click.Context, click.Parameter, bool], None]:
+    def tell(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+        if asked:
+            click.echo(text)
+            context.exit()
+
+    return tell
+
+
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="palpate")
+@click.option("--includes", is_flag=True, is_eager=True, expose_value=False, callback=_tell(f"-I{get_include()}"),
+              help="Print what a C++ compiler needs to find the headers, and exit.")  # fmt: skip
+@click.option("--cmakedir", is_flag=True, is_eager=True, expose_value=False, callback=_tell(get_cmake_dir()),
+              help="Print the folder for CMake's palpate_DIR or add_subdirectory, and exit.")  # fmt: skip
 def main() -> None:
     """Real-time capacitance ratio from a two-bump tactile probe."""
 

@@ -16,7 +16,7 @@ constexpr bool near(double left, double right, double relative) noexcept {
 template <class Real, class Ticks, int Order>
 constexpr bool interpolates(Real tolerance) noexcept {
   Align<Real, Ticks, Order> align;
-  align.max_gap = 1000000;
+  align.settings.max_gap = 1000000;
   int valid = 0;
   Ticks hard_time = 1000;
   for (int i = 0; i < 20; ++i) {
@@ -39,7 +39,7 @@ static_assert(interpolates<double, long long, 6>(1e-13) && interpolates<float, u
 // A lost value leaves the others usable; a clock that goes back, or a long gap, starts anew.
 bool survives_gaps() noexcept {
   Align<double, long long, 4> align;
-  align.max_gap = 100;
+  align.settings.max_gap = 100;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (int i = 0; i < 6; ++i) {
     align.feed(20 * i, 20 * i + 10, 1.0, 5.0);
@@ -123,7 +123,7 @@ constexpr int touches(Scene scene, double tolerance) noexcept {
     const auto report = scene.feed(static_cast<Ticks>(26000 * i), static_cast<Ticks>(26000 * i + 13000),
                                    hard + Real(0.5), soft - Real(0.25));
     if (report.finished) {
-      const auto& touch = scene.touch();
+      const auto touch = scene.touch();
       const bool start = (touch.start >= 57 && touch.start <= 60) || (touch.start >= 497 && touch.start <= 500);
       right += start && touch.samples == 250 && near(static_cast<double>(touch.ratio), 2.5, tolerance);
     }
@@ -149,7 +149,7 @@ constexpr bool wraps() noexcept {
 static_assert(wraps<std::uint32_t>() && wraps<std::int32_t>());
 
 // Each scene starts from what its estimator needs.
-static_assert(HandheldTracker<float>().initial_covariance == 1e10f && PaperTracker<float>().initial_covariance == 1e4f);
+static_assert(HandheldTracker<float>().settings.initial_covariance == 1e10f && PaperTracker<float>().settings.initial_covariance == 1e4f);
 
 // What a microcontroller has to hold.
 static_assert(sizeof(FixedTracker<float, unsigned>) <= 160 && sizeof(HandheldTracker<float, unsigned>) <= 960);

@@ -43,13 +43,15 @@ using Align = palpate::Align<Real, Ticks, 4, Constant<defaults<AlignSettings<Tic
 template <class Real>
 using GatedRls = Gated<Contact<Real>, PaperRls<Real>, Constant<defaults<GatedSettings<PaperRls<Real>>>>>;
 
-/// The scenes of palpate::Tracker.
-template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>>
-using PaperTracker = Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator,
-                             Constant<defaults<TrackerSettings<Estimator>>>>;
-template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>>
-using HandheldTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator,
-                                Constant<defaults<TrackerSettings<Estimator>>>>;
+/// The scenes of palpate::Tracker; `settings` may be a constant of your own.
+template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>,
+          const auto& settings = defaults<TrackerSettings<Estimator>>>
+using PaperTracker =
+    Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, Constant<settings>>;
+template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>,
+          const auto& settings = defaults<TrackerSettings<Estimator>>>
+using HandheldTracker =
+    Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, Constant<settings>>;
 
 /// Scanning over tissue: a touch ends by its release, at 0.3 of its height.
 template <class Real>
