@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import sys
 from collections import Counter
 from pathlib import Path
 
@@ -57,6 +58,13 @@ def need(tool: str) -> str:
             pytest.fail(message)
         pytest.skip(message)
     return path
+
+
+@pytest.fixture(scope="session")
+def cmake() -> str:
+    """Find cmake beside the interpreter, as the test extra installs it, or the system's."""
+    os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return need("cmake")
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -1,38 +1,14 @@
-"""The header for C++ users: ctest, and a foreign project built in each way that is offered."""
+"""What Python cannot see of the headers: ctest, and the same bits here and there."""
 
-import os
-import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import palpate
 import pytest
+from building import configure, run
 from conftest import ROOT, need
 from numpy.typing import NDArray
-
-CONSUMER = ROOT / "tests" / "cpp" / "consumer"
-EXPECTED = f"palpate {palpate.__version__}: ratio 2.000\n"
-
-
-def run(*command: str | Path) -> str:
-    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
-    return done.stdout
-
-
-@pytest.fixture(scope="session")
-def cmake() -> str:
-    """Find cmake beside the interpreter, as the test extra installs it, or the system's."""
-    os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    return need("cmake")
-
-
-def configure(cmake: str, source: Path, build: Path, *options: str) -> None:
-    run(cmake, "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", *options)
-    run(cmake, "--build", build)
 
 
 def fnv(*arrays: NDArray[Any]) -> str:
@@ -86,50 +62,6 @@ def test_ctest_and_the_bits_of_the_extension(cmake: str, tmp_path: Path, compile
     assert len(hashes) == 10
     for name, value in hashes.items():
         assert (bank_hash if "Bank" in name else touch_hash)(name) == value, name
-
-
-def test_consumer_by_find_package_in_the_installed_package(cmake: str, tmp_path: Path) -> None:
-    prefix = Path(palpate.get_include()).parent
-    configure(cmake, CONSUMER, tmp_path, f"-DCMAKE_PREFIX_PATH={prefix}")
-    assert run(tmp_path / "consumer") == EXPECTED
-
-
-def test_consumer_by_cmake_install(cmake: str, tmp_path: Path) -> None:
-    configure(cmake, ROOT, tmp_path / "palpate", "-DBUILD_TESTING=OFF", f"-DCMAKE_INSTALL_PREFIX={tmp_path / 'prefix'}")
-    run(cmake, "--install", tmp_path / "palpate")
-    configure(cmake, CONSUMER, tmp_path / "consumer", f"-DCMAKE_PREFIX_PATH={tmp_path / 'prefix'}")
-    assert run(tmp_path / "consumer" / "consumer") == EXPECTED
-
-
-def test_consumer_by_add_subdirectory(cmake: str, tmp_path: Path) -> None:
-    configure(cmake, CONSUMER, tmp_path, f"-DPALPATE_SOURCE={ROOT}")
-    assert run(tmp_path / "consumer") == EXPECTED
-
-
-def test_consumer_by_include_folder(tmp_path: Path) -> None:
-    compiler = need("c++")
-    program = tmp_path / "consumer"
-    run(compiler, "-std=c++17", f"-I{palpate.get_include()}", CONSUMER / "main.cpp", "-o", program)
-    assert run(program) == EXPECTED
-
-
-@pytest.mark.parametrize("compiler", ["c++", "clang++"])
-def test_the_readmes_cpp_compiles(tmp_path: Path, compiler: str) -> None:
-    [block] = re.findall(r"```cpp\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
-    include, body = block.split("\n", 1)
-    values = "std::uint32_t t_hard, std::uint32_t t_soft, float hard, float soft, float output, float regressor"
-    source = tmp_path / "readme.cpp"
-    source.write_text(f"{include}\nfloat use({values}) {{\n{body}\nreturn report.ratio + step.ratio;\n}}\n")
-    run(
-        need(compiler),
-        "-std=c++17",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        f"-I{palpate.get_include()}",
-        "-fsyntax-only",
-        source,
-    )
 
 
 def test_the_header_needs_nothing_at_link_time(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ def table(target: str, folder: Path) -> dict[str, Any]:
     need("arm-none-eabi-g++")
     need("riscv64-unknown-elf-g++" if target.startswith("rv") else "qemu-system-arm")
     made = folder / f"{target}.json"
-    command = [sys.executable, EMBEDDED / "size.py", "--target", target, "--json", made]
+    command = [sys.executable, str(EMBEDDED / "size.py"), "--target", target, "--json", str(made)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert made.exists(), done.stdout + done.stderr
     tables: dict[str, dict[str, Any]] = json.loads(made.read_text())
@@ -52,9 +52,7 @@ def test_no_heap_no_unwinder_no_double(target: str, folder: Path) -> None:
     ("subject", "text", "instructions", "state"),
     [("Fixed", 64, 12, 8), ("Paper", 160, 32, 12), ("Gated", 400, 80, 40)],
 )
-def test_what_it_may_cost_on_a_cortex_m4f(
-    subject: str, text: int, instructions: int, state: int, folder: Path
-) -> None:
+def test_what_it_may_cost_on_a_cortex_m4f(subject: str, text: int, instructions: int, state: int, folder: Path) -> None:
     row = table("m4f", folder)["subjects"][subject]
     assert row["text"]["-Os"] <= text
     assert row["worst"] <= instructions

@@ -32,10 +32,12 @@ PYTHON_LAYERS: list[set[str]] = [
 ]
 HEADER_LAYERS: list[set[str]] = [
     {"version", "arithmetic"},
-    {"ring", "pack", "forgetting", "detector", "bound", "noise", "align", "baseline", "contact"},
-    {"rls"},
+    {"constant", "check", "ring", "pack", "forgetting", "detector", "bound", "noise"},
+    {"align", "baseline", "contact", "rls"},
     {"handover", "bank"},
     {"touch"},
+    {"gated"},
+    {"lean"},
     {"palpate"},
 ]
 
@@ -120,7 +122,8 @@ def test_wheel_contents(tmp_path: Path) -> None:
     assert [n for n in names if re.fullmatch(r"palpate/_core\..*(so|pyd)", n)]
     assert {f"palpate/include/palpate/{p.name}" for p in HEADERS.glob("*.hpp")} <= names
     assert {f"palpate/{p.name}" for p in SOURCES.iterdir() if p.suffix in (".py", ".pyi", ".typed")} <= names
-    assert {"palpate/py.typed", "palpate/lib/cmake/palpate/palpate-config.cmake"} <= names
+    cmake = {f"palpate/lib/cmake/palpate/{n}" for n in ("palpate-config.cmake", "CMakeLists.txt")}
+    assert {"palpate/py.typed"} | cmake <= names
     assert not [n for n in names if not re.match(r"palpate(-[\d.]+\.dist-info)?/", n)]
 
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The results on a Cortex-M, and what each subject costs there: instructions a reading, on average and at most, and bytes
-// of stack.
+// The results on a Cortex-M, and what each subject costs there: instructions a reading, on average and at most, and
+// bytes of stack.
 
 #include <initializer_list>
 

@@ -11,7 +11,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 INCLUDE = HERE.parents[1] / "cpp" / "include"
 # What the CMake target palpate::palpate says, and the least that a microcontroller's project says.
-FLAGS = ("-std=c++17", "-ffp-contract=off", "-DPALPATE_CONTRACTION_OFF", "-fno-exceptions", "-fno-rtti")
+FLAGS: tuple[str, ...] = ("-std=c++17", "-ffp-contract=off", "-DPALPATE_CONTRACTION_OFF", "-fno-exceptions", "-fno-rtti")
 FLAGS += ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-Wno-psabi")
 FREESTANDING = ("-ffreestanding", "-ffunction-sections", "-fdata-sections", "-fno-asynchronous-unwind-tables")
 
@@ -75,7 +75,7 @@ def run(*command: str | Path) -> str:
 
 
 def library_headers(target: Target) -> list[str]:
-    """Flags for the freestanding C++ headers, where a compiler comes without: the ARM compiler's, which fit others."""
+    """Return flags for the freestanding C++ headers, where a compiler comes without: the ARM compiler's fit others."""
     if target.machine or not target.tools:
         return []
     used = run("arm-none-eabi-g++", "-M", "-x", "c++", "-include", "atomic", "/dev/null").split()
@@ -121,9 +121,7 @@ def link_firmware(target: Target, optimise: str, compiled: Sequence[Path], folde
 def run_firmware(target: Target, image: Path) -> list[str]:
     """Run an image under QEMU and return its lines."""
     quiet = ("-nographic", "-monitor", "none", "-serial", "none", "-semihosting-config", "enable=on,target=native")
-    return run(
-        "qemu-system-arm", "-M", target.machine, *quiet, "-icount", "shift=0", "-kernel", image
-    ).splitlines()
+    return run("qemu-system-arm", "-M", target.machine, *quiet, "-icount", "shift=0", "-kernel", image).splitlines()
 
 
 def results(lines: Sequence[str]) -> list[str]:

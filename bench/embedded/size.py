@@ -35,7 +35,9 @@ def measure(target: Target, host: list[str]) -> dict[str, Any]:
         rows: dict[str, dict[str, Any]] = {
             subject: {
                 "text": {o: firmware.text_bytes(target, objects[subject]) for o, objects in compiled.items()},
-                "foreign": sorted({s for made in compiled.values() for s in foreign(firmware.undefined(target, made[subject]))}),
+                "foreign": sorted(
+                    {s for made in compiled.values() for s in foreign(firmware.undefined(target, made[subject]))}
+                ),
                 "memory": sorted(MEMORY & set(firmware.undefined(target, compiled["-Os"][subject]))),
             }
             for subject in firmware.subjects()

@@ -94,7 +94,8 @@ struct ContactStage {
 /// What takes every sample may be given none that is not finite.
 template <class Subject>
 bool accepts(const Reading& r) {
-  return !(std::is_same_v<Subject, Fixed> || std::is_same_v<Subject, Paper>) || (is_finite(r.hard) && is_finite(r.soft));
+  return !(std::is_same_v<Subject, Fixed> || std::is_same_v<Subject, Paper>) ||
+         (is_finite(r.hard) && is_finite(r.soft));
 }
 
 /// The one function of a subject, compiled by itself: subject.cpp.

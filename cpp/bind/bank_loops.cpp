@@ -35,5 +35,4 @@ void adaptive(const BankTask<Real>& task) {
 
 }  // namespace
 
-extern const BankLoops PALPATE_LOOPS{PALPATE_SIMD, fixed<double>, adaptive<double>, fixed<float>,
-                                     adaptive<float>};
+extern const BankLoops PALPATE_LOOPS{PALPATE_SIMD, fixed<double>, adaptive<double>, fixed<float>, adaptive<float>};

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
 // A whole instrument: the AD7746 converts the two gauges in turn, interrupts carry the codes into a ring, the main loop
-// estimates. The interrupts and the loop share the ring and nothing else. Registers: AD7746 data sheet, rev. 0. Not tried
-// on hardware.
-
-#include "hal.hpp"
+// estimates. The interrupts and the loop share the ring and nothing else. Registers: AD7746 data sheet, rev. 0. Not
+// tried on hardware.
 
 #include <limits>
 #include <palpate/ring.hpp>
 
+#include "hal.hpp"
+
 namespace {
 
 constexpr std::uint8_t status = 0x00, cap_setup = 0x07;
-constexpr std::uint8_t not_ready = 0x01;                             // RDYCAP
-constexpr std::uint8_t cap_enable = 0x80, second_input = 0x40;       // CAPEN, CIN2
-constexpr std::uint8_t excitation = 0x0B;                            // EXCA, 3/8 of the supply
+constexpr std::uint8_t not_ready = 0x01;                              // RDYCAP
+constexpr std::uint8_t cap_enable = 0x80, second_input = 0x40;        // CAPEN, CIN2
+constexpr std::uint8_t excitation = 0x0B;                             // EXCA, 3/8 of the supply
 constexpr std::uint8_t single_conversion = 0x02, no_temperature = 0;  // CAPF = 0: 11 ms
 constexpr std::uint32_t half_conversion_us = 5500;
 
@@ -80,7 +80,8 @@ void read_done(bool acknowledged) {
   take(acknowledged && !(r[0] & not_ready) ? code : no_code);
 }
 
-// Where the device does not answer there will be no conversion to wait for. After a quiet second a board resets the bus.
+// Where the device does not answer there will be no conversion to wait for. After a quiet second a board resets the
+// bus.
 void write_done(bool acknowledged) {
   if (!acknowledged) {
     converter.codes.time[converter.channel] = hal::now_us();
@@ -93,8 +94,7 @@ void measure() {
   do {
     Codes codes;
     while (ring.try_pop(codes)) {
-      const auto state =
-          probe.feed(codes.time[0], codes.time[1], picofarad(codes.code[0]), picofarad(codes.code[1]));
+      const auto state = probe.feed(codes.time[0], codes.time[1], picofarad(codes.code[0]), picofarad(codes.code[1]));
       if (state.finished) {
         hal::report(probe.touch(), ring.dropped());
       }

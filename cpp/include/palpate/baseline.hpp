@@ -121,7 +121,8 @@ class Baseline : public Settings {
     Real level = 0, noise = 0, count = 0, squares = 0;
   };
 
-  // Collecting: sorted. Then: the moment that was marked, and the floor of the noise. One of the two is needed at a time.
+  // Collecting: sorted. Then: the moment that was marked, and the floor of the noise. One of the two is needed at a
+  // time.
   Real values_[Size] = {};
   Moment now_;
   std::uint8_t filled_ = 0;

@@ -10,10 +10,10 @@ namespace palpate {
 template <class Estimator>
 struct GatedSettings {
   using Real = typename Estimator::real_type;
-  Real noise = Real(1e-4);       // standard deviation of the sum of the two changes, pF
-  Real full_scale = Real(1e9);   // changes whose sum is of this size, or not finite, are refused
+  Real noise = Real(1e-4);      // standard deviation of the sum of the two changes, pF
+  Real full_scale = Real(1e9);  // changes whose sum is of this size, or not finite, are refused
   Real initial_ratio = Real(1), initial_covariance = Estimator::default_covariance;
-  std::uint32_t samples = 250;   // of a touch
+  std::uint32_t samples = 250;  // of a touch
 };
 
 /// What Tracker does, without its stages before the gate and without its counts.

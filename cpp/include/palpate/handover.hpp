@@ -161,8 +161,8 @@ class Handover : public Parameters {
     if (PALPATE_UNLIKELY(change)) {
       information = limited(side.information, side.squares);
     } else if (take) {
-      information = limited(product(settings.steady, information_) + product(s.weight, s.regressor),
-                            product(s.weight, s.weight));
+      information =
+          limited(product(settings.steady, information_) + product(s.weight, s.regressor), product(s.weight, s.weight));
       gain = s.weight / information;
     }
     const Real ratio = change ? side.weighted_output / information : ratio_ + product(gain, s.innovation);

@@ -16,10 +16,11 @@ using Detector = ConstantDetector<defaults<Cusum<Real>>>;
 template <class Real>
 using Bound = ConstantBound<defaults<BoundedCovariance<Real>>>;
 
-/// The least there is, ratio and information: neither checked nor bounded. For a loop whose samples are finite, and whose
-/// regressor is not 0 for so long that the information fades away.
+/// The least there is, ratio and information: neither checked nor bounded. For a loop whose samples are finite, and
+/// whose regressor is not 0 for so long that the information fades away.
 template <class Real>
-using FixedRls = Rls<Real, ConstantForgetting<defaults<FixedForgetting<Real>>>, NoDetector<Real>, Unbounded<Real>, Unchecked>;
+using FixedRls =
+    Rls<Real, ConstantForgetting<defaults<FixedForgetting<Real>>>, NoDetector<Real>, Unbounded<Real>, Unchecked>;
 
 /// The paper's estimator, as it is printed: neither checked nor bounded.
 template <class Real>
@@ -46,12 +47,10 @@ using GatedRls = Gated<Contact<Real>, PaperRls<Real>, Constant<defaults<GatedSet
 /// The scenes of palpate::Tracker; `settings` may be a constant of your own.
 template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>,
           const auto& settings = defaults<TrackerSettings<Estimator>>>
-using PaperTracker =
-    Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, Constant<settings>>;
+using PaperTracker = Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, Constant<settings>>;
 template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>,
           const auto& settings = defaults<TrackerSettings<Estimator>>>
-using HandheldTracker =
-    Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, Constant<settings>>;
+using HandheldTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, Constant<settings>>;
 
 /// Scanning over tissue: a touch ends by its release, at 0.3 of its height.
 template <class Real>
