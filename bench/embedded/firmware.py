@@ -11,7 +11,13 @@ from pathlib import Path
 HERE = Path(__file__).parent
 INCLUDE = HERE.parents[1] / "cpp" / "include"
 # What the CMake target palpate::palpate says, and the least that a microcontroller's project says.
-FLAGS: tuple[str, ...] = ("-std=c++17", "-ffp-contract=off", "-DPALPATE_CONTRACTION_OFF", "-fno-exceptions", "-fno-rtti")
+FLAGS: tuple[str, ...] = (
+    "-std=c++17",
+    "-ffp-contract=off",
+    "-DPALPATE_CONTRACTION_OFF",
+    "-fno-exceptions",
+    "-fno-rtti",
+)
 FLAGS += ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-Wno-psabi")
 FREESTANDING = ("-ffreestanding", "-ffunction-sections", "-fdata-sections", "-fno-asynchronous-unwind-tables")
 
