@@ -65,14 +65,15 @@ auto nothing_like(Result (*)(Values...)) {
   return nothing<Result, Values...>;
 }
 
-/// A line: cost NAME, readings, ticks of all of them, of the dearest one and which it is, stack, state.
+/// A line: cost NAME, readings, ticks of all of them, of the dearest one of a touch and which it is, of the dearest
+/// other one, stack, state.
 template <class Subject>
 void measure(const char* name) {
   using M = Meter<Subject>;
   typename M::State state;
   Readings readings;
-  std::uint32_t count = 0, sum = 0, worst = 0, dearest = 0, stack = 0;
-  for (std::uint32_t i = 0; i < Readings::size; ++i) {
+  std::uint32_t count = 0, sum = 0, worst = 0, dearest = 0, idle = 0, stack = 0;
+  for (int i = 0; i < Readings::size; ++i) {
     const Reading reading = readings.next();
     if (!subjects::accepts<Subject>(reading)) {
       continue;
@@ -84,12 +85,16 @@ void measure(const char* name) {
     count += 1;
     sum += ticks;
     stack = bytes > stack ? bytes : stack;
-    dearest = ticks > worst ? i : dearest;
-    worst = ticks > worst ? ticks : worst;
+    if (!Readings::touched(i)) {
+      idle = ticks > idle ? ticks : idle;
+    } else if (ticks > worst) {
+      worst = ticks;
+      dearest = static_cast<std::uint32_t>(i);
+    }
   }
   put("cost ");
   put(name);
-  for (const std::uint32_t value : {count, sum, worst, dearest, stack, std::uint32_t{sizeof(typename M::State)}}) {
+  for (const std::uint32_t value : {count, sum, worst, dearest, idle, stack, std::uint32_t{sizeof(typename M::State)}}) {
     put(" ");
     put_number(value);
   }

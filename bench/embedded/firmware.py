@@ -60,8 +60,9 @@ class Cost:
     """What a subject needs on a target; instructions a reading, the return included."""
 
     mean: float
-    worst: float
-    dearest: int  # the reading that costs most, counted from 0
+    worst: float  # of a touch
+    dearest: int  # which reading that is, counted from 0
+    idle: float  # the worst of the others: the last one of the baseline
     stack: int
     state: int
 
@@ -142,9 +143,9 @@ def costs(target: Target, lines: Sequence[str]) -> dict[str, Cost]:
     for line in lines:
         if line.startswith("cost "):
             name, *numbers = line.split()[1:]
-            count, total, worst, dearest, stack, state = map(int, numbers)
+            count, total, worst, dearest, idle, stack, state = map(int, numbers)
             # The function with which each is compared is one instruction.
-            found[name] = Cost(total * scale / count + 1, worst * scale + 1, dearest, stack, state)
+            found[name] = Cost(total * scale / count + 1, worst * scale + 1, dearest, idle * scale + 1, stack, state)
     return found
 
 

@@ -18,6 +18,9 @@ class Readings {
   static constexpr int size = 640;
   static constexpr float idle_hard = 0.625f, idle_soft = -0.375f;
 
+  /// Whether a reading is of a touch, or of the release that ends it.
+  static constexpr bool touched(int i) noexcept { return (i >= 60 && i < 368) || (i >= 440 && i < 588); }
+
   Reading next() noexcept {
     const int i = i_++;
     const auto t = static_cast<std::uint32_t>(26000 * i + 37 * (i % 5));

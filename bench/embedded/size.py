@@ -10,7 +10,7 @@ qemu-system-arm, a C++ compiler; for rv32imafc, which is compiled only, riscv64-
 import argparse
 import json
 import tempfile
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -57,13 +57,14 @@ def cells(row: dict[str, Any]) -> str:
     bytes_ = f"{row['text']['-Os']:8d} {row['text']['-O2']:8d}"
     if "mean" not in row:
         return bytes_
-    cost = Cost(*(row[f] for f in ("mean", "worst", "dearest", "stack", "state")))
-    return f"{bytes_} {cost.state:6d} {cost.stack:6d} {cost.mean:9.1f} {cost.worst:8.0f} {cost.dearest:8d}"
+    cost = Cost(*(row[f.name] for f in fields(Cost)))
+    instructions = f"{cost.mean:9.1f} {cost.worst:8.0f} {cost.dearest:8d} {cost.idle:7.0f}"
+    return f"{bytes_} {cost.state:6d} {cost.stack:6d} {instructions}"
 
 
 def show(name: str, table: dict[str, Any]) -> str:
     """Show a target's table."""
-    costs = "  state  stack      mean    worst  dearest" if "results" in table else ""
+    costs = "  state  stack      mean    worst  dearest    idle" if "results" in table else ""
     lines = [f"{name:18} text -Os      -O2{costs}  needs"]
     for subject, row in table["subjects"].items():
         needs = ", ".join([*row["memory"], *row["foreign"]]) or "-"
@@ -82,7 +83,7 @@ def main() -> int:
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         host = firmware.host_results(arguments.host, Path(folder))
-    print("bytes; instructions a reading with -Os; foreign symbols: none allowed\n")
+    print("Bytes; instructions a reading with -Os: mean, worst of a touch and which reading that is, worst without touch\n")
     tables = {}
     for name in arguments.target:
         tables[name] = measure(TARGETS[name], host)

@@ -4,6 +4,7 @@
 // The capacitance of a channel without contact, and its noise.
 
 #include <cstdint>
+#include <limits>
 #include <palpate/arithmetic.hpp>
 #include <palpate/constant.hpp>
 
@@ -91,24 +92,27 @@ class Baseline : public Settings {
  private:
   constexpr void establish() noexcept {
     // A code is 3.5 standard deviations of its rounding wide; half of it is on the safe side.
-    Real floor = settings.least_noise;
+    Real step = std::numeric_limits<Real>::max();
     for (int i = 1; i < Size; ++i) {
-      const Real step = (values_[i] - values_[i - 1]) / 2;
-      floor = step > 0 && (step < floor || floor == settings.least_noise) ? step : floor;
+      const Real difference = values_[i] - values_[i - 1];
+      step = difference > 0 && difference < step ? difference : step;
     }
-    floor = floor > settings.least_noise ? floor : settings.least_noise;
+    const bool coded = step > 2 * settings.least_noise && step < std::numeric_limits<Real>::max();
+    const Real floor = coded ? step / 2 : settings.least_noise;
     const Real median = (values_[Size / 2 - 1] + values_[Size / 2]) / 2;
     // The quartiles of a normal distribution, each one value towards the middle, are 1.25 standard deviations apart.
     set_noise((values_[3 * Size / 4 - 1] - values_[Size / 4]) / Real(1.25), floor);
     const Real limit = product(settings.clip, now_.noise);
-    Real sum = 0;
-    now_.count = 0;
-    for (int i = 0; i < Size; ++i) {
-      if (magnitude(values_[i] - median) <= limit) {
-        sum += values_[i] - median;
-        now_.count += 1;
-      }
+    int begin = 0, end = Size;
+    for (; magnitude(values_[begin] - median) > limit; ++begin) {
     }
+    for (; magnitude(values_[end - 1] - median) > limit; --end) {
+    }
+    Real sum = 0;
+    for (int i = begin; i < end; ++i) {
+      sum += values_[i] - median;
+    }
+    now_.count = static_cast<Real>(end - begin);
     now_.level = median + sum / now_.count;
     now_.squares = 1 / now_.count;
     values_[4] = floor;

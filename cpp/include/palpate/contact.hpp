@@ -52,9 +52,10 @@ class Contact : public Settings {
     const Real least = product(share, peak_) > noise_limit ? product(share, peak_) : noise_limit;
     count_below(change < least);
     if (below_ == settings.confirm) {
-      below_ = 0;
       state_ = state_ == State::contact ? State::released : State::idle;
       sum_ = 0;
+      below_ = 0;
+      age_ = 0;
     }
     return contact();
   }
@@ -83,17 +84,16 @@ class Contact : public Settings {
 
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
-  /// While idle: values since the last quiet one; in contact: what that was when contact was found, the last value
-  /// included. At most 65535.
-  constexpr int age() const noexcept { return age_; }
+  /// While idle: values since the last quiet one; in contact: what that was when contact was found.
+  constexpr std::uint32_t age() const noexcept { return age_; }
 
  private:
-  enum class State : unsigned char { idle, contact, released };
+  enum class State : std::uint8_t { idle, contact, released };
 
   constexpr bool approach(Real size) noexcept {
     sum_ += (size < settings.clip ? size : settings.clip) - settings.slack;
     sum_ = sum_ > 0 ? sum_ : Real(0);
-    age_ = static_cast<std::uint16_t>(size < settings.quiet ? 0 : age_ + (age_ < 65535));
+    age_ = size < settings.quiet ? 0 : age_ + 1;
     if (sum_ >= settings.limit) {
       state_ = State::contact;
       peak_ = 0;
@@ -105,7 +105,7 @@ class Contact : public Settings {
   constexpr void count_below(bool below) noexcept { below_ = static_cast<std::uint8_t>(below ? below_ + 1 : 0); }
 
   Real sum_ = 0, peak_ = 0;
-  std::uint16_t age_ = 0;
+  std::uint32_t age_ = 0;
   std::uint8_t below_ = 0;
   State state_ = State::idle;
 };

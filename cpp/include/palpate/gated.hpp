@@ -34,25 +34,26 @@ class Gated : public Settings {
       return {estimator.ratio(), false, gate.contact(), false};
     }
     const bool was_in_contact = gate.contact();
-    const bool contact = gate.update(change, settings.noise);
-    if (contact && !was_in_contact) {
+    if (!gate.update(change, settings.noise)) {
+      const bool released = wanted_ > 0;
+      wanted_ = 0;
+      return {estimator.ratio(), false, false, released};
+    }
+    if (!was_in_contact) {
       estimator.reset(settings.initial_ratio, settings.initial_covariance);
       wanted_ = settings.samples;
     }
-    const bool open = wanted_ > 0;
-    const bool alarm = contact && open && estimate(hard, soft);
-    wanted_ = contact ? wanted_ : 0;
-    return {estimator.ratio(), alarm, contact, open && wanted_ == 0};
+    return wanted_ > 0 ? take(hard, soft) : Report<Real>{estimator.ratio(), false, true, false};
   }
 
   /// Samples of the running touch that are still to come; 0 where none is running.
   constexpr std::uint32_t wanted() const noexcept { return wanted_; }
 
  private:
-  constexpr bool estimate(Real hard, Real soft) noexcept {
+  constexpr Report<Real> take(Real hard, Real soft) noexcept {
     const auto step = estimator.update(hard, soft);
     wanted_ -= step.accepted;
-    return step.alarm;
+    return {step.ratio, step.alarm, true, wanted_ == 0};
   }
 
   std::uint32_t wanted_ = 0;
