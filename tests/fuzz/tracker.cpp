@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+// libFuzzer: arbitrary readings at arbitrary times through every scene and estimator, in both types. Whatever comes, the
+// state stays finite, counts add up, and nothing is undefined (AddressSanitizer and UBSan watch).
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <palpate/palpate.hpp>
+
+namespace {
+
+void require(bool ok, const char* what) {
+  if (!ok) {
+    std::fprintf(stderr, "%s\n", what);
+    std::abort();
+  }
+}
+
+class Bytes {
+ public:
+  Bytes(const std::uint8_t* data, std::size_t size) : data_(data), size_(size) {}
+  bool empty() const { return size_ == 0; }
+
+  template <class T>
+  T take() {
+    T value{};
+    const std::size_t count = size_ < sizeof(T) ? size_ : sizeof(T);
+    std::memcpy(&value, data_, count);
+    data_ += count;
+    size_ -= count;
+    return value;
+  }
+
+  /// A value as a probe gives it, or any bits at all.
+  template <class Real>
+  Real value(Real before) {
+    const auto kind = take<std::uint8_t>();
+    if (kind < 200) {
+      return before + static_cast<Real>(static_cast<std::int8_t>(kind)) * Real(0.004);
+    }
+    return kind < 240 ? static_cast<Real>(take<std::int16_t>()) / 4096 : take<Real>();
+  }
+
+  template <class Ticks>
+  Ticks time(Ticks before) {
+    const auto kind = take<std::uint8_t>();
+    const auto later = static_cast<std::make_unsigned_t<Ticks>>(before) + std::make_unsigned_t<Ticks>(kind) * 100;
+    return kind < 220 ? static_cast<Ticks>(later) : take<Ticks>();
+  }
+
+ private:
+  const std::uint8_t* data_;
+  std::size_t size_;
+};
+
+template <class Scene, class Real, class Ticks>
+void run_scene(Bytes bytes) {
+  Scene scene;
+  scene.samples = bytes.take<std::uint8_t>();
+  Ticks t_hard = 0, t_soft = 0;
+  Real hard = 0, soft = 0;
+  while (!bytes.empty()) {
+    t_hard = bytes.time(t_hard);
+    t_soft = bytes.time(t_soft);
+    hard = bytes.value(hard);
+    soft = bytes.value(soft);
+    const auto report = scene.feed(t_hard, t_soft, hard, soft);
+    require(palpate::is_finite(report.ratio), "the ratio is not finite");
+    if (report.finished) {
+      const auto touch = scene.touch();
+      const bool known = palpate::is_finite(touch.ratio) && touch.covariance > 0;
+      require(touch.samples > 0 ? known : touch.ratio != touch.ratio, "a touch without a ratio");
+      require(!(touch.standard_error < 0), "a negative standard error");
+    }
+    if (!palpate::is_finite(hard) || !palpate::is_finite(soft)) {
+      hard = soft = 0;
+    }
+  }
+}
+
+template <class Estimator>
+void run_estimator(Bytes bytes) {
+  using Real = typename Estimator::real_type;
+  Estimator estimator;
+  while (!bytes.empty()) {
+    const Real output = bytes.value(Real(0.5)), regressor = bytes.value(Real(0.25)), before = estimator.ratio();
+    const auto step = estimator.update(output, regressor);
+    require(palpate::is_finite(estimator.ratio()) && estimator.information() > 0, "the state is not finite");
+    require(estimator.statistic() >= 0, "a negative statistic");
+    require(step.accepted || estimator.ratio() == before, "a refused sample changed the ratio");
+    require(!step.accepted || (palpate::is_finite(output) && palpate::is_finite(regressor)), "took what is not finite");
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const Bytes bytes(data, size);
+  run_scene<palpate::HandheldTracker<double>, double, std::int64_t>(bytes);
+  run_scene<palpate::HandheldTracker<float, std::uint32_t>, float, std::uint32_t>(bytes);
+  run_scene<palpate::PaperTracker<float, std::uint32_t>, float, std::uint32_t>(bytes);
+  run_scene<palpate::FixedTracker<double>, double, std::int64_t>(bytes);
+  run_estimator<palpate::AdaptiveRls<double>>(bytes);
+  run_estimator<palpate::AdaptiveRls<float>>(bytes);
+  run_estimator<palpate::Handover<double>>(bytes);
+  run_estimator<palpate::Handover<float>>(bytes);
+  return 0;
+}
