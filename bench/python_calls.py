@@ -112,7 +112,7 @@ def block_work() -> tuple[list[Work], dict[str, float]]:
         "error, Python process, 10000": error_of(palpate.AdaptiveRls().process(y, x)),
         "error, Python Rls process, 10000": error_of(palpate.Rls().process(y, x)),
         "error, Python HandoverRls process, 10000": error_of(palpate.HandoverRls().process(y, x)),
-        "error, bank of 64": error_of(palpate.AdaptiveRlsBank(64).process(many_y, many_x)),
+        "error, Python AdaptiveRlsBank(64), 156 rows": error_of(palpate.AdaptiveRlsBank(64).process(many_y, many_x)),
     }
     return work, errors
 

@@ -122,7 +122,7 @@ SHORT = {
     "AdaptiveRls": "`AdaptiveRls`, block",
     "HandoverRls": "`HandoverRls`, block",
     "the paper's form literally": "the paper's equations as printed, block, C++",
-    "avx2: bank of 64": "`AdaptiveRlsBank(64)`, a stream's sample",
+    "Python AdaptiveRlsBank(64), 156 rows": "`AdaptiveRlsBank(64)`, from Python, a stream's sample",
     "Python update": "`AdaptiveRls.update`, from Python",
     "numba, a call": "the same step by numba, a call from Python",
     "numpy loop": "the same step in plain Python and numpy",
@@ -138,7 +138,7 @@ def readme_table(figures: Figures) -> str:
     lines = ["| | ns a sample | error of the ratio, rms |", "|---|---|---|"]
     for name, text in SHORT.items():
         if name in figures:
-            error = figures.get(f"error, {name.removeprefix('avx2: ')}", figures.get(f"error, {name}"))
+            error = figures.get(f"error, {name}")
             lines.append(f"| {text} | {figures[name]['min']:.3g} | {'' if error is None else f'{error:.1e}'} |")
     return "\n".join(lines)
 

@@ -1,6 +1,7 @@
 """Banks of streams against as many single estimators, bit for bit."""
 
 import copy
+import math
 import pickle
 from typing import Any
 
@@ -64,7 +65,8 @@ def test_rows_blocks_and_in_place_are_the_same(bank_type: Any, single_type: Any)
     block = bank_type(21).process(output, regressor)
     rows = bank_type(21)
     assert np.array_equal([rows.update(y, x) for y, x in zip(output, regressor, strict=True)], block)
-    assert rows.samples == 50
+    assert rows.rows == 50
+    assert np.array_equal(rows.samples + rows.rejected, np.full(21, 50))
     in_output, in_regressor = output.copy(), regressor.copy()
     assert bank_type(21).process(in_output, regressor, out=in_output) is in_output
     assert bank_type(21).process(output, in_regressor, out=in_regressor) is in_regressor
@@ -92,16 +94,19 @@ def test_copy_pickle_reset(bank_type: Any, single_type: Any) -> None:
     bank = bank_type(6)
     fresh = bank.copy()
     bank.process(output[:40], regressor[:40])
-    others = [bank.copy(), copy.copy(bank), copy.deepcopy(bank), pickle.loads(pickle.dumps(bank))]
+    others = [bank.copy(), copy.copy(bank), copy.deepcopy(bank)]
+    others += [pickle.loads(pickle.dumps(bank, protocol)) for protocol in range(6)]
+    assert bank != fresh
     expected = bank.process(output[40:], regressor[40:])
     for other in others:
         assert np.array_equal(other.process(output[40:], regressor[40:]), expected)
         assert np.array_equal(other.rejected, bank.rejected)
-        assert other.samples == 80
+        assert other == bank
+        assert other.rows == 80
     bank.reset()
     for one in (bank, fresh):
-        assert (one.samples, len(one), one.ratio.tolist()) == (0, 6, [1.0] * 6)
-    assert repr(bank) == f"<{bank_type.__name__}(6) samples=0>"
+        assert (one.rows, len(one), one.ratio.tolist()) == (0, 6, [1.0] * 6)
+    assert repr(bank) == f"<{bank_type.__name__}(6) rows=0>"
 
 
 @pytest.mark.parametrize(
@@ -137,7 +142,7 @@ def test_what_a_block_refuses() -> None:
             bank.process(output, regressor, out)
     with pytest.raises(ValueError, match=r"output: got shape \(4, 3\), allowed: \(3,\)"):
         bank.update(good, good)
-    assert bank.samples == 0
+    assert bank.rows == 0
     assert np.array_equal(bank.ratio, before)
 
 
@@ -149,3 +154,43 @@ def test_masked_samples_are_refused() -> None:
 
 def test_simd_is_named() -> None:
     assert _core.simd in ("baseline", "avx2")
+
+
+class Named(palpate.HandoverRlsBank):
+    """A subclass with something of its own."""
+
+    tag = ""
+
+
+def test_a_subclass_keeps_its_class_and_what_it_added() -> None:
+    bank = Named(3)
+    bank.tag = "mine"
+    for other in (bank.copy(), copy.deepcopy(bank), pickle.loads(pickle.dumps(bank))):
+        assert (type(other), other.tag) == (Named, "mine")
+
+
+@pytest.mark.parametrize(("bank_type", "single_type"), PAIRS)
+def test_damaged_pickles_are_refused(bank_type: Any, single_type: Any) -> None:
+    settings, (rows, numbers, rejected), own = bank_type(3).__getstate__()
+    changes: list[tuple[int, int, float]] = [
+        (0, 0, math.nan),
+        (1, 1, -5.0 if "Handover" not in bank_type.__name__ else math.inf),
+    ]
+    for row, column, value in changes:
+        hurt = numbers.copy()
+        hurt[row, column] = value
+        with pytest.raises(ValueError, match="pickled state"):
+            bank_type.__new__(bank_type).__setstate__((settings, (rows, hurt, rejected), own))
+    with pytest.raises(ValueError, match="pickled state"):
+        bank_type.__new__(bank_type).__setstate__((settings, (rows, numbers[:, 1:], rejected), own))
+    settings, state, own = single_type().__getstate__()
+    for hurt_state in (state[1:], ("x", *state[1:]), (None, *state[1:]), (math.nan, *state[1:]), (*state[:-1], -1)):
+        with pytest.raises(ValueError, match="pickled state"):
+            single_type.__new__(single_type).__setstate__((settings, hurt_state, own))
+
+
+def test_the_standard_error_of_each_stream() -> None:
+    output, regressor = samples(200, 4, 9, np.float64)
+    bank, single = palpate.HandoverRlsBank(4), palpate.HandoverRls()
+    bank.process(output, regressor)
+    assert bank.standard_error[2] == single.trace(output[:, 2], regressor[:, 2])["standard_error"][-1]

@@ -145,3 +145,24 @@ def test_lambda_1_for_ten_million_samples(tmp_path: Path) -> None:
     assert found["Rls<float>, lambda 0.995"]["ratio"] == pytest.approx(3, rel=1e-5)
     assert found["Rls<float>"]["half"] == pytest.approx(2, rel=1e-5)
     assert 2 < found["Rls<float>"]["ratio"] < 2.5
+
+
+@pytest.mark.parametrize(
+    ("kind", "level", "noise"),
+    [
+        (palpate.HandoverRls32, 1e5, 1e15),
+        (palpate.HandoverRls32, 1e9, 1e6),
+        (palpate.HandoverRls32, 1e-15, 1e-22),
+        (palpate.HandoverRls, 1e70, 1e139),
+        (palpate.HandoverRls, 1e80, 1e77),
+        (palpate.HandoverRls, 1e-150, 1e-160),
+    ],
+)
+def test_a_standard_error_is_right_or_unknown(kind: Any, level: float, noise: float) -> None:
+    """At the ends of the range as elsewhere: never 0, which would be certainty, and never a loop without end."""
+    rng = np.random.default_rng(0)
+    estimator = kind()
+    rows = estimator.trace(2 * level + noise * rng.standard_normal(300), np.full(300, level))
+    error = rows["standard_error"][-1]
+    expected = noise / level / np.sqrt(200)
+    assert math.isnan(error) or error == pytest.approx(expected, rel=0.5)

@@ -1,5 +1,6 @@
 """The ring against a deque, what it refuses, and two threads."""
 
+import pickle
 import threading
 from collections import deque
 from typing import Any
@@ -43,8 +44,7 @@ class RingAndDeque(RuleBasedStateMachine):
     @rule()
     def push(self) -> None:
         room = min(1, self.capacity - len(self.model))
-        [(seq, t_hard, t_soft, hard, soft, hard_raw, soft_raw, status)] = samples(self.offered, 1).tolist()
-        sample = Sample(seq, t_hard, t_soft, hard_raw, soft_raw, hard, soft, status)
+        sample = Sample(*samples(self.offered, 1).tolist()[0])
         assert self.ring.push(sample) is bool(room)
         self.note(1, room)
 
@@ -120,9 +120,12 @@ def test_two_threads_lose_nothing_that_is_not_counted() -> None:
             "incompatible",
         ),
         (lambda r: r.push((1, 2, 3)), ValueError, "sample: got 3 fields, allowed: the 8 of palpate.Sample"),
-        (lambda r: r.push((0, 0, 0, 2**40, 0, 0.0, 0.0, 0)), RuntimeError, "cast"),
+        (lambda r: r.push((0, 0, 0, 2**40, 0, 0.0, 0.0, 0)), TypeError, "sample: got .*allowed: the fields"),
+        (lambda r: r.push((0, 0, 0, 0, 0, "1", 0.0, 0)), TypeError, "sample: got .*allowed: the fields"),
+        (lambda r: r.push((0, 0, 0, 0, 0, 1.0, 0.0, 300)), TypeError, "sample: got .*allowed: the fields"),
+        (lambda r: pickle.dumps(r), TypeError, "cannot pickle a SampleRing"),
         (lambda r: r.push(7), TypeError, "incompatible"),
-        (lambda r: r.push_many(np.zeros(3)), TypeError, "samples: got .*ndarray.*allowed: .*SampleRing.dtype"),
+        (lambda r: r.push_many(np.zeros(3)), TypeError, "samples: got float64, allowed: .*SampleRing.dtype"),
         (lambda r: r.push_many([1, 2]), TypeError, "samples: got .*list"),
         (lambda r: r.push_many(samples(0, 4)[::2]), ValueError, "samples: got a strided"),
         (lambda r: r.push_many(samples(0, 4).reshape(2, 2)), ValueError, r"samples: got shape \(2, 2\)"),
@@ -155,6 +158,16 @@ def test_an_equal_dtype_will_do() -> None:
     assert ring.dtype.itemsize == 56
 
 
+def test_rows_and_samples_are_the_same_tuples() -> None:
+    sample, ring = Sample(7, 1, 2, 100, 200, 1.5, 2.5, 3), SampleRing(4)
+    assert ring.dtype.names == Sample._fields
+    assert ring.push(sample)
+    assert ring.push_many(np.array([sample], ring.dtype)) == 1
+    out = np.empty(2, ring.dtype)
+    assert ring.pop_many(out) == 2
+    assert [Sample(*row) for row in out.tolist()] == [sample, sample]
+
+
 def test_made_without_init() -> None:
     class Lazy(palpate.SampleRing):
         def __init__(self) -> None:
@@ -163,6 +176,12 @@ def test_made_without_init() -> None:
     with pytest.raises(TypeError, match="__init__"):
         Lazy()
     bare: Any = SampleRing.__new__(SampleRing)
-    for call in (lambda: bare.push_many(samples(0, 1)), lambda: bare.dropped, lambda: len(bare), lambda: repr(bare)):
+    for call in (
+        lambda: bare.push_many(samples(0, 1)),
+        lambda: bare.closed,
+        lambda: bare.dropped,
+        lambda: len(bare),
+        lambda: repr(bare),
+    ):
         with pytest.raises(TypeError, match="__init__"):
             call()

@@ -83,7 +83,9 @@ def main() -> int:
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         host = firmware.host_results(arguments.host, Path(folder))
-    print("Bytes; instructions a reading with -Os: mean, worst of a touch and which reading that is, worst without touch\n")
+    print(
+        "Bytes; instructions a reading with -Os: mean, worst of a touch and which reading that is, worst without touch\n"
+    )
     tables = {}
     for name in arguments.target:
         tables[name] = measure(TARGETS[name], host)

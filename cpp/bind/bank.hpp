@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "bank_loops.hpp"
+#include "block.hpp"
+#include "core_numbers.hpp"
 #include "made.hpp"
 #include "settings.hpp"
 #include "tables.hpp"
@@ -46,12 +48,12 @@ class LaneStates {
   bool alarm(std::size_t i) const { return Settings::has_detector && statistic_[i] > task_.threshold; }
   std::uint64_t rejected(std::size_t i) const { return rejected_[i]; }
 
-  std::size_t numbers() const { return 3; }
-  template <class Visit>
-  void visit(std::size_t i, Visit&& visit) {
-    visit(ratio_[i]);
-    visit(information_[i]);
-    visit(statistic_[i]);
+  std::vector<Real> numbers(std::size_t i) const { return {ratio_[i], information_[i], statistic_[i]}; }
+  bool set_numbers(std::size_t i, const Real* n) {
+    ratio_[i] = n[0];
+    information_[i] = n[1];
+    statistic_[i] = n[2];
+    return palpate::is_finite(n[0]) && palpate::is_finite(n[1]) && n[1] > 0 && palpate::is_finite(n[2]) && n[2] >= 0;
   }
   void set_rejected(std::size_t i, std::uint64_t count) { rejected_[i] = count; }
 
@@ -87,14 +89,10 @@ class CoreStates {
   bool alarm(std::size_t i) const { return cores_[i].alarm(); }
   std::uint64_t rejected(std::size_t i) const { return rejected_[i]; }
 
-  std::size_t numbers() const {
-    std::size_t count = 0;
-    Core(cores_[0]).visit_state([&](const Real&) { ++count; });
-    return count;
-  }
-  template <class Visit>
-  void visit(std::size_t i, Visit&& visit) {
-    cores_[i].visit_state(visit);
+  std::vector<Real> numbers(std::size_t i) const { return numbers_of(cores_[i]); }
+  bool set_numbers(std::size_t i, const Real* n) { return ::set_numbers(cores_[i], n); }
+  Real standard_error(std::size_t i) const {
+    return cores_[i].settled() ? cores_[i].standard_error() : std::numeric_limits<Real>::quiet_NaN();
   }
   void set_rejected(std::size_t i, std::uint64_t count) { rejected_[i] = count; }
 
@@ -114,8 +112,16 @@ class PyBank : Made {
   PyBank(const Settings& settings, py::ssize_t streams) : settings_(settings), states_(settings, checked(streams)) {}
 
   /// dimensions 1: one sample of each stream; 2: a block of them.
-  py::array take(const py::object& output, const py::object& regressor, const py::object& out, int dimensions) {
+  py::object take(py::handle output_given, py::handle regressor_given, py::handle out_given, int dimensions) {
     require_idle();
+    if (dimensions == 1) {
+      if (py::object done = take_dense(output_given, regressor_given, out_given)) {
+        return done;
+      }
+    }
+    const auto output = py::reinterpret_borrow<py::object>(output_given);
+    const auto regressor = py::reinterpret_borrow<py::object>(regressor_given);
+    const auto out = py::reinterpret_borrow<py::object>(out_given);
     const auto outputs = table_of<Real>(output, "output", dimensions, streams(), -1);
     const py::ssize_t frames = dimensions == 1 ? 1 : outputs.shape(0);
     const auto regressors = table_of<Real>(regressor, "regressor", dimensions, streams(), frames);
@@ -126,7 +132,7 @@ class PyBank : Made {
     busy_ = true;
     run_block(outputs.size(), [&] { states_.process(y.data(), x.data(), ratios, static_cast<std::size_t>(frames)); });
     busy_ = false;
-    samples_ += static_cast<std::size_t>(frames);
+    rows_ += static_cast<std::size_t>(frames);
     return result;
   }
 
@@ -147,41 +153,49 @@ class PyBank : Made {
     return result;
   }
 
-  /// (settings, samples, numbers of the states, rejected): to pickle, to copy and to compare.
+  /// (rows, numbers of each stream's state, refused samples): to pickle, to copy and to compare.
   py::tuple state() const {
     require_idle();
-    States states = states_;
-    py::array_t<double> numbers({streams(), static_cast<py::ssize_t>(states.numbers())});
+    const auto width = static_cast<py::ssize_t>(states_.numbers(0).size());
+    py::array_t<double> numbers({streams(), width});
     double* place = numbers.mutable_data();
-    for (std::size_t i = 0; i < states.size(); ++i) {
-      states.visit(i, [&](const Real& value) { *place++ = static_cast<double>(value); });
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      for (const Real value : states_.numbers(i)) {
+        *place++ = static_cast<double>(value);
+      }
     }
     const auto rejected = each<std::uint64_t>([](const States& s, std::size_t i) { return s.rejected(i); });
-    return py::make_tuple(to_dict(settings_), samples_, numbers, rejected);
+    return py::make_tuple(rows_, numbers, rejected);
   }
 
-  static PyBank restored(const py::tuple& state) {
-    const auto settings = from_dict<Settings>(state[0].cast<py::dict>());
-    settings.check();
-    const auto numbers = py::array_t<double, py::array::c_style | py::array::forcecast>(py::object(state[2]));
-    const auto rejected = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>(py::object(state[3]));
+  static PyBank restored(const Settings& settings, const py::tuple& state) {
+    if (state.size() != 3) {
+      throw py::value_error("pickled state: got " + std::to_string(state.size()) + " items, allowed: 3");
+    }
+    const auto numbers = py::array_t<Real, py::array::c_style | py::array::forcecast>(py::object(state[1]));
+    const auto rejected = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>(py::object(state[2]));
     PyBank bank(settings, rejected.size());
-    const auto width = static_cast<py::ssize_t>(bank.states_.numbers());
+    const auto width = static_cast<py::ssize_t>(bank.states_.numbers(0).size());
     if (numbers.ndim() != 2 || numbers.shape(0) != bank.streams() || numbers.shape(1) != width) {
       throw py::value_error("pickled state: got shape " + shape_of(numbers) + ", allowed: what a bank was pickled as");
     }
-    const double* value = numbers.data();
-    for (std::size_t i = 0; i < bank.states_.size(); ++i) {
-      bank.states_.visit(i, [&](Real& number) {
-        number = static_cast<Real>(*value++);
-        if (!palpate::is_finite(number)) {
-          throw py::value_error("pickled state: got a number that is not finite, allowed: finite numbers");
-        }
-      });
-      bank.states_.set_rejected(i, rejected.data()[i]);
+    for (py::ssize_t i = 0; i < bank.streams(); ++i) {
+      if (!bank.states_.set_numbers(static_cast<std::size_t>(i), numbers.data() + i * width)) {
+        throw py::value_error(
+            "pickled state: got a state that no stream can be in, allowed: finite numbers, an "
+            "information > 0, a statistic >= 0");
+      }
+      bank.states_.set_rejected(static_cast<std::size_t>(i), rejected.data()[i]);
     }
-    bank.samples_ = state[1].cast<std::size_t>();
+    bank.rows_ = state[0].cast<std::size_t>();
     return bank;
+  }
+
+  bool operator==(const PyBank& other) const {
+    const auto bytes = [](const PyBank& b) { return b.state().attr("__getitem__")(1).attr("tobytes")(); };
+    const auto refused = [](const PyBank& b) { return b.state().attr("__getitem__")(2).attr("tobytes")(); };
+    return equal(settings_, other.settings_) && rows_ == other.rows_ && bytes(*this).equal(bytes(other)) &&
+           refused(*this).equal(refused(other));
   }
 
   const Settings& settings() const {
@@ -192,9 +206,30 @@ class PyBank : Made {
     require_made();
     return static_cast<py::ssize_t>(states_.size());
   }
-  std::size_t samples() const { return samples_; }
+  std::size_t rows() const {
+    require_made();
+    return rows_;
+  }
 
  private:
+  /// The short way of one row: arrays that can be read and written where they are. Nothing where they cannot.
+  py::object take_dense(py::handle output, py::handle regressor, py::handle out) {
+    const py::dtype& real = once<&py::dtype::of<Real>>();
+    const auto y = dense_view<Real>(output, real), x = dense_view<Real>(regressor, real);
+    if (y.size != streams() || x.size != streams()) {
+      return {};
+    }
+    py::object result =
+        out.is_none() ? py::object(py::array(real, streams())) : py::reinterpret_borrow<py::object>(out);
+    const auto ratios = dense_view<Real>(result, real, writeable);
+    if (ratios.size != streams() || !apart(y, ratios) || !apart(x, ratios)) {
+      return {};
+    }
+    states_.process(y.items(), x.items(), ratios.items(), 1);
+    ++rows_;
+    return result;
+  }
+
   static std::size_t checked(py::ssize_t streams) {
     if (streams < 1 || streams > py::ssize_t{1} << 32) {
       throw py::value_error("streams: got " + std::to_string(streams) + ", allowed: 1 <= streams <= 2**32");
@@ -211,6 +246,6 @@ class PyBank : Made {
 
   Settings settings_;
   States states_;
-  std::size_t samples_ = 0;
+  std::size_t rows_ = 0;
   bool busy_ = false;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "bank.hpp"
 #include "estimator_settings.hpp"
+#include "fastcall.hpp"
+#include "pickling.hpp"
 
 namespace {
 
@@ -21,7 +23,8 @@ TypeError, ValueError
 Notes
 -----
 Bit for bit what as many single estimators give. The loops of RlsBank and AdaptiveRlsBank fill SIMD
-registers; HandoverRlsBank, whose steps differ from stream to stream, only saves the calls.
+registers; HandoverRlsBank, whose steps differ from stream to stream, only saves calls: use
+`process`.
 
 Examples
 --------
@@ -31,7 +34,10 @@ Examples
 array([2. , 2.4, 2.8])
 )";
 
-constexpr auto update_doc = R"(Take one sample of each stream and return their ratios.
+constexpr auto update_doc = R"(update($self, output, regressor, out=None)
+--
+
+Take one sample of each stream and return their ratios.
 
 Parameters
 ----------
@@ -52,7 +58,10 @@ RuntimeError
     The bank is in use by another thread.
 )";
 
-constexpr auto process_doc = R"(Take a block of samples of each stream; the same bits as one `update` for each row.
+constexpr auto process_doc = R"(process($self, output, regressor, out=None)
+--
+
+Take a block of samples of each stream; the same bits as one `update` for each row.
 
 Parameters
 ----------
@@ -82,9 +91,18 @@ Settings settings_of(const py::kwargs& given) {
     }
     values[name] = value;
   }
-  const auto settings = from_dict<Settings>(values);
-  settings.check();
-  return settings;
+  try {
+    const auto settings = from_dict<Settings>(values);
+    settings.check();
+    return settings;
+  } catch (const py::cast_error&) {
+    throw py::type_error("settings: got " + py::repr(given).cast<std::string>() + ", allowed: numbers");
+  }
+}
+
+template <class B, int Dimensions>
+PyObject* taken(B& bank, py::handle output, py::handle regressor, py::handle out) {
+  return bank.take(output, regressor, out, Dimensions).release().ptr();
 }
 
 template <class Settings, class States>
@@ -93,34 +111,38 @@ void bind(py::module_& module, const char* name) {
   using Real = typename B::Real;
   py::class_<B> type(module, name, class_doc);
   type.attr("__module__") = "palpate";
+  fastcall::def_block<B, &taken<B, 1>>(type, "update", update_doc);
+  fastcall::def_block<B, &taken<B, 2>>(type, "process", process_doc);
+  bind_pickling(type);
+  if constexpr (std::is_same_v<States, CoreStates<Settings>>) {
+    type.def_property_readonly(
+        "standard_error",
+        [](const B& b) {
+          return b.template each<Real>([](const States& s, std::size_t i) { return s.standard_error(i); });
+        },
+        "Standard deviation of each stream's ratio; nan where it is not known.");
+  }
   type.def(py::init(
                [](py::ssize_t streams, const py::kwargs& given) { return B(settings_of<Settings>(given), streams); }),
            py::arg("streams"))
-      .def(
-          "update",
-          [](B& b, const py::object& y, const py::object& x, const py::object& out) { return b.take(y, x, out, 1); },
-          py::arg("output"), py::arg("regressor"), py::arg("out") = py::none(), update_doc)
-      .def(
-          "process",
-          [](B& b, const py::object& y, const py::object& x, const py::object& out) { return b.take(y, x, out, 2); },
-          py::arg("output"), py::arg("regressor"), py::arg("out") = py::none(), process_doc)
       .def("reset", &B::reset, "Forget every sample: as newly made with the same settings.")
-      .def(
-          "copy", [](const B& b) { return B::restored(b.state()); }, "An independent bank in the same state.")
-      .def("__copy__", [](const B& b) { return B::restored(b.state()); })
-      .def(
-          "__deepcopy__", [](const B& b, const py::dict&) { return B::restored(b.state()); }, py::arg("memo"))
       .def("__len__", [](const B& b) { return b.streams(); })
       .def("__repr__",
            [name](const B& b) {
-             return "<" + std::string(name) + "(" + std::to_string(b.streams()) +
-                    ") samples=" + std::to_string(b.samples()) + ">";
+             return "<" + std::string(name) + "(" + std::to_string(b.streams()) + ") rows=" + std::to_string(b.rows()) +
+                    ">";
            })
-      .def(py::pickle([](const B& b) { return b.state(); }, [](const py::tuple& state) { return B::restored(state); }))
       .def_property_readonly(
           "settings", [](const B& b) { return to_dict(b.settings()); }, "The parameters, as a dict.")
       .def_property_readonly("streams", &B::streams, "How many.")
-      .def_property_readonly("samples", &B::samples, "Samples offered to each stream so far.")
+      .def_property_readonly("rows", &B::rows, "Samples offered to each stream so far.")
+      .def_property_readonly(
+          "samples",
+          [](const B& b) {
+            return b.template each<std::uint64_t>(
+                [&](const States& s, std::size_t i) { return b.rows() - s.rejected(i); });
+          },
+          "Samples of each stream accepted so far.")
       .def_property_readonly(
           "ratio",
           [](const B& b) { return b.template each<Real>([](const States& s, std::size_t i) { return s.ratio(i); }); },

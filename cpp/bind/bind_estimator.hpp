@@ -5,6 +5,7 @@
 
 #include "estimator.hpp"
 #include "fastcall.hpp"
+#include "pickling.hpp"
 
 namespace doc {
 constexpr auto update = R"(update($self, output, regressor, /)
@@ -95,33 +96,6 @@ std::string repr(const py::object& self) {
          " rejected=" + std::to_string(estimator.rejected()) + ">";
 }
 
-/// (settings, state), and what a Python subclass keeps of its own.
-template <class E>
-py::tuple pickled(const py::object& self) {
-  const auto& estimator = self.cast<const E&>();
-  const py::object own = py::getattr(self, "__dict__", py::dict());
-  return py::make_tuple(to_dict(estimator.settings()), estimator.state(), own);
-}
-
-template <class E>
-std::pair<E, py::dict> unpickled(const py::tuple& pickled) {
-  const auto settings = from_dict<typename E::Settings>(pickled[0].cast<py::dict>());
-  settings.check();
-  return {E::restored(settings, pickled[1].cast<py::tuple>()), pickled[2].cast<py::dict>()};
-}
-
-/// A copy of the same class, by way of its pickled state; deep: what a subclass keeps is copied, too.
-template <class E>
-py::object copied(const py::object& self, const py::object& memo) {
-  py::tuple state = pickled<E>(self);
-  const auto copy = py::module_::import("copy");
-  const py::object own = memo.is_none() ? copy.attr("copy")(state[2]) : copy.attr("deepcopy")(state[2], memo);
-  const py::object type = py::type::of(self);
-  py::object result = type.attr("__new__")(type);
-  result.attr("__setstate__")(py::make_tuple(state[0], state[1], own));
-  return result;
-}
-
 template <class E>
 PyObject* updated(E& estimator, double output, double regressor) {
   return PyFloat_FromDouble(estimator.update(output, regressor));
@@ -144,22 +118,7 @@ void bind_methods(py::class_<E>& type) {
   fastcall::def_block<E, &processed<E>>(type, "process", doc::process);
   fastcall::def_block<E, &traced<E>>(type, "trace", doc::trace);
   type.def("reset", &E::reset, "Forget every sample: as newly made with the same settings.")
-      .def(
-          "copy", [](const py::object& self) { return copied<E>(self, py::none()); },
-          "An independent estimator in the same state.")
-      .def("__copy__", [](const py::object& self) { return copied<E>(self, py::none()); })
-      .def("__deepcopy__", &copied<E>, py::arg("memo"))
-      .def(
-          "__reduce_ex__",  // for every protocol: the two oldest know no class whose objects __new__ has to make
-          [](const py::object& self, int) {
-            return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"), py::make_tuple(py::type::of(self)),
-                                  pickled<E>(self));
-          },
-          py::arg("protocol"), py::pos_only())
-      .def(
-          "__eq__", [](const E& self, const E& other) { return self == other; }, py::is_operator())
       .def("__repr__", &repr<E>)
-      .def(py::pickle(&pickled<E>, &unpickled<E>))
       .def_property_readonly(
           "settings", [](const E& self) { return to_dict(self.settings()); },
           "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.")
@@ -178,4 +137,5 @@ void bind_methods(py::class_<E>& type) {
           "Whether statistic > threshold; False where there is no detector.")
       .def_property_readonly("samples", &E::samples, "Samples accepted so far.")
       .def_property_readonly("rejected", &E::rejected, "Samples refused so far.");
+  bind_pickling(type);
 }

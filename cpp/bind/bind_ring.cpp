@@ -12,8 +12,8 @@ namespace {
 /// palpate.Sample as the ring carries it. The padding is a member, so that equal samples have equal bytes.
 struct SampleRow {
   std::int64_t seq, t_hard_ns, t_soft_ns;
-  double hard, soft;
   std::int32_t hard_raw, soft_raw;
+  double hard, soft;
   std::uint8_t status;
   unsigned char padding[7];
 
@@ -22,10 +22,10 @@ struct SampleRow {
     fields.add<std::int64_t>("seq", offsetof(SampleRow, seq));
     fields.add<std::int64_t>("t_hard_ns", offsetof(SampleRow, t_hard_ns));
     fields.add<std::int64_t>("t_soft_ns", offsetof(SampleRow, t_soft_ns));
-    fields.add<double>("hard", offsetof(SampleRow, hard));
-    fields.add<double>("soft", offsetof(SampleRow, soft));
     fields.add<std::int32_t>("hard_raw", offsetof(SampleRow, hard_raw));
     fields.add<std::int32_t>("soft_raw", offsetof(SampleRow, soft_raw));
+    fields.add<double>("hard", offsetof(SampleRow, hard));
+    fields.add<double>("soft", offsetof(SampleRow, soft));
     fields.add<std::uint8_t>("status", offsetof(SampleRow, status));
     return fields.dtype(sizeof(SampleRow));
   }
@@ -35,9 +35,14 @@ struct SampleRow {
       throw py::value_error("sample: got " + std::to_string(sample.size()) +
                             " fields, allowed: the 8 of palpate.Sample");
     }
-    return {sample[0].cast<std::int64_t>(), sample[1].cast<std::int64_t>(), sample[2].cast<std::int64_t>(),
-            sample[5].cast<double>(),       sample[6].cast<double>(),       sample[3].cast<std::int32_t>(),
-            sample[4].cast<std::int32_t>(), sample[7].cast<std::uint8_t>(), {}};
+    try {
+      return {sample[0].cast<std::int64_t>(), sample[1].cast<std::int64_t>(), sample[2].cast<std::int64_t>(),
+              sample[3].cast<std::int32_t>(), sample[4].cast<std::int32_t>(), sample[5].cast<double>(),
+              sample[6].cast<double>(),       sample[7].cast<std::uint8_t>(), {}};
+    } catch (const py::cast_error&) {
+      throw py::type_error("sample: got " + py::repr(sample).cast<std::string>() +
+                           ", allowed: the fields of palpate.Sample, codes of 24 bits");
+    }
   }
 };
 
@@ -99,8 +104,14 @@ class PyRing : Made {
     require_made();
     return *ring_;
   }
-  void close() { closed_ = true; }
-  bool closed() const { return closed_; }
+  void close() {
+    require_made();
+    closed_ = true;
+  }
+  bool closed() const {
+    require_made();
+    return closed_;
+  }
 
  private:
   void require_open() const {
@@ -117,7 +128,8 @@ class PyRing : Made {
     }
     if (!py::isinstance<py::array>(value) ||
         !py::array(py::reinterpret_borrow<py::array>(value)).dtype().equal(dtype)) {
-      throw py::type_error(std::string(name) + ": got " + py::repr(py::type::of(value)).cast<std::string>() +
+      const py::object got = py::getattr(value, "dtype", py::type::of(value));
+      throw py::type_error(std::string(name) + ": got " + py::str(got).cast<std::string>() +
                            ", allowed: a numpy array of SampleRing.dtype");
     }
     const auto array = py::reinterpret_borrow<py::array>(value);
@@ -188,6 +200,12 @@ void bind_ring(py::module_& module) {
   type.def(py::init<py::ssize_t>(), py::arg("capacity") = 1024)
       .def("push", &PyRing::push, py::arg("sample"), py::pos_only(),
            "Push one `Sample`; return whether there was room. ValueError after `close`.")
+      .def(
+          "__reduce_ex__",
+          [](const PyRing&, int) -> py::object {
+            throw py::type_error("cannot pickle a SampleRing: it is between threads");
+          },
+          py::arg("protocol"), py::pos_only())
       .def("close", &PyRing::close, "Accept no more samples; what is inside can still be popped.")
       .def("__len__", [](const PyRing& self) { return self.ring().size(); })
       .def("__repr__",

@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 
 #include "fastcall.hpp"
+#include "pickling.hpp"
 #include "tracker.hpp"
 
 namespace {
@@ -115,6 +116,8 @@ void bind_tracker(py::module_& module) {
       .def(py::pickle([](const Result& r) { return r.state(); },
                       [](const py::tuple& state) { return Result::of(state); }));
 
+  bind_reduce(touch);
+
   py::class_<PyTracker> tracker(module, "Tracker", tracker_doc);
   tracker.attr("__module__") = "palpate";
   fastcall::def_numbers<PyTracker, 4, &fed>(tracker, "feed", feed_doc);
@@ -126,6 +129,12 @@ void bind_tracker(py::module_& module) {
           [](PyTracker& t, const py::object& t_hard, const py::object& t_soft, const py::object& hard,
              const py::object& soft) { return t->process(t_hard, t_soft, hard, soft); },
           py::arg("t_hard"), py::arg("t_soft"), py::arg("hard"), py::arg("soft"), process_doc)
+      .def(
+          "__reduce_ex__",
+          [](const PyTracker&, int) -> py::object {
+            throw py::type_error("cannot pickle a Tracker: make a new one with the same scene and settings");
+          },
+          py::arg("protocol"), py::pos_only())
       .def(
           "finish", [](PyTracker& t) { return t->finish(); },
           "End a touch that is still running, and return it; None where there is none.")

@@ -84,10 +84,10 @@ struct Block {
  private:
   void convert(const py::object& output_given, const py::object& regressor_given, const py::object& out_given,
                const py::dtype& item) {
-    const auto checked = samples_of<Real>(output_given, "output");
-    const py::array written = output_array(out_given, item, checked.shape(0));
-    const auto outputs = apart_from(checked, written);
-    const auto regressors = apart_from(samples_of<Real>(regressor_given, "regressor", checked.shape(0)), written);
+    const auto y = samples_of<Real>(output_given, "output");
+    const auto x = samples_of<Real>(regressor_given, "regressor", y.shape(0));
+    const py::array written = output_array(out_given, item, y.shape(0));  // last: an __array__ may have changed it
+    const auto outputs = apart_from(y, written), regressors = apart_from(x, written);
     output = View<Real>::of(outputs);
     regressor = View<Real>::of(regressors);
     out = View<Item>::of(written);

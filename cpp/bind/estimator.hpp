@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "block.hpp"
+#include "core_numbers.hpp"
 #include "made.hpp"
 #include "settings.hpp"
 #include "trace_row.hpp"
@@ -53,8 +54,9 @@ class Estimator : Made {
   py::tuple state() const {
     require_made();
     py::list values;
-    Core core = core_;
-    core.visit_state([&](const Real& value) { values.append(static_cast<double>(value)); });
+    for (const Real value : numbers_of(core_)) {
+      values.append(static_cast<double>(value));
+    }
     values.append(samples_ == 0 ? py::object(py::none()) : py::object(py::float_(innovation_)));
     values.append(samples_);
     values.append(rejected_);
@@ -63,20 +65,21 @@ class Estimator : Made {
 
   static Estimator restored(const Settings& settings, const py::tuple& state) {
     Estimator estimator(settings);
-    std::size_t position = 0;
-    bool ok = true;
-    estimator.core_.visit_state([&](Real& value) {
-      value = state[position++].cast<Real>();
-      ok = ok && palpate::is_finite(value);
-    });
-    if (!ok || !(estimator.core_.information() > 0) || !(estimator.core_.statistic() >= 0)) {
-      throw py::value_error("pickled state: got " + py::repr(state).cast<std::string>() +
-                            ", allowed: finite numbers, an information > 0, a statistic >= 0");
+    std::vector<Real> numbers = numbers_of(estimator.core_);
+    const std::size_t count = numbers.size();
+    if (state.size() != count + 3) {
+      refuse(state);
     }
-    const py::object innovation = state[position];
+    for (std::size_t i = 0; i < count; ++i) {
+      numbers[i] = state[i].cast<Real>();
+    }
+    if (!set_numbers(estimator.core_, numbers.data())) {
+      refuse(state);
+    }
+    const py::object innovation = state[count];
     estimator.innovation_ = innovation.is_none() ? estimator.innovation_ : innovation.cast<Real>();
-    estimator.samples_ = state[position + 1].cast<std::size_t>();
-    estimator.rejected_ = state[position + 2].cast<std::size_t>();
+    estimator.samples_ = state[count + 1].cast<std::size_t>();
+    estimator.rejected_ = state[count + 2].cast<std::size_t>();
     return estimator;
   }
 
@@ -88,9 +91,18 @@ class Estimator : Made {
     require_made();
     return core_;
   }
-  double innovation() const { return innovation_; }
-  std::size_t samples() const { return samples_; }
-  std::size_t rejected() const { return rejected_; }
+  double innovation() const {
+    require_made();
+    return innovation_;
+  }
+  std::size_t samples() const {
+    require_made();
+    return samples_;
+  }
+  std::size_t rejected() const {
+    require_made();
+    return rejected_;
+  }
 
  private:
   // Every sample through a copy of the core, which becomes the state when the block is done: a reader in another thread
@@ -122,6 +134,11 @@ class Estimator : Made {
     });
     *this = next;
     return py::object(block.result).release().ptr();
+  }
+
+  [[noreturn]] static void refuse(const py::tuple& state) {
+    throw py::value_error("pickled state: got " + py::repr(state).cast<std::string>() +
+                          ", allowed: finite numbers, an information > 0, a statistic >= 0");
   }
 
   void count(const palpate::Step<Real>& step) {

@@ -120,9 +120,11 @@ class Lanes {
   std::decay_t<decltype(std::declval<Core>().bound())> bound_;
 };
 
-/// Streams many estimators of type Core, memory and all.
+/// Streams many estimators of type Core, an Rls of any policies, memory and all.
 template <class Core, std::size_t Streams>
 class Bank {
+  static_assert(Streams > 0, "palpate::Bank: Streams must be 1 or more");
+
  public:
   using real_type = typename Core::real_type;
   using Real = real_type;
@@ -142,6 +144,7 @@ class Bank {
   static constexpr std::size_t size() noexcept { return Streams; }
   Real ratio(std::size_t stream) const noexcept { return ratio_[stream]; }
   Real information(std::size_t stream) const noexcept { return information_[stream]; }
+  Real covariance(std::size_t stream) const noexcept { return Real(1) / information_[stream]; }
   Real statistic(std::size_t stream) const noexcept { return statistic_[stream]; }
   std::uint64_t rejected(std::size_t stream) const noexcept { return rejected_[stream]; }
 

@@ -3,6 +3,7 @@
 
 // The estimator for a probe in a hand: what the paper's lacks, see the classes below.
 
+#include <limits>
 #include <palpate/constant.hpp>
 #include <palpate/noise.hpp>
 #include <palpate/rls.hpp>
@@ -127,9 +128,13 @@ class Handover : public Parameters {
   /// Variance of the ratio, s^2 sum(w^2) / R^2 with s^2 the long-run variance of the innovations; only where settled().
   /// Knows of noise and tremor, not of the baseline's error (Tracker adds that).
   constexpr Real variance() const noexcept {
-    return product(noise_.long_run_variance(), squares_) / product(information_, information_);
+    return product(noise_.long_run_variance(), squares_ / information_) / information_;
   }
-  constexpr Real standard_error() const noexcept { return square_root(variance()); }
+  /// NaN where the squares of the innovations are too small, or too large, for Real.
+  constexpr Real standard_error() const noexcept {
+    const Real square = variance();
+    return square > 0 && is_finite(square) ? square_root(square) : std::numeric_limits<Real>::quiet_NaN();
+  }
 
  private:
   struct Sample {

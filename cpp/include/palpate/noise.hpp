@@ -8,11 +8,11 @@
 namespace palpate {
 
 /// Square root by Newton's iteration on arithmetic alone: the same bits at compile time, on a host and without an FPU.
-/// 0 for what is not positive.
+/// 0 for what is negative; infinity and NaN stay what they are.
 template <class Real>
 constexpr Real square_root(Real value) noexcept {
-  if (!(value > 0)) {
-    return Real(0);
+  if (!(value > 0) || !is_finite(value)) {
+    return value < 0 ? Real(0) : value;
   }
   Real scale = 1;
   for (; value < Real(1) / 65536; value *= 65536) {
