@@ -58,7 +58,7 @@ class Counters:
     pairs, lost : int
         Samples handed on with both values, and those without or never read.
     errors, retries : int
-        Accesses that failed, and those of them that were repeated.
+        Accesses that failed (a RDY# pin that is found stuck is one), and those of them that were repeated.
     reopened, reconnects : int
         After too many lost pairs, and after an unplugging.
     """

@@ -7,7 +7,7 @@ supply that failed for a moment, may have changed them, and the data would be an
 """
 
 from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, NoReturn, TypeVar
 
 from palpate import ad7746
 from palpate.bus import Counters, RegisterBus, repeated
@@ -147,12 +147,19 @@ class Converter:
         """Return when the conversion was seen to have ended, and 0x00 to 0x0E."""
         self._wait(started, nominal, bit)
         ended = self._clock.now_ns()
+        retries = self._counters.retries
         image = self._access(lambda: self._bus.read(0, ad7746.CAP_GAIN))
         _same(wanted, image)
         if image[ad7746.STATUS] & bit:
-            self._trust_pin = False  # from now on STATUS is asked, before data are touched
-            raise ProtocolError("RDY# said that a conversion had ended, STATUS that it had not: the pin is stuck low")
+            self._not_new(repeated=self._counters.retries != retries)
         return ended, image
+
+    def _not_new(self, *, repeated: bool) -> NoReturn:
+        if repeated:
+            raise ProtocolError("a transfer with data was damaged, and the AD7746 gives them as new only once")
+        self._trust_pin = False  # from now on STATUS is asked, before data are touched
+        self._counters.errors += 1
+        raise ProtocolError("RDY# said that a conversion had ended, STATUS that it had not: the pin is stuck low")
 
     def _wait(self, started: int, nominal: int, bit: int) -> None:
         self._clock.sleep((started + _EARLY * nominal - self._clock.now_ns()) / 1e9)
@@ -166,6 +173,7 @@ class Converter:
     def _overdue(self, started: int, bit: int) -> None:
         if self._trust_pin and self._ready_by_status(bit):
             self._trust_pin = False  # stuck high: STATUS is asked from now on
+            self._counters.errors += 1
             return
         waited = (self._clock.now_ns() - started) / 1e9
         raise SourceTimeout(

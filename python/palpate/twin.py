@@ -61,12 +61,15 @@ class Fault:
         So many requests go well before it.
     request : int, optional
         Only requests of this number are counted and hit.
+    times : float
+        So many requests in a row are hit; may be infinity.
     """
 
     kind: str
     amount: float = 1.0
     skip: int = 0
     request: int | None = None
+    times: float = 1
 
 
 class KitTwin:
@@ -135,7 +138,8 @@ class KitTwin:
         if self.faults[0].skip:
             self.faults[0].skip -= 1
             return None
-        return self.faults.popleft()
+        self.faults[0].times -= 1
+        return self.faults[0] if self.faults[0].times > 0 else self.faults.popleft()
 
     def _answer(self, kind: int, request: int, value: int, index: int, length: int, data: bytes) -> Reply:
         if kind not in (IN, OUT):
@@ -160,7 +164,7 @@ class KitTwin:
         count = length & 0xFF
         if not 1 <= count <= TRANSFER_BYTES:
             self._errors += 1
-            return Reply((bytes(self._buffer) * 4)[:count] if count else bytes(self._buffer), taken=len(data))
+            return Reply(bytes(self._buffer)[:length], taken=len(data))
         self.eeprom_touched |= address in _EEPROM
         now = self._clock.now_ns() + TRANSFER_NS // 2
         acknowledged = address == ad7746.I2C_ADDRESS and self.chip.acknowledges(now) and self._nak_after != 0

@@ -71,6 +71,7 @@ class ChipTwin:
         self.present = True
         self.lose = self.garble = self.short = 0  # conversions that are yet to be lost, of the other input, with EXCERR
         self.overload_pF = 0.0
+        self.pace = 1.0  # a conversion's time, relative to the data sheet's
         self.disturb: Callable[[], float] = lambda: 0.0  # pF, for each conversion
         self._pins = pins
         self._random = random.Random(seed)
@@ -146,7 +147,7 @@ class ChipTwin:
         if self.registers[ad7746.VT_SETUP] & ad7746.VTEN:
             seconds += ad7746.VT_CONVERSION_S[config >> 6]
         if seconds:
-            self._running = Running(now, now + round(seconds * 1e9), bytes(self.registers))
+            self._running = Running(now, now + round(self.pace * seconds * 1e9), bytes(self.registers))
 
     def _advance(self, now: int) -> None:
         while self._running and self._running.end <= now:
