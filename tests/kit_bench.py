@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any
 
 from palpate import ad7746
-from palpate.configuration import Configuration
+from palpate.configuration import Channel, Configuration
 from palpate.driver import Ad7746
 from palpate.evalkit import EvalKit
 from palpate.sample import Sample, Status
@@ -17,6 +17,8 @@ from usb_carriers import Carrier, carrier
 
 SLOPE_PF_PER_S = 0.02
 IDLE_PF = (6.92, 4.69)
+CENTRED = Configuration(hard=Channel(capdac=41), soft=Channel(capdac=27))
+"""What `auto_capdac` finds on this chip, about."""
 
 
 def pins(pin: int, begin_s: float, end_s: float) -> float:
@@ -33,7 +35,7 @@ class Bench(AbstractContextManager["Bench"]):
         self.firmware: Path | None = None
         self.notes: list[str] = []
         self.samples: list[Sample] = []
-        self.replug_s = 1.0
+        self.replug_s = 10.0
         self._open: list[EvalKit | Ad7746] = []
         if plugged:
             self.carrier.plug(self.kit)
@@ -51,12 +53,11 @@ class Bench(AbstractContextManager["Bench"]):
         self._open.append(kit)
         return kit
 
-    def open(self, configuration: Configuration | None = None, **where: int) -> Ad7746:
-        """Open, configure, and centre the ranges."""
+    def open(self, configuration: Configuration = CENTRED, **where: int) -> Ad7746:
+        """Open and configure."""
         kit, clock = self.open_kit(**where), self.carrier.clock
         driver = Ad7746(kit, configuration, clock, replug_s=self.replug_s, notify=self.notes.append)
         driver.start()
-        driver.auto_capdac()
         self._open.append(driver)
         return driver
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from kit_bench import Bench
+from kit_bench import CENTRED, Bench
 from palpate.bus import Counters
 from palpate.driver import Ad7746
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
@@ -16,7 +16,8 @@ from palpate.evalkit import ERROR_COUNT, I2C, PORTS
 from palpate.sample import Status
 
 FOREVER = math.inf
-PAIRS = 8
+PAIRS, ENOUGH = 2, 20
+"""Read after the fault, where the driver goes on, and until it raises."""
 ANY = -1
 """A count that depends on the time it took."""
 IMAGE = ":03000000020100FA\n:00000001FF\n"
@@ -39,6 +40,8 @@ class Row:
         What the driver counted, where it goes on; `pairs` and what is 0 aside.
     flags : Status
         Of any of the samples.
+    replug_s : float
+        How long the driver waits for a board.
     """
 
     name: str
@@ -47,6 +50,7 @@ class Row:
     text: str = ""
     counters: dict[str, int] = field(default_factory=dict)
     flags: Status = Status.OK
+    replug_s: float = 10.0
 
 
 def _fault(kind: str, amount: float = 1.0, request: int | None = None, times: float = 1) -> Callable[[Bench], None]:
@@ -54,7 +58,7 @@ def _fault(kind: str, amount: float = 1.0, request: int | None = None, times: fl
 
 
 def _stuck_low(bench: Bench) -> None:
-    bench.kit.chip.pace = 1.05
+    bench.kit.chip.pace = 2.5
     bench.fail("RDY# stuck low")
 
 
@@ -84,8 +88,8 @@ RUNNING = (
     Row("RDY# is stuck low, on a slow chip", _stuck_low, counters={"errors": 1, "lost": 1}),
     Row("the excitation is shorted", _fault("excitation shorted", 2), flags=Status.EXCITATION),
     Row("the input leaves the range", _fault("overload", 9.0), flags=Status.HARD_SATURATED | Status.SOFT_SATURATED),
-    Row("unplugged, and back after half a second", _fault("unplug", 0.5), counters={"reconnects": 1, "lost": ANY}),
-    Row("unplugged", _fault("unplug", FOREVER), DeviceNotFound, "was unplugged: plug it in again"),
+    Row("unplugged, and back a moment later", _fault("unplug", 0.2), counters={"reconnects": 1, "lost": ANY}),
+    Row("unplugged", _fault("unplug", FOREVER), DeviceNotFound, "was unplugged: plug it in again", replug_s=0.2),
     Row("the firmware has locked", _fault("lock"), DeviceRefused, "unplug the board for a moment"),
     Row("every request is refused", _fault("stall", 1, None, FOREVER), DeviceRefused, "has no firmware"),
     Row("every transfer is damaged", _fault("line error", 1, I2C, FOREVER), ProtocolError, "another cable or port"),
@@ -129,7 +133,7 @@ def _denied() -> Iterator[Bench]:
 
 def _busy() -> Iterator[Bench]:
     with Bench() as bench:
-        bench.open()
+        bench.open_kit()
         yield bench
 
 
@@ -179,12 +183,13 @@ class Outcome:
 def run(row: Row) -> Outcome:
     """Open, read a pair, let it happen, read on."""
     with Bench() as bench:
-        driver = bench.open()
+        bench.replug_s = row.replug_s
+        driver = bench.open(CENTRED)
         bench.read(driver, 1)
         row.arrange(bench)
         error = None
         try:
-            bench.read(driver, PAIRS - 1)
+            bench.read(driver, ENOUGH if row.error else PAIRS)
         except SourceError as raised:
             error = raised
         bench.check_samples(driver)

@@ -172,19 +172,20 @@ def test_a_claim_keeps_others_from_claiming_only(raw: Raw, bench: Bench) -> None
 def test_pairs(bench: Bench) -> None:
     """In turn, each with the time of its own middle, and nothing else touched."""
     driver = bench.open()
-    bench.read(driver, 20)
+    bench.read(driver, 10)
     bench.check_samples(driver)
-    assert [sample.seq for sample in bench.samples] == list(range(20))
+    assert [sample.seq for sample in bench.samples] == list(range(10))
     assert all(sample.status == Status.OK for sample in bench.samples)
     assert all(sample.t_hard_ns < sample.t_soft_ns for sample in bench.samples)
     assert not bench.kit.eeprom_touched
-    starts = [c for c in bench.kit.chip.conversions if not c.lost][-40::2]
+    starts = [c for c in bench.kit.chip.conversions if not c.lost][-20::2]
     span = starts[-1].begin - starts[0].begin
     assert bench.samples[-1].t_hard_ns - bench.samples[0].t_hard_ns == pytest.approx(span, rel=0.01)
 
 
 def test_auto_capdac_centres_what_the_chip_really_has(bench: Bench) -> None:
-    driver = bench.open()
+    driver = bench.open(Configuration())
+    assert driver.auto_capdac() == (driver.configuration.hard.capdac, driver.configuration.soft.capdac)
     [sample] = bench.read(driver, 1)
     assert max(abs(sample.hard), abs(sample.soft)) <= 0.75 * ad7746.DAC_STEP_PF
     # 6.92 and 4.69 pF in steps of 0.171 pF, this chip's, within what the ramps and half a step add.
@@ -195,6 +196,7 @@ def test_auto_capdac_centres_what_the_chip_really_has(bench: Bench) -> None:
 
 def test_single_channel_temperature_and_offset(bench: Bench) -> None:
     driver = bench.open(Configuration(capf=2, hard=Channel(offset=0x8100)))
+    driver.auto_capdac()
     bench.kit.chip.temperature_C = 31.5
     assert driver.read_temperature() == 31.5
     hard, soft = driver.read_channel(HARD), driver.read_channel(SOFT)
@@ -207,6 +209,7 @@ def test_single_channel_temperature_and_offset(bench: Bench) -> None:
 
 def test_the_bumps_may_be_connected_the_other_way_round(bench: Bench) -> None:
     driver = bench.open(Configuration(hard_input=2))
+    driver.auto_capdac()
     assert driver.configuration.hard.capdac < driver.configuration.soft.capdac
     driver.read_channel(HARD)
     assert bench.kit.chip.conversions[-1].pin == 2
@@ -235,11 +238,12 @@ def test_a_firmware_that_locks_is_loaded_again(tmp_path: Path) -> None:
         bench.read(driver, 5)
         bench.check_samples(driver)
         assert driver.counters.reopened == 1
-        assert driver.counters.lost == 3
+        assert driver.counters.lost == 1
 
 
 def test_one_of_two_boards(bench: Bench) -> None:
     other = bench.another()
+    bench.replug_s = 0.2
     first, second = sorted(boards(bench.carrier.backend()), key=lambda board: board.ports)
     assert first.ports == (1,)
     driver = bench.open(bus=second.bus, address=second.address)

@@ -118,8 +118,10 @@ def _tree() -> Any:
 def carrier() -> Carrier:
     """Return the one that PALPATE_CARRIER names."""
     name = os.environ.get("PALPATE_CARRIER", "process")
-    if name == "vhci":
-        from usb_guest.vhci import VhciCarrier
+    if name == "process":
+        return ProcessCarrier()
+    if name == "usbfs":
+        return UsbfsCarrier()
+    from usb_guest.vhci import VhciCarrier
 
-        return VhciCarrier()
-    return {"process": ProcessCarrier, "usbfs": UsbfsCarrier}[name]()
+    return VhciCarrier()

@@ -175,14 +175,14 @@ class _Caller:
         return _DONE
 
     def _submit(self, argument: int) -> Result:
-        kind, _, _, _, buffer, length, *_ = _URB.unpack(self._peek(argument, _URB.size))
-        if kind != _CONTROL_URB:
+        transfer, _, _, _, buffer, length, *_ = _URB.unpack(self._peek(argument, _URB.size))
+        if transfer != _CONTROL_URB:
             return -1, errno.EINVAL
         raw = self._peek(buffer, length)
-        setup = struct.unpack("<BBHHH", raw[:8])
-        to_host = bool(setup[0] & 0x80)
+        kind, request, value, index, count = struct.unpack("<BBHHH", raw[:8])
+        to_host = bool(kind & 0x80)
         began = time.monotonic()
-        reply = self._node.kit.control(*setup, b"" if to_host else raw[8:])
+        reply = self._node.kit.control(kind, request, value, index, count, b"" if to_host else raw[8:])
         due = float("inf") if reply.lasting_ns is None else began + reply.lasting_ns / 1e9
         self._flying.append(_Flying(due, argument, buffer, to_host, reply))
         return _DONE

@@ -34,6 +34,10 @@ class Reading(NamedTuple):
     status: Status
 
 
+class Overdue(SourceTimeout):
+    """The device answers, its conversion does not end."""
+
+
 class Converter:
     """The chip and its configuration.
 
@@ -88,7 +92,7 @@ class Converter:
         if self._range != in_range:
             self._range = b""
             self._access(lambda: self._bus.write(ad7746.CAPDAC_A, in_range))
-        started = self._access(lambda: self._bus.write(ad7746.CAP_SETUP, setup))
+        started = self._access(lambda: self._begin(setup))
         half = round(self.configuration.conversion_s / 2 * 1e9)
         ended, image = self._finished(started, 2 * half, setup + in_range, ad7746.RDYCAP)
         self._range = in_range
@@ -97,6 +101,17 @@ class Converter:
         status |= Status.EXCITATION if image[ad7746.STATUS] & ad7746.EXCERR else Status.OK
         # Both bound the middle from above: whichever was late, the computer was busy.
         return Reading(min(started, ended - 2 * half) + half, raw, ad7746.capacitance_pF(raw), status)
+
+    def _begin(self, setup: bytes) -> int:
+        asked = self._clock.now_ns()
+        begun = self._bus.write(ad7746.CAP_SETUP, setup)
+        took_s = (begun - asked) / 1e9
+        if took_s > self.configuration.conversion_s:
+            raise SourceTimeout(
+                f"beginning a conversion took {took_s:.3f} s: when it began is not known to within its own length; the "
+                "computer is too busy, or the board hangs"
+            )
+        return begun
 
     def forget(self) -> None:
         """Write everything anew at the next conversion."""
@@ -176,7 +191,7 @@ class Converter:
             self._counters.errors += 1
             return
         waited = (self._clock.now_ns() - started) / 1e9
-        raise SourceTimeout(
+        raise Overdue(
             f"a conversion did not end within {waited:.3f} s: it was lost, or the chip is not clocked; "
             "if it happens again, unplug the board for a moment"
         )

@@ -6,8 +6,9 @@ What is repeated, and when it is given up:
    is counted in `errors`, each repetition in `retries`.
 2. A conversion is not repeated. If it does not end, if an access of it failed for good, or if the registers read
    with its data are not those that were written, the pair is LOST and counted in `lost`; nothing of it is handed on.
-3. After `STREAK` lost pairs in a row the device is opened anew (firmware included, where its path is known) and
-   configured anew, counted in `reopened`; after `STREAK` more the last error is raised.
+3. After `STREAK` lost pairs in a row, or as soon as an access got no answer in any of its tries, the device is
+   opened anew (firmware included, where its path is known) and configured anew, counted in `reopened`; after
+   `STREAK` more the last error is raised.
 4. A device that is unplugged is waited for, `replug_s` at most; the pairs that the gap would have held are
    counted in `lost`, and their numbers are left out.
 """
@@ -20,7 +21,7 @@ from typing import Any
 from palpate.bus import Counters, RegisterBus
 from palpate.clock import Clock, RealClock
 from palpate.configuration import HARD, SOFT, Configuration
-from palpate.converter import Converter, Reading
+from palpate.converter import Converter, Overdue, Reading
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.sample import Sample, Status
 
@@ -183,7 +184,8 @@ class Ad7746:
 
     def _give_up(self, failure: SourceError) -> None:
         self._converter.forget()
-        self._streak += 1
+        deaf = isinstance(failure, SourceTimeout) and not isinstance(failure, Overdue)
+        self._streak = STREAK if deaf and self._streak < STREAK else self._streak + 1
         if self._streak >= 2 * STREAK:
             raise failure
         if self._streak == STREAK:

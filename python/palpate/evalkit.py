@@ -28,8 +28,8 @@ CPUCS = 0xE600
 """Address in the RAM request: 1 holds the board's processor in reset, 0 lets it run."""
 RDY_PIN = 0x08
 """Of port A; low: ready."""
-_SETTLE_S = 2.0  # after a plug, until permissions are set; after a firmware load, until it runs
-_AGAIN_S = 0.1
+_SETTLE_S = 2.0  # after a plug, until permissions are set
+_STARTING_S, _AGAIN_S = 1.0, 0.1  # after a firmware load, until it runs
 
 
 class EvalKit:
@@ -166,7 +166,7 @@ class EvalKit:
         for address, data in self._firmware.items():
             self._load_chunk(address, data)
         self._out(RAM, CPUCS, 0, b"\0")
-        for _ in range(round(_SETTLE_S / _AGAIN_S)):
+        for _ in range(round(_STARTING_S / _AGAIN_S)):
             if self._runs():
                 return
             self._clock.sleep(_AGAIN_S)
