@@ -35,7 +35,25 @@ class Reading(NamedTuple):
 
 
 class Overdue(SourceTimeout):
-    """The device answers, its conversion does not end."""
+    """The device answers, but not in time for this conversion."""
+
+
+class _Span(NamedTuple):
+    """When a conversion began, at the earliest and at the latest, how long it took, ns; the registers after it."""
+
+    earliest: int
+    latest: int
+    nominal: int
+    image: bytes
+
+    def middle_ns(self) -> int:
+        """Return the middle. Normally the begin is known to within a transfer; a busy computer may blur it."""
+        if self.latest - self.earliest > self.nominal:
+            raise Overdue(
+                f"when a conversion began is not known to within {(self.latest - self.earliest) / 1e9:.3f} s, more than "
+                "it takes: the computer is too busy, or the board answers late"
+            )
+        return self.latest + self.nominal // 2
 
 
 class Converter:
@@ -92,26 +110,12 @@ class Converter:
         if self._range != in_range:
             self._range = b""
             self._access(lambda: self._bus.write(ad7746.CAPDAC_A, in_range))
-        started = self._access(lambda: self._begin(setup))
-        half = round(self.configuration.conversion_s / 2 * 1e9)
-        ended, image = self._finished(started, 2 * half, setup + in_range, ad7746.RDYCAP)
+        span = self._run(setup, in_range, round(self.configuration.conversion_s * 1e9), ad7746.RDYCAP)
         self._range = in_range
-        raw = int.from_bytes(image[ad7746.CAP_DATA : ad7746.VT_DATA], "big")
+        raw = int.from_bytes(span.image[ad7746.CAP_DATA : ad7746.VT_DATA], "big")
         status = _SATURATED[channel] if ad7746.saturated(raw) else Status.OK
-        status |= Status.EXCITATION if image[ad7746.STATUS] & ad7746.EXCERR else Status.OK
-        # Both bound the middle from above: whichever was late, the computer was busy.
-        return Reading(min(started, ended - 2 * half) + half, raw, ad7746.capacitance_pF(raw), status)
-
-    def _begin(self, setup: bytes) -> int:
-        asked = self._clock.now_ns()
-        begun = self._bus.write(ad7746.CAP_SETUP, setup)
-        took_s = (begun - asked) / 1e9
-        if took_s > self.configuration.conversion_s:
-            raise SourceTimeout(
-                f"beginning a conversion took {took_s:.3f} s: when it began is not known to within its own length; the "
-                "computer is too busy, or the board hangs"
-            )
-        return begun
+        status |= Status.EXCITATION if span.image[ad7746.STATUS] & ad7746.EXCERR else Status.OK
+        return Reading(span.middle_ns(), raw, ad7746.capacitance_pF(raw), status)
 
     def forget(self) -> None:
         """Write everything anew at the next conversion."""
@@ -120,9 +124,7 @@ class Converter:
     def temperature(self) -> float:
         """Measure the chip's own temperature, degrees Celsius."""
         setup = self.configuration.temperature_registers
-        started = self._access(lambda: self._bus.write(ad7746.CAP_SETUP, setup))
-        nominal = round(self.configuration.temperature_s * 1e9)
-        _, image = self._finished(started, nominal, setup, ad7746.RDYVT)
+        image = self._run(setup, b"", round(self.configuration.temperature_s * 1e9), ad7746.RDYVT).image
         return ad7746.temperature_C(int.from_bytes(image[ad7746.VT_DATA : ad7746.CAP_SETUP], "big"))
 
     def auto_capdac(self) -> None:
@@ -158,16 +160,16 @@ class Converter:
                 self.forget()
         return self.convert(channel)
 
-    def _finished(self, started: int, nominal: int, wanted: bytes, bit: int) -> tuple[int, bytes]:
-        """Return when the conversion was seen to have ended, and 0x00 to 0x0E."""
-        self._wait(started, nominal, bit)
-        ended = self._clock.now_ns()
+    def _run(self, setup: bytes, in_range: bytes, nominal: int, bit: int) -> "_Span":
+        """Begin a conversion with the last byte of `setup`, wait until it has ended, read 0x00 to 0x0E."""
+        asked, begun = self._access(lambda: (self._clock.now_ns(), self._bus.write(ad7746.CAP_SETUP, setup)))
+        busy, ended = self._wait(asked, begun, nominal, bit)
         retries = self._counters.retries
         image = self._access(lambda: self._bus.read(0, ad7746.CAP_GAIN))
-        _same(wanted, image)
+        _same(setup + in_range, image)
         if image[ad7746.STATUS] & bit:
             self._not_new(repeated=self._counters.retries != retries)
-        return ended, image
+        return _Span(max(asked, busy - nominal), min(begun, ended - nominal), nominal, image)
 
     def _not_new(self, *, repeated: bool) -> NoReturn:
         if repeated:
@@ -176,25 +178,28 @@ class Converter:
         self._counters.errors += 1
         raise ProtocolError("RDY# said that a conversion had ended, STATUS that it had not: the pin is stuck low")
 
-    def _wait(self, started: int, nominal: int, bit: int) -> None:
-        self._clock.sleep((started + _EARLY * nominal - self._clock.now_ns()) / 1e9)
-        deadline = started + 1.5 * nominal + _LATE_S * 1e9
-        while not self._ready(bit):
-            if self._clock.now_ns() > deadline:
-                return self._overdue(started, bit)
+    def _wait(self, asked: int, begun: int, nominal: int, bit: int) -> tuple[int, int]:
+        """Return when a conversion was last seen not to have ended, and first seen to have."""
+        self._clock.sleep((asked + _EARLY * nominal - self._clock.now_ns()) / 1e9)
+        busy = asked
+        while True:
+            now = self._clock.now_ns()
+            if self._ready(bit):
+                return busy, self._clock.now_ns()
+            busy = now
+            if now > begun + 1.5 * nominal + _LATE_S * 1e9:
+                self._check_overdue((now - begun) / 1e9, bit)
+                return asked, self._clock.now_ns()
             self._clock.sleep(_POLL_S)
-        return None
 
-    def _overdue(self, started: int, bit: int) -> None:
-        if self._trust_pin and self._ready_by_status(bit):
-            self._trust_pin = False  # stuck high: STATUS is asked from now on
-            self._counters.errors += 1
-            return
-        waited = (self._clock.now_ns() - started) / 1e9
-        raise Overdue(
-            f"a conversion did not end within {waited:.3f} s: it was lost, or the chip is not clocked; "
-            "if it happens again, unplug the board for a moment"
-        )
+    def _check_overdue(self, waited_s: float, bit: int) -> None:
+        if not self._trust_pin or not self._ready_by_status(bit):
+            raise Overdue(
+                f"a conversion did not end within {waited_s:.3f} s: it was lost, or the chip is not clocked; "
+                "if it happens again, unplug the board for a moment"
+            )
+        self._trust_pin = False  # stuck high: STATUS is asked from now on
+        self._counters.errors += 1
 
     def _ready(self, bit: int) -> bool:
         return self._access(self._bus.ready) if self._trust_pin else self._ready_by_status(bit)
