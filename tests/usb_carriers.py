@@ -122,6 +122,6 @@ def carrier() -> Carrier:
         return ProcessCarrier()
     if name == "usbfs":
         return UsbfsCarrier()
-    from usb_guest.vhci import VhciCarrier
+    from usb_vhci import VhciCarrier
 
     return VhciCarrier()
