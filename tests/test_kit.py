@@ -1,6 +1,7 @@
 """The evaluation kit's driver over its twin: the same file on each carrier of `usb_carriers`."""
 
 import errno
+import gc
 import threading
 import time
 from collections.abc import Iterator
@@ -17,7 +18,7 @@ from palpate.configuration import HARD, SOFT, Channel, Configuration
 from palpate.errors import DeviceNotFound
 from palpate.evalkit import ERROR_COUNT, I2C, I2C_PLAIN, IN, OUT, PORTS, RDY_PIN
 from palpate.sample import Status
-from palpate.usbboards import PRODUCT, VENDOR, boards
+from palpate.usbboards import PRODUCT, VENDOR, boards, devices
 
 _ADDRESS = ad7746.I2C_ADDRESS << 1
 
@@ -47,6 +48,15 @@ def test_a_fault_while_opening(opening: Opening) -> None:
     raised = attempt(opening)
     assert isinstance(raised, opening.error)
     assert opening.text in str(raised)
+
+
+def test_a_device_may_outlive_its_context(bench: Bench) -> None:
+    """libusb would end the process."""
+    [device] = devices(bench.carrier.backend())
+    gc.collect()
+    assert device.idVendor == VENDOR
+    del device
+    gc.collect()
 
 
 class Raw:
@@ -314,7 +324,10 @@ def test_a_touch_is_streamed(bench: Bench, pairs: int, capsys: pytest.CaptureFix
     bench.read(driver, pairs)
     used = time.thread_time() - used
     bench.check_samples(driver)
-    assert (driver.counters.pairs, driver.counters.lost, driver.counters.retries) == (pairs, 0, 0)
+    assert driver.counters.pairs + driver.counters.lost == pairs
+    if not bench.carrier.timely:
+        return
+    assert (driver.counters.lost, driver.counters.retries) == (0, 0)
     hard = [c for c in bench.kit.chip.conversions if not c.lost][-2 * pairs :: 2]
     told = (bench.samples[-1].t_hard_ns - bench.samples[0].t_hard_ns) / (pairs - 1)
     implied = (hard[-1].begin - hard[0].begin) / (pairs - 1)

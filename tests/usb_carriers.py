@@ -23,6 +23,8 @@ class Carrier(Protocol):
     """A place to plug boards into, and the time that passes there, which is real or made up."""
 
     real: bool
+    timely: bool
+    """Fast enough for the kit's own rate."""
     clock: Clock
 
     def plug(self, kit: KitTwin, number: int = 1) -> None:
@@ -50,6 +52,7 @@ class ProcessCarrier:
     """No libusb, no waiting."""
 
     real = False
+    timely = True
 
     def __init__(self) -> None:
         self.clock: Clock = VirtualClock()
@@ -78,7 +81,7 @@ class ProcessCarrier:
 class UsbfsCarrier:
     """The real libusb, real time."""
 
-    real = True
+    real = timely = True
 
     def __init__(self) -> None:
         self.clock: Clock = RealClock()

@@ -119,9 +119,10 @@ def _standard(kit: KitTwin, request: int, value: int, length: int) -> Reply:
 
 
 class VhciCarrier:
-    """A real kernel, the real libusb, real time."""
+    """A real kernel, the real libusb, real time, on an emulated processor."""
 
     real = True
+    timely = False
 
     def __init__(self) -> None:
         self.clock: Clock = RealClock()

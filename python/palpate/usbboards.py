@@ -46,7 +46,14 @@ def boards(backend: Any = None) -> list[Board]:
 def devices(backend: Any) -> list[Any]:
     """Return pyusb's devices."""
     with translated("looking for boards"):
-        return list(usb.core.find(find_all=True, idVendor=VENDOR, idProduct=PRODUCT, backend=backend))
+        found = [_device(raw, backend) for raw in backend.enumerate_devices()]
+    return [device for device in found if (device.idVendor, device.idProduct) == (VENDOR, PRODUCT)]
+
+
+def _device(raw: Any, backend: Any) -> Any:
+    # libusb crashes where a device is given back after its context; pyusb does not hold the one for the other.
+    raw.backend = backend
+    return usb.core.Device(raw, backend)
 
 
 def board_of(device: Any) -> Board:
