@@ -51,7 +51,7 @@ def test_a_fault_while_opening(opening: Opening) -> None:
 
 
 def test_a_device_may_outlive_its_context(bench: Bench) -> None:
-    """libusb would end the process."""
+    """Or else libusb ends the process."""
     [device] = devices(bench.carrier.backend())
     gc.collect()
     assert device.idVendor == VENDOR
