@@ -1,16 +1,16 @@
-"""`test_kit.py` once more, over the real libusb: in a child process under umockdev's preload library."""
+"""`test_kit.py` and `test_kit_board.py` once more, over the real libusb: in a child process under umockdev's preload library."""
 
 import ctypes.util
 import os
 import subprocess
 import sys
 import tempfile
-from pathlib import Path
 
 import pytest
 from conftest import ROOT, need
 
 LIMIT_S = 300
+FILES = ["tests/test_kit.py", "tests/test_kit_board.py"]
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="usbfs is Linux's")
@@ -24,15 +24,7 @@ def test_the_kit_over_the_real_libusb() -> None:
             "SYSTEMD_DEVICE_VERIFY_SYSFS": "0",
             "LD_PRELOAD": "libumockdev-preload.so.0",
         }
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            "-q",
-            "-p",
-            "no:cacheprovider",
-            str(Path(__file__).with_name("test_kit.py")),
-        ]
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *FILES]
         done = subprocess.run(
             command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False
         )
