@@ -22,9 +22,13 @@ HEADERS = ROOT / "cpp" / "include" / "palpate"
 
 # Low to high; each may use only what stands in lower rows.
 PYTHON_LAYERS: list[set[str]] = [
-    {"errors", "_core", "reference", "ad7746", "sample", "specimens", "design"},
-    {"table", "touch", "simulate"},
-    {"recording", "scenarios"},
+    {"errors", "_core", "reference", "ad7746", "sample", "specimens", "design", "clock", "tremor"},
+    {"table", "touch", "simulate", "configuration", "bus", "firmware", "usberrors", "twin_chip"},
+    {"recording", "scenarios", "converter", "usbboards"},
+    {"driver", "evalkit", "i2cdev"},
+    {"twin"},
+    {"twin_backend"},
+    {"simulated_kit"},
     {"benchmark"},
     {"__init__"},
     {"cli"},

@@ -23,7 +23,16 @@ from palpate._core import (
     Tracker,
     __version__,
 )
-from palpate.errors import PalpateError, RecordingError
+from palpate.errors import (
+    DeviceNotFound,
+    DeviceRefused,
+    MissingExtra,
+    PalpateError,
+    ProtocolError,
+    RecordingError,
+    SourceError,
+    SourceTimeout,
+)
 
 TYPE_CHECKING = False  # for a checker True; importing typing would take longer than all the rest
 if TYPE_CHECKING:
@@ -38,11 +47,15 @@ __all__ = [
     "AdaptiveRls32",
     "AdaptiveRlsBank",
     "AdaptiveRlsBank32",
+    "DeviceNotFound",
+    "DeviceRefused",
     "HandoverRls",
     "HandoverRls32",
     "HandoverRlsBank",
     "HandoverRlsBank32",
+    "MissingExtra",
     "PalpateError",
+    "ProtocolError",
     "Recording",
     "RecordingError",
     "Rls",
@@ -51,6 +64,8 @@ __all__ = [
     "RlsBank32",
     "Sample",
     "SampleRing",
+    "SourceError",
+    "SourceTimeout",
     "Status",
     "Touch",
     "Tracker",
@@ -70,7 +85,22 @@ _LAZY = {
     "read": "recording",
     "touches": "touch",
 }
-_MODULES = {"ad7746", "benchmark", "design", "recording", "reference", "scenarios", "simulate", "specimens", "touch"}
+_MODULES = {
+    "ad7746",
+    "benchmark",
+    "configuration",
+    "design",
+    "driver",
+    "evalkit",
+    "recording",
+    "reference",
+    "scenarios",
+    "simulate",
+    "simulated_kit",
+    "specimens",
+    "touch",
+    "twin",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -11,6 +11,30 @@ class PalpateError(Exception):
     """Base of every error of the package's own."""
 
 
+class MissingExtra(PalpateError, ImportError):
+    """Something optional is not installed; the text is the pip line that installs it."""
+
+
+class SourceError(PalpateError):
+    """A source of samples that cannot go on; the text says what happened and what to do."""
+
+
+class DeviceNotFound(SourceError):
+    """No device, not the one that was named, or it was unplugged."""
+
+
+class DeviceRefused(DeviceNotFound):
+    """A device that is there but may not be used: permission, another program, no firmware."""
+
+
+class SourceTimeout(SourceError):
+    """A device that is there but does not answer, or whose conversions never end."""
+
+
+class ProtocolError(SourceError):
+    """An answer that cannot be right."""
+
+
 class RecordingError(PalpateError):
     """A file that cannot be read as a recording.
 

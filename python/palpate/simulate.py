@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.ad7746 import CODES_PER_PF, CONVERSION_S, FULL_SCALE_PF, NOISE_PF, SATURATED_CODES, ZERO_CODE
+from palpate.tremor import Tremor
 
 GOOD, LOST, SATURATED = 0, 1, 2
 
@@ -158,6 +159,50 @@ class Simulation:
         return FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
 
 
+class Truth:
+    """The capacitances of the two bumps, as functions of time, without converter and noise.
+
+    Parameters
+    ----------
+    scenario : Scenario
+    random : numpy.random.Generator
+        Of what a scenario leaves to chance: the oblique contact, the tremor's phases.
+
+    Attributes
+    ----------
+    presses : tuple of Press
+        The touches, their ratios with the factor of oblique contact.
+    """
+
+    def __init__(self, scenario: Scenario, random: np.random.Generator) -> None:
+        self.presses = tuple(
+            _oblique(press, 1 + scenario.oblique * random.standard_normal()) for press in scenario.presses
+        )
+        self._scenario = scenario
+        self._tremor = Tremor(scenario.tremor, scenario.tremor_record, random)
+
+    def mean_pF(self, channel: int, middles: NDArray[np.float64], span_s: float) -> NDArray[np.float64]:
+        """Return the mean capacitance over a conversion's time.
+
+        Parameters
+        ----------
+        channel : int
+            0 hard, 1 soft.
+        middles : numpy.ndarray, shape (n,)
+            Middles of the conversions, s.
+        span_s : float
+            Their length.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n,), pF
+        """
+        points = middles[:, None] + span_s / 2 * _POINTS
+        change = _change(self._scenario, self.presses, points, self._tremor, hard=channel == 0) @ _WEIGHTS / 2
+        base = self._scenario.baseline_pF[channel] + self._scenario.drift_pF_per_s[channel] * middles
+        return np.asarray(base + change)
+
+
 def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
     """Run a scenario.
 
@@ -184,18 +229,15 @@ def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
     pairs = int(scenario.duration_s / (2 * step))
     steps = step + scenario.jitter_s * random.uniform(-1, 1, 2 * pairs)
     middles = np.cumsum(steps) - CONVERSION_S[scenario.capf] / 2
-    presses = tuple(_oblique(press, 1 + scenario.oblique * random.standard_normal()) for press in scenario.presses)
-    tremor = _Tremor(scenario, random)
+    truth = Truth(scenario, random)
     channels = []
     for channel, times in enumerate((middles[0::2], middles[1::2])):
-        points = times[:, None] + CONVERSION_S[scenario.capf] / 2 * _POINTS
-        change = _change(scenario, presses, points, tremor, hard=channel == 0) @ _WEIGHTS / 2
-        base = scenario.baseline_pF[channel] + scenario.drift_pF_per_s[channel] * times
+        mean = truth.mean_pF(channel, times, CONVERSION_S[scenario.capf])
         noise = NOISE_PF[scenario.capf] * random.standard_normal(pairs)
         hits = random.random(pairs) < scenario.spikes_per_s * step
         spikes = hits * scenario.spike_pF * random.choice([-1.0, 1.0], pairs)
-        channels.append((times, base + change + noise + spikes, random.random(pairs) < scenario.lost))
-    return _converted(channels, presses, scenario)
+        channels.append((times, mean + noise + spikes, random.random(pairs) < scenario.lost))
+    return _converted(channels, truth.presses, scenario)
 
 
 def _converted(
@@ -228,7 +270,7 @@ def _ratio(scenario: Scenario, press: Press, t: NDArray[np.float64]) -> NDArray[
 
 
 def _change(
-    scenario: Scenario, presses: tuple[Press, ...], t: NDArray[np.float64], tremor: "_Tremor", *, hard: bool
+    scenario: Scenario, presses: tuple[Press, ...], t: NDArray[np.float64], tremor: Tremor, *, hard: bool
 ) -> NDArray[np.float64]:
     total = np.zeros_like(t)
     shaken = 1 + tremor(t)
@@ -237,33 +279,3 @@ def _change(
         force *= _ratio(scenario, press, t) if hard else 1.0
         total += force * (1 + scenario.nonlinearity * force)
     return total
-
-
-class _Tremor:
-    """Hand tremor, rms `scenario.tremor`: tones around two frequencies between 3 and 12 Hz, each with a width.
-
-    The frequencies of physiological tremor: 8-12 Hz neurogenic, 3-5 Hz of the loaded wrist (Elble and
-    Koller, Tremor, 1990).
-    """
-
-    def __init__(self, scenario: Scenario, random: np.random.Generator) -> None:
-        self._rms = scenario.tremor
-        self._record = scenario.tremor_record
-        peaks = np.repeat([random.uniform(3.5, 5.0), random.uniform(7.0, 10.0)], 12)
-        self._frequencies = np.clip(peaks + random.normal(0.0, 0.8, 24), 3.0, 12.0)
-        self._phases = random.uniform(0, 2 * np.pi, 24)
-        amplitudes = random.rayleigh(1.0, 24) * np.repeat([0.6, 1.0], 12)
-        self._amplitudes = amplitudes / np.sqrt((amplitudes**2).sum() / 2)
-
-    def __call__(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        if self._rms == 0:
-            return np.zeros_like(t)
-        if self._record is not None:
-            times, values = (np.asarray(a, float) for a in self._record)
-            values = values - values.mean()
-            span = times[-1] - times[0]
-            return np.asarray(self._rms / values.std() * np.interp(times[0] + np.mod(t, span), times, values))
-        total = np.zeros_like(t)
-        for amplitude, frequency, phase in zip(self._amplitudes, self._frequencies, self._phases, strict=True):
-            total += amplitude * np.sin(2 * np.pi * frequency * t + phase)
-        return self._rms * total
