@@ -94,7 +94,8 @@ void measure(const char* name) {
   }
   put("cost ");
   put(name);
-  for (const std::uint32_t value : {count, sum, worst, dearest, idle, stack, std::uint32_t{sizeof(typename M::State)}}) {
+  for (const std::uint32_t value :
+       {count, sum, worst, dearest, idle, stack, std::uint32_t{sizeof(typename M::State)}}) {
     put(" ");
     put_number(value);
   }

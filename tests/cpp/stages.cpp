@@ -93,7 +93,7 @@ constexpr bool gate_opens_and_closes() noexcept {
   for (int i = 0; i < 3; ++i) {
     gate.update(5.0, 1.0);
   }
-  return !spike && opened == 4 && dated && held && released && gate.idle();
+  return !spike && opened == 4 && dated && held && released && gate.idle() && gate.age() == 0;
 }
 static_assert(gate_opens_and_closes());
 
@@ -132,6 +132,26 @@ constexpr int touches(Scene scene, double tolerance) noexcept {
 }
 static_assert(touches(PaperTracker<double>(), 1e-3) == 2 && touches(HandheldTracker<double>(), 1e-3) == 2);
 static_assert(touches(HandheldTracker<float, unsigned>(), 1e-3) == 2);
+static_assert(touches(lean::HandheldTracker<float>(), 1e-3) == 2 && touches(lean::PaperTracker<float>(), 1e-3) == 2);
+
+// A touch that has its samples, one that is released early, and values that are none in both.
+constexpr bool gated_touches() noexcept {
+  lean::GatedRls<float> gated;
+  int finished[2] = {}, samples[2] = {};
+  for (int i = 0; i < 700; ++i) {
+    const bool pressed = (i >= 20 && i < 400) || (i >= 500 && i < 600), second = i >= 450;
+    const float soft = i % 50 == 49 ? std::numeric_limits<float>::quiet_NaN() : pressed ? 0.25f : 0.0f;
+    const auto before = gated.wanted();
+    const auto report = gated.feed(2.5f * soft, soft);
+    samples[second] += before > gated.wanted() && report.contact;
+    finished[second] += report.finished;
+    if (report.finished && !near(static_cast<double>(report.ratio), 2.5, 1e-3)) {
+      return false;
+    }
+  }
+  return finished[0] == 1 && finished[1] == 1 && samples[0] == 249 && samples[1] > 80 && samples[1] < 100;
+}
+static_assert(gated_touches());
 
 // Ticks may wrap, and be far apart, without undefined behaviour.
 template <class Ticks>

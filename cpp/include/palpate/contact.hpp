@@ -85,7 +85,7 @@ class Contact : public Settings {
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
   /// While idle: values since the last quiet one; in contact: what that was when contact was found.
-  constexpr std::uint32_t age() const noexcept { return age_; }
+  constexpr int age() const noexcept { return age_; }
 
  private:
   enum class State : std::uint8_t { idle, contact, released };
@@ -93,7 +93,8 @@ class Contact : public Settings {
   constexpr bool approach(Real size) noexcept {
     sum_ += (size < settings.clip ? size : settings.clip) - settings.slack;
     sum_ = sum_ > 0 ? sum_ : Real(0);
-    age_ = size < settings.quiet ? 0 : age_ + 1;
+    // Noise does not exceed quiet 65536 times in a row.
+    age_ = static_cast<std::uint16_t>(size < settings.quiet ? 0 : age_ + 1);
     if (sum_ >= settings.limit) {
       state_ = State::contact;
       peak_ = 0;
@@ -105,7 +106,7 @@ class Contact : public Settings {
   constexpr void count_below(bool below) noexcept { below_ = static_cast<std::uint8_t>(below ? below_ + 1 : 0); }
 
   Real sum_ = 0, peak_ = 0;
-  std::uint32_t age_ = 0;
+  std::uint16_t age_ = 0;
   std::uint8_t below_ = 0;
   State state_ = State::idle;
 };

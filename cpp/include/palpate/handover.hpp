@@ -46,7 +46,6 @@ struct HandoverSettings {
   Real clip = Real(3);                 // news beyond it counts as this to the CUSUM, and not at all to the ratio
   Real smoothing = Real(0.0625);       // share of a new regressor in the instrument
   Real min_information = Real(1e-12);  // 1 / max_covariance
-  Real scale_share = Real(0.02);       // of new news in their scale: a memory of about 100 samples
 };
 
 /// Recursive instrumental variables with a change detector that knows when the change came.
@@ -197,7 +196,7 @@ class Handover : public Parameters {
   constexpr void learn(const Sample& s, bool change) noexcept {
     seen_ += 1;
     if (seen_ > transient) {
-      noise_.add_magnitude(s.clipped, seen_ - transient, settings.scale_share);
+      noise_.add_magnitude(s.clipped, seen_ - transient);
       if (s.outlier) {
         noise_.remember(product(noise_.rho, noise_.before) + s.clipped);
       } else {

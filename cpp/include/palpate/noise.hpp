@@ -38,7 +38,8 @@ constexpr Real square_root(Real value) noexcept {
 /// what each adds to the forecast rho e(k-1). Exponentially weighted, with the weight's own sum.
 template <class Real>
 struct InnovationNoise {
-  Real mean_magnitude = 0;  // of e(k) - rho e(k-1), clipped
+  Real scale_share = Real(0.02);  // of a new sample in the scale: a memory of about 100 samples
+  Real mean_magnitude = 0;        // of e(k) - rho e(k-1), clipped
   Real lag0 = 0, lag1 = 0, lag2 = 0, weight = 0;
   Real before = 0, before_that = 0;  // e(k-1), e(k-2)
   Real rho = 0;
@@ -50,9 +51,9 @@ struct InnovationNoise {
   /// Standard deviation of the news: sqrt(pi / 2) times the mean magnitude for a normal distribution. No square root.
   constexpr Real scale() const noexcept { return product(Real(1.2533141), mean_magnitude); }
 
-  /// `share` of a new sample in the scale, once there are so many.
-  constexpr void add_magnitude(Real clipped_news, Real count, Real share) noexcept {
-    if (PALPATE_UNLIKELY(product(count, share) < 1)) {
+  constexpr void add_magnitude(Real clipped_news, Real count) noexcept {
+    Real share = scale_share;
+    if (PALPATE_UNLIKELY(product(count, scale_share) < 1)) {
       share = 1 / count;
     }
     mean_magnitude += product(share, magnitude(clipped_news) - mean_magnitude);
