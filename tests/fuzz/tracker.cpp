@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// libFuzzer: arbitrary readings at arbitrary times through every scene and estimator, in both types. Whatever comes, the
-// state stays finite, counts add up, and nothing is undefined (AddressSanitizer and UBSan watch).
+// libFuzzer: arbitrary readings at arbitrary times through every scene and estimator, in both types. Whatever comes,
+// the state stays finite, counts add up, and nothing is undefined (AddressSanitizer and UBSan watch).
 
 #include <cstdint>
 #include <cstdio>
@@ -57,7 +57,7 @@ class Bytes {
 template <class Scene, class Real, class Ticks>
 void run_scene(Bytes bytes) {
   Scene scene;
-  scene.samples = bytes.take<std::uint8_t>();
+  scene.settings.samples = bytes.take<std::uint8_t>();
   Ticks t_hard = 0, t_soft = 0;
   Real hard = 0, soft = 0;
   while (!bytes.empty()) {
