@@ -99,14 +99,16 @@ class Baseline : public Settings {
     }
     const bool coded = step > 2 * settings.least_noise && step < std::numeric_limits<Real>::max();
     const Real floor = coded ? step / 2 : settings.least_noise;
-    const Real median = (values_[Size / 2 - 1] + values_[Size / 2]) / 2;
+    const Real median = values_[Size / 2 - 1] / 2 + values_[Size / 2] / 2;  // their sum may be too large
     // The quartiles of a normal distribution, each one value towards the middle, are 1.25 standard deviations apart.
     set_noise((values_[3 * Size / 4 - 1] - values_[Size / 4]) / Real(1.25), floor);
     const Real limit = product(settings.clip, now_.noise);
     int begin = 0, end = Size;
-    for (; magnitude(values_[begin] - median) > limit; ++begin) {
+    while (begin < end && magnitude(values_[begin] - median) > limit) {
+      ++begin;
     }
-    for (; magnitude(values_[end - 1] - median) > limit; --end) {
+    while (end > begin && magnitude(values_[end - 1] - median) > limit) {
+      --end;
     }
     Real sum = 0;
     for (int i = begin; i < end; ++i) {
