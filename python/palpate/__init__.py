@@ -23,12 +23,14 @@ from palpate._core import (
     Tracker,
     __version__,
 )
-from palpate.errors import PalpateError, RecordingError
+from palpate.errors import CalibrationError, MissingExtraError, PalpateError, RecordingError
 
 TYPE_CHECKING = False  # for a checker True; importing typing would take longer than all the rest
 if TYPE_CHECKING:
     from typing import Any
 
+    from palpate.calibration import Calibration
+    from palpate.modulus import Modulus
     from palpate.recording import Recording, read
     from palpate.sample import Sample, Status
     from palpate.touch import most_reliable, touches
@@ -38,10 +40,14 @@ __all__ = [
     "AdaptiveRls32",
     "AdaptiveRlsBank",
     "AdaptiveRlsBank32",
+    "Calibration",
+    "CalibrationError",
     "HandoverRls",
     "HandoverRls32",
     "HandoverRlsBank",
     "HandoverRlsBank32",
+    "MissingExtraError",
+    "Modulus",
     "PalpateError",
     "Recording",
     "RecordingError",
@@ -63,6 +69,8 @@ __all__ = [
 ]
 
 _LAZY = {
+    "Calibration": "calibration",
+    "Modulus": "modulus",
     "Recording": "recording",
     "Sample": "sample",
     "Status": "sample",
@@ -71,6 +79,7 @@ _LAZY = {
     "touches": "touch",
 }
 _MODULES = {"ad7746", "benchmark", "design", "recording", "reference", "scenarios", "simulate", "specimens", "touch"}
+_MODULES |= {"calibration", "characterise", "figures", "hand"}
 
 
 def __getattr__(name: str) -> Any:

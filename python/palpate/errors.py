@@ -30,3 +30,23 @@ class RecordingError(PalpateError):
         self.path = path
         self.reason = reason
         self.line = line
+
+
+class CalibrationError(PalpateError):
+    """Specimens from which no calibration can be made, or a file that is not one."""
+
+
+class MissingExtraError(PalpateError, ImportError):
+    """A package that only an extra of palpate needs is not installed.
+
+    Parameters
+    ----------
+    package : str
+        What cannot be imported.
+    extra : str
+        The extra of palpate that brings it.
+    """
+
+    def __init__(self, package: str, extra: str) -> None:
+        super().__init__(f"{package} is not installed; type: pip install 'palpate[{extra}]'")
+        self.extra = extra
