@@ -206,7 +206,7 @@ def test_touches_are_values() -> None:
 
 def test_the_most_reliable_touch() -> None:
     touches = palpate.touches(scenarios.run("four-specimens", 1))
-    assert palpate.most_reliable(touches) == min(touches, key=lambda t: t.standard_error)
+    assert palpate.most_reliable(touches, by="standard_error") == min(touches, key=lambda t: t.standard_error)
     assert palpate.most_reliable(touches, by="covariance") == min(touches, key=lambda t: t.covariance)
     short = palpate.touches(scenarios.run("four-specimens", 1), samples=400)
     with pytest.raises(ValueError, match=r"touches: got none to choose from \(short"):

@@ -24,6 +24,7 @@ from palpate._core import (
     __version__,
 )
 from palpate.errors import (
+    CalibrationError,
     DeviceNotFound,
     DeviceRefused,
     MissingExtra,
@@ -38,6 +39,8 @@ TYPE_CHECKING = False  # for a checker True; importing typing would take longer 
 if TYPE_CHECKING:
     from typing import Any
 
+    from palpate.calibration import Calibration
+    from palpate.modulus import Modulus
     from palpate.recording import Recording, read
     from palpate.sample import Sample, Status
     from palpate.touch import most_reliable, touches
@@ -47,6 +50,8 @@ __all__ = [
     "AdaptiveRls32",
     "AdaptiveRlsBank",
     "AdaptiveRlsBank32",
+    "Calibration",
+    "CalibrationError",
     "DeviceNotFound",
     "DeviceRefused",
     "HandoverRls",
@@ -54,6 +59,7 @@ __all__ = [
     "HandoverRlsBank",
     "HandoverRlsBank32",
     "MissingExtra",
+    "Modulus",
     "PalpateError",
     "ProtocolError",
     "Recording",
@@ -78,6 +84,8 @@ __all__ = [
 ]
 
 _LAZY = {
+    "Calibration": "calibration",
+    "Modulus": "modulus",
     "Recording": "recording",
     "Sample": "sample",
     "Status": "sample",
@@ -101,6 +109,7 @@ _MODULES = {
     "touch",
     "twin",
 }
+_MODULES |= {"calibration", "characterise", "figures", "hand"}
 
 
 def __getattr__(name: str) -> Any:

@@ -1,25 +1,31 @@
 """The command line. Results go to standard output, everything else to standard error.
 
-Exit codes: 0 done, 1 unexpected, 2 usage, 4 bad or truncated data, 5 measured but not reliable (no touch).
+Exit codes: 0 done, 1 unexpected, 2 usage, 4 bad or truncated data, 5 measured but not reliable (no touch), 6 an extra is missing.
 """
 
 import json
 import math
-import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import click
 
-from palpate import PalpateError, RecordingError, __version__, get_cmake_dir, get_include
+from palpate import (
+    RecordingError,
+    __version__,
+    cli_calibrate,
+    cli_figures,
+    cli_moduli,
+    cli_simulate,
+    get_cmake_dir,
+    get_include,
+)
+from palpate.cli_options import NOT_RELIABLE, fail, recording_options
 
 if TYPE_CHECKING:
     from palpate import Recording, Touch
-
-BAD_DATA = 4
-NOT_RELIABLE = 5
 
 
 def _tell(text: str) -> Callable[[click.Context, click.Parameter, bool], None]:
@@ -41,39 +47,16 @@ def main() -> None:
     """Real-time capacitance ratio from a two-bump tactile probe."""
 
 
-def _columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
-    """hard=COL,soft=COL[,time=COL]; a name may hold commas."""
-    if text is None:
-        return None
-    parts = re.split(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=", text)
-    if parts[0].strip() or len(parts) < 3 or len(set(parts[1::2])) < len(parts[1::2]):
-        raise click.BadParameter(f"got {text!r}, allowed: hard=COL,soft=COL[,time=COL], each once")
-    return {key: name.strip() for key, name in zip(parts[1::2], parts[2::2], strict=True)}
-
-
-def _settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
-    """NAME=VALUE, several times."""
-    settings = {}
-    for text in texts:
-        name, _, value = text.partition("=")
-        try:
-            settings[name.strip()] = float(value)
-        except ValueError:
-            raise click.BadParameter(f"got {text!r}, allowed: NAME=NUMBER, as drift=0.02") from None
-    return settings
+main.add_command(cli_simulate.simulate)
+main.add_command(cli_calibrate.calibrate)
+main.add_command(cli_figures.figures)
 
 
 @main.command()
 @click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-@click.option("--map", "columns", callback=_columns, metavar="hard=COL,soft=COL",
-              help="Columns of a table from another logger: names, or positions counted from 1; also time=COL.")  # fmt: skip
-@click.option("--unit", help="Unit of the capacitances, aF to F.  [default: the header's, else pF]")
-@click.option(
-    "--scene", default="handheld", show_default=True, help="How to estimate: handheld, sliding, paper, fixed."
-)
-@click.option("--samples", type=click.IntRange(min=1), help="Samples a touch, at most.  [default: the scene's]")
-@click.option("--set", "settings", callback=_settings, multiple=True, metavar="NAME=VALUE",
-              help="A parameter of the estimator, as drift=0.02; may be repeated.")  # fmt: skip
+@recording_options
+@click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+              help="What `calibrate` wrote: adds the modulus, with its interval, to each touch.")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="One JSON document instead of a table.")
 def replay(
     file: Path,
@@ -82,6 +65,7 @@ def replay(
     scene: str,
     samples: int | None,
     settings: dict[str, float],
+    calibration: Path | None,
     as_json: bool,
 ) -> None:  # \b below is click's mark for lines that it must not join
     """Send a recording through the estimator again: one row a touch.
@@ -101,18 +85,17 @@ def replay(
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
     except RecordingError as error:
-        _fail(error, BAD_DATA)
+        fail(error)
     for note in recording.notes:
         click.echo(f"{file}: {note}", err=True)
-    click.echo(_json(file, scene, settings, recording, found) if as_json else _table(found), nl=as_json)
+    moduli = cli_moduli.Moduli(calibration, scene) if calibration else None
+    if as_json:
+        click.echo(_json(file, scene, settings, recording, found, moduli))
+    else:
+        click.echo(moduli.table(_table(found), found) if moduli and found else _table(found), nl=False)
     if not found:
         click.echo(f"{file}: no touch found: {_why_not(recording)}", err=True)
         sys.exit(NOT_RELIABLE)
-
-
-def _fail(error: PalpateError, code: int) -> NoReturn:
-    click.echo(f"Error: {error}", err=True)
-    sys.exit(code)
 
 
 def _why_not(recording: "Recording") -> str:
@@ -125,7 +108,14 @@ def _why_not(recording: "Recording") -> str:
     return f"nothing rose out of the idle noise for long enough. The channels span {', '.join(spans)}; see --unit"
 
 
-def _json(file: Path, scene: str, settings: dict[str, float], recording: "Recording", found: "list[Touch]") -> str:
+def _json(
+    file: Path,
+    scene: str,
+    settings: dict[str, float],
+    recording: "Recording",
+    found: "list[Touch]",
+    moduli: cli_moduli.Moduli | None,
+) -> str:
     plain = [touch.as_dict() for touch in found]
     document = {
         "file": str(file),
@@ -136,6 +126,8 @@ def _json(file: Path, scene: str, settings: dict[str, float], recording: "Record
         "notes": recording.notes,
         "touches": plain,
     }
+    if moduli:
+        moduli.add(document, found)
     return json.dumps(document, indent=2, allow_nan=False)
 
 

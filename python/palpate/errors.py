@@ -54,3 +54,7 @@ class RecordingError(PalpateError):
         self.path = path
         self.reason = reason
         self.line = line
+
+
+class CalibrationError(PalpateError):
+    """Specimens from which no calibration can be made, or a file that is not one."""

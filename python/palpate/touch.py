@@ -1,6 +1,7 @@
 """From a recording to its touches, and from several touches to the one to trust."""
 
 from collections.abc import Sequence
+from math import inf, isfinite
 from typing import Any, Protocol
 
 import numpy as np
@@ -65,15 +66,31 @@ def touches(recording: Channels, *, scene: str = "handheld", **settings: Any) ->
     return tracker.touches if timed else [touch._untimed() for touch in tracker.touches]
 
 
-def most_reliable(touches: Sequence[Touch], *, by: str = "standard_error") -> Touch:
+def usable(touches: Sequence[Touch]) -> list[Touch]:
+    """Return the touches without a flag.
+
+    Raises
+    ------
+    ValueError
+        There is none.
+    """
+    kept = [touch for touch in touches if not touch.flags]
+    if not kept:
+        flags = "; ".join(" ".join(touch.flags) for touch in touches) or "none at all"
+        raise ValueError(f"touches: got none to choose from ({flags}), allowed: at least one without a flag")
+    return kept
+
+
+def most_reliable(touches: Sequence[Touch], *, by: str = "agreement") -> Touch:
     """Choose one of several touches on the same object.
 
     Parameters
     ----------
     touches : sequence of Touch
     by : str
-        "standard_error": the smallest, among the touches without a flag. "covariance": the smallest
-        among all, the paper's choice (Sec. IV).
+        "agreement": the touch whose ratio is nearest to the mean of all, among the touches without a flag; of two
+        the one with the smaller standard error. "standard_error": the smallest, among the same. "covariance": the
+        smallest among all, the paper's choice (Sec. IV). bench/reliability.py compares them.
 
     Returns
     -------
@@ -92,13 +109,22 @@ def most_reliable(touches: Sequence[Touch], *, by: str = "standard_error") -> To
     >>> palpate.most_reliable(four, by="covariance") in four
     True
     """
-    if by == "covariance":
-        candidates = list(touches)
-    elif by == "standard_error":
-        candidates = [touch for touch in touches if not touch.flags and np.isfinite(touch.standard_error)]
-    else:
-        raise ValueError(f"by: got {by!r}, allowed: 'standard_error', 'covariance'")
-    if not candidates:
-        flags = "; ".join(" ".join(touch.flags) or "no standard error" for touch in touches) or "none at all"
-        raise ValueError(f"touches: got none to choose from ({flags}), allowed: at least one without a flag")
-    return min(candidates, key=lambda touch: float(getattr(touch, by)))
+    if by not in _CHOICES:
+        raise ValueError(f"by: got {by!r}, allowed: {', '.join(map(repr, _CHOICES))}")
+    if by == "covariance" and touches:
+        return min(touches, key=lambda touch: touch.covariance)
+    kept = usable(touches)
+    if by == "standard_error":
+        known = [touch for touch in kept if isfinite(touch.standard_error)]
+        if not known:
+            raise ValueError("touches: got none to choose from (no standard error), allowed: at least one that has it")
+        return min(known, key=lambda touch: touch.standard_error)
+    mean = sum(touch.ratio for touch in kept) / len(kept)
+    return min(kept, key=lambda touch: (len(kept) > 2 and abs(touch.ratio - mean), *_doubt(touch)))
+
+
+_CHOICES = ("agreement", "standard_error", "covariance")
+
+
+def _doubt(touch: Touch) -> tuple[float, float]:
+    return touch.standard_error if isfinite(touch.standard_error) else inf, touch.covariance

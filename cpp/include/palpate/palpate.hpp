@@ -3,5 +3,6 @@
 
 // Everything: #include <palpate/palpate.hpp>.
 
+#include <palpate/elasticity.hpp>
 #include <palpate/lean.hpp>
 #include <palpate/version.hpp>

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// From the ratio to the object: eq. (2) of the paper, its inverse, its derivative, and where it has no answer.
+
+#include <limits>
+#include <palpate/arithmetic.hpp>
+
+namespace palpate {
+
+/// What a ratio says about the object.
+enum class Reach : unsigned char {
+  unknown,    ///< not a number
+  too_soft,   ///< below the ratio of an infinitely soft object: none shows it
+  within,     ///< (2) has an answer
+  too_stiff,  ///< the ratio of a rigid object, or above: stiffer than this probe can tell
+};
+
+/// A probe: what its ratio is on a soft and on a rigid object, and where it is half-way.
+///
+/// (2) says k_o = k_h k_s (r - 1) / (k_h - r k_s). Divided through by k_s, with r_rigid = k_h/k_s and a = k_h:
+///   k_o = a (r - 1) / (r_rigid - r),   and for an object much larger than the bumps, where k_o is proportional to E,
+///   E   = a (r - r_soft) / (r_rigid - r),   a being the modulus at r = (r_soft + r_rigid) / 2.
+/// r_soft is 1, or the ratio of the channels' gains. Preconditions: soft_ratio < rigid_ratio, half_modulus > 0, finite.
+template <class Real>
+struct Elasticity {
+  static_assert(is_real<Real>, "float or double");
+  Real rigid_ratio = Real(10);
+  Real half_modulus = Real(2);  // MPa, or what else the modulus is wanted in
+  Real soft_ratio = Real(1);
+
+  /// The same for the object's stiffness in place of its modulus, from the bumps' own (k_s < k_h): (2) as printed.
+  static constexpr Elasticity of_stiffness(Real hard_stiffness, Real soft_stiffness) noexcept {
+    return {hard_stiffness / soft_stiffness, hard_stiffness, Real(1)};
+  }
+
+  constexpr Reach reach(Real ratio) const noexcept {
+    if (!(ratio == ratio)) {
+      return Reach::unknown;
+    }
+    return ratio < soft_ratio ? Reach::too_soft : ratio < rigid_ratio ? Reach::within : Reach::too_stiff;
+  }
+
+  /// E(r); NaN where reach() is not within.
+  constexpr Real modulus(Real ratio) const noexcept {
+    if (reach(ratio) != Reach::within) {
+      return std::numeric_limits<Real>::quiet_NaN();
+    }
+    return product(half_modulus, (ratio - soft_ratio) / (rigid_ratio - ratio));
+  }
+
+  /// dE/dr = a (r_rigid - r_soft) / (r_rigid - r)^2, divided twice: the square overflows and underflows where dE/dr
+  /// does not. First order only: near r_rigid it is no measure of the error. NaN where reach() is not within.
+  constexpr Real slope(Real ratio) const noexcept {
+    if (reach(ratio) != Reach::within) {
+      return std::numeric_limits<Real>::quiet_NaN();
+    }
+    const Real left = rigid_ratio - ratio;
+    return product(half_modulus, (rigid_ratio - soft_ratio) / left) / left;
+  }
+
+  /// r(E), the inverse, for 0 <= E <= infinity; NaN below 0. Counted from the nearer end, so that neither cancels.
+  constexpr Real ratio(Real modulus) const noexcept {
+    if (!(modulus >= 0)) {
+      return std::numeric_limits<Real>::quiet_NaN();
+    }
+    const Real span = rigid_ratio - soft_ratio;
+    return modulus < half_modulus ? soft_ratio + product(span, modulus / (modulus + half_modulus))
+                                  : rigid_ratio - product(span, half_modulus / (modulus + half_modulus));
+  }
+};
+
+}  // namespace palpate

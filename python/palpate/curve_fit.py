@@ -1,0 +1,220 @@
+"""Eq. (2) fitted to touches on specimens of known modulus, with two variances estimated beside it.
+
+In x = log E, eq. (2) is a logistic, r = r_soft + (r_rigid - r_soft) / (1 + exp(log a - x)): the calibration curve
+of immunoassays, whose weighting and inversion are well studied (O'Connell, Belanger and Haaland, Calibration
+and assay development using the four-parameter logistic model, Chemometrics 20, 1993). The moduli are taken as
+known and the ratios as scattered, so residuals are counted in the ratio: log E of a measured ratio, which is
+the same to first order, does not exist from r_rigid on.
+
+The ratio of touch j on specimen i is f(x_i) (1 + specimen_i + touch_ij) + error_ij: error of the standard
+error that the estimator gives, touch of an unknown variance (oblique contact), specimen of an unknown variance
+(a modulus or a specimen that is off, or a curve that is). Both are found by the method of Paule and Mandel
+(J. Res. NBS 87, 1982): the variance with which the weighted sum of squares equals its degrees of freedom.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.errors import CalibrationError
+from palpate.extras import need
+
+Array = NDArray[np.float64]
+SMALLEST_VARIANCE = 1e-18  # relative; the last digits of a ratio: weights stay finite on exact data
+_ROUNDS = 50
+_HALF_MODULI = 41  # tried as a beginning, three decades beyond the specimens on either side
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted curve.
+
+    Attributes
+    ----------
+    parameters : numpy.ndarray, shape (3,)
+        rigid_ratio, log(half_modulus / MPa), soft_ratio.
+    covariance : numpy.ndarray, shape (3, 3)
+        Of the parameters; zeros for a soft_ratio that was not fitted.
+    touch_variance, specimen_variance : float
+        Relative to the ratio squared.
+    touch_freedom, specimen_freedom : int
+        Degrees of freedom from which they are estimated. touch_freedom 0: one touch a specimen, so the
+        two cannot be told apart, and touch_variance, from specimen_freedom, is of both.
+    specimen_share : float
+        Share of specimen_variance in the variance of a specimen's mean: what the error of the curve comes from.
+    misfit : float
+        Weighted sum of squares around the curve with specimen_variance 0, per degree of freedom.
+    """
+
+    parameters: Array
+    covariance: Array
+    touch_variance: float
+    touch_freedom: int
+    specimen_variance: float
+    specimen_freedom: int
+    specimen_share: float
+    misfit: float
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Measured ratios, each the mean of `touches` touches on the specimen of number `specimen`."""
+
+    ratio: Array
+    standard_error: Array
+    touches: Array
+    specimen: NDArray[np.intp]
+
+    def variance(self, touch_variance: float, level: Array) -> Array:
+        """Variance of each row around its specimen's ratio `level`."""
+        return np.asarray(self.standard_error**2 + touch_variance * level**2 / self.touches)
+
+
+def curve(parameters: Array, x: Array) -> Array:
+    """Ratio at x = log(E / MPa)."""
+    rigid, log_half, soft = parameters
+    return np.asarray(soft + (rigid - soft) * _share(x - log_half))
+
+
+def gradient(parameters: Array, x: Array) -> Array:
+    """Return the derivative of `curve` to the parameters, shape (3, ...)."""
+    rigid, log_half, soft = parameters
+    share = _share(x - log_half)
+    return np.stack([share, -(rigid - soft) * share * (1 - share), 1 - share])
+
+
+def _share(x: Array) -> Array:
+    """1 / (1 + exp(-x)), for any x."""
+    small = np.exp(-np.abs(x))
+    return np.asarray(np.where(x < 0, small, 1.0) / (1 + small))
+
+
+def means(rows: Rows, touch_variance: float) -> tuple[Array, Array]:
+    """Weighted mean of each specimen's rows, and its variance."""
+    level = _sums(rows, rows.ratio) / _sums(rows, np.ones_like(rows.ratio))
+    weight = 1 / rows.variance(max(touch_variance, SMALLEST_VARIANCE), level[rows.specimen])
+    total = _sums(rows, weight)
+    return _sums(rows, weight * rows.ratio) / total, 1 / total
+
+
+def fit(x: Array, rows: Rows, soft_ratio: float | None) -> Fit:
+    """Fit the curve to rows on specimens at x = log(E / MPa); soft_ratio None is fitted too."""
+    free = [0, 1, 2] if soft_ratio is None else [0, 1]
+    touch_freedom = len(rows.ratio) - len(x)
+    freedom = len(x) - len(free)
+    touch_variance = _touch_variance(rows, touch_freedom) if touch_freedom else SMALLEST_VARIANCE
+    mean, variance = means(rows, touch_variance)
+    parameters = _beginning(x, mean, variance, soft_ratio)
+    excess = 0.0
+    for _ in range(_ROUNDS):
+        total, before = _total(rows, variance, excess, curve(parameters, x), touch_freedom), excess
+        parameters = _polished(x, mean, total, parameters, free)
+        excess = _excess(rows, mean, variance, curve(parameters, x), touch_freedom, freedom)
+        if abs(excess - before) <= 1e-6 * excess:
+            break
+    level = curve(parameters, x)
+    total = _total(rows, variance, excess, level, touch_freedom)
+    covariance = _covariance(gradient(parameters, x)[free], total)
+    whole = np.zeros((3, 3))
+    whole[np.ix_(free, free)] = covariance
+    misfit = float(((mean - level) ** 2 / variance).sum() / freedom) if touch_freedom else 1.0
+    if not touch_freedom:
+        return Fit(parameters, whole, excess, 0, 0.0, freedom, 1.0, misfit)
+    share = float(np.mean(excess * level**2 / total))
+    return Fit(parameters, whole, touch_variance, touch_freedom, excess, freedom, share, misfit)
+
+
+def _sums(rows: Rows, values: Array) -> Array:
+    return np.bincount(rows.specimen, values).astype(float)
+
+
+def _touch_variance(rows: Rows, freedom: int) -> float:
+    def squares(variance: float) -> float:
+        mean, _ = means(rows, variance)
+        weight = 1 / rows.variance(max(variance, SMALLEST_VARIANCE), mean[rows.specimen])
+        return float((weight * (rows.ratio - mean[rows.specimen]) ** 2).sum())
+
+    return _paule_mandel(squares, freedom)
+
+
+def _total(rows: Rows, variance: Array, excess: float, level: Array, touch_freedom: int) -> Array:
+    """Variance of each specimen's mean around the curve."""
+    if touch_freedom:
+        return np.asarray(variance + excess * level**2)
+    return rows.variance(max(excess, SMALLEST_VARIANCE), level)  # a row is a specimen
+
+
+def _excess(rows: Rows, mean: Array, variance: Array, level: Array, touch_freedom: int, freedom: int) -> float:
+    """Return the specimens' variance; where there is one touch each, that of touches and specimens together."""
+
+    def squares(excess: float) -> float:
+        return float(((mean - level) ** 2 / _total(rows, variance, excess, level, touch_freedom)).sum())
+
+    return _paule_mandel(squares, freedom)
+
+
+def _paule_mandel(squares: Callable[[float], float], freedom: int) -> float:
+    """Return the variance at which the sum of squares, which falls with it, is `freedom`; 0 where it is less at 0."""
+    if squares(0.0) <= freedom:
+        return 0.0
+    low, high = np.log(SMALLEST_VARIANCE), 0.0
+    while squares(float(np.exp(high))) > freedom:
+        high += 5.0
+    root = need("scipy.optimize", "science").brentq(lambda v: squares(float(np.exp(v))) - freedom, low, high, xtol=1e-9)
+    return float(np.exp(root))
+
+
+def _beginning(x: Array, mean: Array, variance: Array, soft_ratio: float | None) -> Array:
+    """Best of a grid of half moduli; for each of them the ratios at the ends are a linear problem."""
+    weight = 1 / np.sqrt(variance + 1e-6 * mean**2)
+    best: tuple[float, Array] = (np.inf, np.empty(0))
+    for log_half in np.linspace(x.min() - np.log(1e3), x.max() + np.log(1e3), _HALF_MODULI):
+        share = _share(x - log_half)
+        if soft_ratio is None:
+            columns, target = np.stack([share, 1 - share], axis=1), mean
+        else:
+            columns, target = share[:, None], mean - soft_ratio * (1 - share)
+        ends, *_ = np.linalg.lstsq(columns * weight[:, None], target * weight, rcond=None)
+        soft = soft_ratio if soft_ratio is not None else ends[1]
+        parameters = np.array([ends[0], log_half, soft])
+        squares = float((((mean - curve(parameters, x)) * weight) ** 2).sum())
+        if squares < best[0]:
+            best = squares, parameters
+    return best[1]
+
+
+def _polished(x: Array, mean: Array, total: Array, parameters: Array, free: list[int]) -> Array:
+    """Weighted least squares by Levenberg and Marquardt, from there."""
+    weight = 1 / np.sqrt(total)
+
+    def whole(values: Array) -> Array:
+        result = parameters.copy()
+        result[free] = values
+        return result
+
+    result = need("scipy.optimize", "science").least_squares(
+        lambda values: (curve(whole(values), x) - mean) * weight,
+        parameters[free],
+        jac=lambda values: (gradient(whole(values), x)[free] * weight).T,
+        method="lm",
+        x_scale="jac",
+    )
+    found = whole(result.x)
+    beyond = abs(found[1] - np.clip(found[1], x.min(), x.max()))
+    if not (result.success and np.isfinite(found).all() and found[0] > found[2]) or beyond > np.log(1e3):
+        raise CalibrationError(
+            "ratios: got values that do not bend towards a rigid ratio as eq. (2) does, allowed: ratios that rise with "
+            "the modulus, on specimens soft and stiff enough to show both ends"
+        )
+    return found
+
+
+def _covariance(slopes: Array, total: Array) -> Array:
+    """Inverse of the information of the weighted fit."""
+    weighted = slopes / np.sqrt(total)
+    scale = np.sqrt((weighted**2).sum(axis=1))
+    information = (weighted / scale[:, None]) @ (weighted / scale[:, None]).T
+    inverse = np.linalg.pinv(information, hermitian=True) / np.outer(scale, scale)
+    return np.asarray((inverse + inverse.T) / 2)

@@ -1,0 +1,72 @@
+"""How figures look in print: one style, vector PDF beside PNG, and the numbers behind each as CSV."""
+
+import csv
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from palpate.extras import need
+
+COLUMN_IN, PAGE_IN = 3.5, 7.16  # widths of one and of two columns of a journal page, inches
+HARD, SOFT, PAPER, HANDHELD, SLOW, FAST = "#444444", "#999999", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
+"""Colours that stay apart for the colour-blind (Okabe and Ito, 2008), one meaning each."""
+TRUTH: dict[str, Any] = {"color": "black", "linewidth": 0.7, "linestyle": (0, (4, 2))}
+STYLE: dict[str, Any] = {
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "legend.fontsize": 7,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "axes.linewidth": 0.6,
+    "lines.linewidth": 1.0,
+    "lines.markersize": 4,
+    "axes.titlelocation": "left",
+    "legend.frameon": False,
+    "legend.handlelength": 1.6,
+    "figure.dpi": 100,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "palpate",
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "grid.linewidth": 0.5,
+}
+
+
+@contextmanager
+def sheet(width_in: float, height_in: float) -> Iterator[Any]:
+    """Give an empty figure in the style of print, without touching the caller's settings or a screen."""
+    with need("matplotlib", "science").rc_context(STYLE):
+        yield need("matplotlib.figure", "science").Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def save(figure: Any, stem: Path, title: str) -> list[Path]:
+    """Write stem.pdf and stem.png; the same figure gives the same bytes."""
+    paths = [stem.with_suffix(".pdf"), stem.with_suffix(".png")]
+    figure.savefig(paths[0], metadata={"Title": title, "CreationDate": None})
+    figure.savefig(paths[1], metadata={"Title": title})
+    return paths
+
+
+def write_csv(path: Path, columns: Mapping[str, ArrayLike]) -> Path:
+    """Write columns of one length, every digit; nan as an empty cell."""
+    arrays = [np.asarray(values) for values in columns.values()]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([_cell(value) for value in row] for row in zip(*(a.tolist() for a in arrays), strict=True))
+    return path
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(int(value))
+    if isinstance(value, float):
+        return repr(value) if np.isfinite(value) else ""
+    return str(value)
