@@ -70,6 +70,8 @@ ZERO_CODE: Final = 0x800000
 LAST_CODE: Final = 0xFFFFFF
 SATURATED_CODES: Final = 500
 """A code so near to either end of the range is saturated."""
+SATURATED_PF: Final = FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
+"""The same as a capacitance: a tracker's `full_scale`."""
 
 
 def capacitance_pF(code: int) -> float:

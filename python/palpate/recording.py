@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.ad7746 import CODES_PER_PF, FULL_SCALE_PF, SATURATED_CODES
+from palpate.ad7746 import SATURATED_PF
+from palpate.block import DTYPE, usable
 from palpate.errors import RecordingError
+from palpate.own_file import Recorded, is_own
 from palpate.table import PICOFARADS, SECONDS, Table, bare_name, is_data, read_table, to_number
 
 OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s", "soft_time": "t_soft_s"}
@@ -92,6 +94,8 @@ def read(
     """
     wanted = dict(OWN_COLUMNS if columns is None else columns)
     _check(wanted, unit)
+    if columns is None and unit is None and is_own(Path(path)):
+        return _own(Recorded(path))
     table = read_table(Path(path))
     own = {name for column in range(table.width) for name in table.names(column)} >= set(OWN_COLUMNS.values())
     if columns is None and not own:
@@ -107,8 +111,14 @@ def read(
     notes = _notes(table, t_hard_s, hard, soft)
     if unit is None and not table.unit(table.column(wanted["hard"]), PICOFARADS):
         notes.append("no unit in the header: pF is assumed")
-    full_scale = FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF if columns is None else math.inf
+    full_scale = SATURATED_PF if columns is None else math.inf
     return Recording(t_hard_s, t_soft_s, hard, soft, tuple(notes), full_scale)
+
+
+def _own(recorded: Recorded) -> Recording:
+    block = np.concatenate([np.zeros(0, DTYPE), *recorded.blocks()])
+    times = (block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9)
+    return Recording(*times, *usable(block, recorded.full_scale_pF), recorded.notes, recorded.full_scale_pF)
 
 
 def _check(wanted: Mapping[str, str | int], unit: str | None) -> None:

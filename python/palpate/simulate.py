@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palpate.ad7746 import CODES_PER_PF, CONVERSION_S, FULL_SCALE_PF, NOISE_PF, SATURATED_CODES, ZERO_CODE
+from palpate.ad7746 import CODES_PER_PF, CONVERSION_S, NOISE_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
 from palpate.tremor import Tremor
 
 GOOD, LOST, SATURATED = 0, 1, 2
@@ -156,7 +156,7 @@ class Simulation:
     @property
     def full_scale_pF(self) -> float:
         """Smallest reading that counts as saturated, pF."""
-        return FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
+        return SATURATED_PF
 
 
 class Truth:

@@ -1,13 +1,14 @@
 """From a recording to its touches, and from several touches to the one to trust."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import inf, isfinite
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
+from palpate.block import Block, feed
 
 
 class Channels(Protocol):
@@ -25,15 +26,26 @@ class Channels(Protocol):
     def full_scale_pF(self) -> float: ...  # noqa: D102
 
 
-def touches(recording: Channels, *, scene: str = "handheld", **settings: Any) -> list[Touch]:
+@runtime_checkable
+class Blocks(Protocol):
+    """What `touches` needs of a recording that comes in parts."""
+
+    @property
+    def timed(self) -> bool: ...  # noqa: D102
+    @property
+    def full_scale_pF(self) -> float: ...  # noqa: D102
+    def blocks(self) -> Iterator[Block]: ...  # noqa: D102
+
+
+def touches(recording: Channels | Blocks, *, scene: str = "handheld", **settings: Any) -> list[Touch]:
     """Find the touches of a recording and estimate the ratio of each.
 
     Parameters
     ----------
-    recording : Recording or Simulation
+    recording : Recording, Simulation, or what `palpate.recorded` opens
         `t_hard_s`, `t_soft_s` (s; nan where unknown), `hard` and `soft` (pF, baseline included),
         arrays of shape (n,); a reading with a nan capacitance, or one of `full_scale_pF` or more, is
-        left out and counted.
+        left out and counted. A file that was opened is read in parts, however long it is.
     scene : str
         As in `Tracker`.
     **settings
@@ -58,12 +70,22 @@ def touches(recording: Channels, *, scene: str = "handheld", **settings: Any) ->
     True
     """
     tracker = Tracker(scene, **{"full_scale": recording.full_scale_pF, **settings})
+    timed = _send(tracker, recording)
+    tracker.finish()
+    return tracker.touches if timed else [touch._untimed() for touch in tracker.touches]
+
+
+def _send(tracker: Tracker, recording: Channels | Blocks) -> bool:
+    """Feed a recording to a tracker; return whether its times are known."""
+    if isinstance(recording, Blocks):
+        for block in recording.blocks():
+            feed(tracker, block)
+        return recording.timed
     timed = bool(np.isfinite(recording.t_hard_s).all() and np.isfinite(recording.t_soft_s).all())
     rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, both channels at once
     t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed else (rows, rows)
     tracker.process(t_hard, t_soft, recording.hard, recording.soft)
-    tracker.finish()
-    return tracker.touches if timed else [touch._untimed() for touch in tracker.touches]
+    return timed
 
 
 def usable(touches: Sequence[Touch]) -> list[Touch]:

@@ -1,0 +1,109 @@
+"""What stands beside a recording's rows: NAME.json, replaced as a whole or not at all."""
+
+import json
+import math
+import os
+import platform
+from contextlib import suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from palpate._core import __version__
+from palpate.errors import RecordingError
+
+SCHEMA = "palpate-recording-1"
+
+
+def sidecar_path(path: Path) -> Path:
+    """Return where the sidecar of a recording is.
+
+    Raises
+    ------
+    ValueError
+        The recording's name does not end in ".csv".
+
+    Examples
+    --------
+    >>> sidecar_path(Path("run.csv")).name
+    'run.json'
+    """
+    if path.suffix.lower() != ".csv":
+        raise ValueError(f"record: got {path.name!r}, allowed: a name that ends in .csv")
+    return path.with_suffix(".json")
+
+
+def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) -> dict[str, Any]:
+    """Return the sidecar of a recording that begins now."""
+    return {
+        "schema": SCHEMA,
+        "versions": {"palpate": __version__, "python": platform.python_version(), "system": platform.system()},
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "device": device,
+        "settings": settings,
+        "notes": notes,
+        "marks": [],
+    }
+
+
+def save(path: Path, document: dict[str, Any]) -> None:
+    """Write or replace a sidecar: who reads it sees the old one or the new one, whatever happens."""
+    text = json.dumps(_plain(document), indent=2, allow_nan=False, default=str) + "\n"
+    beside = path.with_name(path.name + ".new")
+    with beside.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    beside.replace(path)
+    _sync_folder(path.parent)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Have the names in a folder on the disk, too, where the system can."""
+    with suppress(OSError):
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
+
+
+def load(path: Path) -> dict[str, Any] | None:
+    """Return a recording's sidecar; None where there is none.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        Of the recording.
+
+    Raises
+    ------
+    RecordingError
+        A file is there that is no sidecar of a recording.
+    """
+    if path.suffix.lower() != ".csv" or not (beside := sidecar_path(path)).is_file():
+        return None
+    try:
+        document = json.loads(beside.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise RecordingError(beside, f"not JSON: {error}") from error
+    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+        raise RecordingError(beside, f"not the sidecar of a recording: no schema {SCHEMA!r} in it")
+    return document
+
+
+def settings_of(document: dict[str, Any]) -> dict[str, Any]:
+    """Return the tracker's settings, scene included, as numbers again."""
+    return {name: _INFINITE.get(str(value), value) for name, value in document.get("settings", {}).items()}
+
+
+_INFINITE = {"inf": math.inf, "-inf": -math.inf}
+
+
+def _plain(value: Any) -> Any:
+    """JSON has no infinity: its name, as Python writes it."""
+    if isinstance(value, dict):
+        return {str(name): _plain(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
