@@ -1,0 +1,137 @@
+"""What is written while it is recorded: at once, whole, and never over something else."""
+
+import errno
+import json
+import os
+from io import FileIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+from palpate import RecordingError, Source, check, sidecar
+from palpate import open as open_source
+from palpate import recorder as recorder_module
+from palpate.filelock import is_locked
+from palpate.recorder import Recorder
+from palpate.rows import HEADER
+from palpate.sidecar import load
+from recording_bench import sample
+
+
+def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {"name": "x", "full_scale_pF": float("inf")}, {"scene": "paper"}, ["first"])
+    before = json.loads((tmp_path / "run.json").read_text())
+    assert "end" not in before
+    assert (before["settings"], before["notes"]) == ({"scene": "paper"}, ["first"])
+    assert is_locked(path)
+    for seq in range(100):
+        assert recorder.push(sample(seq))
+    recorder.note("second")
+    recorder.mark("here", sample(99))
+    recorder.mark("before everything", None)
+    assert load(path) == before | {
+        "notes": ["first", "second"],
+        "marks": [{"seq": 99, "t_s": 2.574000001, "text": "here"}, {"text": "before everything"}],
+    }
+    recorder.close(lambda: {"read": 100})
+    recorder.close()
+    assert not is_locked(path)
+    document = load(path)
+    assert document
+    assert document["end"] == {"rows": 100, "dropped": 0, "clean": True, "counters": {"read": 100}}
+    assert path.read_text().startswith(HEADER)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["run.csv", "run.json"]
+
+
+@pytest.mark.parametrize("there", ["run.csv", "run.json"])
+def test_nothing_is_overwritten(tmp_path: Path, there: str) -> None:
+    (tmp_path / there).write_text("precious")
+    with pytest.raises(RecordingError, match=r"run\.\w+: exists already: choose another name"):
+        Recorder(tmp_path / "run.csv", {}, {}, [])
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [(there, "precious")]
+
+
+def test_names_that_cannot_be(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"record: got 'run.json', allowed: a name that ends in .csv"):
+        Recorder(tmp_path / "run.json", {}, {}, [])
+    with pytest.raises(RecordingError, match=r"cannot be written: No such file"):
+        Recorder(tmp_path / "nowhere" / "run.csv", {}, {}, [])
+
+
+def full_after(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    """Let the disk be full after so many bytes of rows, in the middle of one."""
+    left = count + len(HEADER)
+
+    def write(file: FileIO, data: bytes) -> int:
+        nonlocal left
+        part = data[:left]
+        left -= len(part)
+        os.write(file.fileno(), part)
+        if len(part) < len(data):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return len(data)
+
+    monkeypatch.setattr(recorder_module, "_write", write)
+
+
+def test_a_full_disk_is_said_and_leaves_whole_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    full_after(monkeypatch, 1000)
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [])
+    for seq in range(500):
+        recorder.push(sample(seq))
+    recorder.close()
+    assert "No space left on device" in str(recorder.error)
+    assert recorder.rows + recorder.dropped == 500
+    document = load(path)
+    assert document
+    assert document["end"]["rows"] == recorder.rows == len(path.read_text().splitlines()) - 1
+    assert document["end"]["dropped"] == recorder.dropped > 0
+    report = check(path)
+    assert report.survey.rows == recorder.rows
+    assert report.clean is False
+    assert any("the recorder gave up" in fault and "No space left" in fault for fault in report.faults)
+
+
+def test_a_full_disk_ends_a_stream(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from palpate import Stream
+
+    full_after(monkeypatch, 20_000)
+    with (
+        pytest.raises(RecordingError, match="No space left on device"),
+        Stream("sim:sliding", record=tmp_path / "run.csv") as stream,
+    ):
+        for _ in stream:
+            pass
+    counters = stream.counters
+    assert counters.read == counters.delivered == counters.recorded + counters.unrecorded
+    assert counters.unrecorded > 0
+
+
+def test_a_sidecar_that_cannot_be_written_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
+    monkeypatch.setattr(sidecar, "save", refuse)
+    with pytest.raises(RecordingError, match="cannot be written: Input/output error"):
+        recorder.note("lost")
+    with pytest.raises(RecordingError, match="cannot be written: Input/output error"):
+        recorder.close()
+    with pytest.raises(RecordingError, match="cannot be written: Input/output error"):
+        Recorder(tmp_path / "other.csv", {}, {}, [])
+    assert not (tmp_path / "other.csv").exists()
+
+
+def test_what_was_recorded_is_a_source(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {"name": "x", "full_scale_pF": 4.0}, {}, [])
+    given = [sample(seq) for seq in range(20, 50)]
+    assert all(map(recorder.push, given))
+    recorder.close()
+    with open_source(str(path)) as source:
+        assert isinstance(source, Source)
+        assert list(source) == given
+        assert source.describe() == {"name": "x", "full_scale_pF": 4.0}
+        assert not source.live
