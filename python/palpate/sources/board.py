@@ -1,0 +1,110 @@
+"""The AD7746 behind its driver: `usb:` and `i2c:`. Not tried on hardware."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from typing import Any, Self
+
+from palpate.ad7746 import SATURATED_PF
+from palpate.bus import RegisterBus
+from palpate.clock import Clock, RealClock
+from palpate.configuration import Configuration
+from palpate.driver import Ad7746
+from palpate.sample import Sample
+from palpate.sources.base import Source
+from palpate.sources.options import Check, anything, checked, number, text
+
+CONVERTER: dict[str, Check] = {
+    "capf": number(0, 7, whole=True),
+    "hard_input": number(1, 2, whole=True),
+    "replug": number(0, 86400),
+}
+"""Speed; where the hard bump is connected; seconds that an unplugged device is waited for."""
+
+
+class BoardSource(Source):
+    """Pairs of the converter's two channels, until it is interrupted.
+
+    Parameters
+    ----------
+    bus : RegisterBus
+        Open.
+    options : mapping
+        Of `CONVERTER`, checked.
+    clock : Clock
+        The bus's.
+    """
+
+    def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock) -> None:
+        chosen = {name: options[name] for name in ("capf", "hard_input") if name in options}
+        self.driver = Ad7746(
+            bus,
+            Configuration(**chosen),
+            clock,
+            replug_s=options.get("replug", 30.0),
+            notify=lambda message: self.notify(message),
+        )
+        self._started = False
+
+    def __enter__(self) -> Self:
+        """Configure the converter and bring both idle signals into its range."""
+        try:
+            self.driver.start()
+            self.driver.auto_capdac()
+        except BaseException:
+            self.close()
+            raise
+        self._started = True
+        return self
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Return the pairs."""
+        if not self._started:
+            self.__enter__()
+        seq = 0
+        while (sample := self.driver.read_pair(seq)) is not None:
+            yield sample
+            seq = sample.seq + 1
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """The driver's."""
+        return asdict(self.driver.counters)
+
+    def describe(self) -> dict[str, Any]:
+        """Return the driver's description, and the converter's range."""
+        return {**self.driver.describe(), "full_scale_pF": SATURATED_PF}
+
+    def interrupt(self) -> None:
+        """Make the iteration end."""
+        self.driver.interrupt()
+
+    def close(self) -> None:
+        """Give the device back."""
+        self.driver.close()
+
+
+def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
+    """Open `usb:` or `usb:BUS/ADDRESS`, the evaluation kit."""
+    from palpate.evalkit import EvalKit
+
+    given = checked("usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything})
+    match = re.fullmatch(r"(?:(\d+)/(\d+))?", address)
+    if not match:
+        raise ValueError(f"usb: got address {address!r}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing")
+    bus, number_ = (int(part) if part else None for part in match.groups())
+    clock = given.pop("clock", None) or RealClock()
+    kit = EvalKit(bus, number_, firmware=given.pop("firmware", None), backend=given.pop("backend", None), clock=clock)
+    return BoardSource(kit, given, clock)
+
+
+def open_i2c(address: str, options: Mapping[str, Any]) -> BoardSource:
+    """Open `i2c:/dev/i2c-N`."""
+    from palpate.i2cdev import I2cBus
+
+    given = checked("i2c", options, {**CONVERTER, "open_bus": anything, "clock": anything})
+    if not address:
+        raise ValueError("i2c: got no address, allowed: a bus, as i2c:/dev/i2c-1")
+    clock = given.pop("clock", None) or RealClock()
+    opener = {"open_bus": given.pop("open_bus")} if "open_bus" in given else {}
+    return BoardSource(I2cBus(address, clock, **opener), given, clock)

@@ -1,0 +1,77 @@
+"""A recording as a source: palpate's own, or another logger's table."""
+
+import time
+from collections.abc import Iterator, Mapping
+from threading import Event
+from typing import Any
+
+from palpate.block import Block, samples_of
+from palpate.foreign import recorded
+from palpate.sample import Sample
+from palpate.sources.base import Source
+from palpate.sources.options import anything, checked, choice, number
+from palpate.table import PICOFARADS
+
+
+class FileSource(Source):
+    """The samples of a file, as fast as they are wanted, or at their own pace.
+
+    Parameters
+    ----------
+    path : str
+    columns, unit
+        As in `palpate.read`.
+    speed : float, optional
+        1: as they were recorded; 10: ten times as fast; None: at once.
+
+    Attributes
+    ----------
+    recording : Recorded or Foreign
+    """
+
+    def __init__(self, path: str, columns: Any = None, unit: str | None = None, speed: float | None = None) -> None:
+        self.recording = recorded(path, columns=columns, unit=unit)
+        self.live = speed is not None
+        self._speed = speed
+        self._stopped = Event()
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Return the samples, from the first."""
+        begun, first = time.monotonic(), None
+        for block in self.recording.blocks():
+            for sample in samples_of(block):
+                if self._speed:
+                    first = sample.t_hard_ns if first is None else first
+                    due = begun + (sample.t_hard_ns - first) / 1e9 / self._speed
+                    self._stopped.wait(max(due - time.monotonic(), 0))
+                if self._stopped.is_set():
+                    return
+                yield sample
+
+    def describe(self) -> dict[str, Any]:
+        """Return what the sidecar says of the instrument."""
+        return {**self.recording.describe(), "full_scale_pF": self.full_scale_pF}
+
+    def interrupt(self) -> None:
+        """Make the iteration end."""
+        self._stopped.set()
+
+    @property
+    def full_scale_pF(self) -> float:
+        """A reading of this size is saturated."""
+        return self.recording.full_scale_pF
+
+    @property
+    def timed(self) -> bool:
+        """Whether the file has times."""
+        return self.recording.timed
+
+    def blocks(self) -> Iterator[Block]:
+        """Return the samples as arrays, some thousand at a time; what `palpate.touches` reads."""
+        return self.recording.blocks()
+
+
+def open_file(address: str, options: Mapping[str, Any]) -> FileSource:
+    """Open a path."""
+    allowed = {"columns": anything, "unit": choice(*PICOFARADS), "speed": number(0, above=True)}
+    return FileSource(address, **checked("file", options, allowed))

@@ -1,0 +1,150 @@
+"""The AD7746 behind the Linux kernel's own driver: `iio:`, plain files in sysfs. Not tried on hardware.
+
+There is no buffer: reading a channel's file waits for one conversion of it.
+"""
+
+import errno
+import math
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+from palpate import ad7746
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError
+from palpate.sample import Sample, Status
+from palpate.sources.base import Source
+from palpate.sources.options import anything, checked, number
+
+DEVICES = Path("/sys/bus/iio/devices")
+NAME = "ad7746"
+STREAK = 3
+_KEPT = ("name", "in_capacitance0_scale", "in_capacitance0_offset", "in_capacitance1_offset")
+_FREQUENCIES = ("in_capacitance_sampling_frequency", "sampling_frequency")
+_GONE = (errno.ENOENT, errno.ENODEV, errno.ENXIO)
+
+
+def devices(root: Path = DEVICES) -> list[Path]:
+    """Return the devices that are an AD7746."""
+    found = []
+    for path in sorted(root.glob("iio:device*")):
+        with suppress(OSError):
+            if (path / "name").read_text().strip() == NAME:
+                found.append(path)
+    return found
+
+
+class IioSource(Source):
+    """Pairs, one file after the other.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The device's folder.
+    hard_input : int
+        1: the hard bump is channel 0; 2: channel 1.
+    clock_ns : callable
+        Time in ns.
+    """
+
+    def __init__(self, path: Path, hard_input: int = 1, clock_ns: Any = time.monotonic_ns) -> None:
+        self._path = path
+        self._files = [path / f"in_capacitance{channel}_raw" for channel in (hard_input - 1, 2 - hard_input)]
+        self._clock_ns = clock_ns
+        self._stopped = Event()
+        self._errors = 0
+        self._described = self._identity()
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Return the pairs; what cannot be read is LOST, several in a row are an error."""
+        start_ns, seq, streak = self._clock_ns(), 0, 0
+        while not self._stopped.is_set():
+            try:
+                hard, soft = (self._convert(file, start_ns) for file in self._files)
+                streak = 0
+                yield _sample(seq, hard, soft)
+            except ProtocolError:
+                self._errors, streak = self._errors + 1, streak + 1
+                if streak == STREAK:
+                    raise
+                now = self._clock_ns() - start_ns
+                yield Sample(seq, now, now, -1, -1, math.nan, math.nan, Status.LOST)
+            seq += 1
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Pairs that could not be read."""
+        return {"errors": self._errors}
+
+    def describe(self) -> dict[str, Any]:
+        """Return the device's folder, and what its files say of range and speed."""
+        return self._described
+
+    def interrupt(self) -> None:
+        """Make the iteration end after the pair that is being read."""
+        self._stopped.set()
+
+    def _identity(self) -> dict[str, Any]:
+        name = self._text("name")
+        if name != NAME:
+            raise DeviceNotFound(f"{self._path} is {name!r}, not an {NAME}")
+        kept = {}
+        for file in (*_KEPT, *_FREQUENCIES):
+            with suppress(SourceError):
+                kept[file] = self._text(file)
+        period = [2 / float(kept[name]) for name in _FREQUENCIES if float(kept.get(name, 0)) > 0]
+        return {
+            "name": "AD7746 by the kernel's driver",
+            "note": "not tried on hardware",
+            "path": str(self._path),
+            "files": kept,
+            "full_scale_pF": ad7746.SATURATED_PF,
+            **({"period_s": period[0]} if period else {}),
+        }
+
+    def _convert(self, file: Path, start_ns: int) -> tuple[int, int]:
+        """Return the middle of a conversion, ns, and its code."""
+        begun = self._clock_ns()
+        text = self._text(file.name)
+        try:
+            code = int(text) + ad7746.ZERO_CODE  # the kernel has subtracted it
+            ad7746.capacitance_pF(code)
+        except ValueError as error:
+            raise ProtocolError(f"{file}: got {text!r}, allowed: -8388608 to 8388607") from error
+        return (begun + self._clock_ns()) // 2 - start_ns, code
+
+    def _text(self, name: str) -> str:
+        try:
+            return (self._path / name).read_text().strip()
+        except OSError as error:
+            raise _error(self._path / name, error) from error
+
+
+def _sample(seq: int, hard: tuple[int, int], soft: tuple[int, int]) -> Sample:
+    status = Status.HARD_SATURATED * ad7746.saturated(hard[1]) | Status.SOFT_SATURATED * ad7746.saturated(soft[1])
+    values = ad7746.capacitance_pF(hard[1]), ad7746.capacitance_pF(soft[1])
+    return Sample(seq, hard[0], soft[0], hard[1], soft[1], *values, int(status))
+
+
+def _error(path: Path, error: OSError) -> SourceError:
+    if error.errno in _GONE:
+        return DeviceNotFound(f"{path}: not there: is the kernel's driver ad7746 loaded, and bound to the chip?")
+    if error.errno in (errno.EACCES, errno.EPERM):
+        return DeviceRefused(f"{path}: no permission to read it")
+    return ProtocolError(f"{path}: {error.strerror}")
+
+
+def open_iio(address: str, options: Mapping[str, Any]) -> IioSource:
+    """Open `iio:`, the only AD7746 there is, or `iio:PATH`."""
+    allowed = {"hard_input": number(1, 2, whole=True), "root": anything, "clock_ns": anything}
+    given = checked("iio", options, allowed)
+    root = Path(given.pop("root", DEVICES))
+    if address:
+        return IioSource(Path(address), **given)
+    found = devices(root)
+    if len(found) != 1:
+        there = ", ".join(f"iio:{path}" for path in found)
+        raise DeviceNotFound(f"{len(found)} of {root} are an {NAME}" + (f": name one of {there}" if there else ""))
+    return IioSource(found[0], **given)

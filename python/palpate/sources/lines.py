@@ -1,0 +1,195 @@
+"""Lines of text on a serial port, as a microcontroller prints them: `serial:`."""
+
+import math
+import re
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, SourceError
+from palpate.sample import Sample, Status
+from palpate.sources.base import Source
+from palpate.sources.options import Check, checked, choice, number, text
+from palpate.table import PICOFARADS, to_number
+
+try:
+    import serial
+except ImportError as error:  # pragma: no cover
+    raise MissingExtra("a serial port needs pyserial: pip install 'palpate[serial]'") from error
+
+NUMBER = r"[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?|[-+]?OV?LD?|nan"
+PATTERN = rf"(?P<hard>{NUMBER})\s*[a-zA-Z]*[\s,;|]+(?P<soft>{NUMBER})"
+"""Two numbers in a line, the hard channel first, a unit after each allowed."""
+_TIMEOUT_S = 0.1
+_AGAIN_S = 0.1
+_LONGEST = 1000  # bytes of a line: more is no text
+_SILENCE_S = 10.0
+
+
+class SerialSource(Source):
+    """Pairs out of lines.
+
+    A line may hold both channels, or one of them: then a pair is a hard value and the soft one after it. The time
+    of a value is that of its line's arrival.
+
+    Parameters
+    ----------
+    port : str
+        As "/dev/ttyACM0" or "COM3".
+    pattern : str
+        Regular expression with groups `hard` and `soft`, searched in each line.
+    unit : str
+        Of the numbers, aF to F.
+    baud : int
+    replug : float
+        Seconds that an unplugged port is waited for.
+    """
+
+    def __init__(
+        self, port: str, pattern: str = PATTERN, unit: str = "pF", baud: int = 115200, replug: float = 30.0
+    ) -> None:
+        self._pattern = re.compile(pattern)
+        self._settings = {"port": port, "pattern": pattern, "unit": unit, "baud": baud}
+        self._factor = PICOFARADS[unit]
+        self._replug_s = replug
+        self._stopped = Event()
+        self._counters = {"errors": 0, "reconnects": 0, "lost": 0}
+        self._buffer = b""
+        self._period_ns = 0.0
+        self._port = self._open()
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Return the pairs; lines that do not fit the pattern are counted as errors."""
+        start_ns, seq, hard = time.monotonic_ns(), 0, None
+        for skipped, line in self._lines():
+            now = time.monotonic_ns() - start_ns
+            seq, hard = seq + skipped, None if skipped else hard
+            first, second = self._values(line)
+            if first is not None:
+                if hard is not None:
+                    yield self._lost(seq, hard[0])
+                    seq += 1
+                hard = now, first
+            if second is not None and hard is not None:
+                yield _sample(seq, hard, (now, second))
+                seq, hard = seq + 1, None
+                self._period_ns = now / seq
+            elif second is not None:
+                self._counters["errors"] += 1
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Lines that did not fit, reconnections, pairs lost with half of them missing or in a gap."""
+        return self._counters
+
+    def describe(self) -> dict[str, Any]:
+        """Return the settings."""
+        return {"name": "serial port", **self._settings, "clock": "arrival of a line, ns since the start"}
+
+    def interrupt(self) -> None:
+        """Make the iteration end."""
+        self._stopped.set()
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._port.close()
+
+    def _lines(self) -> Iterator[tuple[int, str]]:
+        """Return the pairs that a gap before it cost, and each line; the first one is only the end of one."""
+        whole, skipped, heard = False, 0, time.monotonic()
+        while not self._stopped.is_set():
+            try:
+                data = self._port.read(max(self._port.in_waiting, 1))
+            except (serial.SerialException, OSError) as error:
+                skipped += self._wait_for_replug(error)
+                whole = False
+                continue
+            heard = time.monotonic() if data else heard
+            if time.monotonic() - heard > _SILENCE_S:
+                heard = time.monotonic()
+                self.notify(f"{self._settings['port']} is silent: is {self._settings['baud']} the right baud?")
+            *lines, self._buffer = (self._buffer + data)[-_LONGEST:].replace(b"\r", b"\n").split(b"\n")
+            for line in lines:
+                if whole and line.strip():
+                    yield skipped, line.decode("latin-1")
+                    skipped = 0
+                whole = True
+
+    def _values(self, line: str) -> tuple[float | None, float | None]:
+        """Return the hard and the soft value, None where the line has none."""
+        match = self._pattern.search(line)
+        cells = [match[name] for name in ("hard", "soft")] if match else [None, None]
+        try:
+            hard, soft = (None if cell is None else to_number(cell.strip()) * self._factor for cell in cells)
+        except ValueError:
+            hard = soft = None
+        self._counters["errors"] += hard is None and soft is None
+        return hard, soft
+
+    def _lost(self, seq: int, t_ns: int) -> Sample:
+        self._counters["lost"] += 1
+        return Sample(seq, t_ns, t_ns, -1, -1, math.nan, math.nan, Status.LOST)
+
+    def _open(self) -> Any:
+        try:
+            return serial.Serial(self._settings["port"], self._settings["baud"], timeout=_TIMEOUT_S)
+        except (serial.SerialException, OSError, ValueError) as error:
+            raise _error(str(self._settings["port"]), error) from error
+
+    def _wait_for_replug(self, gone: Exception) -> int:
+        begun = time.monotonic()
+        self._port.close()
+        self._buffer = b""
+        self.notify(f"{self._settings['port']} was unplugged. Waiting for it, {self._replug_s:g} s at most.")
+        while not self._stopped.wait(_AGAIN_S):
+            try:
+                self._port = self._open()
+            except SourceError:
+                if time.monotonic() - begun > self._replug_s:
+                    raise DeviceNotFound(f"{self._settings['port']} was unplugged: plug it in again") from gone
+                continue
+            lost = int((time.monotonic() - begun) * 1e9 / self._period_ns) if self._period_ns else 0
+            self._counters["reconnects"] += 1
+            self._counters["lost"] += lost
+            self.notify(f"{self._settings['port']} is back: {lost} pairs lost.")
+            return lost
+        return 0
+
+
+def _sample(seq: int, hard: tuple[int, float], soft: tuple[int, float]) -> Sample:
+    if math.isnan(hard[1] + soft[1]):
+        return Sample(seq, hard[0], soft[0], -1, -1, math.nan, math.nan, Status.LOST)
+    return Sample(seq, hard[0], soft[0], -1, -1, hard[1], soft[1], 0)
+
+
+def _error(port: str, error: Exception) -> SourceError:
+    if "Permission" in str(error):
+        return DeviceRefused(f"{port}: no permission to open it; `sudo usermod -aG dialout $USER`, then log in anew")
+    there = "" if Path(port).exists() or "/" not in port else ": there is no such port; see `palpate devices`"
+    return DeviceNotFound(f"{port} cannot be opened{there or f': {error}'}")
+
+
+def _pattern(name: str, value: Any) -> str:
+    try:
+        groups = set(re.compile(str(value)).groupindex)
+    except re.error as error:
+        raise ValueError(f"{name}: got {value!r}, allowed: a regular expression ({error})") from error
+    if not {"hard", "soft"} <= groups:
+        raise ValueError(f"{name}: got groups {sorted(groups)}, allowed: (?P<hard>...) and (?P<soft>...) both in it")
+    return str(value)
+
+
+_ALLOWED: dict[str, Check] = {
+    "pattern": _pattern,
+    "unit": choice(*PICOFARADS),
+    "baud": number(50, 4_000_000, whole=True),
+    "replug": number(0, 86400),
+}
+
+
+def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:
+    """Open `serial:PORT`."""
+    given = checked("serial", options, _ALLOWED)
+    return SerialSource(text("serial's port", address), **given)

@@ -1,0 +1,107 @@
+"""What may stand behind a scheme: addresses and options, checked where they enter."""
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+from urllib.parse import unquote
+
+Check = Callable[[str, Any], Any]
+"""Of an option's name and value: returns the value, or raises ValueError."""
+
+_SCHEME = re.compile(r"([a-z][a-z0-9+.-]+):(.*)", re.DOTALL)  # two letters or more: C:\ is a drive
+
+
+def split(uri: str) -> tuple[str, str, dict[str, str]]:
+    """Take a source's name apart.
+
+    Returns
+    -------
+    scheme, address, options
+        The scheme is empty where the name is a path. %-escapes are resolved in options; a + is a +.
+
+    Raises
+    ------
+    ValueError
+        An option that is not NAME=VALUE, or that is given twice.
+
+    Examples
+    --------
+    >>> split("sim:sliding?seed=3&speed=1")
+    ('sim', 'sliding', {'seed': '3', 'speed': '1'})
+    >>> split("run.csv")
+    ('', 'run.csv', {})
+    """
+    match = _SCHEME.fullmatch(uri)
+    if not match:
+        return "", uri, {}
+    address, _, query = match[2].partition("?")
+    options: dict[str, str] = {}
+    for part in filter(None, query.split("&")):
+        name, equals, value = part.partition("=")
+        if not equals or name in options:
+            raise ValueError(f"source: got {part!r}, allowed: NAME=VALUE, each name once, & between them")
+        options[unquote(name)] = unquote(value)
+    return match[1], address, options
+
+
+def checked(scheme: str, given: Mapping[str, Any], allowed: Mapping[str, Check]) -> dict[str, Any]:
+    """Return options with their types, or refuse them.
+
+    Raises
+    ------
+    ValueError
+        One that is not known, or out of its range.
+
+    Examples
+    --------
+    >>> checked("sim", {"seed": "3"}, {"seed": number(0, whole=True)})
+    {'seed': 3}
+    >>> checked("sim", {"sed": "3"}, {"seed": number(0, whole=True)})
+    Traceback (most recent call last):
+    ValueError: sim: got option 'sed', allowed: seed
+    """
+    for name in given:
+        if name not in allowed:
+            raise ValueError(f"{scheme}: got option {name!r}, allowed: {', '.join(allowed) or 'none'}")
+    return {name: allowed[name](name, value) for name, value in given.items()}
+
+
+def number(low: float, high: float = math.inf, *, whole: bool = False, above: bool = False) -> Check:
+    """Allow numbers from `low` to `high`; `above` leaves out `low` itself."""
+    kind = "a whole number" if whole else "a number"
+    bounds = f"{'above' if above else 'from'} {low:g}" + ("" if math.isinf(high) else f" to {high:g}")
+
+    def check(name: str, value: Any) -> Any:
+        try:
+            found = int(value) if whole else float(value)
+        except (TypeError, ValueError):
+            found = math.nan
+        if not low <= found <= high or math.isinf(found) or (above and found == low):
+            raise ValueError(f"{name}: got {value!r}, allowed: {kind} {bounds}")
+        return found
+
+    return check
+
+
+def choice(*allowed: str) -> Check:
+    """Allow these words."""
+
+    def check(name: str, value: Any) -> str:
+        if value not in allowed:
+            raise ValueError(f"{name}: got {value!r}, allowed: {', '.join(allowed)}")
+        return str(value)
+
+    return check
+
+
+def text(name: str, value: Any) -> str:
+    """Allow any text but none."""
+    if not str(value):
+        raise ValueError(f"{name}: got nothing, allowed: some text")
+    return str(value)
+
+
+def anything(_: str, value: Any) -> Any:
+    """Allow an object, as only Python can give it."""
+    return value

@@ -1,0 +1,102 @@
+"""A simulated board: a scenario under the kit's twin, spoken to by the real driver."""
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from palpate.clock import Clock, RealClock, VirtualClock
+from palpate.evalkit import EvalKit
+from palpate.sample import Sample
+from palpate.scenarios import SCENARIOS
+from palpate.simulated_kit import kit_of
+from palpate.sources.board import CONVERTER, BoardSource
+from palpate.sources.options import checked, number
+from palpate.twin import FAULTS, Fault, KitTwin
+from palpate.twin_backend import TwinBackend
+
+DEFAULT = "four-specimens"
+_FAULT = re.compile(r"(?P<kind>[^:@]+)(?::(?P<amount>[^@]+))?@(?P<time>.+)")
+
+
+class Incident(NamedTuple):
+    """A fault and its time, s since the scenario's beginning."""
+
+    time_s: float
+    fault: Fault
+
+
+class SimSource(BoardSource):
+    """The pairs of a scenario, until it is over.
+
+    Parameters
+    ----------
+    name : str
+        Of `palpate.scenarios.SCENARIOS`.
+    options : mapping
+        Checked: of `CONVERTER`, and seed, speed, fault.
+    """
+
+    def __init__(self, name: str, options: Mapping[str, Any]) -> None:
+        scenario = SCENARIOS[name]
+        speed, seed = options.get("speed"), options.get("seed", 0)
+        self.live = speed is not None
+        self.clock: Clock = RealClock(speed) if speed else VirtualClock()
+        self.kit: KitTwin = kit_of(scenario, self.clock, seed)
+        self._incidents = sorted(options.get("fault", []), key=lambda incident: incident.time_s)
+        self._begun_ns = self.clock.now_ns()
+        self._end_ns = self._begun_ns + round(scenario.duration_s * 1e9)
+        self._simulated = {"scenario": name, "seed": seed, "speed": speed or "as fast as possible"}
+        backend = TwinBackend(self.clock)
+        backend.plug(self.kit)
+        super().__init__(EvalKit(backend=backend, clock=self.clock), {"capf": scenario.capf, **options}, self.clock)
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Return the pairs; let what is due go wrong before each."""
+        for sample in super().__iter__():
+            yield sample
+            now = self.clock.now_ns()
+            while self._incidents and now - self._begun_ns >= self._incidents[0].time_s * 1e9:
+                self.kit.faults.append(self._incidents.pop(0).fault)
+            if now >= self._end_ns:
+                return
+
+    def describe(self) -> dict[str, Any]:
+        """Return the driver's description, and what was simulated."""
+        return {**super().describe(), "simulated": self._simulated}
+
+
+def faults(name: str, value: Any) -> list[Incident]:
+    """Read KIND[:AMOUNT]@SECONDS, with commas between several; a blank in a kind may be a dash.
+
+    Examples
+    --------
+    >>> faults("fault", "unplug:1.5@12")[0].fault
+    Fault(kind='unplug', amount=1.5, skip=0, request=None, times=1)
+    """
+    return [_incident(name, text) for text in str(value).split(",")]
+
+
+def _incident(name: str, text: str) -> Incident:
+    kinds = {_plain(kind): kind for kind in FAULTS}
+    match = _FAULT.fullmatch(text)
+    if not match or _plain(match["kind"]) not in kinds:
+        raise ValueError(f"{name}: got {text!r}, allowed: KIND[:AMOUNT]@SECONDS, KIND one of {', '.join(kinds)}")
+    try:
+        amount = float(match["amount"] or 1.0)
+    except ValueError:
+        raise ValueError(f"{name}: got amount {match['amount']!r}, allowed: a number, or inf") from None
+    return Incident(number(0)(f"{name}'s time", match["time"]), Fault(kinds[_plain(match["kind"])], amount))
+
+
+def _plain(kind: str) -> str:
+    return kind.lower().replace("#", "").replace(" ", "-")
+
+
+def open_sim(address: str, options: Mapping[str, Any]) -> SimSource:
+    """Open `sim:SCENARIO`."""
+    allowed = {**CONVERTER, "seed": number(0, 2**63, whole=True), "speed": number(0, 1000, above=True), "fault": faults}
+    given = checked("sim", options, allowed)
+    name = address or DEFAULT
+    if name not in SCENARIOS:
+        raise ValueError(f"sim: got scenario {name!r}, allowed: {', '.join(SCENARIOS)}")
+    return SimSource(name, given)
