@@ -40,9 +40,13 @@ if TYPE_CHECKING:
     from typing import Any
 
     from palpate.calibration import Calibration
+    from palpate.checking import check
+    from palpate.foreign import recorded
     from palpate.modulus import Modulus
     from palpate.recording import Recording, read
     from palpate.sample import Sample, Status
+    from palpate.sources import Source, open
+    from palpate.stream import Stream
     from palpate.touch import most_reliable, touches
 
 __all__ = [
@@ -70,16 +74,21 @@ __all__ = [
     "RlsBank32",
     "Sample",
     "SampleRing",
+    "Source",
     "SourceError",
     "SourceTimeout",
     "Status",
+    "Stream",
     "Touch",
     "Tracker",
     "__version__",
+    "check",
     "get_cmake_dir",
     "get_include",
     "most_reliable",
+    "open",
     "read",
+    "recorded",
     "touches",
 ]
 
@@ -88,9 +97,14 @@ _LAZY = {
     "Modulus": "modulus",
     "Recording": "recording",
     "Sample": "sample",
+    "Source": "sources",
     "Status": "sample",
+    "Stream": "stream",
+    "check": "checking",
     "most_reliable": "touch",
+    "open": "sources",
     "read": "recording",
+    "recorded": "foreign",
     "touches": "touch",
 }
 _MODULES = {
@@ -105,7 +119,9 @@ _MODULES = {
     "scenarios",
     "simulate",
     "simulated_kit",
+    "sources",
     "specimens",
+    "stream",
     "touch",
     "twin",
 }
