@@ -22,21 +22,43 @@ HEADERS = ROOT / "cpp" / "include" / "palpate"
 
 # Low to high; each may use only what stands in lower rows.
 PYTHON_LAYERS: list[set[str]] = [
-    {"errors", "_core", "reference", "ad7746", "sample", "specimens", "design", "clock", "tremor"},
-    {"table", "touch", "simulate", "configuration", "bus", "firmware", "usberrors", "twin_chip", "extras", "modulus"},
-    {"recording", "scenarios", "converter", "usbboards", "curve_fit", "figure_style"},
-    {"driver", "evalkit", "i2cdev"},
-    {"twin"},
-    {"twin_backend"},
-    {"simulated_kit"},
-    {"benchmark", "hand", "interval", "calibration_file", "verdict", "specimen_files"},
-    {"calibration"},
-    {"characterise", "calibration_plot"},
-    {"report", "figure_touch", "figure_session"},
-    {"figures"},
+    {"errors", "_core", "reference", "ad7746", "sample", "specimens", "design", "clock", "tremor", "filelock"},
+    {"table", "block", "sidecar", "simulate", "configuration", "bus", "firmware", "usberrors", "twin_chip", "extras"},
+    {
+        "touch",
+        "rows",
+        "survey",
+        "estimate",
+        "scenarios",
+        "converter",
+        "usbboards",
+        "modulus",
+        "curve_fit",
+        "figure_style",
+    },
+    {"own_file", "recorder", "driver", "evalkit", "i2cdev"},
+    {"recording", "twin"},
+    {"foreign", "twin_backend"},
+    {"checking", "simulated_kit"},
+    {
+        "benchmark",
+        "hand",
+        "interval",
+        "calibration_file",
+        "verdict",
+        "specimen_files",
+        "sources.options",
+        "sources.base",
+    },
+    {"calibration", "sources.board", "sources.iio", "sources.lines", "sources.files"},
+    {"characterise", "calibration_plot", "sources.sim", "sources.devices"},
+    {"report", "figure_touch", "figure_session", "sources"},
+    {"figures", "reading"},
+    {"stream"},
     {"__init__"},
-    {"cli_options"},
-    {"cli_calibrate", "cli_figures", "cli_moduli", "cli_simulate"},
+    {"cli_exit", "cli_options", "cli_touches"},
+    {"cli_calibrate", "cli_figures", "cli_moduli", "cli_simulate", "cli_check", "cli_devices", "cli_record"},
+    {"cli_replay"},
     {"cli"},
     {"__main__"},
 ]
@@ -52,18 +74,29 @@ HEADER_LAYERS: list[set[str]] = [
 ]
 
 
+def module_of(path: Path) -> str:
+    """Return a source's name below palpate; a package's front has the name of the package."""
+    parts = path.relative_to(SOURCES).with_suffix("").parts
+    return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_of(path): path for path in sorted(SOURCES.rglob("*.py"))}
+
+
+def imported(node: ast.AST) -> Iterator[str]:
+    if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "palpate":
+        package = node.module.partition(".")[2]
+        names = {f"{package}.{a.name}".lstrip(".") for a in node.names} & set(MODULES)
+        yield from names or {package or "__init__"}
+    elif isinstance(node, ast.Import):
+        yield from (a.name.partition(".")[2] for a in node.names if a.name.startswith("palpate."))
+
+
 def python_edges() -> Iterator[tuple[str, str]]:
-    for path in sorted(SOURCES.glob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "palpate":
-                if path.stem == "__init__" and node.module.count("."):
-                    continue  # the package's front gives names to what lies below it
-                whole = [a.name if (SOURCES / f"{a.name}.py").exists() else "__init__" for a in node.names]
-                yield from (
-                    (path.stem, target) for target in ([node.module.split(".")[1]] if "." in node.module else whole)
-                )
-            elif isinstance(node, ast.Import):
-                yield from ((path.stem, a.name.split(".")[1]) for a in node.names if a.name.startswith("palpate."))
+    for module, path in MODULES.items():
+        targets = [target for node in ast.walk(ast.parse(path.read_text())) for target in imported(node)]
+        # The package's front gives names to what lies below it.
+        yield from ((module, target) for target in targets if module != "__init__" or target == "__init__")
 
 
 def header_edges() -> Iterator[tuple[str, str]]:
@@ -83,7 +116,7 @@ def test_imports_point_down(layers: list[set[str]], edges: object) -> None:
 
 
 def test_every_source_has_a_layer() -> None:
-    assert {p.stem for p in SOURCES.glob("*.py")} | {"_core"} == set().union(*PYTHON_LAYERS)
+    assert set(MODULES) | {"_core"} == set().union(*PYTHON_LAYERS)
     assert {p.stem for p in HEADERS.glob("*.hpp")} == set().union(*HEADER_LAYERS)
 
 
@@ -131,7 +164,8 @@ def test_wheel_contents(tmp_path: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     assert [n for n in names if re.fullmatch(r"palpate/_core\..*(so|pyd)", n)]
     assert {f"palpate/include/palpate/{p.name}" for p in HEADERS.glob("*.hpp")} <= names
-    assert {f"palpate/{p.name}" for p in SOURCES.iterdir() if p.suffix in (".py", ".pyi", ".typed")} <= names
+    sources = [p for p in SOURCES.rglob("*") if p.suffix in (".py", ".pyi", ".typed")]
+    assert {f"palpate/{p.relative_to(SOURCES).as_posix()}" for p in sources} <= names
     cmake = {f"palpate/lib/cmake/palpate/{n}" for n in ("palpate-config.cmake", "CMakeLists.txt")}
     assert {"palpate/py.typed"} | cmake <= names
     assert not [n for n in names if not re.match(r"palpate(-[\d.]+\.dist-info)?/", n)]
@@ -179,9 +213,9 @@ def test_the_stub_has_the_parameters_of_the_built_signatures() -> None:
 
 
 def documented() -> Iterator[tuple[str, str, dict[str, Any]]]:
-    for path in sorted(SOURCES.glob("*.py")):
-        if path.stem != "__main__":
-            module = importlib.import_module("palpate" if path.stem == "__init__" else f"palpate.{path.stem}")
+    for name in MODULES:
+        if name != "__main__":
+            module = importlib.import_module("palpate" if name == "__init__" else f"palpate.{name}")
             yield from (
                 (t.name, t.docstring or "", module.__dict__) for t in doctest.DocTestFinder().find(module) if t.examples
             )

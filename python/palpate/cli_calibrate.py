@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate import PalpateError, Touch
-from palpate.cli_options import NOT_RELIABLE, fail, recording_options
+from palpate.cli_exit import NOT_RELIABLE, fail
+from palpate.cli_options import recording_options
 
 if TYPE_CHECKING:
     from palpate import Calibration

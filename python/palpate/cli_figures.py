@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from palpate import MissingExtra
-from palpate.cli_options import fail
+from palpate.cli_exit import fail
 
 
 @click.command()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate import CalibrationError, MissingExtra, Touch
-from palpate.cli_options import fail
+from palpate.cli_exit import fail
 
 if TYPE_CHECKING:
     from palpate import Modulus

@@ -1,23 +1,10 @@
-"""What several commands have in common: exit codes, and the options of how a recording is read and estimated."""
+"""What several commands have in common: the options of how a recording is read and estimated."""
 
 import re
-import sys
 from collections.abc import Callable
-from typing import Any, NoReturn
+from typing import Any
 
 import click
-
-from palpate import MissingExtra, PalpateError
-
-BAD_DATA = 4
-NOT_RELIABLE = 5
-MISSING_EXTRA = 6
-
-
-def fail(error: PalpateError) -> NoReturn:
-    """Say what is wrong, and end with its exit code."""
-    click.echo(f"Error: {error}", err=True)
-    sys.exit(MISSING_EXTRA if isinstance(error, MissingExtra) else BAD_DATA)
 
 
 def columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
@@ -42,20 +29,35 @@ def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[
     return found
 
 
-_OPTIONS = [
+_READING = [
     click.option("--map", "columns", callback=columns, metavar="hard=COL,soft=COL",
                  help="Columns of a table from another logger: names, or positions counted from 1; also time=COL."),
     click.option("--unit", help="Unit of the capacitances, aF to F.  [default: the header's, else pF]"),
-    click.option("--scene", default="handheld", show_default=True,
-                 help="How to estimate: handheld, sliding, paper, fixed."),
+]  # fmt: skip
+_SCENES = "How to estimate: handheld, sliding, paper, fixed."
+_SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES)
+_SCENE_AGAIN = click.option("--scene", help=f"{_SCENES}  [default: the recording's own, else handheld]")
+_ESTIMATING = [
     click.option("--samples", type=click.IntRange(min=1), help="Samples a touch, at most.  [default: the scene's]"),
     click.option("--set", "settings", callback=settings, multiple=True, metavar="NAME=VALUE",
                  help="A parameter of the estimator, as drift=0.02; may be repeated."),
 ]  # fmt: skip
 
 
-def recording_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options columns, unit, scene, samples and settings to a command."""
-    for option in reversed(_OPTIONS):
-        command = option(command)
-    return command
+def _adding(options: list[Callable[..., Any]]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    def add(command: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
+
+
+reading_options = _adding(_READING)
+"""Adds columns and unit to a command."""
+estimating_options = _adding([_SCENE, *_ESTIMATING])
+"""Adds scene, samples and settings."""
+recording_options = _adding([*_READING, _SCENE, *_ESTIMATING])
+"""Adds columns, unit, scene, samples and settings."""
+replaying_options = _adding([*_READING, _SCENE_AGAIN, *_ESTIMATING])
+"""The same, the scene None where none is asked for."""

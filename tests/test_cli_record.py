@@ -1,0 +1,219 @@
+"""The commands around a recording: record, check, replay, devices; and how they end."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import palpate
+import pytest
+from click.testing import CliRunner, Result
+from palpate import DeviceNotFound, Status, check
+from palpate.cli import main
+from palpate.sidecar import load
+from palpate.sources import devices
+from recording_bench import record, sample, tear
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def test_record_check_replay(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    recorded = run("record", "sim:four-specimens?seed=1", "-o", path, "--touches", "4", "--note", "on the desk")
+    assert recorded.exit_code == 0, recorded.stderr
+    rows = len(path.read_text().splitlines()) - 1
+    assert recorded.stderr == f"{path}: {rows} rows; closed\n"
+    assert len(recorded.stdout.splitlines()) == 5
+    checked = run("check", path)
+    assert checked.exit_code == 0
+    assert checked.stdout.startswith(f"{path}: complete, clean end: {rows} rows in 3")
+    replayed = run("replay", path)
+    assert (replayed.exit_code, replayed.stdout) == (0, recorded.stdout)
+    document = load(path)
+    assert document
+    assert document["notes"] == ["on the desk"]
+
+
+def test_the_recorded_scene_is_replayed_unless_another_is_asked_for(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    how = ("--scene", "paper", "--samples", "80", "--set", "threshold=inf")
+    live = json.loads(run("record", "sim:stiff-steady", "-o", path, *how, "--json").stdout)
+    again = json.loads(run("replay", path, "--json").stdout)
+    assert (again["scene"], again["settings"]["threshold"], again["settings"]["samples"]) == ("paper", "inf", 80)
+    assert again["touches"] == live["touches"]
+    assert live["counters"]["read"] == again["rows"]
+    fewer = json.loads(run("replay", path, "--json", "--samples", "20").stdout)
+    assert (fewer["scene"], fewer["touches"][0]["samples"]) == ("paper", 20)
+    other = json.loads(run("replay", path, "--json", "--scene", "handheld").stdout)
+    assert (other["scene"], other["settings"], other["touches"][0]["samples"]) == ("handheld", {}, 250)
+
+
+def test_unplugged_in_the_middle_and_back(tmp_path: Path) -> None:
+    path = tmp_path / "cut.csv"
+    recorded = run("record", "sim:four-specimens?fault=unplug:1.5@13", "-o", path, "--touches", "4")
+    assert recorded.exit_code == 0
+    told = recorded.stderr.splitlines()
+    assert "was unplugged: plug it in again. Waiting for it, 30 s at most." in told[0]
+    assert told[1] == "The device is back after 1.5 s: 57 pairs lost."
+    assert ", 57 lost, 1 late; closed" in told[2]
+    checked = run("check", path)
+    assert checked.exit_code == 5
+    assert "57 samples lost in 1 gaps" in checked.stdout
+    assert run("replay", path).stdout == recorded.stdout
+
+
+def test_unplugged_for_good(tmp_path: Path) -> None:
+    path = tmp_path / "gone.csv"
+    recorded = run("record", "sim:four-specimens?fault=unplug:inf@13&replug=5", "-o", path, "--touches", "4")
+    assert recorded.exit_code == 3
+    assert recorded.stderr.splitlines()[-1].startswith("Error: ")
+    assert len(recorded.stdout.splitlines()) == 3
+    checked = run("check", path)
+    assert checked.exit_code == 5
+    assert "the source ended with an error: " in checked.stdout
+    assert run("replay", path).stdout == recorded.stdout
+    as_json = run("record", "sim:step-up?fault=unplug:inf@3&replug=1", "-o", tmp_path / "b.csv", "--json")
+    assert as_json.exit_code == 3
+    assert "unplugged" in json.loads(as_json.stdout)["error"]
+
+
+def test_so_many_seconds_and_fewer_touches_than_asked_for(tmp_path: Path) -> None:
+    recorded = run("record", "sim:sliding", "-o", tmp_path / "a.csv", "--seconds", "1.5")
+    assert (recorded.exit_code, recorded.stdout) == (0, "")
+    assert 1.5 <= check(tmp_path / "a.csv").survey.seconds < 4
+    recorded = run("record", "sim:step-up", "-o", tmp_path / "b.csv", "--touches", "2")
+    assert recorded.exit_code == 5
+    assert "1 touches, 2 were wanted" in recorded.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["moon:", "-o", "x.csv"], 2, "source: got moon:"),
+        (["sim:moon", "-o", "x.csv"], 2, "sim: got scenario 'moon'"),
+        (["sim:", "-o", "x.txt"], 2, "a name that ends in .csv"),
+        (["sim:", "-o", "x.csv", "--scene", "moon"], 2, "scene: got 'moon'"),
+        (["sim:", "-o", "x.csv", "--set", "colour=1"], 2, "settings: got 'colour'"),
+        (["sim:", "-o", "x.csv", "--touches", "0"], 2, "0 is not in the range"),
+        (["sim:", "-o", "nowhere/x.csv"], 4, "cannot be written: No such file"),
+        (["sim:", "-o", "there.csv"], 4, "there.csv: exists already"),
+        (["nowhere.csv", "-o", "x.csv"], 4, "nowhere.csv: cannot be read"),
+        (["iio:/nowhere", "-o", "x.csv"], 3, "not there"),
+    ],
+)
+def test_how_it_ends(
+    arguments: list[str], code: int, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("there.csv").write_text("precious")
+    result = run("record", *arguments)
+    assert (result.exit_code, result.stdout) == (code, "")
+    assert message in result.stderr
+    assert [p.name for p in tmp_path.iterdir()] == ["there.csv"]
+    assert Path("there.csv").read_text() == "precious"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_closes_the_file(tmp_path: Path, number: int) -> None:
+    path = tmp_path / "run.csv"
+    command = [sys.executable, "-m", "palpate", "record", "sim:four-specimens?speed=1", "-o", str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        while not (path.exists() and len(path.read_bytes().splitlines()) > 5):
+            time.sleep(0.02)
+            assert process.poll() is None
+        os.kill(process.pid, number)
+        os.kill(process.pid, number)
+        _, told = process.communicate()
+    assert process.returncode == 130
+    assert told.endswith("; closed\n")
+    report = check(path)
+    assert report.clean
+    assert report.survey.rows > 5
+
+
+def test_check(tmp_path: Path) -> None:
+    good = record(tmp_path / "good.csv", [sample(i) for i in range(100)])
+    gaps = record(tmp_path / "gaps.csv", [sample(i) for i in (1, 2, 5)] + [sample(6, status=Status.LOST)])
+    torn = record(tmp_path / "torn.csv", [sample(i) for i in range(100)], end=False)
+    tear(torn, 9)
+    letter = tmp_path / "letter.csv"
+    letter.write_text("Dear colleague,\n")
+    assert run("check", good).exit_code == 0
+    assert run("check", good, gaps).exit_code == 5
+    result = run("check", good, torn, gaps)
+    assert result.exit_code == 4
+    assert f"{torn}: not complete: 99 rows" in result.stdout
+    result = run("check", good, letter, "--json")
+    assert result.exit_code == 4
+    document = json.loads(result.stdout)
+    assert [entry["clean"] for entry in document["recordings"]] == [True]
+    assert len(document["unreadable"]) == 1
+    assert run("check", torn, "--repair").exit_code == 5
+    assert "repaired: 99 rows" in run("check", torn).stdout
+    assert run("check", letter, "--map", "hard=1").exit_code == 2
+    table = tmp_path / "table.csv"
+    table.write_text("time,hard,soft\n0,1,2\n0.1,1,3\n0.2,1,3\n")
+    result = run("check", table, "--map", "hard=2,soft=3", "--unit", "pF")
+    assert (result.exit_code, result.stdout) == (0, f"{table}: readable: 3 rows in 0.2 s, 10.0 pairs a second\n")
+
+
+def test_devices(monkeypatch: pytest.MonkeyPatch) -> None:
+    def boards() -> list[devices.Found]:
+        return [devices.Found("usb:1/2", "AD7746 evaluation kit")]
+
+    def fail() -> list[devices.Found]:
+        raise DeviceNotFound("no permission to look")
+
+    for name, look in (("_boards", boards), ("_iio", fail), ("_i2c", list), ("_ports", list)):
+        monkeypatch.setattr(devices, name, look)
+    result = run("devices")
+    assert (result.exit_code, result.stdout) == (0, "usb:1/2  AD7746 evaluation kit\n")
+    assert result.stderr == "not looked for: no permission to look\n"
+    monkeypatch.setattr(devices, "_boards", list)
+    result = run("devices", "--json")
+    assert result.exit_code == 3
+    assert json.loads(result.stdout) == {"devices": [], "notes": ["no permission to look"]}
+    assert "sim:four-specimens" in result.stderr
+
+
+def test_devices_of_this_machine() -> None:
+    found, notes = devices.devices()
+    assert all(":" in device.uri for device in found)
+    assert all(notes)
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["record", "--help"], ["check", "--help"], ["devices", "--help"]])
+def test_help_is_lean(arguments: list[str]) -> None:
+    code = f"""
+import sys
+sys.argv = ["palpate", *{arguments!r}]
+try:
+    import palpate.__main__
+finally:
+    heavy = {{"numpy", "usb", "serial", "smbus2", "palpate.sources", "palpate.stream", "asyncio"}}
+    assert not heavy & set(sys.modules), heavy & set(sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "Usage: " in done.stdout
+
+
+def test_a_progress_line_on_a_terminal_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from palpate import cli_record
+
+    class Terminal(cli_record._Progress):
+        def __init__(self) -> None:
+            super().__init__()
+            self._terminal = True
+
+    monkeypatch.setattr(cli_record, "_Progress", Terminal)
+    result: Any = run("record", "sim:stiff-steady", "-o", tmp_path / "run.csv")
+    assert "\r" in result.stderr
+    assert " pairs, 0 lost, " in result.stderr
+    assert "\r" not in result.stdout
+    assert palpate.read(tmp_path / "run.csv").hard.size
