@@ -154,7 +154,7 @@ def test_files_of_a_session(tmp_path: Path) -> None:
         write_session(tmp_path / "new", session(seed=1, moduli=moduli, touches=1), moduli)
 
 
-def test_a_conversion_that_was_lost_is_an_empty_cell(tmp_path: Path) -> None:
+def test_a_conversion_that_was_lost_is_read_as_none(tmp_path: Path) -> None:
     run = session(seed=1, moduli={"gel": 1.1}, touches=1)["gel"]
     run.hard[7] = np.nan
     path = write_session(tmp_path, {"gel": run}, {"gel": 1.1})[0]

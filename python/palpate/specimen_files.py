@@ -3,14 +3,16 @@
 import csv
 import re
 from collections.abc import Mapping, Sequence
-from math import isnan
 from pathlib import Path
 
+import numpy as np
+
+from palpate.block import DTYPE, Block
 from palpate.errors import CalibrationError
+from palpate.rows import HEADER, format_rows
+from palpate.sample import Status
 from palpate.simulate import Simulation
 from palpate.table import to_number
-
-HEADER = "seq,t_hard_s,t_soft_s,hard_raw,soft_raw,hard_pF,soft_pF,status"
 
 
 def read_moduli(path: Path) -> dict[str, float]:
@@ -111,19 +113,23 @@ def write_session(folder: Path, recordings: Mapping[str, Simulation], moduli: Ma
         raise FileExistsError(f"{there[0]} exists already")
     folder.mkdir(parents=True, exist_ok=True)
     for name, path in paths.items():
-        path.write_text("\n".join([HEADER, *_lines(recordings[name])]) + "\n", encoding="utf-8")
+        path.write_bytes(HEADER.encode() + format_rows(_block(recordings[name])))
     rows = "".join(f"{name},{moduli[name]!r}\n" for name in recordings)
     table.write_text(f"specimen,modulus_MPa\n{rows}", encoding="utf-8")
     return [*paths.values(), table]
 
 
-def _lines(run: Simulation) -> list[str]:
-    columns = (run.t_hard_s, run.t_soft_s, run.hard_raw, run.soft_raw, run.hard, run.soft, run.status)
-    return [
-        f"{seq},{t_hard:.6f},{t_soft:.6f},{hard_raw},{soft_raw},{_cell(hard)},{_cell(soft)},{status}"
-        for seq, (t_hard, t_soft, hard_raw, soft_raw, hard, soft, status) in enumerate(zip(*columns, strict=True))
-    ]
-
-
-def _cell(value: float) -> str:
-    return "" if isnan(value) else f"{value:.7f}"
+def _block(run: Simulation) -> Block:
+    """Return what a simulation gave as samples: a value that is missing has no code."""
+    block = np.zeros(len(run.hard), DTYPE)
+    block["seq"] = np.arange(len(block))
+    lost = np.isnan(run.hard) | np.isnan(run.soft)
+    channels = (("hard", run.t_hard_s, Status.HARD_SATURATED), ("soft", run.t_soft_s, Status.SOFT_SATURATED))
+    for name, seconds, saturated in channels:
+        codes, values = getattr(run, f"{name}_raw"), getattr(run, name)
+        block[f"t_{name}_ns"] = np.rint(seconds * 1e9)
+        block[f"{name}_raw"] = np.where(lost, -1, codes)
+        block[name] = np.where(lost, np.nan, values)
+        block["status"] |= np.where(~lost & (np.abs(values) >= run.full_scale_pF), int(saturated), 0).astype(np.uint8)
+    block["status"][lost] = int(Status.LOST)
+    return block
