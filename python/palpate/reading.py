@@ -12,7 +12,7 @@ from palpate.rows import LARGEST_STATUS
 from palpate.sample import Sample
 from palpate.sources import Source
 
-_AHEAD = 64  # samples that a source which can wait is ahead of the consumer
+_AHEAD = 16  # samples that a source which can wait is ahead of the consumer
 _WAIT_S = 0.0005
 _LATE = 1.5  # periods
 
