@@ -19,8 +19,8 @@ from pathlib import Path
 
 import numpy as np
 import palpate
-from palpate.characterise import CHOICES, Specimen, calibrate, choose, rises
-from palpate.hand import Hand, session
+from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose, rises
+from palpate.calibration.hand import Hand, session
 from palpate.specimens import SORBOTHANE_MPA
 
 HERE = Path(__file__).parent

@@ -7,12 +7,12 @@ from types import TracebackType
 from typing import Any
 
 from palpate import ad7746
-from palpate.configuration import Channel, Configuration
-from palpate.driver import Ad7746
 from palpate.evalkit import EvalKit
+from palpate.kit.configuration import Channel, Configuration
+from palpate.kit.driver import Ad7746
+from palpate.kit.twin import Fault, KitTwin
+from palpate.kit.twin_chip import ChipTwin
 from palpate.sample import Sample, Status
-from palpate.twin import Fault, KitTwin
-from palpate.twin_chip import ChipTwin
 from usb_carriers import Carrier, carrier
 
 SLOPE_PF_PER_S = 0.02

@@ -9,10 +9,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from kit_bench import CENTRED, Bench
-from palpate.bus import Counters
-from palpate.driver import Ad7746
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.evalkit import ERROR_COUNT, I2C, PORTS
+from palpate.kit.bus import Counters
+from palpate.kit.driver import Ad7746
 from palpate.sample import Status
 
 FOREVER = math.inf

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from palpate import Sample, Source, Status, ad7746
-from palpate.recorder import Recorder
-from palpate.rows import HEADER
+from palpate.recording.recorder import Recorder
+from palpate.recording.rows import HEADER
 
 
 def sample(seq: int, *, status: int = Status.OK) -> Sample:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate import ad7746
-from palpate.configuration import HARD, SOFT, Channel, Configuration, differs
+from palpate.kit.configuration import HARD, SOFT, Channel, Configuration, differs
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ from kit_bench import CENTRED, Bench
 from kit_bench import pins as ramps
 from palpate import DeviceNotFound, SourceTimeout, Status, Stream, ad7746
 from palpate.clock import VirtualClock
-from palpate.foreign import recorded
+from palpate.kit.twin import Fault
+from palpate.kit.twin_chip import ChipTwin
+from palpate.recording.foreign import recorded
 from palpate.sources.board import BoardSource
-from palpate.twin import Fault
-from palpate.twin_chip import ChipTwin
 from test_i2c import Bus
 
 

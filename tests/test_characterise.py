@@ -8,10 +8,10 @@ import numpy as np
 import palpate
 import pytest
 import reliability
-from palpate.characterise import CHOICES, Specimen, calibrate, choose, rises
-from palpate.hand import Hand, session
+from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose, rises
+from palpate.calibration.hand import Hand, session
+from palpate.calibration.specimen_files import assign, read_moduli, write_session
 from palpate.scenarios import PROBE
-from palpate.specimen_files import assign, read_moduli, write_session
 from palpate.specimens import SORBOTHANE_MPA
 
 

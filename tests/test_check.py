@@ -8,8 +8,8 @@ from pathlib import Path
 import palpate
 import pytest
 from palpate import RecordingError, Sample, Status, check, read
-from palpate.recorder import Recorder
-from palpate.rows import HEADER
+from palpate.recording.recorder import Recorder
+from palpate.recording.rows import HEADER
 from recording_bench import record, sample, tear
 
 
@@ -155,7 +155,7 @@ def test_long_files_need_little_memory(tmp_path: Path) -> None:
                 "".join(f"{i},{i}.000000001,{i}.5,8388608,8388608,0,0,0\n" for i in range(first, first + 100_000))
             )
     code = f"""
-import resource, palpate, palpate.checking, palpate.sources.files
+import resource, palpate, palpate.recording.checking, palpate.sources.files
 palpate.Tracker().process([0.0], [0.0], [0.0], [0.0])
 with open("/proc/self/statm") as file:
     size = int(file.read().split()[0]) * resource.getpagesize()
@@ -174,7 +174,7 @@ except MemoryError:
 
 
 def test_the_survey_is_the_same_however_the_file_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from palpate import own_file
+    from palpate.recording import own_file
 
     rows: list[Sample] = [sample(i, status=Status.LOST if i % 11 == 3 else 0) for i in range(0, 600, 2)]
     path = record(tmp_path / "run.csv", rows)

@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner, Result
 from palpate import DeviceNotFound, Status, check
 from palpate.cli import main
-from palpate.sidecar import load
+from palpate.recording.sidecar import load
 from palpate.sources import devices
 from recording_bench import record, sample, tear
 
@@ -204,7 +204,7 @@ finally:
 
 
 def test_a_progress_line_on_a_terminal_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from palpate import cli_record
+    from palpate.cli import record as cli_record
 
     class Terminal(cli_record._Progress):
         def __init__(self) -> None:

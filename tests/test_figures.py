@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from numpy.typing import NDArray
 from palpate import figures
 from palpate.cli import main
-from palpate.figure_touch import FOUR, SETTLED
+from palpate.figures.touch import FOUR, SETTLED
 from palpate.scenarios import PROBE
 from palpate.specimens import SORBOTHANE_MPA
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate.errors import ProtocolError
-from palpate.firmware import RAM_BYTES, parse_hex, read_hex
+from palpate.kit.firmware import RAM_BYTES, parse_hex, read_hex
 
 END = ":00000001FF"
 START = ":03000000020100FA"

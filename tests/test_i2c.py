@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 from kit_bench import CENTRED, pins
 from palpate.clock import VirtualClock
-from palpate.driver import Ad7746
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
-from palpate.i2cdev import I2cBus
+from palpate.kit.driver import Ad7746
+from palpate.kit.i2cdev import I2cBus
+from palpate.kit.twin_chip import ChipTwin
 from palpate.sample import Status
-from palpate.twin_chip import ChipTwin
 from smbus2 import i2c_msg
 
 BYTE_S = 22.5e-6

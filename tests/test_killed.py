@@ -12,9 +12,9 @@ import palpate
 import pytest
 from conftest import ROOT
 from palpate import check, read
-from palpate.foreign import recorded
-from palpate.own_file import Recorded
-from palpate.sidecar import load
+from palpate.recording.foreign import recorded
+from palpate.recording.own_file import Recorded
+from palpate.recording.sidecar import load
 
 MOMENTS, AT_ONCE = 50, 10
 LASTING_S = 1.0

@@ -9,10 +9,10 @@ import pytest
 from kit_bench import Bench
 from kit_faults import ANY, IMAGE, OPENING, RUNNING, Opening, Row, attempt, run
 from palpate import ad7746
-from palpate.configuration import HARD, SOFT, Channel, Configuration
 from palpate.errors import DeviceNotFound
+from palpate.kit.configuration import HARD, SOFT, Channel, Configuration
+from palpate.kit.usbboards import boards
 from palpate.sample import Status
-from palpate.usbboards import boards
 
 
 @pytest.fixture

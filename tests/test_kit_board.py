@@ -11,7 +11,7 @@ import usb.util
 from kit_bench import Bench
 from palpate import ad7746
 from palpate.evalkit import ERROR_COUNT, I2C, I2C_PLAIN, IN, OUT, PORTS, RDY_PIN
-from palpate.usbboards import PRODUCT, VENDOR, devices
+from palpate.kit.usbboards import PRODUCT, VENDOR, devices
 
 _ADDRESS = ad7746.I2C_ADDRESS << 1
 

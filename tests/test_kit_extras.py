@@ -6,16 +6,20 @@ import sys
 import pytest
 from palpate import PalpateError
 from palpate.errors import MissingExtra
-from palpate.usbboards import boards, system_backend
+from palpate.kit.usbboards import boards, system_backend
 
 
 @pytest.mark.parametrize(
     ("module", "package", "line"),
-    [("evalkit", "usb", r"pip install 'palpate\[usb\]'"), ("i2cdev", "smbus2", r"pip install 'palpate\[i2c\]'")],
+    [("evalkit", "usb", r"pip install 'palpate\[usb\]'"), ("kit.i2cdev", "smbus2", r"pip install 'palpate\[i2c\]'")],
 )
 def test_a_package_that_is_missing(module: str, package: str, line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in list(sys.modules):
-        if name.split(".")[0] == package or name in (f"palpate.{module}", "palpate.usbboards", "palpate.usberrors"):
+        if name.split(".")[0] == package or name in (
+            f"palpate.{module}",
+            "palpate.kit.usbboards",
+            "palpate.kit.usberrors",
+        ):
             monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(ImportError, match=line) as raised:

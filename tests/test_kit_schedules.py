@@ -12,8 +12,8 @@ from kit_bench import IDLE_PF, SLOPE_PF_PER_S, Bench
 from palpate import ad7746
 from palpate.errors import SourceError
 from palpate.evalkit import ERROR_COUNT, I2C, PORTS
+from palpate.kit.twin import FAULTS, Fault
 from palpate.sample import Status
-from palpate.twin import FAULTS, Fault
 
 PAIRS = 6
 LIMIT_S = 60.0
@@ -78,7 +78,7 @@ def test_any_faults(drawn: list[tuple[str, float, int, int | None, int]], seed: 
 
 def test_the_check_would_find_a_wrong_value(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the comparison of registers another input's value gets through."""
-    from palpate import converter
+    from palpate.kit import converter
 
     def blind(*_: Any) -> None:
         return None

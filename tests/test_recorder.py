@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from palpate import RecordingError, Source, check, sidecar
+from palpate import RecordingError, Source, check
 from palpate import open as open_source
-from palpate import recorder as recorder_module
-from palpate.filelock import is_locked
-from palpate.recorder import Recorder
-from palpate.rows import HEADER
-from palpate.sidecar import load
+from palpate.recording import recorder as recorder_module
+from palpate.recording import sidecar
+from palpate.recording.filelock import is_locked
+from palpate.recording.recorder import Recorder
+from palpate.recording.rows import HEADER
+from palpate.recording.sidecar import load
 from recording_bench import sample
 
 

@@ -8,8 +8,8 @@ from conftest import Tally
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate import Sample, ad7746
-from palpate.block import block_of, samples_of
-from palpate.rows import COLUMNS, RowError, format_rows, is_whole, parse_rows
+from palpate.recording.block import block_of, samples_of
+from palpate.recording.rows import COLUMNS, RowError, format_rows, is_whole, parse_rows
 
 TIMES = st.one_of(st.integers(-(10**12), 10**13), st.integers(-(2**63) + 1, 2**63 - 1))
 VALUES = st.one_of(st.floats(allow_nan=False, allow_infinity=False), st.just(math.nan))

@@ -21,9 +21,9 @@ from palpate import (
     check,
     scenarios,
 )
-from palpate.block import block_of
 from palpate.estimate import Estimate
-from palpate.foreign import recorded
+from palpate.recording.block import block_of
+from palpate.recording.foreign import recorded
 from recording_bench import Scripted, sample
 
 

@@ -9,10 +9,10 @@ from conftest import Tally
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from palpate import SourceError, Status, Stream, ad7746
-from palpate.checking import check
-from palpate.foreign import recorded
+from palpate.kit.twin import FAULTS
+from palpate.recording.checking import check
+from palpate.recording.foreign import recorded
 from palpate.sources.sim import SimSource, faults
-from palpate.twin import FAULTS
 
 PAIRS = 12
 LIMIT_S = 120.0

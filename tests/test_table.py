@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate import Recording, RecordingError, read
-from palpate.table import read_table, to_number
+from palpate.recording.table import read_table, to_number
 
 MAP = {"hard": "hard", "soft": "soft"}
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 from palpate.clock import VirtualClock
-from palpate.configuration import Channel, Configuration
-from palpate.driver import Ad7746
 from palpate.evalkit import EvalKit
-from palpate.twin import KitTwin, Reply
-from palpate.twin_backend import TwinBackend
-from palpate.twin_chip import ChipTwin
+from palpate.kit.configuration import Channel, Configuration
+from palpate.kit.driver import Ad7746
+from palpate.kit.twin import KitTwin, Reply
+from palpate.kit.twin_backend import TwinBackend
+from palpate.kit.twin_chip import ChipTwin
 
 # kind, request, value, index, then for OUT the data, for IN the count and the answer.
 Exchange = tuple[str, str]

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from palpate.clock import Clock, RealClock, VirtualClock
-from palpate.twin import KitTwin
-from palpate.twin_backend import Port, TwinBackend
-from palpate.usbboards import fresh, system_backend
+from palpate.kit.twin import KitTwin
+from palpate.kit.twin_backend import Port, TwinBackend
+from palpate.kit.usbboards import fresh, system_backend
 
 NOBODY = 65534
 

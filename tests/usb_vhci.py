@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from palpate.clock import Clock, RealClock
-from palpate.twin import KitTwin, Reply
-from palpate.usbboards import boards, fresh, system_backend
+from palpate.kit.twin import KitTwin, Reply
+from palpate.kit.usbboards import boards, fresh, system_backend
 from usb_carriers import NOBODY
 
 _VHCI = Path("/sys/devices/platform/vhci_hcd.0")

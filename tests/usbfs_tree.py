@@ -9,7 +9,7 @@ import shutil
 import threading
 from pathlib import Path
 
-from palpate.twin import KitTwin
+from palpate.kit.twin import KitTwin
 from usbfs_server import Node
 
 # Device and configuration descriptors of a root hub.

@@ -40,10 +40,10 @@ if TYPE_CHECKING:
     from typing import Any
 
     from palpate.calibration import Calibration
-    from palpate.checking import check
-    from palpate.foreign import recorded
-    from palpate.modulus import Modulus
+    from palpate.calibration.modulus import Modulus
     from palpate.recording import Recording, read
+    from palpate.recording.checking import check
+    from palpate.recording.foreign import recorded
     from palpate.sample import Sample, Status
     from palpate.sources import Source, open
     from palpate.stream import Stream
@@ -94,38 +94,36 @@ __all__ = [
 
 _LAZY = {
     "Calibration": "calibration",
-    "Modulus": "modulus",
+    "Modulus": "calibration.modulus",
     "Recording": "recording",
     "Sample": "sample",
     "Source": "sources",
     "Status": "sample",
     "Stream": "stream",
-    "check": "checking",
+    "check": "recording.checking",
     "most_reliable": "touch",
     "open": "sources",
     "read": "recording",
-    "recorded": "foreign",
+    "recorded": "recording.foreign",
     "touches": "touch",
 }
 _MODULES = {
     "ad7746",
     "benchmark",
-    "configuration",
+    "calibration",
     "design",
-    "driver",
     "evalkit",
+    "figures",
+    "kit",
     "recording",
     "reference",
     "scenarios",
     "simulate",
-    "simulated_kit",
     "sources",
     "specimens",
     "stream",
     "touch",
-    "twin",
 }
-_MODULES |= {"calibration", "characterise", "figures", "hand"}
 
 
 def __getattr__(name: str) -> Any:

@@ -1,6 +1,6 @@
 """The AD7746 capacitance-to-digital converter: facts of its data sheet, rev. 0, as pure functions.
 
-Nothing here speaks to a chip; see `palpate.driver`. Not tried on hardware.
+Nothing here speaks to a chip; see `palpate.kit.driver`. Not tried on hardware.
 """
 
 from typing import Final

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 from palpate._core import Touch
-from palpate.block import Block, samples_of
+from palpate.recording.block import Block, samples_of
 from palpate.sample import Sample
 
 

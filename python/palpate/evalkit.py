@@ -10,9 +10,9 @@ from typing import Any
 from palpate import ad7746
 from palpate.clock import Clock, RealClock
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError, SourceTimeout
-from palpate.firmware import read_hex
-from palpate.usbboards import PRODUCT, VENDOR, board_of, choose, devices, fresh, system_backend
-from palpate.usberrors import NotAllowed, translated
+from palpate.kit.firmware import read_hex
+from palpate.kit.usbboards import PRODUCT, VENDOR, board_of, choose, devices, fresh, system_backend
+from palpate.kit.usberrors import NotAllowed, translated
 
 try:
     import usb.util

@@ -7,8 +7,8 @@ from threading import Event, Thread
 from palpate._core import SampleRing
 from palpate.ad7746 import LAST_CODE
 from palpate.errors import ProtocolError
-from palpate.recorder import Recorder
-from palpate.rows import LARGEST_STATUS
+from palpate.recording.recorder import Recorder
+from palpate.recording.rows import LARGEST_STATUS
 from palpate.sample import Sample
 from palpate.sources import Source
 

@@ -9,12 +9,12 @@ from typing import Any, Self
 import numpy as np
 
 from palpate._core import SampleRing, Touch, Tracker
-from palpate.block import DTYPE, Block, feed, refused, saturated
 from palpate.errors import SourceTimeout
 from palpate.estimate import Batch, Estimate, StreamCounters
 from palpate.reading import Reader
-from palpate.recorder import Recorder
-from palpate.sidecar import sidecar_path
+from palpate.recording.block import DTYPE, Block, feed, refused, saturated
+from palpate.recording.recorder import Recorder
+from palpate.recording.sidecar import sidecar_path
 from palpate.sources import Source
 from palpate.sources import open as open_source
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
-from palpate.block import Block, feed
+from palpate.recording.block import Block, feed
 
 
 class Channels(Protocol):

@@ -6,10 +6,10 @@ from dataclasses import asdict
 from typing import Any, Self
 
 from palpate.ad7746 import SATURATED_PF
-from palpate.bus import RegisterBus
 from palpate.clock import Clock, RealClock
-from palpate.configuration import Configuration
-from palpate.driver import Ad7746
+from palpate.kit.bus import RegisterBus
+from palpate.kit.configuration import Configuration
+from palpate.kit.driver import Ad7746
 from palpate.sample import Sample
 from palpate.sources.base import Source
 from palpate.sources.options import Check, anything, checked, number, text
@@ -100,7 +100,7 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
 
 def open_i2c(address: str, options: Mapping[str, Any]) -> BoardSource:
     """Open `i2c:/dev/i2c-N`."""
-    from palpate.i2cdev import I2cBus
+    from palpate.kit.i2cdev import I2cBus
 
     given = checked("i2c", options, {**CONVERTER, "open_bus": anything, "clock": anything})
     if not address:

@@ -31,7 +31,7 @@ def devices() -> tuple[list[Found], list[str]]:
 
 
 def _boards() -> list[Found]:
-    from palpate.usbboards import boards
+    from palpate.kit.usbboards import boards
 
     return [Found(f"usb:{board}", "AD7746 evaluation kit") for board in boards()]
 

@@ -5,12 +5,12 @@ from collections.abc import Iterator, Mapping
 from threading import Event
 from typing import Any
 
-from palpate.block import Block, samples_of
-from palpate.foreign import recorded
+from palpate.recording.block import Block, samples_of
+from palpate.recording.foreign import recorded
+from palpate.recording.table import PICOFARADS
 from palpate.sample import Sample
 from palpate.sources.base import Source
 from palpate.sources.options import anything, checked, choice, number
-from palpate.table import PICOFARADS
 
 
 class FileSource(Source):

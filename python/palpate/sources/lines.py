@@ -9,10 +9,10 @@ from threading import Event
 from typing import Any
 
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, SourceError
+from palpate.recording.table import PICOFARADS, to_number
 from palpate.sample import Sample, Status
 from palpate.sources.base import Source
 from palpate.sources.options import Check, checked, choice, number, text
-from palpate.table import PICOFARADS, to_number
 
 try:
     import serial

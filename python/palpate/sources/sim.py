@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 
 from palpate.clock import Clock, RealClock, VirtualClock
 from palpate.evalkit import EvalKit
+from palpate.kit.simulated import kit_of
+from palpate.kit.twin import FAULTS, Fault, KitTwin
+from palpate.kit.twin_backend import TwinBackend
 from palpate.sample import Sample
 from palpate.scenarios import SCENARIOS
-from palpate.simulated_kit import kit_of
 from palpate.sources.board import CONVERTER, BoardSource
 from palpate.sources.options import checked, number
-from palpate.twin import FAULTS, Fault, KitTwin
-from palpate.twin_backend import TwinBackend
 
 DEFAULT = "four-specimens"
 _FAULT = re.compile(r"(?P<kind>[^:@]+)(?::(?P<amount>[^@]+))?@(?P<time>.+)")

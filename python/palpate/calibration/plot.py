@@ -1,0 +1,83 @@
+"""A calibration as a picture: touches, specimens, the curve and where the next touch will lie."""
+
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.calibration import Calibration
+from palpate.calibration.curve_fit import curve
+from palpate.calibration.interval import Measured, allowance
+from palpate.figure_style import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, sheet
+
+_POINTS = 400
+
+
+def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD, label: str = "eq. (2), fitted") -> None:
+    """Draw the curve, with its band for a single touch, over the logarithm of the modulus."""
+    low, high = calibration.range
+    x = np.linspace(np.log(low / 2), np.log(high * 4), _POINTS)
+    level = curve(calibration.fitted.parameters, x)
+    reach = allowance(calibration.fitted, Measured(1.0), x)
+    ax.fill_between(np.exp(x), level - reach, level + reach, color=colour, alpha=0.15, linewidth=0,
+                    label="95 % of touches")  # fmt: skip
+    ax.plot(np.exp(x), level, color=colour, label=label)
+    ax.axhline(calibration.probe.rigid_ratio, **TRUTH, label=f"rigid object: {calibration.probe.rigid_ratio:.3g}")
+    moduli_axis(ax)
+    ax.set_xlim(np.exp(x[0]), np.exp(x[-1]))
+    ax.set_ylabel("capacitance ratio")
+
+
+def moduli_axis(ax: Any) -> None:
+    """Make the horizontal axis one of moduli: logarithmic, in plain numbers."""
+    ax.set_xscale("log")
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.set_xlabel("Young's modulus, MPa")
+
+
+def _figure(figure: Any, calibration: Calibration) -> None:
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1.2])
+    rows = calibration.residuals
+    moduli = [row.modulus for row in rows]
+    dots: dict[str, Any] = {"marker": ".", "linestyle": "", "color": HARD, "markersize": 3}
+    bars: dict[str, Any] = {"fmt": "_", "color": PAPER, "markersize": 9, "capsize": 2, "linewidth": 0.8}
+    draw(upper, calibration)
+    upper.plot(calibration.moduli, calibration.ratios, label="measured", zorder=3, **dots)
+    upper.errorbar(moduli, [row.ratio for row in rows], [row.standard_error for row in rows],
+                   label="specimen's mean, std. error", **bars)  # fmt: skip
+    upper.legend(loc="lower right")
+    upper.set_xlabel("")
+    upper.set_title("ratio against modulus, and the distance from the curve")
+    level = curve(calibration.fitted.parameters, np.log(calibration.moduli))
+    lower.axhline(0, color=HANDHELD)
+    lower.plot(calibration.moduli, 100 * (calibration.ratios / level - 1), zorder=3, **dots)
+    lower.errorbar(moduli, [100 * row.relative for row in rows], [100 * row.standard_error / row.fitted for row in rows],
+                   **bars)  # fmt: skip
+    lower.set_ylabel("distance, %")
+    moduli_axis(lower)
+
+
+def save(calibration: Calibration, path: Path) -> None:
+    """Write the plot; the format is the suffix's: .png, .pdf, .svg.
+
+    Raises
+    ------
+    ValueError
+        Another suffix.
+    """
+    if path.suffix not in (".png", ".pdf", ".svg"):
+        raise ValueError(f"plot: got {path.name!r}, allowed: a name that ends in .png, .pdf or .svg")
+    with sheet(1.3 * COLUMN_IN, 1.2 * COLUMN_IN) as figure:
+        _figure(figure, calibration)
+        figure.savefig(path)
+
+
+def svg(calibration: Calibration) -> str:
+    """Return the plot as an SVG element, to stand in a page."""
+    text = StringIO()
+    with sheet(1.6 * COLUMN_IN, 1.4 * COLUMN_IN) as figure:
+        _figure(figure, calibration)
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    whole = text.getvalue()
+    return whole[whole.index("<svg") :]

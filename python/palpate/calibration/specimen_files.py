@@ -1,0 +1,135 @@
+"""Which recording is of which specimen, and of what modulus: a table of moduli, and the files' names."""
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from palpate.errors import CalibrationError
+from palpate.recording.block import DTYPE, Block
+from palpate.recording.rows import HEADER, format_rows
+from palpate.recording.table import to_number
+from palpate.sample import Status
+from palpate.simulate import Simulation
+
+
+def read_moduli(path: Path) -> dict[str, float]:
+    """Read a table of moduli.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        Two columns with a header row: the specimen's name, and its modulus in MPa. Comma, semicolon or tab.
+
+    Returns
+    -------
+    dict of str to float
+        Modulus in MPa by name.
+
+    Raises
+    ------
+    CalibrationError
+        Not such a table: with the line and the reason.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise CalibrationError(f"{path}: not a text table: {error}") from error
+    delimiter = next((mark for mark in "\t;" if lines and mark in lines[0]), ",")
+    moduli: dict[str, float] = {}
+    rows = list(csv.reader(lines, delimiter=delimiter))
+    for number, row in enumerate(rows[1:], 2):
+        cells = [cell.strip() for cell in row]
+        if any(cells):
+            name, modulus = _row(f"{path}, line {number}", cells)
+            if _bare(name) in map(_bare, moduli):
+                raise CalibrationError(f"{path}, line {number}: {name!r} stands there twice")
+            moduli[name] = modulus
+    if not moduli:
+        raise CalibrationError(
+            f"{path}: no specimens in it; expected a header row, then rows of name and modulus in MPa"
+        )
+    return moduli
+
+
+def _row(place: str, cells: list[str]) -> tuple[str, float]:
+    if len(cells) < 2 or not cells[0]:
+        raise CalibrationError(f"{place}: got {len(cells)} cells, allowed: the specimen's name and its modulus in MPa")
+    try:
+        modulus = to_number(cells[1])
+    except ValueError:
+        modulus = float("nan")
+    if not 0 < modulus < float("inf"):
+        raise CalibrationError(f"{place}: got {cells[1]!r} as a modulus, allowed: a positive number, MPa")
+    return cells[0], modulus
+
+
+def assign(files: Sequence[Path], moduli: Mapping[str, float]) -> dict[str, list[Path]]:
+    """Sort recordings by specimen.
+
+    A file belongs to the specimen whose name its own name is, or begins with before a space, hyphen, underscore or
+    dot: `30 OO.csv`, `30OO-2.csv`, `30oo_monday.csv` are all of `30 OO`.
+
+    Raises
+    ------
+    CalibrationError
+        A file of no specimen.
+
+    Examples
+    --------
+    >>> found = assign([Path("30OO-1.csv"), Path("30oo-2.csv")], {"30 OO": 0.143, "70 A": 8.68})
+    >>> [path.name for path in found["30 OO"]], found["70 A"]
+    (['30OO-1.csv', '30oo-2.csv'], [])
+    """
+    names = {_bare(name): name for name in moduli}
+    found: dict[str, list[Path]] = {name: [] for name in moduli}
+    for file in files:
+        stem = file.stem
+        ends = [len(stem), *(match.start() for match in reversed(list(re.finditer(r"[-_ .]", stem))))]
+        name = next((names[_bare(stem[:end])] for end in ends if _bare(stem[:end]) in names), None)
+        if name is None:
+            raise CalibrationError(f"{file}: of no specimen; its name has to begin with one of {', '.join(moduli)}")
+        found[name].append(file)
+    return found
+
+
+def _bare(name: str) -> str:
+    return re.sub(r"[-_ .]", "", name).casefold()
+
+
+def write_session(folder: Path, recordings: Mapping[str, Simulation], moduli: Mapping[str, float]) -> list[Path]:
+    """Write simulated recordings, a file each, and their moduli as `moduli.csv`.
+
+    Raises
+    ------
+    FileExistsError
+        One of the files is there already; none is written then.
+    """
+    paths = {name: folder / f"{name.replace(' ', '')}.csv" for name in recordings}
+    table = folder / "moduli.csv"
+    if there := [path for path in [*paths.values(), table] if path.exists()]:
+        raise FileExistsError(f"{there[0]} exists already")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, path in paths.items():
+        path.write_bytes(HEADER.encode() + format_rows(_block(recordings[name])))
+    rows = "".join(f"{name},{moduli[name]!r}\n" for name in recordings)
+    table.write_text(f"specimen,modulus_MPa\n{rows}", encoding="utf-8")
+    return [*paths.values(), table]
+
+
+def _block(run: Simulation) -> Block:
+    """Return what a simulation gave as samples: a value that is missing has no code."""
+    block = np.zeros(len(run.hard), DTYPE)
+    block["seq"] = np.arange(len(block))
+    lost = np.isnan(run.hard) | np.isnan(run.soft)
+    channels = (("hard", run.t_hard_s, Status.HARD_SATURATED), ("soft", run.t_soft_s, Status.SOFT_SATURATED))
+    for name, seconds, saturated in channels:
+        codes, values = getattr(run, f"{name}_raw"), getattr(run, name)
+        block[f"t_{name}_ns"] = np.rint(seconds * 1e9)
+        block[f"{name}_raw"] = np.where(lost, -1, codes)
+        block[name] = np.where(lost, np.nan, values)
+        block["status"] |= np.where(~lost & (np.abs(values) >= run.full_scale_pF), int(saturated), 0).astype(np.uint8)
+    block["status"][lost] = int(Status.LOST)
+    return block

@@ -1,0 +1,139 @@
+"""The command that fits a calibration to recordings."""
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from palpate import PalpateError, Touch
+from palpate.cli.exit import NOT_RELIABLE, fail
+from palpate.cli.options import recording_options
+
+if TYPE_CHECKING:
+    from palpate import Calibration
+    from palpate.calibration.characterise import Specimen
+
+_file = click.Path(dir_okay=False, path_type=Path)
+_input = click.Path(exists=True, dir_okay=False, path_type=Path)
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, type=_input)
+@click.option("--moduli", required=True, type=_input, help="Table: the specimen's name, its modulus in MPa.")
+@click.option("-o", "output", required=True, type=_file, help="Where to write the calibration, TOML.")
+@click.option("--plot", type=_file, help="Draw it: .png, .pdf or .svg.")
+@click.option("--report", type=_file, help="Table, fit and plot as one HTML page.")
+@click.option("--by", default="all", show_default=True, help="Fit every touch, or mean, weighted, agreement, "
+              "standard_error, covariance.")  # fmt: skip
+@click.option("--free-soft-ratio", is_flag=True, help="Fit the ratio on an infinitely soft object too: gains differ.")
+@recording_options
+@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of a table.")
+def calibrate(
+    files: tuple[Path, ...],
+    moduli: Path,
+    output: Path,
+    plot: Path | None,
+    report: Path | None,
+    by: str,
+    free_soft_ratio: bool,
+    as_json: bool,
+    **how: Any,
+) -> None:
+    """Fit a calibration to recordings of touches on specimens of known modulus.
+
+    A recording may hold several touches, all on one specimen: that with whose name its own begins (30OO-2.csv
+    is of "30 OO"). Touches with a flag are left out. Exit codes: 4, not a recording, not a table of moduli, or no
+    calibration possible; 5, written, but not to be relied on (the verdict says why).
+
+    \b
+    Example:
+      palpate calibrate specimens/*A.csv specimens/*O.csv --moduli specimens/moduli.csv -o probe.toml --plot probe.png
+    """  # noqa: D301
+    from palpate.calibration import characterise
+
+    specimens = _specimens(files, moduli, how)
+    try:
+        soft = None if free_soft_ratio else 1.0
+        found = characterise.calibrate(specimens, by=by, soft_ratio=soft, about={"scene": how["scene"]})
+        _draw(found, specimens, plot, report)
+        found.save(output)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
+    except PalpateError as error:
+        fail(error)
+    click.echo(_document(found, specimens, output) if as_json else _table(found, specimens))
+    sys.exit(0 if found.sound else NOT_RELIABLE)
+
+
+def _specimens(files: Sequence[Path], moduli: Path, how: dict[str, Any]) -> "list[Specimen]":
+    from palpate.calibration.characterise import Specimen
+    from palpate.calibration.specimen_files import assign, read_moduli
+
+    try:
+        known = read_moduli(moduli)
+        assigned = assign([file for file in files if file.resolve() != moduli.resolve()], known)
+        specimens = [Specimen(name, known[name], _touches(assigned[name], how)) for name in known]
+    except PalpateError as error:
+        fail(error)
+    kept = []
+    for specimen in sorted(specimens, key=lambda s: s.modulus):
+        flagged = sum(bool(touch.flags) for touch in specimen.touches)
+        if flagged:
+            click.echo(f"{specimen.name}: {flagged} of {len(specimen.touches)} touches have a flag: left out", err=True)
+        if flagged == len(specimen.touches):
+            click.echo(f"{specimen.name}: no touch without a flag: the specimen is left out", err=True)
+        else:
+            kept.append(specimen)
+    return kept
+
+
+def _touches(files: Sequence[Path], how: dict[str, Any]) -> list[Touch]:
+    from palpate import read, touches
+
+    found = []
+    for file in files:
+        try:
+            recording = read(file, columns=how["columns"], unit=how["unit"])
+            samples = {"samples": how["samples"]} if how["samples"] else {}
+            found += touches(recording, scene=how["scene"], **how["settings"], **samples)
+        except (ValueError, TypeError) as error:
+            raise click.UsageError(f"{file}: {str(error).splitlines()[0]}") from error
+        for note in recording.notes:
+            click.echo(f"{file}: {note}", err=True)
+    return found
+
+
+def _draw(found: "Calibration", specimens: "list[Specimen]", plot: Path | None, report: Path | None) -> None:
+    if plot:
+        from palpate.calibration.plot import save
+
+        save(found, plot)
+    if report:
+        from palpate.calibration.report import html
+
+        report.write_text(html(found, specimens), encoding="utf-8")
+
+
+def _table(found: "Calibration", specimens: "list[Specimen]") -> str:
+    from palpate.calibration.report import parameter_rows, specimen_rows
+
+    rows = specimen_rows(specimens)
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+    parameters = [f"{name:15} {value:>12}   {interval}" for name, value, interval in parameter_rows(found)]
+    return "\n".join([*(line.rstrip() for line in lines), "", *parameters, "", found.verdict])
+
+
+def _document(found: "Calibration", specimens: "list[Specimen]", output: Path) -> str:
+    from palpate.calibration.report import specimen_records
+
+    whole = {
+        "calibration": str(output),
+        **found.as_dict(),
+        "sound": found.sound,
+        "specimens": specimen_records(specimens),
+    }
+    return json.dumps(whole, indent=2, allow_nan=False)

@@ -1,0 +1,79 @@
+"""`palpate check`: whether recordings are whole."""
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from palpate import RecordingError
+from palpate.cli.exit import BAD_DATA, NOT_RELIABLE
+from palpate.cli.options import reading_options
+
+if TYPE_CHECKING:
+    from palpate.recording.checking import Report
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@reading_options
+@click.option("--repair", is_flag=True, help="After an unclean stop: cut off a torn row, and write the end.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of lines.")
+def check(
+    files: tuple[Path, ...], columns: dict[str, str] | None, unit: str | None, repair: bool, as_json: bool
+) -> None:
+    """Tell whether recordings are complete, have gaps, are clipped, and ended properly.
+
+    Exit codes: 4, one is not a recording, or not complete; 5, samples are missing or have no usable value.
+
+    \b
+    Example:
+      palpate check monday/*.csv
+    """  # noqa: D301
+    from palpate.recording.checking import check as look
+
+    reports: list[Report] = []
+    unreadable: list[RecordingError] = []
+    for file in files:
+        try:
+            reports.append(look(file, repair=repair, columns=columns, unit=unit))
+        except ValueError as error:
+            raise click.UsageError(f"{file}: {error}") from error
+        except RecordingError as error:
+            unreadable.append(error)
+    click.echo(_json(reports, unreadable) if as_json else "\n".join(map(_lines, reports)), nl=as_json or bool(reports))
+    for wrong in unreadable:
+        click.echo(f"Error: {wrong}", err=True)
+    sys.exit(_code(reports, unreadable))
+
+
+def _code(reports: "list[Report]", unreadable: list[RecordingError]) -> int:
+    if unreadable or any(report.faults for report in reports):
+        return BAD_DATA
+    return NOT_RELIABLE if any(report.findings for report in reports) else 0
+
+
+def _json(reports: "list[Report]", unreadable: list[RecordingError]) -> str:
+    plain = [report.as_dict() for report in reports]
+    return json.dumps({"recordings": plain, "unreadable": [str(error) for error in unreadable]}, indent=2)
+
+
+def _lines(report: "Report") -> str:
+    survey = report.survey
+    pace = "" if survey.rows < 2 or not survey.period_s > 0 else f", {1 / survey.period_s:.1f} pairs a second"
+    verdict = _verdict(report)
+    lines = [f"{report.path}: {verdict}: {survey.rows} rows in {survey.seconds:.1f} s{pace}"]
+    return "\n".join(
+        [*lines, *(f"  fault: {text}" for text in report.faults), *(f"  {text}" for text in report.findings)]
+    )
+
+
+def _verdict(report: "Report") -> str:
+    if report.running:
+        return "still being recorded"
+    if report.faults:
+        return "not complete"
+    if report.repaired:
+        return "repaired"
+    return "readable" if report.clean is None else "complete, clean end"

@@ -1,0 +1,31 @@
+"""`palpate devices`: what is plugged in."""
+
+import json
+import sys
+
+import click
+
+from palpate.cli.exit import NO_DEVICE
+
+
+@click.command()
+@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of lines.")
+def devices(as_json: bool) -> None:
+    """List the sources that are plugged in, as `record` takes them; opens none.
+
+    Exit code 3: there is none. `sim:` needs none.
+    """
+    from palpate.sources.devices import devices as look
+
+    found, notes = look()
+    if as_json:
+        click.echo(json.dumps({"devices": [device._asdict() for device in found], "notes": notes}, indent=2))
+    else:
+        width = max((len(device.uri) for device in found), default=0)
+        for device in found:
+            click.echo(f"{device.uri:{width}}  {device.what}")
+    for note in notes:
+        click.echo(f"not looked for: {note}", err=True)
+    if not found:
+        click.echo("no device found; a simulated board is always there: sim:four-specimens", err=True)
+        sys.exit(NO_DEVICE)

@@ -1,0 +1,197 @@
+"""`palpate record`: a measurement without a screen."""
+
+import json
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from palpate import PalpateError
+from palpate.cli import touches as cli_touches
+from palpate.cli.exit import INTERRUPTED, NOT_RELIABLE
+from palpate.cli.options import estimating_options
+
+if TYPE_CHECKING:
+    from palpate.estimate import Batch
+    from palpate.stream import Stream
+
+_PROGRESS_S = 0.2
+
+
+@click.command()
+@click.argument("source")
+@click.option("-o", "file", required=True, type=click.Path(dir_okay=False, path_type=Path), help="NAME.csv")
+@click.option("--touches", type=click.IntRange(min=1), help="Stop after so many touches.")
+@click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after so many seconds.")
+@click.option("--note", "notes", multiple=True, metavar="TEXT", help="Kept in the sidecar; may be repeated.")
+@click.option("--firmware", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Of the evaluation kit.")
+@estimating_options
+@click.option("--json", "as_json", is_flag=True, help="One JSON document at the end instead of rows.")
+def record(
+    source: str,
+    file: Path,
+    touches: int | None,
+    seconds: float | None,
+    notes: tuple[str, ...],
+    firmware: Path | None,
+    scene: str,
+    samples: int | None,
+    settings: dict[str, float],
+    as_json: bool,
+) -> None:
+    """Record from SOURCE, and print one row a touch as it ends.
+
+    SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices`, and
+    help(palpate.open). Ends with Ctrl-C, too: the file is closed properly. Exit codes: 3, no device, or it was
+    unplugged and did not come back; 4, it gives nonsense, or the file cannot be written; 5, fewer touches
+    than asked for; 130, Ctrl-C.
+
+    \b
+    Example:
+      palpate record usb: -o bench.csv --touches 4 --note "specimen 70 OO"
+      palpate record "sim:four-specimens?seed=1" -o run.csv --touches 4
+    """  # noqa: D301
+    from palpate import sources
+    from palpate.stream import Stream
+
+    how: dict[str, Any] = settings | ({"samples": samples} if samples else {})
+    try:
+        opened = sources.open(source, **({"firmware": str(firmware)} if firmware else {}))
+        stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=_say, **how)
+    except (ValueError, TypeError) as error:
+        raise click.UsageError(str(error).split("\n")[0]) from error
+    session = _Session(stream, touches, seconds, quiet=as_json)
+    failure: PalpateError | None = None
+    with _interruptible(stream) as signals:
+        try:
+            session.run()
+        except PalpateError as error:
+            failure = error
+    if stream.recorder:
+        session.report(file, as_json, failure)
+    if failure:
+        raise failure
+    if signals:
+        sys.exit(INTERRUPTED)
+    if touches and len(stream.touches) < touches:
+        click.echo(f"{len(stream.touches)} touches, {touches} were wanted", err=True)
+        sys.exit(NOT_RELIABLE)
+
+
+class _Session:
+    """One run: what is printed, and when it is enough."""
+
+    def __init__(self, stream: "Stream", touches: int | None, seconds: float | None, *, quiet: bool) -> None:
+        self._stream = stream
+        self._touches = touches
+        self._seconds = seconds
+        self._quiet = quiet
+        self._first_ns: int | None = None
+        self._elapsed_s = 0.0
+        self._printed = 0
+        self._progress = _Progress()
+
+    def run(self) -> None:
+        """Measure until it is enough."""
+        with self._stream:
+            for batch in self._stream.batches():
+                self._count(batch)
+                self._print_new()
+                self._progress.show(self._line)
+                if self._enough():
+                    break
+        self._print_new()
+
+    def report(self, file: Path, as_json: bool, failure: PalpateError | None) -> None:
+        """Say what is in the file."""
+        self._progress.clear()
+        counters = self._stream.counters
+        if as_json:
+            plain = [touch.as_dict() for touch in self._stream.touches]
+            document = {"file": str(file), "seconds": self._elapsed_s, "counters": counters.as_dict(), "touches": plain}
+            document["error"] = str(failure) if failure else None
+            click.echo(json.dumps(document, indent=2, allow_nan=False))
+        parts = {
+            "lost": counters.lost,
+            "late": counters.late,
+            "not written": counters.unrecorded,
+            "not estimated": counters.dropped,
+            "without a value": counters.refused,
+            "saturated": counters.saturated,
+        }
+        told = "".join(f", {count} {what}" for what, count in parts.items() if count)
+        click.echo(f"{file}: {counters.recorded} rows{told}; closed", err=True)
+
+    def _count(self, batch: "Batch") -> None:
+        if len(batch.samples):
+            times = batch.samples["t_hard_ns"]
+            self._first_ns = int(times[0]) if self._first_ns is None else self._first_ns
+            self._elapsed_s = (int(times[-1]) - self._first_ns) / 1e9
+
+    def _enough(self) -> bool:
+        many = self._touches is not None and len(self._stream.touches) >= self._touches
+        return many or (self._seconds is not None and self._elapsed_s >= self._seconds)
+
+    def _print_new(self) -> None:
+        for touch in [] if self._quiet else self._stream.touches[self._printed :]:
+            self._progress.clear()
+            if not self._printed:
+                click.echo(cli_touches.HEADER)
+            self._printed += 1
+            click.echo(cli_touches.row(self._printed, touch))
+
+    def _line(self) -> str:
+        counters, tracker = self._stream.counters, self._stream.tracker
+        ratio = f", ratio {tracker.ratio:.3f}" if tracker.state == "contact" else ""
+        return f"{self._elapsed_s:.1f} s, {counters.read} pairs, {counters.lost} lost, {tracker.state}{ratio}"
+
+
+class _Progress:
+    """One line on a terminal that is written again and again; nothing elsewhere."""
+
+    def __init__(self) -> None:
+        self._terminal = sys.stderr.isatty()
+        self._shown_s, self._width = 0.0, 0
+
+    def show(self, line: Any) -> None:
+        now = time.monotonic()
+        if self._terminal and now - self._shown_s >= _PROGRESS_S:
+            text = line()
+            click.echo(f"\r{text:{self._width}}", err=True, nl=False)
+            self._shown_s, self._width = now, len(text)
+
+    def clear(self) -> None:
+        if self._width:
+            click.echo("\r" + " " * self._width + "\r", err=True, nl=False)
+            self._width = 0
+
+
+@contextmanager
+def _interruptible(stream: "Stream") -> Iterator[list[int]]:
+    """Let Ctrl-C and SIGTERM end the measurement, not the program; return a list of those that came."""
+    came: list[int] = []
+
+    def handle(number: int, _: object) -> None:
+        came.append(number)
+        if not stream.stop():
+            raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield came
+        return
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield came
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _say(message: str) -> None:
+    click.echo(message, err=True)

@@ -1,0 +1,96 @@
+"""`palpate replay`: a recording through the estimator again."""
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from palpate import __version__
+from palpate.cli import touches as cli_touches
+from palpate.cli.exit import NOT_RELIABLE
+from palpate.cli.moduli import Moduli
+from palpate.cli.options import replaying_options
+
+if TYPE_CHECKING:
+    from palpate import Touch
+    from palpate.recording.foreign import Foreign
+    from palpate.recording.own_file import Recorded
+
+
+@click.command()
+@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@replaying_options
+@click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+              help="What `calibrate` wrote: adds the modulus, with its interval, to each touch.")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of a table.")
+def replay(
+    file: Path,
+    columns: dict[str, str] | None,
+    unit: str | None,
+    scene: str | None,
+    samples: int | None,
+    settings: dict[str, float],
+    calibration: Path | None,
+    as_json: bool,
+) -> None:  # \b below is click's mark for lines that it must not join
+    """Send a recording through the estimator again: one row a touch.
+
+    Without --scene a recording of palpate's own is measured as it was live, with the same digits. Flags: short,
+    saturated, refused, unsettled, unexcited; see help(palpate.Touch.flags). Exit codes: 4, not a recording; 5, no touch
+    in it.
+
+    \b
+    Example:
+      palpate replay bench.csv --map "hard=C1 (pF),soft=C2 (pF)" --set drift=0.005
+    """  # noqa: D301
+    from palpate import touches
+    from palpate.recording.foreign import recorded
+
+    try:
+        recording = recorded(file, columns=columns, unit=unit)
+        how: dict[str, Any] = {"scene": scene} if scene else {"scene": "handheld"} | recording.settings
+        how |= settings | ({"samples": samples} if samples else {})
+        found = touches(recording, **how)
+    except (ValueError, TypeError) as error:
+        raise click.UsageError(str(error).split("\n")[0]) from error
+    for note in recording.notes:
+        click.echo(f"{file}: {note}", err=True)
+    moduli = Moduli(calibration, how["scene"]) if calibration else None
+    document = _json(file, how, recording, found, moduli) if as_json else _table(found, moduli)
+    click.echo(document, nl=as_json)
+    if not found:
+        click.echo(f"{file}: no touch found: {_why_not(recording)}", err=True)
+        sys.exit(NOT_RELIABLE)
+
+
+def _table(found: "list[Touch]", moduli: Moduli | None) -> str:
+    table = cli_touches.table(found)
+    return moduli.table(table, found) if moduli and found else table
+
+
+def _why_not(recording: "Recorded | Foreign") -> str:
+    spans = [f"{name} {high - low:.3g} pF" for name, (low, high) in recording.survey.spans_pF.items()]
+    if len(spans) < 2:
+        return "a channel has no value at all"
+    return f"nothing rose out of the idle noise for long enough. The channels span {', '.join(spans)}; see --unit"
+
+
+def _json(
+    file: Path, how: dict[str, Any], recording: "Recorded | Foreign", found: "list[Touch]", moduli: Moduli | None
+) -> str:
+    settings = {name: value for name, value in how.items() if name != "scene"}
+    document = {
+        "file": str(file),
+        "scene": how["scene"],
+        "settings": {name: str(value) if value in (math.inf, -math.inf) else value for name, value in settings.items()},
+        "palpate": __version__,
+        "rows": recording.survey.rows,
+        "notes": recording.notes,
+        "touches": [touch.as_dict() for touch in found],
+    }
+    if moduli:
+        moduli.add(document, found)
+    return json.dumps(document, indent=2, allow_nan=False)

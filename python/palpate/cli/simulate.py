@@ -1,0 +1,50 @@
+"""The command that writes simulated recordings."""
+
+import math
+from pathlib import Path
+
+import click
+
+
+def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
+    """NAME=MPA, several times."""
+    found = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError:
+            found[name.strip()] = math.nan
+        if not (name.strip() and 0 < found[name.strip()] < math.inf) or set(name) & set("/\\"):
+            raise click.BadParameter(f"got {text!r}, allowed: NAME=MPA, as gel=1.1")
+    return found
+
+
+@click.command()
+@click.option("-o", "folder", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder.")
+@click.option("--object", "objects", multiple=True, callback=_objects, metavar="NAME=MPA",
+              help="An object and its modulus; again for more.  [default: the ten specimens of the paper's Table I]")  # fmt: skip
+@click.option("--touches", default=4, show_default=True, type=click.IntRange(1, 100), help="Touches on each object.")
+@click.option("--oblique", default=0.03, show_default=True, type=click.FloatRange(0, 0.5), help="Scatter of the ratio.")
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="The same gives the same.")
+def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: float, seed: int) -> None:
+    """Write simulated recordings of touches on known objects, to try `calibrate` without a probe.
+
+    A file for each object, and moduli.csv with what is true.
+
+    \b
+    Example:
+      palpate simulate -o specimens
+      palpate simulate -o gel --object gel=1.1 --seed 7
+    """  # noqa: D301
+    from palpate.calibration.hand import Hand, session
+    from palpate.calibration.specimen_files import write_session
+    from palpate.specimens import SORBOTHANE_MPA
+
+    moduli = objects or SORBOTHANE_MPA
+    made = session(seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches)
+    try:
+        paths = write_session(folder, made, moduli)
+    except FileExistsError as error:
+        raise click.UsageError(f"-o: {error}") from error
+    click.echo("\n".join(map(str, paths)))

@@ -1,0 +1,147 @@
+"""Fig. 10, 11 and 12 of the paper: ten specimens by four touches, and the curve through them."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from palpate._core import Touch
+from palpate.calibration import Calibration
+from palpate.calibration.characterise import Specimen, calibrate, choose
+from palpate.calibration.hand import session
+from palpate.calibration.plot import draw, moduli_axis
+from palpate.figure_style import HANDHELD, HARD, PAPER, SLOW, TRUTH
+from palpate.scenarios import PROBE
+from palpate.specimens import SORBOTHANE_MPA
+from palpate.touch import touches
+
+
+@dataclass(frozen=True)
+class Session:
+    """The same recordings through two scenes, and what is fitted to them."""
+
+    paper: list[Specimen]
+    handheld: list[Specimen]
+    smallest_p: Calibration  # as the paper: the touch with the smallest P of each specimen
+    every_touch: Calibration  # by the handheld scene
+
+
+def ten_specimens(seed: int) -> Session:
+    """Simulate ten specimens by four touches."""
+    runs = session(seed)
+
+    def through(scene: str) -> list[Specimen]:
+        return [Specimen(name, E, touches(runs[name], scene=scene)) for name, E in SORBOTHANE_MPA.items()]
+
+    paper, handheld = through("paper"), through("handheld")
+    return Session(paper, handheld, calibrate(paper, by="covariance"), calibrate(handheld))
+
+
+def columns_10(s: Session) -> dict[str, list[Any]]:
+    """Return every touch, by both scenes."""
+    pairs: list[tuple[Specimen, int, Touch, Touch]] = [
+        (one, number, a, b)
+        for one, other in zip(s.paper, s.handheld, strict=True)
+        for number, (a, b) in enumerate(zip(one.touches, other.touches, strict=True), 1)
+    ]
+    return {
+        "specimen": [one.name for one, *_ in pairs],
+        "modulus_MPa": [one.modulus for one, *_ in pairs],
+        "true_ratio": [PROBE.ratio(one.modulus) for one, *_ in pairs],
+        "touch": [number for _, number, *_ in pairs],
+        "ratio_paper": [a.ratio for *_, a, _ in pairs],
+        "covariance_paper": [a.covariance for *_, a, _ in pairs],
+        "ratio_handheld": [b.ratio for *_, b in pairs],
+        "standard_error_handheld": [b.standard_error for *_, b in pairs],
+    }
+
+
+def columns_11(s: Session) -> dict[str, list[Any]]:
+    """Return what is chosen for each specimen."""
+    return {
+        "specimen": [one.name for one in s.paper],
+        "modulus_MPa": [one.modulus for one in s.paper],
+        "true_ratio": [PROBE.ratio(one.modulus) for one in s.paper],
+        "smallest_P_paper": [choose(one.touches, "covariance").ratio for one in s.paper],
+        "mean_paper": [one.mean for one in s.paper],
+        "smallest_standard_error_handheld": [choose(one.touches, "standard_error").ratio for one in s.handheld],
+        "mean_handheld": [one.mean for one in s.handheld],
+    }
+
+
+def columns_12(s: Session) -> dict[str, list[Any]]:
+    """Return the fitted parameters, their intervals, and the truth."""
+    rows = []
+    for name, fitted in (("smallest P, paper", s.smallest_p), ("every touch, handheld", s.every_touch)):
+        for parameter, (low, high) in fitted.parameter_intervals().items():
+            if high > low:
+                rows.append((name, parameter, getattr(fitted.probe, parameter), low, high, getattr(PROBE, parameter)))
+    names = ("fitted_on", "parameter", "value", "low_95", "high_95", "truth")
+    return {name: list(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+
+
+def figure_10(figure: Any, s: Session) -> None:
+    """Ratio against modulus, mean and standard deviation of four touches; the inset with logarithmic moduli."""
+    ax = figure.subplots()
+    inset = ax.inset_axes((0.46, 0.19, 0.51, 0.44))
+    moduli = [one.modulus for one in s.paper]
+    means = [one.mean for one in s.paper]
+    spread = [one.mean * one.spread for one in s.paper]
+    for axes in (ax, inset):
+        axes.errorbar(moduli, means, spread, fmt="o", color=PAPER, capsize=2, linewidth=0.8, markersize=4, mfc="none",
+                      label="mean and std. deviation")  # fmt: skip
+        for one in s.paper:
+            dots = [touch.ratio for touch in one.touches]
+            label = "the four touches" if one is s.paper[0] else None
+            axes.plot([one.modulus] * len(dots), dots, ".", color=HARD, markersize=2, label=label, zorder=3)
+    ax.set_xlim(-0.2, 9.2)
+    ax.set_ylim(0, 10)
+    ax.set_xlabel("Young's modulus, MPa")
+    ax.set_ylabel("capacitance ratio")
+    moduli_axis(inset)
+    inset.set_xlabel("the same, logarithmic", fontsize=7)
+    inset.tick_params(labelsize=6)
+    ax.legend(loc="upper left")
+
+
+def figure_11(figure: Any, s: Session) -> None:
+    """Two ways of choosing a touch against the mean."""
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1])
+    columns = columns_11(s)
+    moduli, truth = np.array(columns["modulus_MPa"]), np.array(columns["true_ratio"])
+    fine = np.geomspace(moduli[0] / 1.2, moduli[-1] * 1.2, 200)
+    upper.plot(fine, [PROBE.ratio(E) for E in fine], label="truth, without scatter", **TRUTH)
+    lower.axhline(0, **TRUTH)
+    for name, mark, colour, label in (
+        ("mean_paper", "s", SLOW, "mean of four"),
+        ("smallest_P_paper", "o", PAPER, "smallest $P$ (paper)"),
+        ("smallest_standard_error_handheld", "^", HANDHELD, "smallest std. error (handheld)"),
+    ):
+        style: dict[str, Any] = {"color": colour, "mfc": "none", "markersize": 4.5}
+        upper.plot(moduli, columns[name], mark, label=label, **style)
+        lower.plot(moduli, 100 * (np.array(columns[name]) / truth - 1), mark, **style)
+    upper.set_ylabel("capacitance ratio")
+    lower.set_ylabel("distance, %")
+    moduli_axis(lower)
+    upper.legend(loc="upper left")
+
+
+def figure_12(figure: Any, s: Session) -> None:
+    """Eq. (2) fitted: as in the paper, and to every touch with its band."""
+    for ax, fitted, colour, title in zip(
+        figure.subplots(1, 2, sharey=True),
+        (s.smallest_p, s.every_touch),
+        (PAPER, HANDHELD),
+        ("(a) smallest $P$ of four, as in the paper", "(b) every touch, handheld scene"),
+        strict=True,
+    ):
+        draw(ax, fitted, colour=colour)
+        ax.plot(fitted.moduli, fitted.ratios, ".", color=HARD, markersize=3, label="measured", zorder=3)
+        ax.set_title(title)
+        ax.legend(loc="lower right")
+        lines = [f"{name.replace('_', ' ')} {getattr(fitted.probe, name):.3g} ({low:.3g} to {high:.3g})"
+                 for name, (low, high) in fitted.parameter_intervals().items() if high > low]  # fmt: skip
+        truth = f"truth: {PROBE.rigid_ratio:g} and {PROBE.half_modulus:g} MPa"
+        ax.text(0.03, 0.97, "\n".join([*lines, truth]), transform=ax.transAxes, va="top", fontsize=7)
+        ax.set_ylim(0, 13.5)
+        ax.label_outer()

@@ -1,0 +1,96 @@
+"""Any recording as a run of blocks: palpate's own in parts, another logger's table as one."""
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.recording import read
+from palpate.recording.block import DTYPE, Block
+from palpate.recording.own_file import Recorded, is_own
+from palpate.recording.survey import Survey
+
+
+class Foreign:
+    """Another logger's table, as the same run of blocks.
+
+    Parameters
+    ----------
+    path : path-like
+    columns : mapping, optional
+    unit : str, optional
+        As in `palpate.read`.
+
+    Raises
+    ------
+    RecordingError, ValueError
+        As in `palpate.read`.
+    """
+
+    document = None
+    torn_bytes = 0
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        columns: Mapping[str, str | int] | None = None,
+        unit: str | None = None,
+    ) -> None:
+        self.path = Path(path)
+        self.survey = Survey()
+        self._recording = read(self.path, columns=columns, unit=unit)
+        self.full_scale_pF = self._recording.full_scale_pF
+        self.notes = self._recording.notes
+        times = (self._recording.t_hard_s, self._recording.t_soft_s)
+        self.timed = all(bool(np.isfinite(t).all()) for t in times)
+        self.settings: dict[str, Any] = {}
+
+    def describe(self) -> dict[str, Any]:
+        """Return the file's name: nothing else is known."""
+        return {"name": "table of another logger", "file": self.path.name, "full_scale_pF": self.full_scale_pF}
+
+    def blocks(self) -> Iterator[Block]:
+        """Return all samples, as one block; without times in steps of 1 ms."""
+        recording = self._recording
+        block = np.zeros(len(recording.hard), DTYPE)
+        block["seq"] = np.arange(len(block))
+        block["hard_raw"] = block["soft_raw"] = -1
+        block["hard"], block["soft"] = recording.hard, recording.soft
+        for name, seconds in (("t_hard_ns", recording.t_hard_s), ("t_soft_ns", recording.t_soft_s)):
+            ns = seconds * 1e9  # halves away from zero, as the tracker rounds seconds
+            block[name] = np.trunc(ns + np.copysign(0.5, ns)) if self.timed else block["seq"] * 1_000_000
+        self.survey = Survey()
+        self.survey.add(block)
+        yield block
+
+
+def recorded(
+    path: str | os.PathLike[str], *, columns: Mapping[str, str | int] | None = None, unit: str | None = None
+) -> Recorded | Foreign:
+    """Open a recording to be read in parts: for files that are longer than the memory.
+
+    Parameters
+    ----------
+    path, columns, unit
+        As in `palpate.read`. Another logger's table is read at once all the same.
+
+    Returns
+    -------
+    Recorded or Foreign
+        What `palpate.touches` takes, with `blocks()`, and with `settings` and `describe()` of the sidecar.
+
+    Raises
+    ------
+    RecordingError, ValueError
+        As `palpate.read`.
+
+    Examples
+    --------
+    >>> import palpate
+    >>> [touch.samples for touch in palpate.touches(recorded("tests/data/four-specimens.csv"))]
+    [250, 250, 250, 250]
+    """
+    own = columns is None and unit is None and is_own(Path(path))
+    return Recorded(path) if own else Foreign(path, columns, unit)

@@ -1,0 +1,144 @@
+"""A recording as a run of blocks: however long the file is, only a part of it is in memory."""
+
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from palpate.ad7746 import SATURATED_PF
+from palpate.errors import RecordingError
+from palpate.recording import sidecar
+from palpate.recording.block import Block
+from palpate.recording.rows import HEADER, RowError, is_whole, parse_rows
+from palpate.recording.survey import Survey
+
+_CHUNK = 1 << 20  # bytes: some 10,000 rows
+
+
+class Recorded:
+    """One of palpate's own recordings.
+
+    Parameters
+    ----------
+    path : path-like
+
+    Attributes
+    ----------
+    path : pathlib.Path
+    document : dict or None
+        The sidecar.
+    survey : Survey
+        Of the blocks that the last `blocks` has handed out.
+    torn_bytes : int
+        What the last `blocks` found after the last whole row: the end of an unclean stop.
+
+    Raises
+    ------
+    RecordingError
+        No such file, or not one of palpate's own; from `blocks`: a line that is not a row.
+    """
+
+    timed = True
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        self.document: dict[str, Any] | None = None
+        self.survey = Survey()
+        self.torn_bytes = 0
+        self._notes: list[str] = []
+        try:
+            self.document = sidecar.load(self.path)
+        except RecordingError as error:
+            self._notes.append(f"sidecar not used: {error}")
+        if not is_own(self.path):
+            raise RecordingError(self.path, f"not a recording of palpate's own, which begins with {HEADER.strip()}")
+
+    @property
+    def full_scale_pF(self) -> float:
+        """What the source said; without a sidecar the AD7746's, where the first row has a code."""
+        if self.document is not None:
+            return float(self.document["device"].get("full_scale_pF", math.inf))
+        first = next(self._parsed(4096), None)
+        return SATURATED_PF if first is not None and first["hard_raw"][0] >= 0 else math.inf
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Scene and settings with which it was measured live; empty where it was not."""
+        return sidecar.settings_of(self.document or {})
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader of the results should know, when the blocks have gone by."""
+        survey = self.survey
+        notes = {
+            f"{survey.refused} of {survey.rows} rows have no value in a channel: left out": survey.refused,
+            f"{survey.lost} samples are missing in {survey.gaps} gaps": survey.lost,
+            f"time goes back at {survey.backward} of {survey.rows} rows: they are taken in the order of the file": (
+                survey.backward
+            ),
+            "the last row has no line end and may be torn: left out": self.torn_bytes,
+        }
+        return (*self._notes, *(note for note, holds in notes.items() if holds))
+
+    def describe(self) -> dict[str, Any]:
+        """Return what the sidecar says of the instrument."""
+        return dict(self.document["device"]) if self.document else {"name": "recording", "file": self.path.name}
+
+    def blocks(self) -> Iterator[Block]:
+        """Read the samples, some thousand at a time.
+
+        Returns
+        -------
+        iterator of numpy.ndarray of `palpate.SampleRing.dtype`
+        """
+        self.survey = Survey()
+        for block in self._parsed(_CHUNK):
+            self.survey.add(block)
+            yield block
+
+    def _parsed(self, chunk: int) -> Iterator[Block]:
+        first = 2
+        for lines in self._lines(chunk):
+            try:
+                block = parse_rows(lines)
+            except RowError as error:
+                raise RecordingError(self.path, str(error), first + error.number) from error
+            first += len(lines)
+            if len(block):
+                yield block
+
+    def _lines(self, chunk: int) -> Iterator[list[str]]:
+        with self.path.open("rb") as file:
+            header = file.readline()
+            taken = len(header) if header.endswith(b"\n") else 0
+            rest, zero = b"", b""
+            while not zero and (data := file.read(chunk)):
+                data, zero, _ = (rest + data).partition(b"\0")  # as a power cut leaves them where a file ends
+                whole, end, rest = data.rpartition(b"\n")
+                taken += len(whole + end)
+                if whole:
+                    yield self._text(whole).splitlines()
+            if is_whole(self._text(rest)):
+                taken += len(rest)
+                yield [self._text(rest)]
+        self.torn_bytes = self.path.stat().st_size - taken
+
+    def _text(self, data: bytes) -> str:
+        try:
+            return data.decode("ascii")
+        except UnicodeDecodeError as error:
+            raise RecordingError(self.path, f"not a recording: {error}") from error
+
+
+def is_own(path: Path) -> bool:
+    """Tell whether a file is one of palpate's own recordings: its first line, or its sidecar, says so."""
+    try:
+        with path.open("rb") as file:
+            line = file.readline(2 * len(HEADER))
+    except OSError as error:
+        raise RecordingError(path, f"cannot be read: {error.strerror}") from error
+    if line.rstrip(b"\r\n") == HEADER.strip().encode():
+        return True
+    # Stopped before the first row was there.
+    return HEADER.encode().startswith(line) and path.suffix == ".csv" and sidecar.sidecar_path(path).is_file()

@@ -1,0 +1,222 @@
+"""Writes a recording while it is made: in a thread of its own, so that no disk makes a source wait.
+
+What was flushed has left the process: killing it loses nothing of that. Each second it is also on the disk.
+"""
+
+import os
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from io import FileIO
+from pathlib import Path
+from threading import Event, Lock, Thread
+from typing import Any
+
+import numpy as np
+
+from palpate._core import SampleRing
+from palpate.errors import RecordingError
+from palpate.recording import sidecar
+from palpate.recording.block import DTYPE, Block
+from palpate.recording.filelock import lock
+from palpate.recording.rows import HEADER, format_rows
+from palpate.sample import Sample
+
+FLUSH_S, SYNC_S = 0.1, 1.0
+CAPACITY = 8192  # samples: minutes of a disk that hangs
+
+
+class Recorder:
+    """One recording, open for writing.
+
+    Parameters
+    ----------
+    path : path-like
+        NAME.csv; the sidecar becomes NAME.json.
+    device : dict
+        `Source.describe`.
+    settings : dict
+        The tracker's, with its scene.
+    notes : list of str
+
+    Attributes
+    ----------
+    rows : int
+        Rows that have left the process.
+    error : RecordingError or None
+        Why nothing can be written any more.
+
+    Raises
+    ------
+    RecordingError
+        One of the two files is there already, or cannot be made.
+    ValueError
+        The name does not end in ".csv".
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> recorder = Recorder(folder / "run.csv", {}, {}, ["a note"])
+    >>> recorder.push(Sample(0, 0, 13_000_000, 8388608, 8388608, 0.0, 0.0))
+    True
+    >>> recorder.close()
+    >>> (folder / "run.csv").read_text().splitlines()[1]
+    '0,0.000000000,0.013000000,8388608,8388608,0.0,0.0,0'
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        device: dict[str, Any],
+        settings: dict[str, Any],
+        notes: list[str],
+    ) -> None:
+        self.path = Path(path)
+        self.rows = 0
+        self.error: RecordingError | None = None
+        self._sidecar = sidecar.sidecar_path(self.path)
+        self._document = sidecar.fresh(device, settings, list(notes))
+        self._lock = Lock()
+        self._ring = SampleRing(CAPACITY)
+        self._wake, self._closing = Event(), False
+        self._size = self._unwritten = 0
+        self._file = self._create()
+        self._thread = Thread(target=self._run, name="palpate-recorder", daemon=True)
+        self._thread.start()
+
+    @property
+    def dropped(self) -> int:
+        """Samples that are not in the file: no room, as the disk hung for minutes, or no disk any more."""
+        return self._ring.dropped + self._unwritten + (len(self._ring) if self.error else 0)
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether who can wait should, until more has been written."""
+        return self.error is None and 2 * len(self._ring) > CAPACITY
+
+    def push(self, sample: Sample) -> bool:
+        """Take a sample, from one thread; return whether there was room."""
+        taken = self._ring.push(sample)
+        if self.is_behind:
+            self._wake.set()
+        return taken
+
+    def note(self, text: str) -> None:
+        """Add a note to the sidecar."""
+        self._add("notes", text)
+
+    def mark(self, text: str, sample: Sample | None) -> None:
+        """Add a mark at a sample to the sidecar."""
+        where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
+        self._add("marks", {**where, "text": text})
+
+    def close(self, counters: Callable[[], dict[str, int]] = dict, error: str | None = None) -> None:
+        """Write what is left, and the end of the sidecar.
+
+        Parameters
+        ----------
+        counters : callable
+            Returns what is kept there, when all is written.
+        error : str, optional
+            Why the source ended, where it was a failure.
+        """
+        if self._closing:
+            return
+        self._ring.close()
+        self._closing = True
+        self._wake.set()
+        self._thread.join()
+        failure = str(self.error) if self.error else error
+        end = {"rows": self.rows, "dropped": self.dropped, "clean": self.error is None, "counters": counters()}
+        self._document["end"] = end | ({"error": failure} if failure else {})
+        with suppress(OSError):
+            sync(self._file)
+        self._file.close()
+        self._save_or_fail()
+
+    def _create(self) -> FileIO:
+        """Make the sidecar, then the file: whenever it is killed, no rows are without their sidecar."""
+        if self.path.exists():
+            raise RecordingError(self.path, "exists already: choose another name")
+        try:
+            self._sidecar.open("x").close()  # whoever makes it owns the name
+        except FileExistsError as error:
+            raise RecordingError(self._sidecar, "exists already: choose another name") from error
+        except OSError as error:
+            raise self._unwritable(error) from error
+        try:
+            self._save()
+            return self._begin()
+        except OSError as error:
+            self._sidecar.unlink()
+            raise self._unwritable(error) from error
+
+    def _begin(self) -> FileIO:
+        file = self.path.open("xb", buffering=0)
+        try:
+            lock(file)
+            self._size = _write(file, HEADER.encode())
+        except OSError:
+            file.close()
+            self.path.unlink()
+            raise
+        return file
+
+    def _unwritable(self, error: OSError) -> RecordingError:
+        return RecordingError(self.path, f"cannot be written: {error.strerror}")
+
+    def _run(self) -> None:
+        waiting = np.empty(CAPACITY, DTYPE)
+        synced = time.monotonic()
+        try:
+            while self.error is None:
+                closing = self._closing
+                self._write_rows(waiting[: self._ring.pop_many(waiting)])
+                if time.monotonic() - synced >= SYNC_S:
+                    sync(self._file)
+                    synced = time.monotonic()
+                if closing:
+                    return
+                self._wake.wait(FLUSH_S)
+                self._wake.clear()
+        except OSError as error:
+            self.error = self._unwritable(error)
+
+    def _write_rows(self, block: Block) -> None:
+        try:
+            self._size += _write(self._file, format_rows(block))
+        except OSError:
+            self._unwritten += len(block)
+            with suppress(OSError):
+                self._file.truncate(self._size)
+            raise
+        self.rows += len(block)
+
+    def _add(self, where: str, what: Any) -> None:
+        with self._lock:
+            self._document[where].append(what)
+        self._save_or_fail()
+
+    def _save_or_fail(self) -> None:
+        try:
+            self._save()
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+    def _save(self) -> None:
+        with self._lock:
+            sidecar.save(self._sidecar, self._document)
+
+
+def _write(file: FileIO, data: bytes) -> int:
+    """Write all of it: a raw file may take a part."""
+    left = memoryview(data)
+    while left:
+        left = left[file.write(left) or 0 :]
+    return len(data)
+
+
+def sync(file: FileIO) -> None:
+    """Have the file's data on the disk."""
+    getattr(os, "fdatasync", os.fsync)(file.fileno())

@@ -1,0 +1,148 @@
+"""The text of a recording: one line a sample, in bytes that every program reads, and back with the same bits."""
+
+import re
+from contextlib import suppress
+from decimal import Decimal, InvalidOperation
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.ad7746 import CODES_PER_PF, ZERO_CODE
+from palpate.recording.block import DTYPE, Block
+from palpate.sample import Status
+
+COLUMNS = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "status")
+HEADER = ",".join(COLUMNS) + "\n"
+LARGEST_STATUS = int(Status.LOST)
+"""The status is the last column, one digit: a line that lost its end shows it."""
+
+_TEXT = [("seq", "i8"), ("t_hard", "S32"), ("t_soft", "S32"), ("hard_raw", "i4"), ("soft_raw", "i4")]
+_TEXT += [("hard", "f8"), ("soft", "f8"), ("status", "u1")]
+# Two roundings of 2**-53 each: below this time the nearest ns is the one that was written.
+_EXACT_S = 2**51 / 1e9
+
+
+class RowError(ValueError):
+    """A line that is not a row.
+
+    Parameters
+    ----------
+    number : int
+        Which, counted from 0.
+    reason : str
+    """
+
+    def __init__(self, number: int, reason: str) -> None:
+        super().__init__(reason)
+        self.number = number
+
+
+def format_rows(block: Block) -> bytes:
+    r"""Return samples as lines: times in s with every ns, capacitances with every bit.
+
+    Examples
+    --------
+    >>> from palpate.recording.block import block_of
+    >>> from palpate.sample import Sample
+    >>> format_rows(block_of([Sample(7, 26_000_123, 39_000_000, 8388608, -1, 0.0, 2.5, 0)]))
+    b'7,0.026000123,0.039000000,8388608,-1,0.0,2.5,0\n'
+    """
+    return "".join(
+        f"{seq},{_seconds(t_hard)},{_seconds(t_soft)},{hard_raw},{soft_raw},{hard!r},{soft!r},{status}\n"
+        for seq, t_hard, t_soft, hard_raw, soft_raw, hard, soft, status in block.tolist()
+    ).encode()
+
+
+def _seconds(ns: int) -> str:
+    whole, rest = divmod(abs(ns), 1_000_000_000)
+    return f"{'-' if ns < 0 else ''}{whole}.{rest:09d}"
+
+
+def parse_rows(lines: list[str]) -> Block:
+    """Return lines as samples; capacitances come from the codes, where there are any.
+
+    Raises
+    ------
+    RowError
+        The first line that is not a row.
+
+    Examples
+    --------
+    >>> block = parse_rows(["7,0.026000123,0.039,9437184,-1,0,2.5,0"])
+    >>> block["t_hard_ns"], block["hard"], block["soft"]
+    (array([26000123]), array([0.512]), array([2.5]))
+    """
+    if not lines:
+        return np.zeros(0, DTYPE)
+    with suppress(ValueError, InvalidOperation):
+        return _parsed(lines)
+    try:
+        return _parsed([_EMPTY.sub(",nan", line) for line in lines])
+    except (ValueError, InvalidOperation):
+        _explain(lines)
+
+
+_EMPTY = re.compile(",(?=,)")  # how spreadsheets write nan
+
+
+def _parsed(lines: list[str]) -> Block:
+    text = np.loadtxt(lines, dtype=_TEXT, delimiter=",", comments=None, ndmin=1)
+    if len(text) != len(lines) or (text["status"] > LARGEST_STATUS).any():
+        raise ValueError
+    block = np.zeros(len(text), DTYPE)
+    for name in ("seq", "hard_raw", "soft_raw", "status"):
+        block[name] = text[name]
+    for name in ("hard", "soft"):
+        block[f"t_{name}_ns"] = _nanoseconds(text[f"t_{name}"])
+        block[name] = capacitances(text[f"{name}_raw"], text[name])
+    return block
+
+
+def capacitances(codes: NDArray[np.integer], written: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the capacitances of codes, and what was written where there is no code; pF."""
+    return np.where(codes >= 0, (codes.astype(np.int64) - ZERO_CODE) / CODES_PER_PF, written)
+
+
+def _nanoseconds(seconds: NDArray[np.bytes_]) -> NDArray[np.int64]:
+    approximate = seconds.astype(np.float64)
+    if not np.isfinite(approximate).all():
+        raise ValueError("time")
+    if np.abs(approximate).max() < _EXACT_S:
+        return np.rint(approximate * 1e9).astype(np.int64)
+    return np.array([int(Decimal(text.decode()).scaleb(9)) for text in seconds], np.int64)
+
+
+def is_whole(line: str) -> bool:
+    """Tell whether a line without its end has lost nothing but it.
+
+    Examples
+    --------
+    >>> is_whole("7,0.026,0.039,8388608,8388608,0.0,0.0,0"), is_whole("7,0.026,0.039,8388608,8388608,0.0,0")
+    (True, False)
+    """
+    cells = line.split(",")
+    return len(cells) == len(COLUMNS) and len(cells[-1]) == 1 and cells[-1].isdecimal()
+
+
+def _explain(lines: list[str]) -> NoReturn:
+    """Find what `parse_rows` stumbled over."""
+    for number, line in enumerate(lines):
+        cells = line.split(",")
+        if len(cells) != len(COLUMNS):
+            raise RowError(number, f"{len(cells)} cells, {len(COLUMNS)} are needed")
+        for name, cell in zip(COLUMNS, cells, strict=True):
+            if not _fits(name, cell):
+                raise RowError(number, f"{cell!r} in column {name} is not a value of it")
+    raise RowError(0, "not rows of a recording")
+
+
+def _fits(name: str, cell: str) -> bool:
+    try:
+        if name == "status":
+            return len(cell) == 1 and 0 <= int(cell) <= LARGEST_STATUS
+        if name.endswith("_pF"):
+            return cell == "" or isinstance(float(cell), float)
+        return Decimal(cell).is_finite() if name.endswith("_s") else abs(int(cell)) < 2**63
+    except (ValueError, InvalidOperation):
+        return False

@@ -1,0 +1,94 @@
+"""What can be said of a recording when all its samples have gone by, block after block."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from palpate.ad7746 import LAST_CODE
+from palpate.recording.block import Block, refused
+from palpate.sample import Status
+
+
+@dataclass
+class Survey:
+    """Counts over the blocks that were added.
+
+    Attributes
+    ----------
+    rows : int
+    first_seq, last_seq : int or None
+    gaps, lost : int
+        Places where numbers are left out, and how many are.
+    disordered : int
+        Rows whose number is not above the one before.
+    backward : int
+        Rows whose time is before that of the row above.
+    refused, excitation, hard_saturated, soft_saturated : int
+        Rows without a usable value, those of them with the converter's EXCERR, and rows beyond its range.
+    miscoded : int
+        Rows with a code of more than 24 bits.
+    seconds : float
+        From the first row to the last.
+    spans_pF : dict
+        Lowest and highest value of the hard and the soft channel, where there is any.
+    """
+
+    rows: int = 0
+    first_seq: int | None = None
+    last_seq: int | None = None
+    gaps: int = 0
+    lost: int = 0
+    disordered: int = 0
+    backward: int = 0
+    refused: int = 0
+    excitation: int = 0
+    hard_saturated: int = 0
+    soft_saturated: int = 0
+    miscoded: int = 0
+    first_ns: int = 0
+    last_ns: int = 0
+    spans_pF: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    def add(self, block: Block) -> None:
+        """Take the next samples."""
+        if not len(block):
+            return
+        if self.first_seq is None:
+            self.first_seq, self.first_ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
+        self._add_order(block)
+        self._add_values(block)
+        self.rows += len(block)
+        self.last_seq, self.last_ns = int(block["seq"][-1]), int(block["t_hard_ns"][-1])
+
+    @property
+    def seconds(self) -> float:
+        """Time from the first row to the last."""
+        return (self.last_ns - self.first_ns) / 1e9
+
+    @property
+    def period_s(self) -> float:
+        """Mean time from pair to pair, lost ones included; nan below two rows."""
+        pairs = self.rows - 1 + self.lost
+        return self.seconds / pairs if pairs > 0 else float("nan")
+
+    def _add_order(self, block: Block) -> None:
+        before = [self.last_seq] if self.rows else []
+        steps = np.diff(np.concatenate([np.array(before, np.int64), block["seq"]]))
+        self.gaps += int(np.count_nonzero(steps > 1))
+        self.lost += int(np.sum(steps[steps > 1] - 1))
+        self.disordered += int(np.count_nonzero(steps < 1))
+        earlier = [self.last_ns] if self.rows else []
+        self.backward += int(np.count_nonzero(np.diff(np.concatenate([earlier, block["t_hard_ns"]])) < 0))
+
+    def _add_values(self, block: Block) -> None:
+        status = block["status"]
+        self.refused += int(np.count_nonzero(refused(block)))
+        self.excitation += int(np.count_nonzero(status & Status.EXCITATION))
+        self.hard_saturated += int(np.count_nonzero(status & Status.HARD_SATURATED))
+        self.soft_saturated += int(np.count_nonzero(status & Status.SOFT_SATURATED))
+        self.miscoded += int(np.count_nonzero((block["hard_raw"] > LAST_CODE) | (block["soft_raw"] > LAST_CODE)))
+        for name in ("hard", "soft"):
+            values = block[name][np.isfinite(block[name])]
+            if len(values):
+                known = self.spans_pF.get(name, (np.inf, -np.inf))
+                self.spans_pF[name] = (min(known[0], float(values.min())), max(known[1], float(values.max())))
