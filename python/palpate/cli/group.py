@@ -87,8 +87,10 @@ def _one_line(error: click.UsageError, files: list[Path]) -> click.UsageError:
     """Say what is wrong, where the command's defaults are from, and where more is said; palpate alone shows its help."""
     if error.ctx is None or isinstance(error, click.exceptions.NoArgsIsHelpError):
         return error
-    defaults = f" (defaults: {', '.join(map(str, files))})" if files else ""
-    return click.UsageError(f"{error.format_message().rstrip('.')}{defaults}; see {error.ctx.command_path} --help")
+    message = error.format_message().rstrip(".")
+    unnamed = [str(file) for file in files if str(file) not in message]
+    defaults = f" (defaults: {', '.join(unnamed)})" if unnamed else ""
+    return click.UsageError(f"{message}{defaults}; see {error.ctx.command_path} --help")
 
 
 def _end(error: Exception, *, debug: bool) -> NoReturn:
