@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import palpate
 
@@ -31,3 +32,18 @@ napoleon_use_ivar = True
 # Types are in words: shapes, units, ranges.
 nitpick_ignore_regex = [("py:.*", ".*")]
 suppress_warnings = ["ref.python"]
+
+
+def setup(app: Any) -> None:
+    """Keep napoleon from taking what stands before a property's first colon for its type."""
+    written: dict[str, list[str]] = {}
+
+    def keep(_app: Any, what: str, name: str, _value: Any, _options: Any, lines: list[str]) -> None:
+        if what == "property":
+            written[name] = list(lines)
+
+    def restore(_app: Any, _what: str, name: str, _value: Any, _options: Any, lines: list[str]) -> None:
+        lines[:] = written.pop(name, lines)
+
+    app.connect("autodoc-process-docstring", keep, priority=400)
+    app.connect("autodoc-process-docstring", restore, priority=600)

@@ -15,6 +15,7 @@ import click
 import pytest
 from conftest import ROOT, need
 from palpate.cli import COMMANDS, main
+from palpate.kit.usberrors import UDEV_RULE
 from test_consumers import compiles
 
 DOCS = ROOT / "docs"
@@ -96,6 +97,10 @@ def test_formulas_are_drawn_by_the_browser(pages: dict[Path, Page]) -> None:
     [how] = [page for path, page in pages.items() if path.name == "how.html"]
     assert {"math", "mfrac", "msub"} <= how.tags
     assert "merror" not in how.tags
+    for path in pages:
+        assert "<mi>&</mi>" not in path.read_text(encoding="utf-8"), (
+            f"{path.name}: an environment that was not understood"
+        )
 
 
 def test_every_command_and_every_public_name_is_in_it(site: Path, pages: dict[Path, Page]) -> None:
@@ -174,6 +179,10 @@ def test_commands_that_need_more_are_parsed(page: Path, monkeypatch: pytest.Monk
                 if isinstance(parameter.type, click.Path):
                     monkeypatch.setattr(parameter.type, "exists", False)
             command.make_context(name, words)
+
+
+def test_the_udev_rule_is_that_of_the_driver() -> None:
+    assert UDEV_RULE in (DOCS / "kit.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("page", of("cpp"))
