@@ -74,7 +74,17 @@ def test_what_is_refused(places: tuple[Path, Path], text: str, message: str) -> 
     result = run("replay", FOUR)
     assert (result.exit_code, result.stdout) == (2, "")
     assert message in result.stderr
-    assert len(result.stderr.splitlines()) == 1
+    told = [
+        line for line in result.stderr.splitlines() if not line.startswith("defaults of replay from palpate.toml: ")
+    ]
+    assert len(told) == 1
+
+
+def test_what_is_taken_from_a_file_is_said(places: tuple[Path, Path]) -> None:
+    user, here = places
+    user.write_text('[replay]\nscene = "sliding"\n')
+    here.write_text("[replay]\nsamples = 100\n[check]\nrepair = true\n")
+    assert run("replay", FOUR).stderr == f"defaults of replay from {user}, palpate.toml: scene, samples\n"
 
 
 def test_a_variable_of_no_option_is_refused(places: tuple[Path, Path]) -> None:

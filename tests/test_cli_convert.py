@@ -14,6 +14,7 @@ from palpate.ad7746 import LAST_CODE, ZERO_CODE, capacitance_pF
 from palpate.cli import main
 from palpate.recording.block import Block
 from palpate.recording.own_file import Recorded
+from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import load
 from pyarrow import parquet
 from recording_bench import record, sample, tear
@@ -197,7 +198,17 @@ def test_nothing_is_replaced_unasked(own: Path, tmp_path: Path) -> None:
     before = own.read_bytes()
     result = run("convert", own, "-o", own, "--force")
     assert (result.exit_code, own.read_bytes()) == (4, before)
-    assert "is the file that is read" in result.stderr
+    assert "is a file that is read" in result.stderr
+
+
+def test_a_running_recording_is_not_replaced(own: Path, tmp_path: Path) -> None:
+    recorder = Recorder(tmp_path / "running.csv", {}, {}, [])
+    recorder.push(sample(0))
+    result = run("convert", own, "-o", recorder.path, "--force")
+    assert (result.exit_code, "is still being recorded" in result.stderr) == (4, True)
+    assert "still being recorded: what there is now" in run("convert", recorder.path, "-o", tmp_path / "c.csv").stderr
+    recorder.close()
+    assert check(recorder.path).clean
 
 
 def test_a_failure_leaves_nothing(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

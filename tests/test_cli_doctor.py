@@ -113,16 +113,22 @@ def test_an_extra_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_defaults_and_firmware_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "palpate.toml").write_text("[relay]\n")
     monkeypatch.setenv("PALPATE_FIRMWARE", str(tmp_path / "nowhere.hex"))
-    found = {finding.what: finding for finding in [*checks.files(["replay"]), checks._firmware()]}
+    replay = main.get_command(click.Context(main), "replay")
+    assert replay is not None
+    found = {finding.what: finding for finding in [*checks.files({"replay": replay}), checks._firmware()]}
     assert "got 'relay', allowed: tables [replay]" in found["defaults"].text
     assert found["defaults"].code == 2
+    (tmp_path / "palpate.toml").write_text("[calibrate]\nplott = 1\n")
+    result = run()
+    assert result.exit_code == 2
+    assert "!!  defaults: palpate.toml: [calibrate]: got 'plott', allowed: moduli, plot, " in result.stdout
     assert (found["firmware"].state, found["firmware"].code) == ("wrong", 4)
     hex_file = tmp_path / "some.hex"
     hex_file.write_text(":03000000020100FA\n:00000001FF\n")
     monkeypatch.setenv("PALPATE_FIRMWARE", str(hex_file))
     assert checks._firmware().text == f"{hex_file}, 3 bytes"
     (tmp_path / "palpate.toml").write_text("[replay]\nscene = 'paper'\n")
-    assert [finding.text for finding in checks.files(["replay"])] == ["palpate.toml: [replay]"]
+    assert [finding.text for finding in checks.files({"replay": replay})] == ["palpate.toml: [replay]"]
 
 
 def test_a_look_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:

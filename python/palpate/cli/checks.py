@@ -4,14 +4,17 @@ import os
 import platform
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import click
+
 from palpate import MissingExtra, PalpateError, __version__
-from palpate.cli.exit import MISSING_EXTRA, NO_DEVICE, UNEXPECTED, code_of
+from palpate.cli import config
+from palpate.cli.exit import MISSING_EXTRA, NO_DEVICE, UNEXPECTED, USAGE, code_of
 
 
 class Finding(NamedTuple):
@@ -166,20 +169,17 @@ def others() -> Iterator[Finding]:
     yield Finding("other devices", "ok" if found else "free", text or "none on i2c:, iio:, serial:")
 
 
-def files(commands: list[str]) -> Iterator[Finding]:
-    """Read each palpate.toml."""
-    import click
-
-    from palpate.cli.config import places, read
-
-    for path in places():
-        if path.is_file():
-            try:
-                tables = read(path, commands)
-            except click.UsageError as error:
-                yield Finding("defaults", "wrong", error.message, "", 2)
-            else:
-                yield Finding("defaults", "ok", f"{path}: {', '.join(f'[{name}]' for name in tables) or 'empty'}")
+def files(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
+    """Read each palpate.toml, every table of it."""
+    for path in filter(Path.is_file, config.places()):
+        try:
+            tables = config.read(path, commands)
+            for name, table in tables.items():
+                config.parameters(str(path), commands[name], table)
+        except click.UsageError as error:
+            yield Finding("defaults", "wrong", error.message, "", USAGE)
+        else:
+            yield Finding("defaults", "ok", f"{path}: {', '.join(f'[{name}]' for name in tables) or 'empty'}")
 
 
 def speed() -> Iterator[Finding]:
@@ -201,7 +201,7 @@ def speed() -> Iterator[Finding]:
             yield Finding(name, "ok", f"{nanoseconds(run, len(regressor)):.1f} ns an update")
 
 
-def all_of(commands: list[str]) -> Iterator[Finding]:
+def all_of(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
     """Look at everything; a look that fails is a finding."""
     looks: list[tuple[str, Callable[[], Iterator[Finding]]]] = [
         ("installation", installation),

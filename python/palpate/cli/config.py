@@ -35,11 +35,14 @@ def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -
         for name, table in read(path, commands).items():
             merged.setdefault(name, {}).update(table)
             files.setdefault(name, []).append(path)
-    context.default_map = merged
     context.meta[_FILES] = files
     group, run = context.command, context.invoked_subcommand
     if isinstance(group, click.Group) and run and (command := group.get_command(context, run)):
-        _check(context, command)
+        _check_environment(command)
+        where = ", ".join(map(str, files.get(run, [])))
+        context.default_map = {run: parameters(where, command, merged.get(run, {}))}
+        if merged.get(run):
+            click.echo(f"defaults of {run} from {where}: {', '.join(merged[run])}", err=True)
 
 
 def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
@@ -81,23 +84,30 @@ def take_from_environment(command: click.Command) -> None:
         parameter.envvar = parameter.envvar or _variable(command, key)
 
 
-def _check(context: click.Context, command: click.Command) -> None:
-    """Turn the names of a command's table into click's; refuse what is of no option."""
+def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dict[str, Any]:
+    """Return a command's table by the names of click's parameters.
+
+    Raises
+    ------
+    click.UsageError
+        A key that is of no option, with those that are allowed, or a value that no option has.
+    """
     allowed = keys(command)
-    name = command.name or ""
-    variables = {_variable(command, key) for key in allowed}
-    for variable in sorted(os.environ):
-        if variable.startswith(_variable(command, "")) and variable not in variables:
-            raise click.UsageError(f"environment: got {variable}, allowed: {', '.join(sorted(variables))}")
-    table = (context.default_map or {}).get(name, {})
-    where = ", ".join(map(str, context.meta.get(_FILES, {}).get(name, [])))
     for key, value in table.items():
         if key not in allowed:
-            raise click.UsageError(f"{where}: [{name}]: got {key!r}, allowed: {', '.join(allowed)}")
+            raise click.UsageError(f"{where}: [{command.name}]: got {key!r}, allowed: {', '.join(allowed)}")
         if isinstance(value, dict):
-            raise click.UsageError(f"{where}: [{name}]: {key}: got a table, allowed: a value, or several as a list")
-    if table:
-        context.default_map = {name: {allowed[key].name: value for key, value in table.items()}}
+            raise click.UsageError(
+                f"{where}: [{command.name}]: {key}: got a table, allowed: a value, or a list of them"
+            )
+    return {allowed[key].name or key: value for key, value in table.items()}
+
+
+def _check_environment(command: click.Command) -> None:
+    allowed = {_variable(command, key) for key in keys(command)}
+    for variable in sorted(os.environ):
+        if variable.startswith(_variable(command, "")) and variable not in allowed:
+            raise click.UsageError(f"environment: got {variable}, allowed: {', '.join(sorted(allowed))}")
 
 
 def _variable(command: click.Command, key: str) -> str:

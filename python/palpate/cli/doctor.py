@@ -15,9 +15,9 @@ _MARKS = {"ok": "ok", "free": "--", "wrong": "!!"}
 @json_option
 @click.pass_context
 def doctor(context: click.Context, as_json: bool) -> None:
-    """Tell what is installed, plugged in and allowed, and what to type.
+    """Tell what is installed, plugged in, allowed, and what to type.
 
-    "ok": nothing to do; "--": not there, and not everybody needs it; "!!": wrong. Exit codes: that of the first
+    A board is opened for a moment. "ok": nothing to do; "--": not there, and not everybody needs it; "!!": wrong. Exit codes: that of the first
     line that is wrong: 1, a damaged installation; 2, a palpate.toml; 3, a board that may not be opened; 6, no libusb for
     pyusb. Without a board, and with nothing wrong, 0.
 
@@ -28,9 +28,10 @@ def doctor(context: click.Context, as_json: bool) -> None:
     from palpate.cli import checks
 
     group = context.find_root().command
-    names = group.list_commands(context) if isinstance(group, click.Group) else []
+    assert isinstance(group, click.Group)
+    commands = {name: command for name in group.list_commands(context) if (command := group.get_command(context, name))}
     findings = []
-    for finding in checks.all_of(names):
+    for finding in checks.all_of(commands):
         findings.append(finding)
         if not as_json:
             click.echo("\n".join([f"{_MARKS[finding.state]}  {finding.what}: {finding.text}", *_indented(finding.do)]))

@@ -3,6 +3,7 @@
 from palpate import DeviceNotFound, MissingExtra, PalpateError, SourceTimeout
 
 UNEXPECTED = 1
+USAGE = 2
 NO_DEVICE = 3
 BAD_DATA = 4
 NOT_RELIABLE = 5

@@ -85,7 +85,7 @@ class Commands(click.Group):
 
 def _one_line(error: click.UsageError, files: list[Path]) -> click.UsageError:
     """Say what is wrong, where the command's defaults are from, and where more is said; palpate alone shows its help."""
-    if error.ctx is None or isinstance(error, click.exceptions.NoArgsIsHelpError):
+    if error.ctx is None or isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):  # new in click 8.2
         return error
     message = error.format_message().rstrip(".")
     unnamed = [str(file) for file in files if str(file) not in message]

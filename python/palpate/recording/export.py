@@ -13,6 +13,7 @@ from palpate.extras import need
 from palpate.recording import OWN_COLUMNS, sidecar, time_column
 from palpate.recording.binary_data import BinaryData
 from palpate.recording.block import DTYPE, Block
+from palpate.recording.filelock import is_locked
 from palpate.recording.foreign import Foreign
 from palpate.recording.own_file import Recorded
 from palpate.recording.rows import HEADER, format_rows
@@ -147,10 +148,13 @@ def _writer(target: Path) -> "type[_ParquetWriter | _OwnWriter]":
 
 def _check_free(recording: Recorded | Foreign | BinaryData, target: Path, *, force: bool) -> None:
     targets = [target] if target.suffix == ".parquet" else [target, sidecar.sidecar_path(target)]
-    for path in targets:
-        if path.exists() and path.samefile(recording.path):
-            raise RecordingError(path, "is the file that is read: choose another name")
-        if path.exists() and not force:
+    inputs = [channel.path for channel in recording.channels] if isinstance(recording, BinaryData) else [recording.path]
+    for path in filter(Path.exists, targets):
+        if any(path.samefile(read) for read in inputs):
+            raise RecordingError(path, "is a file that is read: choose another name")
+        if is_locked(path):
+            raise RecordingError(path, "is still being recorded: choose another name")
+        if not force:
             raise RecordingError(path, "exists already: choose another name, or --force")
 
 
