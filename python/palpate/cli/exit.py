@@ -22,9 +22,7 @@ def code_of(error: Exception) -> int:
 
 def said_of(error: Exception) -> str:
     """Return an error as one line."""
-    if isinstance(error, PalpateError):
-        return str(error)
+    text = " ".join(str(error).splitlines())
     if isinstance(error, OSError) and error.filename is not None:
         return f"{error.filename}: {error.strerror}"
-    text = " ".join(str(error).split())
-    return text if isinstance(error, OSError) else f"unexpected: {type(error).__name__}: {text}"
+    return text if isinstance(error, PalpateError | OSError) else f"unexpected: {type(error).__name__}: {text}"
