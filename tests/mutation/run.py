@@ -68,7 +68,18 @@ def build(copy: Path, target: Path) -> None:
     """Install the copy into a folder."""
     flags = f"-O1 -w -include {HERE / 'mutants.hpp'}"
     options = [f"-Ccmake.define.CMAKE_CXX_FLAGS={flags}", "-Ccmake.define.CMAKE_INTERPROCEDURAL_OPTIMIZATION=OFF"]
-    command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", target, *options, copy]
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--no-deps",
+        "--target",
+        str(target),
+        *options,
+        str(copy),
+    ]
     subprocess.run(command, check=True)
 
 
