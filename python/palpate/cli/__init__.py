@@ -9,7 +9,7 @@ from collections.abc import Callable
 import click
 
 from palpate import __version__, get_cmake_dir, get_include
-from palpate.cli import calibrate, check, devices, figures, record, replay, simulate
+from palpate.cli import calibrate, check, devices, figures, live, record, replay, simulate
 from palpate.cli.exit import Commands
 
 
@@ -32,6 +32,7 @@ def main() -> None:
     """Real-time capacitance ratio from a two-bump tactile probe."""
 
 
+main.add_command(live.live)
 main.add_command(record.record)
 main.add_command(replay.replay)
 main.add_command(check.check)
