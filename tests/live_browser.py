@@ -63,6 +63,7 @@ class Browser:
         self.driver = driver
 
     def __getitem__(self, name: str) -> Any:
+        """Return the element of this id."""
         return self.driver.find_element(By.ID, name)
 
     def text(self, name: str) -> str:
