@@ -13,6 +13,7 @@ from palpate import __version__, get_cmake_dir, get_include
 from palpate.cli.group import Commands, debug_option
 
 COMMANDS = {
+    "live": "Watch a measurement in the browser.",
     "record": "Record from SOURCE, and print one row a touch as it ends.",
     "replay": "Send a recording through the estimator again: one row a touch.",
     "check": "Tell whether recordings are complete, have gaps, are clipped.",
