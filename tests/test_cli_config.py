@@ -58,8 +58,8 @@ def test_the_nearer_wins(places: tuple[Path, Path], tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("[replay]\nscne = 1\n", "palpate.toml: [replay]: got 'scne', allowed: map, unit, scene, samples, set"),
-        ("[relay]\nscene = 1\n", "palpate.toml: got 'relay', allowed: tables [record], [replay]"),
-        ('scene = "paper"\n', "palpate.toml: got 'scene', allowed: tables [record]"),
+        ("[relay]\nscene = 1\n", "palpate.toml: got 'relay', allowed: tables [live], [record], [replay]"),
+        ('scene = "paper"\n', "palpate.toml: got 'scene', allowed: tables [live], [record]"),
         ("[replay]\nscene = {a = 1}\n", "palpate.toml: [replay]: scene: got a table"),
         ("[replay\n", "palpate.toml: not TOML: "),
         ("[replay]\nsamples = 0\n", "0 is not in the range x>=1 (defaults: palpate.toml)"),

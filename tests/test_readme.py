@@ -2,8 +2,11 @@
 
 import re
 import shlex
+import signal
 import subprocess
 import sys
+import time
+import urllib.request
 from pathlib import Path
 
 from conftest import ROOT
@@ -11,9 +14,31 @@ from conftest import ROOT
 README = (ROOT / "README.md").read_text()
 
 
-def test_the_first_command_prints_what_the_readme_shows() -> None:
-    command, shown = re.findall(r"```sh\n(.*?)\n```\n\n```text\n(.*?)```", README, re.DOTALL)[0]
-    replay = shlex.split(command.split("&&")[-1])
+def blocks() -> list[tuple[str, str]]:
+    """Return the commands that are followed by what they print."""
+    return re.findall(r"```sh\n(.*?)\n```\n\n```text\n(.*?)```", README, re.DOTALL)
+
+
+def test_the_first_command_ends_on_the_live_page(tmp_path: Path) -> None:
+    command, shown = blocks()[0]
+    live = shlex.split(command.split("&&")[-1])
+    assert live == [".venv/bin/palpate", "live"]
+    told = tmp_path / "told"
+    with told.open("w") as file:
+        done = subprocess.Popen([sys.executable, "-m", "palpate", "live", "--port", "0"], stdout=file, stderr=file)
+        while "Ctrl-C" not in told.read_text() and done.poll() is None:
+            time.sleep(0.1)
+        address = re.findall(r"http://[^ ]*", told.read_text())[0]
+        page = urllib.request.urlopen(address).read().decode()
+        done.send_signal(signal.SIGINT)
+        assert done.wait() == 130
+    assert "<title>palpate</title>" in page
+    assert re.sub(r":\d+/", ":8746/", told.read_text()) == f"{shown}ended\n"
+
+
+def test_replay_prints_what_the_readme_shows() -> None:
+    command, shown = blocks()[1]
+    replay = shlex.split(command)
     assert replay[0] == ".venv/bin/palpate"
     done = subprocess.run(
         [sys.executable, "-m", "palpate", *replay[1:]], capture_output=True, text=True, check=True, cwd=ROOT

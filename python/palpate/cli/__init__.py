@@ -56,6 +56,7 @@ def main(context: click.Context, config: Path | None) -> None:
 
     \b
     Example:
+      palpate live
       palpate record sim:four-specimens -o run.csv
       palpate replay run.csv
     """  # noqa: D301

@@ -51,12 +51,12 @@ def live(
     no_open: bool,
     as_json: bool,
 ) -> None:
-    """Watch a measurement in the browser: ratio, uncertainty, touches, as they come.
+    """Watch a measurement in the browser.
 
-    SOURCE is as in `palpate record`. Without one: the board that is plugged in, or a simulated one. The page is
-    served on this machine alone, needs no network, and nothing is written but where --record says. Ends with Ctrl-C
-    (exit code 130; a recording is closed properly). Exit codes: 3, no device; 4, a file cannot be written; 6, an extra is
-    missing.
+    Ratio, uncertainty and touches, as they come. SOURCE is as in `palpate record`; without one, the board that is
+    plugged in, or a simulated one. The page is served on this machine alone, needs no network, and nothing is written
+    but where --record says. Ends with Ctrl-C (exit code 130; a recording is closed properly). Exit codes: 3, no device;
+    4, a file cannot be written; 6, an extra is missing.
 
     \b
     Example:
