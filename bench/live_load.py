@@ -13,7 +13,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from palpate.live.serve import address_of, listen, serve
 from palpate.live.server import Server
 from palpate.live.session import Session
 from palpate.live.status import Status
-from websockets.sync.client import connect
+from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 HOST = "127.0.0.1"
@@ -56,7 +56,8 @@ def run_server(rate: float) -> None:
     with listen(HOST, 0) as listening:
         session.start()
         print(address_of(listening, HOST), flush=True)
-        serve(Server(session, Status(session), "made").app(HOST, listening.getsockname()[1]), listening)
+        with suppress(KeyboardInterrupt):
+            serve(Server(session, Status(session), "made").app(HOST, listening.getsockname()[1]), listening)
     session.close()
 
 
@@ -66,31 +67,36 @@ def cpu_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def watch(page: ClientConnection | None, seconds: float) -> tuple[int, dict[str, dict[str, int]]]:
+    """Take what comes; return the number of frames, and the last state."""
+    frames, end = 0, time.monotonic() + seconds
+    state: dict[str, dict[str, int]] = {"counters": {"dropped": 0}, "frames": {"lost": 0}}
+    while page is None and time.monotonic() < end:
+        time.sleep(0.1)
+    while page is not None and time.monotonic() < end:
+        message = page.recv()
+        if isinstance(message, bytes):
+            frames += 1
+            page.send(json.dumps({"do": "seen", "frame": int.from_bytes(message[4:8], "little")}))
+        elif '"type": "state"' in message:
+            state = json.loads(message)
+    return frames, state
+
+
 def measure(rate: float, seconds: float, *, watched: bool) -> dict[str, float]:
     """Run a server, with one page or none; return its share of a core, frames and pairs a second."""
     server = subprocess.Popen([sys.executable, __file__, "--serve", str(rate)], stdout=subprocess.PIPE, text=True)
     assert server.stdout
     address = server.stdout.readline().strip().rstrip("/")
-    frames = 0
-    state: dict[str, dict[str, int]] = {"counters": {"read": 0, "dropped": 0}, "frames": {"lost": 0}}
     with connect(f"{address.replace('http', 'ws')}/ws", origin=Origin(address)) if watched else nullcontext() as page:
-        time.sleep(3)
+        watch(page, 3)
         begun, cpu = time.monotonic(), cpu_s(server.pid)
-        while (passed := time.monotonic() - begun) < seconds:
-            if page is None:
-                time.sleep(0.1)
-                continue
-            message = page.recv()
-            if isinstance(message, bytes):
-                frames += 1
-                page.send(json.dumps({"do": "seen", "frame": int.from_bytes(message[4:8], "little")}))
-            elif '"type": "state"' in message:
-                state = json.loads(message)
-        share = (cpu_s(server.pid) - cpu) / passed
+        frames, state = watch(page, seconds)
+        passed, share = time.monotonic() - begun, cpu_s(server.pid) - cpu
     server.send_signal(2)
     server.wait()
     return {
-        "cpu": share,
+        "cpu": share / passed,
         "frames": frames / passed,
         "dropped": state["counters"]["dropped"],
         "lost": state["frames"]["lost"],
