@@ -110,12 +110,15 @@ class SerialSource(Source):
             if time.monotonic() - heard > _SILENCE_S:
                 heard = time.monotonic()
                 self.notify(f"{self._settings['port']} is silent: is {self._settings['baud']} the right baud?")
-            *lines, self._buffer = (self._buffer + data)[-_LONGEST:].replace(b"\r", b"\n").split(b"\n")
+            *lines, self._buffer = (self._buffer + data).replace(b"\r", b"\n").split(b"\n")
             for line in lines:
                 if whole and line.strip():
                     yield skipped, line.decode("latin-1")
                     skipped = 0
                 whole = True
+            if len(self._buffer) > _LONGEST:  # its beginning is given up, so its end is no line
+                self._counters["errors"] += whole
+                whole, self._buffer = False, b""
 
     def _values(self, line: str) -> tuple[float | None, float | None]:
         """Return the hard and the soft value, None where the line has none."""
@@ -174,7 +177,7 @@ def _error(port: str, error: Exception) -> SourceError:
 def _pattern(name: str, value: Any) -> str:
     try:
         groups = set(re.compile(str(value)).groupindex)
-    except re.error as error:
+    except (re.error, OverflowError, RecursionError) as error:
         raise ValueError(f"{name}: got {value!r}, allowed: a regular expression ({error})") from error
     if not {"hard", "soft"} <= groups:
         raise ValueError(f"{name}: got groups {sorted(groups)}, allowed: (?P<hard>...) and (?P<soft>...) both in it")
