@@ -23,7 +23,8 @@ auto of_pickled(const py::tuple& pickled, Make make) {
     return make(pickled);
   } catch (const py::cast_error&) {
   } catch (const py::error_already_set& error) {
-    if (!error.matches(PyExc_LookupError)) {  // too short, or a parameter that is missing
+    // Too short, a parameter that is missing, a count that is negative.
+    if (!error.matches(PyExc_LookupError) && !error.matches(PyExc_OverflowError)) {
       throw;
     }
   }

@@ -186,12 +186,21 @@ def uri(data: bytes) -> None:
             palpate.open("usb:?" + text, backend=TwinBackend(VirtualClock())).close()
 
 
-_PICKLED = ("Rls", "AdaptiveRls", "HandoverRls", "Rls32", "HandoverRls32", "RlsBank", "AdaptiveRlsBank", "HandoverRlsBank32")
+_PICKLED = (
+    "Rls",
+    "AdaptiveRls",
+    "HandoverRls",
+    "Rls32",
+    "HandoverRls32",
+    "RlsBank",
+    "AdaptiveRlsBank",
+    "HandoverRlsBank32",
+)
 _VALUES: list[Callable[[bytes], Any]] = [
     lambda raw: struct.unpack("<d", raw)[0],
     lambda raw: int.from_bytes(raw, "little", signed=True),
     lambda raw: int.from_bytes(raw[:1], "little") - 2,
-    lambda raw: 2.0 ** (int.from_bytes(raw[:2], "little", signed=True) % 2150 - 1080),
+    lambda raw: 2.0 ** (int.from_bytes(raw[:2], "little", signed=True) % 2100 - 1080),
     lambda raw: np.frombuffer(raw, np.float64),
     lambda raw: np.zeros([b % 7 for b in raw[:3]], [np.float64, np.uint64, np.object_, np.float32][raw[3] % 4]),
     lambda raw: (raw, None, "drift", (), [], {}, {"drift": 0.1}, math.nan)[raw[0] % 8],
@@ -204,9 +213,12 @@ def state(data: bytes) -> None:
     for at in range(1, len(data) - 10, 11):
         where, path, what = data[at : at + 3]
         valid = _replaced(valid, [where, path], _VALUES[what % len(_VALUES)](data[at + 3 : at + 11]))
-    made = kind.__new__(kind)
-    with suppress(ValueError, TypeError):
+    made, taken = kind.__new__(kind), False
+    # AttributeError: attributes of a subclass, given to what is none.
+    with suppress(ValueError, TypeError, AttributeError), np.errstate(over="ignore"):
         made.__setstate__(valid)
+        taken = True
+    if taken:
         _use(made)
 
 

@@ -96,6 +96,8 @@ _EMPTY = re.compile(",(?=,)")  # how spreadsheets write nan
 
 
 def _parsed(lines: list[str]) -> Block:
+    if "" in lines:
+        raise ValueError("a line without anything")
     text = np.loadtxt(lines, dtype=_TEXT, delimiter=",", comments=None, ndmin=1)
     if len(text) != len(lines) or (text["status"] > LARGEST_STATUS).any() or (text["seq"] < 0).any():
         raise ValueError

@@ -51,11 +51,15 @@ def save(path: Path, document: dict[str, Any]) -> None:
     """Write or replace a sidecar: who reads it sees the old one or the new one, whatever happens."""
     text = json.dumps(_plain(document), indent=2, allow_nan=False, default=str) + "\n"
     beside = path.with_name(path.name + ".new")
-    with beside.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    beside.replace(path)
+    try:
+        with beside.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+    except OSError:
+        beside.unlink(missing_ok=True)
+        raise
     _sync_folder(path.parent)
 
 

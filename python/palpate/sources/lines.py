@@ -1,10 +1,10 @@
 """Lines of text on a serial port, as a microcontroller prints them: `serial:`."""
 
 import math
+import os
 import re
 import time
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from threading import Event
 from typing import Any
 
@@ -170,7 +170,7 @@ def _sample(seq: int, hard: tuple[int, float], soft: tuple[int, float]) -> Sampl
 def _error(port: str, error: Exception) -> SourceError:
     if "Permission" in str(error):
         return DeviceRefused(f"{port}: no permission to open it; `sudo usermod -aG dialout $USER`, then log in anew")
-    there = "" if Path(port).exists() or "/" not in port else ": there is no such port; see `palpate devices`"
+    there = "" if os.path.exists(port) or "/" not in port else ": there is no such port; see `palpate devices`"  # noqa: PTH110
     return DeviceNotFound(f"{port} cannot be opened{there or f': {error}'}")
 
 
