@@ -43,13 +43,14 @@ def measure(path: Path, output: int, until_s: float) -> None:
     for _ in stream.batches():
         os.write(output, f"{stream.recorder.rows}\n".encode())
         if time.monotonic() >= until_s:
-            return
+            break
 
 
 def command(path: Path, output: int) -> NoReturn:
     """Record with the command; what it prints is kept."""
     os.dup2(output, 2)
     palpate_command(["record", "sim:four-specimens?speed=1", "-o", str(path)])
+    raise AssertionError("the command ends with an exit")
 
 
 def child(way: str, folder: Path, number: int) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT, Tally
-from fuzz.parsers import TARGETS
+from fuzz_parsers import TARGETS
 
 CORPUS = ROOT / "tests" / "fuzz" / "corpus"
 CHANGES = 40

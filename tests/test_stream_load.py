@@ -133,9 +133,12 @@ def test_a_source_that_returns_late(tmp_path: Path, at: int, tally: Tally) -> No
             super().close()
 
     source: Any = Late([sample(i) for i in range(at)], live=True)
-    with pytest.raises(SourceTimeout, match="left behind"), Stream(source, record=path) as stream:
-        while stream.counters.recorded < at:
-            threading.Event().wait(0.01)
+    stream = Stream(source, record=path)
+    stream.__enter__()
+    while stream.counters.recorded < at:
+        threading.Event().wait(0.01)
+    with pytest.raises(SourceTimeout, match="left behind"):
+        stream.close()
     rows = check(path)
     assert rows.clean
     assert rows.survey.rows == at

@@ -129,7 +129,7 @@ class Recorder:
         self._wake.set()
         self._thread.join()
         failure = str(self.error) if self.error else error
-        end = {"rows": self.rows, "dropped": self.dropped, "clean": self.error is None}
+        end: dict[str, Any] = {"rows": self.rows, "dropped": self.dropped, "clean": self.error is None}
         end |= {"crc32": self._checksum, "counters": counters()}
         self._document["end"] = end | ({"error": failure} if failure else {})
         with suppress(OSError):

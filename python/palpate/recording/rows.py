@@ -19,7 +19,7 @@ LARGEST_STATUS = int(Status.LOST)
 
 # Two roundings of 2**-53 each: below this time the nearest ns is the one that was written.
 _EXACT_S = 2**51 / 1e9
-_LATEST_S = 2**63 / 1e9  # what ns in 64 bits hold: 292 years
+_LATEST_S = 1e10  # ns in 64 bits hold a little less: 292 years
 _LONGEST = 31  # characters of a time; numpy would cut off what is longer without a word
 
 _TEXT = [
@@ -121,7 +121,14 @@ def _nanoseconds(seconds: NDArray[np.bytes_]) -> NDArray[np.int64]:
         raise ValueError("time")
     if np.abs(approximate).max() < _EXACT_S:
         return np.rint(approximate * 1e9).astype(np.int64)
-    return np.array([int(Decimal(text.decode()).scaleb(9)) for text in seconds], np.int64)
+    return np.array([_exactly(text.decode()) for text in seconds], np.int64)
+
+
+def _exactly(text: str) -> int:
+    ns = int(Decimal(text).scaleb(9))
+    if not -(2**63) <= ns < 2**63:
+        raise ValueError("time")
+    return ns
 
 
 def is_whole(line: str) -> bool:
@@ -155,7 +162,7 @@ def _fits(name: str, cell: str) -> bool:
         if name.endswith("_pF"):
             return cell == "" or isinstance(float(cell), float)
         if name.endswith("_s"):
-            return len(cell) <= _LONGEST and abs(float(cell)) < _LATEST_S
+            return len(cell) <= _LONGEST and abs(float(cell)) < _LATEST_S and isinstance(_exactly(cell), int)
         return (-1 if name.endswith("_raw") else 0) <= int(cell) < (2**31 if name.endswith("_raw") else 2**63)
     except (ValueError, InvalidOperation):
         return False

@@ -1,6 +1,6 @@
 """What reads text and bytes from outside, each as a function of bytes that may raise its documented errors only.
 
-Whatever it accepts has to make sense as well. `python tests/fuzz/parsers.py TARGET FOLDER... [libFuzzer's options]` lets
+Whatever it accepts has to make sense as well. `python tests/fuzz_parsers.py TARGET FOLDER... [libFuzzer's options]` lets
 atheris look for bytes that it does not stand; `tests/test_parsers.py` runs the corpus, and what was found.
 """
 
@@ -79,8 +79,8 @@ def own_file(data: bytes) -> None:
 def table(data: bytes) -> None:
     """Read another logger's table; the first byte says how."""
     how = data[0] if data else 0
-    columns: dict[str, str | int] = [{"hard": 2, "soft": 3}, {"hard": "hard", "soft": "soft"}][how & 1]
-    columns |= [{}, {"time": 1}][how >> 1 & 1]
+    columns: dict[str, str | int] = {"hard": "hard", "soft": "soft"} if how & 1 else {"hard": 2, "soft": 3}
+    columns |= {"time": 1} if how & 2 else {}
     path = _file("table.csv", data[1:])
     with suppress(RecordingError, ValueError):
         report = check(path, columns=columns, unit=[None, "fF"][how >> 2 & 1])
@@ -127,7 +127,7 @@ def firmware(data: bytes) -> None:
     """Read an Intel HEX file: what is taken, fits the board."""
     with suppress(ProtocolError):
         image = read_hex(_file("firmware.hex", data))
-        assert all(0 <= at and at + len(part) <= RAM_BYTES for at, part in image.items())
+        assert all(at >= 0 and at + len(part) <= RAM_BYTES for at, part in image.items())
         assert 0 in image
 
 
@@ -178,7 +178,7 @@ def uri(data: bytes) -> None:
     with suppress(ValueError):
         split(text)
     refused = (ValueError, SourceError, RecordingError)
-    with patch.object(serial_lines.serial, "Serial", side_effect=OSError("no port")):
+    with patch("serial.Serial", side_effect=OSError("no port")):
         for prefix in ("sim:", "serial:", "i2c:nowhere?", "iio:/nowhere?", "nowhere:", "/nowhere/"):
             with suppress(*refused):
                 palpate.open(prefix + text).close()
@@ -262,7 +262,7 @@ def _replaced(given: Any, path: list[int], value: Any) -> Any:
         return dict(items[:at]) | ({items[at][0]: value} if at < len(items) else {}) | dict(items[at + 1 :])
     if path[0] > 250:
         return tuple(items[:at])
-    return tuple([*items[:at], _replaced(items[at], path[1:], value) if at < len(items) else value, *items[at + 1 :]])
+    return (*items[:at], _replaced(items[at], path[1:], value) if at < len(items) else value, *items[at + 1 :])
 
 
 TARGETS: dict[str, Callable[[bytes], None]] = {
