@@ -6,6 +6,7 @@
 #include <palpate/bank.hpp>
 #include <palpate/handover.hpp>
 
+#include "in_lines.hpp"
 #include "literal.hpp"
 #include "timing.hpp"
 
@@ -63,8 +64,9 @@ void add_block(Bench& bench, const char* name, const Data& data, std::vector<dou
 template <class Core>
 struct Streams {
   using Real = typename Core::real_type;
+  using Numbers = LineVector<Real>;
   std::size_t streams, frames;
-  std::vector<Real> output, regressor, ratios, ratio, information, statistic;
+  Numbers output, regressor, ratios, ratio, information, statistic;
   std::vector<std::uint64_t> rejected;
   Lanes<Core> lanes;
 
@@ -96,7 +98,8 @@ void add_streams(Bench& bench, const char* name, Streams<Core>& s) {
   bench.add(name, static_cast<double>(s.streams * s.frames), [&s] { s.run(); });
 }
 
-void triad(const std::vector<double>& a, const std::vector<double>& b, std::vector<double>& c) {
+template <class Numbers>
+void triad(const Numbers& a, const Numbers& b, Numbers& c) {
   for (std::size_t i = 0; i < c.size(); ++i) {
     c[i] = a[i] + 0.5 * b[i];
   }

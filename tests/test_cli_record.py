@@ -124,7 +124,7 @@ def test_ctrl_c_closes_the_file(tmp_path: Path, number: int) -> None:
     path = tmp_path / "run.csv"
     command = [sys.executable, "-m", "palpate", "record", "sim:four-specimens?speed=1", "-o", str(path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        while not (path.exists() and len(path.read_bytes().splitlines()) > 5):
+        while not (path.exists() and len(path.read_bytes().splitlines()) > 6):
             time.sleep(0.02)
             assert process.poll() is None
         os.kill(process.pid, number)

@@ -10,6 +10,7 @@
 #include "bank_loops.hpp"
 #include "block.hpp"
 #include "core_numbers.hpp"
+#include "in_lines.hpp"
 #include "made.hpp"
 #include "settings.hpp"
 #include "tables.hpp"
@@ -59,7 +60,7 @@ class LaneStates {
 
  private:
   BankTask<Real> task_;
-  std::vector<Real> ratio_, information_, statistic_;
+  LineVector<Real> ratio_, information_, statistic_;
   std::vector<std::uint64_t> rejected_;
 };
 

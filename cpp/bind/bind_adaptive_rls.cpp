@@ -24,7 +24,7 @@ ValueError
 
 Notes
 -----
-For each sample, with the innovation e of `Rls`: statistic' = max(0, statistic + |e| - drift);
+For each sample, with the innovation e of `Rls`: statistic' = max(0, statistic + abs(e) - drift);
 alarm = statistic' > threshold; then the update of `Rls` with the forgetting factor that the
 alarm selects. drift and threshold are in pF: they fit one press and
 one noise level.

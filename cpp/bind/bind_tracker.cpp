@@ -55,7 +55,9 @@ Returns
 numpy.ndarray, shape (n,), structured
     After each reading: `ratio`; `standard_error` (nan before it means something, and in scenes
     that do not know it); `alarm`; `contact`; `touch`, the number of the touch that is measured,
-    counted from 1, else 0.
+    counted from 1, else 0; `statistic`, the detector's (of the touch that is measured, or of the last
+    one; 0 without a detector); `hard_baseline` and `soft_baseline`, pF (0 in a scene without, nan before
+    the first is known).
 
 Raises
 ------

@@ -8,7 +8,7 @@ namespace {
 
 /// One row of Tracker.process.
 struct TrackerRow {
-  double ratio, standard_error;
+  double ratio, standard_error, statistic, hard_baseline, soft_baseline;
   std::int32_t touch;
   bool alarm, contact;
   unsigned char padding[2];
@@ -20,6 +20,9 @@ struct TrackerRow {
     fields.add<bool>("alarm", offsetof(TrackerRow, alarm));
     fields.add<bool>("contact", offsetof(TrackerRow, contact));
     fields.add<std::int32_t>("touch", offsetof(TrackerRow, touch));
+    fields.add<double>("statistic", offsetof(TrackerRow, statistic));
+    fields.add<double>("hard_baseline", offsetof(TrackerRow, hard_baseline));
+    fields.add<double>("soft_baseline", offsetof(TrackerRow, soft_baseline));
     return fields.dtype(sizeof(TrackerRow));
   }
 };
@@ -126,7 +129,16 @@ class SceneTracker final : public AnyTracker {
       const auto report = take(th[k], ts[k], h.at(i), s.at(i));
       const bool measured = report.finished || core_.open();
       const auto number = static_cast<std::int32_t>(touches_.size()) + (report.finished ? 0 : 1);
-      row[i] = {report.ratio, core_.standard_error(), measured ? number : 0, report.alarm, report.contact, {}};
+      based_ = based_ || core_.ready();
+      row[i] = {report.ratio,
+                core_.standard_error(),
+                core_.estimator.statistic(),
+                level(core_.hard_baseline),
+                level(core_.soft_baseline),
+                measured ? number : 0,
+                report.alarm,
+                report.contact,
+                {}};
     }
     return rows;
   }
@@ -177,6 +189,11 @@ class SceneTracker final : public AnyTracker {
     return report;
   }
 
+  template <class BaselineStage>
+  double level(const BaselineStage& baseline) const {
+    return based_ ? baseline.level() : std::numeric_limits<double>::quiet_NaN();
+  }
+
   void keep() {
     touches_.push_back({core_.touch(), start_s_, core_.settings.samples, settings_.initial_covariance,
                         palpate::knows_its_error<decltype(core_.estimator)>});
@@ -190,6 +207,7 @@ class SceneTracker final : public AnyTracker {
   std::array<std::int64_t, 256> times_{};
   double start_s_ = 0;
   bool was_open_ = false;
+  bool based_ = false;  // a baseline has been measured, ever
 };
 
 double real_of(const std::string& name, const py::handle& value) {

@@ -2,4 +2,4 @@
 
 from palpate.cli import main
 
-main()
+main(prog_name="palpate")

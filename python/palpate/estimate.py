@@ -61,7 +61,7 @@ class Batch(NamedTuple):
         last = {number: i for i, number in enumerate(numbers)}
         ended = {last[self.first + k]: touch for k, touch in enumerate(self.touches) if self.first + k in last}
         for i, (sample, row) in enumerate(zip(samples_of(self.samples), self.rows.tolist(), strict=True)):
-            ratio, error, alarm, contact, number = row
+            ratio, error, alarm, contact, number = row[:5]
             yield Estimate(sample, ratio, error, alarm, contact, number, ended.get(i))
 
 
@@ -106,3 +106,18 @@ class StreamCounters:
     def as_dict(self) -> dict[str, int]:
         """Return them by name."""
         return asdict(self)
+
+    def since(self, before: "StreamCounters") -> dict[str, int]:
+        """Return by name what has become of the samples read since then, what waited then left out.
+
+        Examples
+        --------
+        >>> then, now = StreamCounters(read=5, delivered=3, waiting=2), StreamCounters(read=9, delivered=9)
+        >>> then_read = now.since(then)
+        >>> then_read["read"], then_read["delivered"], then_read["waiting"]
+        (4, 4, 0)
+        """
+        earlier = before.as_dict()
+        earlier["delivered"] += earlier["waiting"]
+        passed = {name: value - earlier[name] for name, value in self.as_dict().items()}
+        return passed | {"waiting": self.waiting, "recorded": self.recorded, "unrecorded": self.unrecorded}

@@ -2,7 +2,7 @@
 
 import math
 import time
-from threading import Event, Thread
+from threading import Event, RLock, Thread
 
 from palpate._core import SampleRing
 from palpate.ad7746 import LAST_CODE
@@ -39,6 +39,9 @@ class Reader:
         Set when there is something new, and at the end.
     error : BaseException or None
         Why it ended, where that was not asked for.
+    lock : RLock
+        Held while a sample is counted and handed on: who holds it sees whole samples, and may change the recorder.
+    recorder : Recorder or None
     """
 
     def __init__(self, source: Source, ring: SampleRing, recorder: Recorder | None, period_s: float = math.nan) -> None:
@@ -48,7 +51,8 @@ class Reader:
         self.error: BaseException | None = None
         self._source = source
         self._ring = ring
-        self._recorder = recorder
+        self.lock = RLock()
+        self.recorder = recorder
         self._late_ns = _LATE * period_s * 1e9
         self._stopping = Event()
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
@@ -81,15 +85,16 @@ class Reader:
             self.ready.set()
 
     def _take(self, sample: Sample) -> None:
-        if self._recorder and self._recorder.error:
-            raise self._recorder.error
         if not self._source.live and not self._has_room():
             return
-        self._count(sample)
-        self.read += 1
-        if self._recorder:
-            self._recorder.push(sample)
-        self._ring.push(sample)
+        with self.lock:
+            if self.recorder and self.recorder.error:
+                raise self.recorder.error
+            self._count(sample)
+            self.read += 1
+            if self.recorder:
+                self.recorder.push(sample)
+            self._ring.push(sample)
         self.ready.set()
 
     def _count(self, sample: Sample) -> None:
@@ -105,11 +110,15 @@ class Reader:
     def _has_room(self) -> bool:
         """Wait until consumer and recorder have room; return whether that came before the end."""
         most = min(_AHEAD, self._ring.capacity - 1)
-        while len(self._ring) > most or (self._recorder and self._recorder.is_behind):
+        while len(self._ring) > most or self._recorder_is_behind():
             if self._stopping.is_set():
                 return False
             time.sleep(_WAIT_S)
         return True
+
+    def _recorder_is_behind(self) -> bool:
+        recorder = self.recorder
+        return recorder is not None and recorder.is_behind
 
 
 def _check(sample: Sample, last: int) -> None:

@@ -112,6 +112,7 @@ class Stream:
         self._record = record
         self._notes = notes or []
         self._reader: Reader | None = None
+        self._before = StreamCounters()
         self._delivered = self._refused = self._saturated = 0
         self._ended = self._closed = self._raised = self._begins = self._stop_asked = False
 
@@ -122,8 +123,7 @@ class Stream:
             device = self.source.describe()
             self._begins = True  # from here on there is something to close
             if self._record is not None:
-                settings = {"scene": self.tracker.scene, **self.tracker.settings}
-                self.recorder = Recorder(self._record, device, settings, self._notes)
+                self.recorder = self._recorder(self._record, self._notes)
         except BaseException:
             self.source.__exit__(None, None, None)
             raise
@@ -181,6 +181,42 @@ class Stream:
             reconnects=own.get("reconnects", 0),
         )
 
+    def start_recording(self, record: str | os.PathLike[str], notes: list[str] | None = None) -> Recorder:
+        """Record to NAME.csv from the next sample on; from any thread.
+
+        Raises
+        ------
+        ValueError, RecordingError
+            A recording is running; and as on entering.
+        """
+        reader = self._begun()
+        if self._closed or self.recorder:
+            raise ValueError("record: got a second one, or none can be any more, allowed: one at a time, while it runs")
+        recorder = self._recorder(record, notes or [])
+        with reader.lock:
+            self._before = self.counters
+            self.recorder = reader.recorder = recorder
+        return recorder
+
+    def stop_recording(self) -> Recorder | None:
+        """Close the recording, and go on without; from any thread. None where there was none.
+
+        Raises
+        ------
+        RecordingError
+            Something that was read could not be recorded.
+        """
+        reader, recorder = self._begun(), self.recorder
+        if recorder is None or self._closed:
+            return None
+        with reader.lock:
+            reader.recorder, counters = None, self.counters
+        recorder.close(lambda: self._counted(counters, recorder))
+        self.recorder = None
+        if recorder.error:
+            raise recorder.error
+        return recorder
+
     def note(self, text: str) -> None:
         """Add a note to the recording."""
         if self.recorder:
@@ -190,6 +226,11 @@ class Stream:
         """Add a mark to the recording, at the sample that was read last."""
         if self.recorder:
             self.recorder.mark(text, self._begun().last)
+
+    def tare(self) -> None:
+        """Measure the baseline anew, and mark it in the recording; from the thread that iterates."""
+        self.tracker.tare()
+        self.mark("tare")
 
     def stop(self) -> bool:
         """End the iteration, after what has been read; from any thread, or a signal handler. False before `with`."""
@@ -220,7 +261,8 @@ class Stream:
         error = failure or self._reader.error
         try:
             if self.recorder:
-                self.recorder.close(lambda: self.counters.as_dict(), _told(error))
+                recorder = self.recorder
+                recorder.close(lambda: self._counted(self.counters, recorder), _told(error))
         finally:
             if stopped:
                 self.source.__exit__(None, None, None)
@@ -228,6 +270,14 @@ class Stream:
             raise failure
         if self.recorder and self.recorder.error and not self._raised:
             raise self.recorder.error
+
+    def _recorder(self, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
+        settings = {"scene": self.tracker.scene, **self.tracker.settings}
+        return Recorder(path, self.source.describe(), settings, notes)
+
+    def _counted(self, counters: StreamCounters, recorder: Recorder) -> dict[str, int]:
+        """Return what became of the samples since the recording began."""
+        return counters.since(self._before) | {"recorded": recorder.rows, "unrecorded": recorder.dropped}
 
     def _begun(self) -> Reader:
         if self._reader is None:

@@ -4,6 +4,7 @@
 // Many streams at once, each with an Rls of its own: bit for bit what as many single estimators give.
 
 #include <cstdint>
+#include <limits>
 #include <palpate/pack.hpp>
 #include <palpate/rls.hpp>
 
@@ -59,8 +60,10 @@ class Lanes {
     for (std::size_t i = 0; i < whole; i += 2 * width) {
       const auto first = lanes.template next<Pack<Real>>(state, output, regressor, i);
       const auto second = lanes.template next<Pack<Real>>(state, output, regressor, i + width);
-      const auto sum = first.sum() + second.sum();  // where it overflows, the streams decide one by one
-      if (PALPATE_UNLIKELY(!holds_everywhere<Real>(sum - sum == Pack<Real>{}))) {
+      // Where the sum overflows, the streams decide one by one. The ratios come last, as they are known last.
+      const auto sum = first.known_early() + second.known_early() + first.ratio + second.ratio;
+      if (PALPATE_UNLIKELY(
+              !holds_everywhere<Real>(magnitude(sum) <= Pack<Real>{} + std::numeric_limits<Real>::max()))) {
         lanes.one_by_one(state, output, regressor, ratios, i, i + 2 * width);
         continue;
       }
@@ -78,7 +81,7 @@ class Lanes {
   struct Next {
     Value ratio, information, statistic;
 
-    Value sum() const noexcept { return ratio + information + statistic; }
+    Value known_early() const noexcept { return information + statistic; }
     void store_to(const State& state, Real* ratios, std::size_t i) const noexcept {
       store(ratio, state.ratio + i);
       store(information, state.information + i);
@@ -150,7 +153,10 @@ class Bank {
 
  private:
   Lanes<Core> lanes_;
-  Real ratio_[Streams], information_[Streams], statistic_[Streams] = {};
+  // A pack that lies in two cache lines takes twice as long.
+  alignas(64) Real ratio_[Streams];
+  alignas(64) Real information_[Streams];
+  alignas(64) Real statistic_[Streams] = {};
   std::uint64_t rejected_[Streams] = {};
 };
 

@@ -36,7 +36,8 @@ struct ContactSettings {
 /// exceeds slack reaches limit. A value counts clip at most, so contact takes limit / (clip - slack) values, 4: no
 /// spike is one. The start is dated back to the first value after the last quiet one. The end: below release of the
 /// highest value, confirm times in a row; the channel is idle again below idle_share of it.
-template <class Real, class Settings = Kept<ContactSettings<Real>>>
+/// Without Dates it leaves out the start.
+template <class Real, class Settings = Kept<ContactSettings<Real>>, bool Dates = true>
 class Contact : public Settings {
  public:
   using Settings::settings;
@@ -46,18 +47,21 @@ class Contact : public Settings {
     if (state_ == State::idle) {
       return approach(change / noise);
     }
-    peak_ = state_ == State::contact && change > peak_ ? change : peak_;
-    const Real share = state_ == State::contact ? settings.release : settings.idle_share;
+    const bool touching = contact();
+    peak_ = touching && change > peak_ ? change : peak_;
+    const Real share = touching ? settings.release : settings.idle_share;
     const Real noise_limit = product(settings.slack + 1, noise);  // a touch of a few noises has no tenth
     const Real least = product(share, peak_) > noise_limit ? product(share, peak_) : noise_limit;
-    count_below(change < least);
-    if (below_ == settings.confirm) {
-      state_ = state_ == State::contact ? State::released : State::idle;
-      sum_ = 0;
-      below_ = 0;
+    if (count_below(change < least) != settings.confirm) {
+      return touching;
+    }
+    state_ = static_cast<State>(static_cast<int>(state_) - 1);
+    below_ = 0;
+    sum_ = 0;
+    if (Dates) {
       age_ = 0;
     }
-    return contact();
+    return false;
   }
 
   constexpr void reset() noexcept {
@@ -72,8 +76,7 @@ class Contact : public Settings {
   /// While the baseline is measured anew after a touch: whether a change from the old one is the next touch already, of
   /// twice idle_share of the last one's height at least. Then the state is contact.
   constexpr bool presses_again(Real change) noexcept {
-    count_below(change > 2 * product(settings.idle_share, peak_) && peak_ > 0);
-    if (below_ > settings.confirm) {
+    if (count_below(change > 2 * product(settings.idle_share, peak_) && peak_ > 0) > settings.confirm) {
       state_ = State::contact;
       peak_ = change;
       age_ = below_;
@@ -88,13 +91,14 @@ class Contact : public Settings {
   constexpr int age() const noexcept { return age_; }
 
  private:
-  enum class State : std::uint8_t { idle, contact, released };
+  enum class State : std::uint8_t { idle, released, contact };
 
   constexpr bool approach(Real size) noexcept {
     sum_ += (size < settings.clip ? size : settings.clip) - settings.slack;
     sum_ = sum_ > 0 ? sum_ : Real(0);
-    // Noise does not exceed quiet 65536 times in a row.
-    age_ = static_cast<std::uint16_t>(size < settings.quiet ? 0 : age_ + 1);
+    if (Dates) {  // noise does not exceed quiet 65536 times in a row
+      age_ = static_cast<std::uint16_t>(size < settings.quiet ? 0 : age_ + 1);
+    }
     if (sum_ >= settings.limit) {
       state_ = State::contact;
       peak_ = 0;
@@ -103,7 +107,11 @@ class Contact : public Settings {
     return contact();
   }
 
-  constexpr void count_below(bool below) noexcept { below_ = static_cast<std::uint8_t>(below ? below_ + 1 : 0); }
+  constexpr int count_below(bool below) noexcept {
+    const int count = below ? below_ + 1 : 0;
+    below_ = static_cast<std::uint8_t>(count);
+    return count;
+  }
 
   Real sum_ = 0, peak_ = 0;
   std::uint16_t age_ = 0;

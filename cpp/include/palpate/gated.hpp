@@ -34,16 +34,19 @@ class Gated : public Settings {
       return {estimator.ratio(), false, gate.contact(), false};
     }
     const bool was_in_contact = gate.contact();
-    if (!gate.update(change, settings.noise)) {
-      const bool released = wanted_ > 0;
-      wanted_ = 0;
-      return {estimator.ratio(), false, false, released};
-    }
-    if (!was_in_contact) {
+    const bool contact = gate.update(change, settings.noise);
+    if (contact && !was_in_contact) {
       estimator.reset(settings.initial_ratio, settings.initial_covariance);
       wanted_ = settings.samples;
     }
-    return wanted_ > 0 ? take(hard, soft) : Report<Real>{estimator.ratio(), false, true, false};
+    if (wanted_ == 0) {
+      return {estimator.ratio(), false, contact, false};
+    }
+    if (contact) {
+      return take(hard, soft);
+    }
+    wanted_ = 0;
+    return {estimator.ratio(), false, false, true};
   }
 
   /// Samples of the running touch that are still to come; 0 where none is running.

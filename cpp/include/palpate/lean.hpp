@@ -42,7 +42,8 @@ using Align = palpate::Align<Real, Ticks, 4, Constant<defaults<AlignSettings<Tic
 
 /// Gate, window and the paper's estimator; Gated has checked its samples, and there is none without contact.
 template <class Real>
-using GatedRls = Gated<Contact<Real>, PaperRls<Real>, Constant<defaults<GatedSettings<PaperRls<Real>>>>>;
+using GatedRls = Gated<palpate::Contact<Real, Constant<defaults<ContactSettings<Real>>>, false>, PaperRls<Real>,
+                       Constant<defaults<GatedSettings<PaperRls<Real>>>>>;
 
 /// The scenes of palpate::Tracker; `settings` may be a constant of your own.
 template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>,

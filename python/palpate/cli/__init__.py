@@ -1,16 +1,32 @@
 """The command line. Results go to standard output, everything else to standard error.
 
-Exit codes: 0 done, 1 unexpected, 2 usage, 3 no device or no permission, 4 bad or truncated data, 5 measured but not
-reliable, 6 an extra is missing, 130 interrupted.
+Exit codes: 0 done, 1 unexpected, or the reader of a pipe has closed it, 2 usage, 3 no device or no permission, 4 bad or
+truncated data, or a file that cannot be written, 5 measured but not reliable, 6 an extra is missing, 130 interrupted.
 """
 
 from collections.abc import Callable
+from pathlib import Path
 
 import click
 
 from palpate import __version__, get_cmake_dir, get_include
-from palpate.cli import calibrate, check, devices, figures, record, replay, simulate
-from palpate.cli.exit import Commands
+from palpate.cli.group import Commands, debug_option
+
+COMMANDS = {
+    "live": "Watch a measurement in the browser.",
+    "record": "Record from SOURCE, and print one row a touch as it ends.",
+    "replay": "Send a recording through the estimator again: one row a touch.",
+    "check": "Tell whether recordings are complete, have gaps, are clipped.",
+    "convert": "Write a recording as Parquet, or as palpate's own.",
+    "devices": "List the sources that are plugged in.",
+    "simulate": "Write simulated recordings of touches on known objects.",
+    "calibrate": "Fit a calibration to recordings of touches on known objects.",
+    "figures": "Draw the figures of the paper from simulated data.",
+    "bench": "Error against run time, on simulated touches with known truth.",
+    "doctor": "Tell what is installed, plugged in, allowed, and what to type.",
+    "completion": "Print what makes a shell complete commands, options, sources.",
+}
+"""Each command is the function of its name in the module of its name, imported when it is asked for."""
 
 
 def _tell(text: str) -> Callable[[click.Context, click.Parameter, bool], None]:
@@ -22,36 +38,28 @@ def _tell(text: str) -> Callable[[click.Context, click.Parameter, bool], None]:
     return tell
 
 
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group("palpate", cls=Commands, commands_in="palpate.cli", short_helps=COMMANDS,
+             context_settings={"help_option_names": ["-h", "--help"], "auto_envvar_prefix": "PALPATE"})  # fmt: skip
 @click.version_option(__version__, prog_name="palpate")
 @click.option("--includes", is_flag=True, is_eager=True, expose_value=False, callback=_tell(f"-I{get_include()}"),
               help="Print what a C++ compiler needs to find the headers, and exit.")  # fmt: skip
 @click.option("--cmakedir", is_flag=True, is_eager=True, expose_value=False, callback=_tell(get_cmake_dir()),
               help="Print the folder for CMake's palpate_DIR or add_subdirectory, and exit.")  # fmt: skip
-def main() -> None:
-    """Real-time capacitance ratio from a two-bump tactile probe."""
+@click.option("--config", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+              help="Defaults, in place of palpate.toml here and in your configuration folder.")  # fmt: skip
+@debug_option
+@click.pass_context
+def main(context: click.Context, config: Path | None) -> None:
+    """Real-time capacitance ratio from a two-bump tactile probe.
 
-
-main.add_command(record.record)
-main.add_command(replay.replay)
-main.add_command(check.check)
-main.add_command(devices.devices)
-main.add_command(simulate.simulate)
-main.add_command(calibrate.calibrate)
-main.add_command(figures.figures)
-
-
-@main.command()
-@click.option("--seeds", default=20, show_default=True, type=click.IntRange(min=1), help="Recordings of each scenario.")
-def bench(seeds: int) -> None:
-    """Error against run time, on simulated touches with known truth.
-
-    The whole bench, with other libraries, the cost of each stage and a figure, is in bench/ of the source.
+    Defaults of any option: [COMMAND] OPTION = VALUE in palpate.toml, or PALPATE_COMMAND_OPTION in the environment.
 
     \b
     Example:
-      palpate bench --seeds 50
+      palpate record sim:four-specimens -o run.csv
+      palpate replay run.csv
     """  # noqa: D301
-    from palpate import benchmark
+    if context.invoked_subcommand != "doctor":  # which looks at the files, whatever is in them
+        from palpate.cli.config import load
 
-    click.echo(benchmark.table(benchmark.compare(seeds)))
+        load(context, config, COMMANDS)

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate import PalpateError, Touch
-from palpate.cli.exit import NOT_RELIABLE, fail
-from palpate.cli.options import recording_options
+from palpate import Touch
+from palpate.cli.exit import NOT_RELIABLE
+from palpate.cli.options import json_option, recording_options
 
 if TYPE_CHECKING:
     from palpate import Calibration
@@ -30,7 +30,7 @@ _input = click.Path(exists=True, dir_okay=False, path_type=Path)
               "standard_error, covariance.")  # fmt: skip
 @click.option("--free-soft-ratio", is_flag=True, help="Fit the ratio on an infinitely soft object too: gains differ.")
 @recording_options
-@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of a table.")
+@json_option
 def calibrate(
     files: tuple[Path, ...],
     moduli: Path,
@@ -42,7 +42,7 @@ def calibrate(
     as_json: bool,
     **how: Any,
 ) -> None:
-    """Fit a calibration to recordings of touches on specimens of known modulus.
+    """Fit a calibration to recordings of touches on known objects.
 
     A recording may hold several touches, all on one specimen: that with whose name its own begins (30OO-2.csv
     is of "30 OO"). Touches with a flag are left out. Exit codes: 4, not a recording, not a table of moduli, or no
@@ -62,8 +62,6 @@ def calibrate(
         found.save(output)
     except ValueError as error:
         raise click.UsageError(str(error)) from error
-    except PalpateError as error:
-        fail(error)
     click.echo(_document(found, specimens, output) if as_json else _table(found, specimens))
     sys.exit(0 if found.sound else NOT_RELIABLE)
 
@@ -72,12 +70,9 @@ def _specimens(files: Sequence[Path], moduli: Path, how: dict[str, Any]) -> "lis
     from palpate.calibration.characterise import Specimen
     from palpate.calibration.specimen_files import assign, read_moduli
 
-    try:
-        known = read_moduli(moduli)
-        assigned = assign([file for file in files if file.resolve() != moduli.resolve()], known)
-        specimens = [Specimen(name, known[name], _touches(assigned[name], how)) for name in known]
-    except PalpateError as error:
-        fail(error)
+    known = read_moduli(moduli)
+    assigned = assign([file for file in files if file.resolve() != moduli.resolve()], known)
+    specimens = [Specimen(name, known[name], _touches(assigned[name], how)) for name in known]
     kept = []
     for specimen in sorted(specimens, key=lambda s: s.modulus):
         flagged = sum(bool(touch.flags) for touch in specimen.touches)

@@ -9,7 +9,7 @@ import click
 
 from palpate import RecordingError
 from palpate.cli.exit import BAD_DATA, NOT_RELIABLE
-from palpate.cli.options import reading_options
+from palpate.cli.options import json_option, reading_options
 
 if TYPE_CHECKING:
     from palpate.recording.checking import Report
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 @click.argument("files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @reading_options
 @click.option("--repair", is_flag=True, help="After an unclean stop: cut off a torn row, and write the end.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of lines.")
+@json_option
 def check(
     files: tuple[Path, ...], columns: dict[str, str] | None, unit: str | None, repair: bool, as_json: bool
 ) -> None:
-    """Tell whether recordings are complete, have gaps, are clipped, and ended properly.
+    """Tell whether recordings are complete, have gaps, are clipped.
 
     Exit codes: 4, one is not a recording, or not complete; 5, samples are missing or have no usable value.
 

@@ -6,15 +6,20 @@ import sys
 import click
 
 from palpate.cli.exit import NO_DEVICE
+from palpate.cli.options import json_option
 
 
 @click.command()
-@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of lines.")
+@json_option
 def devices(as_json: bool) -> None:
-    """List the sources that are plugged in, as `record` takes them; opens none.
+    """List the sources that are plugged in.
 
-    Exit code 3: there is none. `sim:` needs none.
-    """
+    As `record` takes them; opens none. Exit code 3: there is none. `sim:` needs none.
+
+    \b
+    Example:
+      palpate devices
+    """  # noqa: D301
     from palpate.sources.devices import devices as look
 
     found, notes = look()

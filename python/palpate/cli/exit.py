@@ -1,12 +1,9 @@
 """How a command ends: exit codes, and errors as sentences."""
 
-import sys
-from typing import Any, NoReturn
-
-import click
-
 from palpate import DeviceNotFound, MissingExtra, PalpateError, SourceTimeout
 
+UNEXPECTED = 1
+USAGE = 2
 NO_DEVICE = 3
 BAD_DATA = 4
 NOT_RELIABLE = 5
@@ -14,28 +11,18 @@ MISSING_EXTRA = 6
 INTERRUPTED = 130
 
 
-class Commands(click.Group):
-    """Ends a command with a sentence and an exit code where it raises one of the package's errors."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command."""
-        try:
-            return super().invoke(ctx)
-        except PalpateError as error:
-            fail(error)
-        except KeyboardInterrupt:
-            click.echo("interrupted", err=True)
-            ctx.exit(INTERRUPTED)
-
-
-def fail(error: PalpateError) -> NoReturn:
-    """Say what is wrong, and end with its exit code."""
-    click.echo(f"Error: {error}", err=True)
-    sys.exit(code_of(error))
-
-
-def code_of(error: PalpateError) -> int:
+def code_of(error: Exception) -> int:
     """Return the exit code of an error."""
     if isinstance(error, MissingExtra):
         return MISSING_EXTRA
-    return NO_DEVICE if isinstance(error, DeviceNotFound | SourceTimeout) else BAD_DATA
+    if isinstance(error, DeviceNotFound | SourceTimeout):
+        return NO_DEVICE
+    return BAD_DATA if isinstance(error, PalpateError | OSError) else UNEXPECTED
+
+
+def said_of(error: Exception) -> str:
+    """Return an error as one line."""
+    text = " ".join(str(error).splitlines())
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    return text if isinstance(error, PalpateError | OSError) else f"unexpected: {type(error).__name__}: {text}"

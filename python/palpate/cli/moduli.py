@@ -1,14 +1,13 @@
 """What replay adds with a calibration: the modulus of each touch's object, and of all if they are on one."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate import CalibrationError, MissingExtra, Touch
-from palpate.cli.exit import fail
+from palpate import Touch
 
 if TYPE_CHECKING:
     from palpate import Modulus
@@ -20,10 +19,7 @@ class Moduli:
     def __init__(self, path: Path, scene: str) -> None:
         from palpate import Calibration
 
-        try:
-            self._calibration = Calibration.load(path)
-        except CalibrationError as error:
-            fail(error)
+        self._calibration = Calibration.load(path)
         made_by = self._calibration.about.get("scene", scene)
         if made_by != scene:
             click.echo(f"{path}: made by scene {made_by}, not {scene}: the moduli may be off", err=True)
@@ -31,7 +27,7 @@ class Moduli:
     def of(self, touch: Touch) -> "Modulus":
         """Modulus of one touch's object."""
         error = touch.standard_error
-        return self._asked(lambda: self._calibration.modulus(touch.ratio, error if math.isfinite(error) else None))
+        return self._calibration.modulus(touch.ratio, error if math.isfinite(error) else None)
 
     def together(self, touches: Sequence[Touch]) -> "Modulus | None":
         """Modulus by the mean of several touches; None for fewer than two without a flag."""
@@ -40,7 +36,7 @@ class Moduli:
         if sum(not touch.flags for touch in touches) < 2:
             return None
         mean = choose(touches, "mean")
-        return self._asked(lambda: self._calibration.modulus(mean.ratio, mean.standard_error, touches=mean.touches))
+        return self._calibration.modulus(mean.ratio, mean.standard_error, touches=mean.touches)
 
     def table(self, table: str, touches: Sequence[Touch]) -> str:
         """Return the table of touches with a column for the modulus, and a line for all of them."""
@@ -63,10 +59,3 @@ class Moduli:
             record["modulus"] = self.of(touch).as_dict()
         together = self.together(touches)
         document["modulus_of_mean"] = together.as_dict() if together else None
-
-    @staticmethod
-    def _asked(ask: "Callable[[], Modulus]") -> "Modulus":
-        try:
-            return ask()
-        except MissingExtra as error:
-            fail(error)

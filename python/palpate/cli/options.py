@@ -29,6 +29,9 @@ def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[
     return found
 
 
+json_option = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output instead.")
+"""Adds as_json to a command."""
+
 _READING = [
     click.option("--map", "columns", callback=columns, metavar="hard=COL,soft=COL",
                  help="Columns of a table from another logger: names, or positions counted from 1; also time=COL."),

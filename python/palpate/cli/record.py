@@ -15,7 +15,8 @@ import click
 from palpate import PalpateError
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import INTERRUPTED, NOT_RELIABLE
-from palpate.cli.options import estimating_options
+from palpate.cli.options import estimating_options, json_option
+from palpate.cli.source import SourceType
 
 if TYPE_CHECKING:
     from palpate.estimate import Batch
@@ -25,14 +26,14 @@ _PROGRESS_S = 0.2
 
 
 @click.command()
-@click.argument("source")
+@click.argument("source", type=SourceType())
 @click.option("-o", "file", required=True, type=click.Path(dir_okay=False, path_type=Path), help="NAME.csv")
 @click.option("--touches", type=click.IntRange(min=1), help="Stop after so many touches.")
 @click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after so many seconds.")
 @click.option("--note", "notes", multiple=True, metavar="TEXT", help="Kept in the sidecar; may be repeated.")
 @click.option("--firmware", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Of the evaluation kit.")
 @estimating_options
-@click.option("--json", "as_json", is_flag=True, help="One JSON document at the end instead of rows.")
+@json_option
 def record(
     source: str,
     file: Path,

@@ -12,7 +12,7 @@ from palpate import __version__
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.moduli import Moduli
-from palpate.cli.options import replaying_options
+from palpate.cli.options import json_option, replaying_options
 
 if TYPE_CHECKING:
     from palpate import Touch
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @replaying_options
 @click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
               help="What `calibrate` wrote: adds the modulus, with its interval, to each touch.")  # fmt: skip
-@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of a table.")
+@json_option
 def replay(
     file: Path,
     columns: dict[str, str] | None,

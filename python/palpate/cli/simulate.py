@@ -1,9 +1,12 @@
 """The command that writes simulated recordings."""
 
+import json
 import math
 from pathlib import Path
 
 import click
+
+from palpate.cli.options import json_option
 
 
 def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
@@ -27,10 +30,11 @@ def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[
 @click.option("--touches", default=4, show_default=True, type=click.IntRange(1, 100), help="Touches on each object.")
 @click.option("--oblique", default=0.03, show_default=True, type=click.FloatRange(0, 0.5), help="Scatter of the ratio.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="The same gives the same.")
-def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: float, seed: int) -> None:
-    """Write simulated recordings of touches on known objects, to try `calibrate` without a probe.
+@json_option
+def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: float, seed: int, as_json: bool) -> None:
+    """Write simulated recordings of touches on known objects.
 
-    A file for each object, and moduli.csv with what is true.
+    To try `calibrate` without a probe. A file for each object, and moduli.csv with what is true.
 
     \b
     Example:
@@ -44,7 +48,7 @@ def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: flo
     moduli = objects or SORBOTHANE_MPA
     made = session(seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches)
     try:
-        paths = write_session(folder, made, moduli)
+        paths = [str(path) for path in write_session(folder, made, moduli)]
     except FileExistsError as error:
         raise click.UsageError(f"-o: {error}") from error
-    click.echo("\n".join(map(str, paths)))
+    click.echo(json.dumps({"files": paths}, indent=2) if as_json else "\n".join(paths))

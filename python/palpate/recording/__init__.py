@@ -151,7 +151,7 @@ def _capacitance(table: Table, wanted: str | int, unit: str | None) -> NDArray[n
 
 
 def _times(table: Table, wanted: str | int | None) -> NDArray[np.float64]:
-    column = _time_column(table) if wanted is None else table.column(wanted)
+    column = time_column(table) if wanted is None else table.column(wanted)
     if column is None:
         return np.full(len(table.rows), math.nan)
     factor = SECONDS.get(table.unit(column, SECONDS) or "s", 1.0)
@@ -189,7 +189,8 @@ def _seconds(cell: str, factor: float) -> float:
         return of_day.hour * 3600 + of_day.minute * 60 + of_day.second + of_day.microsecond * 1e-6
 
 
-def _time_column(table: Table) -> int | None:
+def time_column(table: Table) -> int | None:
+    """Return the column (from 0) that holds times by its name; None where there is none."""
     for column in range(table.width):
         if _TIMES & {bare_name(name) for name in table.names(column)}:
             return column

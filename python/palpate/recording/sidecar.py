@@ -49,7 +49,7 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
 
 def save(path: Path, document: dict[str, Any]) -> None:
     """Write or replace a sidecar: who reads it sees the old one or the new one, whatever happens."""
-    text = json.dumps(_plain(document), indent=2, allow_nan=False, default=str) + "\n"
+    text = text_of(document) + "\n"
     beside = path.with_name(path.name + ".new")
     try:
         with beside.open("w", encoding="utf-8") as file:
@@ -61,6 +61,11 @@ def save(path: Path, document: dict[str, Any]) -> None:
         beside.unlink(missing_ok=True)
         raise
     _sync_folder(path.parent)
+
+
+def text_of(document: dict[str, Any]) -> str:
+    """Return a sidecar as JSON."""
+    return json.dumps(_plain(document), indent=2, allow_nan=False, default=str)
 
 
 def _sync_folder(folder: Path) -> None:

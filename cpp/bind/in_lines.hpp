@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Arrays that start with a cache line: a SIMD register that is loaded from two lines takes twice as long.
+
+#include <new>
+#include <vector>
+
+template <class Item>
+struct InLines {
+  using value_type = Item;
+  static constexpr std::align_val_t line{64};
+
+  InLines() = default;
+  template <class Other>
+  InLines(const InLines<Other>&) {}
+  Item* allocate(std::size_t size) { return static_cast<Item*>(::operator new(size * sizeof(Item), line)); }
+  void deallocate(Item* items, std::size_t) { ::operator delete(items, line); }
+  bool operator==(const InLines&) const { return true; }
+  bool operator!=(const InLines&) const { return false; }
+};
+
+template <class Item>
+using LineVector = std::vector<Item, InLines<Item>>;

@@ -1,0 +1,50 @@
+"""The pages of docs/ as a site: `python -m sphinx -W docs build/docs`. Nothing is fetched, here or by a reader."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import palpate
+
+sys.path.insert(0, str(Path(__file__).parent / "extensions"))
+
+project = "palpate"
+copyright = "the palpate authors, MIT licence"
+version = release = palpate.__version__
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "command_help"]
+exclude_patterns = ["extensions"]
+html_theme = "furo"
+html_title = f"palpate {release}"
+html_math_renderer = "mathml"
+html_show_sphinx = html_copy_source = False
+pygments_style, pygments_dark_style = "friendly", "monokai"
+
+myst_enable_extensions = ["dollarmath", "amsmath"]
+myst_dmath_double_inline = True
+myst_heading_anchors = 3
+
+default_role = "py:obj"  # names in docstrings become links where they are known
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"  # the docstrings say more
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_use_param = False
+napoleon_use_ivar = True
+# Types are in words: shapes, units, ranges.
+nitpick_ignore_regex = [("py:.*", ".*")]
+suppress_warnings = ["ref.python"]
+
+
+def setup(app: Any) -> None:
+    """Keep napoleon from taking what stands before a property's first colon for its type."""
+    written: dict[str, list[str]] = {}
+
+    def keep(_app: Any, what: str, name: str, _value: Any, _options: Any, lines: list[str]) -> None:
+        if what == "property":
+            written[name] = list(lines)
+
+    def restore(_app: Any, _what: str, name: str, _value: Any, _options: Any, lines: list[str]) -> None:
+        lines[:] = written.pop(name, lines)
+
+    app.connect("autodoc-process-docstring", keep, priority=400)
+    app.connect("autodoc-process-docstring", restore, priority=600)

@@ -1,0 +1,45 @@
+"""`palpate bench`: error against run time."""
+
+import json
+import math
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from palpate.cli.options import json_option
+
+if TYPE_CHECKING:
+    from palpate.benchmark import Row
+
+
+@click.command()
+@click.option("--seeds", default=20, show_default=True, type=click.IntRange(min=1), help="Recordings of each scenario.")
+@click.option("--scenario", "names", multiple=True, metavar="NAME", help="Only this one; may be repeated.")
+@json_option
+def bench(seeds: int, names: tuple[str, ...], as_json: bool) -> None:
+    """Error against run time, on simulated touches with known truth.
+
+    The whole bench, with other libraries, the cost of each stage and a figure, is in bench/ of the source.
+
+    \b
+    Example:
+      palpate bench --seeds 50
+      palpate bench --scenario tremor --scenario step-up --json
+    """  # noqa: D301
+    from palpate import benchmark
+
+    for name in names:
+        if name not in benchmark.SINGLE:
+            raise click.UsageError(f"--scenario: got {name!r}, allowed: {', '.join(benchmark.SINGLE)}")
+    rows = benchmark.compare(seeds, names or benchmark.SINGLE)
+    click.echo(_json(seeds, rows) if as_json else benchmark.table(rows))
+
+
+def _json(seeds: int, rows: "list[Row]") -> str:
+    plain = [{name: _known(value) for name, value in asdict(row).items()} for row in rows]
+    return json.dumps({"seeds": seeds, "rows": plain}, indent=2, allow_nan=False)
+
+
+def _known(value: Any) -> Any:
+    return None if isinstance(value, float) and math.isnan(value) else value

@@ -1,0 +1,114 @@
+"""Defaults of options: from palpate.toml, and from the environment.
+
+What is given on the command line wins over the environment, that over palpate.toml in the working folder, and that over
+the one in the user's configuration folder.
+"""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import click
+
+NAME = "palpate.toml"
+_FILES = "palpate.files"  # in the context's meta: command to the files that have a table for it
+
+
+def places() -> list[Path]:
+    """Return where palpate.toml is looked for, the strongest last."""
+    return [Path(click.get_app_dir("palpate")) / NAME, Path(NAME)]
+
+
+def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -> None:
+    """Give a group's context the defaults out of the files that are there.
+
+    Raises
+    ------
+    click.UsageError
+        A file that cannot be one; for the command that is run, an unknown key or variable, with those that are
+        allowed, or a value that no option has.
+    """
+    merged: dict[str, dict[str, Any]] = {}
+    files: dict[str, list[Path]] = {}
+    for path in [chosen] if chosen else [path for path in places() if path.is_file()]:
+        for name, table in read(path, commands).items():
+            merged.setdefault(name, {}).update(table)
+            files.setdefault(name, []).append(path)
+    context.meta[_FILES] = files
+    group, run = context.command, context.invoked_subcommand
+    if isinstance(group, click.Group) and run and (command := group.get_command(context, run)):
+        _check_environment(command)
+        where = ", ".join(map(str, files.get(run, [])))
+        context.default_map = {run: parameters(where, command, merged.get(run, {}))}
+        if merged.get(run):
+            click.echo(f"defaults of {run} from {where}: {', '.join(merged[run])}", err=True)
+
+
+def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
+    """Return a file's tables, one for each command.
+
+    Raises
+    ------
+    click.UsageError
+        Not TOML, a table that is of no command, or something else than tables.
+    """
+    import tomllib
+
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:  # not UTF-8, or not TOML
+        raise click.UsageError(f"{path}: not TOML: {error}") from error
+    allowed = ", ".join(f"[{name}]" for name in commands)
+    for name, table in tables.items():
+        if name not in commands or not isinstance(table, dict):
+            raise click.UsageError(f"{path}: got {name!r}, allowed: tables {allowed}")
+    return tables
+
+
+def keys(command: click.Command) -> dict[str, click.Parameter]:
+    """Return what may have a default elsewhere: long options without their dashes, and a source."""
+    found: dict[str, click.Parameter] = {}
+    for parameter in command.params:
+        long = [name[2:] for name in parameter.opts if name.startswith("--") and len(name) > 3]
+        if long:
+            found[long[0]] = parameter
+        elif parameter.name == "source":
+            found["source"] = parameter
+    return found
+
+
+def take_from_environment(command: click.Command) -> None:
+    """Name the variable of each option as the option is named."""
+    for key, parameter in keys(command).items():
+        parameter.envvar = parameter.envvar or _variable(command, key)
+
+
+def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dict[str, Any]:
+    """Return a command's table by the names of click's parameters.
+
+    Raises
+    ------
+    click.UsageError
+        A key that is of no option, with those that are allowed, or a value that no option has.
+    """
+    allowed = keys(command)
+    for key, value in table.items():
+        if key not in allowed:
+            raise click.UsageError(f"{where}: [{command.name}]: got {key!r}, allowed: {', '.join(allowed)}")
+        if isinstance(value, dict):
+            raise click.UsageError(
+                f"{where}: [{command.name}]: {key}: got a table, allowed: a value, or a list of them"
+            )
+    return {allowed[key].name or key: value for key, value in table.items()}
+
+
+def _check_environment(command: click.Command) -> None:
+    allowed = {_variable(command, key) for key in keys(command)}
+    for variable in sorted(os.environ):
+        if variable.startswith(_variable(command, "")) and variable not in allowed:
+            raise click.UsageError(f"environment: got {variable}, allowed: {', '.join(sorted(allowed))}")
+
+
+def _variable(command: click.Command, key: str) -> str:
+    return f"PALPATE_{command.name}_{key}".upper().replace("-", "_")

@@ -1,0 +1,104 @@
+"""The group of commands: each imported when it is named, its end a sentence and an exit code."""
+
+import errno
+import sys
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NoReturn
+
+import click
+
+from palpate.cli.exit import INTERRUPTED, UNEXPECTED, code_of, said_of
+
+
+def _remember(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+    if asked:
+        context.meta["palpate.debug"] = True
+
+
+debug_option = click.option(
+    "--debug", is_flag=True, expose_value=False, callback=_remember, help="After an error print where it arose."
+)
+
+
+class Commands(click.Group):
+    """A group of commands in modules of their own.
+
+    Parameters
+    ----------
+    commands_in : str
+        The package that has a module for each, and in it a command of the same name.
+    short_helps : mapping
+        Of each command, so that a list of them imports none.
+    """
+
+    def __init__(self, *args: Any, commands_in: str, short_helps: Mapping[str, str], **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._package = commands_in
+        self._short_helps = short_helps
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return their names."""
+        return list(self._short_helps)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a command; every one has --debug, and defaults from the environment."""
+        if cmd_name not in self._short_helps:
+            return None
+        if cmd_name not in self.commands:
+            from palpate.cli.config import take_from_environment
+
+            command: click.Command = getattr(import_module(f"{self._package}.{cmd_name}"), cmd_name)
+            self.commands[cmd_name] = debug_option(command)
+            take_from_environment(command)
+        return self.commands[cmd_name]
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List them."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(self._short_helps.items()))
+
+    def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
+        """Read the group's own options."""
+        try:
+            return super().make_context(*args, **kwargs)
+        except click.UsageError as error:
+            raise _one_line(error, []) from error
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; end it with a sentence and an exit code where it fails."""
+        try:
+            return super().invoke(ctx)
+        except click.UsageError as error:
+            raise _one_line(error, ctx.meta.get("palpate.files", {}).get(ctx.invoked_subcommand, [])) from error
+        except (click.ClickException, click.exceptions.Exit, click.Abort):
+            raise
+        except Exception as error:
+            if isinstance(error, OSError) and error.errno == errno.EPIPE:
+                raise  # click ends without a word
+            _end(error, debug="palpate.debug" in ctx.meta)
+        except KeyboardInterrupt:
+            click.echo("interrupted", err=True)
+            ctx.exit(INTERRUPTED)
+
+
+def _one_line(error: click.UsageError, files: list[Path]) -> click.UsageError:
+    """Say what is wrong, where the command's defaults are from, and where more is said; palpate alone shows its help."""
+    if error.ctx is None or isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):  # new in click 8.2
+        return error
+    message = error.format_message().rstrip(".")
+    unnamed = [str(file) for file in files if str(file) not in message]
+    defaults = f" (defaults: {', '.join(unnamed)})" if unnamed else ""
+    return click.UsageError(f"{message}{defaults}; see {error.ctx.command_path} --help")
+
+
+def _end(error: Exception, *, debug: bool) -> NoReturn:
+    if debug:
+        from traceback import format_exception
+
+        click.echo("".join(format_exception(error)), err=True, nl=False)
+    code = code_of(error)
+    more = "; please report it, with what --debug adds" if code == UNEXPECTED and not debug else ""
+    click.echo(f"Error: {said_of(error)}{more}", err=True)
+    sys.exit(code)

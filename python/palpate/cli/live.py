@@ -1,0 +1,174 @@
+"""`palpate live`: a measurement in the browser."""
+
+import json
+import os
+import signal
+import sys
+import webbrowser
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from palpate.cli.exit import INTERRUPTED
+from palpate.cli.options import estimating_options, json_option
+from palpate.cli.source import SourceType
+
+if TYPE_CHECKING:
+    from palpate.calibration import Calibration
+    from palpate.live.session import Session
+    from palpate.sources import Source
+
+SIMULATED = "sim:four-specimens"
+_PORT = 8746
+
+
+@click.command()
+@click.argument("source", type=SourceType(), required=False)
+@click.option("--record", "file", type=click.Path(dir_okay=False, path_type=Path),
+              help="NAME.csv: record there, at once. The page's button goes on with NAME-2.csv, and so on.")  # fmt: skip
+@click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+              help="What `calibrate` wrote: shows the modulus, with its interval.")  # fmt: skip
+@click.option("--firmware", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Of the evaluation kit.")
+@estimating_options
+@click.option("--port", default=_PORT, show_default=True, type=click.IntRange(0, 65535), help="0: any that is free.")
+@click.option("--host", default="127.0.0.1", show_default=True,
+              help="Another than this machine's own: others on the network can reach the page, with a token.")  # fmt: skip
+@click.option("--no-open", is_flag=True, help="Only print the address; open no browser.")
+@json_option
+def live(
+    source: str | None,
+    file: Path | None,
+    calibration: Path | None,
+    firmware: Path | None,
+    scene: str,
+    samples: int | None,
+    settings: dict[str, float],
+    port: int,
+    host: str,
+    no_open: bool,
+    as_json: bool,
+) -> None:
+    """Watch a measurement in the browser: ratio, uncertainty, touches, as they come.
+
+    SOURCE is as in `palpate record`. Without one: the board that is plugged in, or a simulated one. The page is
+    served on this machine alone, needs no network, and nothing is written but where --record says. Ends with Ctrl-C
+    (exit code 130; a recording is closed properly). Exit codes: 3, no device; 4, a file cannot be written; 6, an extra is
+    missing.
+
+    \b
+    Example:
+      palpate live
+      palpate live usb: --record bench.csv --calibration probe.toml
+      palpate live "sim:sliding?seed=1" --scene sliding --no-open
+    """  # noqa: D301
+    _require()
+    from palpate.live.recordings import Recordings
+    from palpate.live.serve import address_of, listen, serve
+    from palpate.live.server import Server
+    from palpate.live.session import Session
+    from palpate.live.status import Status
+
+    source = source or _plugged_in()
+    how: dict[str, Any] = {"scene": scene, **settings} | ({"samples": samples} if samples else {})
+    calibrated = _calibration(calibration, scene) if calibration else None
+    try:
+        session = Session(_opener(source, firmware), Recordings(file), how)
+        listening = listen(host, port)
+        session.start()
+    except (ValueError, TypeError) as error:
+        raise click.UsageError(str(error).split("\n")[0]) from error
+    token = _token(host)
+    app = Server(session, Status(session, calibrated), source).app(host, listening.getsockname()[1], token)
+    with _ending(session), listening:
+        _tell(address_of(listening, host, token), source, file, as_json=as_json, no_open=no_open)
+        serve(app, listening)
+
+
+def _require() -> None:
+    from palpate.extras import need
+
+    for module in ("starlette", "uvicorn", "websockets"):
+        need(module, "live")
+
+
+def _plugged_in() -> str:
+    """Return the board, or a simulated one; say which."""
+    from palpate.sources.devices import devices
+
+    found, notes = devices()
+    boards = [device for device in found if device.uri.startswith(("usb:", "iio:"))]
+    for note in [] if boards else notes:
+        click.echo(f"not looked for: {note}", err=True)
+    uri = boards[0].uri if boards else SIMULATED
+    click.echo(f"{uri}: {boards[0].what}" if boards else f"no board is plugged in: a simulated one, {uri}", err=True)
+    return uri
+
+
+def _opener(source: str, firmware: Path | None) -> "Callable[[], Source]":
+    """Return what opens the source; a simulation and a file run at their own pace unless the name says otherwise."""
+    from palpate import sources
+    from palpate.sources.options import split
+
+    scheme, _, given = split(source)
+    options: dict[str, Any] = {"firmware": str(firmware)} if firmware else {}
+    if "speed" not in given and (scheme in ("sim", "") or Path(source).exists()):
+        options["speed"] = 1
+    return lambda: sources.open(source, **options)
+
+
+def _calibration(path: Path, scene: str) -> "Calibration":
+    from palpate.calibration import Calibration
+
+    found = Calibration.load(path)
+    found.modulus(found.probe.soft_ratio)  # what is missing for it is told now
+    made_by = found.about.get("scene", scene)
+    if made_by != scene:
+        click.echo(f"{path}: made by scene {made_by}, not {scene}: the moduli may be off", err=True)
+    return found
+
+
+def _token(host: str) -> str | None:
+    from palpate.live.gatekeeper import is_loopback, new_token
+
+    if is_loopback(host):
+        return None
+    click.echo(
+        f"Warning: others on the network can reach {host}. Who has the address below can watch, tare and record; "
+        "it is not encrypted.",
+        err=True,
+    )
+    return new_token()
+
+
+def _tell(address: str, source: str, file: Path | None, *, as_json: bool, no_open: bool) -> None:
+    document = {"address": address, "source": source, "recording": str(file) if file else None}
+    click.echo(json.dumps(document) if as_json else f"{source} at {address} (Ctrl-C ends it)")
+    sys.stdout.flush()
+    if not no_open and _has_screen():
+        webbrowser.open(address)
+
+
+def _has_screen() -> bool:
+    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+@contextmanager
+def _ending(session: "Session") -> Iterator[None]:
+    """Close the session however the server ends; SIGTERM ends it as Ctrl-C does."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    except KeyboardInterrupt:
+        click.echo("ended", err=True)
+        session.close()
+        sys.exit(INTERRUPTED)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+        session.close()

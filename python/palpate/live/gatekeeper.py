@@ -1,0 +1,139 @@
+"""Who may ask: this machine, under its own name, from the page itself; from elsewhere only with the token."""
+
+import ipaddress
+import secrets
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qs
+
+from starlette.datastructures import Headers
+from starlette.responses import PlainTextResponse, RedirectResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "img-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+_LOOPBACK = ("localhost", "127.0.0.1", "::1")
+_ANYWHERE = ("0.0.0.0", "::")
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether only this machine can reach a host.
+
+    Examples
+    --------
+    >>> is_loopback("127.0.0.1"), is_loopback("::1"), is_loopback("0.0.0.0")
+    (True, True, False)
+    """
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def new_token() -> str:
+    """Return a secret for an address that others can reach."""
+    return secrets.token_urlsafe(24)
+
+
+class Gatekeeper:
+    """Refuses requests that are not the page's own.
+
+    Host must be the server's own (another name that leads here is DNS rebinding), Origin that of the page where a
+    browser sends one, and always for the web socket. With a token it must be in the query once; a cookie then keeps it.
+
+    Parameters
+    ----------
+    app : ASGI application
+    host : str
+        Where the server listens.
+    port : int
+    token : str, optional
+    """
+
+    def __init__(self, app: ASGIApp, host: str, port: int, token: str | None = None) -> None:
+        self._app, self._host, self._port, self._token = app, host, port, token
+        self._cookie = f"palpate-{port}"
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, or refuse it."""
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
+            return
+        if reason := self._refusal(scope):
+            await _refuse(reason, scope, receive, send)
+        elif self._token and scope["type"] == "http" and self._asked(scope):
+            answer = RedirectResponse("/", 303, HEADERS)
+            answer.set_cookie(self._cookie, self._token, httponly=True, samesite="strict")
+            await answer(scope, receive, send)
+        else:
+            await self._app(scope, receive, _with_headers(send))
+
+    def _refusal(self, scope: Scope) -> str:
+        headers = Headers(scope=scope)
+        host, origin = headers.getlist("host"), headers.getlist("origin")
+        if len(host) != 1 or not self._is_own(host[0]):
+            return "Host: not this page's own"
+        if origin != [f"http://{host[0]}"] and (origin or scope["type"] == "websocket"):
+            return "Origin: not this page's own"
+        if self._token and not (self._asked(scope) or self._kept(headers)):
+            return "token: missing or wrong; open the address that palpate printed"
+        return ""
+
+    def _is_own(self, host: str) -> bool:
+        name, colon, port = host.rpartition(":")
+        if not colon or port.endswith("]"):
+            name, port = host, "80"
+        name = name.removeprefix("[").removesuffix("]").lower()
+        if port != str(self._port):
+            return False
+        return name == self._host or (is_loopback(self._host) and name in _LOOPBACK) or self._reached_by(name)
+
+    def _reached_by(self, name: str) -> bool:
+        """Where it listens on every address, any address is its own; a name is not: it may be another's."""
+        return self._host in _ANYWHERE and (name == "localhost" or _is_address(name))
+
+    def _asked(self, scope: Scope) -> bool:
+        query = parse_qs(scope["query_string"].decode("latin-1"), max_num_fields=None)
+        return self._right(query.get("token", [""])[0])
+
+    def _kept(self, headers: Headers) -> bool:
+        try:
+            morsel = SimpleCookie(headers.get("cookie", "")).get(self._cookie)
+        except CookieError:
+            return False
+        return morsel is not None and self._right(morsel.value)
+
+    def _right(self, given: str) -> bool:
+        return secrets.compare_digest(given.encode("utf-8", "replace"), (self._token or "").encode())
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True
+
+
+async def _refuse(reason: str, scope: Scope, receive: Receive, send: Send) -> None:
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.close", "code": 1008, "reason": reason})
+    else:
+        await PlainTextResponse(f"{reason}\n", 403, HEADERS)(scope, receive, send)
+
+
+def _with_headers(send: Send) -> Send:
+    async def sending(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            given = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]
+            message = {**message, "headers": [*message.get("headers", []), *given]}
+        await send(message)
+
+    return sending

@@ -1,0 +1,163 @@
+"""From the measurement to the pages: a frame thirty times a second, to each page as fast as it can take it."""
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable
+from typing import Protocol
+
+from palpate.live.feed import History, joined, pack
+from palpate.live.protocol import told
+from palpate.live.session import Session
+from palpate.live.status import Status
+
+FRAMES_PER_S = 30
+AHEAD = 30  # frames sent that a page has not yet said to have seen: more would only fill buffers, and be shown late
+WAITING = 30
+"""Frames that wait for a page; beyond that it loses the oldest."""
+PAGES = 16
+_STATES_PER_S = 5
+_ANSWERS = 32
+
+
+class Sending(Protocol):
+    """What a page needs of a web socket."""
+
+    def send_text(self, data: str) -> Awaitable[None]: ...  # noqa: D102
+    def send_bytes(self, data: bytes) -> Awaitable[None]: ...  # noqa: D102
+
+
+class Page:
+    """One page that is open, and what waits for it: never more than a second of frames, and the newest of all else.
+
+    Attributes
+    ----------
+    sent, lost : int
+        Frames.
+    """
+
+    def __init__(self, socket: Sending) -> None:
+        self.sent = self.lost = 0
+        self._socket = socket
+        self._waiting: deque[tuple[int, bytes]] = deque()
+        self._unseen: deque[int] = deque()
+        self._latest: dict[str, str] = {}
+        self._answers: deque[str] = deque(maxlen=_ANSWERS)
+        self._something = asyncio.Event()
+
+    def offer(self, number: int, frame: bytes) -> None:
+        """Give it a frame; the oldest that waits goes where it is too slow."""
+        if len(self._waiting) >= WAITING:
+            self._waiting.popleft()
+            self.lost += 1
+        self._waiting.append((number, frame))
+        self._something.set()
+
+    def tell(self, kind: str, message: str) -> None:
+        """Give it a message; one of the same kind that still waits is replaced."""
+        self._latest[kind] = message
+        self._something.set()
+
+    def answer(self, message: str) -> None:
+        """Give it the answer to what it said."""
+        self._answers.append(message)
+        self._something.set()
+
+    def begin_anew(self) -> None:
+        """Let go of the frames of the measurement before."""
+        self._waiting.clear()
+
+    def seen(self, number: int) -> None:
+        """Take its word for which frames it has."""
+        while self._unseen and self._unseen[0] <= number:
+            self._unseen.popleft()
+        self._something.set()
+
+    async def send(self) -> None:
+        """Send what there is, for ever."""
+        while True:
+            self._something.clear()
+            await self._send_waiting()
+            await self._something.wait()
+
+    async def _send_waiting(self) -> None:
+        while self._answers or self._latest or (self._waiting and len(self._unseen) < AHEAD):
+            if self._answers:
+                await self._socket.send_text(self._answers.popleft())
+            elif self._latest:
+                await self._socket.send_text(self._latest.pop(next(iter(self._latest))))
+            else:
+                number, frame = self._waiting.popleft()
+                self._unseen.append(number)
+                self.sent += 1
+                await self._socket.send_bytes(frame)
+
+
+class Hub:
+    """All pages of a session; lives in the server's event loop.
+
+    Parameters
+    ----------
+    session : Session
+    status : Status
+    source : str
+        As the user named it.
+    """
+
+    def __init__(self, session: Session, status: Status, source: str) -> None:
+        self.pages: set[Page] = set()
+        self._session, self._status, self._source = session, status, source
+        self._history, self._frame = History(), 0
+        self._measurement = session.number
+        self._told: dict[str, str] = {}
+
+    def join(self, page: Page) -> None:
+        """Take a page in: it is told everything from the beginning."""
+        self._greet(page)
+        for kind, message in self._told.items():
+            page.tell(kind, message)
+        page.offer(self._frame, pack(self._frame, self._history.rows, past=True))
+        self.pages.add(page)
+
+    async def run(self) -> None:
+        """Send frames and states, for ever."""
+        loop = asyncio.get_running_loop()
+        due, tick = loop.time(), 0
+        while True:
+            self._send_frame()
+            if tick % (FRAMES_PER_S // _STATES_PER_S) == 0:
+                self.send_state()
+            tick += 1
+            due = max(due + 1 / FRAMES_PER_S, loop.time())
+            await asyncio.sleep(due - loop.time())
+
+    def send_state(self) -> None:
+        """Tell every page how things stand, and what has changed besides."""
+        self._announce("touches", told("touches", **self._status.touches()))
+        self._announce("marks", told("marks", **self._status.marks()))
+        state = self._status.now()
+        for page in self.pages:
+            page.tell("state", told("state", **state, frames={"sent": page.sent, "lost": page.lost}))
+
+    def _greet(self, page: Page) -> None:
+        page.tell("hello", told("hello", **self._status.instrument(self._source)))
+
+    def _announce(self, kind: str, message: str) -> None:
+        if self._told.get(kind) != message:
+            self._told[kind] = message
+            self._for_all(lambda page: page.tell(kind, message))
+
+    def _send_frame(self) -> None:
+        number, parts = self._session.number, self._session.take()
+        if number != self._measurement:
+            self._measurement, self._history = number, History()
+            self._for_all(Page.begin_anew)
+            self._for_all(self._greet)
+        if len(rows := joined(parts)):
+            self._history.add(rows)
+            self._frame += 1
+            frame = pack(self._frame, rows)
+            self._for_all(lambda page: page.offer(self._frame, frame))
+
+    def _for_all(self, do: Callable[[Page], None]) -> None:
+        for page in self.pages:
+            do(page)

@@ -1,0 +1,178 @@
+// What the page shows and what its buttons do. The measurement does not wait for any of it.
+
+import { Charts } from "./charts.js";
+import { Link } from "./link.js";
+import { Store } from "./store.js";
+import { bySource, counted, precise, short, touchRow } from "./words.js";
+
+const $ = (id) => document.getElementById(id);
+const store = new Store();
+const charts = new Charts({ changes: $("changes"), ratios: $("ratios"), statistics: $("statistics") });
+let hello = {}, state = {}, changed = false, past = [];
+
+const link = new Link({
+  up: () => setLink(true, "connected"),
+  down: (reason) => setLink(false, reason || "no server: trying again"),
+  frame: (buffer) => {
+    link.say({ do: "seen", frame: store.take(buffer) });
+    changed = true;
+  },
+  text: (message) => tell[message.type]?.(message),
+});
+
+const tell = {
+  hello: (message) => {
+    if (hello.measurement !== message.measurement) store.clear();
+    hello = message;
+    $("instrument").textContent = bySource(hello);
+    $("unit").textContent = hello.statistic_unit ? `, ${hello.statistic_unit}` : "";
+    $("modulus-tile").hidden = !hello.calibrated;
+    $("touches").classList.toggle("calibrated", hello.calibrated);
+    charts.threshold = hello.threshold;
+    past = [];
+    changed = true;
+  },
+  state: (message) => {
+    state = message;
+    showState();
+    showCounters();
+    showRecording();
+  },
+  touches: ({ rows, most_reliable }) => {
+    past = rows;
+    $("rows").replaceChildren(...rows.toReversed().map((touch) => touchRow(touch, touch.number === most_reliable)));
+    $("none").hidden = rows.length > 0;
+    showState();
+  },
+  marks: ({ rows }) => {
+    charts.marks = rows.map(({ t_s, text }) => ({ at: t_s - (store.origin ?? t_s), text }));
+    changed = true;
+  },
+  done: ({ message }) => say(message),
+  refused: ({ message }) => say(message, true),
+  failed: ({ message }) => say(message, true),
+};
+
+const ADVICE = {
+  "baseline": "measuring the baseline: touch nothing",
+  "no contact": "press the probe on an object",
+  "contact": "measuring",
+  "adapting": "the ratio changes, or is not yet known",
+  "done": "has its samples: lift the probe",
+};
+
+function showState() {
+  const name = state.state ?? "–", now = state.ratio !== null && state.ratio !== undefined;
+  const last = past.at(-1);
+  $("state").textContent = name;
+  $("state").dataset.state = name;
+  $("advice").textContent = name === "ended" ? state.error || "the source has ended" : ADVICE[name] ?? "";
+  const [ratio, error] = now ? [state.ratio, state.standard_error] : [last?.ratio ?? null, last?.standard_error ?? null];
+  $("ratio").textContent = precise(ratio, error);
+  $("ratio").parentElement.classList.toggle("past", !now);
+  $("error").textContent = [ratio === null ? "no touch yet" : error === null ? "standard error not yet known" : `± ${short(error, 2)} standard error`,
+                            !now && last ? `touch ${last.number}` : ""].filter(Boolean).join(", ");
+  const modulus = now ? state.modulus : last?.modulus;
+  $("modulus").textContent = modulus?.value_MPa != null ? `${short(modulus.value_MPa)} MPa` : "–";
+  $("interval").textContent = modulus ? (modulus.value_MPa != null && modulus.low_MPa != null && modulus.high_MPa != null
+    ? `${short(modulus.low_MPa)} to ${short(modulus.high_MPa)} MPa, 95 %` : modulus.text) + (modulus.extrapolated ? ", extrapolated" : "") : "";
+}
+
+function showCounters() {
+  $("rate").textContent = state.pairs_per_s === null || state.state === "ended" ? "–" : state.pairs_per_s.toFixed(1);
+  $("counters").textContent = counted(state.counters);
+  $("frames").textContent = `This page: ${state.frames.sent} frames, ${state.frames.lost} left out as it was too slow.`;
+  $("told").textContent = state.messages.at(-1) ?? "";
+}
+
+function showRecording() {
+  const running = state.state !== "ended", { recording } = state;
+  $("record").firstChild.textContent = recording ? "Stop recording " : "Record ";
+  $("record").setAttribute("aria-pressed", String(Boolean(recording)));
+  $("record").disabled = !running || !hello.may_record;
+  $("record").title = hello.may_record ? (recording ? `${recording.name}: ${recording.rows} rows` : "") : "Start palpate live with --record NAME.csv to allow it";
+  $("mark").disabled = !running || !recording;
+  $("mark").title = recording ? "" : "Marks go into a recording: none is made";
+  $("tare").disabled = !running;
+  $("again").hidden = running;
+  const names = state.recordings.join(" ");
+  if ($("downloads").dataset.names !== names) {
+    $("downloads").dataset.names = names;
+    $("downloads").replaceChildren(...state.recordings.slice(-3).flatMap((name) => [name, name.replace(/\.csv$/i, ".json")]).map(download));
+  }
+}
+
+function download(name) {
+  const anchor = document.createElement("a");
+  anchor.href = `/recording/${encodeURIComponent(name)}`;
+  anchor.download = name;
+  anchor.textContent = `↓ ${name}`;
+  anchor.title = name.endsWith(".json") ? "Download what was measured with, and the notes" : "Download the samples";
+  return anchor;
+}
+
+function say(text, bad = false) {
+  $("message").textContent = text;
+  $("message").dataset.bad = bad ? "yes" : "no";
+}
+
+function setLink(up, text) {
+  $("link").textContent = text;
+  $("link").dataset.up = up ? "yes" : "no";
+  for (const id of ["tare", "mark", "record", "again"]) $(id).disabled = !up;
+}
+
+function command(message) {
+  if (!link.say(message)) say("Not connected: nothing was done.", true);
+}
+
+const DO = {
+  tare: () => command({ do: "tare" }),
+  record: () => command({ do: state.recording ? "stop" : "record" }),
+  again: () => command({ do: "again" }),
+  mark: () => {
+    $("text").value = "";
+    $("marking").returnValue = "";
+    $("marking").showModal();
+  },
+};
+for (const [id, act] of Object.entries(DO)) $(id).addEventListener("click", act);
+$("cancel").addEventListener("click", () => $("marking").close());
+$("marking").addEventListener("close", () => {
+  const text = $("text").value.trim();
+  if ($("marking").returnValue === "mark" && text) command({ do: "mark", text });
+});
+document.addEventListener("keydown", (event) => {
+  const id = { t: "tare", m: "mark", r: "record" }[event.key.toLowerCase()];
+  const elsewhere = event.ctrlKey || event.metaKey || event.altKey || $("marking").open || event.target.closest("input, select");
+  if (!id || elsewhere || $(id).disabled) return;
+  event.preventDefault();
+  DO[id]();
+});
+
+const THEMES = ["system", "light", "dark"], system = matchMedia("(prefers-color-scheme: dark)");
+let theme = THEMES.indexOf(localStorage.getItem("theme") ?? "system");
+function dress() {
+  const name = THEMES[theme < 0 ? 0 : theme];
+  document.documentElement.dataset.theme = name === "system" ? (system.matches ? "dark" : "light") : name;
+  $("theme").textContent = `Theme: ${name}`;
+  charts.build();
+  changed = true;
+}
+$("theme").addEventListener("click", () => {
+  theme = (Math.max(theme, 0) + 1) % THEMES.length;
+  localStorage.setItem("theme", THEMES[theme]);
+  dress();
+});
+system.addEventListener("change", dress);
+$("seconds").addEventListener("change", () => (changed = true));
+
+function paint() {
+  if (changed) {
+    changed = false;
+    charts.draw(store, Number($("seconds").value));
+  }
+  requestAnimationFrame(paint);
+}
+dress();
+requestAnimationFrame(paint);

@@ -1,0 +1,58 @@
+// The samples that the page has: one typed array for each column, of fixed size, the newest last.
+
+export const FIELDS = ["t", "hard", "soft", "ratio", "error", "statistic"];
+export const MEASURED = 2, ALARM = 4;
+const KEPT = 16384; // 160 s at 100 pairs a second, 16 s at 1,000
+const HEADER = 16, VERSION = 1;
+
+export class Store {
+  constructor() {
+    this.columns = Object.fromEntries(FIELDS.map((name) => [name, new Float64Array(2 * KEPT)]));
+    this.flags = new Uint8Array(2 * KEPT);
+    this.clear();
+  }
+
+  clear() {
+    this.used = 0;
+    this.origin = null; // time of the first sample, s
+  }
+
+  // A frame as live/feed.py packs it. Returns its number.
+  take(buffer) {
+    const [version, number, size, past] = new Uint32Array(buffer, 0, 4);
+    if (version !== VERSION) throw new Error(`frame: got version ${version}, allowed: ${VERSION}; load the page anew`);
+    if (past) this.clear();
+    const kept = Math.min(size, KEPT), from = size - kept;
+    this.makeRoom(kept);
+    FIELDS.forEach((name, i) => {
+      this.columns[name].set(new Float64Array(buffer, HEADER + 8 * (i * size + from), kept), this.used);
+    });
+    this.flags.set(new Uint8Array(buffer, HEADER + 8 * FIELDS.length * size + from, kept), this.used);
+    if (this.origin === null && size) this.origin = this.columns.t[this.used];
+    this.used += kept;
+    return number;
+  }
+
+  makeRoom(size) {
+    if (this.used + size <= 2 * KEPT) return;
+    const first = Math.max(this.used - KEPT, 0);
+    for (const column of [...Object.values(this.columns), this.flags]) column.copyWithin(0, first, this.used);
+    this.used -= first;
+  }
+
+  get now() {
+    return this.used ? this.columns.t[this.used - 1] : 0;
+  }
+
+  // Indices [first, end) of the last `seconds`.
+  last(seconds) {
+    const t = this.columns.t, end = this.used, oldest = Math.max(end - KEPT, 0);
+    let low = oldest, high = end;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (t[middle] < this.now - seconds) low = middle + 1;
+      else high = middle;
+    }
+    return [low, end];
+  }
+}

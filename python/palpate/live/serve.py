@@ -1,0 +1,77 @@
+"""A socket to listen at, its address, and the server that runs there until it is told to end."""
+
+import socket
+
+import uvicorn
+from starlette.types import ASGIApp
+
+from palpate.live.protocol import LONGEST
+
+_GRACE_S = 1
+_NOWHERE = ("192.0.2.1", 9)  # RFC 5737: an address that is nobody's; connecting a datagram socket sends nothing
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """Return a socket that listens.
+
+    Parameters
+    ----------
+    host : str
+    port : int
+        0 for any that is free.
+
+    Raises
+    ------
+    ValueError
+        There is no such host here, or the port is not free.
+    """
+    try:
+        [(family, *_, address), *_] = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        listening = socket.socket(family, socket.SOCK_STREAM)
+    except OSError as error:
+        raise ValueError(f"host: got {host!r}: {error.strerror}, allowed: a name or address of this machine") from error
+    try:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind(address)
+        listening.listen(64)
+    except OSError as error:
+        listening.close()
+        raise ValueError(f"port: got {port} at {host}: {error.strerror}, allowed: a free one; 0 for any") from error
+    return listening
+
+
+def address_of(listening: socket.socket, host: str, token: str | None = None) -> str:
+    """Return what to type into a browser."""
+    name = host if host not in ("0.0.0.0", "::") else _own_address()
+    name = f"[{name}]" if ":" in name else name
+    query = f"?token={token}" if token else ""
+    return f"http://{name}:{listening.getsockname()[1]}/{query}"
+
+
+def serve(app: ASGIApp, listening: socket.socket) -> None:
+    """Serve until SIGINT or SIGTERM; their handlers run when the last page is closed."""
+    config = uvicorn.Config(
+        app,
+        http="h11",
+        ws="websockets-sansio",
+        loop="asyncio",
+        lifespan="on",
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        ws_max_size=4 * LONGEST,
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=_GRACE_S,
+    )
+    uvicorn.Server(config).run(sockets=[listening])
+
+
+def _own_address() -> str:
+    """Return this machine's address as others see it; the loopback's where it has no other."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(_NOWHERE)
+        except OSError:
+            return "127.0.0.1"
+        return str(probe.getsockname()[0])

@@ -1,0 +1,142 @@
+"""The page's server: its files, the web socket, the downloads; nothing else is there."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from functools import partial
+from importlib.resources import files
+from pathlib import Path
+from urllib.parse import quote
+
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import PlainTextResponse, Response, StreamingResponse
+from starlette.routing import BaseRoute, Route, WebSocketRoute
+from starlette.types import ASGIApp
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from palpate.errors import PalpateError
+from palpate.live.gatekeeper import Gatekeeper
+from palpate.live.hub import PAGES, Hub, Page
+from palpate.live.protocol import Command, Refused, parse, told
+from palpate.live.session import Session
+from palpate.live.status import Status
+
+_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+_PART = 1 << 16
+
+
+def page_files() -> dict[str, tuple[bytes, str]]:
+    """Return the page: path in the address, content, type. The files are listed once; no request names one."""
+    found = {}
+    for folder, prefix in (
+        (files("palpate.live") / "page", "/"),
+        (files("palpate.live") / "page" / "uplot", "/uplot/"),
+    ):
+        for file in folder.iterdir():
+            kind = _TYPES.get(Path(file.name).suffix)
+            if kind:
+                found[prefix + file.name] = (file.read_bytes(), f"{kind}; charset=utf-8")
+    found["/"] = found.pop("/index.html")
+    return found
+
+
+class Server:
+    """The application of one session.
+
+    Parameters
+    ----------
+    session : Session
+        Begun; the server does not close it.
+    status : Status
+    source : str
+        As the user named it.
+
+    Attributes
+    ----------
+    hub : Hub
+    """
+
+    def __init__(self, session: Session, status: Status, source: str) -> None:
+        self._session = session
+        self.hub = Hub(session, status, source)
+
+    def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
+        """Return the application, guarded, for this address."""
+        routes: list[BaseRoute] = [Route(path, partial(_file, *content)) for path, content in page_files().items()]
+        routes += [Route("/recording/{name}", self._download), WebSocketRoute("/ws", self._page)]
+        return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token)
+
+    @asynccontextmanager
+    async def _life(self, _: Starlette) -> AsyncIterator[None]:
+        running = asyncio.create_task(self.hub.run())
+        yield
+        running.cancel()
+        with suppress(asyncio.CancelledError):
+            await running
+
+    async def _download(self, request: Request) -> Response:
+        name = request.path_params["name"]
+        path = self._session.recordings.find(name)
+        if path is None or not path.is_file():
+            return PlainTextResponse("no such recording of this run\n", 404)
+        kind = "text/csv" if path.suffix.lower() == ".csv" else "application/json"
+        size = path.stat().st_size
+        headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}", "Content-Length": str(size)}
+        return StreamingResponse(_parts(path, size), headers=headers, media_type=kind)
+
+    async def _page(self, socket: WebSocket) -> None:
+        if len(self.hub.pages) >= PAGES:
+            await socket.close(1013, f"pages: got one more, allowed: {PAGES} at a time")
+            return
+        await socket.accept()
+        page = Page(socket)
+        self.hub.join(page)
+        sending = asyncio.create_task(page.send())
+        try:
+            while True:
+                await self._hear(page, await _next(socket))
+        except WebSocketDisconnect:
+            pass
+        finally:
+            self.hub.pages.discard(page)
+            sending.cancel()
+            with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
+                await sending
+
+    async def _hear(self, page: Page, message: str | bytes) -> None:
+        try:
+            command = parse(message)
+            if command.do == "seen":
+                page.seen(command.frame)
+                return
+            page.answer(told("done", do=command.do, message=await self._obey(command)))
+        except Refused as refusal:
+            page.answer(told("refused", message=str(refusal)))
+        except (ValueError, PalpateError) as error:
+            page.answer(told("failed", message=str(error)))
+
+    async def _obey(self, command: Command) -> str:
+        answer = await asyncio.to_thread(self._session.do, command)
+        self.hub.send_state()
+        return answer
+
+
+async def _next(socket: WebSocket) -> str | bytes:
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1000))
+    text = message.get("text")
+    return text if text is not None else bytes(message.get("bytes") or b"")
+
+
+async def _file(content: bytes, kind: str, _: Request) -> Response:
+    return Response(content, headers={"Content-Type": kind})
+
+
+async def _parts(path: Path, size: int) -> AsyncIterator[bytes]:
+    """Read a file, no further than it reached when it was asked for."""
+    with path.open("rb") as file:
+        while size > 0 and (part := await asyncio.to_thread(file.read, min(size, _PART))):
+            size -= len(part)
+            yield part

@@ -1,0 +1,191 @@
+"""What the program of the evaluation kit saves as "Binary Data.txt": codes of one channel, in hex. Not tried on one of its files.
+
+The file has cells `key: value` with tabs between them, then rows of the capacitance's code and the temperature's.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.ad7746 import LAST_CODE, SATURATED_CODES, SATURATED_PF
+from palpate.errors import RecordingError
+from palpate.recording.block import DTYPE, Block
+from palpate.recording.rows import capacitances
+from palpate.recording.survey import Survey
+from palpate.sample import Status
+
+_CODE = re.compile(r"[0-9A-Fa-f]{6}")
+_TIME = re.compile(r"([\d.,]+)\s*(ms|s)$")
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One file: its header, and the codes of its rows.
+
+    Attributes
+    ----------
+    header : dict of str to str
+    codes : numpy.ndarray of int32, shape (n,)
+    temperatures : int
+        Rows that also have a code of the temperature, which a recording does not keep.
+    torn : bool
+        The last row had lost a part, and is left out.
+    """
+
+    path: Path
+    header: dict[str, str]
+    codes: NDArray[np.int32]
+    temperatures: int
+    torn: bool
+
+    @property
+    def period_s(self) -> float | None:
+        """The conversion time of the header; None where it has none."""
+        for key, value in self.header.items():
+            match = _TIME.search(value)
+            if "conv" in key.lower() and "time" in key.lower() and match:
+                return float(match[1].replace(",", ".")) * (1e-3 if match[2] == "ms" else 1.0)
+        return None
+
+
+def is_binary_data(path: Path) -> bool:
+    """Tell whether the first row below the header is one of codes, and the header one of `key: value`."""
+    try:
+        lines = path.read_text(encoding="latin-1").splitlines()
+    except OSError as error:
+        raise RecordingError(path, f"cannot be read: {error.strerror}") from error
+    header, rows = _parts(lines)
+    return bool(rows) and any(":" in line for line in header)
+
+
+def read_channel(path: Path) -> Channel:
+    """Read one file.
+
+    Raises
+    ------
+    RecordingError
+        No row of codes, or a line below the first of them that is none: with its number.
+    """
+    text = path.read_text(encoding="latin-1")
+    lines = text.splitlines()
+    header, rows = _parts(lines)
+    torn = bool(rows) and not text.endswith(("\n", "\r")) and not _whole(rows[-1], len(_cells(rows[0])))
+    parsed = [_row(path, len(header) + 1 + i, line) for i, line in enumerate(rows[: len(rows) - torn]) if line.strip()]
+    if not parsed:
+        raise RecordingError(path, "no row of codes in it: six hex digits, a tab, six hex digits")
+    cells = [cell for line in header for cell in line.split("\t") if ":" in cell]
+    named = {key.strip(): value.strip() for key, _, value in (cell.partition(":") for cell in cells)}
+    codes = np.array([row[0] for row in parsed], np.int32)
+    return Channel(path, named, codes, sum(len(row) > 1 for row in parsed), torn)
+
+
+def _parts(lines: list[str]) -> tuple[list[str], list[str]]:
+    first = next((i for i, line in enumerate(lines) if _whole(line)), len(lines))
+    return lines[:first], lines[first:]
+
+
+def _cells(line: str) -> list[str]:
+    return [cell.strip() for cell in line.split("\t") if cell.strip()]
+
+
+def _whole(line: str, least: int = 1) -> bool:
+    cells = _cells(line)
+    return least <= len(cells) <= 2 and all(_CODE.fullmatch(cell) for cell in cells)
+
+
+def _row(path: Path, number: int, line: str) -> list[int]:
+    if not _whole(line):
+        raise RecordingError(path, f"{line[:40]!r} is not a row of codes, which are six hex digits", number)
+    return [int(cell, 16) for cell in _cells(line)]
+
+
+_CLIPPED = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
+
+
+def _saturated(codes: NDArray[np.int32]) -> NDArray[np.bool_]:
+    return (codes >= 0) & ((codes < SATURATED_CODES) | (codes > LAST_CODE - SATURATED_CODES))
+
+
+class BinaryData:
+    """One file, or one for each channel, as a run of blocks.
+
+    Parameters
+    ----------
+    hard, soft : path-like
+        Without `soft`, the soft channel has no value in any row.
+    period_s : float, optional
+        Time from row to row, where the header has no conversion time.
+
+    Raises
+    ------
+    RecordingError
+        As `read_channel`; conversion times that differ.
+    ValueError
+        No conversion time, and no period.
+    """
+
+    document = None
+    timed = True
+    torn_bytes = 0
+    full_scale_pF = SATURATED_PF
+
+    def __init__(self, hard: Path, soft: Path | None = None, period_s: float | None = None) -> None:
+        self.path = Path(hard)
+        self.channels = [read_channel(Path(path)) for path in (hard, soft) if path is not None]
+        self.survey = Survey()
+        self.settings: dict[str, Any] = {}
+        periods = {channel.period_s for channel in self.channels}
+        if len(periods) > 1:
+            raise RecordingError(self.path, f"and {soft}: the conversion times differ: they are not of one measurement")
+        self.period_s = period_s or periods.pop()
+        if not self.period_s:
+            raise ValueError(f"period: got none, allowed: seconds, as {hard} has no conversion time in its header")
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader of the results should know."""
+        lengths = [len(channel.codes) for channel in self.channels]
+        general = {
+            f"times are counted in steps of {self.period_s:g} s: the file has none": True,
+            "the soft channel has no file: every row is marked lost": len(lengths) == 1,
+            "one file a channel: that both were measured at the same time is taken for granted": len(lengths) == 2,
+            f"the files have {' and '.join(map(str, lengths))} rows: what one lacks is marked lost": len({*lengths})
+            > 1,
+        }
+        return (
+            *(note for note, holds in general.items() if holds),
+            *(f"{c.path}: {c.temperatures} temperatures left out: a recording has none" for c in self.channels
+              if c.temperatures),
+            *(f"{c.path}: the last row is torn: left out" for c in self.channels if c.torn),
+        )  # fmt: skip
+
+    def describe(self) -> dict[str, Any]:
+        """Return what the headers say."""
+        files = [{"file": channel.path.name, "header": channel.header} for channel in self.channels]
+        return {
+            "name": "AD7746, saved by Analog Devices' program",
+            "files": files,
+            "full_scale_pF": self.full_scale_pF,
+            "period_s": self.period_s,
+        }
+
+    def blocks(self) -> Iterator[Block]:
+        """Return all rows, as one block."""
+        block = np.zeros(max(len(channel.codes) for channel in self.channels), DTYPE)
+        block["seq"] = np.arange(len(block))
+        block["t_hard_ns"] = block["t_soft_ns"] = np.rint(block["seq"] * (self.period_s or 0.0) * 1e9)
+        codes = np.full((2, len(block)), -1, np.int32)
+        for row, channel in zip(codes, self.channels, strict=False):
+            row[: len(channel.codes)] = channel.codes
+        for name, row, flag in zip(("hard", "soft"), codes, _CLIPPED, strict=True):
+            block[f"{name}_raw"], block[name] = row, capacitances(row, np.full(len(row), np.nan))
+            block["status"][_saturated(row)] |= int(flag)
+        block["status"][(codes < 0).any(axis=0)] = int(Status.LOST)
+        self.survey = Survey()
+        self.survey.add(block)
+        yield block

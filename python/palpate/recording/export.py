@@ -1,0 +1,189 @@
+"""A recording written again: as palpate's own, or as Parquet. Whole or not at all."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from palpate._core import __version__
+from palpate.errors import RecordingError
+from palpate.extras import need
+from palpate.recording import OWN_COLUMNS, sidecar, time_column
+from palpate.recording.binary_data import BinaryData
+from palpate.recording.block import DTYPE, Block
+from palpate.recording.filelock import is_locked
+from palpate.recording.foreign import Foreign
+from palpate.recording.own_file import Recorded
+from palpate.recording.rows import HEADER, format_rows
+from palpate.recording.table import read_table
+from palpate.sample import Status
+
+SUFFIXES = (".parquet", ".csv")
+_UNITS = {"t_hard_ns": "ns", "t_soft_ns": "ns", "hard_raw": "code", "soft_raw": "code", "hard": "pF", "soft": "pF"}
+_MEANT = {
+    "seq": "number of the sample; what is left out was lost",
+    "t_hard_ns": "middle of the hard channel's conversion",
+    "t_soft_ns": "middle of the soft channel's conversion",
+    "hard_raw": "24-bit code, -1: none",
+    "soft_raw": "24-bit code, -1: none",
+    "hard": "capacitance, hard channel",
+    "soft": "capacitance, soft channel",
+    "status": "0 good; sum of 1 hard saturated, 2 soft saturated, 4 excitation; 8 lost",
+}
+
+
+class _OwnWriter:
+    """Rows as text; the sidecar at the end."""
+
+    def __init__(self, path: Path, target: Path) -> None:
+        self._file = path.open("wb")
+        self._sidecar = sidecar.sidecar_path(target)
+        self._file.write(HEADER.encode())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def write(self, block: Block) -> None:
+        self._file.write(format_rows(block))
+
+    def finish(self, document: dict[str, Any]) -> None:
+        self._file.flush()
+        sidecar.save(self._sidecar, document)
+
+
+class _ParquetWriter:
+    """Columns with their unit; the sidecar as JSON under the key `palpate`."""
+
+    def __init__(self, path: Path, _target: Path) -> None:
+        self._arrow, parquet = need("pyarrow", "export"), need("pyarrow.parquet", "export")
+        self._schema = self._arrow.schema([self._field(name) for name in DTYPE.names or ()])
+        self._writer = parquet.ParquetWriter(path, self._schema)
+
+    def _field(self, name: str) -> Any:
+        metadata = {"description": _MEANT[name], **({"unit": _UNITS[name]} if name in _UNITS else {})}
+        return self._arrow.field(
+            f"{name}_pF" if _UNITS.get(name) == "pF" else name,
+            self._arrow.from_numpy_dtype(DTYPE.fields[name][0]) if DTYPE.fields else None,
+            nullable=False,
+            metadata=metadata,
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._writer.close()
+
+    def write(self, block: Block) -> None:
+        columns = [np.ascontiguousarray(block[name]) for name in DTYPE.names or ()]
+        self._writer.write_table(self._arrow.table(columns, schema=self._schema))
+
+    def finish(self, document: dict[str, Any]) -> None:
+        self._writer.add_key_value_metadata({"palpate": sidecar.text_of(document)})
+
+
+def convert(
+    recording: Recorded | Foreign | BinaryData, target: Path, *, force: bool = False, period_s: float | None = None
+) -> int:
+    """Write a recording again.
+
+    Parameters
+    ----------
+    recording : Recorded, Foreign or BinaryData
+    target : pathlib.Path
+        NAME.parquet or NAME.csv, the latter with a sidecar NAME.json.
+    force : bool
+        Replace what is there.
+    period_s : float, optional
+        Time from row to row, for a table without times.
+
+    Returns
+    -------
+    int
+        Rows written. Every row that was read is written; one without a value has the status of a lost one.
+
+    Raises
+    ------
+    ValueError
+        Another kind of file; no times and no period, or both.
+    RecordingError
+        A file that is there already, or is the one that is read, or cannot be written; a line that is not a row.
+    MissingExtra
+        No pyarrow.
+    """
+    if target.suffix not in SUFFIXES:
+        raise ValueError(f"-o: got {target.name!r}, allowed: a name that ends in {' or '.join(SUFFIXES)}")
+    if not recording.timed and period_s is None:
+        raise ValueError("period: got none for a table without times, allowed: seconds from row to row, or time=COLUMN")
+    if recording.timed and period_s is not None and not isinstance(recording, BinaryData):
+        raise ValueError(f"period: got {period_s} for a file with times, allowed: none")
+    _check_free(recording, target, force=force)
+    rows = 0
+    with _whole(target) as path, _writer(target)(path, target) as writer:
+        for block in recording.blocks():
+            writer.write(_prepared(block, None if recording.timed else period_s))
+            rows += len(block)
+        writer.finish(_document(recording, rows))
+    return rows
+
+
+def unused_columns(recording: Foreign, columns: dict[str, str] | None) -> list[str]:
+    """Return the columns of a table that no recording keeps, as a user may name them."""
+    wanted = columns or OWN_COLUMNS
+    table = read_table(recording.path)
+    used = {table.column(name) for name in wanted.values()}
+    used |= {column for column in [time_column(table)] if column is not None and "time" not in wanted}
+    return [table.names(column)[-1] if table.names(column) else str(column + 1)
+            for column in range(table.width) if column not in used]  # fmt: skip
+
+
+def _writer(target: Path) -> "type[_ParquetWriter | _OwnWriter]":
+    return _ParquetWriter if target.suffix == ".parquet" else _OwnWriter
+
+
+def _check_free(recording: Recorded | Foreign | BinaryData, target: Path, *, force: bool) -> None:
+    targets = [target] if target.suffix == ".parquet" else [target, sidecar.sidecar_path(target)]
+    inputs = [channel.path for channel in recording.channels] if isinstance(recording, BinaryData) else [recording.path]
+    for path in filter(Path.exists, targets):
+        if any(path.samefile(read) for read in inputs):
+            raise RecordingError(path, "is a file that is read: choose another name")
+        if is_locked(path):
+            raise RecordingError(path, "is still being recorded: choose another name")
+        if not force:
+            raise RecordingError(path, "exists already: choose another name, or --force")
+
+
+@contextmanager
+def _whole(target: Path) -> Iterator[Path]:
+    """Give a name beside the target, which takes its place when all is written."""
+    beside = target.with_name(target.name + ".new")
+    try:
+        yield beside
+        beside.replace(target)
+    except OSError as error:
+        raise RecordingError(target, f"cannot be written: {error.strerror or error}") from error
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _prepared(block: Block, period_s: float | None) -> Block:
+    block["status"][~(np.isfinite(block["hard"]) & np.isfinite(block["soft"]))] = int(Status.LOST)
+    if period_s is not None:
+        block["t_hard_ns"] = block["t_soft_ns"] = np.rint(block["seq"] * period_s * 1e9)
+    return block
+
+
+def _document(recording: Recorded | Foreign | BinaryData, rows: int) -> dict[str, Any]:
+    known = recording.document
+    document = dict(known) if known else sidecar.fresh(recording.describe(), {}, [])
+    made = f"converted from {recording.path.name} by palpate {__version__}"
+    document["notes"] = [*document.get("notes", []), *([] if known else recording.notes), made]
+    unclean = {"rows": rows, "dropped": 0, "clean": False, "repaired": "converted from a recording without its end"}
+    own = isinstance(recording, Recorded)
+    document["end"] = document.get("end", unclean if own else {"rows": rows, "dropped": 0, "clean": True})
+    return document

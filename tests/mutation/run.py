@@ -1,0 +1,127 @@
+"""Mutation score of the core: flips one operator after the other and shows which the tests do not notice.
+
+    python tests/mutation/run.py [--count 80] [--seed 1]
+
+Builds the extension once, with every operator of the headers able to flip, and runs the tests for each flip with
+PALPATE_MUTANT=number until one fails. Needs libclang (pip install libclang) and what the tests need.
+"""
+
+import argparse
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from sites import FLIPPED, Site, rewritten, sites
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+HEADERS = "align arithmetic bank baseline bound contact detector forgetting handover noise ring rls touch"
+TESTS = "estimators against_reference tracker touch handheld bank ring calls pickle properties extremes"
+COMPILES = "tests/test_extremes.py::test_lambda_1_for_ten_million_samples"
+"""Builds a program of its own from the headers, without the flips."""
+LIMIT_S = 600
+"""A mutant that hangs is noticed."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A flip and where it is."""
+
+    header: str
+    site: Site
+
+    def __str__(self) -> str:
+        """Show the line and the flip."""
+        line = (ROOT / "cpp/include/palpate" / f"{self.header}.hpp").read_text().splitlines()[self.site.line - 1]
+        return f"{self.header}.hpp:{self.site.line}: {self.site.operator} -> {FLIPPED[self.site.operator]}   {line.strip()}"
+
+
+def mutated(copy: Path) -> list[Mutant]:
+    """Rewrite the headers of a copy of the project; return every flip."""
+    include = copy / "cpp" / "include"
+    found = {name: sites(include / "palpate" / f"{name}.hpp", include) for name in HEADERS.split()}
+    mutants: list[Mutant] = []
+    for name, top in found.items():
+        for site in _all(top):
+            site.number = len(mutants)
+            mutants.append(Mutant(name, site))
+    for name, top in found.items():
+        header = include / "palpate" / f"{name}.hpp"
+        header.write_bytes(rewritten(header.read_bytes(), top))
+    return mutants
+
+
+def _all(top: list[Site]) -> Iterator[Site]:
+    for site in top:
+        yield site
+        yield from _all(site.inside)
+
+
+def build(copy: Path, target: Path) -> None:
+    """Install the copy into a folder."""
+    flags = f"-O1 -w -include {HERE / 'mutants.hpp'}"
+    options = [f"-Ccmake.define.CMAKE_CXX_FLAGS={flags}", "-Ccmake.define.CMAKE_INTERPROCEDURAL_OPTIMIZATION=OFF"]
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--no-deps",
+        "--target",
+        str(target),
+        *options,
+        str(copy),
+    ]
+    subprocess.run(command, check=True)
+
+
+def notices(package: Path, number: int) -> bool:
+    """Return whether a test fails for a mutant; -1 is none."""
+    tests = [str(ROOT / "tests" / f"test_{name}.py") for name in TESTS.split()]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests, "--deselect", COMPILES]
+    environment = os.environ | {"PYTHONPATH": str(package), "PALPATE_MUTANT": str(number)}
+    try:
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=LIMIT_S, check=False)
+    except subprocess.TimeoutExpired:
+        return True
+    return done.returncode != 0
+
+
+def main() -> int:
+    """Print the score and the survivors."""
+    parser = argparse.ArgumentParser(description="Mutation score of the core.")
+    parser.add_argument("--count", type=int, default=80, help="flips to try, drawn from all")
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        copy, package = Path(folder) / "copy", Path(folder) / "package"
+        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".*", "build"))
+        mutants = mutated(copy)
+        build(copy, package)
+        if notices(package, -1):
+            print("the tests fail without a mutant")
+            return 1
+        chosen = sorted(random.Random(arguments.seed).sample(range(len(mutants)), min(arguments.count, len(mutants))))
+        started, survivors = time.monotonic(), []
+        for number in chosen:
+            if not notices(package, number):
+                survivors.append(number)
+                print(f"survives  {number:4d}  {mutants[number]}", flush=True)
+    killed = len(chosen) - len(survivors)
+    seconds = (time.monotonic() - started) / len(chosen)
+    print(
+        f"{killed} of {len(chosen)} noticed, {killed / len(chosen):.1%}; {len(mutants)} flips there are; {seconds:.0f} s each"
+    )
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
