@@ -22,6 +22,7 @@ class Tally:
     def __init__(self) -> None:
         self.examples: Counter[str] = Counter()
         self.largest: dict[str, float] = {}
+        self.faults: dict[str, list[int]] = {}
 
     def count(self, what: str) -> None:
         """Note one example of a property."""
@@ -30,6 +31,11 @@ class Tally:
     def note(self, what: str, value: float) -> None:
         """Keep the largest value of its name."""
         self.largest[what] = max(value, self.largest.get(what, 0.0))
+
+    def fault(self, what: str, rows: int, lost: int) -> None:
+        """Note one try of a fault: rows that were acknowledged by then, and those of them that were lost."""
+        counts = self.faults.setdefault(what, [0, 0, 0])
+        self.faults[what] = [old + new for old, new in zip(counts, (1, rows, max(lost, 0)), strict=True)]
 
 
 _TALLY = Tally()
@@ -68,6 +74,11 @@ def cmake() -> str:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    if _TALLY.faults:
+        terminalreporter.section("faults")
+        terminalreporter.write_line(f"{'':52} {'tries':>6} {'rows':>9} {'lost':>5}")
+        for what, (tries, rows, lost) in _TALLY.faults.items():
+            terminalreporter.write_line(f"{what:52} {tries:6} {rows:9} {lost:5}")
     if not _TALLY.examples:
         return
     terminalreporter.section("property tests")

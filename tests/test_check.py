@@ -43,6 +43,7 @@ def test_rows_that_were_tampered_with(tmp_path: Path) -> None:
     report = check(path)
     assert not report.clean
     assert report.faults == (
+        "not what was written: the rows were changed, or the sidecar is of another recording",
         "2 rows out of order: their numbers do not rise",
         "time goes back at 2 rows",
         "1 rows have codes of more than 24 bits",

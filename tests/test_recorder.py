@@ -3,6 +3,7 @@
 import errno
 import json
 import os
+import zlib
 from io import FileIO
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,8 @@ def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Pa
     assert not is_locked(path)
     document = load(path)
     assert document
-    assert document["end"] == {"rows": 100, "dropped": 0, "clean": True, "counters": {"read": 100}}
+    checksum = zlib.crc32(path.read_bytes())
+    assert document["end"] == {"rows": 100, "dropped": 0, "clean": True, "crc32": checksum, "counters": {"read": 100}}
     assert path.read_text().startswith(HEADER)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.csv", "run.json"]
 

@@ -234,3 +234,14 @@ def test_any_readings_keep_the_tracker_sane(readings: list[tuple[float, float, i
     assert not np.isinf(rows["standard_error"]).any()
     tracker.finish()
     assert tracker.readings == 200 + len(readings)
+
+
+def test_the_memory_of_the_baseline_is_64_values_long() -> None:
+    random, n = np.random.default_rng(1), 20000
+    t = 0.025 * np.arange(n)
+    hard, soft = 1e-4 * random.standard_normal((2, n))
+    rows = palpate.Tracker("handheld").process(t, t + 0.013, hard, soft)
+    assert not rows["contact"].any()
+    for name in ("hard_baseline", "soft_baseline"):
+        # Of a running mean with weight 1/64: sqrt(1 / 127) of the noise.
+        assert np.std(rows[name][200:]) / 1e-4 == pytest.approx((1 / 127) ** 0.5, rel=0.1)

@@ -39,7 +39,7 @@ inline void require_shape(const py::array& array, const std::string& name, py::s
 inline py::array real_array(const py::object& value, const std::string& name) {
   const bool masked = py::hasattr(value, "mask") && py::hasattr(value, "filled");
   const py::object plain = masked ? value.attr("astype")("float64").attr("filled")(py::float_(NAN)) : value;
-  const py::array array(plain);
+  py::array array(plain);
   if (std::string("biuf").find(array.dtype().kind()) == std::string::npos) {
     throw py::type_error(name + ": got dtype " + py::str(array.dtype()).cast<std::string>() +
                          ", allowed: real numbers");
@@ -77,7 +77,7 @@ inline py::array output_array(const py::object& out, const py::dtype& dtype, py:
   if (out.is_none()) {
     return py::array(dtype, size);
   }
-  const py::array array = writeable_array(out, dtype);
+  py::array array = writeable_array(out, dtype);
   require_shape(array, "out", size);
   if (array.strides(0) == 0 && size > 1) {
     throw py::value_error("out: got an array whose items share one place, allowed: a place for each");

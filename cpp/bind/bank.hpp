@@ -126,10 +126,10 @@ class PyBank : Made {
     const auto outputs = table_of<Real>(output, "output", dimensions, streams(), -1);
     const py::ssize_t frames = dimensions == 1 ? 1 : outputs.shape(0);
     const auto regressors = table_of<Real>(regressor, "regressor", dimensions, streams(), frames);
-    const py::array result = table_out(out, outputs, py::dtype::of<Real>());
+    py::array result = table_out(out, outputs, py::dtype::of<Real>());
     const auto y = table_apart(outputs, result), x = table_apart(regressors, result);
     require_idle();  // making arrays of the arguments may have run other Python code
-    auto* const ratios = static_cast<Real*>(const_cast<void*>(result.data()));
+    auto* const ratios = static_cast<Real*>(result.mutable_data());
     busy_ = true;
     run_block(outputs.size(), [&] { states_.process(y.data(), x.data(), ratios, static_cast<std::size_t>(frames)); });
     busy_ = false;

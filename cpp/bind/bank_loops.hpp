@@ -10,14 +10,14 @@
 template <class Real>
 struct BankTask {
   Real steady, alarmed, drift, threshold, min_information;  // a fixed forgetting factor is `steady`
-  Real* ratio;
-  Real* information;
-  Real* statistic;
-  std::uint64_t* rejected;
-  const Real* output;
-  const Real* regressor;
-  Real* ratios;
-  std::size_t streams, frames;
+  Real* ratio = nullptr;
+  Real* information = nullptr;
+  Real* statistic = nullptr;
+  std::uint64_t* rejected = nullptr;
+  const Real* output = nullptr;
+  const Real* regressor = nullptr;
+  Real* ratios = nullptr;
+  std::size_t streams = 0, frames = 0;
 };
 
 struct BankLoops {

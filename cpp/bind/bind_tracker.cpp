@@ -116,7 +116,7 @@ void bind_tracker(py::module_& module) {
            })
       .def("as_dict", &Result::as_dict, "Every field, as plain numbers; nan as None.")
       .def(py::pickle([](const Result& r) { return r.state(); },
-                      [](const py::tuple& state) { return Result::of(state); }));
+                      [](const py::tuple& state) { return of_pickled(state, &Result::of); }));
 
   bind_reduce(touch);
 

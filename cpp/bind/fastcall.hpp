@@ -122,8 +122,9 @@ template <class T, auto Function>
 PyObject* block(PyObject* self, PyObject* const* arguments, Py_ssize_t count, PyObject* keywords) {
   T* const object = object_of<T>(self);
   return !object ? nullptr : guarded([&] {
-    const auto [output, regressor, out] = in_order<3>({"output", "regressor", "out"}, 2, arguments,
-                                                      static_cast<std::size_t>(PyVectorcall_NARGS(count)), keywords);
+    const auto [output, regressor, out] =
+        in_order<3>({"output", "regressor", "out"}, 2, arguments,
+                    static_cast<std::size_t>(PyVectorcall_NARGS(static_cast<std::size_t>(count))), keywords);
     return Function(*object, output, regressor, out ? out : Py_None);
   });
 }

@@ -16,16 +16,29 @@ py::tuple pickled(const py::object& self) {
   return py::make_tuple(to_dict(estimator.settings()), estimator.state(), own);
 }
 
+/// What is made of a pickled state; ValueError where the state has not the form of one.
+template <class Make>
+auto of_pickled(const py::tuple& pickled, Make make) {
+  try {
+    return make(pickled);
+  } catch (const py::cast_error&) {
+  } catch (const py::error_already_set& error) {
+    // Too short, a parameter that is missing, a count that is negative.
+    if (!error.matches(PyExc_LookupError) && !error.matches(PyExc_OverflowError)) {
+      throw;
+    }
+  }
+  throw py::value_error("pickled state: got " + py::repr(pickled).cast<std::string>() +
+                        ", allowed: what this version pickles");
+}
+
 template <class E>
 std::pair<E, py::dict> unpickled(const py::tuple& pickled) {
-  try {
-    const auto settings = from_dict<typename E::Settings>(pickled[0].cast<py::dict>());
+  return of_pickled(pickled, [](const py::tuple& given) -> std::pair<E, py::dict> {
+    const auto settings = from_dict<typename E::Settings>(given[0].cast<py::dict>());
     settings.check();
-    return {E::restored(settings, pickled[1].cast<py::tuple>()), pickled[2].cast<py::dict>()};
-  } catch (const py::cast_error&) {
-    throw py::value_error("pickled state: got " + py::repr(pickled).cast<std::string>() +
-                          ", allowed: what this version pickles");
-  }
+    return {E::restored(settings, given[1].cast<py::tuple>()), given[2].cast<py::dict>()};
+  });
 }
 
 /// A copy of the same class, by way of its pickled state; deep: what a subclass keeps is copied, too.

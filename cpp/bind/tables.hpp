@@ -33,7 +33,7 @@ py::array table_out(const py::object& out, const Table<Real>& like, const py::dt
   if (out.is_none()) {
     return py::array(dtype, shape);
   }
-  const py::array array = writeable_array(out, dtype);
+  py::array array = writeable_array(out, dtype);
   const bool same = array.ndim() == like.ndim() && std::equal(shape.begin(), shape.end(), array.shape());
   if (!same || !(array.flags() & py::array::c_style)) {
     throw py::value_error("out: got shape " + shape_of(array) + (same ? ", strided" : "") +

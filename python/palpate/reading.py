@@ -37,7 +37,7 @@ class Reader:
     last : Sample or None
     ready : Event
         Set when there is something new, and at the end.
-    error : Exception or None
+    error : BaseException or None
         Why it ended, where that was not asked for.
     lock : RLock
         Held while a sample is counted and handed on: who holds it sees whole samples, and may change the recorder.
@@ -48,7 +48,7 @@ class Reader:
         self.read = self.lost = self.late = 0
         self.last: Sample | None = None
         self.ready = Event()
-        self.error: Exception | None = None
+        self.error: BaseException | None = None
         self._source = source
         self._ring = ring
         self.lock = RLock()
@@ -78,7 +78,7 @@ class Reader:
                 self._take(sample)
                 if self._stopping.is_set():
                     break
-        except Exception as error:  # noqa: BLE001  whatever a source raises is the consumer's to see
+        except BaseException as error:  # noqa: BLE001  whatever a source raises is the consumer's to see
             self.error = error
         finally:
             self._ring.close()

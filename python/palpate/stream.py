@@ -114,13 +114,14 @@ class Stream:
         self._reader: Reader | None = None
         self._before = StreamCounters()
         self._delivered = self._refused = self._saturated = 0
-        self._ended = self._closed = self._raised = False
+        self._ended = self._closed = self._raised = self._begins = self._stop_asked = False
 
     def __enter__(self) -> Self:
         """Begin to measure."""
         self.source.__enter__()
         try:
             device = self.source.describe()
+            self._begins = True  # from here on there is something to close
             if self._record is not None:
                 self.recorder = self._recorder(self._record, self._notes)
         except BaseException:
@@ -128,6 +129,8 @@ class Stream:
             raise
         self._reader = Reader(self.source, self._ring, self.recorder, float(device.get("period_s", math.nan)))
         self._reader.start()
+        if self._stop_asked:
+            self._reader.stop()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -231,9 +234,10 @@ class Stream:
 
     def stop(self) -> bool:
         """End the iteration, after what has been read; from any thread, or a signal handler. False before `with`."""
+        self._stop_asked = self._begins
         if self._reader:
             self._reader.stop()
-        return self._reader is not None
+        return self._begins
 
     def close(self) -> None:
         """Stop, within 0.5 s; estimate from what is left; close recording and source.
@@ -255,12 +259,15 @@ class Stream:
         self._finish()
         failure = None if stopped else SourceTimeout(f"the source did not stop within {STOP_S} s: it is left behind")
         error = failure or self._reader.error
-        if self.recorder:
-            recorder = self.recorder
-            recorder.close(lambda: self._counted(self.counters, recorder), str(error) if error else None)
+        try:
+            if self.recorder:
+                recorder = self.recorder
+                recorder.close(lambda: self._counted(self.counters, recorder), _told(error))
+        finally:
+            if stopped:
+                self.source.__exit__(None, None, None)
         if failure:
             raise failure
-        self.source.__exit__(None, None, None)
         if self.recorder and self.recorder.error and not self._raised:
             raise self.recorder.error
 
@@ -307,3 +314,8 @@ class Stream:
             return None
         nothing = np.empty(0, DTYPE)
         return Batch(nothing, feed(self.tracker, nothing), self.tracker.touches[before:], before + 1)
+
+
+def _told(error: BaseException | None) -> str | None:
+    """Return what a recording keeps of an error: there are some without a text."""
+    return (str(error) or type(error).__name__) if error else None

@@ -17,8 +17,9 @@ struct Samples {
       const auto noise = static_cast<std::int32_t>(state >> 20) - 2048;  // 12 bits
       const std::int32_t press = 400 + (i < 100 ? 4 * i : 400);
       const std::int32_t ratio = i < 180 ? ratio_in_eighths : ratio_in_eighths + 6;
+      const std::int32_t eighth = noise / 8;
       regressor[i] = static_cast<Real>(press) / Real(2048);
-      output[i] = static_cast<Real>(press * ratio * 16 + noise / 8) / Real(262144);
+      output[i] = static_cast<Real>(press * ratio * 16 + eighth) / Real(262144);
     }
   }
 };

@@ -41,7 +41,7 @@ bool survives_gaps() noexcept {
   Align<double, long long, 4> align;
   align.settings.max_gap = 100;
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  for (int i = 0; i < 6; ++i) {
+  for (long long i = 0; i < 6; ++i) {
     align.feed(20 * i, 20 * i + 10, 1.0, 5.0);
   }
   const bool lost_hard = align.feed(120, 130, nan, 5.0).hard == 1.0;  // the pair that it completes is an earlier one
@@ -120,7 +120,7 @@ constexpr int touches(Scene scene, double tolerance) noexcept {
     const bool pressed = (i >= 60 && i < 400) || (i >= 500 && i < 850);
     const Real soft = (pressed ? Real(0.25) : Real(0)) + static_cast<Real>(i * 7 % 5 - 2) / 100000;
     const Real hard = (pressed ? Real(0.625) : Real(0)) + static_cast<Real>(i * 3 % 7 - 3) / 100000;
-    const auto report = scene.feed(static_cast<Ticks>(26000 * i), static_cast<Ticks>(26000 * i + 13000),
+    const auto report = scene.feed(Ticks(26000) * static_cast<Ticks>(i), Ticks(26000) * static_cast<Ticks>(i) + 13000,
                                    hard + Real(0.5), soft - Real(0.25));
     if (report.finished) {
       const auto touch = scene.touch();

@@ -143,7 +143,8 @@ class Handover : public Parameters {
 
   // Products of two such numbers, summed over any touch, stay finite.
   static constexpr bool in_range(Real value) noexcept {
-    return magnitude(value) < (std::is_same_v<Real, float> ? Real(1e16) : Real(1e140));
+    constexpr Real limit = std::is_same_v<Real, float> ? Real(1e16) : Real(1e140);
+    return magnitude(value) < limit;
   }
 
   // An instrument that says nothing of x, or the opposite, would make w x cancel, and the ratio run away: least squares

@@ -26,6 +26,7 @@ namespace detail {
 // SIMD register, and every sample would wait for both.
 template <class Real>
 struct RatioOf {
+  constexpr explicit RatioOf(Real ratio) noexcept : ratio_(ratio) {}
   Real ratio_;
 };
 }  // namespace detail
@@ -52,7 +53,7 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
 
   constexpr explicit Rls(Forgetting forgetting = Forgetting(), Detector detector = Detector(), Bound bound = Bound(),
                          Real ratio = Real(1), Real covariance = default_covariance) noexcept
-      : detail::RatioOf<Real>{ratio},
+      : detail::RatioOf<Real>(ratio),
         Forgetting(forgetting),
         Detector(detector),
         Bound(bound),

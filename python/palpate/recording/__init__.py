@@ -165,10 +165,15 @@ def _times(table: Table, wanted: str | int | None) -> NDArray[np.float64]:
                 return np.full(len(table.rows), math.nan)
             reason = f"{cell!r} in column {column + 1} ({wanted}) is neither a number nor a time"
             raise RecordingError(table.path, reason, line) from None
-    return values - (values[0] if values[0] > _EPOCH else 0.0)
+    values -= values[0] if values[0] > _EPOCH else 0.0
+    if (np.abs(values) >= _LATEST_S).any():
+        line = table.rows[int(np.argmax(np.abs(values) >= _LATEST_S))][0]
+        raise RecordingError(table.path, "a time more than 292 years from the first: no ns in 64 bits", line)
+    return values
 
 
 _EPOCH = 1e9  # a date and time, not a time since the start
+_LATEST_S = 2**63 / 1e9
 
 
 def _seconds(cell: str, factor: float) -> float:

@@ -102,7 +102,7 @@ def _faults(recording: Recorded, end: dict[str, Any]) -> Iterator[str]:
     elif not end:
         yield "no end in the sidecar: an unclean stop, or it is still being recorded; --repair writes an end"
     else:
-        yield from _wrong_end(recording.survey.rows, end)
+        yield from _wrong_end(recording, end)
     survey = recording.survey
     counts = {
         f"{recording.torn_bytes} bytes after the last whole row": recording.torn_bytes,
@@ -113,9 +113,12 @@ def _faults(recording: Recorded, end: dict[str, Any]) -> Iterator[str]:
     yield from (text for text, holds in counts.items() if holds)
 
 
-def _wrong_end(rows: int, end: dict[str, Any]) -> Iterator[str]:
+def _wrong_end(recording: Recorded, end: dict[str, Any]) -> Iterator[str]:
+    rows = recording.survey.rows
     if end.get("rows") != rows:
         yield f"{rows} rows, {end.get('rows')} were written"
+    elif end.get("crc32", recording.checksum) != recording.checksum:
+        yield "not what was written: the rows were changed, or the sidecar is of another recording"
     if not end.get("clean") and "repaired" not in end:
         yield f"the recorder gave up: {end.get('error')}"
 
@@ -146,7 +149,7 @@ def _repair(recording: Recorded) -> None:
             os.truncate(recording.path, size)
         survey = recording.survey
         what = f"{recording.torn_bytes} bytes of a torn row cut off"
-        end = {"rows": survey.rows, "dropped": 0, "clean": False, "repaired": what}
+        end = {"rows": survey.rows, "dropped": 0, "clean": False, "repaired": what, "crc32": recording.checksum}
         sidecar.save(sidecar.sidecar_path(recording.path), {**(recording.document or {}), "end": end})
     except OSError as error:
         raise RecordingError(recording.path, f"cannot be repaired: {error.strerror}") from error

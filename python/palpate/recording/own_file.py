@@ -2,6 +2,7 @@
 
 import math
 import os
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -32,6 +33,8 @@ class Recorded:
         Of the blocks that the last `blocks` has handed out.
     torn_bytes : int
         What the last `blocks` found after the last whole row: the end of an unclean stop.
+    checksum : int
+        CRC-32 of what the last `blocks` found up to there.
 
     Raises
     ------
@@ -45,7 +48,7 @@ class Recorded:
         self.path = Path(path)
         self.document: dict[str, Any] | None = None
         self.survey = Survey()
-        self.torn_bytes = 0
+        self.torn_bytes = self.checksum = 0
         self._notes: list[str] = []
         try:
             self.document = sidecar.load(self.path)
@@ -112,15 +115,18 @@ class Recorded:
         with self.path.open("rb") as file:
             header = file.readline()
             taken = len(header) if header.endswith(b"\n") else 0
+            self.checksum = zlib.crc32(header[:taken])
             rest, zero = b"", b""
             while not zero and (data := file.read(chunk)):
                 data, zero, _ = (rest + data).partition(b"\0")  # as a power cut leaves them where a file ends
                 whole, end, rest = data.rpartition(b"\n")
                 taken += len(whole + end)
+                self.checksum = zlib.crc32(whole + end, self.checksum)
                 if whole:
                     yield self._text(whole).splitlines()
             if is_whole(self._text(rest)):
                 taken += len(rest)
+                self.checksum = zlib.crc32(rest, self.checksum)
                 yield [self._text(rest)]
         self.torn_bytes = self.path.stat().st_size - taken
 

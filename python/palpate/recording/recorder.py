@@ -5,6 +5,7 @@ What was flushed has left the process: killing it loses nothing of that. Each se
 
 import os
 import time
+import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from io import FileIO
@@ -80,7 +81,7 @@ class Recorder:
         self._lock = Lock()
         self._ring = SampleRing(CAPACITY)
         self._wake, self._closing = Event(), False
-        self._size = self._unwritten = 0
+        self._size = self._unwritten = self._checksum = 0
         self._file = self._create()
         self._thread = Thread(target=self._run, name="palpate-recorder", daemon=True)
         self._thread.start()
@@ -128,7 +129,8 @@ class Recorder:
         self._wake.set()
         self._thread.join()
         failure = str(self.error) if self.error else error
-        end = {"rows": self.rows, "dropped": self.dropped, "clean": self.error is None, "counters": counters()}
+        end: dict[str, Any] = {"rows": self.rows, "dropped": self.dropped, "clean": self.error is None}
+        end |= {"crc32": self._checksum, "counters": counters()}
         self._document["end"] = end | ({"error": failure} if failure else {})
         with suppress(OSError):
             sync(self._file)
@@ -156,7 +158,7 @@ class Recorder:
         file = self.path.open("xb", buffering=0)
         try:
             lock(file)
-            self._size = _write(file, HEADER.encode())
+            self._append(file, HEADER.encode())
         except OSError:
             file.close()
             self.path.unlink()
@@ -185,13 +187,17 @@ class Recorder:
 
     def _write_rows(self, block: Block) -> None:
         try:
-            self._size += _write(self._file, format_rows(block))
+            self._append(self._file, format_rows(block))
         except OSError:
             self._unwritten += len(block)
             with suppress(OSError):
                 self._file.truncate(self._size)
             raise
         self.rows += len(block)
+
+    def _append(self, file: FileIO, data: bytes) -> None:
+        self._size += _write(file, data)
+        self._checksum = zlib.crc32(data, self._checksum)
 
     def _add(self, where: str, what: Any) -> None:
         with self._lock:

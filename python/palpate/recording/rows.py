@@ -17,10 +17,19 @@ HEADER = ",".join(COLUMNS) + "\n"
 LARGEST_STATUS = int(Status.LOST)
 """The status is the last column, one digit: a line that lost its end shows it."""
 
-_TEXT = [("seq", "i8"), ("t_hard", "S32"), ("t_soft", "S32"), ("hard_raw", "i4"), ("soft_raw", "i4")]
-_TEXT += [("hard", "f8"), ("soft", "f8"), ("status", "u1")]
 # Two roundings of 2**-53 each: below this time the nearest ns is the one that was written.
 _EXACT_S = 2**51 / 1e9
+_LATEST_S = 1e10  # ns in 64 bits hold a little less: 292 years
+_LONGEST = 31  # characters of a time; numpy would cut off what is longer without a word
+
+_TEXT = [
+    ("seq", "i8"),
+    ("t_hard", f"S{_LONGEST + 1}"),
+    ("t_soft", f"S{_LONGEST + 1}"),
+    ("hard_raw", "i4"),
+    ("soft_raw", "i4"),
+]
+_TEXT += [("hard", "f8"), ("soft", "f8"), ("status", "u1")]
 
 
 class RowError(ValueError):
@@ -87,8 +96,10 @@ _EMPTY = re.compile(",(?=,)")  # how spreadsheets write nan
 
 
 def _parsed(lines: list[str]) -> Block:
+    if "" in lines:
+        raise ValueError("a line without anything")
     text = np.loadtxt(lines, dtype=_TEXT, delimiter=",", comments=None, ndmin=1)
-    if len(text) != len(lines) or (text["status"] > LARGEST_STATUS).any():
+    if len(text) != len(lines) or (text["status"] > LARGEST_STATUS).any() or (text["seq"] < 0).any():
         raise ValueError
     block = np.zeros(len(text), DTYPE)
     for name in ("seq", "hard_raw", "soft_raw", "status"):
@@ -106,11 +117,18 @@ def capacitances(codes: NDArray[np.integer], written: NDArray[np.float64]) -> ND
 
 def _nanoseconds(seconds: NDArray[np.bytes_]) -> NDArray[np.int64]:
     approximate = seconds.astype(np.float64)
-    if not np.isfinite(approximate).all():
+    if not (np.abs(approximate) < _LATEST_S).all() or (np.char.str_len(seconds) > _LONGEST).any():
         raise ValueError("time")
     if np.abs(approximate).max() < _EXACT_S:
         return np.rint(approximate * 1e9).astype(np.int64)
-    return np.array([int(Decimal(text.decode()).scaleb(9)) for text in seconds], np.int64)
+    return np.array([_exactly(text.decode()) for text in seconds], np.int64)
+
+
+def _exactly(text: str) -> int:
+    ns = int(Decimal(text).scaleb(9))
+    if not -(2**63) <= ns < 2**63:
+        raise ValueError("time")
+    return ns
 
 
 def is_whole(line: str) -> bool:
@@ -143,6 +161,8 @@ def _fits(name: str, cell: str) -> bool:
             return len(cell) == 1 and 0 <= int(cell) <= LARGEST_STATUS
         if name.endswith("_pF"):
             return cell == "" or isinstance(float(cell), float)
-        return Decimal(cell).is_finite() if name.endswith("_s") else abs(int(cell)) < 2**63
+        if name.endswith("_s"):
+            return len(cell) <= _LONGEST and abs(float(cell)) < _LATEST_S and isinstance(_exactly(cell), int)
+        return (-1 if name.endswith("_raw") else 0) <= int(cell) < (2**31 if name.endswith("_raw") else 2**63)
     except (ValueError, InvalidOperation):
         return False

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import platform
+from collections.abc import Iterator
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -50,11 +51,15 @@ def save(path: Path, document: dict[str, Any]) -> None:
     """Write or replace a sidecar: who reads it sees the old one or the new one, whatever happens."""
     text = text_of(document) + "\n"
     beside = path.with_name(path.name + ".new")
-    with beside.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    beside.replace(path)
+    try:
+        with beside.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+    except OSError:
+        beside.unlink(missing_ok=True)
+        raise
     _sync_folder(path.parent)
 
 
@@ -90,11 +95,28 @@ def load(path: Path) -> dict[str, Any] | None:
         return None
     try:
         document = json.loads(beside.read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise RecordingError(beside, f"not JSON: {error}") from error
+    except OSError as error:
+        raise RecordingError(beside, f"cannot be read: {error.strerror}") from error
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise RecordingError(beside, f"not the sidecar of a recording: no schema {SCHEMA!r} in it")
+    if wrong := next(_wrong(document), None):
+        raise RecordingError(beside, f"not the sidecar of a recording: {wrong}")
     return document
+
+
+def _wrong(document: dict[str, Any]) -> Iterator[str]:
+    """Say which of the parts that are computed with cannot be what was written."""
+    missing: dict[str, Any] = {"end": {}}
+    for name, kind in {"device": dict, "settings": dict, "notes": list, "marks": list, "end": dict}.items():
+        if not isinstance(document.get(name, missing.get(name)), kind):
+            yield f"{name}: got {document.get(name)!r:.40}, allowed: {'a list' if kind is list else 'names and values'}"
+            return
+    full_scale = document["device"].get("full_scale_pF", math.inf)
+    full_scale = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
+    if isinstance(full_scale, bool) or not isinstance(full_scale, int | float) or not full_scale > 0:
+        yield f"full_scale_pF: got {full_scale!r:.40}, allowed: above 0"
 
 
 def settings_of(document: dict[str, Any]) -> dict[str, Any]:

@@ -72,13 +72,13 @@ class Survey:
         return self.seconds / pairs if pairs > 0 else float("nan")
 
     def _add_order(self, block: Block) -> None:
-        before = [self.last_seq] if self.rows else []
-        steps = np.diff(np.concatenate([np.array(before, np.int64), block["seq"]]))
-        self.gaps += int(np.count_nonzero(steps > 1))
-        self.lost += int(np.sum(steps[steps > 1] - 1))
+        steps = np.diff(np.append(np.array([self.last_seq] if self.rows else [], np.int64), block["seq"]))
+        gaps = steps[steps > 1].tolist()
+        self.gaps += len(gaps)
+        self.lost += sum(gaps) - len(gaps)
         self.disordered += int(np.count_nonzero(steps < 1))
-        earlier = [self.last_ns] if self.rows else []
-        self.backward += int(np.count_nonzero(np.diff(np.concatenate([earlier, block["t_hard_ns"]])) < 0))
+        times = np.append(np.array([self.last_ns] if self.rows else [], np.int64), block["t_hard_ns"])
+        self.backward += int(np.count_nonzero(times[1:] < times[:-1]))  # their difference may not be one of 64 bits
 
     def _add_values(self, block: Block) -> None:
         status = block["status"]

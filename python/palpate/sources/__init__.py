@@ -1,9 +1,9 @@
 """Where samples come from."""
 
+import os
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.metadata import entry_points
-from pathlib import Path
 from typing import Any
 
 from palpate.sources.base import Source
@@ -71,7 +71,7 @@ def open(uri: str, **options: Any) -> Source:
     scheme, address, in_uri = split(uri)
     if twice := set(in_uri) & set(options):
         raise ValueError(f"source: got {min(twice)} twice, allowed: in the name or by keyword")
-    if not scheme or (scheme not in _OWN and Path(uri).exists()):
+    if not scheme or (scheme not in _OWN and os.path.exists(uri)):  # noqa: PTH110  Path's raises for a long name
         return _factory("palpate.sources.files", "open_file")(uri, options)
     return _find(scheme)(address, {**in_uri, **options})
 

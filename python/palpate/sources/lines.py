@@ -1,10 +1,10 @@
 """Lines of text on a serial port, as a microcontroller prints them: `serial:`."""
 
 import math
+import os
 import re
 import time
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from threading import Event
 from typing import Any
 
@@ -110,12 +110,15 @@ class SerialSource(Source):
             if time.monotonic() - heard > _SILENCE_S:
                 heard = time.monotonic()
                 self.notify(f"{self._settings['port']} is silent: is {self._settings['baud']} the right baud?")
-            *lines, self._buffer = (self._buffer + data)[-_LONGEST:].replace(b"\r", b"\n").split(b"\n")
+            *lines, self._buffer = (self._buffer + data).replace(b"\r", b"\n").split(b"\n")
             for line in lines:
                 if whole and line.strip():
                     yield skipped, line.decode("latin-1")
                     skipped = 0
                 whole = True
+            if len(self._buffer) > _LONGEST:  # its beginning is given up, so its end is no line
+                self._counters["errors"] += whole
+                whole, self._buffer = False, b""
 
     def _values(self, line: str) -> tuple[float | None, float | None]:
         """Return the hard and the soft value, None where the line has none."""
@@ -167,14 +170,14 @@ def _sample(seq: int, hard: tuple[int, float], soft: tuple[int, float]) -> Sampl
 def _error(port: str, error: Exception) -> SourceError:
     if "Permission" in str(error):
         return DeviceRefused(f"{port}: no permission to open it; `sudo usermod -aG dialout $USER`, then log in anew")
-    there = "" if Path(port).exists() or "/" not in port else ": there is no such port; see `palpate devices`"
+    there = "" if os.path.exists(port) or "/" not in port else ": there is no such port; see `palpate devices`"  # noqa: PTH110
     return DeviceNotFound(f"{port} cannot be opened{there or f': {error}'}")
 
 
 def _pattern(name: str, value: Any) -> str:
     try:
         groups = set(re.compile(str(value)).groupindex)
-    except re.error as error:
+    except (re.error, OverflowError, RecursionError) as error:
         raise ValueError(f"{name}: got {value!r}, allowed: a regular expression ({error})") from error
     if not {"hard", "soft"} <= groups:
         raise ValueError(f"{name}: got groups {sorted(groups)}, allowed: (?P<hard>...) and (?P<soft>...) both in it")

@@ -73,15 +73,21 @@ def number(low: float, high: float = math.inf, *, whole: bool = False, above: bo
     bounds = f"{'above' if above else 'from'} {low:g}" + ("" if math.isinf(high) else f" to {high:g}")
 
     def check(name: str, value: Any) -> Any:
-        try:
-            found = int(value) if whole else float(value)
-        except (TypeError, ValueError):
-            found = math.nan
-        if not low <= found <= high or math.isinf(found) or (above and found == low):
+        found = _number(value, whole)
+        if not low <= found <= high or found == math.inf or (above and found == low):
             raise ValueError(f"{name}: got {value!r}, allowed: {kind} {bounds}")
         return found
 
     return check
+
+
+def _number(value: Any, whole: bool) -> Any:
+    """Return the number that was given, nan where it is none; a fraction is no whole number."""
+    try:
+        found = int(value) if whole else float(value)
+        return found if not whole or isinstance(value, str) or found == value else math.nan
+    except (TypeError, ValueError, OverflowError):
+        return math.nan
 
 
 def choice(*allowed: str) -> Check:
