@@ -18,6 +18,7 @@ from palpate.clock import Clock
 from palpate.kit.twin import KitTwin
 
 # errno of a transfer to libusb's error, as libusb's Linux part translates it.
+_MOST_OWED_NS = 2_000_000
 _ERRORS = {
     errno.EPIPE: libusb1.LIBUSB_ERROR_PIPE,
     errno.EPROTO: libusb1.LIBUSB_ERROR_IO,
@@ -67,6 +68,7 @@ class TwinBackend(usb.backend.IBackend):  # type: ignore[misc]
         self._ports: list[Port] = []
         self._coming: list[tuple[float, KitTwin, int]] = []
         self._address = 1
+        self._owed_ns = 0
 
     def plug(self, kit: KitTwin, number: int = 1) -> Port:
         """Plug a board into a port."""
@@ -143,13 +145,19 @@ class TwinBackend(usb.backend.IBackend):  # type: ignore[misc]
         if reply.lasting_ns is None or (timeout and reply.lasting_ns > timeout * 1_000_000):
             self._clock.sleep(timeout / 1000)
             _fail(libusb1.LIBUSB_ERROR_TIMEOUT)
-        self._clock.sleep(reply.lasting_ns / 1e9)
+        self._let_pass(reply.lasting_ns)
         if reply.error:
             _fail(_ERRORS[reply.error])
         if not kind & 0x80:
             return reply.taken
         data[: len(reply.data)] = array.array("B", reply.data)
         return len(reply.data)
+
+    def _let_pass(self, lasting_ns: int) -> None:
+        """Wait; what the computer slept too long is taken off the next waits, so that transfers last what they should."""
+        begun = self._clock.now_ns()
+        self._clock.sleep(max(lasting_ns - self._owed_ns, 0) / 1e9)
+        self._owed_ns = min(self._owed_ns + self._clock.now_ns() - begun - lasting_ns, _MOST_OWED_NS)
 
 
 def _present(port: Port) -> None:
