@@ -67,7 +67,8 @@ class Contact : public Settings {
   constexpr void reset() noexcept {
     state_ = State::idle;
     sum_ = peak_ = 0;
-    below_ = age_ = 0;
+    below_ = 0;
+    age_ = 0;
   }
 
   constexpr bool contact() const noexcept { return state_ == State::contact; }

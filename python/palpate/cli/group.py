@@ -65,6 +65,8 @@ class Commands(click.Group):
             return super().make_context(*args, **kwargs)
         except click.UsageError as error:
             raise _one_line(error, []) from error
+        except KeyboardInterrupt:
+            _interrupted()
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; end it with a sentence and an exit code where it fails."""
@@ -79,8 +81,12 @@ class Commands(click.Group):
                 raise  # click ends without a word
             _end(error, debug="palpate.debug" in ctx.meta)
         except KeyboardInterrupt:
-            click.echo("interrupted", err=True)
-            ctx.exit(INTERRUPTED)
+            _interrupted()
+
+
+def _interrupted() -> NoReturn:
+    click.echo("interrupted", err=True)
+    sys.exit(INTERRUPTED)
 
 
 def _one_line(error: click.UsageError, files: list[Path]) -> click.UsageError:
