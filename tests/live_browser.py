@@ -9,9 +9,9 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from conftest import need
 from selenium import webdriver
@@ -47,6 +47,15 @@ class Live:
     def port(self) -> int:
         """Where it listens."""
         return int(self.address.rstrip("/").rsplit(":", 1)[1])
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End it, whatever has failed."""
+        if self.process.poll() is None:
+            self.end(signal.SIGKILL)
 
     def end(self, how: int = signal.SIGINT) -> int:
         """End it; return its exit code."""
@@ -115,8 +124,8 @@ def main() -> int:
     """Take the screenshots."""
     folder = Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as work, browser(folder) as page:
-        live = Live("--record", f"{work}/run.csv", "--calibration", str(calibrated(Path(work))))
+    with tempfile.TemporaryDirectory() as work, browser(folder) as page, ExitStack() as running:
+        live = running.enter_context(Live("--record", f"{work}/run.csv", "--calibration", str(calibrated(Path(work)))))
         page.driver.get(live.address)
         page.until(lambda: page.text("state") == "contact" and "±" in page.text("error"))
         for theme in ("light", "dark"):

@@ -51,10 +51,11 @@ def client(session: Session, host: str = HOST, token: str | None = None) -> Test
 
 def heard(socket: Any, kind: str) -> dict[str, Any]:
     """Return the next message of a kind."""
-    while True:
+    for _ in range(500):
         message = socket.receive()
         if message.get("text") and (told := json.loads(message["text"]))["type"] == kind:
             return dict(told)
+    raise AssertionError(f"no {kind} among 500 messages")
 
 
 @given(st.one_of(st.text(), st.binary(), st.recursive(st.none() | st.booleans() | st.floats() | st.text(),
@@ -197,8 +198,8 @@ def test_the_buttons_over_a_web_socket(tmp_path: Path) -> None:
         socket.send_text('{"do": "record"}')
         assert "one at a time" in heard(socket, "refused")["message"]
         socket.send_text('{"do": "mark", "text": "here"}')
-        assert heard(socket, "done")["message"] == "Marked: here"
         assert heard(socket, "marks")["rows"][0]["text"] == "here"
+        assert heard(socket, "done")["message"] == "Marked: here"
         socket.send_text('{"do": "tare"}')
         assert "touch nothing" in heard(socket, "done")["message"]
         socket.send_text('{"do": "stop"}')
@@ -277,6 +278,25 @@ def test_a_slow_page_loses_whole_frames_and_is_told() -> None:
     assert len(got) == page.sent <= WAITING + AHEAD + 1
     assert got == sorted(got)
     assert got[-1] == 199
+
+
+def test_the_state_comes_before_the_answer_that_speaks_of_it() -> None:
+    class Heard(Slow):
+        async def send_text(self, data: str) -> None:
+            told.append(data)
+
+    async def run() -> None:
+        page = Page(Heard())
+        page.tell("state", "recording: none")
+        page.answer("closed")
+        sending = asyncio.create_task(page.send())
+        for _ in range(10):
+            await asyncio.sleep(0)
+        sending.cancel()
+
+    told: list[str] = []
+    asyncio.run(run())
+    assert told == ["recording: none", "closed"]
 
 
 @given(st.lists(st.integers(0, 3 * KEPT), max_size=8))

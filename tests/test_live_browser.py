@@ -2,7 +2,8 @@
 
 import json
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,12 @@ def page(folder: Path) -> Iterator[Browser]:
         yield page
 
 
+@pytest.fixture
+def serve() -> Iterator[Callable[..., Live]]:
+    with ExitStack() as running:
+        yield lambda *options, port=0: running.enter_context(Live(*options, port=port))
+
+
 def says(page: Browser, text: str) -> None:
     page.until(lambda: text in page.text("message"))
 
@@ -36,8 +43,8 @@ def pressed(page: Browser, key: str) -> None:
     page.driver.switch_to.active_element.send_keys(key)
 
 
-def test_a_session(page: Browser, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    live = Live("--record", str(folder / "run.csv"))
+def test_a_session(page: Browser, serve: Callable[..., Live], folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    live = serve("--record", str(folder / "run.csv"))
     page.driver.get(live.address)
     page.until(lambda: page.text("state") == "contact" and "±" in page.text("error"))
     truth = Truth(SCENARIOS["four-specimens"], np.random.default_rng(1)).presses[0].ratios[0][1]
@@ -49,6 +56,7 @@ def test_a_session(page: Browser, folder: Path, capsys: pytest.CaptureFixture[st
     says(page, "Marked: first specimen")
     page["record"].click()
     says(page, "run.csv: ")
+    page.until(lambda: page["record"].get_attribute("aria-pressed") == "false")
     pressed(page, "r")
     says(page, "Recording to ")
     page["tare"].click()
@@ -70,8 +78,8 @@ def test_a_session(page: Browser, folder: Path, capsys: pytest.CaptureFixture[st
         print(f"\nlive page: ratio {ratio} by the page, {truth:.5f} true")
 
 
-def test_no_request_leaves_the_machine(page: Browser) -> None:
-    live = Live()
+def test_no_request_leaves_the_machine(page: Browser, serve: Callable[..., Live]) -> None:
+    live = serve()
     page.driver.get_log("performance")
     page.driver.get(live.address)
     page.until(lambda: page.text("link") == "connected")
@@ -87,21 +95,23 @@ def test_no_request_leaves_the_machine(page: Browser) -> None:
     ] == []
 
 
-def test_a_server_that_is_killed_and_comes_back(page: Browser) -> None:
-    live = Live()
+def test_a_server_that_is_killed_and_comes_back(page: Browser, serve: Callable[..., Live]) -> None:
+    live = serve()
     page.driver.get(live.address)
     page.until(lambda: page.text("link") == "connected" and page.text("rate") not in ("", "\N{EN DASH}"))
     live.end(signal.SIGKILL)
     page.until(lambda: page.text("link").startswith("no server"))
     assert not page["tare"].is_enabled()
-    again = Live(port=live.port)
+    again = serve(port=live.port)
     page.until(lambda: page.text("link") == "connected" and page["tare"].is_enabled())
     page.until(lambda: page.text("state") == "contact")
     again.end()
 
 
-def test_a_page_that_stands_still_does_not_slow_the_measurement(page: Browser, folder: Path) -> None:
-    live = Live("--record", str(folder / "still.csv"))
+def test_a_page_that_stands_still_does_not_slow_the_measurement(
+    page: Browser, serve: Callable[..., Live], folder: Path
+) -> None:
+    live = serve("--record", str(folder / "still.csv"))
     page.driver.get(live.address)
     page.until(lambda: page.text("state") == "no contact")
     page.driver.execute_script("const until = Date.now() + 5000; while (Date.now() < until);")

@@ -81,10 +81,10 @@ class Page:
 
     async def _send_waiting(self) -> None:
         while self._answers or self._latest or (self._waiting and len(self._unseen) < AHEAD):
-            if self._answers:
-                await self._socket.send_text(self._answers.popleft())
-            elif self._latest:
+            if self._latest:  # before an answer: who reads that has the state it speaks of, and presses a button by it
                 await self._socket.send_text(self._latest.pop(next(iter(self._latest))))
+            elif self._answers:
+                await self._socket.send_text(self._answers.popleft())
             else:
                 number, frame = self._waiting.popleft()
                 self._unseen.append(number)
