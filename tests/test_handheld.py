@@ -188,3 +188,14 @@ def test_a_drift_without_contact_is_no_touch() -> None:
     """The README's limit: 3e-5 pF/s in both channels."""
     drifting = Scenario(duration_s=60.0, drift_pF_per_s=(3e-5, 3e-5))
     assert [palpate.touches(simulate(drifting, seed)) for seed in range(20)] == [[]] * 20
+
+
+def test_the_scale_is_known_from_a_few_innovations() -> None:
+    """The first one watched: with the true scale the statistic is 0.26 on average (normal, drift 0.75); from five, 0.4."""
+    statistics = []
+    for seed in range(200):
+        noise = np.random.default_rng(seed).standard_normal(9)
+        estimator = palpate.HandoverRls(initial_ratio=2.5)
+        estimator.process(2.5 * 0.25 + 1e-4 * noise, np.full(9, 0.25))
+        statistics.append(estimator.statistic)
+    assert 0.2 < np.mean(statistics) < 0.6
