@@ -173,6 +173,10 @@ class PyBank : Made {
     if (state.size() != 3) {
       throw py::value_error("pickled state: got " + std::to_string(state.size()) + " items, allowed: 3");
     }
+    if (const py::array counts(state[2]); counts.dtype().kind() != 'u') {
+      throw py::value_error("pickled state: got refused samples of " + py::str(counts.dtype()).cast<std::string>() +
+                            ", allowed: unsigned integers");
+    }
     const auto numbers = py::array_t<Real, py::array::c_style | py::array::forcecast>(py::object(state[1]));
     const auto rejected = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>(py::object(state[2]));
     PyBank bank(settings, rejected.size());
