@@ -263,6 +263,12 @@ def test_a_file_that_is_no_calibration(
     assert message in str(caught.value)
 
 
+@pytest.mark.parametrize("error", [1e80, 1e160, 1e300])
+def test_a_standard_error_beyond_sense_tells_nothing(calibration: Calibration, error: float) -> None:
+    found = calibration.modulus(2.5, error)
+    assert (found.low, found.high) == (0.0, inf)
+
+
 @pytest.fixture(scope="module")
 def text(calibration: Calibration, tmp_path_factory: pytest.TempPathFactory) -> str:
     path = tmp_path_factory.mktemp("saved") / "probe.toml"

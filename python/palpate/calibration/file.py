@@ -19,6 +19,7 @@ PARAMETERS = ["rigid_ratio", "log(half_modulus / MPa)", "soft_ratio"]
 SCATTER = ["touch_variance", "touch_freedom", "specimen_variance", "specimen_freedom", "specimen_share", "misfit"]
 DATA = {"moduli": "moduli_MPa", "ratios": "ratios", "standard_errors": "standard_errors", "touches": "touches"}
 _LARGEST = 10_000_000  # bytes; a calibration has some thousand
+_RANGE = 1e30  # of a number: its fourth powers, of which an interval is made, stay finite
 
 
 def save(path: Path, document: Mapping[str, Any]) -> None:
@@ -107,15 +108,17 @@ def _check(fit: Fit) -> None:
 
 def _array(table: dict[str, Any], name: str, shape: tuple[int, ...]) -> Any:
     values = np.array(table[name], dtype=float)
-    if values.shape != shape or not np.isfinite(values).all():
-        raise ValueError(f"{name}: got shape {values.shape} or a value that is not finite, allowed: {shape}, finite")
+    if values.shape != shape or not (np.abs(values) < _RANGE).all():
+        raise ValueError(
+            f"{name}: got shape {values.shape} or a value out of range, allowed: {shape}, within {_RANGE:g}"
+        )
     return values
 
 
 def _number(table: dict[str, Any], name: str) -> float:
     value = float(table[name])
-    if not 0 <= value < np.inf:
-        raise ValueError(f"{name}: got {value}, allowed: 0 or more")
+    if not 0 <= value < _RANGE:
+        raise ValueError(f"{name}: got {value}, allowed: 0 to {_RANGE:g}")
     return value
 
 

@@ -71,12 +71,12 @@ def allowance(fit: Fit, measured: Measured, x: Array) -> Array:
     touch = fit.touch_variance * level**2 / measured.touches
     specimen = fit.specimen_variance * level**2
     fitted = np.einsum("i...,ij,j...->...", slopes, fit.covariance, slopes)
-    total = measured.standard_error**2 + touch + specimen + fitted
+    total = measured.standard_error * measured.standard_error + touch + specimen + fitted  # ** refuses to overflow
     # What rests on one estimate goes up and down together; the curve's error rests on both.
     by_specimen = specimen + fit.specimen_share * fitted if fit.touch_freedom else touch + fitted
     by_touch = touch + specimen + fitted - by_specimen
     parts = by_touch**2 / max(fit.touch_freedom, 1) + by_specimen**2 / fit.specimen_freedom
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         freedom = np.minimum(total**2 / parts, 1e9)
     t = need("scipy.special", "science").stdtrit(freedom, 0.5 + measured.level / 2)
     return np.asarray(t * np.sqrt(total))
