@@ -199,3 +199,11 @@ def test_the_scale_is_known_from_a_few_innovations() -> None:
         estimator.process(2.5 * 0.25 + 1e-4 * noise, np.full(9, 0.25))
         statistics.append(estimator.statistic)
     assert 0.2 < np.mean(statistics) < 0.6
+
+
+def test_the_forecast_is_there_when_the_detector_begins_to_watch() -> None:
+    """Innovations that alternate: one more of the same sign is news of 1.9 of them, not of 1 (1.9 / 1.25 - 0.75 = 0.77)."""
+    estimator = palpate.HandoverRls(initial_ratio=2.5)
+    signs = np.array([1, -1, 1, -1, 1, -1, 1, -1, -1])
+    estimator.process(2.5 * 0.25 + 1e-4 * signs, np.full(9, 0.25))
+    assert estimator.statistic > 0.4
