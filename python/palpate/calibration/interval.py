@@ -46,8 +46,8 @@ def bounds(fit: Fit, measured: Measured) -> tuple[float, float]:
     if not len(agrees):
         return np.nan, np.nan
     first, last = agrees[0], agrees[-1]
-    low = -np.inf if first == 0 else _crossing(fit, measured, x[first - 1], x[first], side=1)
-    high = np.inf if last == len(x) - 1 else _crossing(fit, measured, x[last], x[last + 1], side=-1)
+    low = -np.inf if first == 0 else _crossing(fit, measured, inside=x[first], outside=x[first - 1])
+    high = np.inf if last == len(x) - 1 else _crossing(fit, measured, inside=x[last], outside=x[last + 1])
     return low, high
 
 
@@ -82,9 +82,10 @@ def allowance(fit: Fit, measured: Measured, x: Array) -> Array:
     return np.asarray(t * np.sqrt(total))
 
 
-def _crossing(fit: Fit, measured: Measured, left: float, right: float, *, side: int) -> float:
-    """Where the distance is `side`, between a point that agrees and one that does not."""
-    if not (np.isfinite(left) and np.isfinite(right)):
-        return left if np.isfinite(left) else right  # beyond _REACH
+def _crossing(fit: Fit, measured: Measured, *, inside: float, outside: float) -> float:
+    """Where the distance passes 1, or -1, between a point that agrees and one that does not."""
+    if not (np.isfinite(inside) and np.isfinite(outside)):
+        return inside if np.isfinite(inside) else outside  # beyond _REACH
+    side = np.sign(_distance(fit, measured, np.array(outside)))
     brentq = need("scipy.optimize", "science").brentq
-    return float(brentq(lambda x: float(_distance(fit, measured, np.array(x))) - side, left, right, xtol=1e-12))
+    return float(brentq(lambda x: float(_distance(fit, measured, np.array(x)) - side), inside, outside, xtol=1e-12))
