@@ -26,7 +26,8 @@ PYTHON_LAYERS: list[set[str]] = [
         "kit",
         "errors",
         "_core",
-        "reference",
+        "reference.paper",
+        "reference.handover",
         "ad7746",
         "sample",
         "specimens",
@@ -36,6 +37,7 @@ PYTHON_LAYERS: list[set[str]] = [
         "recording.filelock",
     },
     {
+        "reference",
         "recording.table",
         "recording.block",
         "recording.sidecar",

@@ -2,8 +2,8 @@
 
     python tests/mutation/run.py [--count 80] [--seed 1]
 
-Builds the extension once, with every operator of the headers able to flip, and runs the tests for each flip with
-PALPATE_MUTANT=number until one fails. Needs libclang (pip install libclang) and what the tests need.
+Builds the extension and the native tests once, with every operator of the headers able to flip, and runs them for each
+flip with PALPATE_MUTANT=number until one fails. Needs libclang (pip install libclang) and what the tests need.
 """
 
 import argparse
@@ -23,10 +23,13 @@ from sites import FLIPPED, Site, rewritten, sites
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 HEADERS = "align arithmetic bank baseline bound contact detector forgetting handover noise ring rls touch"
-TESTS = "estimators against_reference tracker touch handheld bank ring calls pickle properties extremes"
+NATIVE = "stages touch bank ring"
+TESTS = (
+    "handover_reference against_reference ring bank estimators tracker touch handheld calls pickle properties extremes"
+)
 COMPILES = "tests/test_extremes.py::test_lambda_1_for_ten_million_samples"
 """Builds a program of its own from the headers, without the flips."""
-LIMIT_S = 600
+LIMIT_S = 300
 """A mutant that hangs is noticed."""
 
 
@@ -81,12 +84,27 @@ def build(copy: Path, target: Path) -> None:
         str(copy),
     ]
     subprocess.run(command, check=True)
+    for name in NATIVE.split():
+        source, include = copy / "tests/cpp" / f"{name}.cpp", copy / "cpp/include"
+        subprocess.run(
+            ["c++", "-std=c++17", *flags.split(), f"-I{include}", "-pthread", source, "-o", target / name], check=True
+        )
 
 
 def notices(package: Path, number: int) -> bool:
-    """Return whether a test fails for a mutant; -1 is none."""
+    """Return whether a test fails, or hangs, for a mutant; -1 is none."""
+    natives = [[str(package / name)] for name in NATIVE.split()]
+    return any(fails(command, package, number) for command in [*natives, pytest_command()])
+
+
+def pytest_command() -> list[str]:
+    """Return what runs the tests in Python, up to the first that fails."""
     tests = [str(ROOT / "tests" / f"test_{name}.py") for name in TESTS.split()]
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests, "--deselect", COMPILES]
+    return [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests, "--deselect", COMPILES]
+
+
+def fails(command: list[str], package: Path, number: int) -> bool:
+    """Run a command with one flip on; return whether it fails."""
     environment = os.environ | {"PYTHONPATH": str(package), "PALPATE_MUTANT": str(number)}
     try:
         done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=LIMIT_S, check=False)

@@ -217,7 +217,7 @@ class Handover : public Parameters {
       noise_.before = noise_.before_that = noise_.offset = 0;
     }
     Real share = settings.smoothing;
-    if (PALPATE_UNLIKELY(product(seen_ + 1, share) < 1)) {
+    if (PALPATE_UNLIKELY(product(seen_, share) < 1)) {
       share = seen_ > 1 ? 1 / (seen_ + 1) : Real(1);
     }
     instrument_ += product(share, s.regressor - instrument_);

@@ -1,0 +1,268 @@
+"""The estimator for a probe in a hand: instrumental variables, a CUSUM in units of its own scale, a hand-over.
+
+Where the core keeps sums since a CUSUM was last 0, this keeps the samples, and adds them up anew at an alarm.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+WARM_UP = 8  # samples before the detector watches
+TRANSIENT = 3  # innovations that speak of the initial ratio
+SETTLED = 16  # samples since the last change for a standard error; in all, twice as many
+
+
+class HandoverTrace(NamedTuple):
+    """The state after each sample, as arrays of shape (n,); the standard error is nan where it is not yet known."""
+
+    ratio: NDArray[Any]
+    covariance: NDArray[Any]
+    innovation: NDArray[Any]
+    statistic: NDArray[Any]
+    standard_error: NDArray[Any]
+    alarm: NDArray[np.bool_]
+
+
+@dataclass
+class _Side:
+    """One side of the CUSUM, and the (weight, output, regressor) of each sample since it was last 0."""
+
+    statistic: Any = 0
+    samples: list[tuple[Any, Any, Any]] = field(default_factory=list)
+
+    def after(self, step: Any, sample: tuple[Any, Any, Any]) -> "_Side":
+        total = self.statistic + step
+        return _Side(total, [*self.samples, sample]) if total > 0 else _Side(0 * step)
+
+
+@dataclass
+class _Noise:
+    """What the innovations say about themselves."""
+
+    number: Callable[[Any], Any]
+    magnitude: Any  # running mean of |news|
+    lag0: Any  # weighted sums of e(k)^2, e(k) e(k-1), e(k) e(k-2), and of 1
+    lag1: Any
+    lag2: Any
+    weight: Any
+    before: Any  # e(k-1), e(k-2)
+    before_that: Any
+    rho: Any
+    offset: Any  # running means of e(k) and |e(k) - e(k-1)|
+    roughness: Any
+    due: int = WARM_UP - TRANSIENT  # samples until rho is estimated again
+
+    def scale(self, output: Any) -> Any:
+        """Return the standard deviation of the news, sqrt(pi / 2) times the mean magnitude; never less than rounding."""
+        rounding = (abs(output) + self.number(1e-18)) * self.number(1e-15)
+        return max(self.number(1.2533141) * self.magnitude, rounding)
+
+    def add(self, e: Any, steady: Any) -> bool:
+        """Take an innovation; return whether the ratio drifts away from the estimate."""
+        self.offset += (e - self.offset) / 32
+        self.roughness += (abs(e - self.before) - self.roughness) / 32
+        self.lag0 = steady * self.lag0 + e * e
+        self.lag1 = steady * self.lag1 + e * self.before
+        self.lag2 = steady * self.lag2 + e * self.before_that
+        self.weight = steady * self.weight + 1
+        self.remember(e)
+        return bool(abs(self.offset) > self.number(2.5) * self.roughness)
+
+    def remember(self, e: Any) -> None:
+        self.before, self.before_that = e, self.before
+
+    def correlations(self) -> tuple[Any, Any]:
+        return (self.lag1 / self.lag0, self.lag2 / self.lag0) if self.lag0 > 0 else (0 * self.lag0, 0 * self.lag0)
+
+    def bias(self) -> Any:
+        """Return Kendall's (1 + 3 r1) / n, which an estimated correlation is low by, with n samples; and 30 per cent."""
+        return self.number(1.3) * (1 + 3 * self.correlations()[0]) / self.weight
+
+    def update_forecast(self, seen: int) -> None:
+        self.due = 1 if seen < 32 else 8
+        self.rho = min(max(self.correlations()[0] + self.bias(), self.number(-0.9)), self.number(0.95))
+
+    def long_run_variance(self) -> Any:
+        """Return n times the variance of a mean of n innovations, n large."""
+        r1, r2 = self.correlations()
+        variance = self.lag0 / self.weight
+        second = (r2 - r1 * r1) / (1 - r1 * r1) if r1 * r1 < 1 else 0
+        if self.weight * second**2 < 6:  # not significant: AR(1)
+            return variance * (1 + self.rho) / (1 - self.rho)
+        bias = self.bias()
+        if abs(r1 + bias) < self.number(0.99) and abs(r2 + bias) < self.number(0.99):
+            r1, r2 = r1 + bias, r2 + bias
+        # Yule and Walker's coefficients of AR(2)
+        first, second = r1 * (1 - r2) / (1 - r1 * r1), (r2 - r1 * r1) / (1 - r1 * r1)
+        gap = max(1 - first - second, self.number(0.02))
+        return variance * max((1 - first * r1 - second * r2) / gap**2, self.number(0.03))
+
+
+@dataclass
+class _Handover:
+    steady: Any
+    drift: Any
+    threshold: Any
+    clip: Any
+    smoothing: Any
+    least: Any  # information
+    ratio: Any
+    information: Any
+    squares: Any  # sum of (lambda^k w)^2
+    weight: Any  # sum of lambda^k
+    instrument: Any
+    noise: _Noise
+    number: Callable[[Any], Any]
+    up: _Side = field(default_factory=_Side)
+    down: _Side = field(default_factory=_Side)
+    seen: int = 0
+
+    def statistic(self) -> Any:
+        return max(self.up.statistic, self.down.statistic)
+
+    def alarm(self) -> bool:
+        return bool(self.statistic() > self.threshold)
+
+    def update(self, output: Any, regressor: Any) -> tuple[Any, ...]:
+        e = output - regressor * self.ratio
+        # The mean of the regressors before; this one, where that mean says nothing of it.
+        leads = self.instrument * regressor > 0 and 4 * abs(self.instrument) > abs(regressor)
+        w = self.instrument if leads else regressor
+        news, scale = e - self.noise.rho * self.noise.before, self.noise.scale(output)
+        watching = self.seen >= WARM_UP
+        outlier = watching and abs(news) > self.clip * scale
+        clipped = min(max(news, -self.clip * scale), self.clip * scale) if watching else news
+        if self.alarm():
+            self.up, self.down = _Side(), _Side()
+        if watching:
+            z = clipped / scale
+            self.up = self.up.after(z - self.drift, (w, output, regressor))
+            self.down = self.down.after(-z - self.drift, (w, output, regressor))
+        if self.alarm():
+            self._hand_over()
+        elif not outlier:
+            self._follow(w, regressor, e)
+        self._learn(e, clipped, outlier)
+        self._remember(regressor)
+        return self.ratio, 1 / self.information, e, self.statistic(), self.standard_error(), self.alarm()
+
+    def _follow(self, w: Any, regressor: Any, e: Any) -> None:
+        """Follow R' = lambda R + w x and r' = r + (w / R') e."""
+        self.information = self._bounded(self.steady * self.information + w * regressor, w * w)
+        self.ratio += w / self.information * e
+        self.squares = self.steady**2 * self.squares + w * w
+        self.weight = self.steady * self.weight + 1
+
+    def _hand_over(self) -> None:
+        """Estimate anew from the samples since the CUSUM of the side that alarms was last 0."""
+        samples = (self.up if self.up.statistic > self.down.statistic else self.down).samples
+        self.squares = sum((w * w for w, _, _ in samples), self.number(0))
+        self.information = self._bounded(sum((w * x for w, _, x in samples), self.number(0)), self.squares)
+        self.ratio = sum((w * y for w, y, _ in samples), self.number(0)) / self.information
+        self.weight = self.number(len(samples))
+
+    def _learn(self, e: Any, clipped: Any, outlier: bool) -> None:
+        self.seen += 1
+        if (count := self.seen - TRANSIENT) <= 0:
+            return
+        noise = self.noise
+        noise.magnitude += max(self.number(0.02), 1 / self.number(count)) * (abs(clipped) - noise.magnitude)
+        if outlier:
+            noise.remember(noise.rho * noise.before + clipped)
+        else:
+            lags = noise.add(e, self.steady)
+            noise.due -= 1
+            if noise.due <= 0:
+                noise.update_forecast(self.seen)
+            if lags and self.weight > SETTLED:
+                self._forget_half()
+        if self.alarm():
+            noise.before = noise.before_that = noise.offset = self.number(0)
+
+    def _forget_half(self) -> None:
+        """Shorten the memory, as the ratio drifts."""
+        self.information = self._bounded(self.information / 2, 0)
+        self.weight, self.squares, self.noise.offset = self.weight / 2, self.squares / 4, self.noise.offset / 2
+
+    def _remember(self, regressor: Any) -> None:
+        share = self.smoothing
+        if self.seen * self.smoothing < 1:
+            share = 1 / self.number(self.seen + 1 if self.seen > 1 else 1)
+        self.instrument += share * (regressor - self.instrument)
+
+    def _bounded(self, information: Any, square: Any) -> Any:
+        return max(information, square / 8, self.least)
+
+    def standard_error(self) -> Any:
+        if self.noise.weight < 2 * SETTLED or self.weight < SETTLED:
+            return self.number("nan")
+        variance = self.noise.long_run_variance() * self.squares / self.information**2
+        return variance.sqrt() if hasattr(variance, "sqrt") else np.sqrt(variance)
+
+
+def handover_rls(
+    output: ArrayLike,
+    regressor: ArrayLike,
+    *,
+    steady: float = 0.995,
+    drift: float = 0.75,
+    threshold: float = 8.0,
+    clip: float = 3.0,
+    smoothing: float = 0.0625,
+    initial_ratio: float = 1.0,
+    initial_covariance: float = 1e10,
+    max_covariance: float = 1e12,
+    number: Callable[[Any], Any] = np.float64,
+) -> HandoverTrace:
+    """Recursive instrumental variables with a hand-over at a change, as `palpate.HandoverRls`.
+
+    Parameters
+    ----------
+    output, regressor : array_like, shape (n,), pF
+        Finite capacitance changes of the hard and the soft channel.
+    steady, drift, threshold, clip, smoothing, initial_ratio, initial_covariance, max_covariance : float
+        As in `palpate.HandoverRls`.
+    number : callable
+        The type that everything is computed in: numpy.float64, decimal.Decimal.
+
+    Returns
+    -------
+    HandoverTrace
+        Ratio, covariance, innovation, statistic, standard error and alarm after each sample.
+
+    Raises
+    ------
+    ValueError
+        A sample that is not finite, or arrays of different lengths.
+
+    Examples
+    --------
+    >>> from palpate.reference import handover_rls
+    >>> handover_rls([0.5, 0.52], [0.25, 0.26]).ratio.round(4)
+    array([2., 2.])
+    """
+    if not (np.isfinite(np.asarray(output, float)).all() and np.isfinite(np.asarray(regressor, float)).all()):
+        raise ValueError("output, regressor: got a value that is not finite, allowed: finite numbers")
+    zero = number(0)
+    state = _Handover(
+        steady=number(steady),
+        drift=number(drift),
+        threshold=number(threshold),
+        clip=number(clip),
+        smoothing=number(smoothing),
+        least=1 / number(max_covariance),
+        ratio=number(initial_ratio),
+        information=1 / number(initial_covariance),
+        squares=zero,
+        weight=zero,
+        instrument=zero,
+        noise=_Noise(number, *[zero] * 10),
+        number=number,
+    )
+    pairs = zip(np.asarray(output), np.asarray(regressor), strict=True)
+    rows = [state.update(number(y), number(x)) for y, x in pairs]
+    columns = [np.array(column) for column in zip(*rows, strict=True)] or [np.array([])] * 6
+    return HandoverTrace._make([*columns[:5], columns[5].astype(bool)])
