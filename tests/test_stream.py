@@ -282,3 +282,26 @@ def test_asynchronous_use() -> None:
         return len(stream.touches)
 
     assert asyncio.run(measure()) == 1
+
+
+def test_a_replay_tares_where_the_measurement_did(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    with palpate.Stream("sim:four-specimens?seed=3", record=path) as stream:
+        for k, _ in enumerate(stream):
+            if k in (180, 700, 701):
+                stream.tare()
+    untared = palpate.touches(palpate.read(path))
+    replayed = palpate.touches(recorded(path))
+    assert [touch.as_dict() for touch in replayed] == [touch.as_dict() for touch in stream.touches]
+    assert [touch.as_dict() for touch in untared] != [touch.as_dict() for touch in stream.touches]
+
+
+def test_a_recording_that_began_later_says_so(tmp_path: Path) -> None:
+    with palpate.Stream("sim:four-specimens?seed=3") as stream:
+        for k, _ in enumerate(stream):
+            if k == 50:
+                stream.start_recording(tmp_path / "late.csv")
+            if k == 60:
+                break
+    [note] = recorded(tmp_path / "late.csv").notes
+    assert "whose baseline a replay does not have" in note

@@ -12,9 +12,10 @@ from palpate._core import SampleRing, Touch, Tracker
 from palpate.errors import SourceTimeout
 from palpate.estimate import Batch, Estimate, StreamCounters
 from palpate.reading import Reader
-from palpate.recording.block import DTYPE, Block, feed, refused, saturated
+from palpate.recording.block import DTYPE, Block, feed, refused, samples_of, saturated
 from palpate.recording.recorder import Recorder
-from palpate.recording.sidecar import sidecar_path
+from palpate.recording.sidecar import BEGUN, sidecar_path
+from palpate.sample import Sample
 from palpate.sources import Source
 from palpate.sources import open as open_source
 
@@ -112,6 +113,7 @@ class Stream:
         self._record = record
         self._notes = notes or []
         self._reader: Reader | None = None
+        self._fed: Sample | None = None
         self._before = StreamCounters()
         self._delivered = self._refused = self._saturated = 0
         self._ended = self._closed = self._raised = self._begins = self._stop_asked = False
@@ -184,6 +186,8 @@ class Stream:
     def start_recording(self, record: str | os.PathLike[str], notes: list[str] | None = None) -> Recorder:
         """Record to NAME.csv from the next sample on; from any thread.
 
+        A replay has to measure the baseline from there, which is known here from before: begin without contact.
+
         Raises
         ------
         ValueError, RecordingError
@@ -192,7 +196,8 @@ class Stream:
         reader = self._begun()
         if self._closed or self.recorder:
             raise ValueError("record: got a second one, or none can be any more, allowed: one at a time, while it runs")
-        recorder = self._recorder(record, notes or [])
+        begun = [f"{BEGUN}{reader.read} pairs, whose baseline a replay does not have"] if reader.read else []
+        recorder = self._recorder(record, [*(notes or []), *begun])
         with reader.lock:
             self._before = self.counters
             self.recorder = reader.recorder = recorder
@@ -230,7 +235,8 @@ class Stream:
     def tare(self) -> None:
         """Measure the baseline anew, and mark it in the recording; from the thread that iterates."""
         self.tracker.tare()
-        self.mark("tare")
+        if self.recorder and self._fed:
+            self.recorder.mark("tare", self._fed, tare=True)
 
     def stop(self) -> bool:
         """End the iteration, after what has been read; from any thread, or a signal handler. False before `with`."""
@@ -299,6 +305,7 @@ class Stream:
     def _estimated(self, block: Block) -> Batch:
         before = len(self.tracker.touches)
         rows = feed(self.tracker, block)
+        self._fed = samples_of(block[-1:])[0]
         self._delivered += len(block)
         self._refused += int(np.count_nonzero(refused(block)))
         self._saturated += int(np.count_nonzero(saturated(block)))

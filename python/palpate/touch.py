@@ -34,6 +34,8 @@ class Blocks(Protocol):
     def timed(self) -> bool: ...  # noqa: D102
     @property
     def full_scale_pF(self) -> float: ...  # noqa: D102
+    @property
+    def tares(self) -> frozenset[int]: ...  # noqa: D102
     def blocks(self) -> Iterator[Block]: ...  # noqa: D102
 
 
@@ -45,7 +47,8 @@ def touches(recording: Channels | Blocks, *, scene: str = "handheld", **settings
     recording : Recording, Simulation, or what `palpate.recorded` opens
         `t_hard_s`, `t_soft_s` (s; nan where unknown), `hard` and `soft` (pF, baseline included),
         arrays of shape (n,); a reading with a nan capacitance, or one of `full_scale_pF` or more, is
-        left out and counted. A file that was opened is read in parts, however long it is.
+        left out and counted. A file that was opened is read in parts, however long it is, and tared where
+        it was when it was measured.
     scene : str
         As in `Tracker`.
     **settings
@@ -80,6 +83,8 @@ def _send(tracker: Tracker, recording: Channels | Blocks) -> bool:
     if isinstance(recording, Blocks):
         for block in recording.blocks():
             feed(tracker, block)
+            if int(block["seq"][-1]) in recording.tares:
+                tracker.tare()
         return recording.timed
     timed = bool(np.isfinite(recording.t_hard_s).all() and np.isfinite(recording.t_soft_s).all())
     rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, both channels at once

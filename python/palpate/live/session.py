@@ -135,7 +135,9 @@ class Session:
     def _do_tare(self) -> str:
         self._require_running("tare")
         self._tare.set()
-        return "The baseline is measured anew: touch nothing."
+        pressed = self.moment.state in ("contact", "adapting", "done")
+        warning = " It was in contact: lift the probe, and tare again." if pressed else ""
+        return "The baseline is measured anew: touch nothing." + warning
 
     def _do_mark(self, text: str) -> str:
         self._require_running("mark")
@@ -156,7 +158,10 @@ class Session:
         except BaseException:
             self.recordings.forget(path)
             raise
-        return f"Recording to {path}"
+        pressed = self.moment.state in ("contact", "adapting", "done")
+        return f"Recording to {path}" + (
+            ", begun in contact: its replay has no baseline for this touch" if pressed else ""
+        )
 
     def _do_stop(self) -> str:
         recorder = self.stream.stop_recording()

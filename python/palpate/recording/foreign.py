@@ -43,6 +43,7 @@ class Foreign:
         self._recording = read(self.path, columns=columns, unit=unit)
         self.full_scale_pF = self._recording.full_scale_pF
         self.notes = self._recording.notes
+        self.tares: frozenset[int] = frozenset()
         times = (self._recording.t_hard_s, self._recording.t_soft_s)
         self.timed = all(bool(np.isfinite(t).all()) for t in times)
         self.settings: dict[str, Any] = {}

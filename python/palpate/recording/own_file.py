@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from palpate.ad7746 import SATURATED_PF
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
@@ -71,6 +73,11 @@ class Recorded:
         return sidecar.settings_of(self.document or {})
 
     @property
+    def tares(self) -> frozenset[int]:
+        """Numbers of the samples after which the baseline was measured anew: each is the last of a block."""
+        return sidecar.tares_of(self.document or {})
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What a reader of the results should know, when the blocks have gone by."""
         survey = self.survey
@@ -82,7 +89,8 @@ class Recorded:
             ),
             "the last row has no line end and may be torn: left out": self.torn_bytes,
         }
-        return (*self._notes, *(note for note, holds in notes.items() if holds))
+        told = [str(note) for note in (self.document or {}).get("notes", []) if str(note).startswith(sidecar.BEGUN)]
+        return (*self._notes, *told, *(note for note, holds in notes.items() if holds))
 
     def describe(self) -> dict[str, Any]:
         """Return what the sidecar says of the instrument."""
@@ -96,9 +104,11 @@ class Recorded:
         iterator of numpy.ndarray of `palpate.SampleRing.dtype`
         """
         self.survey = Survey()
+        tares = sorted(self.tares)
         for block in self._parsed(_CHUNK):
             self.survey.add(block)
-            yield block
+            cuts = np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1
+            yield from np.split(block, cuts)
 
     def _parsed(self, chunk: int) -> Iterator[Block]:
         first = 2

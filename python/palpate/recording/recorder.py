@@ -107,10 +107,10 @@ class Recorder:
         """Add a note to the sidecar."""
         self._add("notes", text)
 
-    def mark(self, text: str, sample: Sample | None) -> None:
+    def mark(self, text: str, sample: Sample | None, **more: Any) -> None:
         """Add a mark at a sample to the sidecar."""
         where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
-        self._add("marks", {**where, "text": text})
+        self._add("marks", {**where, "text": text, **more})
 
     def close(self, counters: Callable[[], dict[str, int]] = dict, error: str | None = None) -> None:
         """Write what is left, and the end of the sidecar.

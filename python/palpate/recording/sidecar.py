@@ -13,6 +13,8 @@ from typing import Any
 from palpate._core import __version__
 from palpate.errors import RecordingError
 
+BEGUN = "begun after "
+"""How the note begins that a recording did not begin with the measurement."""
 SCHEMA = "palpate-recording-1"
 
 
@@ -117,6 +119,12 @@ def _wrong(document: dict[str, Any]) -> Iterator[str]:
     full_scale = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
     if isinstance(full_scale, bool) or not isinstance(full_scale, int | float) or not full_scale > 0:
         yield f"full_scale_pF: got {full_scale!r:.40}, allowed: above 0"
+
+
+def tares_of(document: dict[str, Any]) -> frozenset[int]:
+    """Return the numbers of the samples after which the baseline was measured anew."""
+    marks = [mark for mark in document.get("marks", []) if isinstance(mark, dict) and mark.get("tare") is True]
+    return frozenset(mark["seq"] for mark in marks if isinstance(mark.get("seq"), int))
 
 
 def settings_of(document: dict[str, Any]) -> dict[str, Any]:
