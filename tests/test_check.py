@@ -66,7 +66,7 @@ def test_an_unclean_stop_is_said_and_repaired_when_asked(tmp_path: Path, torn: i
     assert list(read(path).hard) == [sample(i).hard for i in range(4)]
     repaired = check(path, repair=True)
     assert (repaired.survey.rows, repaired.repaired, repaired.clean, repaired.faults) == (4, True, False, ())
-    assert repaired.findings[0].startswith("repaired after an unclean stop: ")
+    assert repaired.findings[0].startswith("its end was written later: ")
     assert left.startswith(path.read_bytes())
     assert check(path, repair=True) == repaired
     assert b",".join([b"4", b"0.104"]) not in path.read_bytes()

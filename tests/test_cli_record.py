@@ -64,7 +64,7 @@ def test_unplugged_in_the_middle_and_back(tmp_path: Path) -> None:
     assert ", 57 lost, 1 late; closed" in told[2]
     checked = run("check", path)
     assert checked.exit_code == 5
-    assert "57 samples lost in 1 gaps" in checked.stdout
+    assert "57 samples lost in 1 gap" in checked.stdout
     assert run("replay", path).stdout == recorded.stdout
 
 

@@ -145,3 +145,8 @@ def test_the_four_specimens_are_told_apart() -> None:
     for touch, right in zip(handheld, truth, strict=True):
         assert abs(touch.ratio - right) < 4 * touch.standard_error < 1e-3 * right
         assert (touch.samples, touch.alarm_share, touch.flags) == (250, 0.0, ())
+
+
+def test_a_path_is_not_a_recording() -> None:
+    with pytest.raises(TypeError, match=r"recording: got 'run\.csv', allowed: what palpate\.read"):
+        palpate.touches("run.csv")  # type: ignore[arg-type]

@@ -63,6 +63,8 @@ def touches(recording: Channels | Blocks, *, scene: str = "handheld", **settings
     ------
     ValueError
         An unknown scene or setting, a setting out of range.
+    TypeError
+        Not a recording, as a path is not.
 
     Examples
     --------
@@ -72,6 +74,8 @@ def touches(recording: Channels | Blocks, *, scene: str = "handheld", **settings
     >>> abs(touch.ratio / scenarios.PROBE.ratio(8.68) - 1) < 3 * touch.standard_error / touch.ratio
     True
     """
+    if not hasattr(recording, "full_scale_pF"):
+        raise TypeError(f"recording: got {recording!r:.60}, allowed: what palpate.read or palpate.recorded returns")
     tracker = Tracker(scene, **{"full_scale": recording.full_scale_pF, **settings})
     timed = _send(tracker, recording)
     tracker.finish()

@@ -79,7 +79,8 @@ def _specimens(files: Sequence[Path], moduli: Path, how: dict[str, Any]) -> "lis
         if flagged:
             click.echo(f"{specimen.name}: {flagged} of {len(specimen.touches)} touches have a flag: left out", err=True)
         if flagged == len(specimen.touches):
-            click.echo(f"{specimen.name}: no touch without a flag: the specimen is left out", err=True)
+            why = "no touch without a flag" if assigned[specimen.name] else "no recording of it"
+            click.echo(f"{specimen.name}: {why}: the specimen is left out", err=True)
         else:
             kept.append(specimen)
     return kept

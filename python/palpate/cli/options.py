@@ -25,7 +25,7 @@ def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[
         try:
             found[name.strip()] = float(value)
         except ValueError:
-            raise click.BadParameter(f"got {text!r}, allowed: NAME=NUMBER, as drift=0.02") from None
+            raise click.BadParameter(f"got {text!r}, allowed: NAME=NUMBER, as threshold=6") from None
     return found
 
 
@@ -43,7 +43,7 @@ _SCENE_AGAIN = click.option("--scene", help=f"{_SCENES}  [default: the recording
 _ESTIMATING = [
     click.option("--samples", type=click.IntRange(min=1), help="Samples a touch, at most.  [default: the scene's]"),
     click.option("--set", "settings", callback=settings, multiple=True, metavar="NAME=VALUE",
-                 help="A parameter of the estimator, as drift=0.02; may be repeated."),
+                 help="A parameter of the estimator, as threshold=6; may be repeated. A wrong NAME lists the scene's."),
 ]  # fmt: skip
 
 

@@ -44,7 +44,7 @@ def replay(
 
     \b
     Example:
-      palpate replay bench.csv --map "hard=C1 (pF),soft=C2 (pF)" --set drift=0.005
+      palpate replay bench.csv --map "hard=C1 (pF),soft=C2 (pF)" --set threshold=6
     """  # noqa: D301
     from palpate import touches
     from palpate.recording.foreign import recorded

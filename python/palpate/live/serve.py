@@ -1,5 +1,6 @@
 """A socket to listen at, its address, and the server that runs there until it is told to end."""
 
+import errno
 import socket
 
 import uvicorn
@@ -36,6 +37,8 @@ def listen(host: str, port: int) -> socket.socket:
         listening.listen(64)
     except OSError as error:
         listening.close()
+        if error.errno == errno.EADDRNOTAVAIL:
+            raise ValueError(f"host: got {host!r}: {error.strerror}, allowed: an address of this machine") from error
         raise ValueError(f"port: got {port} at {host}: {error.strerror}, allowed: a free one; 0 for any") from error
     return listening
 

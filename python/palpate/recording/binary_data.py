@@ -131,6 +131,7 @@ class BinaryData:
 
     document = None
     timed = True
+    tares: frozenset[int] = frozenset()
     torn_bytes = 0
     full_scale_pF = SATURATED_PF
 

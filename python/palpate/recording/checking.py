@@ -126,11 +126,11 @@ def _wrong_end(recording: Recorded, end: dict[str, Any]) -> Iterator[str]:
 def _findings(survey: Survey, end: dict[str, Any] | None = None) -> Iterator[str]:
     end = end or {}
     if "repaired" in end:
-        yield f"repaired after an unclean stop: {end['repaired']}"
+        yield f"its end was written later: {end['repaired']}"
     elif end.get("error"):
         yield f"the source ended with an error: {end['error']}"
     counts = {
-        f"{survey.lost} samples lost in {survey.gaps} gaps": survey.lost,
+        f"{survey.lost} samples lost {survey.in_gaps}": survey.lost,
         f"{end.get('dropped')} samples read but not written": end.get("dropped"),
         f"{survey.refused} rows without a usable value": survey.refused,
         f"{survey.excitation} of them with the excitation shorted or overloaded": survey.excitation,

@@ -83,7 +83,7 @@ class Recorded:
         survey = self.survey
         notes = {
             f"{survey.refused} of {survey.rows} rows have no value in a channel: left out": survey.refused,
-            f"{survey.lost} samples are missing in {survey.gaps} gaps": survey.lost,
+            f"{survey.lost} samples are missing {survey.in_gaps}": survey.lost,
             f"time goes back at {survey.backward} of {survey.rows} rows: they are taken in the order of the file": (
                 survey.backward
             ),

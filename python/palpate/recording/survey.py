@@ -49,6 +49,11 @@ class Survey:
     last_ns: int = 0
     spans_pF: dict[str, tuple[float, float]] = field(default_factory=dict)
 
+    @property
+    def in_gaps(self) -> str:
+        """Where samples are lost, for a sentence."""
+        return "in 1 gap" if self.gaps == 1 else f"in {self.gaps} gaps"
+
     def add(self, block: Block) -> None:
         """Take the next samples."""
         if not len(block):

@@ -183,6 +183,10 @@ def to_number(cell: str) -> float:
 
 def _text(path: Path) -> str:
     raw = path.read_bytes()
+    if raw.startswith(b"PAR1"):
+        raise RecordingError(
+            path, "a Parquet table: palpate writes them for other programs; give it the CSV it was made from"
+        )
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         encodings = ["utf-16"]
     else:

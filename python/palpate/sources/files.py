@@ -66,6 +66,11 @@ class FileSource(Source):
         """Whether the file has times."""
         return self.recording.timed
 
+    @property
+    def tares(self) -> frozenset[int]:
+        """As the recording's."""
+        return self.recording.tares
+
     def blocks(self) -> Iterator[Block]:
         """Return the samples as arrays, some thousand at a time; what `palpate.touches` reads."""
         return self.recording.blocks()

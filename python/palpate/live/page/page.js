@@ -111,14 +111,20 @@ function download(name) {
   return anchor;
 }
 
+const SAID_MS = 15000;
+let saying = 0;
+
 function say(text, bad = false) {
   $("message").textContent = text;
   $("message").dataset.bad = bad ? "yes" : "no";
+  clearTimeout(saying);
+  saying = setTimeout(() => ($("message").textContent = ""), SAID_MS);
 }
 
 function setLink(up, text) {
   $("link").textContent = text;
-  $("link").dataset.up = up ? "yes" : "no";
+  $("link").dataset.up = document.body.dataset.up = up ? "yes" : "no";
+  if (!up) $("advice").textContent = "not connected: this is how it was";
   for (const id of ["tare", "mark", "record", "again"]) $(id).disabled = !up;
 }
 
