@@ -148,3 +148,14 @@ def test_each_shell_has_a_script(shell: str) -> None:
     assert document["script"] == text.removesuffix("\n")
     assert "palpate completion" in document["use"]
     assert run("completion", "tcsh").exit_code == 2
+
+
+def test_a_wrong_value_of_the_environment_is_not_blamed_on_the_file_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("palpate.toml").write_text('[replay]\nset = ["threshold=6"]\n')
+    Path("run.csv").write_text("hard,soft\n1,2\n")
+    monkeypatch.setenv("PALPATE_REPLAY_SCENE", "foo")
+    told = CliRunner().invoke(main, ["replay", "run.csv"]).stderr
+    assert "(defaults: palpate.toml, PALPATE_REPLAY_SCENE)" in told

@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 NAME = "palpate.toml"
-_FILES = "palpate.files"  # in the context's meta: command to the files that have a table for it
+_FILES = "palpate.files"  # in the context's meta: command to the files and variables that have defaults for it
 
 
 def places() -> list[Path]:
@@ -43,6 +43,7 @@ def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -
         context.default_map = {run: parameters(where, command, merged.get(run, {}))}
         if merged.get(run):
             click.echo(f"defaults of {run} from {where}: {', '.join(merged[run])}", err=True)
+        files.setdefault(run, []).extend(Path(name) for name in sorted(os.environ) if name in _variables(command))
 
 
 def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
@@ -104,10 +105,14 @@ def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dic
 
 
 def _check_environment(command: click.Command) -> None:
-    allowed = {_variable(command, key) for key in keys(command)}
+    allowed = _variables(command)
     for variable in sorted(os.environ):
         if variable.startswith(_variable(command, "")) and variable not in allowed:
             raise click.UsageError(f"environment: got {variable}, allowed: {', '.join(sorted(allowed))}")
+
+
+def _variables(command: click.Command) -> set[str]:
+    return {_variable(command, key) for key in keys(command)}
 
 
 def _variable(command: click.Command, key: str) -> str:
