@@ -29,8 +29,8 @@ TESTS = (
 )
 COMPILES = "tests/test_extremes.py::test_lambda_1_for_ten_million_samples"
 """Builds a program of its own from the headers, without the flips."""
-LIMIT_S = 120
-"""A mutant that hangs is noticed; without one the native tests take two seconds, those in Python a minute."""
+NATIVE_S, LIMIT_S = 60, 900
+"""A mutant that hangs is noticed. Without one the native tests take two seconds, those in Python a minute."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,9 @@ def build(copy: Path, target: Path) -> None:
 def notices(package: Path, number: int) -> bool:
     """Return whether a test fails, or hangs, for a mutant; -1 is none."""
     natives = [[str(package / name)] for name in NATIVE.split()]
-    return any(fails(command, package, number) for command in [*natives, pytest_command()])
+    return any(fails(native, package, number, NATIVE_S) for native in natives) or fails(
+        pytest_command(), package, number, LIMIT_S
+    )
 
 
 def pytest_command() -> list[str]:
@@ -103,11 +105,11 @@ def pytest_command() -> list[str]:
     return [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests, "--deselect", COMPILES]
 
 
-def fails(command: list[str], package: Path, number: int) -> bool:
+def fails(command: list[str], package: Path, number: int, limit_s: int) -> bool:
     """Run a command with one flip on; return whether it fails."""
     environment = os.environ | {"PYTHONPATH": str(package), "PALPATE_MUTANT": str(number)}
     try:
-        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=LIMIT_S, check=False)
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=limit_s, check=False)
     except subprocess.TimeoutExpired:
         return True
     return done.returncode != 0
