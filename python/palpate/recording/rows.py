@@ -111,8 +111,10 @@ def _parsed(lines: list[str]) -> Block:
 
 
 def capacitances(codes: NDArray[np.integer], written: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the capacitances of codes, and what was written where there is no code; pF."""
-    return np.where(codes >= 0, (codes.astype(np.int64) - ZERO_CODE) / CODES_PER_PF, written)
+    """Return the capacitances of codes, and what was written where there is no code; pF. Every nan has the same bits."""
+    readings = np.where(codes >= 0, (codes.astype(np.int64) - ZERO_CODE) / CODES_PER_PF, written)
+    readings[np.isnan(readings)] = np.nan
+    return readings
 
 
 def _nanoseconds(seconds: NDArray[np.bytes_]) -> NDArray[np.int64]:
