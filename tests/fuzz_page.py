@@ -1,0 +1,66 @@
+"""What the live page hears, as functions of bytes: messages on its web socket, and requests."""
+
+from collections.abc import Coroutine
+from contextlib import suppress
+from typing import Any
+
+from palpate.live.gatekeeper import Gatekeeper, new_token
+from palpate.live.protocol import LONGEST_TEXT, Command, Refused, parse
+
+HOST, PORT, TOKEN = "127.0.0.1", 8746, new_token()
+OWN = {f"{name}:{PORT}" for name in (HOST, "localhost", "::1")}
+
+
+def message(data: bytes) -> None:
+    """Read a message: a command, or a refusal that can be shown."""
+    try:
+        said: Command | str = parse(data.decode("utf-8", "replace"))
+    except Refused as refusal:
+        said = str(refusal)
+    if isinstance(said, Command):
+        assert len(said.text) <= LONGEST_TEXT
+        assert 0 <= said.frame < 2**32
+    else:
+        assert len(said) < 300
+
+
+def request(data: bytes) -> None:
+    """Ask for the page or its web socket: a query on the first line, headers on the others.
+
+    Nobody comes in without the token where there is one, nor under a name or from a page that is not its own.
+    """
+    query, *lines = data.split(b"\n")
+    headers = [(name.strip().lower(), value.strip()) for name, _, value in (line.partition(b"=") for line in lines)]
+    for kind in ("http", "websocket"):
+        scope = {"type": kind, "path": "/", "query_string": query, "headers": headers}
+        assert not _passed(scope, TOKEN)
+        if _passed(scope, None):
+            host, *others = [value.decode("latin-1") for name, value in headers if name == b"host"]
+            origins = [value.decode("latin-1") for name, value in headers if name == b"origin"]
+            assert not others
+            assert host.lower().replace("[", "").replace("]", "") in OWN
+            assert origins == [f"http://{host}"] or (not origins and kind == "http")
+
+
+def _passed(scope: dict[str, Any], token: str | None) -> bool:
+    passed = False
+
+    async def page(*_: Any) -> None:
+        nonlocal passed
+        passed = True
+
+    async def receive() -> dict[str, Any]:
+        return {"type": "http.request"}
+
+    async def send(_: Any) -> None:
+        """Nobody listens."""
+
+    _run(Gatekeeper(page, HOST, PORT, token)(scope, receive, send))
+    return passed
+
+
+def _run(asked: Coroutine[Any, Any, None]) -> None:
+    """Nothing in it waits, so that no loop is needed."""
+    with suppress(StopIteration):
+        asked.send(None)
+        raise AssertionError("it waited")
