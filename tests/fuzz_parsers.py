@@ -175,7 +175,8 @@ def uri(data: bytes) -> None:
     with suppress(ValueError):
         split(text)
     refused = (ValueError, SourceError, RecordingError)
-    with patch("serial.Serial", side_effect=OSError("no port")):
+    with patch("serial.Serial", side_effect=OSError("no port")), warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # what Python says of a pattern with [[
         for prefix in ("sim:", "serial:", "i2c:nowhere?", "iio:/nowhere?", "nowhere:", "/nowhere/"):
             with suppress(*refused):
                 palpate.open(prefix + text).close()
