@@ -41,6 +41,14 @@ def test_ratios_of_every_size_are_found(kind: Any) -> None:
         assert kind().process(output, regressor)[-1] == pytest.approx(ratio, rel=2e-4, abs=1e-3)
 
 
+@pytest.mark.parametrize("kind", [palpate.HandoverRls, palpate.HandoverRls32])
+@pytest.mark.parametrize("ratio", [0.0, 1e-20, 1e-17, 3.0])
+def test_rounding_is_no_change(kind: Any, ratio: float) -> None:
+    rows = kind().trace(np.full(20_000, ratio), np.ones(20_000))
+    assert rows["ratio"][-1] == pytest.approx(ratio, rel=1e-6, abs=1e-30)
+    assert not rows["alarm"].any()
+
+
 @pytest.mark.parametrize("kind", EVERY)
 def test_a_million_idle_samples_leave_the_ratio(kind: Any) -> None:
     case = long_idle()
