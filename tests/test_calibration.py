@@ -1,5 +1,6 @@
 """Fitting eq. (2) to specimens, reading it backwards, and keeping it in a file."""
 
+import re
 import tomllib
 from math import inf, isnan, nan
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
+import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -261,6 +263,36 @@ def test_a_file_that_is_no_calibration(
     with pytest.raises(CalibrationError, match="not a calibration") as caught:
         Calibration.load(path)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "value", "message"),
+    [
+        ("fit", "parameters", [1.0, 0.0, 2.0], "parameters: got [1.0, 0.0, 2.0], allowed: soft_ratio < rigid_ratio"),
+        ("scatter", "specimen_share", 1.5, "specimen_share: got 1.5, allowed: 0 to 1"),
+        ("data", "touches", [0.0] * 40, "touches: got a value that is not positive"),
+        ("data", "moduli_MPa", [-1.0] * 40, "moduli_MPa: got a value that is not positive"),
+    ],
+)
+def test_numbers_that_no_calibration_has(
+    calibration: Calibration, tmp_path: Path, table: str, key: str, value: Any, message: str
+) -> None:
+    path = tmp_path / "probe.toml"
+    calibration.save(path)
+    document = tomllib.loads(path.read_text())
+    assert key in document[table]
+    document[table][key] = value
+    path.write_text(tomli_w.dumps(document))
+    with pytest.raises(CalibrationError, match=re.escape(message)):
+        Calibration.load(path)
+
+
+def test_a_file_too_large_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "probe.toml"
+    with path.open("wb") as file:
+        file.truncate(10_000_001)
+    with pytest.raises(CalibrationError, match="larger than 10 MB"):
+        Calibration.load(path)
 
 
 @pytest.mark.parametrize("error", [1e80, 1e160, 1e300])

@@ -46,12 +46,33 @@ def test_a_design_keeps_its_promise() -> None:
         assert 1 < design.delay < 40
 
 
+@pytest.mark.parametrize("clip", [1.0, 3.0, 100.0])
+@pytest.mark.parametrize("share", [0.1, 1.0, 1.5])
+def test_any_clip_has_a_design(clip: float, share: float) -> None:
+    design = cusum(false_alarm_interval=1e4, smallest_shift=share * min(clip, 3.0), clip=clip)
+    assert 0.99e4 < design.false_alarm_interval < 3e4  # at a clip of 1 the run length jumps: most steps are as long
+    assert design.delay < 0.1 * design.false_alarm_interval
+
+
+@pytest.mark.parametrize(("drift", "threshold"), [(0.75, 7.0), (0.25, 30.0), (0.1, 100.0)])
+def test_finer_states_say_the_same(drift: float, threshold: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = run_length(drift, threshold)
+    monkeypatch.setattr("palpate.design.STATES", 2000)
+    assert found == pytest.approx(run_length(drift, threshold), rel=0.02)
+
+
 def test_bad_wishes() -> None:
     for wish, message in [
         ({"false_alarm_interval": 5.0, "smallest_shift": 1.0}, "false_alarm_interval: got 5.0, allowed: 10 to 1e12"),
         ({"false_alarm_interval": float("inf"), "smallest_shift": 1.0}, "false_alarm_interval: got inf"),
         ({"false_alarm_interval": 1e3, "smallest_shift": 0.0}, "smallest_shift: got 0.0"),
         ({"false_alarm_interval": 1e3, "smallest_shift": 7.0}, r"smallest_shift: got 7.0, allowed: .* \(4.5\)"),
+        (
+            {"false_alarm_interval": 1e9, "smallest_shift": 1e-3},
+            "smallest_shift: got 0.001, allowed: one whose threshold",
+        ),
+        ({"false_alarm_interval": 1e3, "smallest_shift": 1.0, "clip": 0.0}, "clip: got 0.0, allowed: 1 to 100"),
+        ({"false_alarm_interval": 1e3, "smallest_shift": 1.0, "clip": float("nan")}, "clip: got nan"),
     ]:
         with pytest.raises(ValueError, match=message):
             cusum(**wish)

@@ -82,6 +82,26 @@ def test_lines_that_do_not_fit_and_overloads_are_counted(port: Port) -> None:
     assert source.counters["errors"] == 2
 
 
+def test_what_has_no_end_is_given_up_and_counted_once(port: Port) -> None:
+    with palpate.open(f"serial:{port.link}") as source:
+        port.write("end of a line\n1 2\n" + "9" * 2000)
+        samples = iter(source)
+        assert next(samples).hard == 1
+        port.write(" 1\n3 4\n")
+        assert next(samples).hard == 3
+        source.interrupt()
+    assert source.counters["errors"] == 1
+
+
+def test_silence_is_said(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("palpate.sources.lines._SILENCE_S", 0.05)
+    said: list[str] = []
+    with palpate.open(f"serial:{port.link}", baud=9600) as source:
+        source.notify = lambda text: (said.append(text), source.interrupt())  # type: ignore[assignment,func-returns-value]
+        assert list(source) == []
+    assert said == [f"{port.link} is silent: is 9600 the right baud?"]
+
+
 def test_half_a_pair_is_a_lost_sample(port: Port) -> None:
     pattern = r"A(?P<hard>[\d.]+)|B(?P<soft>[\d.]+)"
     samples, source = read(port, "B0\nA1\nA2\nB3\nB4\nA5\nB6\n", 3, pattern=pattern)

@@ -59,6 +59,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         ("serial:x?unit=pf", {}, "unit: got 'pf', allowed: aF, fF, pF"),
         ("serial:x?pattern=(", {}, "pattern: got '\\(', allowed: a regular expression"),
         ("serial:x?pattern=(?P<hard>1)", {}, r"pattern: got groups \['hard'\], allowed: \(\?P<hard>"),
+        ("run.csv", {"speed": 0}, "speed: got 0"),
         ("run.csv", {"seed": 1}, "file: got option 'seed', allowed: columns, unit, speed"),
     ],
 )

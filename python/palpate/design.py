@@ -5,7 +5,10 @@ from math import erfc, exp, sqrt
 
 import numpy as np
 
-STATES = 400  # of the Markov chain; doubling them changes the run length by less than 1e-3 of it
+STATES = 400  # of the Markov chain, at least, and 10 a unit of the threshold
+_CLIPS = (1.0, 100.0)  # below, little but the sign of an innovation is left; above, HandoverRls has none
+_LARGEST_THRESHOLD = 128.0
+_LONGEST = 1e15  # samples; beyond it the chain's equations are singular in double
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,7 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
         Wanted mean time between false alarms.
     smallest_shift : float, standard deviations, in (0, 1.5 * clip]
         Smallest shift of the innovation that matters; the drift is half of it (Lorden 1971).
-    clip : float, standard deviations
+    clip : float, standard deviations, in [1, 100]
         As in `palpate.HandoverRls`.
 
     Returns
@@ -47,7 +50,7 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
     Raises
     ------
     ValueError
-        An argument out of its range.
+        An argument out of its range, or a shift so small that a threshold of 128 has more false alarms than wanted.
 
     Notes
     -----
@@ -62,6 +65,8 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
     """
     if not 10 <= false_alarm_interval <= 1e12:
         raise ValueError(f"false_alarm_interval: got {false_alarm_interval}, allowed: 10 to 1e12 samples")
+    if not _CLIPS[0] <= clip <= _CLIPS[1]:
+        raise ValueError(f"clip: got {clip}, allowed: {_CLIPS[0]:g} to {_CLIPS[1]:g}")
     if not 0 < smallest_shift <= 1.5 * clip:
         raise ValueError(
             f"smallest_shift: got {smallest_shift}, allowed: 0 < smallest_shift <= 1.5 clip ({1.5 * clip})"
@@ -70,8 +75,9 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
     low, high = 0.0, 1.0
     while run_length(drift, high, clip=clip) < 2 * false_alarm_interval:
         low, high = high, 2 * high
-        if high > 1e3:
-            raise ValueError(f"clip: got {clip}, allowed: more than the drift, {drift}, by a margin")
+        if high > _LARGEST_THRESHOLD:
+            allowed = f"one whose threshold is below {_LARGEST_THRESHOLD:g} at a false alarm in {false_alarm_interval:g} samples"
+            raise ValueError(f"smallest_shift: got {smallest_shift}, allowed: {allowed}")
     for _ in range(50):
         middle = (low + high) / 2
         # Two sides: alarms twice as often as from one.
@@ -95,7 +101,7 @@ def run_length(drift: float, threshold: float, *, shift: float = 0.0, clip: floa
     Returns
     -------
     float
-        Mean run length; inf where the alarm cannot be reached.
+        Mean run length, to 2 % at a clip of 3; inf above 1e15, as where no alarm can be reached.
 
     Notes
     -----
@@ -104,14 +110,19 @@ def run_length(drift: float, threshold: float, *, shift: float = 0.0, clip: floa
     """
     if clip - drift <= 0:
         return float("inf")
-    width = threshold / (STATES - 0.5)
+    states = max(STATES, int(10 * threshold))
+    width = threshold / (states - 0.5)
     # P(step <= distance from a state's centre to another's upper edge), step = clipped z - drift; it depends on the
     # number of states between the two only.
-    between = np.arange(-STATES, STATES)
+    between = np.arange(-states, states)
     below = np.array([_clipped_cdf((n + 0.5) * width + drift, shift, clip) for n in between])
-    upper = below[STATES + np.subtract.outer(np.arange(STATES), np.arange(STATES)).T]
+    upper = below[states + np.subtract.outer(np.arange(states), np.arange(states)).T]
     matrix = np.diff(upper, axis=1, prepend=0.0)
-    return float(np.linalg.solve(np.eye(STATES) - matrix, np.ones(STATES))[0])
+    try:
+        length = float(np.linalg.solve(np.eye(states) - matrix, np.ones(states))[0])
+    except np.linalg.LinAlgError:
+        return float("inf")
+    return length if 0 < length < _LONGEST else float("inf")
 
 
 def siegmund(drift: float, threshold: float) -> float:
