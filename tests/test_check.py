@@ -114,7 +114,20 @@ def test_a_running_recording_is_not_repaired(tmp_path: Path) -> None:
     assert check(path).clean
 
 
-@pytest.mark.parametrize(("text", "message"), [("{", "not JSON"), ("[]", "not the sidecar"), ('{"a": 1}', "no schema")])
+def _sidecar(device: str) -> str:
+    return f'{{"schema": "palpate-recording-1", "device": {device}, "settings": {{}}, "notes": [], "marks": []}}'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "not JSON"),
+        ("[]", "not the sidecar"),
+        ('{"a": 1}', "no schema"),
+        (_sidecar("[]"), "device: got [], allowed: names and values"),
+        (_sidecar('{"full_scale_pF": 0}'), "full_scale_pF: got 0, allowed: above 0"),
+    ],
+)
 def test_a_broken_sidecar_does_not_keep_the_rows_back(tmp_path: Path, text: str, message: str) -> None:
     path = record(tmp_path / "run.csv", [sample(i) for i in range(5)])
     path.with_suffix(".json").write_text(text)

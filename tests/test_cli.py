@@ -144,6 +144,12 @@ def test_usage_errors(arguments: list[str], message: str) -> None:
     assert "Traceback" not in result.stderr
 
 
+def test_bench_knows_its_scenarios() -> None:
+    result = run("bench", "--scenario", "moon")
+    assert result.exit_code == 2
+    assert "--scenario: got 'moon', allowed: soft-steady, " in result.stderr
+
+
 def test_bench_prints_the_truth_beside_the_time() -> None:
     result = run("bench", "--seeds", "2")
     assert result.exit_code == 0

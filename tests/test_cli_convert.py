@@ -177,6 +177,14 @@ def test_binary_data_that_is_none(tmp_path: Path, text: str, code: int, message:
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
+def test_codes_take_no_columns(tmp_path: Path) -> None:
+    path = tmp_path / "Binary Data.txt"
+    path.write_text("Conv. Time: 62.0 ms\n800000\t000000\n")
+    result = run("convert", path, "--soft", path, "--unit", "fF", "-o", tmp_path / "run.csv")
+    assert result.exit_code == 2
+    assert "--soft: got it with --map or --unit" in result.stderr
+
+
 def test_a_torn_last_row_of_codes_is_left_out(tmp_path: Path) -> None:
     path = tmp_path / "hard.txt"
     path.write_text("Conv. Time: 0,0110 s\n800000\t000000\n800001\t0000")

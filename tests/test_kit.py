@@ -9,7 +9,7 @@ import pytest
 from kit_bench import Bench
 from kit_faults import ANY, IMAGE, OPENING, RUNNING, Opening, Row, attempt, run
 from palpate import ad7746
-from palpate.errors import DeviceNotFound
+from palpate.errors import DeviceNotFound, ProtocolError
 from palpate.kit.configuration import HARD, SOFT, Channel, Configuration
 from palpate.kit.usbboards import boards
 from palpate.sample import Status
@@ -66,6 +66,20 @@ def test_auto_capdac_centres_what_the_chip_really_has(bench: Bench) -> None:
     assert driver.configuration.hard.capdac == pytest.approx(6.92 / 0.171, abs=8.0)
     assert driver.configuration.hard.capdac - driver.configuration.soft.capdac == pytest.approx(13, abs=1)
     assert driver.describe()["registers"].split()[ad7746.CAPDAC_B] == "00"
+
+
+@pytest.mark.parametrize(
+    ("fault", "amount", "message"),
+    [
+        ("excitation shorted", 100, "EXCERR: the excitation pin is shorted or overloaded"),
+        ("overload", 40, "no CAPDAC setting brings the idle signal into the range"),
+    ],
+)
+def test_auto_capdac_says_why_there_is_no_setting(bench: Bench, fault: str, amount: float, message: str) -> None:
+    driver = bench.open(Configuration())
+    bench.fail(fault, amount)
+    with pytest.raises(ProtocolError, match=message):
+        driver.auto_capdac()
 
 
 def test_single_channel_temperature_and_offset(bench: Bench) -> None:

@@ -218,6 +218,32 @@ def test_the_buttons_over_a_web_socket(tmp_path: Path) -> None:
     assert 0 <= mark["seq"] < palpate.check(tmp_path / "run.csv").survey.rows
 
 
+def test_buttons_at_the_wrong_moment(tmp_path: Path) -> None:
+    session = begun(tmp_path)
+    (tmp_path / "run-2.csv").write_text("precious")
+    with pytest.raises(Refused, match="again: got a measurement that runs"):
+        session.do(Command("again"))
+    session.do(Command("stop"))
+    with pytest.raises(Refused, match="stop: got no recording"):
+        session.do(Command("stop"))
+    assert "run-3.csv" in session.do(Command("record"))
+    session.close()
+    for name in ("tare", "record", "mark"):
+        with pytest.raises(Refused, match=f"{name}: got a measurement that has ended"):
+            session.do(Command(name, text="late"))
+    assert (tmp_path / "run-2.csv").read_text() == "precious"
+
+
+def test_a_measurement_that_cannot_begin_takes_no_name(tmp_path: Path) -> None:
+    (tmp_path / "run.csv").write_text("precious")
+    recordings = Recordings(tmp_path / "run.csv")
+    session = Session(lambda: palpate.open("sim:four-specimens?seed=1"), recordings, {"scene": "handheld"})
+    with pytest.raises(palpate.RecordingError, match="exists already"):
+        session.start()
+    assert recordings.next() == tmp_path / "run.csv"
+    assert (tmp_path / "run.csv").read_text() == "precious"
+
+
 def test_nothing_is_recorded_where_the_user_named_no_file(tmp_path: Path) -> None:
     session = begun(tmp_path, record=False)
     with pytest.raises(ValueError, match="--record"):

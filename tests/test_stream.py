@@ -244,6 +244,17 @@ def test_arguments(tmp_path: Path) -> None:
     assert source.closed == 1
 
 
+def test_one_recording_at_a_time(tmp_path: Path) -> None:
+    with Stream(Scripted(four()), record=tmp_path / "run.csv") as stream:
+        with pytest.raises(ValueError, match="record: got a second one"):
+            stream.start_recording(tmp_path / "run-2.csv")
+        list(stream)
+        assert stream.stop_recording()
+        assert stream.stop_recording() is None
+    assert [p.name for p in sorted(tmp_path.iterdir())] == ["run.csv", "run.json"]
+    assert palpate.check(tmp_path / "run.csv").clean
+
+
 def test_ones_own_tracker() -> None:
     tracker = Tracker("paper", full_scale=4.0)
     with Stream(Scripted(four()), tracker) as stream:
