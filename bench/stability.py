@@ -24,6 +24,15 @@ from peers import PEERS, paper_literally
 
 HERE = Path(__file__).parent
 
+ESTIMATORS = (
+    palpate.Rls,
+    palpate.Rls32,
+    palpate.AdaptiveRls,
+    palpate.AdaptiveRls32,
+    palpate.HandoverRls,
+    palpate.HandoverRls32,
+)
+
 
 def far_from(estimate: Callable[[Any, Any], Any], case: Case, exact: float) -> str:
     """Return how far a peer ends from the exact ratio."""
@@ -66,7 +75,7 @@ def no_excitation() -> Iterator[str]:
     case = long_idle()
     yield "after a press and 1e6 samples of regressor 0, lambda 0.9: ratio kept, covariance, ratio 20 samples into the next"
     output, regressor = press(20, 4.0)
-    for kind in (palpate.Rls, palpate.Rls32, palpate.AdaptiveRls, palpate.AdaptiveRls32, palpate.HandoverRls):
+    for kind in ESTIMATORS:
         names = {"forgetting", "steady", "alarmed"} & set(kind().settings)
         estimator = kind(**dict.fromkeys(names, 0.9))
         before = estimator.process(case.output[:100], case.regressor[:100])[-1]
@@ -82,7 +91,7 @@ def noise_only(size: int) -> Iterator[str]:
     rng = np.random.default_rng(5)
     yield f"noise of 4e-5 pF in both channels for {size:.0e} samples: largest |ratio|, alarm share, refused"
     output, regressor = 4e-5 * rng.standard_normal((2, size))
-    for kind in (palpate.Rls, palpate.Rls32, palpate.AdaptiveRls, palpate.AdaptiveRls32, palpate.HandoverRls):
+    for kind in ESTIMATORS:
         estimator, largest, alarms = kind(), 0.0, 0
         for first in range(0, size, 100_000):
             rows = estimator.trace(output[first : first + 100_000], regressor[first : first + 100_000])
