@@ -12,7 +12,7 @@ from typing import Any
 import palpate
 import pytest
 from click.testing import CliRunner, Result
-from palpate import DeviceNotFound, Status, check
+from palpate import DeviceNotFound, MissingExtra, Status, check
 from palpate.cli import main
 from palpate.recording.sidecar import load
 from palpate.sources import devices
@@ -180,6 +180,17 @@ def test_devices(monkeypatch: pytest.MonkeyPatch) -> None:
     assert result.exit_code == 3
     assert json.loads(result.stdout) == {"devices": [], "notes": ["no permission to look"]}
     assert "sim:four-specimens" in result.stderr
+
+
+def test_who_looks_for_a_board_is_not_told_of_ports(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> list[devices.Found]:
+        raise MissingExtra("serial ports need pyserial")
+
+    monkeypatch.setattr(devices, "_ports", fail)
+    monkeypatch.setattr(devices, "_boards", list)
+    monkeypatch.setattr(devices, "_iio", lambda: [devices.Found("iio:x", "AD7746 by the kernel's driver")])
+    assert devices.boards() == ([("iio:x", "AD7746 by the kernel's driver")], [])
+    assert devices.devices()[1] == ["serial ports need pyserial"]
 
 
 def test_devices_of_this_machine() -> None:

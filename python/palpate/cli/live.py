@@ -96,14 +96,13 @@ def _require() -> None:
 
 def _plugged_in() -> str:
     """Return the board, or a simulated one; say which."""
-    from palpate.sources.devices import devices
+    from palpate.sources.devices import boards
 
-    found, notes = devices()
-    boards = [device for device in found if device.uri.startswith(("usb:", "iio:"))]
-    for note in [] if boards else notes:
+    found, notes = boards()
+    for note in [] if found else notes:
         click.echo(f"not looked for: {note}", err=True)
-    uri = boards[0].uri if boards else SIMULATED
-    click.echo(f"{uri}: {boards[0].what}" if boards else f"no board is plugged in: a simulated one, {uri}", err=True)
+    uri = found[0].uri if found else SIMULATED
+    click.echo(f"{uri}: {found[0].what}" if found else f"no board is plugged in: a simulated one, {uri}", err=True)
     return uri
 
 

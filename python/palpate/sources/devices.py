@@ -1,5 +1,6 @@
 """What is plugged in, under the names by which `palpate.open` takes it."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,8 +22,17 @@ def devices() -> tuple[list[Found], list[str]]:
     list of Found, list of str
         The devices, and why some could not be looked for.
     """
+    return _look_for(_boards, _iio, _i2c, _ports)
+
+
+def boards() -> tuple[list[Found], list[str]]:
+    """Look for an AD7746 alone, as `devices` does: the evaluation kit, and the kernel's driver."""
+    return _look_for(_boards, _iio)
+
+
+def _look_for(*looks: Callable[[], list[Found]]) -> tuple[list[Found], list[str]]:
     found, notes = [], []
-    for look in (_boards, _iio, _i2c, _ports):
+    for look in looks:
         try:
             found += look()
         except (SourceError, MissingExtra) as error:
