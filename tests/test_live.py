@@ -234,6 +234,19 @@ def test_buttons_at_the_wrong_moment(tmp_path: Path) -> None:
     assert (tmp_path / "run-2.csv").read_text() == "precious"
 
 
+def test_buttons_in_contact_warn(tmp_path: Path) -> None:
+    session = begun(tmp_path)
+    assert session.do(Command("tare")).endswith("touch nothing.")
+    session.do(Command("stop"))
+    assert session.do(Command("record")).endswith("run-2.csv")
+    session.do(Command("stop"))
+    while session.moment.state not in ("contact", "adapting", "done"):
+        time.sleep(0.005)
+    assert session.do(Command("record")).endswith("begun in contact: its replay has no baseline for this touch")
+    assert session.do(Command("tare")).endswith("It was in contact: lift the probe, and tare again.")
+    session.close()
+
+
 def test_a_measurement_that_cannot_begin_takes_no_name(tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text("precious")
     recordings = Recordings(tmp_path / "run.csv")

@@ -132,11 +132,13 @@ class Session:
         if not self.running:
             raise Refused(f"{what}: got a measurement that has ended, allowed: while it runs")
 
+    def _pressed(self) -> bool:
+        return self.moment.state in ("contact", "adapting", "done")
+
     def _do_tare(self) -> str:
         self._require_running("tare")
         self._tare.set()
-        pressed = self.moment.state in ("contact", "adapting", "done")
-        warning = " It was in contact: lift the probe, and tare again." if pressed else ""
+        warning = " It was in contact: lift the probe, and tare again." if self._pressed() else ""
         return "The baseline is measured anew: touch nothing." + warning
 
     def _do_mark(self, text: str) -> str:
@@ -158,10 +160,8 @@ class Session:
         except BaseException:
             self.recordings.forget(path)
             raise
-        pressed = self.moment.state in ("contact", "adapting", "done")
-        return f"Recording to {path}" + (
-            ", begun in contact: its replay has no baseline for this touch" if pressed else ""
-        )
+        warning = ", begun in contact: its replay has no baseline for this touch" if self._pressed() else ""
+        return f"Recording to {path}{warning}"
 
     def _do_stop(self) -> str:
         recorder = self.stream.stop_recording()
