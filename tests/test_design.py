@@ -61,6 +61,12 @@ def test_finer_states_say_the_same(drift: float, threshold: float, monkeypatch: 
     assert found == pytest.approx(run_length(drift, threshold), rel=0.02)
 
 
+@pytest.mark.parametrize("shift", [1.5, 2.5, 3.0, 4.5])
+def test_the_rarest_false_alarms(shift: float) -> None:
+    assert cusum(false_alarm_interval=1e12, smallest_shift=shift).false_alarm_interval == pytest.approx(1e12, rel=0.1)
+    assert run_length(shift / 2, 64.0) == float("inf")  # more samples than double can tell
+
+
 def test_bad_wishes() -> None:
     for wish, message in [
         ({"false_alarm_interval": 5.0, "smallest_shift": 1.0}, "false_alarm_interval: got 5.0, allowed: 10 to 1e12"),
