@@ -128,8 +128,8 @@ def firmware(data: bytes) -> None:
         assert 0 in image
 
 
-class _Port:
-    """A serial port that gives these bytes, and then is gone."""
+class ChunkedPort:
+    r"""A serial port that gives these bytes, at once what stands between two \xff, and then is gone."""
 
     def __init__(self, data: bytes) -> None:
         self._chunks = data.split(b"\xff")
@@ -147,7 +147,9 @@ class _Port:
         """Nothing to give back."""
 
 
-class _Lines(serial_lines.SerialSource):
+class ChunkedLines(serial_lines.SerialSource):
+    """Lines of such a port."""
+
     def _open(self) -> Any:
         """Nothing: the port is set by who makes this."""
 
@@ -158,8 +160,8 @@ class _Lines(serial_lines.SerialSource):
 
 def lines(data: bytes) -> None:
     r"""Bytes on a serial port; \xff stands between what arrives at once."""
-    source = _Lines("fuzz")
-    source._port = _Port(b"\n" + data)
+    source = ChunkedLines("fuzz")
+    source._port = ChunkedPort(b"\n" + data)
     last = -1
     for sample in source:
         assert sample.seq == last + 1

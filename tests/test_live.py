@@ -234,6 +234,20 @@ def test_buttons_at_the_wrong_moment(tmp_path: Path) -> None:
     assert (tmp_path / "run-2.csv").read_text() == "precious"
 
 
+def test_a_recording_that_cannot_begin_takes_no_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(path: Path) -> None:
+        raise palpate.RecordingError(path, "disk full")
+
+    session = begun(tmp_path)
+    session.do(Command("stop"))
+    with monkeypatch.context() as patch:
+        patch.setattr(session.stream, "start_recording", fail)
+        with pytest.raises(palpate.RecordingError, match="disk full"):
+            session.do(Command("record"))
+    assert session.do(Command("record")).endswith("run-2.csv")
+    session.close()
+
+
 def test_buttons_in_contact_warn(tmp_path: Path) -> None:
     session = begun(tmp_path)
     assert session.do(Command("tare")).endswith("touch nothing.")
