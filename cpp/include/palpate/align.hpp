@@ -34,6 +34,11 @@ struct AlignSettings {
   // Between two soft values: no interpolation over more. 1 s, where ticks of 64 bits are nanoseconds, others
   // microseconds.
   Ticks max_gap = static_cast<Ticks>(sizeof(Ticks) >= 8 ? 1000000000 : 1000000);
+
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("max_gap", &AlignSettings::max_gap);
+  }
 };
 
 /// Lagrange interpolation through Order soft values around a hard one, on their real times; Order 2, 4 or 6. Costs

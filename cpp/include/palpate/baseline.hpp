@@ -30,6 +30,13 @@ struct BaselineSettings {
   Real clip = Real(3);            // standard deviations by which one value counts at most
   Real longest = Real(64);        // memory of the running mean, values
   Real least_noise = Real(1e-6);  // pF: data that do not tremble still have codes
+
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("clip", &BaselineSettings::clip);
+    visit("longest", &BaselineSettings::longest);
+    visit("least_noise", &BaselineSettings::least_noise);
+  }
 };
 
 /// From the first Size values, the mean of those that lie near their median: up to a quarter of them may belong to a

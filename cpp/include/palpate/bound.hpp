@@ -30,6 +30,10 @@ struct BoundedCovariance {
     const Value least = Value{} + min_information;
     return information > least ? information : least;
   }
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("min_information", &BoundedCovariance::min_information);
+  }
 };
 
 }  // namespace palpate

@@ -30,6 +30,18 @@ struct ContactSettings {
   Real release = Real(0.5);
   Real idle_share = Real(0.1);
   int confirm = 3;  // below 256
+
+  /// As FixedForgetting::visit_fields, in every settings struct.
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("slack", &ContactSettings::slack);
+    visit("quiet", &ContactSettings::quiet);
+    visit("limit", &ContactSettings::limit);
+    visit("clip", &ContactSettings::clip);
+    visit("release", &ContactSettings::release);
+    visit("idle_share", &ContactSettings::idle_share);
+    visit("confirm", &ContactSettings::confirm);
+  }
 };
 
 /// A Page test on the size of the change, in standard deviations of the idle noise: contact when the sum of what

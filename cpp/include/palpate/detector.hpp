@@ -53,6 +53,11 @@ struct Cusum {
   constexpr bool is_finite() const noexcept { return palpate::is_finite(statistic); }
   constexpr bool alarm() const noexcept { return statistic > threshold; }
   constexpr Real limit() const noexcept { return threshold; }
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("drift", &Cusum::drift);
+    visit("threshold", &Cusum::threshold);
+  }
 };
 
 }  // namespace palpate

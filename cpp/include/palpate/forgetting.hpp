@@ -25,6 +25,11 @@ struct FixedForgetting {
 
   constexpr Real discount(Real information, bool /*alarm*/) const noexcept { return product(forgetting, information); }
   constexpr Real factor(bool /*alarm*/) const noexcept { return forgetting; }
+  /// Give the name of each setting, and the member, to `visit`.
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("forgetting", &FixedForgetting::forgetting);
+  }
 };
 
 /// The paper's: lambda = alarmed while the detector's alarm is on, steady otherwise.
@@ -43,6 +48,11 @@ struct SwitchedForgetting {
     return product(steady, information);
   }
   constexpr Real factor(bool alarm) const noexcept { return alarm ? alarmed : steady; }
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("steady", &SwitchedForgetting::steady);
+    visit("alarmed", &SwitchedForgetting::alarmed);
+  }
 };
 
 }  // namespace palpate

@@ -14,6 +14,15 @@ struct GatedSettings {
   Real full_scale = Real(1e9);  // changes whose sum is of this size, or not finite, are refused
   Real initial_ratio = Real(1), initial_covariance = Estimator::default_covariance;
   std::uint32_t samples = 250;  // of a touch
+
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("noise", &GatedSettings::noise);
+    visit("full_scale", &GatedSettings::full_scale);
+    visit("initial_ratio", &GatedSettings::initial_ratio);
+    visit("initial_covariance", &GatedSettings::initial_covariance);
+    visit("samples", &GatedSettings::samples);
+  }
 };
 
 /// What Tracker does, without its stages before the gate and without its counts.

@@ -46,6 +46,16 @@ struct HandoverSettings {
   Real clip = Real(3);                 // news beyond it counts as this to the CUSUM, and not at all to the ratio
   Real smoothing = Real(0.0625);       // share of a new regressor in the instrument
   Real min_information = Real(1e-12);  // 1 / max_covariance
+
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("steady", &HandoverSettings::steady);
+    visit("drift", &HandoverSettings::drift);
+    visit("threshold", &HandoverSettings::threshold);
+    visit("clip", &HandoverSettings::clip);
+    visit("smoothing", &HandoverSettings::smoothing);
+    visit("min_information", &HandoverSettings::min_information);
+  }
 };
 
 /// Recursive instrumental variables with a change detector that knows when the change came.

@@ -53,21 +53,8 @@ template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Re
           const auto& settings = defaults<TrackerSettings<Estimator>>>
 using HandheldTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, Constant<settings>>;
 
-/// Scanning over tissue: a touch ends by its release, at 0.3 of its height.
-template <class Real>
-inline constexpr ContactSettings<Real> sliding_contact = [] {
-  ContactSettings<Real> settings;
-  settings.release = Real(0.3);
-  return settings;
-}();
-template <class Estimator>
-inline constexpr TrackerSettings<Estimator> sliding_tracker = [] {
-  TrackerSettings<Estimator> settings;
-  settings.samples = 0;
-  return settings;
-}();
 template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>>
 using SlidingTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real, sliding_contact<Real>>,
-                               Estimator, Constant<sliding_tracker<Estimator>>>;
+                               Estimator, Constant<no_limit<Estimator>>>;
 
 }  // namespace palpate::lean

@@ -46,6 +46,14 @@ struct TrackerSettings {
   Real initial_ratio = Real(1), initial_covariance = Estimator::default_covariance;
   std::uint32_t samples = 250;                              // of a touch; 0: a touch ends by its release only
   Real full_scale = std::numeric_limits<Real>::infinity();  // a reading of this size is saturated
+
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("initial_ratio", &TrackerSettings::initial_ratio);
+    visit("initial_covariance", &TrackerSettings::initial_covariance);
+    visit("samples", &TrackerSettings::samples);
+    visit("full_scale", &TrackerSettings::full_scale);
+  }
 };
 
 /// Stages in the order in which a reading passes them. The baseline and the gate see it as it was read: the noise of
@@ -203,6 +211,21 @@ class Tracker : public Settings {
   Counts counts_;
   Real standard_error_ = std::numeric_limits<Real>::quiet_NaN();
 };
+
+/// A touch ends by its release only: scenes `fixed` and `sliding`.
+template <class Estimator>
+inline constexpr TrackerSettings<Estimator> no_limit = [] {
+  TrackerSettings<Estimator> settings;
+  settings.samples = 0;
+  return settings;
+}();
+/// Scanning over tissue: the height varies, and is released at 0.3 of its highest.
+template <class Real>
+inline constexpr ContactSettings<Real> sliding_contact = [] {
+  ContactSettings<Real> settings;
+  settings.release = Real(0.3);
+  return settings;
+}();
 
 /// A loop that feeds clean changes: the smallest thing.
 template <class Real, class Ticks = std::int64_t>
