@@ -245,3 +245,20 @@ def test_the_memory_of_the_baseline_is_64_values_long() -> None:
     for name in ("hard_baseline", "soft_baseline"):
         # Of a running mean with weight 1/64: sqrt(1 / 127) of the noise.
         assert np.std(rows[name][200:]) / 1e-4 == pytest.approx((1 / 127) ** 0.5, rel=0.1)
+
+
+def test_the_scene_fixed_goes_on_after_a_tare_and_an_end() -> None:
+    """Nothing is released there: the next sample begins the next touch, and none is ignored."""
+    tracker = palpate.Tracker("fixed")
+    t = np.arange(300) * 0.026
+    tracker.process(t, t, np.full(300, 0.5), np.full(300, 0.25))
+    tracker.tare()
+    tracker.process(t + 8, t + 8, np.full(300, 0.75), np.full(300, 0.25))
+    tracker.finish()
+    tracker.process(t + 16, t + 16, np.full(300, 1.0), np.full(300, 0.25))
+    tracker.finish()
+    assert [(touch.start, touch.samples, round(touch.ratio, 3)) for touch in tracker.touches] == [
+        (0, 300, 2.0),
+        (300, 300, 3.0),
+        (600, 300, 4.0),
+    ]

@@ -97,6 +97,40 @@ constexpr bool gate_opens_and_closes() noexcept {
 }
 static_assert(gate_opens_and_closes());
 
+// Changes without a baseline have no noise: nothing is no contact, and what is not nothing counts as the clip.
+constexpr bool gate_without_noise() noexcept {
+  Tracker<double, NoAlign<double, long long>, NoBaseline<double>, Contact<double>, FixedRls<double>> tracker;
+  bool touched = false;
+  for (int i = 0; i < 40; ++i) {
+    touched = touched || tracker.feed(i, i, 0.0, 0.0).contact;
+  }
+  int opened = 0;
+  for (int i = 1; i <= 10 && opened == 0; ++i) {
+    opened = tracker.feed(40 + i, 40 + i, 0.5, 0.25).contact ? i : 0;
+  }
+  return !touched && opened == 4;
+}
+static_assert(gate_without_noise());
+
+// The next touch, whose baseline could not be measured: found from the old one, by values in a row.
+constexpr bool gate_opens_between() noexcept {
+  Contact<double> gate;
+  const bool before_any = gate.update_between(1e3) || gate.update_between(1e3);
+  for (int i = 0; i < 10; ++i) {
+    gate.update(100.0, 1.0);
+  }
+  for (int i = 0; i < 6; ++i) {
+    gate.update(0.0, 1.0);
+  }
+  const bool idle = gate.idle();
+  int opened = 0;
+  for (int i = 1; i <= 10 && opened == 0; ++i) {
+    opened = gate.update_between(i == 2 ? 10.0 : 30.0) ? i : 0;
+  }
+  return !before_any && idle && opened == 6 && gate.age() == 4;
+}
+static_assert(gate_opens_between());
+
 template <class Real>
 constexpr bool roots() noexcept {
   const Real values[] = {Real(1e-30), Real(1e-3), Real(1), Real(2), Real(4), Real(1e5), Real(1e30)};
@@ -132,7 +166,28 @@ constexpr int touches(Scene scene, double tolerance) noexcept {
 }
 static_assert(touches(PaperTracker<double>(), 1e-3) == 2 && touches(HandheldTracker<double>(), 1e-3) == 2);
 static_assert(touches(HandheldTracker<float, unsigned>(), 1e-3) == 2);
+static_assert(SlidingTracker<double>().settings.samples == 0 && SlidingTracker<double>().gate.settings.release == 0.3);
 static_assert(touches(lean::HandheldTracker<float>(), 1e-3) == 2 && touches(lean::PaperTracker<float>(), 1e-3) == 2);
+
+// A loop without contact: one touch without an end; a tare, a finish or `samples` end it, and the next begins at once.
+constexpr bool fixed_goes_on() noexcept {
+  FixedTracker<double> tracker;
+  const auto feed = [&](int n) noexcept {
+    int finished = 0;
+    for (int i = 0; i < n; ++i) {
+      finished += tracker.feed(i, i, 0.5, 0.25).finished;
+    }
+    return finished;
+  };
+  const bool endless = feed(1000) == 0 && tracker.open() && tracker.touch().samples == 1000;
+  tracker.tare();
+  const bool tared = feed(10) == 0 && tracker.open() && tracker.touch().samples == 10 && tracker.started() == 1000;
+  const bool ended = tracker.finish() && !tracker.open() && feed(1) == 0 && tracker.touch().samples == 1;
+  tracker.finish();
+  tracker.settings.samples = 100;
+  return endless && tared && ended && feed(1000) == 10;
+}
+static_assert(fixed_goes_on());
 
 // A touch that has its samples, one that is released early, and values that are none in both.
 bool gated_touches() noexcept {

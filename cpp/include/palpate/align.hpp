@@ -29,6 +29,10 @@ struct NoAlign {
   constexpr void reset() noexcept {}
 };
 
+/// Times are counted: a float32 time is wrong after a minute.
+template <class Ticks>
+inline constexpr bool is_ticks = std::is_integral_v<Ticks> && sizeof(Ticks) >= 4;
+
 template <class Ticks>
 struct AlignSettings {
   // Between two soft values: no interpolation over more. 1 s, where ticks of 64 bits are nanoseconds, others
@@ -47,6 +51,7 @@ struct AlignSettings {
 template <class Real, class Ticks, int Order = 4, class Settings = Kept<AlignSettings<Ticks>>>
 class Align : public Settings {
   static_assert(Order == 2 || Order == 4 || Order == 6, "palpate::Align: Order must be 2, 4 or 6");
+  static_assert(is_ticks<Ticks>, "palpate::Align: Ticks must be an integer of 32 or 64 bits");
   static constexpr int half = Order / 2;
 
  public:

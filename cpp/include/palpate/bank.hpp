@@ -17,6 +17,9 @@ namespace palpate {
 /// pack with a sample that Rls would refuse is done again stream by stream.
 template <class Core>
 class Lanes {
+  static_assert(std::is_same_v<typename Core::check_type, Checked>,
+                "palpate::Bank: its estimators must be Checked, as a bank refuses what is not finite");
+
  public:
   using real_type = typename Core::real_type;
   using Real = real_type;
@@ -123,7 +126,7 @@ class Lanes {
   std::decay_t<decltype(std::declval<Core>().bound())> bound_;
 };
 
-/// Streams many estimators of type Core, an Rls of any policies, memory and all.
+/// Streams many estimators of type Core, an Rls of any policies that is Checked, memory and all.
 template <class Core, std::size_t Streams>
 class Bank {
   static_assert(Streams > 0, "palpate::Bank: Streams must be 1 or more");

@@ -69,24 +69,26 @@ class Baseline : public Settings {
     const Real share = 1 / now_.count;
     now_.level += product(off, share);
     now_.squares = product(product(1 - share, 1 - share), now_.squares) + product(share, share);
-    set_noise(now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, share), values_[4]);
+    set_noise(now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, share), values_[noise_floor]);
   }
 
   /// Remember this moment, and go back to it: when it turns out that a touch had begun after it.
   /// Only while ready().
   constexpr void mark() noexcept {
-    values_[0] = now_.level;
-    values_[1] = now_.noise;
-    values_[2] = now_.count;
-    values_[3] = now_.squares;
+    values_[marked_level] = now_.level;
+    values_[marked_noise] = now_.noise;
+    values_[marked_count] = now_.count;
+    values_[marked_squares] = now_.squares;
   }
-  constexpr void rewind() noexcept { now_ = {values_[0], values_[1], values_[2], values_[3]}; }
+  constexpr void rewind() noexcept {
+    now_ = {values_[marked_level], values_[marked_noise], values_[marked_count], values_[marked_squares]};
+  }
 
   constexpr void reset() noexcept { filled_ = 0; }
   /// Stop collecting: the level from before reset() stands.
   constexpr void keep() noexcept {
     filled_ = Size;
-    values_[4] = settings.least_noise;
+    values_[noise_floor] = settings.least_noise;
     mark();
   }
   constexpr bool ready() const noexcept { return filled_ == Size; }
@@ -124,7 +126,7 @@ class Baseline : public Settings {
     now_.count = static_cast<Real>(end - begin);
     now_.level = median + sum / now_.count;
     now_.squares = 1 / now_.count;
-    values_[4] = floor;
+    values_[noise_floor] = floor;
     mark();
   }
 
@@ -134,8 +136,8 @@ class Baseline : public Settings {
     Real level = 0, noise = 0, count = 0, squares = 0;
   };
 
-  // Collecting: sorted. Then: the moment that was marked, and the floor of the noise. One of the two is needed at a
-  // time.
+  // The values are needed while they are collected, sorted; what else has to be kept, only afterwards, in their place.
+  enum Place : int { marked_level, marked_noise, marked_count, marked_squares, noise_floor };
   Real values_[Size] = {};
   Moment now_;
   std::uint8_t filled_ = 0;

@@ -10,17 +10,17 @@ namespace palpate {
 /// The null policy: every sample is taken. For samples that something else has checked already, as they must be finite,
 /// and their squares, too: one NaN, or an infinity, and the estimator has no ratio before its next reset.
 struct Unchecked {
-  template <class Real, class Detector>
-  static constexpr bool passes(Real, Real, const Detector&) noexcept {
+  template <class Real>
+  static constexpr bool passes(Real, Real, Real) noexcept {
     return true;
   }
 };
 
 /// Only a sample after which ratio, information and statistic are finite.
 struct Checked {
-  template <class Real, class Detector>
-  static constexpr bool passes(Real ratio, Real information, const Detector& detector) noexcept {
-    return is_finite(ratio) && is_finite(information) && detector.is_finite();
+  template <class Real>
+  static constexpr bool passes(Real ratio, Real information, Real statistic) noexcept {
+    return is_finite(ratio) && is_finite(information) && is_finite(statistic);
   }
 };
 

@@ -9,16 +9,17 @@
 
 namespace palpate {
 
-/// The null stage: always in contact.
+/// The null stage: always in contact. The end of one touch is the beginning of the next.
 template <class Real>
 struct AlwaysContact {
+  static constexpr bool releases = false;
   constexpr bool update(Real, Real) noexcept { return true; }
   constexpr void reset() noexcept {}
   constexpr bool contact() const noexcept { return true; }
   constexpr bool idle() const noexcept { return false; }
   constexpr int age() const noexcept { return 1; }
   constexpr bool suspects() const noexcept { return false; }
-  constexpr bool presses_again(Real) noexcept { return false; }
+  constexpr bool update_between(Real) noexcept { return false; }
 };
 
 template <class Real>
@@ -53,50 +54,31 @@ template <class Real, class Settings = Kept<ContactSettings<Real>>, bool Dates =
 class Contact : public Settings {
  public:
   using Settings::settings;
+  static constexpr bool releases = true;
 
   /// One change (magnitude, any unit) and the noise of the same. Returns contact().
   constexpr bool update(Real change, Real noise) noexcept {
-    if (state_ == State::idle) {
-      return approach(change / noise);
+    return state_ == State::idle ? approach(change, noise) : leave(change, noise);
+  }
+
+  /// One change from the old baseline, while a new one is measured after a touch. Returns contact(): the next touch has
+  /// begun where more than `confirm` in a row are of twice idle_share of the last one's height.
+  constexpr bool update_between(Real change) noexcept {
+    const bool high = peak_ > 0 && change > 2 * product(settings.idle_share, peak_);
+    if (count_in_a_row(high) > settings.confirm) {
+      age_ = in_a_row_;
+      enter(change);
     }
-    const bool touching = contact();
-    peak_ = touching && change > peak_ ? change : peak_;
-    const Real share = touching ? settings.release : settings.idle_share;
-    const Real noise_limit = product(settings.slack + 1, noise);  // a touch of a few noises has no tenth
-    const Real least = product(share, peak_) > noise_limit ? product(share, peak_) : noise_limit;
-    if (count_below(change < least) != settings.confirm) {
-      return touching;
-    }
-    state_ = static_cast<State>(static_cast<int>(state_) - 1);
-    below_ = 0;
-    sum_ = 0;
-    if (Dates) {
-      age_ = 0;
-    }
-    return false;
+    return contact();
   }
 
   constexpr void reset() noexcept {
-    state_ = State::idle;
-    sum_ = peak_ = 0;
-    below_ = 0;
-    age_ = 0;
+    enter_idle();
+    peak_ = 0;
   }
 
   constexpr bool contact() const noexcept { return state_ == State::contact; }
   constexpr bool idle() const noexcept { return state_ == State::idle; }
-
-  /// While the baseline is measured anew after a touch: whether a change from the old one is the next touch already, of
-  /// twice idle_share of the last one's height at least. Then the state is contact.
-  constexpr bool presses_again(Real change) noexcept {
-    if (count_below(change > 2 * product(settings.idle_share, peak_) && peak_ > 0) > settings.confirm) {
-      state_ = State::contact;
-      peak_ = change;
-      age_ = below_;
-      below_ = 0;
-    }
-    return contact();
-  }
 
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
@@ -106,29 +88,58 @@ class Contact : public Settings {
  private:
   enum class State : std::uint8_t { idle, released, contact };
 
-  constexpr bool approach(Real size) noexcept {
-    sum_ += (size < settings.clip ? size : settings.clip) - settings.slack;
+  constexpr bool approach(Real change, Real noise) noexcept {
+    // What is not below the clip counts as the clip, without noise, too; no change counts as none.
+    const bool below_clip = change < product(settings.clip, noise);
+    const Real size = below_clip ? change / noise : change > 0 ? settings.clip : Real(0);
+    sum_ += size - settings.slack;
     sum_ = sum_ > 0 ? sum_ : Real(0);
     if (Dates) {  // noise does not exceed quiet 65536 times in a row
       age_ = static_cast<std::uint16_t>(size < settings.quiet ? 0 : age_ + 1);
     }
     if (sum_ >= settings.limit) {
-      state_ = State::contact;
-      peak_ = 0;
-      below_ = 0;
+      enter(Real(0));
     }
     return contact();
   }
 
-  constexpr int count_below(bool below) noexcept {
-    const int count = below ? below_ + 1 : 0;
-    below_ = static_cast<std::uint8_t>(count);
-    return count;
+  constexpr bool leave(Real change, Real noise) noexcept {
+    peak_ = contact() && change > peak_ ? change : peak_;
+    const Real least = product(contact() ? settings.release : settings.idle_share, peak_);
+    const Real noise_limit = product(settings.slack + 1, noise);  // a touch of a few noises has no tenth
+    if (count_in_a_row(change < (least > noise_limit ? least : noise_limit)) == settings.confirm) {
+      contact() ? enter_released() : enter_idle();
+    }
+    return contact();
+  }
+
+  constexpr void enter(Real peak) noexcept {
+    state_ = State::contact;
+    peak_ = peak;
+    in_a_row_ = 0;
+  }
+  constexpr void enter_released() noexcept {
+    state_ = State::released;
+    forget_approach();
+  }
+  constexpr void enter_idle() noexcept {
+    state_ = State::idle;
+    forget_approach();
+  }
+  constexpr void forget_approach() noexcept {
+    in_a_row_ = 0;
+    sum_ = 0;
+    age_ = 0;
+  }
+
+  constexpr int count_in_a_row(bool yes) noexcept {
+    in_a_row_ = static_cast<std::uint8_t>(yes ? in_a_row_ + 1 : 0);
+    return in_a_row_;
   }
 
   Real sum_ = 0, peak_ = 0;
   std::uint16_t age_ = 0;
-  std::uint8_t below_ = 0;
+  std::uint8_t in_a_row_ = 0;
   State state_ = State::idle;
 };
 

@@ -10,17 +10,16 @@
 namespace palpate::lean {
 
 template <class Real>
-using Forgetting = ConstantForgetting<defaults<SwitchedForgetting<Real>>>;
+using Forgetting = Constant<defaults<SwitchedForgetting<Real>>>;
 template <class Real>
-using Detector = ConstantDetector<defaults<Cusum<Real>>>;
+using Detector = Constant<defaults<Cusum<Real>>>;
 template <class Real>
-using Bound = ConstantBound<defaults<BoundedCovariance<Real>>>;
+using Bound = Constant<defaults<BoundedCovariance<Real>>>;
 
 /// The least there is, ratio and information: neither checked nor bounded. For a loop whose samples are finite, and
 /// whose regressor is not 0 for so long that the information fades away.
 template <class Real>
-using FixedRls =
-    Rls<Real, ConstantForgetting<defaults<FixedForgetting<Real>>>, NoDetector<Real>, Unbounded<Real>, Unchecked>;
+using FixedRls = Rls<Real, Constant<defaults<FixedForgetting<Real>>>, NoDetector<Real>, Unbounded<Real>, Unchecked>;
 
 /// The paper's estimator, as it is printed: neither checked nor bounded.
 template <class Real>
@@ -55,6 +54,6 @@ using HandheldTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contac
 
 template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>>
 using SlidingTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real, sliding_contact<Real>>,
-                               Estimator, Constant<no_limit<Estimator>>>;
+                               Estimator, Constant<unlimited<Estimator>>>;
 
 }  // namespace palpate::lean

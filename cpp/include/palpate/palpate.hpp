@@ -3,6 +3,8 @@
 
 // Everything: #include <palpate/palpate.hpp>.
 
+#include <palpate/bank.hpp>
 #include <palpate/elasticity.hpp>
 #include <palpate/lean.hpp>
+#include <palpate/ring.hpp>
 #include <palpate/version.hpp>

@@ -6,6 +6,7 @@
 
 #include <palpate/bound.hpp>
 #include <palpate/check.hpp>
+#include <palpate/constant.hpp>
 #include <palpate/detector.hpp>
 #include <palpate/forgetting.hpp>
 
@@ -29,26 +30,43 @@ struct RatioOf {
   constexpr explicit RatioOf(Real ratio) noexcept : ratio_(ratio) {}
   Real ratio_;
 };
+
+/// A detector's statistic; no byte where there is no detector.
+template <class Real, bool kept>
+struct StatisticOf {
+  Real statistic_ = 0;
+};
+template <class Real>
+struct StatisticOf<Real, false> {
+  static constexpr Real statistic_ = 0;
+};
 }  // namespace detail
 
 /// The residual information form. With R = 1/P, lambda from the forgetting policy and x the regressor:
-///   e  = output - x r                the paper's step 2
-///   R' = lambda R + x^2              its P(k) = P / (lambda + x^2 P), inverted: a sum of positive terms, no
-///   cancellation K  = x / R'                      its K(k) = P x / (lambda + x P x), as lambda/P + x^2 = R' r' = r + K
-///   e                     step 4
+///   e  = output - x r        the paper's step 2
+///   R' = lambda R + x^2      its P(k) = P / (lambda + x^2 P), inverted: a sum of positive terms, no cancellation
+///   K  = x / R'              its K(k) = P x / (lambda + x P x), as lambda/P + x^2 = R'
+///   r' = r + K e             step 4
 /// A sample after which any of ratio, information or statistic would not be finite (NaN, infinity, overflow of x^2) is
 /// refused, and the state stays bit for bit as it was.
+/// Forgetting, Detector and Bound are policies, whose parameters the object keeps, or Constant policies: constant.hpp.
 template <class Real, class Forgetting = NoForgetting<Real>, class Detector = NoDetector<Real>,
           class Bound = Unbounded<Real>, class Check = Checked>
-class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
+class Rls : detail::RatioOf<Real>,
+            Forgetting,
+            Detector,
+            detail::StatisticOf<Real, policy_type<Detector>::has_statistic>,
+            Bound {
   static_assert(is_real<Real>, "palpate::Rls: Real must be float or double");
-  static_assert(std::is_same_v<Real, typename Forgetting::real_type> &&
-                    std::is_same_v<Real, typename Detector::real_type> &&
-                    std::is_same_v<Real, typename Bound::real_type>,
+  static_assert(std::is_same_v<Real, typename policy_type<Forgetting>::real_type> &&
+                    std::is_same_v<Real, typename policy_type<Detector>::real_type> &&
+                    std::is_same_v<Real, typename policy_type<Bound>::real_type>,
                 "palpate::Rls: Forgetting, Detector and Bound must be of the same Real as the estimator");
+  static constexpr bool has_statistic = policy_type<Detector>::has_statistic;
 
  public:
   using real_type = Real;
+  using check_type = Check;
   static constexpr Real default_covariance = Real(1e4);
 
   constexpr explicit Rls(Forgetting forgetting = Forgetting(), Detector detector = Detector(), Bound bound = Bound(),
@@ -61,17 +79,18 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
 
   constexpr Step<Real> update(Real output, Real regressor) noexcept {
     const Real innovation = output - product(regressor, ratio_);
-    Detector detector = *this;
-    const bool alarm = detector.update(innovation);
-    const Real information = Bound::limit(Forgetting::discount(information_, alarm)) + product(regressor, regressor);
+    const Real statistic = detector().next(statistic_, innovation);
+    const bool alarm = exceeds(statistic);
+    const Real discounted = forgetting().discount(information_, alarm);
+    const Real information = bound().limit(discounted) + product(regressor, regressor);
     const Real gain = regressor / information;
     const Real ratio = ratio_ + product(gain, innovation);
-    if (PALPATE_UNLIKELY(!Check::passes(ratio, information, detector))) {
-      return refusal(ratio_, innovation, Detector::alarm());
+    if (PALPATE_UNLIKELY(!Check::passes(ratio, information, statistic))) {
+      return refusal(ratio_, innovation, exceeds(statistic_));
     }
     ratio_ = ratio;
     information_ = information;
-    static_cast<Detector&>(*this) = detector;
+    set_statistic(statistic);
     return {ratio, innovation, gain, alarm, true};
   }
 
@@ -79,7 +98,7 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
   constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {
     ratio_ = ratio;
     information_ = Real(1) / covariance;
-    Detector::reset();
+    set_statistic(Real(0));
   }
 
   /// Give every number of the state to `visit`, by reference: to save it, and to continue from it.
@@ -87,17 +106,19 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
   constexpr void visit_state(Visit&& visit) noexcept {
     visit(ratio_);
     visit(information_);
-    Detector::visit_state(visit);
+    if constexpr (has_statistic) {
+      visit(statistic_);
+    }
   }
 
   constexpr Real ratio() const noexcept { return ratio_; }
   constexpr Real information() const noexcept { return information_; }
   constexpr Real covariance() const noexcept { return Real(1) / information_; }
-  constexpr Real statistic() const noexcept { return Detector::statistic; }
-  constexpr bool alarm() const noexcept { return Detector::alarm(); }
-  constexpr const Forgetting& forgetting() const noexcept { return *this; }
-  constexpr const Detector& detector() const noexcept { return *this; }
-  constexpr const Bound& bound() const noexcept { return *this; }
+  constexpr Real statistic() const noexcept { return statistic_; }
+  constexpr bool alarm() const noexcept { return exceeds(statistic_); }
+  constexpr const auto& forgetting() const noexcept { return policy_in(static_cast<const Forgetting&>(*this)); }
+  constexpr const auto& detector() const noexcept { return policy_in(static_cast<const Detector&>(*this)); }
+  constexpr const auto& bound() const noexcept { return policy_in(static_cast<const Bound&>(*this)); }
 
  private:
   // Out of line, so that no compiler turns the check into a select of old and new state: see SwitchedForgetting.
@@ -105,7 +126,21 @@ class Rls : detail::RatioOf<Real>, Forgetting, Detector, Bound {
     return {ratio, innovation, Real(0), alarm, false};
   }
 
+  constexpr bool exceeds([[maybe_unused]] Real statistic) const noexcept {
+    if constexpr (has_statistic) {
+      return statistic > detector().limit();
+    } else {
+      return false;
+    }
+  }
+  constexpr void set_statistic([[maybe_unused]] Real statistic) noexcept {
+    if constexpr (has_statistic) {
+      statistic_ = statistic;
+    }
+  }
+
   using detail::RatioOf<Real>::ratio_;
+  using detail::StatisticOf<Real, has_statistic>::statistic_;
   Real information_;
 };
 

@@ -147,7 +147,7 @@ class Tracker : public Settings {
     }
     const bool was_idle = gate.idle(), was_in_contact = gate.contact();
     gate.update(change, noise());
-    if (gate.contact() && !(was_in_contact && touched_)) {
+    if (gate.contact() && !(ContactStage::releases ? was_in_contact : running_)) {
       start();
     } else if (was_in_contact && !gate.contact()) {
       open_ = false;
@@ -161,7 +161,7 @@ class Tracker : public Settings {
 
   // A touch that follows the last so soon that no new baseline could be measured rests on the old one.
   constexpr void collect(Real hard, Real soft, Real change) noexcept {
-    if (touched_ && gate.presses_again(change)) {
+    if (gate.update_between(change)) {
       hard_baseline.keep();
       soft_baseline.keep();
       start();
@@ -187,7 +187,7 @@ class Tracker : public Settings {
   }
 
   constexpr void start() noexcept {
-    touched_ = running_ = open_ = true;
+    running_ = open_ = true;
     hard_baseline.rewind();
     soft_baseline.rewind();
     estimator.reset(settings.initial_ratio, settings.initial_covariance);
@@ -207,19 +207,18 @@ class Tracker : public Settings {
   std::size_t readings_ = 0;
   bool open_ = false;     // samples are wanted
   bool running_ = false;  // a touch has begun and its result is not out
-  bool touched_ = false;  // ever
   Counts counts_;
   Real standard_error_ = std::numeric_limits<Real>::quiet_NaN();
 };
 
-/// A touch ends by its release only: scenes `fixed` and `sliding`.
+/// A touch ends by its release only.
 template <class Estimator>
-inline constexpr TrackerSettings<Estimator> no_limit = [] {
+inline constexpr TrackerSettings<Estimator> unlimited = [] {
   TrackerSettings<Estimator> settings;
   settings.samples = 0;
   return settings;
 }();
-/// Scanning over tissue: the height varies, and is released at 0.3 of its highest.
+/// The height varies: a release is below 0.3 of the highest value.
 template <class Real>
 inline constexpr ContactSettings<Real> sliding_contact = [] {
   ContactSettings<Real> settings;
@@ -227,14 +226,20 @@ inline constexpr ContactSettings<Real> sliding_contact = [] {
   return settings;
 }();
 
-/// A loop that feeds clean changes: the smallest thing.
+/// A loop that feeds clean changes, as one touch without an end: the smallest thing.
 template <class Real, class Ticks = std::int64_t>
-using FixedTracker = Tracker<Real, NoAlign<Real, Ticks>, NoBaseline<Real>, AlwaysContact<Real>, FixedRls<Real>>;
+using FixedTracker = Tracker<Real, NoAlign<Real, Ticks>, NoBaseline<Real>, AlwaysContact<Real>, FixedRls<Real>,
+                             Kept<TrackerSettings<FixedRls<Real>>, unlimited<FixedRls<Real>>>>;
 /// The paper: 250 samples from contact.
 template <class Real, class Ticks = std::int64_t>
 using PaperTracker = Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, AdaptiveRls<Real>>;
-/// A probe in a hand; with samples = 0 and a lower release, scanning over tissue.
+/// A probe in a hand.
 template <class Real, class Ticks = std::int64_t>
 using HandheldTracker = Tracker<Real, Align<Real, Ticks, 4>, Baseline<Real>, Contact<Real>, Handover<Real>>;
+/// Scanning over tissue.
+template <class Real, class Ticks = std::int64_t>
+using SlidingTracker = Tracker<Real, Align<Real, Ticks, 4>, Baseline<Real>,
+                               Contact<Real, Kept<ContactSettings<Real>, sliding_contact<Real>>>, Handover<Real>,
+                               Kept<TrackerSettings<Handover<Real>>, unlimited<Handover<Real>>>>;
 
 }  // namespace palpate
