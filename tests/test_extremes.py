@@ -101,7 +101,7 @@ def test_a_lost_reading_at_any_position_costs_nothing_else(scene: str, channel: 
     run = scenarios.run("tremor", 3)
     values: dict[str, Any] = {"hard": run.hard, "soft": run.soft}
     settings = {} if scene == "sliding" else {"samples": 200}
-    [whole] = palpate.touches(
+    whole, *_ = palpate.touches(
         palpate.Recording(run.t_hard_s, run.t_soft_s, run.hard, run.soft), scene=scene, **settings
     )
     for position in range(0, len(run.hard), 7):

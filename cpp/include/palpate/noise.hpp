@@ -38,6 +38,10 @@ constexpr Real square_root(Real value) noexcept {
 /// what each adds to the forecast rho e(k-1). Exponentially weighted, with the weight's own sum.
 template <class Real>
 struct InnovationNoise {
+  /// The fewest innovations that a standard error may rest on. So few tell no correlation that lasts longer than they
+  /// do, and no tone that cancels itself better: the long-run variance stays within this factor of the variance.
+  static constexpr int fewest = 32;
+
   Real scale_share = Real(0.02);  // of a new sample in the scale: a memory of about 100 samples
   Real mean_magnitude = 0;        // of e(k) - rho e(k-1), clipped
   Real lag0 = 0, lag1 = 0, lag2 = 0, weight = 0;
@@ -88,35 +92,39 @@ struct InnovationNoise {
     }
   }
 
-  /// rho, with the bias of about -(1 + 3 rho) / n that an estimate from n samples has (Kendall, 1954) taken out.
-  constexpr void update_forecast() noexcept {
-    const Real raw = lag0 > 0 ? lag1 / lag0 : Real(0);
-    const Real corrected = raw + product(Real(1.3), 1 + product(Real(3), raw)) / weight;
-    rho = corrected > Real(0.95) ? Real(0.95) : corrected < Real(-0.9) ? Real(-0.9) : corrected;
-  }
+  constexpr void update_forecast() noexcept { rho = corrected(correlation(lag1)); }
 
   /// Variance of a long mean of innovations, times their number: that of an AR(2) process where the second
-  /// coefficient is significant (tremor: a tone cancels itself), of an AR(1) process elsewhere. For AR(2), by
-  /// Yule and Walker, gamma(0) (1 - f1 r1 - f2 r2) / (1 - f1 - f2)^2.
+  /// coefficient is significant (tremor: a tone cancels itself), of an AR(1) process elsewhere. By Yule and Walker,
+  ///   AR(2): gamma(0) (1 - f1 r1 - f2 r2) / (1 - f1 - f2)^2,   AR(1): gamma(0) (1 + r1) / (1 - r1).
   constexpr Real long_run_variance() const noexcept {
     const Real variance = lag0 / weight;
-    const Real r1 = lag0 > 0 ? lag1 / lag0 : Real(0);
-    const Real r2 = lag0 > 0 ? lag2 / lag0 : Real(0);
+    const Real r1 = correlation(lag1), r2 = correlation(lag2);
     const Real rest = 1 - product(r1, r1);
-    const Real raw_second = rest > 0 ? (r2 - product(r1, r1)) / rest : Real(0);
-    if (product(weight, product(raw_second, raw_second)) < 6) {
+    const Real partial = rest > 0 ? (r2 - product(r1, r1)) / rest : Real(0);  // correlation at lag 2, given lag 1
+    // n partial^2 is chi-squared with one degree of freedom where there is no second coefficient: 1 % is above 6.63.
+    if (product(weight, product(partial, partial)) < Real(6.63)) {
       return product(variance, (1 + rho) / (1 - rho));
     }
-    // The correction of the bias must leave a process that can be: |r1| < 1, |r2| < 1.
-    const Real bias = product(Real(1.3), 1 + product(Real(3), r1)) / weight;
-    const bool possible = magnitude(r1 + bias) < Real(0.99) && magnitude(r2 + bias) < Real(0.99);
-    const Real c1 = possible ? r1 + bias : r1, c2 = possible ? r2 + bias : r2, spread = 1 - product(c1, c1);
+    const Real c1 = corrected(r1), c2 = limited(r2 + bias(r1)), spread = 1 - product(c1, c1);
     const Real first = product(c1, 1 - c2) / spread, second = (c2 - product(c1, c1)) / spread;
-    const Real raw_gap = 1 - first - second;
-    const Real gap = raw_gap > Real(0.02) ? raw_gap : Real(0.02);
-    const Real share = (1 - product(first, c1) - product(second, c2)) / product(gap, gap);
-    // No tone cancels itself so well that less than 3 % is left: what it hides is not seen in two correlations.
-    return product(variance, share > Real(0.03) ? share : Real(0.03));
+    const Real gap = 1 - first - second;
+    const Real factor = (1 - product(first, c1) - product(second, c2)) / product(gap, gap);
+    const Real most = fewest, least = 1 / most;
+    return product(variance, !(gap > 0) || factor > most ? most : factor > least ? factor : least);
+  }
+
+ private:
+  constexpr Real correlation(Real lag) const noexcept { return lag0 > 0 ? lag / lag0 : Real(0); }
+
+  // A correlation estimated from n values, their mean taken out, is low by (1 + 3 r1) / n (Kendall, Biometrika 41, 1954).
+  constexpr Real bias(Real r1) const noexcept { return (1 + product(Real(3), r1)) / weight; }
+  constexpr Real corrected(Real r1) const noexcept { return limited(r1 + bias(r1)); }
+
+  // (1 + r) / (1 - r) from 1 / fewest to fewest.
+  static constexpr Real limited(Real r) noexcept {
+    constexpr Real limit = Real(fewest - 1) / Real(fewest + 1);
+    return r > limit ? limit : r < -limit ? -limit : r;
   }
 };
 
