@@ -12,7 +12,14 @@ sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 project = "palpate"
 copyright = "the palpate authors, MIT licence"
 version = release = palpate.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "mathml", "command_help"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "mathml",
+    "command_help",
+]
 exclude_patterns = ["extensions", "templates"]
 templates_path = ["templates"]
 html_theme = "furo"

@@ -124,7 +124,7 @@ def test_the_map_of_the_source_names_what_is_there() -> None:
     assert len(rows) > 40
     for what, where, names in rows:
         paths = [ROOT / path for path in re.findall("`(.*?)`", where)]
-        files = [file for path in paths for file in ([path] if path.suffix else path.iterdir())]
+        files = [file for path in paths for file in (path.iterdir() if path.is_dir() else [path])]
         text = "".join(f"{file.name}\n{file.read_text(errors='replace')}" for file in files if not file.is_dir())
         for name in re.findall("`(.*?)`", names):
             assert name in text or re.split(r"::|\.", name)[-1] in text, (what, name)
