@@ -1,7 +1,7 @@
 """Speed, with the error beside it: calls, blocks, streams and the ring, and what else does the same job.
 
-    python bench/speed.py [--rounds 100] [--out bench/results/speed.json]   measure, print, write (the README, too)
-    python bench/speed.py --table                                           print the README's table from the file
+    python bench/speed.py [--rounds 100] [--out bench/results/speed.json]   measure, print, write (docs/speed.md, too)
+    python bench/speed.py --table                                           print the table of docs/speed.md from the file
 
 Everything is timed in turn in one run; what counts are ratios. Needs cmake and a C++ compiler; uses scipy, numba,
 padasip, river and filterpy where they are installed.
@@ -133,8 +133,8 @@ SHORT = {
 }
 
 
-def readme_table(figures: Figures) -> str:
-    """Return the README's table."""
+def short_table(figures: Figures) -> str:
+    """Return the table of docs/speed.md."""
     lines = ["| | ns a sample | error of the ratio, rms |", "|---|---|---|"]
     for name, text in SHORT.items():
         if name in figures:
@@ -144,9 +144,9 @@ def readme_table(figures: Figures) -> str:
 
 
 def with_table(text: str, figures: Figures) -> str:
-    """Put the table between its two marks in the README."""
+    """Put the table between its two marks in the page."""
     before, _, rest = text.partition(MARK)
-    return f"{before}{MARK}\n{readme_table(figures)}\n{END}{rest.partition(END)[2]}"
+    return f"{before}{MARK}\n{short_table(figures)}\n{END}{rest.partition(END)[2]}"
 
 
 def main() -> None:
@@ -154,10 +154,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--rounds", type=int, default=100, help="repeats of everything")
     parser.add_argument("--out", type=Path, default=RESULTS, help="where the figures go")
-    parser.add_argument("--table", action="store_true", help="print the README's table from the file")
+    parser.add_argument("--table", action="store_true", help="print the table of docs/speed.md from the file")
     options = parser.parse_args()
     if options.table:
-        print(readme_table(json.loads(options.out.read_text())))
+        print(short_table(json.loads(options.out.read_text())))
         return
     about = {
         "machine": processor(),
@@ -171,8 +171,8 @@ def main() -> None:
     print(table(figures), limits(figures), sep="\n\n")
     options.out.write_text(json.dumps(figures, indent=1) + "\n")
     if options.out == RESULTS:
-        readme = HERE.parent / "README.md"
-        readme.write_text(with_table(readme.read_text(), figures))
+        page = HERE.parent / "docs" / "speed.md"
+        page.write_text(with_table(page.read_text(), figures))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The benches run, and the README shows what they wrote. No time is tested: the machine is shared."""
+"""The benches run, and docs/speed.md shows what they wrote. No time is tested: the machine is shared."""
 
 import json
 import subprocess
@@ -30,5 +30,5 @@ def test_speed_measures_and_prints(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert "AdaptiveRls / the paper's form literally" in text
 
 
-def test_the_readme_shows_the_last_results() -> None:
-    assert bench("bench/speed.py", "--table").strip() in (ROOT / "README.md").read_text()
+def test_the_page_shows_the_last_results() -> None:
+    assert bench("bench/speed.py", "--table").strip() in (ROOT / "docs" / "speed.md").read_text()

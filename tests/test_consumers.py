@@ -74,14 +74,6 @@ def compiles(compiler: str, text: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-def test_the_readmes_cpp_compiles(tmp_path: Path, compiler: str) -> None:
-    [block] = blocks("README.md")
-    include, body = block.split("\n", 1)
-    values = "std::uint32_t t_hard, std::uint32_t t_soft, float hard, float soft, float output, float regressor"
-    compiles(compiler, f"{include}\nfloat use({values}) {{\n{body}\nreturn report.ratio + step.ratio;\n}}\n", tmp_path)
-
-
-@pytest.mark.parametrize("compiler", COMPILERS)
 def test_every_block_of_the_header_reference_compiles(tmp_path: Path, compiler: str) -> None:
     found = blocks("docs/cpp.md")
     assert len(found) > 5

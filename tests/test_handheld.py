@@ -185,7 +185,7 @@ def test_the_standard_error_knows_of_the_baseline() -> None:
 
 
 def test_a_drift_without_contact_is_no_touch() -> None:
-    """The README's limit: 3e-5 pF/s in both channels."""
+    """The limit in docs/untried.md: 3e-5 pF/s in both channels."""
     drifting = Scenario(duration_s=60.0, drift_pF_per_s=(3e-5, 3e-5))
     assert [palpate.touches(simulate(drifting, seed)) for seed in range(20)] == [[]] * 20
 
