@@ -91,7 +91,7 @@ def test_lost_readings_are_counted() -> None:
     run = scenarios.run("dropouts", 2)
     [touch] = palpate.touches(run)
     inside = slice(touch.start, touch.start + 300)
-    missing = int((run.status[inside] == 1).sum())
+    missing = int((run.status[inside] == palpate.Status.LOST).sum())
     # A lost soft value leaves the hard values beside it without a partner.
     assert 0 < touch.refused <= 2 * missing
     assert "refused" not in touch.flags

@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.ad7746 import CODES_PER_PF, CONVERSION_S, NOISE_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
+from palpate.sample import Status
 from palpate.tremor import Tremor
-
-GOOD, LOST, SATURATED = 0, 1, 2
 
 # Gauss-Legendre points of a conversion's time, in halves of it: exact for the press and the tremor to 1e-9.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -133,9 +132,9 @@ class Simulation:
     hard, soft : numpy.ndarray, shape (n,), pF
         As converted; nan where the conversion was lost.
     hard_raw, soft_raw : numpy.ndarray of int, shape (n,)
-        24-bit codes; 0 where lost.
+        24-bit codes; -1 where lost.
     status : numpy.ndarray of int, shape (n,)
-        0 good, 1 a conversion of the pair lost, 2 saturated.
+        `palpate.Status` of each pair.
     true_ratio : numpy.ndarray, shape (n,)
         Ratio under the probe at t_hard_s; nan without contact. Of the forces: with a nonlinearity the
         ratio of the capacitances is another.
@@ -247,12 +246,12 @@ def _converted(
 ) -> Simulation:
     raws, values = [], []
     status = np.zeros(len(channels[0][0]), int)
-    for _, capacitance, lost in channels:
+    for (_, capacitance, lost), flag in zip(channels, (Status.HARD_SATURATED, Status.SOFT_SATURATED), strict=True):
         raw = np.clip(np.rint(capacitance * CODES_PER_PF).astype(int) + ZERO_CODE, 0, 2**24 - 1)
-        status[(raw < SATURATED_CODES) | (raw >= 2**24 - SATURATED_CODES)] = SATURATED
-        raws.append(np.where(lost, 0, raw))
+        status[(raw < SATURATED_CODES) | (raw >= 2**24 - SATURATED_CODES)] |= int(flag)
+        raws.append(np.where(lost, -1, raw))
         values.append(np.where(lost, np.nan, (raw - ZERO_CODE) / CODES_PER_PF))
-    status[channels[0][2] | channels[1][2]] = LOST
+    status[channels[0][2] | channels[1][2]] = int(Status.LOST)
     times = channels[0][0]
     truth = np.full(len(times), np.nan)
     for press in presses:
