@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any, Self
 
@@ -30,7 +31,7 @@ class Stream:
     Parameters
     ----------
     source : str or Source
-        What `palpate.open` takes, or what it returned. The stream closes it.
+        What `palpate.open` takes, or what it returned. The stream closes it, also where it cannot begin.
     tracker : Tracker, optional
         By default ``Tracker(scene, **settings)``, with the source's full scale. Without a full scale one's own
         takes a saturated sample for a refused one.
@@ -97,18 +98,24 @@ class Stream:
         notify: Callable[[str], None] | None = None,
         **settings: Any,
     ) -> None:
-        if tracker is not None and settings:
-            raise ValueError(f"settings: got {', '.join(settings)} beside a tracker, allowed: one of the two")
-        self.tracker = tracker or Tracker(scene, **settings)
-        if record is not None:
-            sidecar_path(Path(record))
-        self._ring = SampleRing(capacity)
-        self.source = open_source(source) if isinstance(source, str) else source
-        if notify:
-            self.source.notify = notify
-        if tracker is None:
-            full_scale = float(self.source.describe().get("full_scale_pF", math.inf))
-            self.tracker = Tracker(scene, **{"full_scale": full_scale, **settings})
+        with ExitStack() as on_failure:
+            if not isinstance(source, str):
+                on_failure.callback(source.close)
+            if tracker is not None and settings:
+                raise ValueError(f"settings: got {', '.join(settings)} beside a tracker, allowed: one of the two")
+            self.tracker = tracker or Tracker(scene, **settings)
+            if record is not None:
+                sidecar_path(Path(record))
+            self._ring = SampleRing(capacity)
+            if isinstance(source, str):
+                source = on_failure.enter_context(closing(open_source(source)))
+            self.source = source
+            if notify:
+                self.source.notify = notify
+            if tracker is None:
+                full_scale = float(self.source.describe().get("full_scale_pF", math.inf))
+                self.tracker = Tracker(scene, **{"full_scale": full_scale, **settings})
+            on_failure.pop_all()
         self.recorder: Recorder | None = None
         self._record = record
         self._notes = notes or []
@@ -120,13 +127,20 @@ class Stream:
 
     def __enter__(self) -> Self:
         """Begin to measure."""
-        self.source.__enter__()
+        if self._closed or self._reader:
+            raise ValueError("stream: got a second `with`, or one after close(), allowed: one")
+        try:
+            self.source.__enter__()
+        except BaseException:
+            self.close()
+            raise
         try:
             device = self.source.describe()
             self._begins = True  # from here on there is something to close
             if self._record is not None:
                 self.recorder = self._recorder(self._record, self._notes)
         except BaseException:
+            self._closed = True
             self.source.__exit__(None, None, None)
             raise
         self._reader = Reader(self.source, self._ring, self.recorder, float(device.get("period_s", math.nan)))
@@ -255,9 +269,12 @@ class Stream:
         SourceTimeout
             The source did not stop; it was left behind.
         """
-        if self._closed or self._reader is None:
+        if self._closed:
             return
         self._closed = True
+        if self._reader is None:
+            self.source.close()
+            return
         self._reader.stop()
         stopped = self._reader.join(STOP_S)
         while self._next(self._reader, wait=False):
