@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from palpate import Status, scenarios
-from palpate.ad7746 import CODES_PER_PF, NOISE_PF
-from palpate.simulate import Press, Scenario, simulate
-from palpate.specimens import SORBOTHANE_MPA, Probe
+from palpate import Status
+from palpate.ad7746.datasheet import CODES_PER_PF, NOISE_PF
+from palpate.elasticity import SORBOTHANE_MPA, Elasticity
+from palpate.simulation import Press, Scenario, scenarios, simulate
 
 QUIET = Scenario(presses=[Press(2.0, [(0.0, 2.5)])], tremor=0.0)
 
@@ -100,7 +100,7 @@ def test_what_is_out_of_range_is_refused() -> None:
 
 
 def test_the_probe_and_its_inverse() -> None:
-    probe = Probe()
+    probe = Elasticity()
     moduli = list(SORBOTHANE_MPA.values())
     assert moduli == sorted(moduli)
     assert len(moduli) == 10

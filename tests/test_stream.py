@@ -19,11 +19,11 @@ from palpate import (
     Stream,
     Tracker,
     check,
-    scenarios,
 )
-from palpate.estimate import Estimate
-from palpate.recording.block import block_of
 from palpate.recording.foreign import recorded
+from palpate.samples import block_of
+from palpate.simulation import scenarios
+from palpate.stream.estimate import Estimate
 from recording_bench import Scripted, sample
 
 
@@ -275,7 +275,7 @@ def test_a_source_that_cannot_describe_itself_or_begin_is_closed(monkeypatch: py
         Stream(mute)
     assert mute.closed == 1
     with monkeypatch.context() as patch:
-        patch.setattr("palpate.stream.open_source", lambda _: mute)
+        patch.setattr("palpate.stream.stream.open_source", lambda _: mute)
         with pytest.raises(ProtocolError, match="mute"):
             Stream("mute:")
     assert mute.closed == 2

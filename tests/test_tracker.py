@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from measure import bits
-from palpate import scenarios
-from palpate.simulate import Simulation
+from palpate.simulation import Simulation, scenarios
 
 SCENES = ["fixed", "paper", "handheld", "sliding"]
 
