@@ -23,7 +23,8 @@ from typing import Any
 
 import numpy as np
 import palpate
-from palpate import benchmark, scenarios
+from palpate import benchmark
+from palpate.simulation import scenarios
 from peers import PEERS
 
 HERE = Path(__file__).parent

@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 import palpate
 from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose, rises
-from palpate.calibration.hand import Hand, session
-from palpate.specimens import SORBOTHANE_MPA
+from palpate.elasticity import SORBOTHANE_MPA
+from palpate.simulation.hand import Hand, session
 
 HERE = Path(__file__).parent
 HANDS = {

@@ -39,15 +39,15 @@ with _instrumented():
     from fuzz_page import message, request
     from fuzz_states import state
     from palpate import CalibrationError, ProtocolError, RecordingError, SourceError
+    from palpate.ad7746.clock import VirtualClock
+    from palpate.ad7746.evalkit.firmware import RAM_BYTES, read_hex
+    from palpate.ad7746.twin.usb import TwinBackend
     from palpate.calibration.specimen_files import assign, read_moduli
-    from palpate.clock import VirtualClock
-    from palpate.kit.firmware import RAM_BYTES, read_hex
-    from palpate.kit.twin_backend import TwinBackend
     from palpate.recording import sidecar
-    from palpate.recording.checking import check
     from palpate.recording.foreign import recorded
     from palpate.recording.rows import HEADER, format_rows, parse_rows
-    from palpate.sample import Status
+    from palpate.recording.verification import check
+    from palpate.samples import Status
     from palpate.sources.options import split
 
 ROWS = "".join(f"{i},{i}.0,{i}.5,8388608,8400000,0.0,0.0,0\n" for i in range(3))

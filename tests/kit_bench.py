@@ -6,13 +6,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from palpate import ad7746
-from palpate.evalkit import EvalKit
-from palpate.kit.configuration import Channel, Configuration
-from palpate.kit.driver import Ad7746
-from palpate.kit.twin import Fault, KitTwin
-from palpate.kit.twin_chip import ChipTwin
-from palpate.sample import Sample, Status
+from palpate.ad7746 import datasheet
+from palpate.ad7746.configuration import Channel, Configuration
+from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.twin.kit import Fault, KitTwin
+from palpate.samples import Sample, Status
 from usb_carriers import Carrier, carrier
 
 SLOPE_PF_PER_S = 0.02
@@ -87,7 +87,7 @@ class Bench(AbstractContextManager["Bench"]):
                 continue
             assert (1, sample.hard_raw) in ended, sample
             assert (2, sample.soft_raw) in ended, sample
-            assert sample.hard == ad7746.capacitance_pF(sample.hard_raw)
+            assert sample.hard == datasheet.capacitance_pF(sample.hard_raw)
         numbers = [sample.seq for sample in self.samples]
         assert numbers == sorted(set(numbers))
         counters = driver.counters

@@ -9,11 +9,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from kit_bench import CENTRED, Bench
+from palpate.ad7746.bus import Counters
+from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, PORTS
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
-from palpate.evalkit import ERROR_COUNT, I2C, PORTS
-from palpate.kit.bus import Counters
-from palpate.kit.driver import Ad7746
-from palpate.sample import Status
+from palpate.samples import Status
 
 FOREVER = math.inf
 PAIRS, ENOUGH = 2, 20

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from palpate import Sample, Source, Status, ad7746
+from palpate import Sample, Source, Status
+from palpate.ad7746 import datasheet
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER
 
@@ -16,8 +17,8 @@ def sample(seq: int, *, status: int = Status.OK) -> Sample:
     t_ns = seq * 26_000_000 + seq % 7
     if status == Status.LOST:
         return Sample(seq, t_ns, t_ns + 13_000_000, -1, -1, math.nan, math.nan, status)
-    hard, soft = ad7746.ZERO_CODE + seq % 100_000, ad7746.ZERO_CODE - seq % 50_000
-    values = ad7746.capacitance_pF(hard), ad7746.capacitance_pF(soft)
+    hard, soft = datasheet.ZERO_CODE + seq % 100_000, datasheet.ZERO_CODE - seq % 50_000
+    values = datasheet.capacitance_pF(hard), datasheet.capacitance_pF(soft)
     return Sample(seq, t_ns, t_ns + 13_000_000, hard, soft, *values, status)
 
 

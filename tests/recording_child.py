@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from palpate.cli import main as palpate_command
-from palpate.sample import Sample
+from palpate.samples import Sample
 from palpate.sources import Source, sim
 from palpate.stream import Stream
 from recording_bench import sample

@@ -3,8 +3,8 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate import ad7746
-from palpate.kit.configuration import HARD, SOFT, Channel, Configuration, differs
+from palpate.ad7746 import datasheet
+from palpate.ad7746.configuration import HARD, SOFT, Channel, Configuration, differs
 
 
 @pytest.mark.parametrize(
@@ -12,37 +12,37 @@ from palpate.kit.configuration import HARD, SOFT, Channel, Configuration, differ
     [(0x000000, -4.096), (0x800000, 0.0), (0xFFFFFF, 4.096 * (2**24 - 2) / 2**24), (0x80F720, 0.030890625)],
 )
 def test_vectors(code: int, capacitance_pF: float) -> None:
-    assert ad7746.capacitance_pF(code) == capacitance_pF
-    assert ad7746.code_of(capacitance_pF) == code
+    assert datasheet.capacitance_pF(code) == capacitance_pF
+    assert datasheet.code_of(capacitance_pF) == code
 
 
 def test_the_last_vector_as_printed() -> None:
-    assert f"{ad7746.capacitance_pF(0xFFFFFF):.8f}" == "4.09599951"
+    assert f"{datasheet.capacitance_pF(0xFFFFFF):.8f}" == "4.09599951"
 
 
-@given(st.integers(0, ad7746.LAST_CODE))
+@given(st.integers(0, datasheet.LAST_CODE))
 def test_every_code_comes_back(code: int) -> None:
-    assert ad7746.code_of(ad7746.capacitance_pF(code)) == code
-    assert ad7746.saturated(code) == (code < 500 or code > ad7746.LAST_CODE - 500)
+    assert datasheet.code_of(datasheet.capacitance_pF(code)) == code
+    assert datasheet.saturated(code) == (code < 500 or code > datasheet.LAST_CODE - 500)
 
 
 @pytest.mark.parametrize("code", [-1, 2**24])
 def test_a_code_has_24_bits(code: int) -> None:
-    for function in (ad7746.capacitance_pF, ad7746.saturated, ad7746.temperature_C):
+    for function in (datasheet.capacitance_pF, datasheet.saturated, datasheet.temperature_C):
         with pytest.raises(ValueError, match=rf"code: got {code}, allowed: 0 to 16777215"):
             function(code)
 
 
 def test_temperature() -> None:
-    assert ad7746.temperature_C(0x800000) == 0.0
-    assert ad7746.temperature_C(0x800000 - 2048 * 40) == -40.0
+    assert datasheet.temperature_C(0x800000) == 0.0
+    assert datasheet.temperature_C(0x800000 - 2048 * 40) == -40.0
 
 
 def test_the_tables_are_in_order() -> None:
-    assert list(ad7746.CONVERSION_S) == sorted(ad7746.CONVERSION_S)
-    assert list(ad7746.NOISE_PF) == sorted(ad7746.NOISE_PF, reverse=True)
-    assert all(4 < peak / rms < 8 for peak, rms in zip(ad7746.NOISE_PEAK_PF, ad7746.NOISE_PF, strict=True))
-    assert ad7746.CONVERSION_S[ad7746.MAINS_CAPF] == 0.062
+    assert list(datasheet.CONVERSION_S) == sorted(datasheet.CONVERSION_S)
+    assert list(datasheet.NOISE_PF) == sorted(datasheet.NOISE_PF, reverse=True)
+    assert all(4 < peak / rms < 8 for peak, rms in zip(datasheet.NOISE_PEAK_PF, datasheet.NOISE_PF, strict=True))
+    assert datasheet.CONVERSION_S[datasheet.MAINS_CAPF] == 0.062
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_the_tables_are_in_order() -> None:
 )
 def test_a_write_that_is_refused(register: int, data: str, text: str) -> None:
     with pytest.raises(ValueError, match=text):
-        ad7746.check_write(register, bytes.fromhex(data))
+        datasheet.check_write(register, bytes.fromhex(data))
 
 
 @pytest.mark.parametrize(
@@ -104,4 +104,4 @@ def test_a_changed_register_is_found(wanted: bytes, number: int, flipped: int) -
     found = bytearray(wanted)
     found[number] ^= flipped
     mode_only = number == 3 and flipped < 8  # a conversion that ended leaves the chip idle
-    assert differs(wanted, bytes(found)) == (None if mode_only else ad7746.CAP_SETUP + number)
+    assert differs(wanted, bytes(found)) == (None if mode_only else datasheet.CAP_SETUP + number)

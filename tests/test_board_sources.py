@@ -6,10 +6,11 @@ import palpate
 import pytest
 from kit_bench import CENTRED, Bench
 from kit_bench import pins as ramps
-from palpate import DeviceNotFound, SourceTimeout, Status, Stream, ad7746
-from palpate.clock import VirtualClock
-from palpate.kit.twin import Fault
-from palpate.kit.twin_chip import ChipTwin
+from palpate import DeviceNotFound, SourceTimeout, Status, Stream
+from palpate.ad7746 import datasheet
+from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.twin.kit import Fault
 from palpate.recording.foreign import recorded
 from palpate.sources.board import BoardSource
 from test_i2c import Bus
@@ -32,7 +33,7 @@ def test_usb(tmp_path: Path) -> None:
         CENTRED.hard.capdac,
         CENTRED.soft.capdac,
     )
-    assert len(bytes.fromhex(device["registers"])) == ad7746.REGISTERS
+    assert len(bytes.fromhex(device["registers"])) == datasheet.REGISTERS
     assert stream.counters.errors == stream.counters.reconnects == 0
 
 

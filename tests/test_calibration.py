@@ -14,15 +14,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate import Calibration, CalibrationError
-from palpate.specimens import SORBOTHANE_MPA, Probe
+from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 
-PROBE = Probe()
+PROBE = Elasticity()
 MODULI = np.array(list(SORBOTHANE_MPA.values()))
 FOUR = np.repeat(MODULI, 4)
 
 
 def ratios(
-    moduli: NDArray[np.float64], oblique: float = 0.03, seed: int = 1, probe: Probe = PROBE
+    moduli: NDArray[np.float64], oblique: float = 0.03, seed: int = 1, probe: Elasticity = PROBE
 ) -> NDArray[np.float64]:
     random = np.random.default_rng(seed)
     return np.array([probe.ratio(E) for E in moduli]) * (1 + oblique * random.standard_normal(len(moduli)))
@@ -33,8 +33,8 @@ def calibration() -> Calibration:
     return Calibration.fit(ratios(FOUR), FOUR, standard_errors=np.full(40, 2e-4), about={"scene": "handheld"})
 
 
-@pytest.mark.parametrize("probe", [PROBE, Probe(3.0, 0.5), Probe(40.0, 9.0), Probe(1.5, 0.2)])
-def test_exact_ratios_give_the_parameters_back(probe: Probe) -> None:
+@pytest.mark.parametrize("probe", [PROBE, Elasticity(3.0, 0.5), Elasticity(40.0, 9.0), Elasticity(1.5, 0.2)])
+def test_exact_ratios_give_the_parameters_back(probe: Elasticity) -> None:
     found = Calibration.fit(ratios(MODULI, 0.0, probe=probe), MODULI)
     assert found.probe.rigid_ratio == pytest.approx(probe.rigid_ratio, rel=1e-8)
     assert found.probe.half_modulus == pytest.approx(probe.half_modulus, rel=1e-8)
@@ -45,7 +45,7 @@ def test_exact_ratios_give_the_parameters_back(probe: Probe) -> None:
 
 
 def test_the_third_parameter() -> None:
-    probe = Probe(9.0, 2.0, 0.9)  # the hard channel's gain is 10 % too small
+    probe = Elasticity(9.0, 2.0, 0.9)  # the hard channel's gain is 10 % too small
     data = ratios(FOUR, 0.01, probe=probe)
     wrong, right = Calibration.fit(data, FOUR), Calibration.fit(data, FOUR, soft_ratio=None)
     assert not wrong.sound

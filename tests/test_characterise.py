@@ -9,10 +9,11 @@ import palpate
 import pytest
 import reliability
 from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose, rises
-from palpate.calibration.hand import Hand, session
 from palpate.calibration.specimen_files import assign, read_moduli, write_session
-from palpate.scenarios import PROBE
-from palpate.specimens import SORBOTHANE_MPA
+from palpate.elasticity import SORBOTHANE_MPA
+from palpate.simulation import scenarios
+from palpate.simulation.hand import Hand, session
+from palpate.simulation.scenarios import PROBE
 
 
 @pytest.fixture(scope="module")
@@ -144,22 +145,24 @@ def test_the_study_on_a_few_seeds() -> None:
 
 def test_files_of_a_session(tmp_path: Path) -> None:
     moduli = {"30 OO": 0.143, "gel": 1.1}
-    paths = write_session(tmp_path / "new", session(seed=1, moduli=moduli, touches=1), moduli)
+    blocks = {name: run.block() for name, run in session(seed=1, moduli=moduli, touches=1).items()}
+    paths = write_session(tmp_path / "new", blocks, moduli)
     assert [p.name for p in paths] == ["30OO.csv", "gel.csv", "moduli.csv"]
     assert read_moduli(paths[-1]) == moduli
     [touch] = palpate.touches(palpate.read(paths[1]))
     [same] = palpate.touches(session(seed=1, moduli=moduli, touches=1)["gel"])
     assert touch.ratio == pytest.approx(same.ratio, rel=1e-6)  # 1e-7 pF in the file
     with pytest.raises(FileExistsError, match=r"30OO\.csv exists already"):
-        write_session(tmp_path / "new", session(seed=1, moduli=moduli, touches=1), moduli)
+        write_session(tmp_path / "new", blocks, moduli)
 
 
 def test_a_conversion_that_was_lost_is_read_as_none(tmp_path: Path) -> None:
-    run = session(seed=1, moduli={"gel": 1.1}, touches=1)["gel"]
-    run.hard[7] = np.nan
-    path = write_session(tmp_path, {"gel": run}, {"gel": 1.1})[0]
-    recording = palpate.read(path)
-    assert np.flatnonzero(np.isnan(recording.hard)).tolist() == [7]
+    run = scenarios.run("dropouts")
+    path = write_session(tmp_path, {"gel": run.block()}, {"gel": 1.1})[0]
+    recording, lost = palpate.read(path), run.status == palpate.Status.LOST
+    assert lost.any()
+    assert np.array_equal(np.isnan(recording.hard), lost)
+    assert np.array_equal(np.isnan(recording.soft), lost)
 
 
 def test_files_are_assigned_by_name() -> None:

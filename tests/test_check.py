@@ -169,7 +169,7 @@ def test_long_files_need_little_memory(tmp_path: Path) -> None:
                 "".join(f"{i},{i}.000000001,{i}.5,8388608,8388608,0,0,0\n" for i in range(first, first + 100_000))
             )
     code = f"""
-import resource, palpate, palpate.recording.checking, palpate.sources.files
+import resource, palpate, palpate.recording.verification, palpate.sources.files
 palpate.Tracker().process([0.0], [0.0], [0.0], [0.0])
 with open("/proc/self/statm") as file:
     size = int(file.read().split()[0]) * resource.getpagesize()

@@ -10,12 +10,12 @@ import palpate
 import pytest
 from click.testing import CliRunner, Result
 from palpate import Status, check
-from palpate.ad7746 import LAST_CODE, ZERO_CODE, capacitance_pF
+from palpate.ad7746.datasheet import LAST_CODE, ZERO_CODE, capacitance_pF
 from palpate.cli import main
-from palpate.recording.block import Block
 from palpate.recording.own_file import Recorded
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import load
+from palpate.samples import Block
 from pyarrow import parquet
 from recording_bench import record, sample, tear
 

@@ -7,14 +7,14 @@ from pathlib import Path
 import click
 import pytest
 from click.testing import CliRunner, Result
-from palpate.cli import checks, main
-from palpate.clock import VirtualClock
-from palpate.kit import permission, usbboards
-from palpate.kit.twin import KitTwin
-from palpate.kit.twin_backend import TwinBackend
-from palpate.kit.twin_chip import ChipTwin
-from palpate.kit.usbboards import Board
-from palpate.kit.usberrors import UDEV_RULE
+from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.evalkit import find, permission
+from palpate.ad7746.evalkit.find import Board
+from palpate.ad7746.evalkit.usberrors import UDEV_RULE
+from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.twin.kit import KitTwin
+from palpate.ad7746.twin.usb import TwinBackend
+from palpate.cli import diagnosis, main
 
 
 def run(*arguments: str) -> Result:
@@ -37,7 +37,7 @@ def plug(monkeypatch: pytest.MonkeyPatch, *, loaded: bool = True, allowed: bool 
     kit = KitTwin(ChipTwin(lambda pin, begin_s, end_s: 1.0), clock, loaded=loaded)
     backend = TwinBackend(clock)
     backend.plug(kit)
-    monkeypatch.setattr(usbboards, "system_backend", lambda: backend)
+    monkeypatch.setattr(find, "system_backend", lambda: backend)
     monkeypatch.setattr(permission, "may_open", lambda board: allowed)
     return kit
 
@@ -104,7 +104,7 @@ def test_an_extra_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
         return "1"
 
     monkeypatch.setattr(metadata, "version", version)
-    found = {finding.what: finding for finding in checks.extras()}
+    found = {finding.what: finding for finding in diagnosis.extras()}
     assert (found["extra export"].state, found["extra export"].do) == ("free", "pip install 'palpate[export]'")
     assert found["extra usb"].state == "ok"
     assert not {"extra test", "extra docs"} & set(found)
@@ -115,7 +115,7 @@ def test_defaults_and_firmware_are_read(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setenv("PALPATE_FIRMWARE", str(tmp_path / "nowhere.hex"))
     replay = main.get_command(click.Context(main), "replay")
     assert replay is not None
-    found = {finding.what: finding for finding in [*checks.files({"replay": replay}), checks._firmware()]}
+    found = {finding.what: finding for finding in [*diagnosis.files({"replay": replay}), diagnosis._firmware()]}
     assert "got 'relay', allowed: tables [replay]" in found["defaults"].text
     assert found["defaults"].code == 2
     (tmp_path / "palpate.toml").write_text("[calibrate]\nplott = 1\n")
@@ -126,16 +126,16 @@ def test_defaults_and_firmware_are_read(tmp_path: Path, monkeypatch: pytest.Monk
     hex_file = tmp_path / "some.hex"
     hex_file.write_text(":03000000020100FA\n:00000001FF\n")
     monkeypatch.setenv("PALPATE_FIRMWARE", str(hex_file))
-    assert checks._firmware().text == f"{hex_file}, 3 bytes"
+    assert diagnosis._firmware().text == f"{hex_file}, 3 bytes"
     (tmp_path / "palpate.toml").write_text("[replay]\nscene = 'paper'\n")
-    assert [finding.text for finding in checks.files({"replay": replay})] == ["palpate.toml: [replay]"]
+    assert [finding.text for finding in diagnosis.files({"replay": replay})] == ["palpate.toml: [replay]"]
 
 
 def test_a_look_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail() -> None:
         raise RuntimeError("out of order")
 
-    monkeypatch.setattr(checks, "extras", fail)
+    monkeypatch.setattr(diagnosis, "extras", fail)
     result = run()
     assert result.exit_code == 1
     assert "!!  extras: could not be looked at: RuntimeError: out of order" in result.stdout

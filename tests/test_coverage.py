@@ -7,10 +7,10 @@ import numpy as np
 import palpate
 import pytest
 from numpy.typing import NDArray
-from palpate.specimens import SORBOTHANE_MPA, Probe
+from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 
 Array = NDArray[np.float64]
-PROBE = Probe()
+PROBE = Elasticity()
 MODULI = np.array(list(SORBOTHANE_MPA.values()))
 PROBES = 2000
 SHARES = (0.5, 0.9, 0.98)

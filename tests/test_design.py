@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from palpate.design import cusum, run_length, siegmund
 
 
@@ -16,7 +17,11 @@ def simulated(drift: float, threshold: float, shift: float, clip: float, runs: i
     return float(lengths.mean())
 
 
-def test_a_known_run_length() -> None:
+def test_known_run_lengths() -> None:
+    # Brook and Evans, Biometrika 59 (1972): drift 0.5 and threshold 3, one side.
+    assert run_length(0.5, 3.0, clip=100.0) == pytest.approx(117.59, rel=1e-4)
+    assert run_length(0.5, 3.0, shift=1.0, clip=100.0) == pytest.approx(6.40, abs=0.005)
+    assert run_length(0.5, 3.0, shift=1.5, clip=100.0) == pytest.approx(3.75, abs=0.005)
     # Drift 0.5 and threshold 5: 930.9 without a shift, 10.38 at a shift of 1 (Montgomery's table 9.3, two-sided 465 and 10.4).
     assert run_length(0.5, 5.0, clip=50.0) == pytest.approx(930.9, rel=2e-3)
     assert run_length(0.5, 5.0, shift=1.0, clip=50.0) == pytest.approx(10.38, rel=2e-3)
@@ -44,6 +49,22 @@ def test_a_design_keeps_its_promise() -> None:
         assert design.false_alarm_interval == pytest.approx(interval, rel=1e-3)
         assert run_length(design.drift, design.threshold) / 2 == pytest.approx(interval, rel=1e-3)
         assert 1 < design.delay < 40
+
+
+@pytest.mark.parametrize(("interval", "shift"), [(1e3, 1.0), (1e5, 1.5), (1e5, 0.2), (1e12, 4.5)])
+def test_a_design_solves_its_chain_a_few_times_only(
+    interval: float, shift: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solve, work = np.linalg.solve, 0.0
+
+    def counted(matrix: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+        nonlocal work
+        work += (len(matrix) / 400) ** 3
+        return np.asarray(solve(matrix, right), float)
+
+    monkeypatch.setattr(np.linalg, "solve", counted)
+    cusum(false_alarm_interval=interval, smallest_shift=shift)
+    assert work < 9  # solutions of 400 equations; by bisection of the threshold alone 52 to 60
 
 
 @pytest.mark.parametrize("clip", [1.0, 3.0, 100.0])

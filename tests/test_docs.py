@@ -15,8 +15,8 @@ from urllib.parse import unquote, urlsplit
 import click
 import pytest
 from conftest import ROOT, need
+from palpate.ad7746.evalkit.usberrors import UDEV_RULE
 from palpate.cli import COMMANDS, main
-from palpate.kit.usberrors import UDEV_RULE
 from test_consumers import compiles
 
 DOCS = ROOT / "docs"

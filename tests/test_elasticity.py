@@ -10,13 +10,13 @@ import pytest
 from conftest import ROOT, need
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.specimens import SORBOTHANE_MPA, Probe
+from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 
-PROBE = Probe(8.5, 1.25, 0.97)
+PROBE = Elasticity(8.5, 1.25, 0.97)
 EPS = 2.0**-52
 
 
-def exact_modulus(probe: Probe, ratio: float) -> Fraction:
+def exact_modulus(probe: Elasticity, ratio: float) -> Fraction:
     rigid, half, soft, r = map(Fraction, (probe.rigid_ratio, probe.half_modulus, probe.soft_ratio, ratio))
     return half * (r - soft) / (rigid - r)
 
@@ -42,7 +42,7 @@ def test_the_ratio_is_exact_to_rounding_at_both_ends(modulus: float) -> None:
 
 
 def test_as_printed_in_the_paper() -> None:
-    probe = Probe.of_stiffness(800.0, 100.0)
+    probe = Elasticity.of_stiffness(800.0, 100.0)
     for stiffness in (1.0, 100.0, 400.0, 1e5):
         ratio = 800 * (stiffness + 100) / (100 * (stiffness + 800))
         assert probe.modulus(ratio) == pytest.approx(800 * 100 * (ratio - 1) / (800 - ratio * 100), rel=1e-12)
@@ -73,7 +73,7 @@ def test_where_it_has_no_answer() -> None:
 )
 def test_a_probe_that_is_none(arguments: tuple[float, ...], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        Probe(*arguments)
+        Elasticity(*arguments)
 
 
 def test_table_1() -> None:

@@ -11,7 +11,7 @@ import palpate
 import pytest
 from conftest import ROOT, need
 from extremes import Case, exact_cases, long_idle, outcome, press
-from palpate import scenarios
+from palpate.simulation import scenarios
 
 TWINS: dict[Any, Any] = {np.float64: palpate.AdaptiveRls, np.float32: palpate.AdaptiveRls32}
 CASES = [pytest.param(kind, case, id=f"{kind.__name__}-{case.name}") for kind in TWINS for case in exact_cases(kind)]

@@ -11,9 +11,10 @@ from click.testing import CliRunner
 from numpy.typing import NDArray
 from palpate import figures
 from palpate.cli import main
+from palpate.elasticity import SORBOTHANE_MPA
+from palpate.figures import drawings
 from palpate.figures.touch import FOUR, SETTLED
-from palpate.scenarios import PROBE
-from palpate.specimens import SORBOTHANE_MPA
+from palpate.simulation.scenarios import PROBE
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +47,7 @@ def test_each_is_a_vector_and_a_picture_that_say_what_they_are(folder: Path, num
     width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
     size = figures.FIGURES[number].size_in
     assert (width, height) == (round(size[0] * 300), round(size[1] * 300))
-    assert b"Simulated data (palpate.simulate, seed 0), not a measurement." in png
+    assert b"Simulated data (palpate.simulation, seed 0), not a measurement." in png
     assert f"Fig. {number}. " in (folder / "captions.md").read_text()
 
 
@@ -132,7 +133,7 @@ def test_fig_12_the_truth_lies_in_the_intervals(folder: Path) -> None:
 
 
 def test_another_seed_is_another_figure(folder: Path) -> None:
-    assert "seed 1" in figures.caption(12, 1)
+    assert "seed 1" in drawings.caption(12, 1)
     drawing = figures.FIGURES[12]
     assert drawing.columns(drawing.data(1))["value"][0] != numbers(folder, 12)["value"][0]
 

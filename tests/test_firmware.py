@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from palpate.ad7746.evalkit.firmware import RAM_BYTES, parse_hex, read_hex
 from palpate.errors import ProtocolError
-from palpate.kit.firmware import RAM_BYTES, parse_hex, read_hex
 
 END = ":00000001FF"
 START = ":03000000020100FA"

@@ -3,8 +3,7 @@
 import numpy as np
 import palpate
 import pytest
-from palpate import scenarios
-from palpate.simulate import Press, Scenario, simulate
+from palpate.simulation import Press, Scenario, scenarios, simulate
 from test_tracker import process
 
 

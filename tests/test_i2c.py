@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 from kit_bench import CENTRED, pins
-from palpate.clock import VirtualClock
+from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.i2c import I2cBus
+from palpate.ad7746.twin.chip import ChipTwin
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
-from palpate.kit.driver import Ad7746
-from palpate.kit.i2cdev import I2cBus
-from palpate.kit.twin_chip import ChipTwin
-from palpate.sample import Status
+from palpate.samples import Status
 from smbus2 import i2c_msg
 
 BYTE_S = 22.5e-6

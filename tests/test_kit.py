@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from kit_bench import Bench
 from kit_faults import ANY, IMAGE, OPENING, RUNNING, Opening, Row, attempt, run
-from palpate import ad7746
+from palpate.ad7746 import datasheet
+from palpate.ad7746.configuration import HARD, SOFT, Channel, Configuration
+from palpate.ad7746.evalkit.find import boards
 from palpate.errors import DeviceNotFound, ProtocolError
-from palpate.kit.configuration import HARD, SOFT, Channel, Configuration
-from palpate.kit.usbboards import boards
-from palpate.sample import Status
+from palpate.samples import Status
 
 
 @pytest.fixture
@@ -61,11 +61,11 @@ def test_auto_capdac_centres_what_the_chip_really_has(bench: Bench) -> None:
     assert driver.auto_capdac() == (driver.configuration.hard.capdac, driver.configuration.soft.capdac)
     [sample] = bench.read(driver, 1)
     # Half a step, and what the ramp adds until a late reading.
-    assert max(abs(sample.hard), abs(sample.soft)) <= ad7746.DAC_STEP_PF
+    assert max(abs(sample.hard), abs(sample.soft)) <= datasheet.DAC_STEP_PF
     # 6.92 and 4.69 pF in steps of 0.171 pF, this chip's, within what the ramps and half a step add.
     assert driver.configuration.hard.capdac == pytest.approx(6.92 / 0.171, abs=8.0)
     assert driver.configuration.hard.capdac - driver.configuration.soft.capdac == pytest.approx(13, abs=1)
-    assert driver.describe()["registers"].split()[ad7746.CAPDAC_B] == "00"
+    assert driver.describe()["registers"].split()[datasheet.CAPDAC_B] == "00"
 
 
 @pytest.mark.parametrize(
@@ -164,12 +164,12 @@ def test_what_must_not_be_asked_is_refused_before_it_is_sent(bench: Bench) -> No
     with pytest.raises(ValueError, match="i2c_address: got 0x50, allowed: 0x48"):
         kit.read(0, 1, 0x50)
     with pytest.raises(ValueError, match="i2c_address: got 0x57"):
-        kit.write(ad7746.CAPDAC_A, b"\0", 0x57)
+        kit.write(datasheet.CAPDAC_A, b"\0", 0x57)
     for count in (0, 65):
         with pytest.raises(ValueError, match=f"count: got {count}, allowed: 1 to 64"):
             kit.read(0, count)
     with pytest.raises(ValueError, match="in one burst"):
-        kit.write(ad7746.CAP_SETUP, bytes([0x80, 0, 0x0B, 2, 0, 0]))
+        kit.write(datasheet.CAP_SETUP, bytes([0x80, 0, 0x0B, 2, 0, 0]))
     assert not bench.kit.eeprom_touched
     kit.close()
     with pytest.raises(DeviceNotFound, match="is closed"):

@@ -9,11 +9,11 @@ import pytest
 import usb.core
 import usb.util
 from kit_bench import Bench
-from palpate import ad7746
-from palpate.evalkit import ERROR_COUNT, I2C, I2C_PLAIN, IN, OUT, PORTS, RDY_PIN
-from palpate.kit.usbboards import PRODUCT, VENDOR, devices
+from palpate.ad7746 import datasheet
+from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, IN, OUT, PORTS, RDY_PIN
+from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, devices
 
-_ADDRESS = ad7746.I2C_ADDRESS << 1
+_ADDRESS = datasheet.I2C_ADDRESS << 1
 
 
 @pytest.fixture
@@ -56,33 +56,33 @@ def raw(bench: Bench) -> Iterator[Raw]:
 
 
 def test_what_the_board_does_with_a_read(raw: Raw) -> None:
-    reset = ad7746.RESET_VALUES[:7]
+    reset = datasheet.RESET_VALUES[:7]
     assert raw.read(I2C, _ADDRESS, 0, 7) == reset
     assert raw.read(I2C, _ADDRESS | 1, 0, 7) == reset  # bit 0 is ignored
     assert raw.errors() == 0
-    for nobody in (ad7746.I2C_ADDRESS, 0x42):
+    for nobody in (datasheet.I2C_ADDRESS, 0x42):
         assert raw.read(I2C, nobody, 0, 3) == b"\xff" * 3  # and the transfer succeeds
         assert raw.errors() == 1
         assert raw.errors() == 0  # reading clears it
 
 
 def test_what_the_board_does_with_a_write(raw: Raw, bench: Bench) -> None:
-    assert raw.write(I2C, _ADDRESS, ad7746.CAP_SETUP, bytes([0x80, 0x00, 0x63])) == 3
-    assert raw.read(I2C, _ADDRESS, ad7746.CAP_SETUP, 3) == bytes([0x80, 0x00, 0x63])
+    assert raw.write(I2C, _ADDRESS, datasheet.CAP_SETUP, bytes([0x80, 0x00, 0x63])) == 3
+    assert raw.read(I2C, _ADDRESS, datasheet.CAP_SETUP, 3) == bytes([0x80, 0x00, 0x63])
     bench.fail("not acknowledged in mid-write", 2)
-    raw.write(I2C, _ADDRESS, ad7746.CAPDAC_A, bytes([0x85, 0x86]))
+    raw.write(I2C, _ADDRESS, datasheet.CAPDAC_A, bytes([0x85, 0x86]))
     assert raw.errors() == 1
-    assert raw.read(I2C, _ADDRESS, ad7746.CAPDAC_A, 2) == bytes([0x85, 0x00])  # what came before is written
-    raw.write(I2C_PLAIN, _ADDRESS, 0, bytes([ad7746.RESET_POINTER]))
+    assert raw.read(I2C, _ADDRESS, datasheet.CAPDAC_A, 2) == bytes([0x85, 0x00])  # what came before is written
+    raw.write(I2C_PLAIN, _ADDRESS, 0, bytes([datasheet.RESET_POINTER]))
     bench.carrier.clock.sleep(0.001)
-    assert raw.read(I2C, _ADDRESS, ad7746.CAP_SETUP, 8) == ad7746.RESET_VALUES[7:]
+    assert raw.read(I2C, _ADDRESS, datasheet.CAP_SETUP, 8) == datasheet.RESET_VALUES[7:]
     assert raw.errors() == 0
 
 
 def test_what_the_board_does_with_a_wrong_length(raw: Raw) -> None:
     assert raw.read(I2C, _ADDRESS, 0, 0) == b""
     assert raw.errors() == 1
-    assert raw.write(I2C, _ADDRESS, ad7746.CAP_SETUP, b"") == 0
+    assert raw.write(I2C, _ADDRESS, datasheet.CAP_SETUP, b"") == 0
     assert raw.errors() == 1
     raw.read(I2C, _ADDRESS, 0, 256)
     assert raw.errors() == 1
@@ -97,10 +97,10 @@ def test_what_the_board_does_not_know_it_does_not_answer(raw: Raw, kind: int, re
 
 def test_the_pin_and_the_led(raw: Raw, bench: Bench) -> None:
     assert raw.read(PORTS, 0, 0, 1)[0] & RDY_PIN
-    raw.write(I2C, _ADDRESS, ad7746.CAP_SETUP, bytes([ad7746.CAPEN, 0, 0x0B, ad7746.SINGLE]))
+    raw.write(I2C, _ADDRESS, datasheet.CAP_SETUP, bytes([datasheet.CAPEN, 0, 0x0B, datasheet.SINGLE]))
     bench.carrier.clock.sleep(0.02)
     assert not raw.read(PORTS, 0, 0, 1)[0] & RDY_PIN
-    assert raw.read(I2C, _ADDRESS, 0, 4)[0] & ad7746.RDYCAP == 0
+    assert raw.read(I2C, _ADDRESS, 0, 4)[0] & datasheet.RDYCAP == 0
     assert raw.read(PORTS, 0, 0, 1)[0] & RDY_PIN  # reading the data made it high
     raw.write(PORTS, 0, 0, bytes([0x00]))
     assert not raw.read(PORTS, 0, 0, 1)[0] & 0x80
@@ -130,13 +130,13 @@ def test_what_pyusb_makes_of_a_fault(raw: Raw, bench: Bench, kind: str, number: 
 
 
 def test_a_late_answer_is_not_the_next_ones(raw: Raw, bench: Bench) -> None:
-    bench.kit.chip.registers[ad7746.CAPDAC_A] = 0xAA
+    bench.kit.chip.registers[datasheet.CAPDAC_A] = 0xAA
     bench.fail("late", 0.15)
     with pytest.raises(usb.core.USBTimeoutError):
-        raw.read(I2C, _ADDRESS, ad7746.CAPDAC_A, 1, timeout=50)
-    bench.kit.chip.registers[ad7746.CAPDAC_A] = 0x55
+        raw.read(I2C, _ADDRESS, datasheet.CAPDAC_A, 1, timeout=50)
+    bench.kit.chip.registers[datasheet.CAPDAC_A] = 0x55
     bench.carrier.clock.sleep(0.2)
-    assert raw.read(I2C, _ADDRESS, ad7746.CAPDAC_A, 1) == b"\x55"
+    assert raw.read(I2C, _ADDRESS, datasheet.CAPDAC_A, 1) == b"\x55"
 
 
 def test_a_claim_keeps_others_from_claiming_only(raw: Raw, bench: Bench) -> None:
@@ -153,16 +153,16 @@ def test_a_claim_keeps_others_from_claiming_only(raw: Raw, bench: Bench) -> None
 
 def test_capdacs_in_the_configuration_burst_would_come_too_late(raw: Raw, bench: Bench) -> None:
     """Why `check_write` refuses it: the twin begins the conversion with the CAPDACs as they were."""
-    raw.write(I2C, _ADDRESS, ad7746.CAP_SETUP, bytes([ad7746.CAPEN, 0, 0x0B, ad7746.SINGLE, 0x80 | 41, 0]))
+    raw.write(I2C, _ADDRESS, datasheet.CAP_SETUP, bytes([datasheet.CAPEN, 0, 0x0B, datasheet.SINGLE, 0x80 | 41, 0]))
     bench.carrier.clock.sleep(0.02)
     code = int.from_bytes(raw.read(I2C, _ADDRESS, 0, 4)[1:], "big")
-    assert ad7746.saturated(code)  # 6.92 pF, nothing taken away
+    assert datasheet.saturated(code)  # 6.92 pF, nothing taken away
 
 
 def test_a_conversion_that_ends_while_data_are_read_is_lost(raw: Raw, bench: Bench) -> None:
     clock = bench.carrier.clock
     now = clock.now_ns()
-    bench.kit.chip.write(bytes([ad7746.CAP_SETUP, ad7746.CAPEN, 0, 0x0B, ad7746.SINGLE]), now)
+    bench.kit.chip.write(bytes([datasheet.CAP_SETUP, datasheet.CAPEN, 0, 0x0B, datasheet.SINGLE]), now)
     bench.kit.chip.write(b"\0", now)
     bench.kit.chip.read(4, now + 10_900_000, 200_000)
     assert bench.kit.chip.rdy_pin(now + 20_000_000)

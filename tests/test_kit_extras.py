@@ -5,20 +5,23 @@ import sys
 
 import pytest
 from palpate import PalpateError
+from palpate.ad7746.evalkit.find import boards, system_backend
 from palpate.errors import MissingExtra
-from palpate.kit.usbboards import boards, system_backend
 
 
 @pytest.mark.parametrize(
     ("module", "package", "line"),
-    [("evalkit", "usb", r"pip install 'palpate\[usb\]'"), ("kit.i2cdev", "smbus2", r"pip install 'palpate\[i2c\]'")],
+    [
+        ("ad7746.evalkit.board", "usb", r"pip install 'palpate\[usb\]'"),
+        ("ad7746.i2c", "smbus2", r"pip install 'palpate\[i2c\]'"),
+    ],
 )
 def test_a_package_that_is_missing(module: str, package: str, line: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in list(sys.modules):
         if name.split(".")[0] == package or name in (
             f"palpate.{module}",
-            "palpate.kit.usbboards",
-            "palpate.kit.usberrors",
+            "palpate.ad7746.evalkit.find",
+            "palpate.ad7746.evalkit.usberrors",
         ):
             monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, package, None)

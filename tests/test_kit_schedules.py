@@ -9,17 +9,17 @@ from conftest import Tally
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from kit_bench import IDLE_PF, SLOPE_PF_PER_S, Bench
-from palpate import ad7746
+from palpate.ad7746 import datasheet
+from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, PORTS
+from palpate.ad7746.twin.kit import FAULTS, Fault
 from palpate.errors import SourceError
-from palpate.evalkit import ERROR_COUNT, I2C, PORTS
-from palpate.kit.twin import FAULTS, Fault
-from palpate.sample import Status
+from palpate.samples import Status
 
 PAIRS = 6
 LIMIT_S = 60.0
 _DAC_PF = (41 * 0.171, 27 * 0.171)
 # A time is that of a conversion's begin to within its length, or it is not handed on. Six sigma of noise, half a code.
-_TOLERANCE_PF = SLOPE_PF_PER_S * ad7746.CONVERSION_S[0] + 6 * ad7746.NOISE_PF[0] + 0.5 / ad7746.CODES_PER_PF
+_TOLERANCE_PF = SLOPE_PF_PER_S * datasheet.CONVERSION_S[0] + 6 * datasheet.NOISE_PF[0] + 0.5 / datasheet.CODES_PER_PF
 
 # What a number from 0 to 1 means for a kind of fault; 1 to 3 times otherwise.
 _AMOUNTS: dict[str, Callable[[float], float]] = {
@@ -78,7 +78,7 @@ def test_any_faults(drawn: list[tuple[str, float, int, int | None, int]], seed: 
 
 def test_the_check_would_find_a_wrong_value(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the comparison of registers another input's value gets through."""
-    from palpate.kit import converter
+    from palpate.ad7746 import converter
 
     def blind(*_: Any) -> None:
         return None

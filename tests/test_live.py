@@ -20,7 +20,7 @@ from palpate.live.protocol import Command, Refused, parse
 from palpate.live.recordings import Recordings
 from palpate.live.server import Server, page_files
 from palpate.live.session import Session
-from palpate.live.status import Status
+from palpate.live.summary import Summary
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
@@ -45,7 +45,7 @@ def session(tmp_path: Path) -> Iterator[Session]:
 
 
 def client(session: Session, host: str = HOST, token: str | None = None) -> TestClient:
-    app = Server(session, Status(session), "sim:four-specimens").app(host, PORT, token)
+    app = Server(session, Summary(session), "sim:four-specimens").app(host, PORT, token)
     return TestClient(app, base_url=ORIGIN, follow_redirects=False)
 
 

@@ -11,8 +11,8 @@ import palpate
 import pytest
 from conftest import need
 from live_browser import Browser, Live, browser
-from palpate.scenarios import SCENARIOS
-from palpate.simulate import Truth
+from palpate.simulation.probe import Truth
+from palpate.simulation.scenarios import SCENARIOS
 from selenium.webdriver.common.keys import Keys
 
 

@@ -20,90 +20,7 @@ from palpate import _core
 SOURCES = ROOT / "python" / "palpate"
 HEADERS = ROOT / "cpp" / "include" / "palpate"
 
-# Low to high; each may use only what stands in lower rows.
-PYTHON_LAYERS: list[set[str]] = [
-    {
-        "kit",
-        "errors",
-        "_core",
-        "reference.paper",
-        "reference.handover",
-        "ad7746",
-        "sample",
-        "specimens",
-        "design",
-        "clock",
-        "tremor",
-        "recording.filelock",
-    },
-    {
-        "reference",
-        "recording.table",
-        "recording.block",
-        "recording.sidecar",
-        "simulate",
-        "kit.configuration",
-        "kit.bus",
-        "kit.firmware",
-        "kit.usberrors",
-        "kit.twin_chip",
-        "extras",
-    },
-    {
-        "touch",
-        "recording.rows",
-        "recording.survey",
-        "estimate",
-        "scenarios",
-        "kit.converter",
-        "kit.usbboards",
-        "calibration.modulus",
-        "calibration.curve_fit",
-        "figure_style",
-    },
-    {"recording.own_file", "recording.recorder", "kit.driver", "kit.permission", "evalkit", "kit.i2cdev"},
-    {"recording", "recording.binary_data", "kit.twin"},
-    {"recording.foreign", "kit.twin_backend"},
-    {"recording.checking", "recording.export", "kit.simulated"},
-    {
-        "benchmark",
-        "calibration.hand",
-        "calibration.interval",
-        "calibration.file",
-        "calibration.verdict",
-        "calibration.specimen_files",
-        "sources.options",
-        "sources.base",
-    },
-    {"calibration", "sources.board", "sources.iio", "sources.lines", "sources.files"},
-    {"calibration.characterise", "calibration.plot", "sources.sim", "sources.devices"},
-    {"calibration.report", "figures.touch", "figures.session", "sources"},
-    {"figures", "reading"},
-    {"stream", "live.protocol", "live.feed", "live.recordings", "live.gatekeeper", "live"},
-    {"live.session", "live.serve"},
-    {"live.status"},
-    {"live.hub"},
-    {"live.server"},
-    {"__init__"},
-    {"cli.exit", "cli.options", "cli.touches", "cli.config", "cli.source"},
-    {"cli.group", "cli.checks", "cli.moduli"},
-    {
-        "cli.bench",
-        "cli.calibrate",
-        "cli.check",
-        "cli.completion",
-        "cli.convert",
-        "cli.devices",
-        "cli.doctor",
-        "cli.figures",
-        "cli.live",
-        "cli.record",
-        "cli.replay",
-        "cli.simulate",
-    },
-    {"cli"},
-    {"__main__"},
-]
+# Low to high; each may use only what stands in lower rows. Those of python/ stand in pyproject.toml.
 HEADER_LAYERS: list[set[str]] = [
     {"version", "arithmetic"},
     {"constant", "check", "elasticity", "ring", "pack", "forgetting", "detector", "bound", "noise"},
@@ -123,22 +40,7 @@ def module_of(path: Path) -> str:
 
 
 MODULES = {module_of(path): path for path in sorted(SOURCES.rglob("*.py"))}
-
-
-def imported(node: ast.AST) -> Iterator[str]:
-    if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "palpate":
-        package = node.module.partition(".")[2]
-        names = {f"{package}.{a.name}".lstrip(".") for a in node.names} & set(MODULES)
-        yield from names or {package or "__init__"}
-    elif isinstance(node, ast.Import):
-        yield from (a.name.partition(".")[2] for a in node.names if a.name.startswith("palpate."))
-
-
-def python_edges() -> Iterator[tuple[str, str]]:
-    for module, path in MODULES.items():
-        targets = [target for node in ast.walk(ast.parse(path.read_text())) for target in imported(node)]
-        # The package's front gives names to what lies below it.
-        yield from ((module, target) for target in targets if module != "__init__" or target == "__init__")
+FOLDERS = sorted({module_of(path) for path in SOURCES.rglob("__init__.py")} - {"__init__"})
 
 
 def header_edges() -> Iterator[tuple[str, str]]:
@@ -149,17 +51,37 @@ def header_edges() -> Iterator[tuple[str, str]]:
         )
 
 
-@pytest.mark.parametrize(("layers", "edges"), [(PYTHON_LAYERS, python_edges), (HEADER_LAYERS, header_edges)])
-def test_imports_point_down(layers: list[set[str]], edges: object) -> None:
-    rank = {name: number for number, row in enumerate(layers) for name in row}
-    found = list(edges())  # type: ignore[operator]
+def test_includes_point_down() -> None:
+    rank = {name: number for number, row in enumerate(HEADER_LAYERS) for name in row}
+    found = list(header_edges())
     assert len(found) > 5
     assert [(a, b) for a, b in found if rank[b] >= rank[a]] == []
+    assert {p.stem for p in HEADERS.glob("*.hpp")} == set(rank)
 
 
-def test_every_source_has_a_layer() -> None:
-    assert set(MODULES) | {"_core"} == set().union(*PYTHON_LAYERS)
-    assert {p.stem for p in HEADERS.glob("*.hpp")} == set().union(*HEADER_LAYERS)
+def test_imports_keep_their_contracts() -> None:
+    """Those of pyproject.toml, lazy imports included."""
+    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as run; run()", "--no-cache"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "2 kept, 0 broken" in done.stdout
+
+
+def test_the_reference_shares_no_code() -> None:
+    nodes = [node for path in (SOURCES / "reference").glob("*.py") for node in ast.walk(ast.parse(path.read_text()))]
+    names = {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
+    names |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    own = {name for name in names if name.startswith("palpate.reference.")}
+    assert {name.split(".")[0] for name in names - own} - set(sys.stdlib_module_names) == {"numpy"}
+
+
+def test_no_module_has_the_name_of_something_public() -> None:
+    """As a submodule `touches` would: importing it puts it in the place of the function."""
+    for folder in ["", *FOLDERS]:
+        module = importlib.import_module(f"palpate.{folder}".rstrip("."))
+        public = {n for n in getattr(module, "__all__", ()) if not inspect.ismodule(getattr(module, n))}
+        prefix = f"{folder}." if folder else ""
+        assert public & {m.removeprefix(prefix) for m in MODULES if m.startswith(prefix)} == set(), folder
 
 
 def test_headers_use_freestanding_headers_only() -> None:

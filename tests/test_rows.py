@@ -7,19 +7,20 @@ import pytest
 from conftest import Tally
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate import Sample, ad7746
-from palpate.recording.block import block_of, samples_of
+from palpate import Sample
+from palpate.ad7746 import datasheet
 from palpate.recording.rows import COLUMNS, RowError, format_rows, is_whole, parse_rows
+from palpate.samples import block_of, samples_of
 
 TIMES = st.one_of(st.integers(-(10**12), 10**13), st.integers(-(2**63) + 1, 2**63 - 1))
 VALUES = st.one_of(st.floats(allow_nan=False, allow_infinity=False), st.just(math.nan))
-CODES = st.integers(0, ad7746.LAST_CODE)
+CODES = st.integers(0, datasheet.LAST_CODE)
 
 
 @st.composite
 def samples(draw: st.DrawFn) -> Sample:
     hard_raw, soft_raw = draw(st.one_of(st.just(-1), CODES)), draw(st.one_of(st.just(-1), CODES))
-    hard, soft = (draw(VALUES) if raw < 0 else ad7746.capacitance_pF(raw) for raw in (hard_raw, soft_raw))
+    hard, soft = (draw(VALUES) if raw < 0 else datasheet.capacitance_pF(raw) for raw in (hard_raw, soft_raw))
     seq = draw(st.integers(0, 2**63 - 1))
     return Sample(seq, draw(TIMES), draw(TIMES), hard_raw, soft_raw, hard, soft, draw(st.integers(0, 8)))
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from palpate import scenarios
-from palpate.ad7746 import CODES_PER_PF, NOISE_PF
-from palpate.simulate import LOST, SATURATED, Press, Scenario, simulate
-from palpate.specimens import SORBOTHANE_MPA, Probe
+from palpate import Status
+from palpate.ad7746.datasheet import CODES_PER_PF, NOISE_PF
+from palpate.elasticity import SORBOTHANE_MPA, Elasticity
+from palpate.simulation import Press, Scenario, scenarios, simulate
 
 QUIET = Scenario(presses=[Press(2.0, [(0.0, 2.5)])], tremor=0.0)
 
@@ -77,14 +77,17 @@ def test_a_real_tremor_record_can_drive_the_press(recordings: Path) -> None:
     assert np.std(run.soft[held] + 0.41) / 0.25 == pytest.approx(0.05, rel=0.3)
 
 
-def test_faults_are_marked() -> None:
+def test_faults_are_marked_as_in_samples() -> None:
     lost = scenarios.run("dropouts", 1)
     missing = np.isnan(lost.hard) | np.isnan(lost.soft)
-    assert np.array_equal(missing, lost.status == LOST)
+    assert np.array_equal(missing, lost.status == Status.LOST)
+    assert np.array_equal(lost.hard_raw == -1, np.isnan(lost.hard))
     assert 0.05 < missing.mean() < 0.15  # two conversions a pair, 5 % each
     saturated = scenarios.run("saturating", 1)
-    assert (saturated.status == SATURATED).any()
-    assert (np.abs(saturated.hard[saturated.status == SATURATED]) >= saturated.full_scale_pF).all()
+    for values, flag in ((saturated.hard, Status.HARD_SATURATED), (saturated.soft, Status.SOFT_SATURATED)):
+        marked = (saturated.status & int(flag)) != 0
+        assert np.array_equal(marked, np.abs(values) >= saturated.full_scale_pF)
+    assert (saturated.status == Status.HARD_SATURATED).any()
 
 
 def test_what_is_out_of_range_is_refused() -> None:
@@ -97,7 +100,7 @@ def test_what_is_out_of_range_is_refused() -> None:
 
 
 def test_the_probe_and_its_inverse() -> None:
-    probe = Probe()
+    probe = Elasticity()
     moduli = list(SORBOTHANE_MPA.values())
     assert moduli == sorted(moduli)
     assert len(moduli) == 10

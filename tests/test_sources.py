@@ -23,9 +23,9 @@ from palpate import (
     Sample,
     Source,
     Status,
-    ad7746,
     sources,
 )
+from palpate.ad7746 import datasheet
 from palpate.sources import iio
 from palpate.sources.files import FileSource
 from palpate.sources.sim import SimSource
@@ -112,7 +112,7 @@ def test_a_simulated_board_is_the_same_again() -> None:
     assert runs[0] == runs[1] != runs[2]
     assert described["simulated"] == {"scenario": "soft-steady", "seed": 2, "speed": "as fast as possible"}
     assert described["configuration"]["capf"] == 2
-    assert described["full_scale_pF"] == ad7746.SATURATED_PF
+    assert described["full_scale_pF"] == datasheet.SATURATED_PF
     assert runs[0][-1].t_soft_ns == pytest.approx(10.4e9, abs=0.2e9)
 
 
@@ -155,7 +155,7 @@ def test_a_scheme_of_another_package(monkeypatch: pytest.MonkeyPatch) -> None:
         assert group == "palpate.sources"
         return [point for point in points if name in (None, point.name)]
 
-    monkeypatch.setattr(sources, "entry_points", found)
+    monkeypatch.setattr("palpate.sources.uri.entry_points", found)
     assert sources.schemes() == ["i2c", "iio", "ramp", "serial", "sim", "usb"]
     with palpate.Stream("ramp:5?colour=red") as stream:
         assert len(list(stream)) == 5
@@ -187,12 +187,12 @@ def test_iio(tree: Path) -> None:
         (tree / "iio:device1" / "in_capacitance0_raw").write_text("8388607")
         second = next(samples)
     assert first == Sample(0, 1500, 3500, 8387374, 8394286, -1234 / 2048000, 5678 / 2048000, 0)
-    assert (second.seq, second.status, second.hard_raw) == (1, Status.HARD_SATURATED, ad7746.LAST_CODE)
+    assert (second.seq, second.status, second.hard_raw) == (1, Status.HARD_SATURATED, datasheet.LAST_CODE)
     described = source.describe()
     assert described["files"]["in_capacitance0_offset"] == "13884486"
     assert described["period_s"] == 0.04
     with palpate.open(f"iio:{tree}/iio:device1?hard_input=2") as swapped:
-        assert next(iter(swapped)).soft_raw == ad7746.LAST_CODE
+        assert next(iter(swapped)).soft_raw == datasheet.LAST_CODE
     with palpate.Stream(f"iio:{tree}/iio:device1") as stream:
         next(iter(stream))
     assert stream.counters.read == stream.counters.delivered

@@ -4,7 +4,7 @@ import asyncio
 import threading
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import palpate
@@ -19,11 +19,11 @@ from palpate import (
     Stream,
     Tracker,
     check,
-    scenarios,
 )
-from palpate.estimate import Estimate
-from palpate.recording.block import block_of
 from palpate.recording.foreign import recorded
+from palpate.samples import block_of
+from palpate.simulation import scenarios
+from palpate.stream.estimate import Estimate
 from recording_bench import Scripted, sample
 
 
@@ -242,6 +242,58 @@ def test_arguments(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="exists already"), Stream(source, record=tmp_path / "run.csv"):
         pass
     assert source.closed == 1
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"drift": -1.0}, "drift: got -1"),
+        ({"scene": "moon"}, "scene: got 'moon'"),
+        ({"capacity": 1}, "capacity: got 1"),
+        ({"record": "run.txt"}, "run.txt"),
+        ({"tracker": Tracker(), "drift": 1.0}, "settings: got drift beside a tracker"),
+    ],
+)
+def test_a_stream_that_cannot_be_made_closes_its_source(wrong: dict[str, Any], message: str) -> None:
+    source = Scripted([])
+    with pytest.raises((ValueError, RecordingError), match=message):
+        Stream(source, **wrong)
+    assert source.closed == 1
+
+
+def test_a_source_that_cannot_describe_itself_or_begin_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Mute(Scripted):
+        def describe(self) -> dict[str, Any]:
+            raise ProtocolError("mute")
+
+    class Stuck(Scripted):
+        def __enter__(self) -> Self:
+            raise ProtocolError("stuck")
+
+    mute, stuck = Mute([]), Stuck([])
+    with pytest.raises(ProtocolError, match="mute"):
+        Stream(mute)
+    assert mute.closed == 1
+    with monkeypatch.context() as patch:
+        patch.setattr("palpate.stream.stream.open_source", lambda _: mute)
+        with pytest.raises(ProtocolError, match="mute"):
+            Stream("mute:")
+    assert mute.closed == 2
+    with pytest.raises(ProtocolError, match="stuck"), Stream(stuck):
+        pass
+    assert stuck.closed == 1
+
+
+def test_closed_before_it_began_a_stream_closes_its_source_and_does_not_begin() -> None:
+    source = Scripted([sample(0)])
+    stream = Stream(source)
+    stream.close()
+    stream.close()
+    assert source.closed == 1
+    with pytest.raises(ValueError, match="stream: got a second `with`, or one after close"), stream:
+        pass
+    with Stream(Scripted([sample(0)])) as once, pytest.raises(ValueError, match="stream: got a second"), once:
+        pass
 
 
 def test_one_recording_at_a_time(tmp_path: Path) -> None:

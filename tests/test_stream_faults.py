@@ -8,10 +8,11 @@ import palpate
 from conftest import Tally
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from palpate import SourceError, Status, Stream, ad7746
-from palpate.kit.twin import FAULTS
-from palpate.recording.checking import check
+from palpate import SourceError, Status, Stream
+from palpate.ad7746 import datasheet
+from palpate.ad7746.twin.kit import FAULTS
 from palpate.recording.foreign import recorded
+from palpate.recording.verification import check
 from palpate.sources.sim import SimSource, faults
 
 PAIRS = 12
@@ -63,8 +64,8 @@ def test_any_schedule(incidents: list[str], seed: int, tally: Tally) -> None:
             continue
         assert (1, sample.hard_raw) in codes
         assert (2, sample.soft_raw) in codes
-        assert sample.hard == ad7746.capacitance_pF(sample.hard_raw)
-        assert sample.soft == ad7746.capacitance_pF(sample.soft_raw)
+        assert sample.hard == datasheet.capacitance_pF(sample.hard_raw)
+        assert sample.soft == datasheet.capacitance_pF(sample.soft_raw)
 
 
 @settings(max_examples=15)

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from conftest import Tally
 from palpate import Sample, SourceTimeout, Stream, check
-from palpate.estimate import StreamCounters
 from palpate.recording.recorder import CAPACITY
+from palpate.stream.estimate import StreamCounters
 from recording_bench import Scripted, sample
 
 MINUTE = round(60 / 0.026)  # pairs

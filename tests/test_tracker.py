@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from measure import bits
-from palpate import scenarios
-from palpate.simulate import Simulation
+from palpate.simulation import Simulation, scenarios
 
 SCENES = ["fixed", "paper", "handheld", "sliding"]
 
@@ -91,7 +90,7 @@ def test_lost_readings_are_counted() -> None:
     run = scenarios.run("dropouts", 2)
     [touch] = palpate.touches(run)
     inside = slice(touch.start, touch.start + 300)
-    missing = int((run.status[inside] == 1).sum())
+    missing = int((run.status[inside] == palpate.Status.LOST).sum())
     # A lost soft value leaves the hard values beside it without a partner.
     assert 0 < touch.refused <= 2 * missing
     assert "refused" not in touch.flags

@@ -5,13 +5,13 @@ from collections import deque
 from typing import Any
 
 import pytest
-from palpate.clock import VirtualClock
-from palpate.evalkit import EvalKit
-from palpate.kit.configuration import Channel, Configuration
-from palpate.kit.driver import Ad7746
-from palpate.kit.twin import KitTwin, Reply
-from palpate.kit.twin_backend import TwinBackend
-from palpate.kit.twin_chip import ChipTwin
+from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.configuration import Channel, Configuration
+from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.twin.kit import KitTwin, Reply
+from palpate.ad7746.twin.usb import TwinBackend
 
 # kind, request, value, index, then for OUT the data, for IN the count and the answer.
 Exchange = tuple[str, str]

@@ -11,10 +11,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 
-from palpate.clock import Clock, RealClock, VirtualClock
-from palpate.kit.twin import KitTwin
-from palpate.kit.twin_backend import Port, TwinBackend
-from palpate.kit.usbboards import fresh, system_backend
+from palpate.ad7746.clock import Clock, RealClock, VirtualClock
+from palpate.ad7746.evalkit.find import fresh, system_backend
+from palpate.ad7746.twin.kit import KitTwin
+from palpate.ad7746.twin.usb import Port, TwinBackend
 
 NOBODY = 65534
 

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.clock import Clock, RealClock
-from palpate.kit.twin import KitTwin, Reply
-from palpate.kit.usbboards import boards, fresh, system_backend
+from palpate.ad7746.clock import Clock, RealClock
+from palpate.ad7746.evalkit.find import boards, fresh, system_backend
+from palpate.ad7746.twin.kit import KitTwin, Reply
 from usb_carriers import NOBODY
 
 _VHCI = Path("/sys/devices/platform/vhci_hcd.0")

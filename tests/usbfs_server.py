@@ -17,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from palpate.kit.twin import KitTwin, Reply
+from palpate.ad7746.twin.kit import KitTwin, Reply
 
 _IOCTL, _RESULT, _READ, _WRITE = 1, 3, 5, 6
 _URB = struct.Struct("<BBxxiIxxxxQiiiiiIQ")  # struct usbdevfs_urb

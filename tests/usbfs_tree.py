@@ -9,7 +9,7 @@ import shutil
 import threading
 from pathlib import Path
 
-from palpate.kit.twin import KitTwin
+from palpate.ad7746.twin.kit import KitTwin
 from usbfs_server import Node
 
 # Device and configuration descriptors of a root hub.

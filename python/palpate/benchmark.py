@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate import scenarios
 from palpate._core import AdaptiveRls, Rls, Tracker
-from palpate.simulate import Scenario, Simulation, simulate
+from palpate.simulation import scenarios
+from palpate.simulation.probe import Scenario, Simulation, simulate
 
 Array = NDArray[np.float64]
 SETTLED_S = 1.0  # after contact, and after a step: what comes later is steady

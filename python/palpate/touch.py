@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
-from palpate.recording.block import Block, feed
+from palpate.samples import Block, feed
 
 
 class Channels(Protocol):
@@ -69,7 +69,7 @@ def touches(recording: Channels | Blocks, *, scene: str = "handheld", **settings
     Examples
     --------
     >>> import palpate
-    >>> from palpate import scenarios
+    >>> from palpate.simulation import scenarios
     >>> [touch] = palpate.touches(scenarios.run("stiff-steady"))
     >>> abs(touch.ratio / scenarios.PROBE.ratio(8.68) - 1) < 3 * touch.standard_error / touch.ratio
     True
@@ -135,7 +135,7 @@ def most_reliable(touches: Sequence[Touch], *, by: str = "agreement") -> Touch:
     Examples
     --------
     >>> import palpate
-    >>> from palpate import scenarios
+    >>> from palpate.simulation import scenarios
     >>> four = palpate.touches(scenarios.run("four-specimens"))
     >>> palpate.most_reliable(four, by="covariance") in four
     True

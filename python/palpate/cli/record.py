@@ -19,8 +19,8 @@ from palpate.cli.options import estimating_options, json_option
 from palpate.cli.source import SourceType
 
 if TYPE_CHECKING:
-    from palpate.estimate import Batch
     from palpate.stream import Stream
+    from palpate.stream.estimate import Batch
 
 _PROGRESS_S = 0.2
 
