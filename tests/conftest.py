@@ -1,42 +1,18 @@
-"""Fixtures, the rule for missing tools, and the summary of what the property tests found."""
+"""Fixtures, the profiles of the property tests, and the summary of what they found."""
 
 import os
-import shutil
 import sys
-from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
-
-ROOT = Path(__file__).parents[1]
+from project import ROOT, need
+from tally import Tally
 
 # Seeds are fixed: the same examples in every run.
 settings.register_profile("palpate", max_examples=200, deadline=None, derandomize=True, database=None)
 settings.load_profile("palpate")
-
-
-class Tally:
-    """Examples run, and the largest deviations seen, over the whole session."""
-
-    def __init__(self) -> None:
-        self.examples: Counter[str] = Counter()
-        self.largest: dict[str, float] = {}
-        self.faults: dict[str, list[int]] = {}
-
-    def count(self, what: str) -> None:
-        """Note one example of a property."""
-        self.examples[what] += 1
-
-    def note(self, what: str, value: float) -> None:
-        """Keep the largest value of its name."""
-        self.largest[what] = max(value, self.largest.get(what, 0.0))
-
-    def fault(self, what: str, rows: int, lost: int) -> None:
-        """Note one try of a fault: rows that were acknowledged by then, and those of them that were lost."""
-        counts = self.faults.setdefault(what, [0, 0, 0])
-        self.faults[what] = [old + new for old, new in zip(counts, (1, rows, max(lost, 0)), strict=True)]
-
 
 _TALLY = Tally()
 
@@ -55,17 +31,6 @@ def recordings() -> Path:
     return folder
 
 
-def need(tool: str) -> str:
-    """Path of a program that a test cannot do without: missing, it is a skip, or a failure where all must run."""
-    path = shutil.which(tool)
-    if path is None:
-        message = f"{tool} is not installed"
-        if os.environ.get("PALPATE_NO_SKIP"):
-            pytest.fail(message)
-        pytest.skip(message)
-    return path
-
-
 @pytest.fixture(scope="session")
 def cmake() -> str:
     """Find cmake beside the interpreter, as the test extra installs it, or the system's."""
@@ -73,15 +38,24 @@ def cmake() -> str:
     return need("cmake")
 
 
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """In a worker: send what was found to who prints it."""
+    output: dict[str, Any] | None = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output["tally"] = _TALLY.sent()
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Take what a worker found; one that crashed has sent nothing."""
+    sent = getattr(node, "workeroutput", {}).get("tally")
+    if sent is not None:
+        _TALLY.add(sent)
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    if _TALLY.faults:
-        terminalreporter.section("faults")
-        terminalreporter.write_line(f"{'':52} {'tries':>6} {'rows':>9} {'lost':>5}")
-        for what, (tries, rows, lost) in _TALLY.faults.items():
-            terminalreporter.write_line(f"{what:52} {tries:6} {rows:9} {lost:5}")
-    if not _TALLY.examples:
-        return
-    terminalreporter.section("property tests")
-    terminalreporter.write_line(f"hypothesis examples: {sum(_TALLY.examples.values())}")
-    for what, value in sorted(_TALLY.largest.items()):
-        terminalreporter.write_line(f"largest {what}: {value:.3g}")
+    for title, lines in (("faults", [*_TALLY.fault_lines()]), ("property tests", [*_TALLY.property_lines()])):
+        if lines:
+            terminalreporter.section(title)
+        for line in lines:
+            terminalreporter.write_line(line)
