@@ -1,6 +1,7 @@
 """Fixtures, the profiles of the property tests, and the summary of what they found."""
 
 import os
+import signal
 import sys
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,10 @@ settings.register_profile("palpate", max_examples=200, deadline=None, derandomiz
 settings.load_profile("palpate")
 
 _TALLY = Tally()
+
+# A shell starts what it runs in the background deaf to SIGINT, and children inherit that: those that tests interrupt, too.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

@@ -24,7 +24,7 @@ def test_the_kit_over_the_real_libusb() -> None:
             "SYSTEMD_DEVICE_VERIFY_SYSFS": "0",
             "LD_PRELOAD": "libumockdev-preload.so.0",
         }
-        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *FILES]
+        command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", *FILES]
         done = subprocess.run(
             command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False
         )
