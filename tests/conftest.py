@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from effort import NIGHTLY
 from hypothesis import settings
 from project import ROOT, need
 from tally import Tally
 
-# Seeds are fixed: the same examples in every run.
-settings.register_profile("palpate", max_examples=200, deadline=None, derandomize=True, database=None)
-settings.load_profile("palpate")
+# Seeds are fixed: the same examples in every run. No database, which workers would share.
+settings.register_profile("commit", max_examples=200, deadline=None, derandomize=True, database=None)
+settings.register_profile("nightly", settings.get_profile("commit"), max_examples=2000)
+settings.load_profile("nightly" if NIGHTLY else "commit")
 
 _TALLY = Tally()
 
@@ -59,7 +61,12 @@ def pytest_testnodedown(node: Any) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    for title, lines in (("faults", [*_TALLY.fault_lines()]), ("property tests", [*_TALLY.property_lines()])):
+    sections = {
+        "measured": sorted(_TALLY.said),
+        "faults": list(_TALLY.fault_lines()),
+        "property tests": list(_TALLY.property_lines()),
+    }
+    for title, lines in sections.items():
         if lines:
             terminalreporter.section(title)
         for line in lines:

@@ -13,6 +13,7 @@ from palpate.errors import DeviceNotFound, ProtocolError
 from palpate.kit.configuration import HARD, SOFT, Channel, Configuration
 from palpate.kit.usbboards import boards
 from palpate.sample import Status
+from tally import Tally
 
 
 @pytest.fixture
@@ -177,7 +178,7 @@ def test_what_must_not_be_asked_is_refused_before_it_is_sent(bench: Bench) -> No
 
 
 @pytest.mark.parametrize("pairs", [250])
-def test_a_touch_is_streamed(bench: Bench, pairs: int, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_touch_is_streamed(bench: Bench, pairs: int, tally: Tally) -> None:
     """None lost; the times are the twin's; the driver leaves the processor to others."""
     driver = bench.open()
     for _ in range(3 if bench.carrier.real else 1):  # in real time a busy machine may be late: then once more
@@ -197,10 +198,10 @@ def test_a_touch_is_streamed(bench: Bench, pairs: int, capsys: pytest.CaptureFix
     implied = (hard[-1].begin - hard[0].begin) / (pairs - 1)
     assert told == pytest.approx(implied, rel=0.01)
     offsets = [s.t_hard_ns - (c.begin + c.end) / 2 for s, c in zip(samples, hard, strict=True)]
-    with capsys.disabled():
-        print(
-            f"\n{pairs} pairs: period {told / 1e6:.2f} ms (twin {implied / 1e6:.2f}), driver {used:.2f} s of processor"
-        )
+    carrier = type(bench.carrier).__name__
+    tally.say(
+        f"{carrier}, {pairs} pairs: period {told / 1e6:.2f} ms (twin {implied / 1e6:.2f}), driver {used:.2f} s of processor"
+    )
     assert sorted(offsets)[pairs // 2] - min(offsets) < 0.1 * implied
     if bench.carrier.real:
         assert used < 0.15 * told * pairs / 1e9

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from kit_bench import IDLE_PF, SLOPE_PF_PER_S, Bench
 from palpate import ad7746
@@ -48,7 +49,7 @@ def _expected(bench: Bench, channel: int, t_ns: int, start_ns: int) -> float:
     return IDLE_PF[channel] + SLOPE_PF_PER_S * (seconds % 60.0) - _DAC_PF[channel]
 
 
-@settings(max_examples=1000)
+@examples(1000)
 @given(drawn=st.lists(_FAULT, max_size=4), seed=st.integers(0, 2**16))
 def test_any_faults(drawn: list[tuple[str, float, int, int | None, int]], seed: int, tally: Tally) -> None:
     faults = [_fault(*each) for each in drawn]

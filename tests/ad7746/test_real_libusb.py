@@ -8,13 +8,14 @@ import tempfile
 
 import pytest
 from project import ROOT, need
+from tally import Tally
 
 LIMIT_S = 300
 FILES = ["tests/ad7746/test_evalkit.py", "tests/ad7746/test_evalkit_board.py"]
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="usbfs is Linux's")
-def test_the_kit_over_the_real_libusb() -> None:
+def test_the_kit_over_the_real_libusb(tally: Tally) -> None:
     need("umockdev-run")
     assert ctypes.util.find_library("usb-1.0"), "apt install libusb-1.0-0"
     with tempfile.TemporaryDirectory(prefix="kit.", dir="/tmp") as root:  # a Unix socket's path ends at 108 bytes
@@ -31,4 +32,6 @@ def test_the_kit_over_the_real_libusb() -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     summary = done.stdout.splitlines()
     assert "skipped" not in summary[-1]
-    print("\n".join(line for line in summary if "pairs:" in line or "passed" in line))
+    for line in summary:
+        if "pairs:" in line or "passed" in line:
+            tally.say(f"real libusb: {line}")

@@ -10,7 +10,8 @@ import numpy as np
 import palpate
 import pytest
 import tomli_w
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate import Calibration, CalibrationError
@@ -308,7 +309,7 @@ def text(calibration: Calibration, tmp_path_factory: pytest.TempPathFactory) -> 
     return path.read_text()
 
 
-@settings(max_examples=100)
+@examples(100)
 @given(st.data())
 def test_a_file_cut_or_overwritten_is_refused_or_right(
     text: str, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

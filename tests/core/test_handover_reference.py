@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate import reference
@@ -81,7 +82,7 @@ def exactly(output: Any, regressor: Any, **chosen: float) -> reference.HandoverT
         return reference.handover_rls(*decimals, number=Decimal, **chosen)
 
 
-@settings(max_examples=500)
+@examples(500)
 @given(hands, tuning)
 def test_the_core_is_the_reference(tally: Tally, hand: Hand, chosen: dict[str, float]) -> None:
     """Only the core rounds: 1e-10 is 5e5 eps, for what cancels; in the standard error correlations near 1 do, twice."""

@@ -4,12 +4,13 @@ import random
 from pathlib import Path
 
 import pytest
+from effort import TIMES
 from fuzz_parsers import TARGETS
 from project import ROOT
 from tally import Tally
 
 CORPUS = ROOT / "tests" / "fuzz" / "corpus"
-CHANGES = 40
+CHANGES = 40 * TIMES
 """Of each file; `.ci/fuzz` goes on from there, and sees which branches are taken."""
 
 

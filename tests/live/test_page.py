@@ -14,6 +14,7 @@ from palpate.scenarios import SCENARIOS
 from palpate.simulate import Truth
 from project import need
 from selenium.webdriver.common.keys import Keys
+from tally import Tally
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +44,7 @@ def pressed(page: Browser, key: str) -> None:
     page.driver.switch_to.active_element.send_keys(key)
 
 
-def test_a_session(page: Browser, serve: Callable[..., Live], folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_session(page: Browser, serve: Callable[..., Live], folder: Path, tally: Tally) -> None:
     live = serve("--record", str(folder / "run.csv"))
     page.driver.get(live.address)
     page.until(lambda: page.text("state") == "contact" and "±" in page.text("error"))
@@ -74,8 +75,7 @@ def test_a_session(page: Browser, serve: Callable[..., Live], folder: Path, caps
         report = palpate.check(folder / name)
         assert (report.clean, report.faults) == (True, ())
     assert [mark["text"] for mark in json.loads((folder / "run.json").read_text())["marks"]] == ["first specimen"]
-    with capsys.disabled():
-        print(f"\nlive page: ratio {ratio} by the page, {truth:.5f} true")
+    tally.say(f"live page: ratio {ratio} by the page, {truth:.5f} true")
 
 
 def test_no_request_leaves_the_machine(page: Browser, serve: Callable[..., Live]) -> None:

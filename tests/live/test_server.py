@@ -11,7 +11,8 @@ import numpy as np
 import palpate
 import pytest
 from click.testing import CliRunner
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from palpate.cli import main
 from palpate.live.feed import HEADER, KEPT, ROW, History, pack
@@ -60,7 +61,7 @@ def heard(socket: Any, kind: str) -> dict[str, Any]:
 
 @given(st.one_of(st.text(), st.binary(), st.recursive(st.none() | st.booleans() | st.floats() | st.text(),
                  lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner)).map(json.dumps)))  # fmt: skip
-@settings(max_examples=400)
+@examples(400)
 def test_any_message_is_a_command_or_refused(message: str | bytes) -> None:
     try:
         said: Command | str = parse(message)
@@ -154,7 +155,7 @@ def status_of(token: str | None, path: str, query: bytes, headers: list[tuple[by
 
 
 @given(st.text(), st.binary(), st.lists(st.tuples(st.sampled_from([b"cookie", b"origin", b"accept"]), st.binary())))
-@settings(max_examples=150)
+@examples(150)
 def test_any_request_is_answered(path: str, query: bytes, headers: list[tuple[bytes, bytes]]) -> None:
     own = (b"host", OWN.encode())
     assert status_of(TOKEN, f"/{path}", query, [own, *headers]) == 403
@@ -353,7 +354,7 @@ def test_the_state_comes_before_the_answer_that_speaks_of_it() -> None:
 
 
 @given(st.lists(st.integers(0, 3 * KEPT), max_size=8))
-@settings(max_examples=30, deadline=None)
+@examples(30)
 def test_the_history_is_the_newest_rows(sizes: list[int]) -> None:
     history, t = History(), np.empty(0)
     for size in sizes:

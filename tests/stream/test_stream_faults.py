@@ -5,7 +5,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import palpate
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from palpate import SourceError, Status, Stream, ad7746
 from palpate.kit.twin import FAULTS
@@ -34,7 +35,7 @@ def _incidents() -> st.SearchStrategy[str]:
     return st.sampled_from(FAULTS).flatmap(of)
 
 
-@settings(max_examples=1000)
+@examples(1000)
 @given(incidents=st.lists(_incidents(), min_size=1, max_size=4), seed=st.integers(0, 2**16))
 def test_any_schedule(incidents: list[str], seed: int, tally: Tally) -> None:
     """No hang, no crash, no value that was not converted from that input then, and every number accounted for."""
@@ -67,7 +68,7 @@ def test_any_schedule(incidents: list[str], seed: int, tally: Tally) -> None:
         assert sample.soft == ad7746.capacitance_pF(sample.soft_raw)
 
 
-@settings(max_examples=15)
+@examples(15)
 @given(incidents=st.lists(_incidents(), min_size=1, max_size=4))
 def test_a_recording_of_a_bad_day_replays_with_the_same_bits(incidents: list[str], tmp_path_factory: object) -> None:
     path = tmp_path_factory.mktemp("faults") / "run.csv"  # type: ignore[attr-defined]

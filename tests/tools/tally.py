@@ -12,6 +12,11 @@ class Tally:
         self.examples: Counter[str] = Counter()
         self.largest: dict[str, float] = {}
         self.faults: dict[str, list[int]] = {}
+        self.said: list[str] = []
+
+    def say(self, line: str) -> None:
+        """Have a line printed at the end: what workers print, nobody sees."""
+        self.said.append(line)
 
     def count(self, what: str) -> None:
         """Note one example of a property."""
@@ -31,11 +36,12 @@ class Tally:
 
     def sent(self) -> dict[str, Any]:
         """Return it as plain values, as a worker sends it."""
-        return {"examples": dict(self.examples), "largest": self.largest, "faults": self.faults}
+        return {"examples": dict(self.examples), "largest": self.largest, "faults": self.faults, "said": self.said}
 
     def add(self, sent: dict[str, Any]) -> None:
         """Add what a worker sent."""
         self.examples.update(sent["examples"])
+        self.said += sent["said"]
         for what, value in sent["largest"].items():
             self.note(what, value)
         for what, counts in sent["faults"].items():

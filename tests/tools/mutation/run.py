@@ -1,6 +1,6 @@
 """Mutation score of the core: flips one operator after the other and shows which the tests do not notice.
 
-    python tests/tools/mutation/run.py [--count 80] [--seed 1]
+    python tests/tools/mutation/run.py [--count 80] [--seed 1] [--all]
 
 Builds the extension and the native tests once, with every operator of the headers able to flip, and runs them for each
 flip with PALPATE_MUTANT=number until one fails. Needs libclang (pip install libclang) and what the tests need.
@@ -15,7 +15,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from sites import FLIPPED, Site, rewritten, sites
@@ -104,7 +106,20 @@ def pytest_command() -> list[str]:
     """Return what runs the tests in Python, up to the first that fails."""
     files = (Path(name) for name in TESTS.split())
     tests = [str(ROOT / "tests" / file.parent / f"test_{file.name}.py") for file in files]
-    return [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests, "--deselect", COMPILES]
+    return [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-x",
+        "-q",
+        "-n",
+        "0",
+        "-p",
+        "no:cacheprovider",
+        *tests,
+        "--deselect",
+        COMPILES,
+    ]
 
 
 def fails(command: list[str], package: Path, number: int, limit_s: int) -> bool:
@@ -122,6 +137,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Mutation score of the core.")
     parser.add_argument("--count", type=int, default=80, help="flips to try, drawn from all")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--all", action="store_true", help="try every flip, as .ci/nightly does")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         copy, package = Path(folder) / "copy", Path(folder) / "package"
@@ -131,12 +147,14 @@ def main() -> int:
         if notices(package, -1):
             print("the tests fail without a mutant")
             return 1
-        chosen = sorted(random.Random(arguments.seed).sample(range(len(mutants)), min(arguments.count, len(mutants))))
+        count = len(mutants) if arguments.all else min(arguments.count, len(mutants))
+        chosen = sorted(random.Random(arguments.seed).sample(range(len(mutants)), count))
         started, survivors = time.monotonic(), []
-        for number in chosen:
-            if not notices(package, number):
-                survivors.append(number)
-                print(f"survives  {number:4d}  {mutants[number]}", flush=True)
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            for number, noticed in zip(chosen, pool.map(partial(notices, package), chosen), strict=True):
+                if not noticed:
+                    survivors.append(number)
+                    print(f"survives  {number:4d}  {mutants[number]}", flush=True)
     killed = len(chosen) - len(survivors)
     seconds = (time.monotonic() - started) / len(chosen)
     print(
