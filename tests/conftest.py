@@ -1,5 +1,6 @@
 """Fixtures, the profiles of the property tests, and the summary of what they found."""
 
+import json
 import os
 import signal
 import sys
@@ -49,7 +50,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     """In a worker: send what was found to who prints it."""
     output: dict[str, Any] | None = getattr(session.config, "workeroutput", None)
     if output is not None:
-        output["tally"] = _TALLY.sent()
+        output["tally"] = json.dumps(_TALLY.sent())  # text: what cannot be sent fails here, and is not lost
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -57,7 +58,7 @@ def pytest_testnodedown(node: Any) -> None:
     """Take what a worker found; one that crashed has sent nothing."""
     sent = getattr(node, "workeroutput", {}).get("tally")
     if sent is not None:
-        _TALLY.add(sent)
+        _TALLY.add(json.loads(sent))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

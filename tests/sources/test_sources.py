@@ -147,7 +147,7 @@ def ramp(address: str, options: Mapping[str, Any]) -> Source:
 
 def test_a_scheme_of_another_package(monkeypatch: pytest.MonkeyPatch) -> None:
     points = [
-        EntryPoint("ramp", "test_sources:ramp", sources.GROUP),
+        EntryPoint("ramp", f"{__name__}:ramp", sources.GROUP),
         EntryPoint("usb", "nothing:at_all", sources.GROUP),
     ]
 

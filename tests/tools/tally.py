@@ -23,12 +23,12 @@ class Tally:
         self.examples[what] += 1
 
     def note(self, what: str, value: float) -> None:
-        """Keep the largest value of its name."""
-        self.largest[what] = max(value, self.largest.get(what, 0.0))
+        """Keep the largest value of its name; a float of Python's, since workers can send no other."""
+        self.largest[what] = max(float(value), self.largest.get(what, 0.0))
 
     def fault(self, what: str, rows: int, lost: int) -> None:
         """Note one try of a fault: rows that were acknowledged by then, and those of them that were lost."""
-        self._add_fault(what, [1, rows, max(lost, 0)])
+        self._add_fault(what, [1, int(rows), max(int(lost), 0)])
 
     def _add_fault(self, what: str, counts: list[int]) -> None:
         known = self.faults.setdefault(what, [0, 0, 0])
