@@ -121,7 +121,7 @@ def most_reliable(touches: Sequence[Touch], *, by: str = "agreement") -> Touch:
     by : str
         "agreement": the touch whose ratio is nearest to the mean of all, among the touches without a flag; of two
         the one with the smaller standard error. "standard_error": the smallest, among the same. "covariance": the
-        smallest among all, the paper's choice (Sec. IV). bench/reliability.py compares them.
+        smallest among all, the paper's choice (Sec. IV). bench/accuracy/reliability.py compares them.
 
     Returns
     -------

@@ -1,6 +1,6 @@
 """A pyusb backend with twins plugged in: the whole driver runs, without libusb, in this process.
 
-It raises what pyusb raises over libusb; `tests/test_kit_board.py` runs the same cases over both.
+It raises what pyusb raises over libusb; `tests/ad7746/test_evalkit_board.py` runs the same cases over both.
 """
 
 import array
