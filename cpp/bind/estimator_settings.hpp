@@ -3,7 +3,7 @@
 
 // The parameters of each estimator, and the core, or the loop of a bank, that they make.
 
-#include <palpate/handover.hpp>
+#include <palpate/estimator/handover.hpp>
 
 #include "bank_loops.hpp"
 #include "settings.hpp"

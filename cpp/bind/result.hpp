@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstring>
-#include <palpate/touch.hpp>
+#include <palpate/tracker.hpp>
 
 #include "bind.hpp"
 

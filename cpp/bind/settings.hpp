@@ -5,7 +5,7 @@
 
 #include <array>
 #include <limits>
-#include <palpate/rls.hpp>
+#include <palpate/estimator/rls.hpp>
 #include <string>
 
 #include "bind.hpp"

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstring>
 #include <limits>
-#include <palpate/rls.hpp>
+#include <palpate/estimator/rls.hpp>
 
 #include "fields.hpp"
 

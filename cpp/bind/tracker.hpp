@@ -5,7 +5,7 @@
 
 #include <cmath>
 #include <memory>
-#include <palpate/touch.hpp>
+#include <palpate/tracker.hpp>
 #include <string>
 #include <vector>
 

@@ -167,7 +167,7 @@ constexpr int touches(Scene scene, double tolerance) noexcept {
 static_assert(touches(PaperTracker<double>(), 1e-3) == 2 && touches(HandheldTracker<double>(), 1e-3) == 2);
 static_assert(touches(HandheldTracker<float, unsigned>(), 1e-3) == 2);
 static_assert(SlidingTracker<double>().settings.samples == 0 && SlidingTracker<double>().gate.settings.release == 0.3);
-static_assert(touches(lean::HandheldTracker<float>(), 1e-3) == 2 && touches(lean::PaperTracker<float>(), 1e-3) == 2);
+static_assert(touches(embedded::HandheldTracker<float>(), 1e-3) == 2 && touches(embedded::PaperTracker<float>(), 1e-3) == 2);
 
 // A loop without contact: one touch without an end; a tare, a finish or `samples` end it, and the next begins at once.
 constexpr bool fixed_goes_on() noexcept {
@@ -191,7 +191,7 @@ static_assert(fixed_goes_on());
 
 // A touch that has its samples, one that is released early, and values that are none in both.
 bool gated_touches() noexcept {
-  lean::GatedRls<float> gated;
+  embedded::GatedRls<float> gated;
   int finished[2] = {}, samples[2] = {};
   for (int i = 0; i < 700; ++i) {
     const bool pressed = (i >= 20 && i < 400) || (i >= 500 && i < 600), second = i >= 450;

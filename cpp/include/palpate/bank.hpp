@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <palpate/pack.hpp>
-#include <palpate/rls.hpp>
+#include <palpate/estimator/rls.hpp>
 
 namespace palpate {
 

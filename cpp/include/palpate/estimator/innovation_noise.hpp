@@ -3,7 +3,7 @@
 
 // What the innovations say about themselves: their scale, and how each resembles the ones before it.
 
-#include <palpate/instrument.hpp>
+#include <palpate/estimator/instrument.hpp>
 
 namespace palpate {
 

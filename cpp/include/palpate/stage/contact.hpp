@@ -5,7 +5,7 @@
 
 #include <cstdint>
 #include <palpate/arithmetic.hpp>
-#include <palpate/constant.hpp>
+#include <palpate/settings.hpp>
 
 namespace palpate {
 
