@@ -167,7 +167,8 @@ constexpr int touches(Scene scene, double tolerance) noexcept {
 static_assert(touches(PaperTracker<double>(), 1e-3) == 2 && touches(HandheldTracker<double>(), 1e-3) == 2);
 static_assert(touches(HandheldTracker<float, unsigned>(), 1e-3) == 2);
 static_assert(SlidingTracker<double>().settings.samples == 0 && SlidingTracker<double>().gate.settings.release == 0.3);
-static_assert(touches(embedded::HandheldTracker<float>(), 1e-3) == 2 && touches(embedded::PaperTracker<float>(), 1e-3) == 2);
+static_assert(touches(embedded::HandheldTracker<float>(), 1e-3) == 2 &&
+              touches(embedded::PaperTracker<float>(), 1e-3) == 2);
 
 // A loop without contact: one touch without an end; a tare, a finish or `samples` end it, and the next begins at once.
 constexpr bool fixed_goes_on() noexcept {

@@ -3,8 +3,8 @@
 
 // The estimators and scenes as a small processor wants them: every setting is a constant, its default. The same bits.
 
-#include <palpate/settings.hpp>
 #include <palpate/gated_estimator.hpp>
+#include <palpate/settings.hpp>
 #include <palpate/tracker.hpp>
 
 namespace palpate::embedded {
@@ -41,8 +41,8 @@ using Align = palpate::Align<Real, Ticks, 4, Constant<defaults<AlignSettings<Tic
 
 /// Gate, window and the paper's estimator; GatedEstimator has checked its samples, and there is none without contact.
 template <class Real>
-using GatedRls = GatedEstimator<palpate::Contact<Real, Constant<defaults<ContactSettings<Real>>>, false>, PaperRls<Real>,
-                       Constant<defaults<GatedSettings<PaperRls<Real>>>>>;
+using GatedRls = GatedEstimator<palpate::Contact<Real, Constant<defaults<ContactSettings<Real>>>, false>,
+                                PaperRls<Real>, Constant<defaults<GatedSettings<PaperRls<Real>>>>>;
 
 /// The scenes of palpate::Tracker; `settings` may be a constant of your own.
 template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>,

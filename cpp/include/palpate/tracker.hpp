@@ -6,11 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <palpate/estimator/handover.hpp>
+#include <palpate/settings.hpp>
 #include <palpate/stage/align.hpp>
 #include <palpate/stage/baseline.hpp>
-#include <palpate/settings.hpp>
 #include <palpate/stage/contact.hpp>
-#include <palpate/estimator/handover.hpp>
 
 namespace palpate {
 

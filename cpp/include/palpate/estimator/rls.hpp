@@ -4,11 +4,11 @@
 // Recursive least squares for one parameter, output(k) = ratio * regressor(k) + e(k), with exponential forgetting.
 // No function throws, allocates, or keeps anything outside the object.
 
-#include <palpate/policy/bound.hpp>
 #include <palpate/policy/acceptance.hpp>
-#include <palpate/settings.hpp>
+#include <palpate/policy/bound.hpp>
 #include <palpate/policy/detector.hpp>
 #include <palpate/policy/forgetting.hpp>
+#include <palpate/settings.hpp>
 
 namespace palpate {
 
