@@ -4,26 +4,28 @@
 // What Python's banks have in common: the states of many estimators with the same settings, and blocks of samples.
 
 #include <algorithm>
-#include <stdexcept>
+#include <functional>
 #include <vector>
 
+#include "arrays.hpp"
 #include "bank_loops.hpp"
-#include "block.hpp"
-#include "core_numbers.hpp"
-#include "in_lines.hpp"
-#include "made.hpp"
+#include "cache_lines.hpp"
+#include "core_state.hpp"
 #include "settings.hpp"
-#include "tables.hpp"
 
 /// States of Rls or AdaptiveRls, a structure of arrays.
-template <class Settings>
+template <class Kind>
 class LaneStates {
  public:
-  using Real = typename Settings::Core::real_type;
+  using Real = typename Kind::Core::real_type;
 
   LaneStates(const Settings& settings, std::size_t streams)
-      : task_(settings.task()), ratio_(streams), information_(streams), statistic_(streams), rejected_(streams) {
-    const auto core = settings.core();
+      : ratio_(streams), information_(streams), statistic_(streams), rejected_(streams) {
+    const auto core = Kind::core(settings);
+    const auto& forgetting = core.forgetting();
+    const auto& detector = core.detector();
+    task_ = {forgetting.factor(false), forgetting.factor(true), drift_of(detector), detector.limit(),
+             core.bound().min_information};
     std::fill(ratio_.begin(), ratio_.end(), core.ratio());
     std::fill(information_.begin(), information_.end(), core.information());
   }
@@ -39,14 +41,14 @@ class LaneStates {
     task.ratios = ratios;
     task.streams = size();
     task.frames = frames;
-    Settings::loop(bank_loops())(task);
+    (bank_loops<Real>().*Kind::loop)(task);
   }
 
   std::size_t size() const { return ratio_.size(); }
   Real ratio(std::size_t i) const { return ratio_[i]; }
   Real covariance(std::size_t i) const { return Real(1) / information_[i]; }
   Real statistic(std::size_t i) const { return statistic_[i]; }
-  bool alarm(std::size_t i) const { return Settings::has_detector && statistic_[i] > task_.threshold; }
+  bool alarm(std::size_t i) const { return statistic_[i] > task_.threshold; }
   std::uint64_t rejected(std::size_t i) const { return rejected_[i]; }
 
   std::vector<Real> numbers(std::size_t i) const { return {ratio_[i], information_[i], statistic_[i]}; }
@@ -59,19 +61,23 @@ class LaneStates {
   void set_rejected(std::size_t i, std::uint64_t count) { rejected_[i] = count; }
 
  private:
-  BankTask<Real> task_;
+  static Real drift_of(const palpate::Cusum<Real>& detector) { return detector.drift; }
+  static Real drift_of(const palpate::NoDetector<Real>&) { return 0; }
+
+  BankTask<Real> task_{};
   LineVector<Real> ratio_, information_, statistic_;
   std::vector<std::uint64_t> rejected_;
 };
 
 /// Cores one beside the other, for estimators whose steps differ from stream to stream.
-template <class Settings>
+template <class Kind>
 class CoreStates {
  public:
-  using Core = typename Settings::Core;
+  using Core = typename Kind::Core;
   using Real = typename Core::real_type;
 
-  CoreStates(const Settings& settings, std::size_t streams) : cores_(streams, settings.core()), rejected_(streams) {}
+  CoreStates(const Settings& settings, std::size_t streams)
+      : cores_(streams, Kind::core(settings)), rejected_(streams) {}
 
   void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames) {
     for (std::size_t k = 0; k < frames; ++k) {
@@ -92,9 +98,7 @@ class CoreStates {
 
   std::vector<Real> numbers(std::size_t i) const { return numbers_of(cores_[i]); }
   bool set_numbers(std::size_t i, const Real* n) { return ::set_numbers(cores_[i], n); }
-  Real standard_error(std::size_t i) const {
-    return cores_[i].settled() ? cores_[i].standard_error() : std::numeric_limits<Real>::quiet_NaN();
-  }
+  Real standard_error(std::size_t i) const { return standard_error_of(cores_[i]); }
   void set_rejected(std::size_t i, std::uint64_t count) { rejected_[i] = count; }
 
  private:
@@ -102,20 +106,20 @@ class CoreStates {
   std::vector<std::uint64_t> rejected_;
 };
 
-template <class Settings_, class States>
-class PyBank : Made {
+template <class Kind_, template <class> class States_>
+class PyBank {
  public:
-  using Settings = Settings_;
+  using Kind = Kind_;
+  using States = States_<Kind>;
   using Real = typename States::Real;
-  using Made::operator new;
-  using Made::operator delete;
 
   PyBank(const Settings& settings, py::ssize_t streams) : settings_(settings), states_(settings, checked(streams)) {}
 
   /// dimensions 1: one sample of each stream; 2: a block of them.
-  py::object take(py::handle output_given, py::handle regressor_given, py::handle out_given, int dimensions) {
-    require_idle();
-    if (dimensions == 1) {
+  template <int dimensions>
+  py::object take(py::handle output_given, py::handle regressor_given, py::handle out_given) {
+    require_idle(busy_, "bank");
+    if constexpr (dimensions == 1) {
       if (py::object done = take_dense(output_given, regressor_given, out_given)) {
         return done;
       }
@@ -123,40 +127,33 @@ class PyBank : Made {
     const auto output = py::reinterpret_borrow<py::object>(output_given);
     const auto regressor = py::reinterpret_borrow<py::object>(regressor_given);
     const auto out = py::reinterpret_borrow<py::object>(out_given);
-    const auto outputs = table_of<Real>(output, "output", dimensions, streams(), -1);
+    Shape shape{streams()};
+    if constexpr (dimensions == 2) {
+      shape.insert(shape.begin(), -1);
+    }
+    const auto outputs = samples_of<Real, py::array::c_style>(output, "output", shape);
     const py::ssize_t frames = dimensions == 1 ? 1 : outputs.shape(0);
-    const auto regressors = table_of<Real>(regressor, "regressor", dimensions, streams(), frames);
-    py::array result = table_out(out, outputs, py::dtype::of<Real>());
-    const auto y = table_apart(outputs, result), x = table_apart(regressors, result);
-    require_idle();  // making arrays of the arguments may have run other Python code
+    shape[0] = outputs.shape(0);
+    const auto regressors = samples_of<Real, py::array::c_style>(regressor, "regressor", shape);
+    py::array result = output_array(out, py::dtype::of<Real>(), shape, py::array::c_style);
+    const auto y = apart_from(outputs, result), x = apart_from(regressors, result);
+    require_idle(busy_, "bank");  // making arrays of the arguments may have run other Python code
     auto* const ratios = static_cast<Real*>(result.mutable_data());
-    busy_ = true;
+    const InUse in_use(busy_);
     run_block(outputs.size(), [&] { states_.process(y.data(), x.data(), ratios, static_cast<std::size_t>(frames)); });
-    busy_ = false;
     rows_ += static_cast<std::size_t>(frames);
     return result;
   }
 
   void reset() {
-    require_idle();
-    *this = PyBank(settings_, streams());
-  }
-
-  /// One number of each stream.
-  template <class Item, class Get>
-  py::array_t<Item> each(Get get) const {
-    require_idle();
-    py::array_t<Item> result(streams());
-    auto values = result.template mutable_unchecked<1>();
-    for (py::ssize_t i = 0; i < streams(); ++i) {
-      values(i) = static_cast<Item>(get(states_, static_cast<std::size_t>(i)));
-    }
-    return result;
+    require_idle(busy_, "bank");
+    states_ = States(settings_, states_.size());
+    rows_ = 0;
   }
 
   /// (rows, numbers of each stream's state, refused samples): to pickle, to copy and to compare.
   py::tuple state() const {
-    require_idle();
+    require_idle(busy_, "bank");
     const auto width = static_cast<py::ssize_t>(states_.numbers(0).size());
     py::array_t<double> numbers({streams(), width});
     double* place = numbers.mutable_data();
@@ -165,8 +162,7 @@ class PyBank : Made {
         *place++ = static_cast<double>(value);
       }
     }
-    const auto rejected = each<std::uint64_t>([](const States& s, std::size_t i) { return s.rejected(i); });
-    return py::make_tuple(rows_, numbers, rejected);
+    return py::make_tuple(rows_, numbers, rejected());
   }
 
   static PyBank restored(const Settings& settings, const py::tuple& state) {
@@ -197,26 +193,38 @@ class PyBank : Made {
   }
 
   bool operator==(const PyBank& other) const {
-    const auto bytes = [](const PyBank& b) { return b.state().attr("__getitem__")(1).attr("tobytes")(); };
-    const auto refused = [](const PyBank& b) { return b.state().attr("__getitem__")(2).attr("tobytes")(); };
-    return equal(settings_, other.settings_) && rows_ == other.rows_ && bytes(*this).equal(bytes(other)) &&
-           refused(*this).equal(refused(other));
+    const auto bytes = [](const PyBank& b, int k) { return b.state().attr("__getitem__")(k).attr("tobytes")(); };
+    return settings_ == other.settings_ && rows_ == other.rows_ && bytes(*this, 1).equal(bytes(other, 1)) &&
+           bytes(*this, 2).equal(bytes(other, 2));
   }
 
-  const Settings& settings() const {
-    require_made();
-    return settings_;
-  }
-  py::ssize_t streams() const {
-    require_made();
-    return static_cast<py::ssize_t>(states_.size());
-  }
-  std::size_t rows() const {
-    require_made();
-    return rows_;
+  const Settings& settings() const { return settings_; }
+  py::ssize_t streams() const { return static_cast<py::ssize_t>(states_.size()); }
+  std::size_t rows() const { return rows_; }
+  py::dict settings_dict() const { return settings_.dict(); }
+  py::object ratio() const { return each<Real>(&States::ratio); }
+  py::object covariance() const { return each<Real>(&States::covariance); }
+  py::object statistic() const { return each<Real>(&States::statistic); }
+  py::object standard_error() const { return each<Real>(&States::standard_error); }
+  py::object alarm() const { return each<bool>(&States::alarm); }
+  py::object rejected() const { return each<std::uint64_t>(&States::rejected); }
+  py::object samples() const {
+    return each<std::uint64_t>([this](const States& s, std::size_t i) { return rows_ - s.rejected(i); });
   }
 
  private:
+  /// One number of each stream.
+  template <class Item, class Get>
+  py::array_t<Item> each(Get get) const {
+    require_idle(busy_, "bank");
+    py::array_t<Item> result(streams());
+    auto values = result.template mutable_unchecked<1>();
+    for (py::ssize_t i = 0; i < streams(); ++i) {
+      values(i) = std::invoke(get, states_, static_cast<std::size_t>(i));
+    }
+    return result;
+  }
+
   /// The short way of one row: arrays that can be read and written where they are. Nothing where they cannot.
   py::object take_dense(py::handle output, py::handle regressor, py::handle out) {
     const py::dtype& real = once<&py::dtype::of<Real>>();
@@ -240,13 +248,6 @@ class PyBank : Made {
       throw py::value_error("streams: got " + std::to_string(streams) + ", allowed: 1 <= streams <= 2**32");
     }
     return static_cast<std::size_t>(streams);
-  }
-
-  void require_idle() const {
-    require_made();
-    if (busy_) {
-      throw std::runtime_error("this bank is processing a block in another thread: give each thread its own");
-    }
   }
 
   Settings settings_;

@@ -4,7 +4,7 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from palpate.recording.sidecar import BEGUN, sidecar_path
 from palpate.sample import Sample
 from palpate.sources import Source
 from palpate.sources import open as open_source
+
+if TYPE_CHECKING:
+    from palpate._core import _AnySettings, _Scene
 
 STOP_S = 0.5
 _BATCH = 256  # samples at a time, at most
@@ -90,16 +93,17 @@ class Stream:
         source: str | Source,
         tracker: Tracker | None = None,
         *,
-        scene: str = "handheld",
+        scene: "_Scene" = "handheld",
         record: str | os.PathLike[str] | None = None,
         capacity: int = 4096,
         notes: list[str] | None = None,
         notify: Callable[[str], None] | None = None,
-        **settings: Any,
+        **settings: Unpack["_AnySettings"],
     ) -> None:
         if tracker is not None and settings:
             raise ValueError(f"settings: got {', '.join(settings)} beside a tracker, allowed: one of the two")
-        self.tracker = tracker or Tracker(scene, **settings)
+        given: dict[str, Any] = dict(settings)
+        self.tracker = tracker or Tracker(scene, **given)
         if record is not None:
             sidecar_path(Path(record))
         self._ring = SampleRing(capacity)
@@ -108,7 +112,7 @@ class Stream:
             self.source.notify = notify
         if tracker is None:
             full_scale = float(self.source.describe().get("full_scale_pF", math.inf))
-            self.tracker = Tracker(scene, **{"full_scale": full_scale, **settings})
+            self.tracker = Tracker(scene, **{"full_scale": full_scale, **given})
         self.recorder: Recorder | None = None
         self._record = record
         self._notes = notes or []
@@ -303,24 +307,24 @@ class Stream:
             reader.ready.clear()
 
     def _estimated(self, block: Block) -> Batch:
-        before = len(self.tracker.touches)
+        before = self.tracker.touch_count
         rows = feed(self.tracker, block)
         self._fed = samples_of(block[-1:])[0]
         self._delivered += len(block)
         self._refused += int(np.count_nonzero(refused(block)))
         self._saturated += int(np.count_nonzero(saturated(block)))
-        return Batch(block, rows, self.tracker.touches[before:], before + 1)
+        return Batch(block, rows, self.tracker.touches_since(before), before + 1)
 
     def _finish(self) -> Batch | None:
         """End a touch that still runs."""
         if self._ended:
             return None
         self._ended = True
-        before = len(self.tracker.touches)
+        before = self.tracker.touch_count
         if self.tracker.finish() is None:
             return None
         nothing = np.empty(0, DTYPE)
-        return Batch(nothing, feed(self.tracker, nothing), self.tracker.touches[before:], before + 1)
+        return Batch(nothing, feed(self.tracker, nothing), self.tracker.touches_since(before), before + 1)
 
 
 def _told(error: BaseException | None) -> str | None:
