@@ -1,6 +1,7 @@
 """The pages of docs/ as a site: `python -m sphinx -W docs build/docs`. Nothing is fetched, here or by a reader."""
 
 import sys
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,16 @@ sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 project = "palpate"
 copyright = "the palpate authors, MIT licence"
 version = release = palpate.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "command_help"]
-exclude_patterns = ["extensions"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "mathml",
+    "command_help",
+]
+exclude_patterns = ["extensions", "templates"]
+templates_path = ["templates"]
 html_theme = "furo"
 html_title = f"palpate {release}"
 html_math_renderer = "mathml"
@@ -23,20 +32,24 @@ myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_dmath_double_inline = True
 myst_heading_anchors = 3
 
+autosummary_generate_overwrite = True
+# cusum and Cusum: one file where names of files know no case.
+autosummary_filename_map = {"palpate.design.Cusum": "palpate.design.Cusum-class"}
 default_role = "py:obj"  # names in docstrings become links where they are known
 autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
 autodoc_typehints = "none"  # the docstrings say more
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_param = False
-napoleon_use_ivar = True
+napoleon_custom_sections = [("Attributes", "params_style")]  # "low, high : float" is one entry of two names
 # Types are in words: shapes, units, ranges.
 nitpick_ignore_regex = [("py:.*", ".*")]
 suppress_warnings = ["ref.python"]
 
 
 def setup(app: Any) -> None:
-    """Keep napoleon from taking what stands before a property's first colon for its type."""
+    """Connect what autodoc and napoleon need to show the docstrings as they are written."""
     written: dict[str, list[str]] = {}
 
     def keep(_app: Any, what: str, name: str, _value: Any, _options: Any, lines: list[str]) -> None:
@@ -46,5 +59,13 @@ def setup(app: Any) -> None:
     def restore(_app: Any, _what: str, name: str, _value: Any, _options: Any, lines: list[str]) -> None:
         lines[:] = written.pop(name, lines)
 
+    def skip(_app: Any, _what: str, name: str, value: Any, _skip: bool, _options: Any) -> bool | None:
+        if isinstance(value, Enum) and not name.startswith("_"):
+            return False
+        return True if type(value).__name__ == "_tuplegetter" else None
+
+    # Napoleon would take the text before a property's first colon for its type.
     app.connect("autodoc-process-docstring", keep, priority=400)
     app.connect("autodoc-process-docstring", restore, priority=600)
+    # Members of an enumeration are shown; the fields of a named tuple stand in its docstring already.
+    app.connect("autodoc-skip-member", skip)

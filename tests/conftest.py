@@ -1,44 +1,28 @@
-"""Fixtures, the rule for missing tools, and the summary of what the property tests found."""
+"""Fixtures, the profiles of the property tests, and the summary of what they found."""
 
+import json
 import os
-import shutil
+import signal
 import sys
-from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import pytest
+from effort import NIGHTLY
 from hypothesis import settings
+from project import ROOT, need
+from tally import Tally
 
-ROOT = Path(__file__).parents[1]
-
-# Seeds are fixed: the same examples in every run.
-settings.register_profile("palpate", max_examples=200, deadline=None, derandomize=True, database=None)
-settings.load_profile("palpate")
-
-
-class Tally:
-    """Examples run, and the largest deviations seen, over the whole session."""
-
-    def __init__(self) -> None:
-        self.examples: Counter[str] = Counter()
-        self.largest: dict[str, float] = {}
-        self.faults: dict[str, list[int]] = {}
-
-    def count(self, what: str) -> None:
-        """Note one example of a property."""
-        self.examples[what] += 1
-
-    def note(self, what: str, value: float) -> None:
-        """Keep the largest value of its name."""
-        self.largest[what] = max(value, self.largest.get(what, 0.0))
-
-    def fault(self, what: str, rows: int, lost: int) -> None:
-        """Note one try of a fault: rows that were acknowledged by then, and those of them that were lost."""
-        counts = self.faults.setdefault(what, [0, 0, 0])
-        self.faults[what] = [old + new for old, new in zip(counts, (1, rows, max(lost, 0)), strict=True)]
-
+# Seeds are fixed: the same examples in every run. No database, which workers would share.
+settings.register_profile("commit", max_examples=200, deadline=None, derandomize=True, database=None)
+settings.register_profile("nightly", settings.get_profile("commit"), max_examples=2000)
+settings.load_profile("nightly" if NIGHTLY else "commit")
 
 _TALLY = Tally()
+
+# A shell starts what it runs in the background deaf to SIGINT, and children inherit that: those that tests interrupt, too.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
@@ -55,17 +39,6 @@ def recordings() -> Path:
     return folder
 
 
-def need(tool: str) -> str:
-    """Path of a program that a test cannot do without: missing, it is a skip, or a failure where all must run."""
-    path = shutil.which(tool)
-    if path is None:
-        message = f"{tool} is not installed"
-        if os.environ.get("PALPATE_NO_SKIP"):
-            pytest.fail(message)
-        pytest.skip(message)
-    return path
-
-
 @pytest.fixture(scope="session")
 def cmake() -> str:
     """Find cmake beside the interpreter, as the test extra installs it, or the system's."""
@@ -73,15 +46,29 @@ def cmake() -> str:
     return need("cmake")
 
 
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """In a worker: send what was found to who prints it."""
+    output: dict[str, Any] | None = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output["tally"] = json.dumps(_TALLY.sent())  # text: what cannot be sent fails here, and is not lost
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Take what a worker found; one that crashed has sent nothing."""
+    sent = getattr(node, "workeroutput", {}).get("tally")
+    if sent is not None:
+        _TALLY.add(json.loads(sent))
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    if _TALLY.faults:
-        terminalreporter.section("faults")
-        terminalreporter.write_line(f"{'':52} {'tries':>6} {'rows':>9} {'lost':>5}")
-        for what, (tries, rows, lost) in _TALLY.faults.items():
-            terminalreporter.write_line(f"{what:52} {tries:6} {rows:9} {lost:5}")
-    if not _TALLY.examples:
-        return
-    terminalreporter.section("property tests")
-    terminalreporter.write_line(f"hypothesis examples: {sum(_TALLY.examples.values())}")
-    for what, value in sorted(_TALLY.largest.items()):
-        terminalreporter.write_line(f"largest {what}: {value:.3g}")
+    sections = {
+        "measured": sorted(_TALLY.said),
+        "faults": list(_TALLY.fault_lines()),
+        "property tests": list(_TALLY.property_lines()),
+    }
+    for title, lines in sections.items():
+        if lines:
+            terminalreporter.section(title)
+        for line in lines:
+            terminalreporter.write_line(line)

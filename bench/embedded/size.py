@@ -1,6 +1,6 @@
 """What the headers cost on a microcontroller: bytes, instructions and stack of each scene, estimator and stage.
 
-    python bench/embedded/size.py [--target m4f ...] [--json FILE]
+    python -m bench.embedded.size [--target m4f ...] [--json FILE]
 
 Compiles every subject of subjects.hpp by itself, in float, with -Os and -O2, links and runs the -Os image under QEMU,
 and compares its results with those of this machine. Needs arm-none-eabi-g++ with libstdc++ and newlib,
@@ -14,8 +14,8 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-import firmware
-from firmware import TARGETS, Cost, Target
+from bench.embedded import firmware
+from bench.embedded.firmware import TARGETS, Cost, Target
 
 # What compiled code may ask for: memory functions, which every C library has, and arithmetic of single precision.
 MEMORY = {"memcpy", "memset", "memmove"}

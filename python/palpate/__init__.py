@@ -39,12 +39,9 @@ TYPE_CHECKING = False  # for a checker True; importing typing would take longer 
 if TYPE_CHECKING:
     from typing import Any
 
-    from palpate.calibration import Calibration
-    from palpate.calibration.modulus import Modulus
-    from palpate.recording import Recording, read
-    from palpate.recording.checking import check
-    from palpate.recording.foreign import recorded
-    from palpate.sample import Sample, Status
+    from palpate.calibration import Calibration, Modulus
+    from palpate.recording import Recording, check, read, recorded
+    from palpate.samples import Sample, Status
     from palpate.sources import Source, open
     from palpate.stream import Stream
     from palpate.touch import most_reliable, touches
@@ -94,17 +91,17 @@ __all__ = [
 
 _LAZY = {
     "Calibration": "calibration",
-    "Modulus": "calibration.modulus",
+    "Modulus": "calibration",
     "Recording": "recording",
-    "Sample": "sample",
+    "Sample": "samples",
     "Source": "sources",
-    "Status": "sample",
+    "Status": "samples",
     "Stream": "stream",
-    "check": "recording.checking",
+    "check": "recording",
     "most_reliable": "touch",
     "open": "sources",
     "read": "recording",
-    "recorded": "recording.foreign",
+    "recorded": "recording",
     "touches": "touch",
 }
 _MODULES = {
@@ -112,18 +109,17 @@ _MODULES = {
     "benchmark",
     "calibration",
     "design",
-    "evalkit",
+    "elasticity",
     "figures",
-    "kit",
     "recording",
     "reference",
-    "scenarios",
-    "simulate",
+    "samples",
+    "simulation",
     "sources",
-    "specimens",
     "stream",
     "touch",
 }
+"""No module has the name of a function above: its import would take the function's place."""
 
 
 def __getattr__(name: str) -> Any:

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate import scenarios
 from palpate._core import AdaptiveRls, Rls, Tracker
-from palpate.simulate import Scenario, Simulation, simulate
+from palpate.simulation import scenarios
+from palpate.simulation.probe import Scenario, Simulation, simulate
 
 if TYPE_CHECKING:
     from palpate._core import _Scene

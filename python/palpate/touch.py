@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
-from palpate.recording.block import Block, feed
+from palpate.samples import Block, feed
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -74,7 +74,7 @@ def touches(
     Examples
     --------
     >>> import palpate
-    >>> from palpate import scenarios
+    >>> from palpate.simulation import scenarios
     >>> [touch] = palpate.touches(scenarios.run("stiff-steady"))
     >>> abs(touch.ratio / scenarios.PROBE.ratio(8.68) - 1) < 3 * touch.standard_error / touch.ratio
     True
@@ -127,7 +127,7 @@ def most_reliable(touches: Sequence[Touch], *, by: str = "agreement") -> Touch:
     by : str
         "agreement": the touch whose ratio is nearest to the mean of all, among the touches without a flag; of two
         the one with the smaller standard error. "standard_error": the smallest, among the same. "covariance": the
-        smallest among all, the paper's choice (Sec. IV). bench/reliability.py compares them.
+        smallest among all, the paper's choice (Sec. IV). bench/accuracy/reliability.py compares them.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def most_reliable(touches: Sequence[Touch], *, by: str = "agreement") -> Touch:
     Examples
     --------
     >>> import palpate
-    >>> from palpate import scenarios
+    >>> from palpate.simulation import scenarios
     >>> four = palpate.touches(scenarios.run("four-specimens"))
     >>> palpate.most_reliable(four, by="covariance") in four
     True

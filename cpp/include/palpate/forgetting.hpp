@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// The null policy, lambda = 1: every sample counts the same for ever. In float, R stops growing at 2^24 x^2 and
-/// samples after that number count too much: for so many take double. See bench/stability.py.
+/// samples after that number count too much: for so many take double. See bench/accuracy/stability.py.
 template <class Real>
 struct NoForgetting {
   using real_type = Real;

@@ -134,7 +134,7 @@ class Tracker : public Settings {
       }
       const Real ratio = estimator.ratio();
       const Real shared = hard_baseline.variance() + product(product(ratio, ratio), soft_baseline.variance());
-      return square_root(estimator.variance() + product(shared, estimator.weight()) / estimator.information());
+      return square_root(estimator.variance() + product(shared, estimator.count()) / estimator.information());
     }
   }
 

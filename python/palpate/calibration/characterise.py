@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from palpate._core import Touch
-from palpate.calibration import Calibration
+from palpate.calibration.calibration import Calibration
 from palpate.touch import most_reliable, usable
 
 CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance")

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from palpate.calibration.curve_fit import Fit
+from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
 from palpate.extras import need
-from palpate.specimens import Probe
 
 SCHEMA = 1
 UNITS = {"modulus": "MPa", "ratio": "1", "standard_error": "1", "variance": "relative to the ratio squared"}
@@ -31,7 +31,7 @@ def save(path: Path, document: Mapping[str, Any]) -> None:
 
 
 def document(
-    fit: Fit, probe: Probe, verdict: str, data: Mapping[str, Any], about: Mapping[str, str], version: str
+    fit: Fit, probe: Elasticity, verdict: str, data: Mapping[str, Any], about: Mapping[str, str], version: str
 ) -> dict[str, Any]:
     """Return what is written: `data` are the arrays ratios, moduli, standard_errors and touches."""
     return {

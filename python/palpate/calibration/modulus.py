@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import exp, inf, isfinite, isnan, nan
 
-from palpate.specimens import Probe
+from palpate.elasticity import Elasticity
 
 _LARGEST = 690.0  # exp of it is still a number
 
@@ -55,7 +55,9 @@ class Modulus:
         return f"{self.value:.3g} MPa ({self.low:.3g} to {self.high:.3g})"
 
     @classmethod
-    def of(cls, probe: Probe, ratio: float, bounds: tuple[float, float], calibrated: tuple[float, float]) -> "Modulus":
+    def of(
+        cls, probe: Elasticity, ratio: float, bounds: tuple[float, float], calibrated: tuple[float, float]
+    ) -> "Modulus":
         """Put together what a ratio says: by eq. (2), the ends of the set of log(E / MPa), and the calibrated moduli."""
         low, high = (_exp(x) for x in bounds)
         reason = _reason(probe, ratio, agrees=not isnan(low))
@@ -63,7 +65,7 @@ class Modulus:
         return cls(value, low, high, reason, extrapolated=not calibrated[0] <= value <= calibrated[1])
 
 
-def _reason(probe: Probe, ratio: float, *, agrees: bool) -> str:
+def _reason(probe: Elasticity, ratio: float, *, agrees: bool) -> str:
     far = "" if agrees else ", by more than its uncertainty"
     if ratio < probe.soft_ratio:
         return f"the ratio is below {probe.soft_ratio:.4g}, that of an infinitely soft object{far}"

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.calibration import Calibration
+from palpate.calibration.calibration import Calibration
 from palpate.calibration.curve_fit import curve
 from palpate.calibration.interval import Measured, allowance
 from palpate.figure_style import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, sheet

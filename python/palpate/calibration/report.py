@@ -6,7 +6,7 @@ from math import isfinite
 from string import Template
 from typing import Any
 
-from palpate.calibration import Calibration
+from palpate.calibration.calibration import Calibration
 from palpate.calibration.characterise import Specimen, choose, rises
 from palpate.calibration.plot import svg
 

@@ -5,14 +5,10 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from palpate.errors import CalibrationError
-from palpate.recording.block import DTYPE, Block
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.table import to_number
-from palpate.sample import Status
-from palpate.simulate import Simulation
+from palpate.samples import Block
 
 
 def read_moduli(path: Path) -> dict[str, float]:
@@ -99,8 +95,8 @@ def _bare(name: str) -> str:
     return re.sub(r"[-_ .]", "", name).casefold()
 
 
-def write_session(folder: Path, recordings: Mapping[str, Simulation], moduli: Mapping[str, float]) -> list[Path]:
-    """Write simulated recordings, a file each, and their moduli as `moduli.csv`.
+def write_session(folder: Path, recordings: Mapping[str, Block], moduli: Mapping[str, float]) -> list[Path]:
+    """Write recordings, a file for each specimen, and their moduli as `moduli.csv`.
 
     Raises
     ------
@@ -113,23 +109,7 @@ def write_session(folder: Path, recordings: Mapping[str, Simulation], moduli: Ma
         raise FileExistsError(f"{there[0]} exists already")
     folder.mkdir(parents=True, exist_ok=True)
     for name, path in paths.items():
-        path.write_bytes(HEADER.encode() + format_rows(_block(recordings[name])))
+        path.write_bytes(HEADER.encode() + format_rows(recordings[name]))
     rows = "".join(f"{name},{moduli[name]!r}\n" for name in recordings)
     table.write_text(f"specimen,modulus_MPa\n{rows}", encoding="utf-8")
     return [*paths.values(), table]
-
-
-def _block(run: Simulation) -> Block:
-    """Return what a simulation gave as samples: a value that is missing has no code."""
-    block = np.zeros(len(run.hard), DTYPE)
-    block["seq"] = np.arange(len(block))
-    lost = np.isnan(run.hard) | np.isnan(run.soft)
-    channels = (("hard", run.t_hard_s, Status.HARD_SATURATED), ("soft", run.t_soft_s, Status.SOFT_SATURATED))
-    for name, seconds, saturated in channels:
-        codes, values = getattr(run, f"{name}_raw"), getattr(run, name)
-        block[f"t_{name}_ns"] = np.rint(seconds * 1e9)
-        block[f"{name}_raw"] = np.where(lost, -1, codes)
-        block[name] = np.where(lost, np.nan, values)
-        block["status"] |= np.where(~lost & (np.abs(values) >= run.full_scale_pF), int(saturated), 0).astype(np.uint8)
-    block["status"][lost] = int(Status.LOST)
-    return block

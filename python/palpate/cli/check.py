@@ -12,7 +12,7 @@ from palpate.cli.exit import BAD_DATA, NOT_RELIABLE
 from palpate.cli.options import json_option, reading_options
 
 if TYPE_CHECKING:
-    from palpate.recording.checking import Report
+    from palpate.recording.verification import Verification
 
 
 @click.command()
@@ -31,9 +31,9 @@ def check(
     Example:
       palpate check monday/*.csv
     """  # noqa: D301
-    from palpate.recording.checking import check as look
+    from palpate.recording.verification import check as look
 
-    reports: list[Report] = []
+    reports: list[Verification] = []
     unreadable: list[RecordingError] = []
     for file in files:
         try:
@@ -48,18 +48,18 @@ def check(
     sys.exit(_code(reports, unreadable))
 
 
-def _code(reports: "list[Report]", unreadable: list[RecordingError]) -> int:
+def _code(reports: "list[Verification]", unreadable: list[RecordingError]) -> int:
     if unreadable or any(report.faults for report in reports):
         return BAD_DATA
     return NOT_RELIABLE if any(report.findings for report in reports) else 0
 
 
-def _json(reports: "list[Report]", unreadable: list[RecordingError]) -> str:
+def _json(reports: "list[Verification]", unreadable: list[RecordingError]) -> str:
     plain = [report.as_dict() for report in reports]
     return json.dumps({"recordings": plain, "unreadable": [str(error) for error in unreadable]}, indent=2)
 
 
-def _lines(report: "Report") -> str:
+def _lines(report: "Verification") -> str:
     survey = report.survey
     pace = "" if survey.rows < 2 or not survey.period_s > 0 else f", {1 / survey.period_s:.1f} pairs a second"
     verdict = _verdict(report)
@@ -69,7 +69,7 @@ def _lines(report: "Report") -> str:
     )
 
 
-def _verdict(report: "Report") -> str:
+def _verdict(report: "Verification") -> str:
     if report.running:
         return "still being recorded"
     if report.faults:

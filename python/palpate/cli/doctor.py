@@ -25,13 +25,13 @@ def doctor(context: click.Context, as_json: bool) -> None:
     Example:
       palpate doctor
     """  # noqa: D301
-    from palpate.cli import checks
+    from palpate.cli import diagnosis
 
     group = context.find_root().command
     assert isinstance(group, click.Group)
     commands = {name: command for name in group.list_commands(context) if (command := group.get_command(context, name))}
     findings = []
-    for finding in checks.all_of(commands):
+    for finding in diagnosis.all_of(commands):
         findings.append(finding)
         if not as_json:
             click.echo("\n".join([f"{_MARKS[finding.state]}  {finding.what}: {finding.text}", *_indented(finding.do)]))

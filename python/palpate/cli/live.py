@@ -69,7 +69,7 @@ def live(
     from palpate.live.serve import address_of, listen, serve
     from palpate.live.server import Server
     from palpate.live.session import Session
-    from palpate.live.status import Status
+    from palpate.live.summary import Summary
 
     source = source or _plugged_in()
     how: dict[str, Any] = {"scene": scene, **settings} | ({"samples": samples} if samples else {})
@@ -81,7 +81,7 @@ def live(
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
     token = _token(host)
-    app = Server(session, Status(session, calibrated), source).app(host, listening.getsockname()[1], token)
+    app = Server(session, Summary(session, calibrated), source).app(host, listening.getsockname()[1], token)
     with _ending(session), listening:
         _tell(address_of(listening, host, token), source, file, as_json=as_json, no_open=no_open)
         serve(app, listening)

@@ -20,8 +20,8 @@ from palpate.cli.source import SourceType
 
 if TYPE_CHECKING:
     from palpate._core import _Scene
-    from palpate.estimate import Batch
     from palpate.stream import Stream
+    from palpate.stream.estimate import Batch
 
 _PROGRESS_S = 0.2
 

@@ -41,14 +41,15 @@ def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: flo
       palpate simulate -o specimens
       palpate simulate -o gel --object gel=1.1 --seed 7
     """  # noqa: D301
-    from palpate.calibration.hand import Hand, session
     from palpate.calibration.specimen_files import write_session
-    from palpate.specimens import SORBOTHANE_MPA
+    from palpate.elasticity import SORBOTHANE_MPA
+    from palpate.simulation.hand import Hand, session
 
     moduli = objects or SORBOTHANE_MPA
     made = session(seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches)
+    blocks = {name: run.block() for name, run in made.items()}
     try:
-        paths = [str(path) for path in write_session(folder, made, moduli)]
+        paths = [str(path) for path in write_session(folder, blocks, moduli)]
     except FileExistsError as error:
         raise click.UsageError(f"-o: {error}") from error
     click.echo(json.dumps({"files": paths}, indent=2) if as_json else "\n".join(paths))

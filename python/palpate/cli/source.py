@@ -25,7 +25,7 @@ class SourceType(click.types.StringParamType):
 
 def _addresses(scheme: str) -> list[str]:
     if scheme == "sim":
-        from palpate.scenarios import SCENARIOS
+        from palpate.simulation.scenarios import SCENARIOS
 
         return [f"sim:{name}" for name in SCENARIOS]
     if f"{scheme}:" in _SCHEMES:

@@ -8,11 +8,11 @@ import numpy as np
 from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.calibration.characterise import Specimen, calibrate, choose
-from palpate.calibration.hand import session
 from palpate.calibration.plot import draw, moduli_axis
+from palpate.elasticity import SORBOTHANE_MPA
 from palpate.figure_style import HANDHELD, HARD, PAPER, SLOW, TRUTH
-from palpate.scenarios import PROBE
-from palpate.specimens import SORBOTHANE_MPA
+from palpate.simulation.hand import session
+from palpate.simulation.scenarios import PROBE
 from palpate.touch import touches
 
 if TYPE_CHECKING:

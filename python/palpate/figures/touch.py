@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import AdaptiveRls, Rls, Tracker
+from palpate.elasticity import SORBOTHANE_MPA
 from palpate.figure_style import FAST, HANDHELD, HARD, PAPER, SLOW, SOFT, TRUTH
-from palpate.scenarios import PROBE
-from palpate.simulate import Press, Scenario, Simulation, simulate
-from palpate.specimens import SORBOTHANE_MPA
+from palpate.simulation.probe import Press, Scenario, Simulation, simulate
+from palpate.simulation.scenarios import PROBE
 
 Array = NDArray[Any]
 START_S = 3.9  # contact at about the 150th sample

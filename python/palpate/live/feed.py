@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.estimate import Batch
-from palpate.recording.block import refused, saturated
+from palpate.samples import refused, saturated
+from palpate.stream.estimate import Batch
 
 Rows = NDArray[np.void]
 """What a page draws, shape (n,), of `ROW`."""

@@ -8,7 +8,7 @@ from typing import Protocol
 from palpate.live.feed import History, joined, pack
 from palpate.live.protocol import told
 from palpate.live.session import Session
-from palpate.live.status import Status
+from palpate.live.summary import Summary
 
 FRAMES_PER_S = 30
 AHEAD = 30  # frames sent that a page has not yet said to have seen: more would only fill buffers, and be shown late
@@ -98,14 +98,14 @@ class Hub:
     Parameters
     ----------
     session : Session
-    status : Status
+    summary : Summary
     source : str
         As the user named it.
     """
 
-    def __init__(self, session: Session, status: Status, source: str) -> None:
+    def __init__(self, session: Session, summary: Summary, source: str) -> None:
         self.pages: set[Page] = set()
-        self._session, self._status, self._source = session, status, source
+        self._session, self._summary, self._source = session, summary, source
         self._history, self._frame = History(), 0
         self._measurement = session.number
         self._told: dict[str, str] = {}
@@ -132,14 +132,14 @@ class Hub:
 
     def send_state(self) -> None:
         """Tell every page how things stand, and what has changed besides."""
-        self._announce("touches", told("touches", **self._status.touches()))
-        self._announce("marks", told("marks", **self._status.marks()))
-        state = self._status.now()
+        self._announce("touches", told("touches", **self._summary.touches()))
+        self._announce("marks", told("marks", **self._summary.marks()))
+        state = self._summary.now()
         for page in self.pages:
             page.tell("state", told("state", **state, frames={"sent": page.sent, "lost": page.lost}))
 
     def _greet(self, page: Page) -> None:
-        page.tell("hello", told("hello", **self._status.instrument(self._source)))
+        page.tell("hello", told("hello", **self._summary.instrument(self._source)))
 
     def _announce(self, kind: str, message: str) -> None:
         if self._told.get(kind) != message:

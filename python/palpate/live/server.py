@@ -20,7 +20,7 @@ from palpate.live.gatekeeper import Gatekeeper
 from palpate.live.hub import PAGES, Hub, Page
 from palpate.live.protocol import Command, Refused, parse, told
 from palpate.live.session import Session
-from palpate.live.status import Status
+from palpate.live.summary import Summary
 
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 _PART = 1 << 16
@@ -48,7 +48,7 @@ class Server:
     ----------
     session : Session
         Begun; the server does not close it.
-    status : Status
+    summary : Summary
     source : str
         As the user named it.
 
@@ -57,9 +57,9 @@ class Server:
     hub : Hub
     """
 
-    def __init__(self, session: Session, status: Status, source: str) -> None:
+    def __init__(self, session: Session, summary: Summary, source: str) -> None:
         self._session = session
-        self.hub = Hub(session, status, source)
+        self.hub = Hub(session, summary, source)
 
     def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
         """Return the application, guarded, for this address."""

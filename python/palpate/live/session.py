@@ -7,12 +7,12 @@ from threading import Event, Lock, Thread
 from typing import Any, NamedTuple
 
 from palpate._core import Touch
-from palpate.estimate import Batch, StreamCounters
 from palpate.live.feed import Rows, rows_of
 from palpate.live.protocol import Command, Refused
 from palpate.live.recordings import Recordings
 from palpate.sources import Source
 from palpate.stream import Stream
+from palpate.stream.estimate import Batch, StreamCounters
 
 _PAUSE_S = 1 / 60  # from batch to batch: a page is drawn half as often
 _UNREAD = 4096  # batches: a minute of a server that stands still

@@ -12,19 +12,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.ad7746 import LAST_CODE, SATURATED_CODES, SATURATED_PF
+from palpate.ad7746.datasheet import LAST_CODE, SATURATED_CODES, SATURATED_PF
 from palpate.errors import RecordingError
-from palpate.recording.block import DTYPE, Block
 from palpate.recording.rows import capacitances
 from palpate.recording.survey import Survey
-from palpate.sample import Status
+from palpate.samples import DTYPE, Block, Status
 
 _CODE = re.compile(r"[0-9A-Fa-f]{6}")
 _TIME = re.compile(r"([\d.,]+)\s*(ms|s)$")
 
 
 @dataclass(frozen=True, eq=False)
-class Channel:
+class ChannelFile:
     """One file: its header, and the codes of its rows.
 
     Attributes
@@ -63,7 +62,7 @@ def is_binary_data(path: Path) -> bool:
     return bool(rows) and any(":" in line for line in header)
 
 
-def read_channel(path: Path) -> Channel:
+def read_channel(path: Path) -> ChannelFile:
     """Read one file.
 
     Raises
@@ -81,7 +80,7 @@ def read_channel(path: Path) -> Channel:
     cells = [cell for line in header for cell in line.split("\t") if ":" in cell]
     named = {key.strip(): value.strip() for key, _, value in (cell.partition(":") for cell in cells)}
     codes = np.array([row[0] for row in parsed], np.int32)
-    return Channel(path, named, codes, sum(len(row) > 1 for row in parsed), torn)
+    return ChannelFile(path, named, codes, sum(len(row) > 1 for row in parsed), torn)
 
 
 def _parts(lines: list[str]) -> tuple[list[str], list[str]]:

@@ -10,15 +10,15 @@ import numpy as np
 from palpate._core import __version__
 from palpate.errors import RecordingError
 from palpate.extras import need
-from palpate.recording import OWN_COLUMNS, sidecar, time_column
+from palpate.recording import sidecar
 from palpate.recording.binary_data import BinaryData
-from palpate.recording.block import DTYPE, Block
 from palpate.recording.filelock import is_locked
 from palpate.recording.foreign import Foreign
 from palpate.recording.own_file import Recorded
+from palpate.recording.recording import OWN_COLUMNS, time_column
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.table import read_table
-from palpate.sample import Status
+from palpate.samples import DTYPE, Block, Status
 
 SUFFIXES = (".parquet", ".csv")
 _UNITS = {"t_hard_ns": "ns", "t_soft_ns": "ns", "hard_raw": "code", "soft_raw": "code", "hard": "pF", "soft": "pF"}

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from palpate.recording import read
-from palpate.recording.block import DTYPE, Block
 from palpate.recording.own_file import Recorded, is_own
+from palpate.recording.recording import read
 from palpate.recording.survey import Survey
+from palpate.samples import DTYPE, Block
 
 
 class Foreign:

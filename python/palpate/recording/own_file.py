@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from palpate.ad7746 import SATURATED_PF
+from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
-from palpate.recording.block import Block
 from palpate.recording.rows import HEADER, RowError, is_whole, parse_rows
 from palpate.recording.survey import Survey
+from palpate.samples import Block
 
 _CHUNK = 1 << 20  # bytes: some 10,000 rows
 

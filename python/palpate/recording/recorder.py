@@ -18,10 +18,9 @@ import numpy as np
 from palpate._core import SampleRing
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
-from palpate.recording.block import DTYPE, Block
 from palpate.recording.filelock import lock
 from palpate.recording.rows import HEADER, format_rows
-from palpate.sample import Sample
+from palpate.samples import DTYPE, Block, Sample
 
 FLUSH_S, SYNC_S = 0.1, 1.0
 CAPACITY = 8192  # samples: minutes of a disk that hangs

@@ -8,13 +8,12 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.ad7746 import CODES_PER_PF, ZERO_CODE
-from palpate.recording.block import DTYPE, Block
-from palpate.sample import Status
+from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, ZERO_CODE
+from palpate.samples import DTYPE, Block, Status
 
 COLUMNS = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "status")
 HEADER = ",".join(COLUMNS) + "\n"
-LARGEST_STATUS = int(Status.LOST)
+LARGEST_CODE, LARGEST_STATUS = LAST_CODE, int(Status.LOST)
 """The status is the last column, one digit: a line that lost its end shows it."""
 
 # Two roundings of 2**-53 each: below this time the nearest ns is the one that was written.
@@ -52,8 +51,8 @@ def format_rows(block: Block) -> bytes:
 
     Examples
     --------
-    >>> from palpate.recording.block import block_of
-    >>> from palpate.sample import Sample
+    >>> from palpate.samples import block_of
+    >>> from palpate.samples import Sample
     >>> format_rows(block_of([Sample(7, 26_000_123, 39_000_000, 8388608, -1, 0.0, 2.5, 0)]))
     b'7,0.026000123,0.039000000,8388608,-1,0.0,2.5,0\n'
     """

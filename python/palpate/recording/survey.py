@@ -4,9 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from palpate.ad7746 import LAST_CODE
-from palpate.recording.block import Block, refused
-from palpate.sample import Status
+from palpate.ad7746.datasheet import LAST_CODE
+from palpate.samples import Block, Status, refused
 
 
 @dataclass

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 WARM_UP = 8  # samples before the detector watches
 TRANSIENT = 3  # innovations that speak of the initial ratio
-SETTLED = 16  # samples since the last change for a standard error; in all, twice as many
+SETTLED = 16  # samples since the last change for a standard error
+FEWEST = 32  # innovations for a standard error, and the most that the long-run variance differs from the variance by
 
 
 class HandoverTrace(NamedTuple):
@@ -77,28 +78,30 @@ class _Noise:
     def correlations(self) -> tuple[Any, Any]:
         return (self.lag1 / self.lag0, self.lag2 / self.lag0) if self.lag0 > 0 else (0 * self.lag0, 0 * self.lag0)
 
-    def bias(self) -> Any:
-        """Return Kendall's (1 + 3 r1) / n, which an estimated correlation is low by, with n samples; and 30 per cent."""
-        return self.number(1.3) * (1 + 3 * self.correlations()[0]) / self.weight
+    def corrected(self, correlation: Any) -> Any:
+        """Return a correlation without Kendall's bias, -(1 + 3 r1) / n with n samples, within what n samples can tell."""
+        limit = self.number(FEWEST - 1) / self.number(FEWEST + 1)
+        return min(max(correlation + (1 + 3 * self.correlations()[0]) / self.weight, -limit), limit)
 
     def update_forecast(self, seen: int) -> None:
         self.due = 1 if seen < 32 else 8
-        self.rho = min(max(self.correlations()[0] + self.bias(), self.number(-0.9)), self.number(0.95))
+        self.rho = self.corrected(self.correlations()[0])
 
     def long_run_variance(self) -> Any:
         """Return n times the variance of a mean of n innovations, n large."""
         r1, r2 = self.correlations()
         variance = self.lag0 / self.weight
-        second = (r2 - r1 * r1) / (1 - r1 * r1) if r1 * r1 < 1 else 0
-        if self.weight * second**2 < 6:  # not significant: AR(1)
+        partial = (r2 - r1 * r1) / (1 - r1 * r1) if r1 * r1 < 1 else 0
+        if self.weight * partial**2 < self.number(6.63):  # chi-squared, 1 %: not significant, AR(1)
             return variance * (1 + self.rho) / (1 - self.rho)
-        bias = self.bias()
-        if abs(r1 + bias) < self.number(0.99) and abs(r2 + bias) < self.number(0.99):
-            r1, r2 = r1 + bias, r2 + bias
+        r1, r2 = self.corrected(r1), self.corrected(r2)
         # Yule and Walker's coefficients of AR(2)
         first, second = r1 * (1 - r2) / (1 - r1 * r1), (r2 - r1 * r1) / (1 - r1 * r1)
-        gap = max(1 - first - second, self.number(0.02))
-        return variance * max((1 - first * r1 - second * r2) / gap**2, self.number(0.03))
+        gap = 1 - first - second
+        if gap <= 0:
+            return variance * FEWEST
+        factor = (1 - first * r1 - second * r2) / gap**2
+        return variance * min(max(factor, 1 / self.number(FEWEST)), FEWEST)
 
 
 @dataclass
@@ -128,8 +131,9 @@ class _Handover:
 
     def update(self, output: Any, regressor: Any) -> tuple[Any, ...]:
         e = output - regressor * self.ratio
-        # The mean of the regressors before; this one, where that mean says nothing of it.
-        leads = self.instrument * regressor > 0 and 4 * abs(self.instrument) > abs(regressor)
+        # The mean of the regressors before; this one, where that mean is more than 4 times larger or smaller.
+        size, x = abs(self.instrument), abs(regressor)
+        leads = self.instrument * regressor > 0 and size < 4 * x and x < 4 * size
         w = self.instrument if leads else regressor
         news, scale = e - self.noise.rho * self.noise.before, self.noise.scale(output)
         watching = self.seen >= WARM_UP
@@ -151,7 +155,7 @@ class _Handover:
 
     def _follow(self, w: Any, regressor: Any, e: Any) -> None:
         """Follow R' = lambda R + w x and r' = r + (w / R') e."""
-        self.information = self._bounded(self.steady * self.information + w * regressor, w * w)
+        self.information = self._bounded(self.steady * self.information + w * regressor)
         self.ratio += w / self.information * e
         self.squares = self.steady**2 * self.squares + w * w
         self.weight = self.steady * self.weight + 1
@@ -160,7 +164,7 @@ class _Handover:
         """Estimate anew from the samples since the CUSUM of the side that alarms was last 0."""
         samples = (self.up if self.up.statistic > self.down.statistic else self.down).samples
         self.squares = sum((w * w for w, _, _ in samples), self.number(0))
-        self.information = self._bounded(sum((w * x for w, _, x in samples), self.number(0)), self.squares)
+        self.information = self._bounded(sum((w * x for w, _, x in samples), self.number(0)))
         self.ratio = sum((w * y for w, y, _ in samples), self.number(0)) / self.information
         self.weight = self.number(len(samples))
 
@@ -184,20 +188,18 @@ class _Handover:
 
     def _forget_half(self) -> None:
         """Shorten the memory, as the ratio drifts."""
-        self.information = self._bounded(self.information / 2, 0)
+        self.information = self._bounded(self.information / 2)
         self.weight, self.squares, self.noise.offset = self.weight / 2, self.squares / 4, self.noise.offset / 2
 
     def _remember(self, regressor: Any) -> None:
-        share = self.smoothing
-        if self.seen * self.smoothing < 1:
-            share = 1 / self.number(self.seen + 1 if self.seen > 1 else 1)
-        self.instrument += share * (regressor - self.instrument)
+        """Take the mean of the first 1 / smoothing regressors, then an exponential one."""
+        self.instrument += max(self.smoothing, 1 / self.number(self.seen)) * (regressor - self.instrument)
 
-    def _bounded(self, information: Any, square: Any) -> Any:
-        return max(information, square / 8, self.least)
+    def _bounded(self, information: Any) -> Any:
+        return max(information, self.least)
 
     def standard_error(self) -> Any:
-        if self.noise.weight < 2 * SETTLED or self.weight < SETTLED:
+        if self.noise.weight < FEWEST or self.weight < SETTLED:
             return self.number("nan")
         variance = self.noise.long_run_variance() * self.squares / self.information**2
         return variance.sqrt() if hasattr(variance, "sqrt") else np.sqrt(variance)

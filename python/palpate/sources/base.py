@@ -4,7 +4,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Protocol, Self, runtime_checkable
 
-from palpate.sample import Sample
+from palpate.samples import Sample
 
 
 def _silent(_: str) -> None:

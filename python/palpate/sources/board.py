@@ -5,12 +5,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from typing import Any, Self
 
-from palpate.ad7746 import SATURATED_PF
-from palpate.clock import Clock, RealClock
-from palpate.kit.bus import RegisterBus
-from palpate.kit.configuration import Configuration
-from palpate.kit.driver import Ad7746
-from palpate.sample import Sample
+from palpate.ad7746.bus import RegisterBus
+from palpate.ad7746.clock import Clock, RealClock
+from palpate.ad7746.configuration import Configuration
+from palpate.ad7746.datasheet import SATURATED_PF
+from palpate.ad7746.driver import Ad7746
+from palpate.samples import Sample
 from palpate.sources.base import Source
 from palpate.sources.options import Check, anything, checked, number, text
 
@@ -86,7 +86,7 @@ class BoardSource(Source):
 
 def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
     """Open `usb:` or `usb:BUS/ADDRESS`, the evaluation kit."""
-    from palpate.evalkit import EvalKit
+    from palpate.ad7746.evalkit.board import EvalKit
 
     given = checked("usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything})
     match = re.fullmatch(r"(?:(\d+)/(\d+))?", address)
@@ -100,7 +100,7 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
 
 def open_i2c(address: str, options: Mapping[str, Any]) -> BoardSource:
     """Open `i2c:/dev/i2c-N`."""
-    from palpate.kit.i2cdev import I2cBus
+    from palpate.ad7746.i2c import I2cBus
 
     given = checked("i2c", options, {**CONVERTER, "open_bus": anything, "clock": anything})
     if not address:

@@ -41,7 +41,7 @@ def _look_for(*looks: Callable[[], list[Found]]) -> tuple[list[Found], list[str]
 
 
 def _boards() -> list[Found]:
-    from palpate.kit.usbboards import boards
+    from palpate.ad7746.evalkit.find import boards
 
     return [Found(f"usb:{board}", "AD7746 evaluation kit") for board in boards()]
 

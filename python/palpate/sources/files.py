@@ -5,10 +5,9 @@ from collections.abc import Iterator, Mapping
 from threading import Event
 from typing import Any
 
-from palpate.recording.block import Block, samples_of
 from palpate.recording.foreign import recorded
 from palpate.recording.table import PICOFARADS
-from palpate.sample import Sample
+from palpate.samples import Block, Sample, samples_of
 from palpate.sources.base import Source
 from palpate.sources.options import anything, checked, choice, number
 

@@ -12,9 +12,9 @@ from pathlib import Path
 from threading import Event
 from typing import Any
 
-from palpate import ad7746
+from palpate.ad7746 import datasheet
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError
-from palpate.sample import Sample, Status
+from palpate.samples import Sample, Status
 from palpate.sources.base import Source
 from palpate.sources.options import anything, checked, number
 
@@ -100,7 +100,7 @@ class IioSource(Source):
             "note": "not tried on hardware",
             "path": str(self._path),
             "files": kept,
-            "full_scale_pF": ad7746.SATURATED_PF,
+            "full_scale_pF": datasheet.SATURATED_PF,
             **({"period_s": period[0]} if period else {}),
         }
 
@@ -109,8 +109,8 @@ class IioSource(Source):
         begun = self._clock_ns()
         text = self._text(file.name)
         try:
-            code = int(text) + ad7746.ZERO_CODE  # the kernel has subtracted it
-            ad7746.capacitance_pF(code)
+            code = int(text) + datasheet.ZERO_CODE  # the kernel has subtracted it
+            datasheet.capacitance_pF(code)
         except ValueError as error:
             raise ProtocolError(f"{file}: got {text!r}, allowed: -8388608 to 8388607") from error
         return (begun + self._clock_ns()) // 2 - start_ns, code
@@ -123,8 +123,8 @@ class IioSource(Source):
 
 
 def _sample(seq: int, hard: tuple[int, int], soft: tuple[int, int]) -> Sample:
-    status = Status.HARD_SATURATED * ad7746.saturated(hard[1]) | Status.SOFT_SATURATED * ad7746.saturated(soft[1])
-    values = ad7746.capacitance_pF(hard[1]), ad7746.capacitance_pF(soft[1])
+    status = Status.HARD_SATURATED * datasheet.saturated(hard[1]) | Status.SOFT_SATURATED * datasheet.saturated(soft[1])
+    values = datasheet.capacitance_pF(hard[1]), datasheet.capacitance_pF(soft[1])
     return Sample(seq, hard[0], soft[0], hard[1], soft[1], *values, int(status))
 
 

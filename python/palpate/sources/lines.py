@@ -10,7 +10,7 @@ from typing import Any
 
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, SourceError
 from palpate.recording.table import PICOFARADS, to_number
-from palpate.sample import Sample, Status
+from palpate.samples import Sample, Status
 from palpate.sources.base import Source
 from palpate.sources.options import Check, checked, choice, number, text
 

@@ -4,13 +4,13 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from palpate.clock import Clock, RealClock, VirtualClock
-from palpate.evalkit import EvalKit
-from palpate.kit.simulated import kit_of
-from palpate.kit.twin import FAULTS, Fault, KitTwin
-from palpate.kit.twin_backend import TwinBackend
-from palpate.sample import Sample
-from palpate.scenarios import SCENARIOS
+from palpate.ad7746.clock import Clock, RealClock, VirtualClock
+from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.twin.kit import FAULTS, Fault, KitTwin
+from palpate.ad7746.twin.usb import TwinBackend
+from palpate.samples import Sample
+from palpate.simulation.board import kit_of
+from palpate.simulation.scenarios import SCENARIOS
 from palpate.sources.board import CONVERTER, BoardSource
 from palpate.sources.options import checked, number
 
@@ -31,7 +31,7 @@ class SimSource(BoardSource):
     Parameters
     ----------
     name : str
-        Of `palpate.scenarios.SCENARIOS`.
+        Of `palpate.simulation.scenarios.SCENARIOS`.
     options : mapping
         Checked: of `CONVERTER`, and seed, speed, fault.
     """

@@ -1,20 +1,20 @@
 // What the page shows and what its buttons do. The measurement does not wait for any of it.
 
 import { Charts } from "./charts.js";
-import { Link } from "./link.js";
+import { Connection } from "./connection.js";
 import { Store } from "./store.js";
-import { bySource, counted, precise, short, touchRow } from "./words.js";
+import { bySource, counted, precise, short, touchRow } from "./formatting.js";
 
 const $ = (id) => document.getElementById(id);
 const store = new Store();
 const charts = new Charts({ changes: $("changes"), ratios: $("ratios"), statistics: $("statistics") });
 let hello = {}, state = {}, changed = false, past = [];
 
-const link = new Link({
+const connection = new Connection({
   up: () => setLink(true, "connected"),
   down: (reason) => setLink(false, reason || "no server: trying again"),
   frame: (buffer) => {
-    link.say({ do: "seen", frame: store.take(buffer) });
+    connection.say({ do: "seen", frame: store.take(buffer) });
     changed = true;
   },
   text: (message) => tell[message.type]?.(message),
@@ -129,7 +129,7 @@ function setLink(up, text) {
 }
 
 function command(message) {
-  if (!link.say(message)) say("Not connected: nothing was done.", true);
+  if (!connection.say(message)) say("Not connected: nothing was done.", true);
 }
 
 const DO = {

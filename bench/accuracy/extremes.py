@@ -1,0 +1,175 @@
+"""Stiff and extreme inputs, each with what must come of it: for stability.py and tests/core/test_extremes.py.
+
+Exact values are the reference's, in so many digits that its own cancellation is seen through (700: a regressor of 1e153
+takes a covariance of 1e4 to 1e-306). An estimator of ours ends a case in one of these ways, never in
+another: right (within so many eps), or refused (samples counted, the state as it was), or unexcited (the regressor is so
+small that the prior outweighs it: the ratio is the initial one, and the covariance says so by staying near its start).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from decimal import Decimal, localcontext
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from palpate import reference
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Case:
+    """Samples, the settings to run them with, and how far off rounding may be, eps."""
+
+    name: str
+    output: Array
+    regressor: Array
+    settings: dict[str, float] = field(default_factory=dict)
+    ratio_eps: float = 16.0
+    covariance_eps: float = 16.0
+    ends: str = "right"
+
+
+def press(size: int, ratio: float = 2.5, scale: float = 1.0, noise: float = 1e-4, seed: int = 1) -> tuple[Array, Array]:
+    """Make a held press with tremor."""
+    rng = np.random.default_rng(seed)
+    regressor = 0.25 * (1 + 0.03 * np.sin(1.3 * np.arange(size)))
+    return (ratio * regressor + noise * rng.standard_normal(size)) * scale, regressor * scale
+
+
+def scaled(name: str, regressor: Array, seed: int = 2, **more: Any) -> Case:
+    """Make a case of ratio 2.5 with a relative noise of 1e-4 on a given regressor, in units of any size."""
+    noise = 1 + 1e-4 * np.random.default_rng(seed).standard_normal(len(regressor))
+    return Case(name, 2.5 * regressor * noise, regressor, **more)
+
+
+def ordinary() -> list[Case]:
+    """Return presses as they come, and ratios of every size."""
+    cases = [Case("ordinary press", *press(400))]
+    for ratio in (0.0, -3.0, 1e6, 1 + 1e-9, 11.06):
+        cases.append(Case(f"ratio {ratio:.10g}", *press(300, ratio, noise=1e-4 * max(abs(ratio), 1))))
+    return cases
+
+
+def stiff() -> list[Case]:
+    """Return regressors that jump over decades."""
+    rng = np.random.default_rng(3)
+    jump = np.where(np.arange(600) % 2, 1e4, 1e-4)
+    decades = 10 ** rng.uniform(-3, 3, 600)
+    # After a large x the information is x^2, and what a small one adds is lost in rounding: the error of the sums grows
+    # with the memory, not with the span.
+    return [
+        scaled("regressor 1e4 and 1e-4 in turn", jump, ratio_eps=64, covariance_eps=128),
+        scaled("regressor over six decades", decades, ratio_eps=64, covariance_eps=128),
+        scaled("four decades, then none", np.r_[decades[:300], np.zeros(300)], ratio_eps=64, covariance_eps=128),
+    ]
+
+
+def priors() -> list[Case]:
+    """Return initial covariances from certain to unknown."""
+    found = []
+    for power in (-12, -6, 0, 6, 12, 20):
+        settings = {"initial_covariance": 10.0**power, "max_covariance": 10.0 ** max(power, 6)}
+        found.append(Case(f"initial covariance 1e{power}", *press(300), settings=settings))
+    return found
+
+
+def alarms() -> list[Case]:
+    """Return data that switch the alarm on and off."""
+    output, regressor = press(400)
+    flicker = output + np.where(np.arange(400) % 2, 0.06, -0.06)
+    return [
+        Case("alarm flickering every sample", flicker, regressor, {"drift": 0.055, "threshold": 0.002}),
+        Case("always in alarm", output + 0.1 * np.sign(np.sin(np.arange(400.0))), regressor, {"alarmed": 0.5}),
+    ]
+
+
+def units() -> list[Case]:
+    """Return presses in units in which they are not meant: farads, and the ends of the range."""
+    return [
+        Case("farads instead of picofarads", *press(300, scale=1e-12), ends="unexcited"),
+        Case("1e-30 pF", *press(300, scale=1e-30), ends="unexcited"),
+    ]
+
+
+def ends_of(kind: Any) -> list[Case]:
+    """Return the smallest and the largest numbers of a type."""
+    info = np.finfo(kind)
+    large, small = float(info.max) / 8, float(info.tiny)
+    cases = [
+        Case(f"regressor {large:.0e}", *press(60, scale=large), ends="refused"),
+        Case(f"regressor {small:.0e}", *press(60, scale=small), ends="unexcited"),
+        Case("subnormal", *press(60, scale=small / 64), ends="unexcited"),
+    ]
+    root = float(info.max) ** 0.5 / 8
+    return [*cases, scaled(f"regressor {root:.0e}, whose square fits", root * np.ones(100))]
+
+
+def long_idle(size: int = 1_000_000) -> Case:
+    """Return a press, and then nothing for a long time at lambda 0.9."""
+    output, regressor = press(100)
+    idle = np.zeros(size)
+    settings = {"steady": 0.9, "alarmed": 0.9}
+    return Case("regressor 0 for 1e6 samples", np.r_[output, idle], np.r_[regressor, idle], settings)
+
+
+def exact_cases(kind: Any) -> list[Case]:
+    """Return every case that is short enough for the reference."""
+    makers: list[Callable[[], list[Case]]] = [ordinary, stiff, priors, alarms, units]
+    return [case for make in makers for case in make()] + ends_of(kind)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How an estimator came out of a case. Errors in eps of its type, the largest on the way."""
+
+    ends: str
+    ratio: float
+    ratio_eps: float = 0.0
+    covariance_eps: float = 0.0
+    alarms_differ: int = 0
+
+
+def settings_for(kind: Any, estimator: Any, case: Case) -> dict[str, float]:
+    """Return the settings as the type has them."""
+    return {name: float(kind(value)) for name, value in {**estimator().settings, **case.settings}.items()}
+
+
+def exactly(output: Any, regressor: Any, digits: int, **settings: float) -> reference.Trace:
+    """Run the reference."""
+    with localcontext(prec=digits):
+        return reference.adaptive_rls(
+            np.array([Decimal(v) for v in output.tolist()]),
+            np.array([Decimal(v) for v in regressor.tolist()]),
+            number=Decimal,
+            **settings,
+        )
+
+
+def largest_error(found: Any, exact: Any, eps: float, floor: float) -> float:
+    """Return the largest |found - exact| in eps of |exact|, or of `floor` where that is larger."""
+    pairs = ((Decimal(float(a)), b) for a, b in zip(found, exact, strict=True))
+    return max(float(abs(a - b) / max(abs(b), Decimal(floor))) / eps for a, b in pairs)
+
+
+def outcome(kind: Any, estimator: Any, case: Case, floor: float = 1.0) -> Outcome:
+    """Run a case: errors of the ratio relative to it, or to `floor` (the initial ratio) where that is larger."""
+    with np.errstate(over="ignore", under="ignore"):
+        output, regressor = case.output.astype(kind), case.regressor.astype(kind)
+    settings, info = settings_for(kind, estimator, case), np.finfo(kind)
+    one = estimator(**settings)
+    rows = one.trace(output, regressor)
+    if one.rejected:
+        untouched = (one.rejected, one.ratio) == (len(output), settings["initial_ratio"])
+        return Outcome("refused" if untouched else "partly refused", one.ratio)
+    exact = exactly(output, regressor, 700 if "square" in case.name else 60, **settings)
+    moved = abs(one.ratio - settings["initial_ratio"]) > 1e-3
+    held = one.covariance >= settings["initial_covariance"]
+    return Outcome(
+        "unexcited" if held and not moved else "right",
+        one.ratio,
+        largest_error(rows["ratio"], exact.ratio, float(info.eps), floor),
+        largest_error(rows["covariance"], exact.covariance, float(info.eps), float(info.tiny)),
+        int(np.count_nonzero(rows["alarm"] != exact.alarm)),
+    )

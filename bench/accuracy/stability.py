@@ -1,0 +1,135 @@
+"""Stiff and extreme cases: what each estimator makes of them, in eps, beside what is written elsewhere for the same job.
+
+    python -m bench.accuracy.stability [--samples 1000000000]
+
+Prints the tables. Needs a C++ compiler; uses padasip, river and filterpy where they are installed. A peer's entry is its
+last ratio's distance from the exact one, in per cent, or what became of it.
+"""
+
+import argparse
+import json
+import math
+import subprocess
+import tempfile
+import warnings
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import palpate
+
+from bench.accuracy.extremes import Case, exact_cases, exactly, long_idle, outcome, press, settings_for
+from bench.peers import PEERS, paper_literally
+
+HERE = Path(__file__).parent
+
+ESTIMATORS = (
+    palpate.Rls,
+    palpate.Rls32,
+    palpate.AdaptiveRls,
+    palpate.AdaptiveRls32,
+    palpate.HandoverRls,
+    palpate.HandoverRls32,
+)
+
+
+def far_from(estimate: Callable[[Any, Any], Any], case: Case, exact: float) -> str:
+    """Return how far a peer ends from the exact ratio."""
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            ratio = float(estimate(case.output, case.regressor)[0][-1])
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+            return type(error).__name__
+    if not math.isfinite(ratio):
+        return "nan" if math.isnan(ratio) else "inf"
+    return f"{100 * abs(ratio - exact) / max(abs(exact), 1e-12):.2g} %"
+
+
+def peers() -> dict[str, Callable[[Any, Any], Any]]:
+    """Return the paper's printed form, and those that are installed."""
+    return {"as printed": paper_literally, **{name: PEERS[name] for name in PEERS if find_spec(name)}}
+
+
+def case_table() -> Iterator[str]:
+    """Show each case: ours in float64 and float32, then the peers."""
+    others = peers()
+    heads = "".join(f"{name:>13}" for name in others)
+    yield f"{'case':32} {'float64: ratio':>14} {'covar.':>7} {'float32: ratio':>15} {'covar.':>7}  {'ends':10}{heads}"
+    for case, single in zip(exact_cases(np.float64), exact_cases(np.float32), strict=True):
+        double = outcome(np.float64, palpate.AdaptiveRls, case)
+        narrow = outcome(np.float32, palpate.AdaptiveRls32, single)
+        settings = settings_for(np.float64, palpate.AdaptiveRls, case)
+        exact = float(exactly(case.output, case.regressor, 700, **settings).ratio[-1])
+        cells = "".join(f"{far_from(estimate, case, exact):>13}" for estimate in others.values())
+        ends = double.ends if double.ends == narrow.ends else f"{double.ends}/{narrow.ends}"
+        yield (
+            f"{case.name:32} {double.ratio_eps:14.2g} {double.covariance_eps:7.2g} {narrow.ratio_eps:15.2g} "
+            f"{narrow.covariance_eps:7.2g}  {ends:10}{cells}"
+        )
+
+
+def no_excitation() -> Iterator[str]:
+    """Show what a million samples without a regressor leave, for each estimator."""
+    case = long_idle()
+    yield "after a press and 1e6 samples of regressor 0, lambda 0.9: ratio kept, covariance, ratio 20 samples into the next"
+    output, regressor = press(20, 4.0)
+    for kind in ESTIMATORS:
+        names = {"forgetting", "steady", "alarmed"} & set(kind().settings)
+        estimator = kind(**dict.fromkeys(names, 0.9))
+        before = estimator.process(case.output[:100], case.regressor[:100])[-1]
+        estimator.process(case.output[100:], case.regressor[100:])
+        kept = "kept" if estimator.ratio == before else f"{estimator.ratio:.6g}, was {before:.6g}"
+        covariance = estimator.covariance
+        after = estimator.process(output, regressor)[-1]
+        yield f"  {kind.__name__:14} {kept:6} {covariance:10.3g} {after:10.6g}"
+
+
+def noise_only(size: int) -> Iterator[str]:
+    """Show what nothing but noise leaves: no alarm without end, no ratio that runs away."""
+    rng = np.random.default_rng(5)
+    yield f"noise of 4e-5 pF in both channels for {size:.0e} samples: largest |ratio|, alarm share, refused"
+    output, regressor = 4e-5 * rng.standard_normal((2, size))
+    for kind in ESTIMATORS:
+        estimator, largest, alarms = kind(), 0.0, 0
+        for first in range(0, size, 100_000):
+            rows = estimator.trace(output[first : first + 100_000], regressor[first : first + 100_000])
+            largest = max(largest, float(np.abs(rows["ratio"]).max()))
+            alarms += int(np.count_nonzero(rows["alarm"]))
+        yield f"  {kind.__name__:14} {largest:9.3g} {100 * alarms / size:8.3g} % {estimator.rejected}"
+
+
+def long_run(samples: int) -> Iterator[str]:
+    """Show lambda = 1 for a very long time."""
+    with tempfile.TemporaryDirectory() as folder:
+        program = Path(folder) / "long_run"
+        flags = ["-O2", "-std=c++17", "-ffp-contract=off", f"-I{palpate.get_include()}"]
+        subprocess.run(["c++", *flags, str(HERE / "long_run.cpp"), "-o", str(program)], check=True)
+        found = json.loads(subprocess.run([program, str(samples)], check=True, capture_output=True).stdout)
+    yield f"lambda = 1 for {found.pop('samples'):.0e} samples, ratio 2, from half-way 3 (least squares: 2.5)"
+    for name, values in found.items():
+        share = values["information"] / values["exact information"]
+        yield f"  {name:28} {values['half']:.7g}  {values['ratio']:.7g}  information / exact {share:.4g}"
+    yield "  float: the information stops growing at 2^24 times the square of a regressor: keep a memory, 1 / (1 - lambda)"
+    yield "  samples, below 1e6, or take double; compensated sums would do, at twice the state and 2.5 times the time"
+
+
+def main() -> None:
+    """Print everything."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--samples", type=int, default=1_000_000_000, help="of the long run")
+    options = parser.parse_args()
+    print("largest error on the way, eps; and what the others end with")
+    for part in (
+        case_table(),
+        no_excitation(),
+        noise_only(min(options.samples, 10_000_000)),
+        long_run(options.samples),
+    ):
+        print(*part, "", sep="\n")
+
+
+if __name__ == "__main__":
+    main()

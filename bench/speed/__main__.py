@@ -1,0 +1,181 @@
+"""Speed, with the error beside it: calls, blocks, streams and the ring, and what else does the same job.
+
+    python -m bench.speed [--rounds 100] [--out bench/results/speed.json]   measure, print, write (docs/speed.md, too)
+    python -m bench.speed --table                                           print the table of docs/speed.md from the file
+
+Everything is timed in turn in one run; what counts are ratios. Needs cmake and a C++ compiler; uses scipy, numba,
+padasip, river and filterpy where they are installed.
+"""
+
+import argparse
+import json
+import platform
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import palpate
+from palpate import _core
+
+from bench.speed.python_calls import measure_python
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+RESULTS = ROOT / "bench" / "results" / "speed.json"
+
+MARK, END = "<!-- python -m bench.speed --table -->", "<!-- end -->"
+
+Figures = dict[str, Any]
+
+LIMITS: list[tuple[str, str, str, float]] = [
+    ("block, AdaptiveRls / the paper's form literally", "AdaptiveRls", "the paper's form literally", 0.33),
+    ("alarm flickering / calm", "AdaptiveRls, alarm flickering", "AdaptiveRls", 1.15),
+    ("idle (regressor 0) / normal", "AdaptiveRls, idle", "AdaptiveRls", 1.1),
+    ("adaptive / fixed forgetting", "AdaptiveRls", "Rls", 1.15),
+    ("Python trace(out=) / process(out=)", "Python trace, 10000", "Python process, 10000", 1.3),
+    ("Python process(out=), n = 10,000 / native block", "Python process, 10000", "AdaptiveRls", 1.05),
+    ("Python process(out=), n = 250 / native block", "Python process, 250", "AdaptiveRls, 250 samples", 1.2),
+    ("estimator.update(a, b) / math.hypot(a, b)", "Python update", "math.hypot", 0.8),
+    ("bank of 64, AVX2: a stream / single block", "avx2: bank of 64", "AdaptiveRls", 0.20),
+    ("bank of 65,536, AVX2 / triad", "avx2: bank of 65536", "avx2: triad over the same arrays", 1.4),
+    ("ring, round trip / two flags", "ring, round trip", "two flags, round trip", 1.5),
+    (
+        "ring, push and pop / mutex queue",
+        "ring, push and pop on one thread",
+        "mutex queue, push and pop on one thread",
+        0.1,
+    ),
+    ("SampleRing, 250 from and to numpy: an item / deque", "Python ring, 250", "Python deque, 250", 0.02),
+    ("AdaptiveRls.update / padasip", "Python update", "padasip", 0.01),
+    ("AdaptiveRls.update / river", "Python update", "river", 0.01),
+    ("AdaptiveRls.update / filterpy", "Python update", "filterpy", 0.01),
+    ("AdaptiveRls.update / numba, a call", "Python update", "numba, a call", 0.2),
+    ("Python Rls.process / scipy lfilter, block", "Python Rls process, 10000", "scipy lfilter", 1.0),
+]
+"""What is compared, and what the quotient is wished to be at most."""
+
+
+def run(*command: str | Path) -> str:
+    """Run a program and return what it prints."""
+    return subprocess.run([str(c) for c in command], check=True, capture_output=True, text=True).stdout
+
+
+def measure_native(rounds: int) -> Figures:
+    """Build bench/speed/CMakeLists.txt and run its programs."""
+    found: Figures = {}
+    with tempfile.TemporaryDirectory() as folder:
+        run("cmake", "-S", HERE, "-B", folder, "-DCMAKE_BUILD_TYPE=Release", "-DPALPATE_SOURCE=" + str(ROOT))
+        run("cmake", "--build", folder)
+        found |= json.loads(run(Path(folder) / "blocks", "", str(rounds)))
+        if (Path(folder) / "blocks_avx2").exists():
+            found |= json.loads(run(Path(folder) / "blocks_avx2", "avx2: ", str(rounds)))
+        found |= json.loads(run(Path(folder) / "rings", str(max(3, rounds // 3))))
+        found["compiler"] = (Path(folder) / "compiler.txt").read_text().strip()
+    return found
+
+
+def processor() -> str:
+    """Return the processor's name."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+def commit() -> str:
+    """Return the commit that was measured; with a plus where there are changes on top."""
+    try:
+        return run("git", "-C", HERE, "describe", "--always", "--dirty=+").strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+def table(figures: Figures) -> str:
+    """Show each figure: ns, cycles, and the error of what was computed."""
+    cycle = figures["cycle"]
+    lines = [f"{'ns a sample, a call or an item':46} {'min':>9} {'p10':>9} {'median':>9} {'cycles':>8}  error"]
+    for name, ns in figures.items():
+        if isinstance(ns, dict):
+            error = figures.get(f"error, {name}")
+            shown = "" if error is None else f"{error:.1e}"
+            lines.append(
+                f"{name:46} {ns['min']:9.2f} {ns['p10']:9.2f} {ns['median']:9.2f} {ns['min'] / cycle:8.1f}  {shown}"
+            )
+    return "\n".join(lines)
+
+
+def limits(figures: Figures) -> str:
+    """Show each quotient of minima, of medians, and what was wished for."""
+    lines = [f"{'quotient':52} {'of minima':>9} {'medians':>9} {'at most':>8}"]
+    for name, one, other, limit in LIMITS:
+        if one in figures and other in figures:
+            low, middle = (figures[one][key] / figures[other][key] for key in ("min", "median"))
+            verdict = "ok" if low <= limit else "above"
+            lines.append(f"{name:52} {low:9.3f} {middle:9.3f} {limit:8.2f}  {verdict}")
+        else:
+            lines.append(f"{name:52} {'not measured here':>19} {limit:8.2f}")
+    return "\n".join(lines)
+
+
+SHORT = {
+    "AdaptiveRls": "`AdaptiveRls`, block",
+    "HandoverRls": "`HandoverRls`, block",
+    "the paper's form literally": "the paper's equations as printed, block, C++",
+    "Python AdaptiveRlsBank(64), 156 rows": "`AdaptiveRlsBank(64)`, from Python, a stream's sample",
+    "Python update": "`AdaptiveRls.update`, from Python",
+    "numba, a call": "the same step by numba, a call from Python",
+    "numpy loop": "the same step in plain Python and numpy",
+    "scipy lfilter": "scipy `lfilter` twice, block, fixed forgetting",
+    "padasip": "padasip `FilterRLS`",
+    "filterpy": "filterpy `FadingKalmanFilter`",
+    "river": "river `BayesianLinearRegression`",
+}
+
+
+def short_table(figures: Figures) -> str:
+    """Return the table of docs/speed.md."""
+    lines = ["| | ns a sample | error of the ratio, rms |", "|---|---|---|"]
+    for name, text in SHORT.items():
+        if name in figures:
+            error = figures.get(f"error, {name}")
+            lines.append(f"| {text} | {figures[name]['min']:.3g} | {'' if error is None else f'{error:.1e}'} |")
+    return "\n".join(lines)
+
+
+def with_table(text: str, figures: Figures) -> str:
+    """Put the table between its two marks in the page."""
+    before, _, rest = text.partition(MARK)
+    return f"{before}{MARK}\n{short_table(figures)}\n{END}{rest.partition(END)[2]}"
+
+
+def main() -> None:
+    """Measure, print and write; or print the table of what was measured."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--rounds", type=int, default=100, help="repeats of everything")
+    parser.add_argument("--out", type=Path, default=RESULTS, help="where the figures go")
+    parser.add_argument("--table", action="store_true", help="print the table of docs/speed.md from the file")
+    options = parser.parse_args()
+    if options.table:
+        print(short_table(json.loads(options.out.read_text())))
+        return
+    about = {
+        "machine": processor(),
+        "python": sys.version.split()[0],
+        "palpate": palpate.__version__,
+        "commit": commit(),
+        "simd": _core.simd,
+    }
+    figures = {**about, **measure_native(options.rounds), **measure_python(options.rounds)}
+    print(f"{figures['machine']}; {figures['compiler']}; Python {figures['python']}; commit {figures['commit']}")
+    print(table(figures), limits(figures), sep="\n\n")
+    options.out.write_text(json.dumps(figures, indent=1) + "\n")
+    if options.out == RESULTS:
+        page = ROOT / "docs" / "speed.md"
+        page.write_text(with_table(page.read_text(), figures))
+
+
+if __name__ == "__main__":
+    main()

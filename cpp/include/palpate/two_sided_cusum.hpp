@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// A change detector that knows when the change came, and what has been measured since.
+
+#include <palpate/arithmetic.hpp>
+
+namespace palpate {
+
+/// A sample with its weight w: output y, regressor x.
+template <class Real>
+struct WeightedSample {
+  Real weight, output, regressor;
+};
+
+/// What a ratio rests on.
+template <class Real>
+struct Sums {
+  Real information = 0;  // of w x
+  Real squares = 0;      // of w^2
+  Real count = 0;        // of 1
+
+  template <class Visit>
+  constexpr void visit_state(Visit&& visit) noexcept {
+    visit(information);
+    visit(squares);
+    visit(count);
+  }
+};
+
+/// One side of Page's CUSUM on a whitened innovation z in units of its scale, g' = max(0, g + z - drift), with the sums
+/// since g was last 0: the maximum-likelihood guess of when the change came, if one came (Page 1954; Basseville and
+/// Nikiforov 1993).
+template <class Real>
+struct CusumSide {
+  Real statistic = 0;
+  Real weighted_output = 0;  // sum of w y
+  Sums<Real> sums;
+
+  // Selects, not a branch: whether noise is above 0 cannot be predicted.
+  constexpr void add(Real step, const WeightedSample<Real>& s) noexcept {
+    const Real sum = statistic + step;
+    const bool keep = sum > 0;
+    statistic = keep ? sum : Real(0);
+    weighted_output = keep ? weighted_output + product(s.weight, s.output) : Real(0);
+    sums.information = keep ? sums.information + product(s.weight, s.regressor) : Real(0);
+    sums.squares = keep ? sums.squares + product(s.weight, s.weight) : Real(0);
+    sums.count = keep ? sums.count + 1 : Real(0);
+  }
+
+  template <class Visit>
+  constexpr void visit_state(Visit&& visit) noexcept {
+    visit(statistic);
+    visit(weighted_output);
+    sums.visit_state(visit);
+  }
+};
+
+/// Both sides: for a ratio that has risen, and for one that has fallen.
+template <class Real>
+struct TwoSidedCusum {
+  CusumSide<Real> up, down;
+
+  constexpr void add(Real z, Real drift, const WeightedSample<Real>& sample) noexcept {
+    up.add(z - drift, sample);
+    down.add(-z - drift, sample);
+  }
+  constexpr const CusumSide<Real>& larger() const noexcept { return up.statistic > down.statistic ? up : down; }
+  constexpr Real statistic() const noexcept { return larger().statistic; }
+
+  template <class Visit>
+  constexpr void visit_state(Visit&& visit) noexcept {
+    up.visit_state(visit);
+    down.visit_state(visit);
+  }
+};
+
+}  // namespace palpate

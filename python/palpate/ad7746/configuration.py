@@ -1,0 +1,152 @@
+"""What the AD7746 is to do: checked when it is made, before a byte of it is written."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+from palpate.ad7746 import datasheet
+
+HARD, SOFT = 0, 1
+"""The two channels, in the order in which a pair is read."""
+NAMES = ("hard", "soft")
+
+# What a register must read back as: a mode returns to idle by itself when a conversion ends.
+_MASK = bytes([0xFF, 0xFF, 0xFF, 0xF8, 0xFF, 0xFF, 0xFF, 0xFF])
+
+
+@dataclass(frozen=True)
+class Channel:
+    """What belongs to one bump. The converter has one set of it: it is written anew where the channels differ.
+
+    Attributes
+    ----------
+    capdac : int
+        -127 to 127 steps of about 0.164 pF that move the range towards the idle signal; see
+        `Ad7746.auto_capdac`.
+    offset : int
+        CAP_OFFSET, 0 to 0xFFFF, 31.25 aF a step from 0x8000.
+    excitation : str
+        Pins that are driven: "A", "B" or "AB".
+    """
+
+    capdac: int = 0
+    offset: int = datasheet.OFFSET_ZERO
+    excitation: str = "A"
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        datasheet.dac_registers(self.capdac)
+        if not 0 <= self.offset <= 0xFFFF:
+            raise ValueError(f"offset: got {self.offset}, allowed: 0 to 65535")
+        if self.excitation not in datasheet.EXCITATION:
+            raise ValueError(f"excitation: got {self.excitation!r}, allowed: {', '.join(datasheet.EXCITATION)}")
+
+    @property
+    def range_registers(self) -> bytes:
+        """CAPDAC_A, CAPDAC_B and CAP_OFFSET."""
+        return datasheet.dac_registers(self.capdac) + self.offset.to_bytes(2, "big")
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """Everything that is written to the converter.
+
+    Attributes
+    ----------
+    capf : int
+        Speed, 0 (11 ms a conversion) to 7 (110 ms); 4 (62 ms) rejects mains.
+    hard, soft : Channel
+    hard_input : int
+        Where the hard bump is connected: 1 (CIN1) or 2 (CIN2); the soft one is on the other.
+    level : int
+        Excitation, 0 to 3: +-VDD/8, VDD/4, 3/8 VDD, VDD/2.
+    chop : bool
+        CAPCHOP.
+    vtf : int
+        Speed of a temperature reading, 0 (20 ms) to 3 (122 ms).
+
+    Examples
+    --------
+    >>> setup, in_range = Configuration(capf=4, soft=Channel(capdac=7)).registers(SOFT)
+    >>> setup.hex(), in_range.hex()
+    ('c0000b22', '87008000')
+    """
+
+    capf: int = 0
+    hard: Channel = field(default_factory=Channel)
+    soft: Channel = field(default_factory=Channel)
+    hard_input: int = 1
+    level: int = 3
+    chop: bool = False
+    vtf: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the ranges, and each burst as it will be written."""
+        for name, allowed in (("capf", range(8)), ("hard_input", range(1, 3)), ("level", range(4)), ("vtf", range(4))):
+            if getattr(self, name) not in allowed:
+                raise ValueError(f"{name}: got {getattr(self, name)!r}, allowed: {allowed[0]} to {allowed[-1]}")
+        for channel in (HARD, SOFT):
+            setup, in_range = self.registers(channel)
+            datasheet.check_write(datasheet.CAP_SETUP, setup)
+            datasheet.check_write(datasheet.CAPDAC_A, in_range)
+        datasheet.check_write(datasheet.CAP_SETUP, self.temperature_registers)
+
+    def channel(self, number: int) -> Channel:
+        """Return the hard (0) or the soft (1) channel."""
+        return (self.hard, self.soft)[number]
+
+    def with_capdac(self, number: int, steps: int) -> "Configuration":
+        """Return the same with other CAPDAC steps of one channel."""
+        channel = replace(self.channel(number), capdac=steps)
+        return replace(self, hard=channel) if number == HARD else replace(self, soft=channel)
+
+    def registers(self, number: int) -> tuple[bytes, bytes]:
+        """Return 0x07 to 0x0A and 0x0B to 0x0E for one conversion of a channel."""
+        channel = self.channel(number)
+        second = (self.hard_input == 2) != (number == SOFT)
+        setup = datasheet.CAPEN | (datasheet.CIN2 if second else 0) | (datasheet.CAPCHOP if self.chop else 0)
+        excitation = datasheet.EXCITATION[channel.excitation] | self.level
+        return bytes([setup, 0, excitation, self._config]), channel.range_registers
+
+    @property
+    def temperature_registers(self) -> bytes:
+        """0x07 to 0x0A for one reading of the temperature."""
+        return bytes([0, datasheet.VTEN | datasheet.VTCHOP, self.level, self._config])
+
+    @property
+    def _config(self) -> int:
+        return self.vtf << 6 | self.capf << 3 | datasheet.SINGLE
+
+    @property
+    def conversion_s(self) -> float:
+        """Time of a conversion."""
+        return datasheet.CONVERSION_S[self.capf]
+
+    @property
+    def temperature_s(self) -> float:
+        """Time of a reading of the temperature."""
+        return datasheet.VT_CONVERSION_S[self.vtf]
+
+    def as_dict(self) -> Mapping[str, Any]:
+        """Return what a recording keeps."""
+        return asdict(self)
+
+
+def differs(wanted: bytes, found: bytes) -> int | None:
+    """Compare registers from 0x07 on as they should be with what was read, a mode aside.
+
+    Returns
+    -------
+    int or None
+        The first register that differs.
+
+    Examples
+    --------
+    >>> differs(bytes.fromhex("80000b02"), bytes.fromhex("80000b00"))
+    >>> differs(bytes.fromhex("80000b02"), bytes.fromhex("c0000b00"))
+    7
+    """
+    for number, (want, have, mask) in enumerate(zip(wanted, found, _MASK, strict=False)):
+        if (want ^ have) & mask:
+            return datasheet.CAP_SETUP + number
+    return None

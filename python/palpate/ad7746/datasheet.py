@@ -1,0 +1,202 @@
+"""The AD7746 capacitance-to-digital converter: facts of its data sheet, rev. 0, as pure functions.
+
+Nothing here speaks to a chip; see `palpate.ad7746.driver`. Not tried on hardware.
+"""
+
+from typing import Final
+
+I2C_ADDRESS: Final = 0x48
+
+# Registers.
+STATUS: Final = 0x00
+CAP_DATA: Final = 0x01
+VT_DATA: Final = 0x04
+CAP_SETUP: Final = 0x07
+VT_SETUP: Final = 0x08
+EXC_SETUP: Final = 0x09
+CONFIG: Final = 0x0A
+CAPDAC_A: Final = 0x0B
+CAPDAC_B: Final = 0x0C
+CAP_OFFSET: Final = 0x0D
+CAP_GAIN: Final = 0x0F
+VOLT_GAIN: Final = 0x11
+REGISTERS: Final = 0x13
+"""How many registers there are."""
+RESET_POINTER: Final = 0xBF
+"""Written in place of a register's address it resets the chip, which is then silent for up to `RESET_S`."""
+RESET_S: Final = 200e-6
+RESET_VALUES: Final = bytes([0x07, 0, 0, 0, 0, 0, 0, 0, 0, 0x03, 0xA0, 0, 0, 0x80, 0x00])
+"""STATUS to CAP_OFFSET after a reset; what follows is set in the factory."""
+
+# STATUS: a RDY bit that is 0 means ready.
+EXCERR: Final = 0x08
+RDY: Final = 0x04
+RDYVT: Final = 0x02
+RDYCAP: Final = 0x01
+# CAP_SETUP.
+CAPEN: Final = 0x80
+CIN2: Final = 0x40
+CAPDIFF: Final = 0x20
+CAPCHOP: Final = 0x01
+# VT_SETUP: VTMD 0 is the internal temperature sensor.
+VTEN: Final = 0x80
+VTCHOP: Final = 0x01
+# EXC_SETUP: the two excitation pins, and the level in the lowest two bits.
+EXCB: Final = 0x20
+EXCA: Final = 0x08
+EXCITATION: Final = {"A": EXCA, "B": EXCB, "AB": EXCA | EXCB}
+# CONFIG: VTF in bits 7-6, CAPF in 5-3, the mode in 2-0.
+IDLE, CONTINUOUS, SINGLE, POWER_DOWN = range(4)
+DAC_ENABLE: Final = 0x80
+DAC_STEPS: Final = 127
+DAC_STEP_PF: Final = 0.164
+"""Typical; +-20 % from chip to chip, not calibrated: the sum of reading and CAPDAC is no measurement."""
+OFFSET_ZERO: Final = 0x8000
+OFFSET_STEP_PF: Final = 31.25e-6
+
+CONVERSION_S: Final = (0.0110, 0.0119, 0.0200, 0.0380, 0.0620, 0.0770, 0.0920, 0.1096)
+"""Conversion time by the AD7746's setting CAPF, 0 to 7 (data sheet, rev. 0)."""
+NOISE_PF: Final = (40.0e-6, 27.3e-6, 12.2e-6, 7.3e-6, 5.4e-6, 4.9e-6, 4.4e-6, 4.2e-6)
+"""Noise of a conversion, rms, by CAPF (data sheet, rev. 0)."""
+NOISE_PEAK_PF: Final = (212.4e-6, 137.7e-6, 82.5e-6, 50.3e-6, 33.7e-6, 28.3e-6, 27.8e-6, 27.3e-6)
+"""Noise of a conversion, peak to peak, by CAPF (data sheet, rev. 0)."""
+VT_CONVERSION_S: Final = (0.0201, 0.0321, 0.0621, 0.1221)
+"""Conversion time of voltage and temperature by VTF, 0 to 3 (data sheet, rev. 0)."""
+MAINS_CAPF: Final = 4
+"""The only CAPF at which 50 and 60 Hz are rejected; at faster ones they alias."""
+FULL_SCALE_PF: Final = 4.096
+CODES_PER_PF: Final = 2**24 / (2 * FULL_SCALE_PF)
+ZERO_CODE: Final = 0x800000
+LAST_CODE: Final = 0xFFFFFF
+SATURATED_CODES: Final = 500
+"""A code so near to either end of the range is saturated."""
+SATURATED_PF: Final = FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
+"""The same as a capacitance: a tracker's `full_scale`."""
+
+
+def capacitance_pF(code: int) -> float:
+    """Convert a code to what it stands for.
+
+    Parameters
+    ----------
+    code : int
+        24-bit, 0 to 0xFFFFFF.
+
+    Returns
+    -------
+    float
+        pF, relative to what the CAPDACs take away: -4.096 to 4.096.
+
+    Raises
+    ------
+    ValueError
+        The code has more than 24 bits.
+
+    Examples
+    --------
+    >>> capacitance_pF(0x80F720)
+    0.030890625
+    """
+    return (_code(code) - ZERO_CODE) / CODES_PER_PF
+
+
+def code_of(capacitance_pF: float) -> int:
+    """Return the nearest code, the first or last one beyond the range, as the converter does.
+
+    Examples
+    --------
+    >>> hex(code_of(0.030890625)), hex(code_of(9.0))
+    ('0x80f720', '0xffffff')
+    """
+    return min(max(round(capacitance_pF * CODES_PER_PF) + ZERO_CODE, 0), LAST_CODE)
+
+
+def saturated(code: int) -> bool:
+    """Tell whether a code is too near to an end of the range to be a measurement.
+
+    Examples
+    --------
+    >>> saturated(LAST_CODE), saturated(ZERO_CODE)
+    (True, False)
+    """
+    return not SATURATED_CODES <= _code(code) <= LAST_CODE - SATURATED_CODES
+
+
+def temperature_C(code: int) -> float:
+    """Convert a code of the internal temperature sensor to degrees Celsius.
+
+    Examples
+    --------
+    >>> temperature_C(0x80C800)
+    25.0
+    """
+    return _code(code) / 2048 - 4096
+
+
+def _code(code: int) -> int:
+    if not 0 <= code <= LAST_CODE:
+        raise ValueError(f"code: got {code}, allowed: 0 to {LAST_CODE}")
+    return code
+
+
+def dac_registers(steps: int) -> bytes:
+    """Return the bytes of CAPDAC_A and CAPDAC_B that move the range.
+
+    Parameters
+    ----------
+    steps : int
+        Steps of `DAC_STEP_PF`, -127 to 127: above zero CAPDAC_A takes them away from the input, below
+        zero CAPDAC_B adds them, at zero both are off.
+
+    Examples
+    --------
+    >>> dac_registers(5).hex(), dac_registers(-1).hex(), dac_registers(0).hex()
+    ('8500', '0081', '0000')
+    """
+    if not -DAC_STEPS <= steps <= DAC_STEPS:
+        raise ValueError(f"capdac: got {steps}, allowed: {-DAC_STEPS} to {DAC_STEPS}")
+    code = abs(steps) | DAC_ENABLE if steps else 0
+    return bytes([code, 0] if steps > 0 else [0, code])
+
+
+# Bits that the data sheet keeps at zero, by register.
+_RESERVED = {CAP_SETUP: 0x1E, VT_SETUP: 0x0C, EXC_SETUP: 0x00, CONFIG: 0x00}
+_MODES = (IDLE, CONTINUOUS, SINGLE, POWER_DOWN)
+
+
+def check_write(register: int, data: bytes) -> None:
+    """Refuse a write that the chip would take amiss.
+
+    Parameters
+    ----------
+    register : int
+        The first one; the others follow.
+    data : bytes
+
+    Raises
+    ------
+    ValueError
+        A register that is read-only or set in the factory; a reserved bit or mode; voltage or
+        temperature without VTCHOP; CONFIG and a CAPDAC in one burst, where the conversion would start
+        before the CAPDACs are loaded.
+
+    Examples
+    --------
+    >>> check_write(CAP_SETUP, bytes([CAPEN, 0, 0x0B, SINGLE]))
+    >>> check_write(VT_SETUP, bytes([VTEN]))
+    Traceback (most recent call last):
+    ValueError: VT_SETUP: got 0x80, allowed: VTCHOP (bit 0) set where VTEN (bit 7) is
+    """
+    end = register + len(data)
+    if not (data and register >= CAP_SETUP and end <= CAP_GAIN):
+        raise ValueError(f"register: got 0x{register:02X} to 0x{end - 1:02X}, allowed: 0x07 to 0x0E")
+    if register <= CONFIG < end - 1:
+        raise ValueError(f"data: got 0x{register:02X} to 0x{end - 1:02X} in one burst, allowed: up to CONFIG, 0x0A")
+    written = {register + number: byte for number, byte in enumerate(data)}
+    for reserved, bits in _RESERVED.items():
+        if written.get(reserved, 0) & bits:
+            raise ValueError(f"0x{reserved:02X}: got 0x{written[reserved]:02X}, allowed: bits 0x{bits:02X} clear")
+    if written.get(VT_SETUP, 0) & (VTEN | VTCHOP) == VTEN:
+        raise ValueError(f"VT_SETUP: got 0x{written[VT_SETUP]:02X}, allowed: VTCHOP (bit 0) set where VTEN (bit 7) is")
+    if written.get(CONFIG, 0) & 7 not in _MODES:
+        raise ValueError(f"CONFIG: got mode {written[CONFIG] & 7}, allowed: {_MODES[0]} to {_MODES[-1]}")

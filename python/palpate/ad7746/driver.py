@@ -1,0 +1,224 @@
+"""The AD7746 as a reader of pairs that lives through faults. Not tried on hardware.
+
+What is repeated, and when it is given up:
+
+1. An access that fails (no answer, refused, too short, not acknowledged) is repeated twice. Each failed try
+   is counted in `errors`, each repetition in `retries`.
+2. A conversion is not repeated. If it does not end, if an access of it failed for good, or if the registers read
+   with its data are not those that were written, the pair is LOST and counted in `lost`; nothing of it is handed on.
+3. After `STREAK` lost pairs in a row, or as soon as an access got no answer in any of its tries, the device is
+   opened anew (firmware included, where its path is known) and configured anew, counted in `reopened`; after
+   `STREAK` more the last error is raised.
+4. A device that is unplugged is waited for, `replug_s` at most; the pairs that the gap would have held are
+   counted in `lost`, and their numbers are left out.
+"""
+
+import math
+from collections.abc import Callable
+from threading import Event
+from typing import Any
+
+from palpate.ad7746.bus import Counters, RegisterBus
+from palpate.ad7746.clock import Clock, RealClock
+from palpate.ad7746.configuration import HARD, SOFT, Configuration
+from palpate.ad7746.converter import Converter, Overdue, Reading
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
+from palpate.samples import Sample, Status
+
+STREAK = 3
+BUS_S = 0.002
+"""What bus and USB add to a conversion, about."""
+_REPLUG_POLL_S = 0.1
+
+
+class _Interrupted(Exception):
+    """Someone called `interrupt`."""
+
+
+class Ad7746:
+    """Reads the two bumps in turn.
+
+    Parameters
+    ----------
+    bus : RegisterBus
+        Open; `close` closes it.
+    configuration : Configuration, optional
+    clock : Clock, optional
+        The bus's.
+    replug_s : float
+        How long an unplugged device is waited for, at most.
+    notify : callable, optional
+        Called with a sentence when the device is lost and when it is back.
+
+    Raises
+    ------
+    SourceError
+        From every method that speaks to the device, as the module describes.
+
+    Examples
+    --------
+    >>> from palpate.simulation.board import simulated
+    >>> driver = simulated("four-specimens", seed=1)
+    >>> driver.start()
+    >>> driver.auto_capdac()
+    (41, 27)
+    >>> driver.read_pair(0).status, driver.counters.pairs
+    (<Status.OK: 0>, 1)
+    >>> driver.close()
+    """
+
+    def __init__(
+        self,
+        bus: RegisterBus,
+        configuration: Configuration | None = None,
+        clock: Clock | None = None,
+        *,
+        replug_s: float = 30.0,
+        notify: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        self.counters = Counters()
+        self._bus = bus
+        self._clock = clock or RealClock()
+        self._replug_s = replug_s
+        self._notify = notify
+        self._interrupted = Event()
+        self._converter = Converter(
+            bus, configuration or Configuration(), self._clock, self.counters, self._check_interrupt
+        )
+        self._start_ns = self._last_ns = self._clock.now_ns()
+        self._streak = 0
+
+    @property
+    def configuration(self) -> Configuration:
+        """What is written to the chip, CAPDACs as found by `auto_capdac`."""
+        return self._converter.configuration
+
+    @property
+    def period_s(self) -> float:
+        """Time from pair to pair, about."""
+        return 2 * (self.configuration.conversion_s + BUS_S)
+
+    def start(self) -> None:
+        """Reset and configure the chip, and begin to count time."""
+        self._converter.set_up()
+        self._start_ns = self._last_ns = self._clock.now_ns()
+
+    def interrupt(self) -> None:
+        """Make a `read_pair` that runs in another thread, and every later one, return None soon."""
+        self._interrupted.set()
+
+    def close(self) -> None:
+        """Give the device back."""
+        self._bus.close()
+
+    def describe(self) -> dict[str, Any]:
+        """Return what a recording keeps of the instrument; speaks to nobody."""
+        return {
+            "converter": "AD7746",
+            "note": "driver not tried on hardware",
+            "device": self._bus.describe(),
+            "registers": self._converter.dump.hex(" "),
+            "configuration": self.configuration.as_dict(),
+            "conversion_s": self.configuration.conversion_s,
+            "period_s": self.period_s,
+            "clock": f"{type(self._clock).__name__}, ns since the start; a time is the middle of a conversion",
+        }
+
+    def auto_capdac(self) -> tuple[int, int]:
+        """Choose each channel's CAPDAC so that its present, idle signal lies in the middle of the range.
+
+        Returns
+        -------
+        (int, int)
+            Steps of the hard and the soft channel, as in `Channel.capdac`.
+        """
+        self._converter.auto_capdac()
+        return self.configuration.hard.capdac, self.configuration.soft.capdac
+
+    def read_temperature(self) -> float:
+        """Measure the chip's own temperature, degrees Celsius: between touches, as it takes 20 ms or more."""
+        return self._converter.temperature()
+
+    def read_channel(self, channel: int) -> Reading:
+        """Convert one channel only, `HARD` or `SOFT`; a conversion that is lost is an error here."""
+        reading = self._converter.convert(channel)
+        return reading._replace(t_ns=reading.t_ns - self._start_ns)
+
+    def read_pair(self, seq: int) -> Sample | None:
+        """Read both channels, the hard one first.
+
+        Parameters
+        ----------
+        seq : int
+            The first number that is free.
+
+        Returns
+        -------
+        Sample or None
+            Its number is above `seq` by the pairs that were lost before it. None after `interrupt`.
+        """
+        try:
+            while True:
+                try:
+                    return self._pair(seq)
+                except DeviceRefused:
+                    raise
+                except DeviceNotFound as gone:
+                    seq += self._wait_for_replug(gone)
+        except _Interrupted:
+            return None
+
+    def _pair(self, seq: int) -> Sample:
+        hard = soft = Reading(self._clock.now_ns() - self._start_ns, -1, math.nan, Status.LOST)
+        try:
+            hard, soft = self.read_channel(HARD), self.read_channel(SOFT)
+            self._streak = 0
+            self.counters.pairs += 1
+        except (SourceTimeout, ProtocolError) as failure:
+            self._give_up(failure)
+            self.counters.lost += 1
+        self._last_ns = self._clock.now_ns()
+        return Sample(
+            seq, hard.t_ns, soft.t_ns, hard.raw, soft.raw, hard.capacitance, soft.capacitance, hard.status | soft.status
+        )
+
+    def _give_up(self, failure: SourceError) -> None:
+        self._converter.forget()
+        deaf = isinstance(failure, SourceTimeout) and not isinstance(failure, Overdue)
+        self._streak = STREAK if deaf and self._streak < STREAK else self._streak + 1
+        if self._streak >= 2 * STREAK:
+            raise failure
+        if self._streak == STREAK:
+            self.counters.reopened += 1
+            self._bus.reopen()
+            self._converter.set_up()
+
+    def _wait_for_replug(self, gone: DeviceNotFound) -> int:
+        self._notify(f"{gone} Waiting for it, {self._replug_s:g} s at most.")
+        deadline = self._clock.now_ns() + self._replug_s * 1e9
+        while not self._is_back():
+            if self._clock.now_ns() > deadline:
+                raise gone
+            self._clock.sleep(_REPLUG_POLL_S)
+        gap_s = (self._clock.now_ns() - self._last_ns) / 1e9
+        self._last_ns = self._clock.now_ns()
+        lost = int(gap_s / self.period_s)
+        self.counters.reconnects += 1
+        self.counters.lost += lost
+        self._notify(f"The device is back after {gap_s:.1f} s: {lost} pairs lost.")
+        return lost
+
+    def _is_back(self) -> bool:
+        self._check_interrupt()
+        try:
+            self._bus.reopen()
+            self._converter.set_up()
+        except DeviceRefused:
+            raise
+        except SourceError:
+            return False
+        return True
+
+    def _check_interrupt(self) -> None:
+        if self._interrupted.is_set():
+            raise _Interrupted

@@ -1,0 +1,217 @@
+"""The AD7746 evaluation kit on USB: a register bus over its firmware's vendor requests. Not tried on hardware.
+
+The interface is claimed as a lock between programs; the requests themselves would go through without.
+"""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from palpate.ad7746 import datasheet
+from palpate.ad7746.clock import Clock, RealClock
+from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, board_of, choose, devices, fresh, system_backend
+from palpate.ad7746.evalkit.firmware import read_hex
+from palpate.ad7746.evalkit.usberrors import NotAllowed, translated
+from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError, SourceTimeout
+
+try:
+    import usb.util
+except ImportError as error:  # pragma: no cover
+    raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from error
+
+TIMEOUT_MS = 200
+TRANSFER_BYTES = 64
+PORTS, I2C_PLAIN, I2C, ERROR_COUNT, RAM = 0xDB, 0xDC, 0xDD, 0xDF, 0xA0
+"""Vendor requests; the last is the FX2 chip's own."""
+IN, OUT = 0xC0, 0x40
+CPUCS = 0xE600
+"""Address in the RAM request: 1 holds the board's processor in reset, 0 lets it run."""
+RDY_PIN = 0x08
+"""Of port A; low: ready."""
+_SETTLE_S = 2.0  # after a plug, until permissions are set
+_STARTING_S, _AGAIN_S = 1.0, 0.1  # after a firmware load, until it runs
+
+
+class EvalKit:
+    """One board, claimed.
+
+    Parameters
+    ----------
+    bus, address : int, optional
+        Which board, where there are several.
+    firmware : path-like, optional
+        Intel HEX file that is loaded where the board has none; otherwise PALPATE_FIRMWARE names it.
+    backend : usb.backend.IBackend, optional
+        A twin's; otherwise the system's libusb.
+    clock : Clock, optional
+
+    Raises
+    ------
+    DeviceNotFound
+        No such board, or several to choose from.
+    DeviceRefused
+        No permission, used by another program, or no firmware.
+    MissingExtra
+        No libusb.
+    ProtocolError
+        A firmware file that is none.
+    """
+
+    def __init__(
+        self,
+        bus: int | None = None,
+        address: int | None = None,
+        *,
+        firmware: str | Path | None = None,
+        backend: Any = None,
+        clock: Clock | None = None,
+    ) -> None:
+        path = firmware or os.environ.get("PALPATE_FIRMWARE")
+        self._firmware = read_hex(Path(path)) if path else None
+        self._backend = backend or system_backend()
+        self._clock = clock or RealClock()
+        self._named = bus is not None or address is not None
+        self._refused_ns: int | None = None
+        self._device = choose(self._backend, bus, address)
+        self._board = board_of(self._device)
+        self._take()
+
+    def read(self, register: int, count: int, i2c_address: int = datasheet.I2C_ADDRESS) -> bytes:
+        """Return registers; the board's error counter is asked, as all FF is also what nobody answers."""
+        value = _on_bus(i2c_address)
+        if not 1 <= count <= TRANSFER_BYTES:
+            raise ValueError(f"count: got {count}, allowed: 1 to {TRANSFER_BYTES}")
+        data = self._in(I2C, value, register, count)
+        self._check_acknowledged(f"reading register 0x{register:02X}")
+        return data
+
+    def write(self, register: int, data: bytes, i2c_address: int = datasheet.I2C_ADDRESS) -> int:
+        """Write registers; return when they were written, ns of the clock."""
+        value = _on_bus(i2c_address)
+        datasheet.check_write(register, data)
+        self._out(I2C, value, register, data)
+        written = self._clock.now_ns()
+        self._check_acknowledged(f"writing register 0x{register:02X}")
+        return written
+
+    def ready(self) -> bool:
+        """Look at the RDY# pin; no I2C."""
+        return not self._in(PORTS, 0, 0, 1)[0] & RDY_PIN
+
+    def reset(self) -> None:
+        """Reset the AD7746."""
+        self._out(I2C_PLAIN, _on_bus(datasheet.I2C_ADDRESS), 0, bytes([datasheet.RESET_POINTER]))
+        self._check_acknowledged("resetting the AD7746")
+
+    def reopen(self) -> None:
+        """Open the board again: at the same ports where it was named, else the only one there is."""
+        self.close()
+        self._backend = fresh(self._backend)
+        found = [d for d in devices(self._backend) if not self._named or board_of(d)[::2] == self._board[::2]]
+        if len(found) != 1:
+            raise DeviceNotFound(f"the board at {self._board} was unplugged: plug it in again.")
+        self._device, self._board = found[0], board_of(found[0])
+        try:
+            self._take()
+        except NotAllowed as refused:
+            now = self._clock.now_ns()
+            self._refused_ns = self._refused_ns or now
+            if now - self._refused_ns < _SETTLE_S * 1e9:
+                raise DeviceNotFound(str(refused)) from refused
+            raise
+        self._refused_ns = None
+
+    def close(self) -> None:
+        """Give the board back."""
+        if self._device is not None:
+            usb.util.dispose_resources(self._device)
+            self._device = None
+
+    def describe(self) -> dict[str, Any]:
+        """Return the board's identity; it has no serial number."""
+        return {
+            "name": "AD7746 evaluation kit",
+            "usb": f"{VENDOR:04x}:{PRODUCT:04x}",
+            "bus": self._board.bus,
+            "address": self._board.address,
+            "ports": list(self._board.ports),
+        }
+
+    def _take(self) -> None:
+        try:
+            with translated(f"the board at {self._board}"):
+                usb.util.claim_interface(self._device, 0)
+            if not self._runs():
+                self._load()
+        except SourceError:
+            self.close()
+            raise
+
+    def _runs(self) -> bool:
+        """Ask for the error counter, which only the firmware has; that also clears it."""
+        try:
+            self._in(ERROR_COUNT, 0, 0, 1)
+        except (SourceTimeout, ProtocolError):
+            return False
+        return True
+
+    def _load(self) -> None:
+        if self._firmware is None:
+            raise DeviceRefused(
+                f"the board at {self._board} has no firmware, which it loses with its supply: give the path of "
+                "Icv_usb.hex, which Analog Devices' software for the kit installs: --firmware PATH, or "
+                "PALPATE_FIRMWARE. If it had been loaded, unplug the board for a moment"
+            )
+        self._out(RAM, CPUCS, 0, b"\1")
+        for address, data in self._firmware.items():
+            self._load_chunk(address, data)
+        self._out(RAM, CPUCS, 0, b"\0")
+        for _ in range(round(_STARTING_S / _AGAIN_S)):
+            if self._runs():
+                return
+            self._clock.sleep(_AGAIN_S)
+        raise DeviceRefused(
+            f"the firmware was loaded into the board at {self._board} but does not answer: is it this board's file?"
+        )
+
+    def _load_chunk(self, address: int, data: bytes) -> None:
+        for start in range(0, len(data), TRANSFER_BYTES):
+            chunk = data[start : start + TRANSFER_BYTES]
+            self._out(RAM, address + start, 0, chunk)
+            if self._in(RAM, address + start, 0, len(chunk)) != chunk:
+                raise ProtocolError(f"firmware: what was written at 0x{address + start:04X} reads back otherwise")
+
+    def _in(self, request: int, value: int, index: int, count: int) -> bytes:
+        with translated(f"request 0x{request:02X}"):
+            data = bytes(self._opened.ctrl_transfer(IN, request, value, index, count, TIMEOUT_MS))
+        if len(data) != count:
+            raise ProtocolError(f"request 0x{request:02X}: got {len(data)} bytes, allowed: {count}; a damaged transfer")
+        return data
+
+    def _out(self, request: int, value: int, index: int, data: bytes) -> None:
+        with translated(f"request 0x{request:02X}"):
+            count = self._opened.ctrl_transfer(OUT, request, value, index, data, TIMEOUT_MS)
+        if count != len(data):
+            raise ProtocolError(f"request 0x{request:02X}: {count} bytes of {len(data)} were taken; a damaged transfer")
+
+    def _check_acknowledged(self, what: str) -> None:
+        if errors := self._in(ERROR_COUNT, 0, 0, 1)[0]:
+            raise ProtocolError(
+                f"{what}: not acknowledged, errors counted by the board: {errors}; if it happens again and again, its "
+                "firmware has locked: unplug the board for a moment"
+            )
+
+    @property
+    def _opened(self) -> Any:
+        if self._device is None:
+            raise DeviceNotFound(f"the board at {self._board} is closed: open it again.")
+        return self._device
+
+
+def _on_bus(i2c_address: int) -> int:
+    """Return a transfer's wValue for the only address that is allowed."""
+    if i2c_address != datasheet.I2C_ADDRESS:
+        raise ValueError(
+            f"i2c_address: got 0x{i2c_address:02X}, allowed: 0x48; at 0x50 to 0x57 is the memory of the board's identity"
+        )
+    return i2c_address << 1

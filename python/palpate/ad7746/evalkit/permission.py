@@ -1,0 +1,58 @@
+"""Whether a user may open the board on this system, asked without opening it."""
+
+import os
+import re
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, Board
+
+RULES = tuple(
+    Path(folder) for folder in ("/etc/udev/rules.d", "/run/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d")
+)
+USBFS = Path("/dev/bus/usb")
+
+
+def may_open(board: Board, usbfs: Path = USBFS) -> bool | None:
+    """Tell whether the system lets this user open a board; None where it cannot be known without trying.
+
+    Examples
+    --------
+    >>> may_open(Board(1, 2, ()), Path("/nowhere")) is None
+    True
+    """
+    node = usbfs / f"{board.bus:03d}" / f"{board.address:03d}"
+    return os.access(node, os.R_OK | os.W_OK) if node.exists() else None
+
+
+def rule_files(folders: Iterable[Path] | None = None) -> list[Path]:
+    """Return the udev rules that name the board.
+
+    Examples
+    --------
+    >>> rule_files([Path("/nowhere")])
+    []
+    """
+    named = [re.compile(f'{key}}}=="{number:04x}"', re.IGNORECASE) for key, number in
+             (("idVendor", VENDOR), ("idProduct", PRODUCT))]  # fmt: skip
+    files = [
+        file
+        for folder in (RULES if folders is None else folders)
+        if folder.is_dir()
+        for file in sorted(folder.glob("*.rules"))
+    ]
+    return [file for file in files if any(all(n.search(line) for n in named) for line in _lines(file))]
+
+
+def rules_matter() -> bool:
+    """Tell whether this user needs a rule: on Linux, unless it is root."""
+    return sys.platform == "linux" and os.geteuid() != 0
+
+
+def _lines(file: Path) -> list[str]:
+    try:
+        text = file.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return []
+    return [line for line in text.splitlines() if not line.lstrip().startswith("#")]

@@ -1,0 +1,109 @@
+"""The AD7746 on a Linux I2C bus, as of a Raspberry Pi: a register bus over i2c-dev. Not tried on hardware."""
+
+import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from palpate.ad7746 import datasheet
+from palpate.ad7746.clock import Clock, RealClock
+from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError, SourceTimeout
+
+try:
+    from smbus2 import SMBus, i2c_msg
+except ImportError as error:  # pragma: no cover
+    raise MissingExtra("an I2C bus needs smbus2: pip install 'palpate[i2c]'") from error
+
+
+class I2cBus:
+    """The chip at 0x48.
+
+    Parameters
+    ----------
+    path : str
+        As "/dev/i2c-1".
+    clock : Clock, optional
+    open_bus : callable, optional
+        smbus2.SMBus, or what stands for it.
+
+    Raises
+    ------
+    DeviceNotFound
+        No such bus.
+    DeviceRefused
+        No permission.
+    """
+
+    def __init__(self, path: str, clock: Clock | None = None, open_bus: Any = SMBus) -> None:
+        self._path = path
+        self._clock = clock or RealClock()
+        self._open_bus = open_bus
+        self._bus: Any = None
+        self.reopen()
+
+    def read(self, register: int, count: int) -> bytes:
+        """Return registers, in one transaction."""
+        if not 1 <= count <= datasheet.REGISTERS:
+            raise ValueError(f"count: got {count}, allowed: 1 to {datasheet.REGISTERS}")
+        pointer = i2c_msg.write(datasheet.I2C_ADDRESS, [register])
+        data = i2c_msg.read(datasheet.I2C_ADDRESS, count)
+        self._transfer(f"reading register 0x{register:02X}", pointer, data)
+        return bytes(data)
+
+    def write(self, register: int, data: bytes) -> int:
+        """Write registers; return when they were written, ns of the clock."""
+        datasheet.check_write(register, data)
+        self._transfer(f"writing register 0x{register:02X}", i2c_msg.write(datasheet.I2C_ADDRESS, [register, *data]))
+        return self._clock.now_ns()
+
+    def ready(self) -> bool:
+        """Look at STATUS: there is no wire for RDY#."""
+        return not self.read(datasheet.STATUS, 1)[0] & datasheet.RDY
+
+    def reset(self) -> None:
+        """Reset the AD7746."""
+        self._transfer("resetting the AD7746", i2c_msg.write(datasheet.I2C_ADDRESS, [datasheet.RESET_POINTER]))
+
+    def reopen(self) -> None:
+        """Open the bus again."""
+        self.close()
+        with _translated(self._path):
+            self._bus = self._open_bus(self._path)
+
+    def close(self) -> None:
+        """Give the bus back."""
+        if self._bus is not None:
+            self._bus.close()
+            self._bus = None
+
+    def describe(self) -> dict[str, Any]:
+        """Return which bus it is; the chip has no identity."""
+        return {"name": "AD7746 on an I2C bus", "bus": self._path, "address": datasheet.I2C_ADDRESS}
+
+    def _transfer(self, what: str, *messages: Any) -> None:
+        if self._bus is None:
+            raise DeviceNotFound(f"{self._path} is closed: open it again.")
+        with _translated(f"{self._path}: {what}"):
+            self._bus.i2c_rdwr(*messages)
+
+
+@contextmanager
+def _translated(what: str) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise _error(what, error) from error
+
+
+def _error(what: str, error: OSError) -> SourceError:
+    match error.errno:
+        case errno.ENOENT | errno.ENODEV:
+            return DeviceNotFound(f"{what}: there is no such bus; on a Raspberry Pi `sudo raspi-config` turns it on.")
+        case errno.EACCES | errno.EPERM:
+            return DeviceRefused(f"{what}: no permission to open it; `sudo usermod -aG i2c $USER`, then log in anew")
+        case errno.EREMOTEIO | errno.ENXIO:
+            return ProtocolError(f"{what}: not acknowledged: is the AD7746 wired to this bus, and supplied?")
+        case errno.ETIMEDOUT:
+            return SourceTimeout(f"{what}: the bus is held: a wire is shorted, or the chip hangs; switch it off and on")
+        case _:
+            return ProtocolError(f"{what}: {error.strerror}")

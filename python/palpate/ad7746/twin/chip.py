@@ -1,0 +1,196 @@
+"""A register-level AD7746: what the chip does with I2C bytes, in time.
+
+All times are ns of whatever clock the caller has; nothing here waits.
+"""
+
+import random
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from palpate.ad7746 import datasheet
+
+FACTORY = bytes([0x66, 0xCC, 0x5C, 0x90])
+"""CAP_GAIN and VOLT_GAIN of this one."""
+_ALL_READY = datasheet.RDY | datasheet.RDYVT | datasheet.RDYCAP
+_CAP_BYTES, _VT_BYTES = range(1, 4), range(4, 7)
+
+Pins = Callable[[int, float, float], float]
+"""Mean capacitance, pF, at pin CIN1 or CIN2 (1, 2) from one time to another, s."""
+
+
+class Conversion(NamedTuple):
+    """One that ended: CIN 1 or 2, begin and end in ns, code; lost ones included."""
+
+    pin: int
+    begin: int
+    end: int
+    code: int
+    lost: bool
+
+
+@dataclass
+class Running:
+    """One that has not ended: with the registers as they were when it began."""
+
+    begin: int
+    end: int
+    registers: bytes
+
+
+class ChipTwin:
+    """The chip.
+
+    Parameters
+    ----------
+    pins : Pins
+    seed : int
+        Of the noise.
+    dac_step_pF : (float, float)
+        What a step of CAPDAC_A and CAPDAC_B is on this chip: not what is typical.
+    noisy : bool
+        With the noise of the data sheet.
+
+    Attributes
+    ----------
+    conversions : deque of Conversion
+        The last ones that ended.
+    """
+
+    def __init__(
+        self,
+        pins: Pins,
+        *,
+        seed: int = 0,
+        dac_step_pF: tuple[float, float] = (0.171, 0.158),
+        noisy: bool = True,
+    ) -> None:
+        self.conversions: deque[Conversion] = deque(maxlen=4096)
+        self.temperature_C = 25.0
+        self.present = True
+        self.lose = self.garble = self.short = 0  # conversions that are yet to be lost, of the other input, with EXCERR
+        self.overload_pF = 0.0
+        self.pace = 1.0  # a conversion's time, relative to the data sheet's
+        self.disturb: Callable[[], float] = lambda: 0.0  # pF, for each conversion
+        self._pins = pins
+        self._random = random.Random(seed)
+        self._noisy = noisy
+        self._dac_step_pF = dac_step_pF
+        self._silent_until = 0
+        self._pointer = 0
+        self._running: Running | None = None
+        self.registers = bytearray(datasheet.RESET_VALUES + FACTORY)
+
+    def acknowledges(self, now: int) -> bool:
+        """Tell whether the chip answers to its address."""
+        return self.present and now >= self._silent_until
+
+    def power_on(self, now: int) -> None:
+        """Reset, as at power-on or by command."""
+        self.registers[:] = datasheet.RESET_VALUES + FACTORY
+        self._running = None
+        self._silent_until = now + round(datasheet.RESET_S * 1e9)
+
+    def write(self, data: bytes, now: int) -> None:
+        """Take what is written after the address: a pointer, and registers."""
+        self._advance(now)
+        if data[:1] == bytes([datasheet.RESET_POINTER]):
+            return self.power_on(now)
+        self._pointer = data[0]
+        for byte in data[1:]:
+            self._write(byte, now)
+        return None
+
+    def read(self, count: int, now: int, lasting: int = 0) -> bytes:
+        """Give registers from the pointer on; the transfer lasts from `now` on.
+
+        A conversion that ends while its data are being read is lost (data sheet, "Data registers").
+        """
+        self._advance(now)
+        span = range(self._pointer, self._pointer + count)
+        self._pointer = span.stop
+        data = bytes(self.registers[number % datasheet.REGISTERS] for number in span)
+        running = self._running
+        if running and running.end <= now + lasting and any(n in span for n in (*_CAP_BYTES, *_VT_BYTES)):
+            self._end(running, lost=True)
+        if all(n in span for n in _CAP_BYTES):
+            self.registers[datasheet.STATUS] |= datasheet.RDY | datasheet.RDYCAP
+        if all(n in span for n in _VT_BYTES):
+            self.registers[datasheet.STATUS] |= datasheet.RDYVT
+        return data
+
+    def rdy_pin(self, now: int) -> bool:
+        """Return the level of RDY#: low (False) when a conversion has ended."""
+        self._advance(now)
+        return bool(self.registers[datasheet.STATUS] & datasheet.RDY)
+
+    def _write(self, byte: int, now: int) -> None:
+        if datasheet.CAP_SETUP <= self._pointer < datasheet.REGISTERS:
+            self.registers[self._pointer] = byte
+        if self._pointer == datasheet.CONFIG:
+            self._begin(now)
+        self._pointer += 1
+
+    def _begin(self, now: int) -> None:
+        self._running = None
+        self.registers[datasheet.STATUS] |= _ALL_READY
+        config = self.registers[datasheet.CONFIG]
+        if config & 7 not in (datasheet.CONTINUOUS, datasheet.SINGLE):
+            return
+        if self.garble:
+            self.garble -= 1
+            self.registers[datasheet.CAP_SETUP] ^= datasheet.CIN2
+        seconds = 0.0
+        if self.registers[datasheet.CAP_SETUP] & datasheet.CAPEN:
+            seconds += datasheet.CONVERSION_S[config >> 3 & 7]
+        if self.registers[datasheet.VT_SETUP] & datasheet.VTEN:
+            seconds += datasheet.VT_CONVERSION_S[config >> 6]
+        if seconds:
+            self._running = Running(now, now + round(self.pace * seconds * 1e9), bytes(self.registers))
+
+    def _advance(self, now: int) -> None:
+        while self._running and self._running.end <= now:
+            self._end(self._running, lost=False)
+
+    def _end(self, running: Running, *, lost: bool) -> None:
+        if self.lose:
+            self.lose, lost = self.lose - 1, True
+        if running.registers[datasheet.CAP_SETUP] & datasheet.CAPEN:
+            self._end_capacitance(running, lost=lost)
+        if running.registers[datasheet.VT_SETUP] & datasheet.VTEN and not lost:
+            code = round((self.temperature_C + 4096) * 2048)
+            self.registers[datasheet.VT_DATA : datasheet.CAP_SETUP] = code.to_bytes(3, "big")
+            self.registers[datasheet.STATUS] &= ~(datasheet.RDY | datasheet.RDYVT)
+        self._running = None
+        if self.registers[datasheet.CONFIG] & 7 == datasheet.CONTINUOUS:
+            self._begin(running.end)
+        else:
+            self.registers[datasheet.CONFIG] &= ~7
+
+    def _end_capacitance(self, running: Running, *, lost: bool) -> None:
+        pin = 2 if running.registers[datasheet.CAP_SETUP] & datasheet.CIN2 else 1
+        code = datasheet.code_of(self._measured_pF(running, pin))
+        self.conversions.append(Conversion(pin, running.begin, running.end, code, lost))
+        if lost:
+            return
+        shorted = self.short > 0
+        self.short -= shorted
+        self.registers[datasheet.CAP_DATA : datasheet.VT_DATA] = code.to_bytes(3, "big")
+        self.registers[datasheet.STATUS] &= ~(datasheet.RDY | datasheet.RDYCAP | datasheet.EXCERR)
+        self.registers[datasheet.STATUS] |= datasheet.EXCERR * shorted
+
+    def _measured_pF(self, running: Running, pin: int) -> float:
+        registers = running.registers
+        driven = registers[datasheet.EXC_SETUP] & (datasheet.EXCA | datasheet.EXCB)
+        total = self._pins(pin, running.begin / 1e9, running.end / 1e9) + self.disturb() if driven else 0.0
+        total += self.overload_pF
+        for register, step in zip((datasheet.CAPDAC_A, datasheet.CAPDAC_B), self._dac_step_pF, strict=True):
+            if registers[register] & datasheet.DAC_ENABLE:
+                total += (registers[register] & datasheet.DAC_STEPS) * (
+                    step if register == datasheet.CAPDAC_B else -step
+                )
+        offset = int.from_bytes(registers[datasheet.CAP_OFFSET : datasheet.CAP_GAIN], "big")
+        total += (offset - datasheet.OFFSET_ZERO) * datasheet.OFFSET_STEP_PF
+        noise = datasheet.NOISE_PF[registers[datasheet.CONFIG] >> 3 & 7] if self._noisy else 0.0
+        return total + self._random.gauss(0.0, noise)

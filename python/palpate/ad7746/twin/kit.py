@@ -1,0 +1,267 @@
+"""The evaluation kit without the kit: the AD7746's twin behind the board's vendor requests.
+
+Not tried against hardware: it does what `palpate.ad7746.evalkit.board` was told that the board does, and what is marked [?]
+is inferred. Faults happen on demand. Carriers bring it to the driver: `palpate.ad7746.twin.usb` inside this process.
+"""
+
+import errno
+import struct
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from palpate.ad7746 import datasheet
+from palpate.ad7746.clock import Clock
+from palpate.ad7746.evalkit.board import (
+    CPUCS,
+    ERROR_COUNT,
+    I2C,
+    I2C_PLAIN,
+    IN,
+    OUT,
+    PORTS,
+    RAM,
+    RDY_PIN,
+    TRANSFER_BYTES,
+)
+from palpate.ad7746.evalkit.find import PRODUCT, VENDOR
+from palpate.ad7746.evalkit.firmware import RAM_BYTES
+from palpate.ad7746.twin.chip import ChipTwin
+
+TRANSFER_NS = 150_000
+"""A control transfer [?]."""
+I2C_BYTE_NS = 22_500
+"""Nine bits at 400 kHz [?]."""
+_I2C_WIDE = 0xDE
+_EEPROM = range(0x50, 0x58)
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What comes back for a request.
+
+    Attributes
+    ----------
+    data : bytes
+        To the host.
+    error : int
+        errno that the transfer ends with, 0 for none.
+    lasting_ns : int or None
+        Until the transfer ends; None: never, the board does not answer.
+    taken : int
+        Bytes taken from the host.
+    """
+
+    data: bytes = b""
+    error: int = 0
+    lasting_ns: int | None = TRANSFER_NS
+    taken: int = 0
+
+
+@dataclass
+class Fault:
+    """One thing that goes wrong.
+
+    Attributes
+    ----------
+    kind : str
+        One of `FAULTS`.
+    amount : float
+        Of what the kind says: seconds, bytes, conversions, pF.
+    skip : int
+        So many requests go well before it.
+    request : int, optional
+        Only requests of this number are counted and hit.
+    times : float
+        So many requests in a row are hit; may be infinity.
+    """
+
+    kind: str
+    amount: float = 1.0
+    skip: int = 0
+    request: int | None = None
+    times: float = 1
+
+
+class KitTwin:
+    """The board.
+
+    Parameters
+    ----------
+    chip : ChipTwin
+    clock : Clock
+    loaded : bool
+        With firmware. Without, it answers to the RAM request alone, until an image was written and started.
+
+    Attributes
+    ----------
+    faults : deque of Fault
+        Those to come, in order.
+    on_unplug : callable
+        Set by a carrier; called with the seconds until the board is plugged in again, or infinity.
+    eeprom_touched : bool
+        Someone addressed the memory of the board's identity.
+    """
+
+    def __init__(self, chip: ChipTwin, clock: Clock, *, loaded: bool = True) -> None:
+        self.chip = chip
+        self.loaded = loaded
+        self.keeps_firmware = True  # over an unplugging; a real board, which the cable supplies, does not
+        self.stuck: bool | None = None  # level of the RDY# pin, where it does not follow the chip
+        self.locked = self.eeprom_touched = False
+        self.faults: deque[Fault] = deque()
+        self.on_unplug: Callable[[float], None] = lambda _: None
+        self.configuration = 1
+        self._clock = clock
+        self._errors = 0
+        self._buffer = bytearray(TRANSFER_BYTES)
+        self._ports = bytearray([0x80, 0x80, 0, 0, 0, 0])
+        self._ram = bytearray(RAM_BYTES)
+        self._held = False
+        self._nak_after: int | None = None
+
+    def plugged(self) -> None:
+        """Power on."""
+        self._errors, self.locked, self._held = 0, False, False
+        self.loaded = self.loaded and self.keeps_firmware
+        self.chip.power_on(self._clock.now_ns())
+
+    def control(self, kind: int, request: int, value: int, index: int, length: int, data: bytes = b"") -> Reply:
+        """Answer one vendor request on endpoint 0.
+
+        Parameters
+        ----------
+        kind, request, value, index, length : int
+            bmRequestType, bRequest, wValue, wIndex, wLength.
+        data : bytes
+            From the host, for OUT.
+        """
+        fault = self._due(request)
+        prepared = _FAULTS[fault.kind](self, fault.amount) if fault else None
+        if isinstance(prepared, Reply):
+            return prepared
+        reply = self._answer(kind, request, value, index, length, data)
+        return prepared(reply) if prepared else reply
+
+    def _due(self, request: int) -> Fault | None:
+        if not self.faults or self.faults[0].request not in (None, request):
+            return None
+        if self.faults[0].skip:
+            self.faults[0].skip -= 1
+            return None
+        self.faults[0].times -= 1
+        return self.faults[0] if self.faults[0].times > 0 else self.faults.popleft()
+
+    def _answer(self, kind: int, request: int, value: int, index: int, length: int, data: bytes) -> Reply:
+        if kind not in (IN, OUT):
+            return Reply(lasting_ns=None)
+        if request == RAM:
+            return self._access_ram(kind, value, length, data)
+        if not self.loaded or self._held:
+            return Reply(error=errno.EPIPE)
+        if self.locked:
+            return Reply(lasting_ns=None)
+        if request in (I2C, I2C_PLAIN, _I2C_WIDE):
+            pointer = {I2C: bytes([index & 0xFF]), I2C_PLAIN: b"", _I2C_WIDE: index.to_bytes(2, "big")}[request]
+            return self._access_i2c(kind, value >> 1 & 0x7F, pointer, length, data)
+        if request == ERROR_COUNT and kind == IN:
+            count, self._errors = min(self._errors, 0xFF), 0
+            return Reply(bytes([count])[:length])
+        if request == PORTS:
+            return self._access_ports(kind, length, data)
+        return Reply(lasting_ns=None)
+
+    def _access_i2c(self, kind: int, address: int, pointer: bytes, length: int, data: bytes) -> Reply:
+        count = length & 0xFF
+        if not 1 <= count <= TRANSFER_BYTES:
+            self._errors += 1
+            return Reply(bytes(self._buffer)[:length], taken=len(data))
+        self.eeprom_touched |= address in _EEPROM
+        now = self._clock.now_ns() + TRANSFER_NS // 2
+        acknowledged = address == datasheet.I2C_ADDRESS and self.chip.acknowledges(now) and self._nak_after != 0
+        if not acknowledged:
+            self._nak_after = None
+            self._errors += 1
+            self._buffer[:count] = b"\xff" * count
+            return Reply(b"\xff" * count, taken=len(data), lasting_ns=TRANSFER_NS + I2C_BYTE_NS)
+        if kind == OUT:
+            return self._write_i2c(pointer + data, now, len(data))
+        lasting = (1 + len(pointer) + 1 + count) * I2C_BYTE_NS
+        if pointer:
+            self.chip.write(pointer[-1:], now)
+        self._buffer[:count] = self.chip.read(count, now, lasting)
+        return Reply(bytes(self._buffer[:count]), lasting_ns=TRANSFER_NS + lasting)
+
+    def _write_i2c(self, sent: bytes, now: int, taken: int) -> Reply:
+        if self._nak_after is not None:
+            sent, self._nak_after = sent[: self._nak_after], None
+            self._errors += 1
+        lasting = (1 + len(sent)) * I2C_BYTE_NS
+        self.chip.write(sent, now + lasting)
+        return Reply(taken=taken, lasting_ns=TRANSFER_NS + lasting)
+
+    def _access_ports(self, kind: int, length: int, data: bytes) -> Reply:
+        if kind == OUT:
+            self._ports[: len(data)] = data[:6]
+            return Reply(taken=len(data))
+        high = self.chip.rdy_pin(self._clock.now_ns() + TRANSFER_NS // 2) if self.stuck is None else self.stuck
+        port_a = self._ports[0] & ~RDY_PIN | RDY_PIN * high
+        return Reply(bytes([port_a, *self._ports[1:]])[:length])
+
+    def _access_ram(self, kind: int, address: int, length: int, data: bytes) -> Reply:
+        if kind == IN:
+            return Reply(bytes(self._ram[address : address + length]))
+        if address == CPUCS:
+            self._held = bool(data[0] & 1)
+            if not self._held and any(self._ram):
+                self.loaded, self.locked = True, False
+        else:
+            self._ram[address : address + len(data)] = data
+        return Reply(taken=len(data))
+
+    def device_descriptor(self) -> bytes:
+        """Return what the board says of itself; it has no strings."""
+        return struct.pack("<BBHBBBBHHHBBBB", 18, 1, 0x0200, 0xFF, 0xFF, 0xFF, 64, VENDOR, PRODUCT, 0, 0, 0, 0, 1)
+
+    def configuration_descriptor(self) -> bytes:
+        """Return one configuration, one interface; its endpoints are not used."""
+        interface = struct.pack("<9B", 9, 4, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0)
+        return struct.pack("<BBHBBBBB", 9, 2, 9 + len(interface), 1, 1, 0, 0x80, 50) + interface
+
+    def _unplug(self, back_after_s: float) -> Reply:
+        self.on_unplug(back_after_s)
+        return Reply(error=errno.ESHUTDOWN)
+
+    def _set(self, **values: object) -> None:
+        for name, value in values.items():
+            setattr(self, name, value)
+
+    def _set_chip(self, **values: object) -> None:
+        for name, value in values.items():
+            setattr(self.chip, name, value)
+
+
+Effect = Reply | Callable[[Reply], Reply] | None
+
+_FAULTS: dict[str, Callable[[KitTwin, float], Effect]] = {
+    "no answer": lambda kit, amount: Reply(lasting_ns=None),
+    "stall": lambda kit, amount: Reply(error=errno.EPIPE),
+    "line error": lambda kit, amount: Reply(error=errno.EPROTO),
+    "babble": lambda kit, amount: Reply(error=errno.EOVERFLOW),
+    "late": lambda kit, seconds: lambda reply: Reply(reply.data, 0, round(seconds * 1e9), reply.taken),
+    "short": lambda kit, count: lambda reply: Reply(reply.data[: int(count)], 0, reply.lasting_ns, reply.taken),
+    "unplug": lambda kit, back_after_s: kit._unplug(back_after_s),
+    "lock": lambda kit, amount: kit._set(locked=True),
+    "not acknowledged": lambda kit, amount: kit._set(_nak_after=0),
+    "not acknowledged in mid-write": lambda kit, count: kit._set(_nak_after=int(count)),
+    "lost conversion": lambda kit, count: kit._set_chip(lose=int(count)),
+    "other input": lambda kit, count: kit._set_chip(garble=int(count)),
+    "excitation shorted": lambda kit, count: kit._set_chip(short=int(count)),
+    "overload": lambda kit, overload_pF: kit._set_chip(overload_pF=overload_pF),
+    "brown-out": lambda kit, amount: kit.chip.power_on(kit._clock.now_ns()),
+    "chip absent": lambda kit, amount: kit._set_chip(present=False),
+    "RDY# stuck high": lambda kit, amount: kit._set(stuck=True),
+    "RDY# stuck low": lambda kit, amount: kit._set(stuck=False),
+}
+FAULTS = tuple(_FAULTS)
+"""Every `Fault.kind`."""

@@ -1,0 +1,219 @@
+"""What `palpate doctor` looks at, a function each."""
+
+import os
+import platform
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+
+from palpate import MissingExtra, PalpateError, __version__
+from palpate.cli import config
+from palpate.cli.exit import MISSING_EXTRA, NO_DEVICE, UNEXPECTED, USAGE, code_of
+
+
+class Finding(NamedTuple):
+    """One line of the doctor's.
+
+    Attributes
+    ----------
+    what, text : str
+    state : str
+        "ok"; "free": something that not everybody needs is not there; "wrong".
+    do : str
+        What to type, or to do; empty where there is nothing.
+    code : int
+        The exit code where it is wrong.
+    """
+
+    what: str
+    state: str
+    text: str
+    do: str = ""
+    code: int = 0
+
+
+def installation() -> Iterator[Finding]:
+    """Look at palpate itself and what it cannot do without."""
+    system = f"Python {platform.python_version()}, {platform.system()} {platform.machine()}"
+    installed = metadata.version("palpate")
+    if installed == __version__:
+        yield Finding("palpate", "ok", f"{__version__}, {system}, {Path(__file__).parents[1]}")
+    else:
+        text = f"the compiled core is {__version__}, the package {installed}"
+        yield Finding("palpate", "wrong", text, "pip install --force-reinstall palpate", UNEXPECTED)
+    yield Finding("numpy, click", "ok", f"{metadata.version('numpy')}, {metadata.version('click')}")
+
+
+def extras() -> Iterator[Finding]:
+    """Look which extras are installed."""
+    for extra, packages in _extras().items():
+        found = {package: _version(package) for package in packages}
+        missing = [package for package, version in found.items() if version is None]
+        if missing:
+            text = f"not installed: {', '.join(missing)}"
+            yield Finding(f"extra {extra}", "free", text, f"pip install 'palpate[{extra}]'")
+        else:
+            yield Finding(f"extra {extra}", "ok", ", ".join(f"{p} {version}" for p, version in found.items()))
+
+
+_LEFT_OUT = {"test", "docs", "all"}  # of no use to who measures, or no more than the others
+
+
+def _extras() -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for requirement in metadata.requires("palpate") or []:
+        match = re.match(r"([\w.-]+).*extra == ['\"]([\w-]+)['\"]", requirement)
+        if match and match[2] not in _LEFT_OUT:
+            found.setdefault(match[2], []).append(match[1])
+    return found
+
+
+def _version(package: str) -> str | None:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def usb() -> Iterator[Finding]:
+    """Look for libusb, the board, the permission to open it, and its firmware."""
+    try:
+        from palpate.ad7746.evalkit import find
+
+        backend = find.system_backend()
+        boards = find.boards(backend)
+    except MissingExtra as error:
+        text, _, do = str(error).partition(": ")
+        missing = _version("pyusb") is None
+        yield Finding("libusb", "free" if missing else "wrong", text, do, 0 if missing else MISSING_EXTRA)
+        return
+    except PalpateError as error:
+        yield Finding("libusb", "wrong", str(error), "", code_of(error))
+        return
+    yield Finding("libusb", "ok", str(getattr(getattr(backend, "lib", None), "_name", "found")))
+    yield from _boards(boards, backend)
+
+
+def _boards(boards: list[Any], backend: Any) -> Iterator[Finding]:
+    from palpate.ad7746.evalkit.permission import may_open
+
+    if not boards:
+        yield Finding(
+            "board", "free", "no evaluation kit is plugged in", "palpate record sim:four-specimens -o run.csv"
+        )
+        yield from _rule(needed=False)
+    for board in boards:
+        if may_open(board) is False:
+            yield Finding(f"board usb:{board}", "wrong", "plugged in, no permission to open it", code=NO_DEVICE)
+            yield from _rule(needed=True)
+        else:
+            yield _open(board, backend)
+    yield _firmware()
+
+
+def _rule(*, needed: bool) -> Iterator[Finding]:
+    from palpate.ad7746.evalkit.permission import rule_files, rules_matter
+    from palpate.ad7746.evalkit.usberrors import UDEV_RULE
+
+    files = rule_files()
+    do = (
+        f"echo '{UDEV_RULE}' | sudo tee /etc/udev/rules.d/70-palpate.rules\n"
+        "sudo udevadm control --reload && sudo udevadm trigger --subsystem-match=usb"
+    )
+    if files:
+        yield Finding("permission", "ok", f"udev rule in {', '.join(map(str, files))}")
+    elif needed or rules_matter():
+        text = "no udev rule names the board: only root may open it"
+        yield Finding("permission", "wrong" if needed else "free", text, do, NO_DEVICE if needed else 0)
+    else:
+        yield Finding("permission", "ok", "this user needs no udev rule; others would:", do)
+
+
+def _open(board: Any, backend: Any) -> Finding:
+    from palpate.ad7746.evalkit.board import EvalKit
+
+    what = f"board usb:{board}"
+    try:
+        EvalKit(board.bus, board.address, backend=backend).close()
+    except PalpateError as error:
+        return Finding(what, "wrong", str(error), "", code_of(error))
+    return Finding(what, "ok", "opened, its firmware answers")
+
+
+def _firmware() -> Finding:
+    from palpate.ad7746.evalkit.firmware import read_hex
+
+    path = os.environ.get("PALPATE_FIRMWARE")
+    if not path:
+        text = "PALPATE_FIRMWARE is not set; the kit needs the file at every plug-in"
+        return Finding("firmware", "free", text, "export PALPATE_FIRMWARE=.../Icv_usb.hex")
+    try:
+        size = sum(map(len, read_hex(Path(path)).values()))
+    except PalpateError as error:
+        return Finding("firmware", "wrong", str(error), "", code_of(error))
+    return Finding("firmware", "ok", f"{path}, {size} bytes")
+
+
+def others() -> Iterator[Finding]:
+    """List what else is plugged in."""
+    from palpate.sources.devices import devices
+
+    found = [device for device in devices()[0] if not device.uri.startswith("usb:")]
+    text = ", ".join(device.uri for device in found)
+    yield Finding("other devices", "ok" if found else "free", text or "none on i2c:, iio:, serial:")
+
+
+def files(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
+    """Read each palpate.toml, every table of it."""
+    for path in filter(Path.is_file, config.places()):
+        try:
+            tables = config.read(path, commands)
+            for name, table in tables.items():
+                config.parameters(str(path), commands[name], table)
+        except click.UsageError as error:
+            yield Finding("defaults", "wrong", error.message, "", USAGE)
+        else:
+            yield Finding("defaults", "ok", f"{path}: {', '.join(f'[{name}]' for name in tables) or 'empty'}")
+
+
+def speed() -> Iterator[Finding]:
+    """Time the estimators, after a look at their answer."""
+    import numpy as np
+
+    from palpate import AdaptiveRls, HandoverRls
+    from palpate.benchmark import nanoseconds
+
+    regressor = 0.1 + 0.01 * np.sin(np.arange(20_000) / 7)
+    for made in (AdaptiveRls, HandoverRls):
+        run = partial(made().process, 3.0 * regressor, regressor)
+        ratio = run()[-1]
+        name = f"speed, {made.__name__}"
+        if abs(ratio - 3.0) > 1e-6:
+            do = "pip install --force-reinstall --no-binary palpate palpate"
+            yield Finding(name, "wrong", f"a ratio of 3 is estimated as {ratio}", do, UNEXPECTED)
+        else:
+            yield Finding(name, "ok", f"{nanoseconds(run, len(regressor)):.1f} ns an update")
+
+
+def all_of(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
+    """Look at everything; a look that fails is a finding."""
+    looks: list[tuple[str, Callable[[], Iterator[Finding]]]] = [
+        ("installation", installation),
+        ("extras", extras),
+        ("defaults", lambda: files(commands)),
+        ("USB", usb),
+        ("other devices", others),
+        ("speed", speed),
+    ]
+    for what, look in looks:
+        try:
+            yield from look()
+        except Exception as error:  # noqa: BLE001 (the other looks are worth having)
+            text = f"could not be looked at: {type(error).__name__}: {error}"
+            yield Finding(what, "wrong", text, f"{sys.executable} -m palpate --debug doctor", UNEXPECTED)

@@ -1,0 +1,124 @@
+"""The paper's Fig. 6, 7, 9, 10, 11 and 12, from the simulation: PDF, PNG and the numbers behind each."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from palpate.figure_style import COLUMN_IN, PAGE_IN, save, sheet, write_csv
+from palpate.figures import session, touch
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """One figure: what it shows, how large, and how it is made from its data."""
+
+    caption: str
+    size_in: tuple[float, float]
+    data: Callable[[int], Any]
+    draw: Callable[[Any, Any], None]
+    columns: Callable[[Any], dict[str, Any]]
+
+
+def _traces(t: touch.Traces) -> dict[str, Any]:
+    return t.columns()
+
+
+FIGURES = {
+    6: Drawing(
+        "Readouts on specimen 30 OO (0.143 MPa) and the ratio by ordinary RLS with forgetting 0.995 (a) and 0.9 (b), as "
+        "in the paper's Fig. 6; (c) the handheld scene on the same data; (d) the distance of all from the truth. Tremor 4 % "
+        "of the press.",
+        (PAGE_IN, 4.4),
+        lambda seed: touch.one_touch("30 OO", seed, tremor=0.04),
+        touch.figure_6,
+        _traces,
+    ),
+    7: Drawing(
+        "Specimen 70 OO (0.515 MPa), as in the paper's Fig. 7: (a) readouts and the ratio with adaptive forgetting, (b) "
+        "innovation and alarm signal, (c) three estimators; (d) to (f) the handheld scene on the same data. "
+        "Tremor 1 % of the press.",
+        (PAGE_IN, 6.2),
+        lambda seed: touch.one_touch("70 OO", seed, tremor=0.01),
+        touch.figure_7,
+        _traces,
+    ),
+    9: Drawing(
+        "Four specimens touched one after the other (30 OO, 70 OO, 40 A, 70 A), as in the paper's Fig. 9: readouts, "
+        "ratio and alarm signal (left); the handheld scene on the same data (right). Tremor 1 % of the press.",
+        (PAGE_IN, 5.6),
+        touch.four_touches,
+        touch.figure_9,
+        _traces,
+    ),
+    10: Drawing(
+        "Ratio against modulus, four touches on each of ten specimens, by the paper's algorithm: mean and standard "
+        "deviation, as in the paper's Fig. 10; the inset with logarithmic moduli.",
+        (COLUMN_IN, 3.0),
+        session.ten_specimens,
+        session.figure_10,
+        session.columns_10,
+    ),
+    11: Drawing(
+        "The touch with the smallest P of four against their mean, as in the paper's Fig. 11, and the one with the "
+        "smallest standard error by the handheld scene; below, the distance from the true curve.",
+        (COLUMN_IN, 3.8),
+        session.ten_specimens,
+        session.figure_11,
+        session.columns_11,
+    ),
+    12: Drawing(
+        "Eq. (2) fitted (a) to the touch with the smallest P of each specimen, as in the paper's Fig. 12, (b) to every "
+        "touch by the handheld scene; bands: where 95 % of single touches lie; parameters with 95 % intervals.",
+        (PAGE_IN, 3.2),
+        session.ten_specimens,
+        session.figure_12,
+        session.columns_12,
+    ),
+}
+"""By the number in the paper. Its Fig. 1 to 5 and 8 are drawings and photographs."""
+
+
+def caption(number: int, seed: int) -> str:
+    """Return the caption of a figure."""
+    return (
+        f"Fig. {number}. {FIGURES[number].caption} Simulated data (palpate.simulation, seed {seed}), not a measurement."
+    )
+
+
+def draw(folder: Path, *, seed: int = 0) -> list[Path]:
+    """Draw all figures into a folder.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Made where it is not there.
+    seed : int
+        Of the simulation.
+
+    Returns
+    -------
+    list of pathlib.Path
+        fig06.pdf, fig06.png, fig06.csv, ..., captions.md.
+
+    Raises
+    ------
+    MissingExtra
+        Without matplotlib and scipy: `pip install 'palpate[science]'`.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    made: dict[Callable[[int], Any], Any] = {}
+    paths = []
+    for number, drawing in FIGURES.items():
+        if drawing.data not in made:
+            made[drawing.data] = drawing.data(seed)
+        data = made[drawing.data]
+        stem = folder / f"fig{number:02}"
+        with sheet(*drawing.size_in) as figure:
+            drawing.draw(figure, data)
+            figure.supxlabel(f"simulated data, seed {seed}", fontsize=6, color="0.4", x=0.995, ha="right")
+            paths += save(figure, stem, caption(number, seed))
+        paths.append(write_csv(stem.with_suffix(".csv"), drawing.columns(data)))
+    captions = folder / "captions.md"
+    captions.write_text("\n\n".join(caption(number, seed) for number in FIGURES) + "\n", encoding="utf-8")
+    return [*paths, captions]

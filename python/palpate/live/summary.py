@@ -1,0 +1,121 @@
+"""What a page is told of the measurement, beside the samples: plain values, ready for JSON."""
+
+import math
+import time
+from collections import deque
+from typing import Any
+
+from palpate._core import Touch
+from palpate.calibration import Calibration
+from palpate.live.session import Moment, Session
+from palpate.touch import most_reliable
+
+_RATE_S = 2.0  # pairs per second are counted over so long
+_SHOWN = 200  # touches, the newest
+STATES = {"baseline": "baseline", "waiting": "no contact", "done": "done", "ended": "ended"}
+
+
+class Summary:
+    """A session in words and numbers.
+
+    Parameters
+    ----------
+    session : Session
+    calibration : Calibration, optional
+        For the modulus.
+    """
+
+    def __init__(self, session: Session, calibration: Calibration | None = None) -> None:
+        self._session, self._calibration = session, calibration
+        self._reads: deque[tuple[float, int]] = deque()
+        self._measurement = 0
+        self._rows: list[dict[str, Any]] = []
+
+    def instrument(self, source: str) -> dict[str, Any]:
+        """Return what does not change while it measures."""
+        tracker, device = self._session.stream.tracker, self._session.stream.source.describe()
+        return {
+            "measurement": self._session.number,
+            "source": source,
+            "device": _name(device),
+            "scene": tracker.scene,
+            "threshold": tracker.settings.get("threshold"),
+            "statistic_unit": "pF" if tracker.scene == "paper" else "",
+            "calibrated": self._calibration is not None,
+            "may_record": self._session.recordings.allowed,
+        }
+
+    def now(self) -> dict[str, Any]:
+        """Return what does."""
+        session = self._session
+        moment, recorder = session.moment, session.stream.recorder if session.running else None
+        measured = moment.state in ("contact", "done")
+        ratio, error = (moment.ratio, moment.standard_error) if measured else (math.nan, math.nan)
+        self._begin_anew()
+        return {
+            "state": self._state(moment),
+            "ratio": ratio,
+            "standard_error": error,
+            "modulus": self._modulus(ratio, error),
+            "pairs_per_s": self._rate(session.counters.read),
+            "counters": session.counters.as_dict(),
+            "recording": {"name": recorder.path.name, "rows": recorder.rows} if recorder else None,
+            "recordings": session.recordings.names,
+            "messages": session.messages,
+            "error": session.error,
+        }
+
+    def touches(self) -> dict[str, Any]:
+        """Return a row for each touch that has ended, and which is the most reliable."""
+        self._begin_anew()
+        found = self._session.touches
+        self._rows += [self._row(number, touch) for number, touch in enumerate(found) if number >= len(self._rows)]
+        return {"rows": self._rows[-_SHOWN:], "most_reliable": _most_reliable(found)}
+
+    def marks(self) -> dict[str, Any]:
+        """Return the marks that were made."""
+        return {"rows": [{"t_s": t_s, "text": text} for t_s, text in self._session.marks]}
+
+    def _begin_anew(self) -> None:
+        if self._measurement != self._session.number:
+            self._measurement = self._session.number
+            self._reads.clear()
+            self._rows = []
+
+    def _state(self, moment: Moment) -> str:
+        if moment.state != "contact":
+            return STATES[moment.state]
+        knows = self._session.stream.tracker.scene in ("handheld", "sliding")
+        return "adapting" if moment.alarm or (knows and math.isnan(moment.standard_error)) else "contact"
+
+    def _row(self, number: int, touch: Touch) -> dict[str, Any]:
+        modulus = self._modulus(touch.ratio, touch.standard_error)
+        return {"number": number + 1, **touch.as_dict(), "modulus": modulus}
+
+    def _modulus(self, ratio: float, error: float) -> dict[str, Any] | None:
+        if self._calibration is None or not math.isfinite(ratio):
+            return None
+        return self._calibration.modulus(ratio, error if math.isfinite(error) else None).as_dict()
+
+    def _rate(self, read: int) -> float:
+        """Return pairs per second; nan before that is known."""
+        now = time.monotonic()
+        self._reads.append((now, read))
+        while now - self._reads[0][0] > _RATE_S and len(self._reads) > 2:
+            self._reads.popleft()
+        then, before = self._reads[0]
+        return (read - before) / (now - then) if now > then else math.nan
+
+
+def _most_reliable(touches: list[Touch]) -> int | None:
+    """Return its number, counted from 1; None where none can be trusted."""
+    try:
+        return touches.index(most_reliable(touches)) + 1
+    except ValueError:
+        return None
+
+
+def _name(device: dict[str, Any]) -> str:
+    inner = device.get("device")
+    told = inner if isinstance(inner, dict) else device
+    return ", ".join(str(told[key]) for key in ("name", "file") if key in told)

@@ -1,0 +1,213 @@
+"""Both channels as arrays, from palpate's own files and from other loggers' tables."""
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime, time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.ad7746.datasheet import SATURATED_PF
+from palpate.errors import RecordingError
+from palpate.recording.own_file import Recorded, is_own
+from palpate.recording.table import PICOFARADS, SECONDS, Table, bare_name, is_data, read_table, to_number
+from palpate.samples import DTYPE, usable
+
+OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s", "soft_time": "t_soft_s"}
+_TIMES = {"time", "t", "t_hard", "timestamp", "time stamp", "timestamps", "seconds", "elapsed", "elapsed time", "zeit"}
+_TIMES |= {"date", "datetime", "clock"}
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Both channels of a probe.
+
+    Attributes
+    ----------
+    t_hard_s, t_soft_s : numpy.ndarray, shape (n,)
+        Time of each channel's reading, s; nan where the file has no times, the same where it has one.
+    hard, soft : numpy.ndarray, shape (n,)
+        Capacitances, pF, baseline included; nan where the file has no value.
+    notes : tuple of str
+        What a reader of the results should know: rows without a value, a torn end, times that go back.
+    full_scale_pF : float
+        A reading of this size is saturated: the AD7746's in palpate's own files, inf elsewhere.
+    """
+
+    t_hard_s: NDArray[np.float64]
+    t_soft_s: NDArray[np.float64]
+    hard: NDArray[np.float64]
+    soft: NDArray[np.float64]
+    notes: tuple[str, ...] = ()
+    full_scale_pF: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Make arrays of what was given, and check them."""
+        size = np.size(self.hard)
+        for name in ("t_hard_s", "t_soft_s", "hard", "soft"):
+            given: Any = getattr(self, name)
+            array = np.asarray(np.ma.filled(given.astype(float), math.nan) if np.ma.isMaskedArray(given) else given)
+            if array.dtype.kind not in "biuf":
+                raise TypeError(f"{name}: got dtype {array.dtype}, allowed: real numbers")
+            if array.shape != (size,):
+                raise ValueError(f"{name}: got shape {array.shape}, allowed: ({size},)")
+            object.__setattr__(self, name, array.astype(float))
+
+
+def read(
+    path: str | os.PathLike[str],
+    *,
+    columns: Mapping[str, str | int] | None = None,
+    unit: str | None = None,
+) -> Recording:
+    """Read a recording.
+
+    Parameters
+    ----------
+    path : path-like
+        A text table: comma, semicolon, tab, bar or blanks between the cells; any number of header rows.
+    columns : mapping, optional
+        Which columns hold "hard", "soft" and, where it is not found by its name, "time" (and
+        "soft_time", where the soft channel has its own): a name in one of the header rows, or a
+        position counted from 1. Not needed for palpate's own files.
+    unit : str, optional
+        Unit of both capacitances, aF to F. Taken from the header where it names one; pF otherwise.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    RecordingError
+        The file is not a recording: with the line and the reason.
+    ValueError
+        A column that is not there, or a unit that is not one of capacitance.
+
+    Examples
+    --------
+    >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
+    """
+    wanted = dict(OWN_COLUMNS if columns is None else columns)
+    _check(wanted, unit)
+    if columns is None and unit is None and is_own(Path(path)):
+        return _own(Recorded(path))
+    table = read_table(Path(path))
+    own = {name for column in range(table.width) for name in table.names(column)} >= set(OWN_COLUMNS.values())
+    if columns is None and not own:
+        raise ValueError(
+            f"columns: got none for a table that is not palpate's own, allowed: hard and soft out of {table.describe()}"
+        )
+    if own and not {"time", "soft_time"} & set(wanted):
+        wanted |= {key: OWN_COLUMNS[key] for key in ("time", "soft_time")}
+    hard = _capacitance(table, wanted["hard"], unit)
+    soft = _capacitance(table, wanted["soft"], unit)
+    t_hard_s = _times(table, wanted.get("time"))
+    t_soft_s = _times(table, wanted["soft_time"]) if "soft_time" in wanted else t_hard_s
+    notes = _notes(table, t_hard_s, hard, soft)
+    if unit is None and not table.unit(table.column(wanted["hard"]), PICOFARADS):
+        notes.append("no unit in the header: pF is assumed")
+    full_scale = SATURATED_PF if columns is None else math.inf
+    return Recording(t_hard_s, t_soft_s, hard, soft, tuple(notes), full_scale)
+
+
+def _own(recorded: Recorded) -> Recording:
+    block = np.concatenate([np.zeros(0, DTYPE), *recorded.blocks()])
+    times = (block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9)
+    return Recording(*times, *usable(block, recorded.full_scale_pF), recorded.notes, recorded.full_scale_pF)
+
+
+def _check(wanted: Mapping[str, str | int], unit: str | None) -> None:
+    for key in ("hard", "soft"):
+        if key not in wanted:
+            raise ValueError(f"columns: got {', '.join(wanted) or 'none'}, allowed: hard, soft and, if wanted, time")
+    if unknown := set(wanted) - set(OWN_COLUMNS):
+        raise ValueError(f"columns: got {min(unknown)!r}, allowed: {', '.join(OWN_COLUMNS)}")
+    if str(wanted["hard"]).strip() == str(wanted["soft"]).strip():
+        raise ValueError(f"columns: got {wanted['hard']!r} for both channels, allowed: two columns")
+    if unit is not None and unit not in PICOFARADS:
+        raise ValueError(f"unit: got {unit!r}, allowed: {', '.join(PICOFARADS)}")
+
+
+def _capacitance(table: Table, wanted: str | int, unit: str | None) -> NDArray[np.float64]:
+    column = table.column(wanted)
+    named = table.unit(column, PICOFARADS)
+    if unit is None and named == "%":
+        raise ValueError(f"column: got {wanted!r}, which is in per cent, allowed: a capacitance (or state its unit)")
+    factor = PICOFARADS[unit or named or "pF"]
+    values = np.empty(len(table.rows))
+    for row, (line, _) in enumerate(table.rows):
+        cell = table.cell(row, column)
+        try:
+            values[row] = to_number(cell)
+        except ValueError:
+            reason = f"{cell!r} in column {column + 1} ({wanted}) is neither a number nor an overload mark"
+            raise RecordingError(table.path, reason, line) from None
+    return values * factor
+
+
+def _times(table: Table, wanted: str | int | None) -> NDArray[np.float64]:
+    column = time_column(table) if wanted is None else table.column(wanted)
+    if column is None:
+        return np.full(len(table.rows), math.nan)
+    factor = SECONDS.get(table.unit(column, SECONDS) or "s", 1.0)
+    values = np.empty(len(table.rows))
+    for row, (line, _) in enumerate(table.rows):
+        cell = table.cell(row, column)
+        try:
+            values[row] = _seconds(cell, factor)
+        except ValueError:
+            if wanted is None:
+                return np.full(len(table.rows), math.nan)
+            reason = f"{cell!r} in column {column + 1} ({wanted}) is neither a number nor a time"
+            raise RecordingError(table.path, reason, line) from None
+    values -= values[0] if values[0] > _EPOCH else 0.0
+    if (np.abs(values) >= _LATEST_S).any():
+        line = table.rows[int(np.argmax(np.abs(values) >= _LATEST_S))][0]
+        raise RecordingError(table.path, "a time more than 292 years from the first: no ns in 64 bits", line)
+    return values
+
+
+_EPOCH = 1e9  # a date and time, not a time since the start
+_LATEST_S = 2**63 / 1e9
+
+
+def _seconds(cell: str, factor: float) -> float:
+    """Seconds: a number, a date and time, or a time of day."""
+    try:
+        return to_number(cell) * factor
+    except ValueError:
+        pass
+    try:
+        return datetime.fromisoformat(cell).replace(tzinfo=UTC).timestamp()
+    except ValueError:
+        of_day = time.fromisoformat(cell)
+        return of_day.hour * 3600 + of_day.minute * 60 + of_day.second + of_day.microsecond * 1e-6
+
+
+def time_column(table: Table) -> int | None:
+    """Return the column (from 0) that holds times by its name; None where there is none."""
+    for column in range(table.width):
+        if _TIMES & {bare_name(name) for name in table.names(column)}:
+            return column
+    return None
+
+
+def _notes(
+    table: Table, time_s: NDArray[np.float64], hard: NDArray[np.float64], soft: NDArray[np.float64]
+) -> list[str]:
+    missing = int(np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft))))
+    above = sum(is_data(cells) for cells in table.header)
+    back = int(np.count_nonzero(np.diff(time_s) < 0))
+    notes = {
+        f"{missing} of {len(hard)} rows have no value in a channel: left out": missing,
+        f"time goes back at {back} of {len(hard)} rows: they are taken in the order of the file": back,
+        f"{above} rows of numbers stand above the names: taken for a part of the header": above,
+        "the last row has no line end and may be torn: left out": table.torn,
+        "no column of times found: start_s is unknown": bool(len(time_s)) and bool(np.isnan(time_s).all()),
+    }
+    return [note for note, holds in notes.items() if holds]

@@ -1,0 +1,99 @@
+"""Named scenarios, each the smallest that shows one difficulty."""
+
+from dataclasses import replace
+
+from palpate.ad7746.datasheet import NOISE_PF
+from palpate.elasticity import SORBOTHANE_MPA, Elasticity
+from palpate.simulation.probe import Press, Scenario, Simulation, simulate
+
+PROBE = Elasticity()
+"""The probe of every scenario: ratio 10 on a rigid object."""
+
+_SOFT, _MIDDLE, _STIFF = (PROBE.ratio(SORBOTHANE_MPA[name]) for name in ("30 OO", "70 OO", "70 A"))
+_START_S, _STEP_S = 2.0, 4.0  # the touch starts; the ratio steps so long after it
+_NOISE = NOISE_PF[0]
+
+
+def _one(*ratios: tuple[float, float], depth_pF: float = 0.25, creep: float = 0.0) -> Scenario:
+    return Scenario(presses=[Press(_START_S, ratios, depth_pF=depth_pF, creep=creep)], duration_s=10.5)
+
+
+def _four() -> Scenario:
+    names = ("30 OO", "70 OO", "40 A", "70 A")
+    presses = [Press(2.0 + 9.0 * i, [(0.0, PROBE.ratio(SORBOTHANE_MPA[n]))]) for i, n in enumerate(names)]
+    return Scenario(presses=presses, duration_s=37.5, oblique=0.01, nonlinearity=0.005)
+
+
+def _sliding() -> Scenario:
+    ratios = [(0.0, _SOFT), (5.0, _MIDDLE), (9.0, 1.3 * _MIDDLE), (13.0, _SOFT)]
+    return Scenario(presses=[Press(2.0, ratios, hold_s=16.5)], duration_s=20.5, tremor=0.02)
+
+
+def _all() -> Scenario:
+    """Return five touches with every difficulty but saturation at once."""
+    rigid = PROBE.rigid_ratio
+    ratios = [
+        [(0.0, _SOFT)],
+        [(0.0, _MIDDLE), (_STEP_S, 1.3 * _MIDDLE)],
+        [(0.0, _STIFF)],
+        [(0.0, 0.95 * rigid)],
+        [(0.0, _MIDDLE)],
+    ]
+    depths = (0.25, 0.25, 0.2, 0.2, 0.05)
+    presses = [Press(2.0 + 9.0 * i, r, depth_pF=d) for i, (r, d) in enumerate(zip(ratios, depths, strict=True))]
+    return Scenario(
+        presses=presses,
+        duration_s=46.5,
+        tremor=0.03,
+        ratio_drift=0.001,
+        oblique=0.01,
+        nonlinearity=0.005,
+        drift_pF_per_s=(2e-5, -1e-5),
+        spikes_per_s=0.1,
+        spike_pF=100 * _NOISE,
+        lost=0.01,
+    )
+
+
+SCENARIOS: dict[str, Scenario] = {
+    "soft-steady": _one((0.0, _SOFT)),
+    "stiff-steady": _one((0.0, _STIFF)),
+    "near-rigid": _one((0.0, 0.98 * PROBE.rigid_ratio)),
+    "step-up": _one((0.0, _MIDDLE), (_STEP_S, 1.3 * _MIDDLE)),
+    "step-down": _one((0.0, _MIDDLE), (_STEP_S, 0.7 * _MIDDLE)),
+    "slow-drift": replace(_one((0.0, _MIDDLE), creep=-0.1), ratio_drift=0.005, drift_pF_per_s=(5e-5, -3e-5)),
+    "tremor": replace(_one((0.0, _MIDDLE)), tremor=0.03),
+    "strong-tremor": replace(_one((0.0, _MIDDLE)), tremor=0.08),
+    "light-touch": _one((0.0, _MIDDLE), depth_pF=5 * _NOISE),
+    "spikes": replace(_one((0.0, _MIDDLE)), spikes_per_s=0.5, spike_pF=100 * _NOISE),
+    "dropouts": replace(_one((0.0, _MIDDLE)), lost=0.05),
+    "saturating": _one((0.0, _STIFF), depth_pF=0.45),
+    "four-specimens": _four(),
+    "sliding": _sliding(),
+    "all": _all(),
+}
+
+
+def run(name: str, seed: int = 0) -> Simulation:
+    """Simulate a named scenario.
+
+    Parameters
+    ----------
+    name : str
+        One of `SCENARIOS`.
+    seed : int
+        The same seed gives the same recording.
+
+    Raises
+    ------
+    ValueError
+        An unknown name.
+
+    Examples
+    --------
+    >>> run("tremor", seed=3).hard.shape
+    (403,)
+    """
+    if name not in SCENARIOS:
+        raise ValueError(f"scenario: got {name!r}, allowed: {', '.join(SCENARIOS)}")
+    return simulate(SCENARIOS[name], seed)

@@ -1,0 +1,88 @@
+"""A source from its name: SCHEME:ADDRESS?OPTIONS, or a path."""
+
+import os
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Any
+
+from palpate.sources.base import Source
+from palpate.sources.options import split
+
+GROUP = "palpate.sources"
+"""Entry points of this group add a scheme: a function of address (str) and options (mapping), giving a `Source`."""
+_OWN = {
+    "usb": ("palpate.sources.board", "open_usb"),
+    "sim": ("palpate.sources.sim", "open_sim"),
+    "i2c": ("palpate.sources.board", "open_i2c"),
+    "iio": ("palpate.sources.iio", "open_iio"),
+    "serial": ("palpate.sources.lines", "open_serial"),
+}
+
+Factory = Callable[[str, Mapping[str, Any]], Source]
+
+
+def schemes() -> list[str]:
+    """Return the schemes that `open` knows, other packages' included."""
+    return sorted({*_OWN, *(point.name for point in entry_points(group=GROUP))})
+
+
+def open(uri: str, **options: Any) -> Source:
+    """Open a source of samples.
+
+    Parameters
+    ----------
+    uri : str
+        `usb:` or `usb:BUS/ADDRESS`, the evaluation kit. `sim:SCENARIO`, the same driver over a simulated
+        kit. `i2c:/dev/i2c-N`, the chip on a Linux I2C bus. `iio:` or `iio:PATH`, the kernel's
+        driver. `serial:PORT`, lines of text. A path: a recording, or another logger's table. Options may follow as
+        `?NAME=VALUE&NAME=VALUE`.
+    **options
+        The same by keyword. usb: capf (0 to 7), hard_input (1, 2), replug (s), firmware (path), backend. i2c:
+        capf, hard_input, replug. sim: those of usb but the last two, seed, speed (1: real time; left out: as fast as
+        possible), fault (KIND[:AMOUNT]@SECONDS, with commas between several). iio: hard_input. serial: pattern (a regular
+        expression with groups hard and soft), unit, baud, replug. A path: columns, unit, speed.
+
+    Returns
+    -------
+    Source
+        Open; to be used as a context manager, and iterated.
+
+    Raises
+    ------
+    ValueError
+        A scheme or an option that is not known, or out of its range.
+    SourceError
+        The device is not there, or cannot be used.
+    RecordingError
+        The file is not a recording.
+    MissingExtra
+        Something optional is needed: with the pip line.
+
+    Examples
+    --------
+    >>> with open("sim:four-specimens?seed=1") as source:
+    ...     sample = next(iter(source))
+    >>> sample.seq, sample.status
+    (0, <Status.OK: 0>)
+    """
+    scheme, address, in_uri = split(uri)
+    if twice := set(in_uri) & set(options):
+        raise ValueError(f"source: got {min(twice)} twice, allowed: in the name or by keyword")
+    if not scheme or (scheme not in _OWN and os.path.exists(uri)):  # noqa: PTH110  Path's raises for a long name
+        return _factory("palpate.sources.files", "open_file")(uri, options)
+    return _find(scheme)(address, {**in_uri, **options})
+
+
+def _find(scheme: str) -> Factory:
+    if scheme in _OWN:
+        return _factory(*_OWN[scheme])
+    for point in entry_points(group=GROUP, name=scheme):
+        factory: Factory = point.load()
+        return factory
+    raise ValueError(f"source: got {scheme}:, allowed: {', '.join(f'{name}:' for name in schemes())} or a path")
+
+
+def _factory(module: str, name: str) -> Factory:
+    factory: Factory = getattr(import_module(module), name)
+    return factory

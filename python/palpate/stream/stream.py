@@ -1,0 +1,348 @@
+"""A running measurement: source, ring, tracker, and a recording of it."""
+
+import math
+import os
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, Unpack
+
+import numpy as np
+
+from palpate._core import SampleRing, Touch, Tracker
+from palpate.errors import SourceTimeout
+from palpate.recording.recorder import Recorder
+from palpate.recording.sidecar import BEGUN, sidecar_path
+from palpate.samples import DTYPE, Block, Sample, feed, refused, samples_of, saturated
+from palpate.sources import Source
+from palpate.sources import open as open_source
+from palpate.stream.estimate import Batch, Estimate, StreamCounters
+from palpate.stream.reader import Reader
+
+if TYPE_CHECKING:
+    from palpate._core import _AnySettings, _Scene
+
+STOP_S = 0.5
+_BATCH = 256  # samples at a time, at most
+_POLL_S = 0.1
+
+
+class Stream:
+    """Reads a source in a thread of its own; estimates in the consumer's.
+
+    Parameters
+    ----------
+    source : str or Source
+        What `palpate.open` takes, or what it returned. The stream closes it, also where it cannot begin.
+    tracker : Tracker, optional
+        By default ``Tracker(scene, **settings)``, with the source's full scale. Without a full scale one's own
+        takes a saturated sample for a refused one.
+    scene : str
+    record : path-like, optional
+        NAME.csv: everything that is read is written there, whatever the consumer does. NAME.json beside it.
+    capacity : int
+        Samples that may wait for the consumer; beyond that they are dropped, and counted. A source that can
+        wait, as a file, waits.
+    notes : list of str, optional
+        For the recording.
+    notify : callable, optional
+        Called with a sentence when a device is lost, or back.
+    **settings
+        As in `Tracker`.
+
+    Attributes
+    ----------
+    source : Source
+    tracker : Tracker
+    recorder : Recorder or None
+
+    Raises
+    ------
+    ValueError, SourceError, RecordingError, MissingExtra
+        As `palpate.open` and `Tracker` do; when it is entered, RecordingError where the recording is there
+        already. While it is iterated what the source raised, after the last of its samples.
+
+    Notes
+    -----
+    The recording, sent through `palpate.touches` with the same settings, gives the touches of the stream bit for
+    bit, where nothing was dropped. In asynchronous code let a thread wait for each batch, as shown below.
+
+    Examples
+    --------
+    >>> with Stream("sim:stiff-steady?seed=1") as stream:
+    ...     for estimate in stream:
+    ...         if estimate.ended:
+    ...             print(estimate.ended.samples, estimate.ended.flags)
+    250 ()
+    >>> stream.counters.read == stream.counters.delivered
+    True
+
+    >>> import asyncio
+    >>> async def measure():
+    ...     with Stream("sim:stiff-steady?seed=1") as stream:
+    ...         batches = stream.batches()
+    ...         while batch := await asyncio.to_thread(next, batches, None):
+    ...             for touch in batch.touches:
+    ...                 return touch.samples
+    >>> asyncio.run(measure())
+    250
+    """
+
+    def __init__(
+        self,
+        source: str | Source,
+        tracker: Tracker | None = None,
+        *,
+        scene: "_Scene" = "handheld",
+        record: str | os.PathLike[str] | None = None,
+        capacity: int = 4096,
+        notes: list[str] | None = None,
+        notify: Callable[[str], None] | None = None,
+        **settings: Unpack["_AnySettings"],
+    ) -> None:
+        with ExitStack() as on_failure:
+            if not isinstance(source, str):
+                on_failure.callback(source.close)
+            if tracker is not None and settings:
+                raise ValueError(f"settings: got {', '.join(settings)} beside a tracker, allowed: one of the two")
+            given: dict[str, Any] = dict(settings)
+            self.tracker = tracker or Tracker(scene, **given)
+            if record is not None:
+                sidecar_path(Path(record))
+            self._ring = SampleRing(capacity)
+            if isinstance(source, str):
+                source = on_failure.enter_context(closing(open_source(source)))
+            self.source = source
+            if notify:
+                self.source.notify = notify
+            if tracker is None:
+                full_scale = float(self.source.describe().get("full_scale_pF", math.inf))
+                self.tracker = Tracker(scene, **{"full_scale": full_scale, **given})
+            on_failure.pop_all()
+        self.recorder: Recorder | None = None
+        self._record = record
+        self._notes = notes or []
+        self._reader: Reader | None = None
+        self._fed: Sample | None = None
+        self._before = StreamCounters()
+        self._delivered = self._refused = self._saturated = 0
+        self._ended = self._closed = self._raised = self._begins = self._stop_asked = False
+
+    def __enter__(self) -> Self:
+        """Begin to measure."""
+        if self._closed or self._reader:
+            raise ValueError("stream: got a second `with`, or one after close(), allowed: one")
+        try:
+            self.source.__enter__()
+        except BaseException:
+            self.close()
+            raise
+        try:
+            device = self.source.describe()
+            self._begins = True  # from here on there is something to close
+            if self._record is not None:
+                self.recorder = self._recorder(self._record, self._notes)
+        except BaseException:
+            self._closed = True
+            self.source.__exit__(None, None, None)
+            raise
+        self._reader = Reader(self.source, self._ring, self.recorder, float(device.get("period_s", math.nan)))
+        self._reader.start()
+        if self._stop_asked:
+            self._reader.stop()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Stop, and close the recording."""
+        self.close()
+
+    def __iter__(self) -> Iterator[Estimate]:
+        """Return an estimate after each sample."""
+        for batch in self.batches():
+            yield from batch.estimates()
+
+    def batches(self) -> Iterator[Batch]:
+        """Return samples and estimates as arrays: at each step what is there, and waiting where there is nothing."""
+        reader = self._begun()
+        while (batch := self._next(reader)) is not None:
+            yield batch
+        if last := self._finish():
+            yield last
+        if reader.error is not None and not self._raised:
+            self._raised = True
+            raise reader.error
+
+    @property
+    def touches(self) -> list[Touch]:
+        """Every touch that has ended, in order of time."""
+        return self.tracker.touches
+
+    @property
+    def counters(self) -> StreamCounters:
+        """What became of the samples so far; may be read from anywhere."""
+        reader, recorder, own = self._reader, self.recorder, self.source.counters
+        if reader is None:
+            return StreamCounters()
+        delivered, dropped = self._delivered, self._ring.dropped
+        read = reader.read  # after the others: more may have come, none can have gone
+        return StreamCounters(
+            read=read,
+            lost=reader.lost,
+            late=reader.late,
+            delivered=delivered,
+            dropped=dropped,
+            waiting=read - delivered - dropped,
+            refused=self._refused,
+            saturated=self._saturated,
+            recorded=recorder.rows if recorder else 0,
+            unrecorded=recorder.dropped if recorder else 0,
+            errors=own.get("errors", 0),
+            reconnects=own.get("reconnects", 0),
+        )
+
+    def start_recording(self, record: str | os.PathLike[str], notes: list[str] | None = None) -> Recorder:
+        """Record to NAME.csv from the next sample on; from any thread.
+
+        A replay has to measure the baseline from there, which is known here from before: begin without contact.
+
+        Raises
+        ------
+        ValueError, RecordingError
+            A recording is running; and as on entering.
+        """
+        reader = self._begun()
+        if self._closed or self.recorder:
+            raise ValueError("record: got a second one, or none can be any more, allowed: one at a time, while it runs")
+        begun = [f"{BEGUN}{reader.read} pairs, whose baseline a replay does not have"] if reader.read else []
+        recorder = self._recorder(record, [*(notes or []), *begun])
+        with reader.lock:
+            self._before = self.counters
+            self.recorder = reader.recorder = recorder
+        return recorder
+
+    def stop_recording(self) -> Recorder | None:
+        """Close the recording, and go on without; from any thread. None where there was none.
+
+        Raises
+        ------
+        RecordingError
+            Something that was read could not be recorded.
+        """
+        reader, recorder = self._begun(), self.recorder
+        if recorder is None or self._closed:
+            return None
+        with reader.lock:
+            reader.recorder, counters = None, self.counters
+        recorder.close(lambda: self._counted(counters, recorder))
+        self.recorder = None
+        if recorder.error:
+            raise recorder.error
+        return recorder
+
+    def note(self, text: str) -> None:
+        """Add a note to the recording."""
+        if self.recorder:
+            self.recorder.note(text)
+
+    def mark(self, text: str) -> None:
+        """Add a mark to the recording, at the sample that was read last."""
+        if self.recorder:
+            self.recorder.mark(text, self._begun().last)
+
+    def tare(self) -> None:
+        """Measure the baseline anew, and mark it in the recording; from the thread that iterates."""
+        self.tracker.tare()
+        if self.recorder and self._fed:
+            self.recorder.mark("tare", self._fed, tare=True)
+
+    def stop(self) -> bool:
+        """End the iteration, after what has been read; from any thread, or a signal handler. False before `with`."""
+        self._stop_asked = self._begins
+        if self._reader:
+            self._reader.stop()
+        return self._begins
+
+    def close(self) -> None:
+        """Stop, within 0.5 s; estimate from what is left; close recording and source.
+
+        Raises
+        ------
+        RecordingError
+            Something that was read could not be recorded.
+        SourceTimeout
+            The source did not stop; it was left behind.
+        """
+        if self._closed:
+            return
+        self._closed = True
+        if self._reader is None:
+            self.source.close()
+            return
+        self._reader.stop()
+        stopped = self._reader.join(STOP_S)
+        while self._next(self._reader, wait=False):
+            pass
+        self._finish()
+        failure = None if stopped else SourceTimeout(f"the source did not stop within {STOP_S} s: it is left behind")
+        error = failure or self._reader.error
+        try:
+            if self.recorder:
+                recorder = self.recorder
+                recorder.close(lambda: self._counted(self.counters, recorder), _told(error))
+        finally:
+            if stopped:
+                self.source.__exit__(None, None, None)
+        if failure:
+            raise failure
+        if self.recorder and self.recorder.error and not self._raised:
+            raise self.recorder.error
+
+    def _recorder(self, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
+        settings = {"scene": self.tracker.scene, **self.tracker.settings}
+        return Recorder(path, self.source.describe(), settings, notes)
+
+    def _counted(self, counters: StreamCounters, recorder: Recorder) -> dict[str, int]:
+        """Return what became of the samples since the recording began."""
+        return counters.since(self._before) | {"recorded": recorder.rows, "unrecorded": recorder.dropped}
+
+    def _begun(self) -> Reader:
+        if self._reader is None:
+            raise ValueError("stream: got no `with`, allowed: with palpate.Stream(...) as stream")
+        return self._reader
+
+    def _next(self, reader: Reader, *, wait: bool = True) -> Batch | None:
+        """Return the next batch; None where none will come."""
+        waiting = np.empty(_BATCH, DTYPE)
+        while True:
+            closed = self._ring.closed
+            if count := self._ring.pop_many(waiting):
+                return self._estimated(waiting[:count])
+            if closed or not wait or self._closed:
+                return None
+            reader.ready.wait(_POLL_S)
+            reader.ready.clear()
+
+    def _estimated(self, block: Block) -> Batch:
+        before = self.tracker.touch_count
+        rows = feed(self.tracker, block)
+        self._fed = samples_of(block[-1:])[0]
+        self._delivered += len(block)
+        self._refused += int(np.count_nonzero(refused(block)))
+        self._saturated += int(np.count_nonzero(saturated(block)))
+        return Batch(block, rows, self.tracker.touches_since(before), before + 1)
+
+    def _finish(self) -> Batch | None:
+        """End a touch that still runs."""
+        if self._ended:
+            return None
+        self._ended = True
+        before = self.tracker.touch_count
+        if self.tracker.finish() is None:
+            return None
+        nothing = np.empty(0, DTYPE)
+        return Batch(nothing, feed(self.tracker, nothing), self.tracker.touches_since(before), before + 1)
+
+
+def _told(error: BaseException | None) -> str | None:
+    """Return what a recording keeps of an error: there are some without a text."""
+    return (str(error) or type(error).__name__) if error else None

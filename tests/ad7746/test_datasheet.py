@@ -1,0 +1,107 @@
+"""The converter's numbers, and what is refused before it is written."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from palpate.ad7746 import datasheet
+from palpate.ad7746.configuration import HARD, SOFT, Channel, Configuration, differs
+
+
+@pytest.mark.parametrize(
+    ("code", "capacitance_pF"),
+    [(0x000000, -4.096), (0x800000, 0.0), (0xFFFFFF, 4.096 * (2**24 - 2) / 2**24), (0x80F720, 0.030890625)],
+)
+def test_vectors(code: int, capacitance_pF: float) -> None:
+    assert datasheet.capacitance_pF(code) == capacitance_pF
+    assert datasheet.code_of(capacitance_pF) == code
+
+
+def test_the_last_vector_as_printed() -> None:
+    assert f"{datasheet.capacitance_pF(0xFFFFFF):.8f}" == "4.09599951"
+
+
+@given(st.integers(0, datasheet.LAST_CODE))
+def test_every_code_comes_back(code: int) -> None:
+    assert datasheet.code_of(datasheet.capacitance_pF(code)) == code
+    assert datasheet.saturated(code) == (code < 500 or code > datasheet.LAST_CODE - 500)
+
+
+@pytest.mark.parametrize("code", [-1, 2**24])
+def test_a_code_has_24_bits(code: int) -> None:
+    for function in (datasheet.capacitance_pF, datasheet.saturated, datasheet.temperature_C):
+        with pytest.raises(ValueError, match=rf"code: got {code}, allowed: 0 to 16777215"):
+            function(code)
+
+
+def test_temperature() -> None:
+    assert datasheet.temperature_C(0x800000) == 0.0
+    assert datasheet.temperature_C(0x800000 - 2048 * 40) == -40.0
+
+
+def test_the_tables_are_in_order() -> None:
+    assert list(datasheet.CONVERSION_S) == sorted(datasheet.CONVERSION_S)
+    assert list(datasheet.NOISE_PF) == sorted(datasheet.NOISE_PF, reverse=True)
+    assert all(4 < peak / rms < 8 for peak, rms in zip(datasheet.NOISE_PEAK_PF, datasheet.NOISE_PF, strict=True))
+    assert datasheet.CONVERSION_S[datasheet.MAINS_CAPF] == 0.062
+
+
+@pytest.mark.parametrize(
+    ("register", "data", "text"),
+    [
+        (0x00, "07", "allowed: 0x07 to 0x0E"),
+        (0x0E, "0000", "allowed: 0x07 to 0x0E"),  # CAP_GAIN is the factory's
+        (0x07, "", "allowed: 0x07 to 0x0E"),
+        (0x07, "80000b0200", "one burst"),
+        (0x07, "82", "bits 0x1E clear"),
+        (0x08, "04", "bits 0x0C clear"),
+        (0x08, "80", "VTCHOP"),
+        (0x0A, "04", "mode 4, allowed: 0 to 3"),
+        (0x0A, "07", "mode 7, allowed: 0 to 3"),
+    ],
+)
+def test_a_write_that_is_refused(register: int, data: str, text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        datasheet.check_write(register, bytes.fromhex(data))
+
+
+@pytest.mark.parametrize(
+    ("settings", "text"),
+    [
+        ({"capf": 8}, "capf: got 8, allowed: 0 to 7"),
+        ({"capf": -1}, "capf: got -1"),
+        ({"hard_input": 3}, "hard_input: got 3, allowed: 1 to 2"),
+        ({"level": 4}, "level: got 4, allowed: 0 to 3"),
+        ({"vtf": 4}, "vtf: got 4"),
+    ],
+)
+def test_a_configuration_that_is_refused(settings: dict[str, int], text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        Configuration(**settings)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("settings", "text"),
+    [
+        ({"capdac": 128}, "capdac: got 128, allowed: -127 to 127"),
+        ({"offset": 65536}, "offset: got 65536, allowed: 0 to 65535"),
+        ({"excitation": "C"}, "excitation: got 'C', allowed: A, B, AB"),
+    ],
+)
+def test_a_channel_that_is_refused(settings: dict[str, int], text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        Channel(**settings)  # type: ignore[arg-type]
+
+
+def test_the_two_channels_share_the_range_registers_and_nothing_is_left_over_from_the_other() -> None:
+    both = Configuration(capf=3, hard=Channel(capdac=5, offset=0x9000, excitation="AB"), soft=Channel(capdac=-2))
+    assert [part.hex() for part in both.registers(HARD)] == ["80002b1a", "85009000"]
+    assert [part.hex() for part in both.registers(SOFT)] == ["c0000b1a", "00828000"]
+    assert both.temperature_registers.hex() == "0081031a"
+
+
+@given(st.binary(min_size=8, max_size=8), st.integers(0, 7), st.integers(1, 255))
+def test_a_changed_register_is_found(wanted: bytes, number: int, flipped: int) -> None:
+    found = bytearray(wanted)
+    found[number] ^= flipped
+    mode_only = number == 3 and flipped < 8  # a conversion that ended leaves the chip idle
+    assert differs(wanted, bytes(found)) == (None if mode_only else datasheet.CAP_SETUP + number)

@@ -1,0 +1,37 @@
+"""`test_evalkit.py` and `test_evalkit_board.py` once more, over the real libusb: in a child process under umockdev's preload library."""
+
+import ctypes.util
+import os
+import subprocess
+import sys
+import tempfile
+
+import pytest
+from project import ROOT, need
+from tally import Tally
+
+LIMIT_S = 300
+FILES = ["tests/ad7746/test_evalkit.py", "tests/ad7746/test_evalkit_board.py"]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="usbfs is Linux's")
+def test_the_kit_over_the_real_libusb(tally: Tally) -> None:
+    need("umockdev-run")
+    assert ctypes.util.find_library("usb-1.0"), "apt install libusb-1.0-0"
+    with tempfile.TemporaryDirectory(prefix="kit.", dir="/tmp") as root:  # a Unix socket's path ends at 108 bytes
+        environment = os.environ | {
+            "PALPATE_CARRIER": "usbfs",
+            "UMOCKDEV_DIR": root,
+            "SYSTEMD_DEVICE_VERIFY_SYSFS": "0",
+            "LD_PRELOAD": "libumockdev-preload.so.0",
+        }
+        command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", *FILES]
+        done = subprocess.run(
+            command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False
+        )
+    assert done.returncode == 0, done.stdout + done.stderr
+    summary = done.stdout.splitlines()
+    assert "skipped" not in summary[-1]
+    for line in summary:
+        if "pairs:" in line or "passed" in line:
+            tally.say(f"real libusb: {line}")

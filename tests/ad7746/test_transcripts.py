@@ -1,0 +1,118 @@
+"""The very bytes of a session: each request, in its order, and nothing more."""
+
+import math
+from collections import deque
+from typing import Any
+
+import pytest
+from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.configuration import Channel, Configuration
+from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.twin.kit import KitTwin, Reply
+from palpate.ad7746.twin.usb import TwinBackend
+
+# kind, request, value, index, then for OUT the data, for IN the count and the answer.
+Exchange = tuple[str, str]
+
+COUNT = ("C0 DF 0000 0000 1", "00")
+READY = ("C0 DB 0000 0000 1", "80")
+OPEN: list[Exchange] = [COUNT]
+START: list[Exchange] = [
+    ("40 DC 0090 0000", "BF"),
+    COUNT,
+    ("40 DD 0090 000B", "85 00 80 00"),
+    COUNT,
+    ("40 DD 0090 0007", "80 00 0B 00"),
+    COUNT,
+    ("C0 DD 0090 0000 19", "07 00 00 00 00 00 00 80 00 0B 00 85 00 80 00 66 CC 5C 90"),
+    COUNT,
+]
+HARD: list[Exchange] = [
+    ("40 DD 0090 000B", "85 00 80 00"),
+    COUNT,
+    ("40 DD 0090 0007", "80 00 0B 02"),
+    COUNT,
+    ("C0 DB 0000 0000 1", "88"),
+    READY,
+    ("C0 DD 0090 0000 15", "02 80 F7 20 00 00 00 80 00 0B 00 85 00 80 00"),
+    COUNT,
+]
+SOFT: list[Exchange] = [
+    ("40 DD 0090 000B", "00 81 80 00"),
+    COUNT,
+    ("40 DD 0090 0007", "C0 00 0B 02"),
+    COUNT,
+    READY,
+    ("C0 DD 0090 0000 15", "02 80 00 00 00 00 00 C0 00 0B 00 00 81 80 00"),
+    COUNT,
+]
+CONFIGURATION = Configuration(hard=Channel(capdac=5), soft=Channel(capdac=-1))
+
+
+class Script(KitTwin):
+    """Says what is written, to who asks as is written; anything else is an error, and so is silence."""
+
+    def __init__(self, exchanges: list[Exchange], clock: VirtualClock) -> None:
+        super().__init__(ChipTwin(lambda pin, begin_s, end_s: math.nan), clock)
+        self.left = deque(exchanges)
+
+    def control(self, kind: int, request: int, value: int, index: int, length: int, data: bytes = b"") -> Reply:
+        asked, said = self.left.popleft()
+        got = f"{kind:02X} {request:02X} {value:04X} {index:04X}"
+        if kind & 0x80:
+            assert f"{got} {length}" == asked
+            return Reply(bytes.fromhex(said))
+        assert (got, data.hex(" ").upper()) == (asked, said)
+        return Reply(taken=len(data))
+
+
+def play(exchanges: list[Exchange]) -> tuple[Ad7746, Script]:
+    clock = VirtualClock()
+    script = Script(exchanges, clock)
+    backend = TwinBackend(clock)
+    backend.plug(script)
+    return Ad7746(EvalKit(backend=backend, clock=clock), CONFIGURATION, clock), script
+
+
+def test_a_pair() -> None:
+    driver, script = play([*OPEN, *START, *HARD, *SOFT])
+    driver.start()
+    sample = driver.read_pair(0)
+    driver.close()
+    assert not script.left
+    assert sample is not None
+    assert (sample.seq, sample.hard_raw, sample.soft_raw, sample.status) == (0, 0x80F720, 0x800000, 0)
+    assert (sample.hard, sample.soft) == (0.030890625, 0.0)
+
+
+def test_ranges_that_are_the_same_are_written_once() -> None:
+    same: list[Any] = [(a, b.replace("00 81 80 00", "85 00 80 00")) for a, b in SOFT[2:]]
+    again: list[Exchange] = HARD[2:]
+    driver, script = play([*OPEN, *START, *HARD, *same, *again, *same])
+    driver._converter.configuration = Configuration(hard=Channel(capdac=5), soft=Channel(capdac=5))
+    driver.start()
+    driver.read_pair(0)
+    driver.read_pair(1)
+    assert not script.left
+
+
+def test_all_ff_with_an_error_counted_is_read_again() -> None:
+    refused: list[Exchange] = [
+        ("C0 DD 0090 0000 15", " ".join(["FF"] * 15)),
+        ("C0 DF 0000 0000 1", "01"),
+    ]
+    driver, script = play([*OPEN, *START, *HARD[:-2], *refused, *HARD[-2:], *SOFT])
+    driver.start()
+    sample = driver.read_pair(0)
+    assert not script.left
+    assert sample is not None
+    assert sample.hard_raw == 0x80F720
+    assert driver.counters.errors == driver.counters.retries == 1
+
+
+def test_a_script_is_strict() -> None:
+    driver, _ = play([*OPEN, ("40 DC 0090 0000", "BE")])
+    with pytest.raises(AssertionError):
+        driver.start()

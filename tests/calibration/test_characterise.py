@@ -1,0 +1,215 @@
+"""From touches to a table and a calibration; which touch to choose; a hand that is simulated."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import palpate
+import pytest
+from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose, rises
+from palpate.calibration.specimen_files import assign, read_moduli, write_session
+from palpate.elasticity import SORBOTHANE_MPA
+from palpate.simulation import scenarios
+from palpate.simulation.hand import Hand, session
+from palpate.simulation.scenarios import PROBE
+
+from bench.accuracy import reliability
+
+
+@pytest.fixture(scope="module")
+def touches() -> dict[str, list[palpate.Touch]]:
+    return {name: palpate.touches(run) for name, run in session(seed=0).items()}
+
+
+@pytest.fixture(scope="module")
+def specimens(touches: dict[str, list[palpate.Touch]]) -> list[Specimen]:
+    return [Specimen(name, E, touches[name]) for name, E in SORBOTHANE_MPA.items()]
+
+
+def test_a_session_is_what_was_asked_for() -> None:
+    runs = session(seed=3, moduli={"gel": 1.1, "bone": 1e4}, touches=3)
+    again = session(seed=3, moduli={"gel": 1.1, "bone": 1e4}, touches=3)
+    for name, run in runs.items():
+        assert np.array_equal(run.hard_raw, again[name].hard_raw)
+        found = palpate.touches(run)
+        assert len(found) == 3
+        # The gauges' nonlinearity moves a ratio by up to 0.005 / pF of the hard channel's 2.2 pF; oblique contact is true.
+        true = [press.ratios[0][1] for press in run.presses]
+        assert [t.ratio for t in found] == pytest.approx(true, rel=0.011)
+        assert not any(t.flags for t in found)
+    assert not np.array_equal(session(seed=4, moduli={"gel": 1.1}, touches=3)["gel"].hard_raw, runs["gel"].hard_raw)
+    with pytest.raises(ValueError, match="touches: got 0"):
+        session(touches=0)
+
+
+def test_a_hand_scatters_as_it_says() -> None:
+    random = np.random.default_rng(1)
+    presses = Hand(oblique=0.05).touches(2.0, 4000, random).presses
+    factors = np.array([press.ratios[0][1] for press in presses]) / 2
+    # 4,000 of them: the mean scatters by 0.05 / 63, the standard deviation by 1.1 %.
+    assert factors.mean() == pytest.approx(1, abs=3e-3)
+    assert factors.std() == pytest.approx(0.05, rel=0.04)
+    firm = Hand(oblique=0.05, firm=1.0).touches(2.0, 4000, random).presses
+    depth = np.array([press.depth_pF for press in firm])
+    off = np.abs([press.ratios[0][1] / 2 - 1 for press in firm])
+    assert off[depth < np.median(depth)].mean() > 1.3 * off[depth > np.median(depth)].mean()
+    slipping = Hand(slips=0.25).touches(2.0, 4000, random).presses
+    assert np.mean([len({r for _, r in press.ratios}) > 1 for press in slipping]) == pytest.approx(0.25, abs=0.03)
+
+
+def test_choices(touches: dict[str, list[palpate.Touch]]) -> None:
+    four = touches["50 A"]
+    ratios = np.array([t.ratio for t in four])
+    mean, weighted = choose(four, "mean"), choose(four, "weighted")
+    assert mean.ratio == pytest.approx(ratios.mean())
+    assert mean.standard_error == pytest.approx(np.sqrt(sum(t.standard_error**2 for t in four)) / 4)
+    assert mean.touches == pytest.approx(4)
+    weights = np.array([t.standard_error**-2 for t in four])
+    assert weighted.ratio == pytest.approx(weights @ ratios / weights.sum())
+    assert weighted.standard_error == pytest.approx(weights.sum() ** -0.5)
+    assert 1 < weighted.touches < 4
+    assert choose(four, "covariance").ratio == min(four, key=lambda t: t.covariance).ratio
+    assert choose(four, "standard_error").ratio == min(four, key=lambda t: t.standard_error).ratio
+    assert choose(four, "agreement").ratio == min(ratios, key=lambda r: abs(r - ratios.mean()))
+    with pytest.raises(ValueError, match="by: got 'luck'"):
+        choose(four, "luck")
+
+
+def test_the_default_of_most_reliable(touches: dict[str, list[palpate.Touch]]) -> None:
+    four = touches["30 A"]
+    assert palpate.most_reliable(four) == palpate.most_reliable(four, by="agreement")
+    two = four[:2]  # as near to their mean as each other
+    assert palpate.most_reliable(two) == min(two, key=lambda t: t.standard_error)
+    assert palpate.most_reliable(four[:1]) == four[0]
+
+
+def test_touches_without_a_standard_error() -> None:
+    run = session(seed=0, moduli={"gel": 1.1})["gel"]
+    paper = palpate.touches(run, scene="paper")
+    assert all(math.isnan(t.standard_error) for t in paper)
+    assert choose(paper, "weighted") == choose(paper, "mean")
+    assert choose(paper, "mean").standard_error == 0
+    assert palpate.most_reliable(paper[:2]) == min(paper[:2], key=lambda t: t.covariance)
+    with pytest.raises(ValueError, match="no standard error"):
+        palpate.most_reliable(paper, by="standard_error")
+
+
+def test_flagged_touches_are_left_out(touches: dict[str, list[palpate.Touch]]) -> None:
+    run = session(seed=0, moduli={"gel": 1.1})["gel"]
+    short = palpate.touches(run, samples=400)
+    assert all("short" in t.flags for t in short)
+    good = touches["30 A"]
+    assert choose([*good, *short], "mean") == choose(good, "mean")
+    assert palpate.most_reliable([*good, *short]) in good
+    with pytest.raises(ValueError, match=r"touches: got none to choose from \(short"):
+        choose(short, "mean")
+
+
+@pytest.mark.parametrize("by", CHOICES)
+def test_a_calibration_by_each_choice_holds_the_truth(specimens: list[Specimen], by: str) -> None:
+    found = calibrate(specimens, by=by)
+    assert found.about["fitted on"] == by
+    assert len(found.ratios) == (40 if by == "all" else 10)
+    for name, (low, high) in found.parameter_intervals(0.99).items():
+        assert low <= getattr(PROBE, name) <= high, name
+
+
+def test_calibrate_refuses(specimens: list[Specimen]) -> None:
+    with pytest.raises(ValueError, match="by: got 'luck', allowed: all, mean"):
+        calibrate(specimens, by="luck")
+    with pytest.raises(palpate.CalibrationError, match="got 2 specimens"):
+        calibrate(specimens[:2])
+    with pytest.raises(ValueError, match="none at all"):
+        calibrate([*specimens, replace(specimens[0], touches=[])])
+
+
+def test_rises() -> None:
+    assert rises([1.0, 2.0, 3.0])
+    assert not rises([1.0, 1.0])
+    assert not rises([1.0, math.nan, 2.0])
+
+
+def test_the_study_on_a_few_seeds() -> None:
+    """Mean before one touch, and the touch nearest to it before that with the smallest P: bench/accuracy/reliability.py, small."""
+    hand = reliability.HANDS["oblique 5 %"]
+    runs = [reliability.characterisation(hand, seed) for seed in range(40)]
+    rows = {by: reliability.summarise("5 %", by, (run[by] for run in runs)) for by in reliability.NAMES}
+    # The error of a mean of four is half of one touch's; over 40 seeds an rms error scatters by 11 %.
+    assert rows["mean"].rms_error < 0.75 * rows["covariance"].rms_error
+    assert rows["agreement"].rms_error < 0.85 * rows["covariance"].rms_error
+    assert rows["agreement"].rms_error < 0.85 * rows["standard_error"].rms_error
+    assert rows["mean"].order_right >= rows["agreement"].order_right > rows["covariance"].order_right
+    assert all(row.coverage > 0.8 and row.left_out == 0 for row in rows.values())
+    assert len(reliability.table(rows.values()).splitlines()) == 1 + len(rows)
+
+
+def test_files_of_a_session(tmp_path: Path) -> None:
+    moduli = {"30 OO": 0.143, "gel": 1.1}
+    blocks = {name: run.block() for name, run in session(seed=1, moduli=moduli, touches=1).items()}
+    paths = write_session(tmp_path / "new", blocks, moduli)
+    assert [p.name for p in paths] == ["30OO.csv", "gel.csv", "moduli.csv"]
+    assert read_moduli(paths[-1]) == moduli
+    [touch] = palpate.touches(palpate.read(paths[1]))
+    [same] = palpate.touches(session(seed=1, moduli=moduli, touches=1)["gel"])
+    assert touch.ratio == pytest.approx(same.ratio, rel=1e-6)  # 1e-7 pF in the file
+    with pytest.raises(FileExistsError, match=r"30OO\.csv exists already"):
+        write_session(tmp_path / "new", blocks, moduli)
+
+
+def test_a_conversion_that_was_lost_is_read_as_none(tmp_path: Path) -> None:
+    run = scenarios.run("dropouts")
+    path = write_session(tmp_path, {"gel": run.block()}, {"gel": 1.1})[0]
+    recording, lost = palpate.read(path), run.status == palpate.Status.LOST
+    assert lost.any()
+    assert np.array_equal(np.isnan(recording.hard), lost)
+    assert np.array_equal(np.isnan(recording.soft), lost)
+
+
+def test_files_are_assigned_by_name() -> None:
+    moduli = {"30 OO": 0.1, "30 A": 0.9, "gel": 1.0, "gel 2": 2.0}
+    names = ["30OO.csv", "30oo_1.csv", "30 OO-b.csv", "30-A.2026.csv", "gel.csv", "gel-2-a.csv", "gel 3.csv"]
+    found = assign([Path(n) for n in names], moduli)
+    assert [p.name for p in found["30 OO"]] == names[:3]
+    assert [p.name for p in found["30 A"]] == [names[3]]
+    assert [p.name for p in found["gel 2"]] == [names[5]]
+    assert [p.name for p in found["gel"]] == [names[4], names[6]]
+    with pytest.raises(
+        palpate.CalibrationError, match=r"30O\.csv: of no specimen; its name has to begin with one of 30 OO"
+    ):
+        assign([Path("30O.csv")], moduli)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("name,MPa\na,1.5\nb,2\n", {"a": 1.5, "b": 2.0}),
+        ("\ufeffProbe;Modul\r\na;1,5\r\n\r\nb;2\r\n", {"a": 1.5, "b": 2.0}),
+        ("x\ty\na\t3\textra\n", {"a": 3.0}),
+    ],
+)
+def test_tables_of_moduli(tmp_path: Path, text: str, expected: dict[str, float]) -> None:
+    path = tmp_path / "m.csv"
+    path.write_bytes(text.encode())
+    assert read_moduli(path) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (b"", "no specimens in it"),
+        (b"name,MPa\n", "no specimens in it"),
+        (b"name,MPa\na\n", "line 2: got 1 cells"),
+        (b"name,MPa\n,3\n", "line 2: got 2 cells"),
+        (b"name,MPa\na,soft\n", "line 2: got 'soft' as a modulus"),
+        (b"name,MPa\na,-1\n", "line 2: got '-1' as a modulus"),
+        (b"name,MPa\na,OL\n", "line 2: got 'OL' as a modulus"),
+        (b"name,MPa\n30 A,1\n30a,2\n", "line 3: '30a' stands there twice"),
+        (b"\xff\xfe\x00", "not a text table"),
+    ],
+)
+def test_what_is_no_table_of_moduli(tmp_path: Path, text: bytes, message: str) -> None:
+    path = tmp_path / "m.csv"
+    path.write_bytes(text)
+    with pytest.raises(palpate.CalibrationError, match=message):
+        read_moduli(path)

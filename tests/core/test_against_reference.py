@@ -1,0 +1,141 @@
+"""The core against the paper's equations in 60 decimal digits, and the equations against a closed form."""
+
+from decimal import Decimal, localcontext
+from typing import Any
+
+import numpy as np
+import palpate
+import pytest
+import strategies
+from hypothesis import given
+from hypothesis import strategies as st
+from measure import PRECISIONS, deviation, rounding_bounds
+from palpate import reference
+from tally import Tally
+
+KINDS = [np.float64, np.float32]
+ESTIMATORS: dict[Any, tuple[Any, Any]] = {
+    np.float64: (palpate.Rls, palpate.AdaptiveRls),
+    np.float32: (palpate.Rls32, palpate.AdaptiveRls32),
+}
+
+
+def exactly(output: list[float], regressor: list[float], **settings: float) -> reference.Trace:
+    """Run the reference in 60 digits: its own rounding is then far below any float's."""
+    with localcontext(prec=60):
+        return reference.adaptive_rls(
+            np.array([Decimal(v) for v in output]),
+            np.array([Decimal(v) for v in regressor]),
+            number=Decimal,
+            **settings,
+        )
+
+
+def check(kind: Any, samples: tuple[list[float], list[float]], settings: dict[str, float], tally: Tally) -> int:
+    """Compare the core with the reference at every sample, up to the first at which rounding may decide the alarm."""
+    output, regressor = samples
+    precision = PRECISIONS[kind]
+    exact = exactly(output, regressor, **settings)
+    bounds = rounding_bounds(
+        exact, regressor, drift=settings["drift"], initial_ratio=settings["initial_ratio"], precision=precision
+    )
+    rows = ESTIMATORS[kind][1](**settings).trace(output, regressor)
+    for k, row in enumerate(rows):
+        if abs(exact.statistic[k] - Decimal(settings["threshold"])) <= bounds.statistic[k]:
+            return k
+        assert row["alarm"] == exact.alarm[k]
+        for name in ("ratio", "covariance", "innovation", "statistic"):
+            off = abs(float(Decimal(float(row[name])) - getattr(exact, name)[k]))
+            assert off <= getattr(bounds, name)[k], (k, name, row[name], getattr(exact, name)[k])
+            tally.note(f"share of the bound reached, {precision.name}, {name}", off / getattr(bounds, name)[k])
+    return len(rows)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_any_samples_stay_within_the_rounding_bound(kind: Any, tally: Tally) -> None:
+    width = np.dtype(kind).itemsize * 8
+    compared = []
+
+    @given(strategies.any_samples(width), strategies.adaptive_settings(width))
+    def run(samples: tuple[list[float], list[float]], settings: dict[str, float]) -> None:
+        tally.count("any samples")
+        compared.append((check(kind, samples, settings, tally), len(samples[0])))
+
+    run()
+    # Few examples may be cut short by an alarm that rounding decides, or the comparison would be empty.
+    assert sum(done for done, _ in compared) > 0.8 * sum(size for _, size in compared)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_touch_stays_within_16_eps(kind: Any, tally: Tally) -> None:
+    width, precision = np.dtype(kind).itemsize * 8, PRECISIONS[kind]
+    # The defaults, exact in the type.
+    settings = {name: float(kind(v)) for name, v in palpate.AdaptiveRls().settings.items()}
+
+    @given(strategies.touch_samples(width))
+    def run(samples: tuple[list[float], list[float]]) -> None:
+        tally.count("touches")
+        exact = exactly(samples[0], samples[1], **settings)
+        size = check(kind, samples, settings, tally)
+        rows = ESTIMATORS[kind][1](**settings).trace(*samples)[:size]
+        for name in ("ratio", "covariance"):
+            for value, right in zip(rows[name], getattr(exact, name), strict=False):
+                off = deviation(float(value), right, precision)
+                tally.note(f"deviation from the reference in a touch, eps of {precision.name}, {name}", off)
+                assert off <= 16
+
+    run()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@given(data=st.data())
+def test_fixed_forgetting_is_adaptive_forgetting_with_one_factor(kind: Any, data: st.DataObject) -> None:
+    width = np.dtype(kind).itemsize * 8
+    output, regressor = data.draw(strategies.any_samples(width))
+    settings = data.draw(strategies.adaptive_settings(width))
+    prior = {name: settings[name] for name in ("initial_ratio", "initial_covariance", "max_covariance")}
+    fixed, adaptive = ESTIMATORS[kind]
+    one = fixed(forgetting=settings["steady"], **prior).trace(output, regressor)
+    both = adaptive(**{**settings, "alarmed": settings["steady"]}).trace(output, regressor)
+    for name in ("ratio", "covariance", "innovation"):
+        assert np.array_equal(one[name], both[name])
+    assert not one["alarm"].any()
+    assert not one["statistic"].any()
+
+
+def test_the_reference_is_weighted_least_squares() -> None:
+    """With one lambda, r(n) minimises sum lambda^(n-k) (C1 - C2 r)^2 + lambda^n (r - r(0))^2 / P(0)."""
+    random = np.random.default_rng(3)
+    regressor = random.uniform(0.1, 1, 50)
+    output = 2.5 * regressor + 0.01 * random.standard_normal(50)
+    weights = 0.97 ** np.arange(49, -1, -1)
+    prior = 0.97**50 / 100
+    information = weights @ regressor**2 + prior
+    expected = (weights @ (regressor * output) + prior * 1.5) / information
+    settings = {"initial_ratio": 1.5, "initial_covariance": 100.0}
+    trace = reference.rls(output, regressor, forgetting=0.97, **settings)
+    # 50 steps of the printed form, whose subtraction costs P x^2 <= 100 times eps each.
+    assert trace.ratio[-1] == pytest.approx(expected, rel=50 * 100 * 2.3e-16)
+    assert 1 / trace.covariance[-1] == pytest.approx(information, rel=50 * 100 * 2.3e-16)
+    assert palpate.Rls(forgetting=0.97, **settings).process(output, regressor)[-1] == pytest.approx(expected, rel=1e-14)
+
+
+def test_the_reference_follows_the_paper_by_hand() -> None:
+    """Two samples worked out from PAPER's equations: lambda 0.995, then 0.9 as g = 0.24 + 0.01... > h."""
+    trace = reference.adaptive_rls([1.0, 1.5], [0.5, 0.5], initial_ratio=1.0, initial_covariance=4.0)
+    first_gain = 4 * 0.5 / (0.9 + 0.25 * 4)  # |e| = 0.5, g = 0.49 > 0.05: the alarm is on at once
+    first_ratio = 1 + first_gain * 0.5
+    first_covariance = (4 - 4 * 0.25 * 4 / (0.9 + 0.25 * 4)) / 0.9
+    second = 1.5 - 0.5 * first_ratio
+    second_gain = first_covariance * 0.5 / (0.9 + 0.25 * first_covariance)
+    assert trace.alarm.tolist() == [True, True]
+    assert trace.statistic == pytest.approx([0.49, 0.49 + abs(second) - 0.01], rel=1e-14)
+    assert trace.ratio == pytest.approx([first_ratio, first_ratio + second_gain * second], rel=1e-14)
+
+
+def test_the_reference_refuses_what_is_not_finite() -> None:
+    with pytest.raises(ValueError, match="not finite"):
+        reference.adaptive_rls([np.nan], [1.0])
+    with pytest.raises(ValueError, match="zip"):
+        reference.adaptive_rls([1.0, 2.0], [1.0])
+    assert reference.rls([], []).ratio.shape == (0,)

@@ -1,0 +1,100 @@
+"""The headers on a microcontroller: the same bits as here, and what they may cost there."""
+
+import json
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from project import ROOT, need
+
+EMBEDDED = ROOT / "bench" / "embedded"
+SIMULATED = ("m0", "m3", "m4f", "m7")
+
+
+@cache
+def table(target: str, folder: Path) -> dict[str, Any]:
+    """Run bench/embedded/size.py for one target."""
+    need("arm-none-eabi-g++")
+    need("riscv64-unknown-elf-g++" if target.startswith("rv") else "qemu-system-arm")
+    made = folder / f"{target}.json"
+    command = [sys.executable, "-m", "bench.embedded.size", "--target", target, "--json", str(made)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert made.exists(), done.stdout + done.stderr
+    tables: dict[str, dict[str, Any]] = json.loads(made.read_text())
+    return tables[target]
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("embedded")
+
+
+@pytest.mark.parametrize("target", SIMULATED)
+def test_the_same_bits_as_on_this_machine(target: str, folder: Path) -> None:
+    found = table(target, folder)
+    assert found["same_bits"], found["results"]
+    hashes = dict(line.split() for line in found["results"] if " touch " not in line)
+    assert list(hashes) == list(found["subjects"])
+    assert hashes.pop("HandheldRuntime") == hashes["Handheld"]
+    assert hashes.pop("PaperRuntime") == hashes["PaperSafe"]
+    assert len(set(hashes.values())) == len(hashes)
+    for scene in ("PaperScene", "Handheld", "Sliding"):
+        assert sum(line.startswith(f"{scene} touch ") for line in found["results"]) == 2
+
+
+@pytest.mark.parametrize("target", [*SIMULATED, "rv32imafc"])
+def test_no_heap_no_unwinder_no_double(target: str, folder: Path) -> None:
+    subjects = table(target, folder)["subjects"]
+    assert {name: row["foreign"] for name, row in subjects.items() if row["foreign"]} == {}
+
+
+@pytest.mark.parametrize(
+    ("subject", "text", "instructions", "state"),
+    [("Fixed", 64, 12, 8), ("Paper", 160, 32, 12), ("PaperSafe", 200, 44, 12), ("Gated", 400, 80, 28)],
+)
+def test_what_it_may_cost_on_a_cortex_m4f(subject: str, text: int, instructions: int, state: int, folder: Path) -> None:
+    row = table("m4f", folder)["subjects"][subject]
+    assert row["text"]["-Os"] <= text
+    assert row["worst"] <= instructions
+    assert row["state"] <= state
+    assert row["stack"] == 0
+
+
+def test_what_handheld_may_cost_on_a_cortex_m4f(folder: Path) -> None:
+    row = table("m4f", folder)["subjects"]["Handheld"]
+    assert row["state"] <= 512
+    assert row["text"]["-Os"] <= 4800
+    assert row["worst"] <= 880
+    assert row["stack"] <= 256
+
+
+def test_what_paper_may_cost_without_an_fpu(folder: Path) -> None:
+    assert table("m0", folder)["subjects"]["Paper"]["worst"] <= 1700
+
+
+FLAGS = ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-fno-exceptions", "-fno-rtti"]
+INCLUDE = f"-I{ROOT / 'cpp' / 'include'}"
+
+
+def test_the_example_of_a_loop_measures(tmp_path: Path) -> None:
+    program, sources = tmp_path / "loop", [EMBEDDED / "ad7746" / name for name in ("loop.cpp", "simulated.cpp")]
+    subprocess.run([need("c++"), *FLAGS, INCLUDE, *sources, "-o", program], check=True)
+    done = subprocess.run([program], capture_output=True, text=True, check=True)
+    assert [line.split(",")[1:] for line in done.stdout.splitlines()] == [
+        [" 250 samples", " 0 saturated", " 1 refused", " 0 dropped"],
+        [" 139 samples", " 0 saturated", " 0 refused", " 0 dropped"],
+    ]
+    assert [round(float(line.split()[1]), 1) for line in done.stdout.splitlines()] == [3.2, 7.9]
+
+
+def test_the_example_of_a_loop_compiles_for_a_cortex_m4f(tmp_path: Path) -> None:
+    compiler, made = need("arm-none-eabi-g++"), tmp_path / "loop.o"
+    processor = ["-mthumb", "-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-ffreestanding"]
+    source = EMBEDDED / "ad7746" / "loop.cpp"
+    subprocess.run([compiler, *FLAGS, *processor, INCLUDE, "-Os", "-c", source, "-o", made], check=True)
+    symbols = subprocess.run([need("arm-none-eabi-nm"), "-Cu", made], capture_output=True, text=True, check=True)
+    needed = [line.split("U ")[1] for line in symbols.stdout.splitlines()]
+    assert all(name.startswith("hal::") or name in {"memset", "memcpy"} for name in needed), needed

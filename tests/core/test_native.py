@@ -1,0 +1,77 @@
+"""What Python cannot see of the headers: ctest, and the same bits here and there."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import palpate
+import pytest
+from building import configure, run
+from numpy.typing import NDArray
+from project import ROOT, need
+
+
+def fnv(*arrays: NDArray[Any]) -> str:
+    """Hash the bytes of the arrays' items in turn, as tests/cpp/bits.cpp does."""
+    value = 14695981039346656037
+    for row in zip(*arrays, strict=True):
+        for item in row:
+            for byte in item.tobytes():
+                value = ((value ^ byte) * 1099511628211) & 0xFFFFFFFFFFFFFFFF
+    return f"{value:016x}"
+
+
+def touch_samples(ratio: int) -> tuple[list[float], list[float]]:
+    """Make the samples of tests/cpp/samples.hpp."""
+    output, regressor, state = [], [], 12345
+    for i in range(250):
+        state = (state * 1664525 + 1013904223) & 0xFFFFFFFF
+        noise = (state >> 20) - 2048
+        press = 400 + (4 * i if i < 100 else 400)
+        regressor.append(press / 2048)
+        eighths = ratio if i < 180 else ratio + 6
+        output.append((press * eighths * 16 + int(noise / 8)) / 262144)
+    return output, regressor
+
+
+def touch_hash(name: str) -> str:
+    """Hash two touches through an estimator of the extension."""
+    rows = np.concatenate([getattr(palpate, name)().trace(*touch_samples(ratio)) for ratio in (20, 63)])
+    return fnv(*(rows[f] for f in ("ratio", "innovation", "covariance", "statistic")))
+
+
+def bank_hash(name: str) -> str:
+    """Hash 21 touches through a bank of the extension, and through as many single estimators in blocks."""
+    output, regressor = np.transpose([touch_samples(20 + s) for s in range(21)], (1, 2, 0))
+    bank = getattr(palpate, name)(21)
+    ratios = bank.process(output, regressor)
+    singles = [getattr(palpate, name.replace("Bank", ""))() for _ in range(21)]
+    for s, single in enumerate(singles):
+        assert single.process(output[:, s], regressor[:, s]).tobytes() == ratios[:, s].tobytes()
+    state = np.ravel([bank.covariance, bank.statistic], order="F")
+    return fnv(np.concatenate([ratios.ravel(), state]))
+
+
+@pytest.mark.parametrize("compiler", ["c++", "clang++"])
+def test_ctest_and_the_bits_of_the_extension(cmake: str, tmp_path: Path, compiler: str) -> None:
+    configure(cmake, ROOT, tmp_path, f"-DCMAKE_CXX_COMPILER={need(compiler)}")
+    out = run("ctest", "--test-dir", tmp_path, "--output-on-failure", "--no-tests=error")
+    assert "100% tests passed" in out
+    hashes = dict(line.split() for line in run(tmp_path / "tests" / "cpp" / "bits").splitlines())
+    print(*hashes.items(), sep="\n")
+    assert len(hashes) == 10
+    for name, value in hashes.items():
+        assert (bank_hash if "Bank" in name else touch_hash)(name) == value, name
+
+
+def test_the_header_needs_nothing_at_link_time(tmp_path: Path) -> None:
+    """No heap, no exceptions, no library: an object with a whole estimator in it leaves no symbol undefined."""
+    source, program = tmp_path / "scene.cpp", tmp_path / "scene.o"
+    source.write_text(
+        "#include <palpate/palpate.hpp>\n"
+        "bool take(palpate::AdaptiveRls<float>& e, float y, float x) { return e.update(y, x).alarm; }\n"
+        "bool take(palpate::FixedRls<double>& e, double y, double x) { return e.update(y, x).accepted; }\n"
+    )
+    flags = ["-std=c++17", "-O2", "-ffreestanding", "-fno-exceptions", "-fno-rtti"]
+    run(need("c++"), *flags, f"-I{palpate.get_include()}", "-c", source, "-o", program)
+    assert run(need("nm"), "-u", program) == ""

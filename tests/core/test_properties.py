@@ -1,0 +1,168 @@
+"""What holds for every estimator, whatever the samples."""
+
+import copy
+import math
+import pickle
+from typing import Any
+
+import numpy as np
+import palpate
+import pytest
+import strategies
+from hypothesis import given
+from hypothesis import strategies as st
+from measure import bits
+from tally import Tally
+
+ADAPTIVE: dict[int, Any] = {64: palpate.AdaptiveRls, 32: palpate.AdaptiveRls32}
+HANDOVER: dict[int, Any] = {64: palpate.HandoverRls, 32: palpate.HandoverRls32}
+FIXED: dict[int, Any] = {64: palpate.Rls, 32: palpate.Rls32}
+BAD = st.sampled_from([math.nan, math.inf, -math.inf])
+
+widths = pytest.mark.parametrize("width", [64, 32])
+
+
+def make(data: st.DataObject, width: int, tally: Tally) -> tuple[Any, list[float], list[float]]:
+    tally.count("properties")
+    output, regressor = data.draw(strategies.any_samples(width))
+    settings = data.draw(strategies.adaptive_settings(width))
+    which = data.draw(st.sampled_from(["adaptive", "handover", "fixed"]))
+    if which == "adaptive":
+        return ADAPTIVE[width](**settings), output, regressor
+    if which == "handover":
+        return HANDOVER[width](steady=settings["steady"], clip=2.0, threshold=3.0), output, regressor
+    prior = {name: settings[name] for name in ("initial_ratio", "initial_covariance", "max_covariance")}
+    return FIXED[width](forgetting=settings["steady"], **prior), output, regressor
+
+
+@widths
+@given(data=st.data())
+def test_samples_blocks_and_pickles_give_the_same_bits(width: int, tally: Tally, data: st.DataObject) -> None:
+    fresh, output, regressor = make(data, width, tally)
+    whole = fresh.copy().process(output, regressor)
+
+    one_by_one = fresh.copy()
+    assert bits(np.array([one_by_one.update(*s) for s in zip(output, regressor, strict=True)], whole.dtype)) == bits(
+        whole
+    )
+
+    cut = data.draw(st.integers(0, len(output)))
+    split = fresh.copy()
+    parts = [split.process(output[:cut], regressor[:cut])]
+    split = data.draw(st.sampled_from([lambda e: pickle.loads(pickle.dumps(e)), copy.copy, copy.deepcopy]))(split)
+    parts.append(split.process(output[cut:], regressor[cut:]))
+    assert bits(np.concatenate(parts)) == bits(whole)
+
+    traced = fresh.copy()
+    rows = traced.trace(output, regressor)
+    assert bits(rows["ratio"]) == bits(whole)
+    assert one_by_one == split == traced != fresh
+    for name in set(rows.dtype.names) - {"standard_error"}:
+        assert getattr(traced, name) == rows[name][-1]
+
+
+@widths
+@given(data=st.data())
+def test_scaling_both_channels_by_a_power_of_two_changes_no_bit_of_the_ratio(
+    width: int, tally: Tally, data: st.DataObject
+) -> None:
+    tally.count("properties")
+    output, regressor = data.draw(strategies.any_samples(width))
+    settings = data.draw(strategies.adaptive_settings(width))
+    scale = 2.0 ** data.draw(st.integers(-12, 12))
+    scaled = settings | {
+        "drift": settings["drift"] * scale,
+        "threshold": settings["threshold"] * scale,
+        "initial_covariance": settings["initial_covariance"] / scale**2,
+        "max_covariance": settings["max_covariance"] / scale**2,
+    }
+    rows = ADAPTIVE[width](**settings).trace(output, regressor)
+    rows_scaled = ADAPTIVE[width](**scaled).trace(np.array(output) * scale, np.array(regressor) * scale)
+    for name, power in (("ratio", 0), ("alarm", 0), ("innovation", 1), ("statistic", 1), ("covariance", -2)):
+        real = rows[name].dtype.type
+        assert bits(rows_scaled[name]) == bits(rows[name] * real(scale**power) if power else rows[name])
+
+
+@widths
+@given(data=st.data())
+def test_scaling_the_output_alone_scales_the_ratio(width: int, tally: Tally, data: st.DataObject) -> None:
+    tally.count("properties")
+    output, regressor = data.draw(strategies.any_samples(width))
+    settings = data.draw(strategies.adaptive_settings(width))
+    scaled = {name: v * 4 if name in ("drift", "threshold", "initial_ratio") else v for name, v in settings.items()}
+    ratios = ADAPTIVE[width](**settings).process(output, regressor)
+    assert bits(ADAPTIVE[width](**scaled).process(np.array(output) * 4, regressor)) == bits(ratios * 4)
+
+
+@widths
+@given(data=st.data())
+def test_the_alarm_is_on_exactly_while_the_statistic_is_above_the_threshold(
+    width: int, tally: Tally, data: st.DataObject
+) -> None:
+    tally.count("properties")
+    output, regressor = data.draw(strategies.any_samples(width))
+    settings = data.draw(strategies.adaptive_settings(width))
+    rows = ADAPTIVE[width](**settings).trace(output, regressor)
+    assert (rows["statistic"] >= 0).all()
+    assert np.array_equal(rows["alarm"], rows["statistic"] > settings["threshold"])
+    before = np.concatenate([[0], rows["statistic"][:-1]])
+    small = np.abs(rows["innovation"]) <= settings["drift"]
+    assert (rows["statistic"][small] <= before[small]).all()
+
+
+@widths
+@given(data=st.data())
+def test_no_alarm_while_every_innovation_is_within_the_drift(width: int, tally: Tally, data: st.DataObject) -> None:
+    tally.count("properties")
+    output, regressor = data.draw(strategies.any_samples(width))
+    settings = data.draw(strategies.adaptive_settings(width))
+    largest = np.abs(FIXED[width](forgetting=settings["steady"], initial_ratio=settings["initial_ratio"]).trace(
+        output, regressor)["innovation"]).max()  # fmt: skip
+    rows = ADAPTIVE[width](
+        steady=settings["steady"], alarmed=settings["alarmed"], initial_ratio=settings["initial_ratio"],
+        drift=float(largest), threshold=0.0,
+    ).trace(output, regressor)  # fmt: skip
+    assert not rows["alarm"].any()
+    assert not rows["statistic"].any()
+
+
+@widths
+@given(data=st.data())
+def test_the_covariance_is_positive_and_bounded(width: int, tally: Tally, data: st.DataObject) -> None:
+    estimator, output, regressor = make(data, width, tally)
+    rows = estimator.trace(output, regressor)
+    # 1 / fl(1 / max) may round up by one eps.
+    bound = estimator.settings["max_covariance"] * (1 + float(np.finfo(rows["covariance"].dtype).eps))
+    assert ((rows["covariance"] > 0) & (rows["covariance"] <= bound)).all()
+
+
+@widths
+@given(data=st.data())
+def test_refused_samples_change_nothing(width: int, tally: Tally, data: st.DataObject) -> None:
+    estimator, output, regressor = make(data, width, tally)
+    clean = estimator.copy().trace(output, regressor)
+    positions = data.draw(st.lists(st.integers(0, len(output)), min_size=1, max_size=5))
+    dirty = list(zip(output, regressor, strict=True))
+    for position in sorted(positions, reverse=True):
+        bad = data.draw(BAD)
+        dirty.insert(position, data.draw(st.sampled_from([(bad, 1.0), (1.0, bad), (bad, bad)])))
+    rows = estimator.trace(*map(list, zip(*dirty, strict=True)))
+    accepted = np.isfinite([a + b for a, b in dirty])
+    assert bits(rows[accepted]) == bits(clean)
+    assert np.isnan(rows["innovation"][~accepted]).all()
+    assert (estimator.samples, estimator.rejected) == (len(output), len(positions))
+    for k in np.flatnonzero(~accepted)[:1]:
+        kept = rows[k - 1] if k else None
+        for name in ("ratio", "covariance", "statistic", "alarm"):
+            assert kept is None or kept[name] == rows[name][k]
+
+
+@widths
+@given(data=st.data())
+def test_reset_is_a_new_start(width: int, tally: Tally, data: st.DataObject) -> None:
+    estimator, output, regressor = make(data, width, tally)
+    fresh = estimator.copy()
+    first = estimator.trace(output, regressor)
+    estimator.reset()
+    assert estimator == fresh == type(fresh)(**fresh.settings)
+    assert bits(estimator.trace(output, regressor)) == bits(first)

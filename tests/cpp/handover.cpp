@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+// What Handover is made of, each by itself, at compile time: the instrument, the two-sided CUSUM, the noise model.
+
+#include <palpate/handover.hpp>
+
+namespace {
+
+using namespace palpate;
+
+constexpr bool near(double left, double right, double relative) noexcept {
+  return magnitude(left - right) <= relative * magnitude(right);
+}
+
+// The mean of the first 1 / smoothing regressors; then a share of each.
+constexpr bool instrument_is_the_mean() noexcept {
+  Instrument<double> instrument;
+  for (int n = 1; n <= 16; ++n) {
+    instrument.add(n, n, 0.0625);
+    if (!near(instrument.mean(), (n + 1) / 2.0, 1e-15)) {
+      return false;
+    }
+  }
+  instrument.add(24.5, 17, 0.0625);
+  return near(instrument.mean(), 8.5 + 16 / 16.0, 1e-15);
+}
+static_assert(instrument_is_the_mean());
+
+// The regressor itself stands in where the mean is of the other sign, or beyond a factor of 4: w x > 0 always.
+constexpr bool instrument_gives_way() noexcept {
+  Instrument<double> instrument;
+  const bool first = instrument.weight(3.0) == 3.0;
+  instrument.add(1.0, 1, 0.0625);
+  const double close[] = {0.26, 1.0, 3.9}, far[] = {0.25, 4.0, -1.0, 0.0, 1e300};
+  bool right = first;
+  for (const double x : close) {
+    right = right && instrument.weight(x) == 1.0;
+  }
+  for (const double x : far) {
+    right = right && instrument.weight(x) == x;
+  }
+  return right;
+}
+static_assert(instrument_gives_way());
+
+// The sums are those since the side was last 0; the other side stays at 0.
+constexpr bool cusum_knows_when() noexcept {
+  TwoSidedCusum<double> cusum;
+  for (int i = 0; i < 5; ++i) {
+    cusum.add(-0.5, 0.75, {1.0, 7.0, 1.0});
+  }
+  const bool calm = cusum.statistic() == 0 && cusum.up.sums.count == 0 && cusum.down.sums.information == 0;
+  for (int i = 0; i < 4; ++i) {
+    cusum.add(2.75, 0.75, {2.0, 10.0, 3.0});
+  }
+  const auto& up = cusum.larger();
+  return calm && cusum.statistic() == 8 && cusum.down.statistic == 0 && up.weighted_output == 80 &&
+         up.sums.information == 24 && up.sums.squares == 16 && up.sums.count == 4;
+}
+static_assert(cusum_knows_when());
+
+// Alternating innovations have the correlation -1, the least that is believed; what the forecast leaves is small.
+constexpr bool noise_learns_a_correlation() noexcept {
+  InnovationNoise<double> noise;
+  for (int n = 1; n <= 400; ++n) {
+    const double e = n % 2 ? 1.0 : -1.0;
+    noise.add_magnitude(noise.whitened(e), n);
+    noise.add(e, 0.995, 1);
+  }
+  const double limit = 31.0 / 33.0;  // (1 + r) / (1 - r) = 32
+  const bool forecast = near(noise.whitened(1.0), 1 - limit, 1e-12) && noise.scale() < 0.2;
+  return forecast && noise.settled() && near(noise.long_run_variance(), 1.0 / 32, 1e-9);
+}
+static_assert(noise_learns_a_correlation());
+
+// Equal innovations are the longest correlation that is believed, and an offset: the ratio drifts.
+constexpr bool noise_sees_an_offset() noexcept {
+  InnovationNoise<double> noise;
+  bool drifts = false;
+  for (int n = 1; n <= 100; ++n) {
+    drifts = noise.add(1.0, 0.995, 1);
+  }
+  noise.halve_offset();
+  const bool longest = near(noise.long_run_variance(), 32.0, 1e-9);
+  noise.restart();
+  return drifts && longest && noise.whitened(1.0) == 1.0 && !noise.add(0.0, 0.995, 1);
+}
+static_assert(noise_sees_an_offset());
+
+// An outlier is remembered as its forecast and what it counts as: the next forecast hardly moves.
+constexpr bool noise_skips_an_outlier() noexcept {
+  InnovationNoise<double> noise;
+  for (int n = 1; n <= 100; ++n) {
+    noise.add(n % 2 ? 1.0 : -1.0, 0.995, 1);
+  }
+  noise.skip(0.25);  // the forecast of what follows -1 is 31 / 33
+  return near(noise.whitened(0.0), 31.0 / 33.0 * (31.0 / 33.0 + 0.25), 1e-12);
+}
+static_assert(noise_skips_an_outlier());
+
+}  // namespace
+
+int main() { return 0; }

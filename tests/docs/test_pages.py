@@ -1,0 +1,212 @@
+"""The pages of docs/: they build without a warning, need nothing from elsewhere, and every block of code is run."""
+
+import doctest
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote, urlsplit
+
+import click
+import pytest
+from building import compiles
+from palpate.ad7746.evalkit.usberrors import UDEV_RULE
+from palpate.cli import COMMANDS, main
+from project import ROOT, need
+
+DOCS = ROOT / "docs"
+PAGES = sorted(DOCS.glob("*.md"))
+LANGUAGES = {"python", "pycon", "console", "sh", "cpp", "toml", "text"}
+_BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+_OUTPUT = doctest.OutputChecker()
+
+
+def blocks(page: Path) -> list[tuple[str, str]]:
+    """Return language and text of each block, in order."""
+    return _BLOCK.findall(page.read_text(encoding="utf-8"))
+
+
+def of(*languages: str) -> list[Any]:
+    """Return the pages that have such blocks."""
+    return [pytest.param(page, id=page.stem) for page in PAGES if {n for n, _ in blocks(page)} & set(languages)]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build a copy: autosummary writes the pages of the API beside the others."""
+    source, folder = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("site")
+    shutil.copytree(DOCS, source / "docs", ignore=shutil.ignore_patterns("api"))
+    for linked in ("bench", "SECURITY.md"):
+        (source / linked).symlink_to(ROOT / linked)
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", str(source / "docs"), str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    return folder
+
+
+class Page(HTMLParser):
+    """What a page refers to, and what may be referred to in it."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.loads: list[str] = []
+        self.links: list[str] = []
+        self.ids: set[str] = set()
+        self.tags: set[str] = set()
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Note one element."""
+        named = {name: value or "" for name, value in attrs}
+        self.tags.add(tag)
+        self.ids |= {named[name] for name in ("id", "name") if name in named}
+        where = self.links if tag == "a" else self.loads
+        where += [named[name] for name in ("src", "href", "srcset", "data") if named.get(name)]
+
+
+@pytest.fixture(scope="module")
+def pages(site: Path) -> dict[Path, Page]:
+    return {path: Page(path) for path in site.rglob("*.html")}
+
+
+def test_a_reader_fetches_nothing(site: Path, pages: dict[Path, Page]) -> None:
+    assert {page.stem for page in PAGES} <= {path.stem for path in pages}
+    for path, page in pages.items():
+        assert [load for load in page.loads if urlsplit(load).netloc] == [], path.name
+    for style in [*site.rglob("*.css"), *site.rglob("*.js")]:
+        text = style.read_text(encoding="utf-8", errors="replace")
+        assert not re.search(r"""(url\(|@import\s+|import\()["']?(https?:)?//""", text), style
+
+
+def test_every_link_leads_somewhere(pages: dict[Path, Page]) -> None:
+    checked = 0
+    for path, page in pages.items():
+        for link in [*page.links, *page.loads]:
+            parts = urlsplit(link)
+            if parts.scheme or link == "#":
+                continue
+            target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+            assert target.is_file(), f"{path.name}: {link}"
+            if parts.fragment and target in pages:
+                assert unquote(parts.fragment) in pages[target].ids, f"{path.name}: {link}"
+            checked += 1
+    assert checked > 100
+
+
+def test_formulas_are_drawn_by_the_browser(pages: dict[Path, Page]) -> None:
+    [how] = [page for path, page in pages.items() if path.name == "how.html"]
+    assert {"math", "mfrac", "msub"} <= how.tags
+    assert "merror" not in how.tags
+    for path in pages:
+        assert "<mi>&</mi>" not in path.read_text(encoding="utf-8"), (
+            f"{path.name}: an environment that was not understood"
+        )
+
+
+def test_every_command_and_every_public_name_is_in_it(site: Path, pages: dict[Path, Page]) -> None:
+    import palpate
+
+    [reference] = [page for path, page in pages.items() if path.name == "cli.html"]
+    assert {f"command-{name}" for name in COMMANDS} <= reference.ids
+    for name in set(palpate.__all__) - {"__version__"}:
+        page = pages[site / "api" / f"palpate.{name}.html"]
+        assert any(found == f"palpate.{name}" or found.endswith(f".{name}") for found in page.ids), name
+
+
+def test_the_map_of_the_source_names_what_is_there() -> None:
+    page = (DOCS / "source.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (?!where)(.+?) \| (`.*?`) \|(?: (.*?) \|)?$", page, re.MULTILINE)
+    assert len(rows) > 40
+    for what, where, names in rows:
+        paths = [ROOT / path for path in re.findall("`(.*?)`", where)]
+        files = [file for path in paths for file in (path.iterdir() if path.is_dir() else [path])]
+        text = "".join(f"{file.name}\n{file.read_text(errors='replace')}" for file in files if not file.is_dir())
+        for name in re.findall("`(.*?)`", names):
+            assert name in text or re.split(r"::|\.", name)[-1] in text, (what, name)
+
+
+def test_the_languages_are_those_that_are_tested() -> None:
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        assert {name for name, _ in blocks(page)} <= LANGUAGES, page.name
+        opened = re.findall(r"^ *```\S", text, re.MULTILINE)
+        directives = re.findall(r"^```\{[\w-]+\}", text, re.MULTILINE)
+        assert len(opened) == len(blocks(page)) + len(directives), page.name
+
+
+@pytest.mark.parametrize("page", of("python", "pycon", "console"))
+def test_a_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {"__name__": page.stem}
+    for language, text in blocks(page):
+        if language == "python":
+            exec(compile(text, page.name, "exec"), names)  # noqa: S102 (what the test is for)
+        elif language == "pycon":
+            check_session(text, names, page.name)
+        elif language == "console":
+            check_console(text, tmp_path)
+
+
+def check_session(text: str, names: dict[str, Any], name: str) -> None:
+    """Run a Python session, compare what is printed."""
+    test = doctest.DocTestParser().get_doctest(text, names, name, None, 0)
+    assert test.examples
+    report: list[str] = []
+    runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS)
+    assert runner.run(test, out=report.append, clear_globs=False).failed == 0, "".join(report)
+    names.update(test.globs)
+
+
+def check_console(text: str, folder: Path) -> None:
+    """Run the lines after a dollar, compare what is shown below each; all have to end with 0."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    for command, shown in re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", text, re.MULTILINE):
+        done = subprocess.run(
+            [need("bash"), "-euo", "pipefail", "-c", command],
+            capture_output=True, text=True, cwd=folder, env={**os.environ, "PATH": path}, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, (command, done.stdout, done.stderr)
+        if shown:
+            assert _OUTPUT.check_output(shown, done.stdout, doctest.ELLIPSIS), f"{command}\n{done.stdout}"
+
+
+@pytest.mark.parametrize("page", of("sh"))
+def test_commands_that_need_more_are_parsed(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for text in (text for language, text in blocks(page) if language == "sh"):
+        subprocess.run([need("bash"), "-n"], input=text, text=True, check=True)
+        for line in re.findall(r"^palpate (.*)", text, re.MULTILINE):
+            name, *words = shlex.split(line)
+            command = main.get_command(click.Context(main), name)
+            assert command is not None, name
+            for parameter in command.params:
+                if isinstance(parameter.type, click.Path):
+                    monkeypatch.setattr(parameter.type, "exists", False)
+            command.make_context(name, words)
+
+
+def test_the_udev_rule_is_that_of_the_driver() -> None:
+    assert UDEV_RULE in (DOCS / "kit.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", of("cpp"))
+@pytest.mark.parametrize("compiler", ["c++", "clang++"])
+def test_cpp_compiles(page: Path, compiler: str, tmp_path: Path) -> None:
+    for text in (text for language, text in blocks(page) if language == "cpp"):
+        compiles(compiler, text if "#include" in text else f"#include <palpate/palpate.hpp>\n{text}", tmp_path)
+
+
+def test_toml_is_what_palpate_reads(tmp_path: Path) -> None:
+    from palpate.cli.config import keys, read
+
+    for text in [text for page in PAGES for language, text in blocks(page) if language == "toml"]:
+        path = tmp_path / "palpate.toml"
+        path.write_text(text)
+        for name, table in read(path, COMMANDS).items():
+            command = main.get_command(click.Context(main), name)
+            assert command is not None
+            assert set(table) <= set(keys(command))

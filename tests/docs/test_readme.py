@@ -1,0 +1,68 @@
+"""The README's commands and outputs are what they say."""
+
+import doctest
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+from project import ROOT
+
+README = (ROOT / "README.md").read_text()
+
+
+def blocks() -> list[tuple[str, str]]:
+    """Return the commands that are followed by what they print."""
+    return re.findall(r"```sh\n(.*?)\n```\n\n```text\n(.*?)```", README, re.DOTALL)
+
+
+def test_the_first_command_ends_on_the_live_page(tmp_path: Path) -> None:
+    command, shown = blocks()[0]
+    live = shlex.split(command.split("&&")[-1])
+    assert live == [".venv/bin/palpate", "live"]
+    told = tmp_path / "told"
+    with told.open("w") as file:
+        done = subprocess.Popen([sys.executable, "-m", "palpate", "live", "--port", "0"], stdout=file, stderr=file)
+        while "Ctrl-C" not in told.read_text() and done.poll() is None:
+            time.sleep(0.1)
+        address = re.findall(r"http://[^ ]*", told.read_text())[0]
+        page = urllib.request.urlopen(address).read().decode()
+        done.send_signal(signal.SIGINT)
+        assert done.wait() == 130
+    assert "<title>palpate</title>" in page
+    assert re.sub(r":\d+/", ":8746/", told.read_text()) == f"{shown}ended\n"
+
+
+def test_replay_prints_what_the_readme_shows() -> None:
+    command, shown = blocks()[1]
+    replay = shlex.split(command)
+    assert replay[0] == ".venv/bin/palpate"
+    done = subprocess.run(
+        [sys.executable, "-m", "palpate", *replay[1:]], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    assert done.stdout == shown
+
+
+def test_the_python_lines_print_what_the_readme_shows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    done = doctest.testfile(str(ROOT / "README.md"), module_relative=False)
+    assert done.attempted >= 5
+    assert done.failed == 0
+
+
+def test_it_is_read_in_ten_minutes() -> None:
+    assert len(README.splitlines()) <= 140
+
+
+def test_ci_runs_the_readmes_test_command() -> None:
+    script = (ROOT / ".ci" / "run").read_text()
+    extract = re.search(r"^command=\$\((.*)\)$", script, re.MULTILINE)
+    assert extract
+    done = subprocess.run(["bash", "-c", extract[1]], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.strip().endswith("&& .venv/bin/pytest")
+    assert done.stdout.strip() in README

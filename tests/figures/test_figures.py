@@ -1,0 +1,153 @@
+"""The paper's figures: what is drawn, and that its numbers are true."""
+
+import csv
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from numpy.typing import NDArray
+from palpate import figures
+from palpate.cli import main
+from palpate.elasticity import SORBOTHANE_MPA
+from palpate.figures import drawings
+from palpate.figures.touch import FOUR, SETTLED
+from palpate.simulation.scenarios import PROBE
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("figures") / "new"
+    result = CliRunner().invoke(main, ["figures", "-o", str(path)])
+    assert result.exit_code == 0, result.output
+    assert set(result.stdout.splitlines()) == {str(p) for p in path.iterdir()}
+    return path
+
+
+def numbers(folder: Path, number: int) -> dict[str, NDArray[np.float64]]:
+    return {
+        name: np.array([float(cell or "nan") for cell in column])
+        for name, column in columns(folder, number).items()
+        if name not in ("specimen", "fitted_on", "parameter")
+    }
+
+
+def columns(folder: Path, number: int) -> dict[str, list[str]]:
+    with (folder / f"fig{number:02}.csv").open(newline="") as file:
+        head, *rows = list(csv.reader(file))
+    return dict(zip(head, map(list, zip(*rows, strict=True)), strict=True))
+
+
+@pytest.mark.parametrize("number", figures.FIGURES)
+def test_each_is_a_vector_and_a_picture_that_say_what_they_are(folder: Path, number: int) -> None:
+    assert (folder / f"fig{number:02}.pdf").read_bytes().startswith(b"%PDF")
+    png = (folder / f"fig{number:02}.png").read_bytes()
+    width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
+    size = figures.FIGURES[number].size_in
+    assert (width, height) == (round(size[0] * 300), round(size[1] * 300))
+    assert b"Simulated data (palpate.simulation, seed 0), not a measurement." in png
+    assert f"Fig. {number}. " in (folder / "captions.md").read_text()
+
+
+def touches(contact: NDArray[np.float64]) -> list[NDArray[np.intp]]:
+    """Row numbers of each stretch that is not nan."""
+    rows = np.flatnonzero(np.isfinite(contact))
+    return np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
+
+
+@pytest.mark.parametrize(("number", "names"), [(6, ("30 OO",)), (7, ("70 OO",)), (9, FOUR)])
+def test_settled_ratios_are_within_1_percent_of_the_truth(folder: Path, number: int, names: tuple[str, ...]) -> None:
+    data = numbers(folder, number)
+    for name in ("ratio_0.995", "ratio_0.9", "ratio_adaptive", "ratio_handheld"):
+        stretches = touches(data[name])
+        assert len(stretches) == len(names)
+        for rows, specimen in zip(stretches, names, strict=True):
+            assert 240 <= len(rows) <= 250
+            true = PROBE.ratio(SORBOTHANE_MPA[specimen])
+            # The steady estimator forgets its beginning at 1 within 2 / (1 - 0.995) = 400 samples: it is judged at the end.
+            settled = rows[-1:] if name == "ratio_0.995" else rows[SETTLED:]
+            assert data[name][settled] == pytest.approx(true, rel=0.01)
+            assert data["truth"][settled] == pytest.approx(true)
+
+
+def test_fig_6_a_smaller_forgetting_factor_is_faster_and_less_steady(folder: Path) -> None:
+    data = numbers(folder, 6)
+    error = {name: data[name] / data["truth"] - 1 for name in ("ratio_0.995", "ratio_0.9", "ratio_handheld")}
+    rows = touches(data["ratio_0.9"])[0]
+    assert 145 <= rows[0] <= 155  # contact at about the 150th sample
+    first, last = rows[30:40], rows[-100:]
+    assert np.abs(error["ratio_0.9"][first]).mean() < np.abs(error["ratio_0.995"][first]).mean()
+    assert np.ptp(error["ratio_0.9"][last]) > 2 * np.ptp(error["ratio_0.995"][last])
+    assert np.abs(error["ratio_handheld"][last]).max() < 0.1 * np.abs(error["ratio_0.9"][last]).max()
+
+
+def test_fig_7_the_alarm_comes_with_contact_and_goes(folder: Path) -> None:
+    data = numbers(folder, 7)
+    rows = touches(data["alarm_signal_pF"])[0]
+    alarm = data["alarm_signal_pF"][rows]
+    assert 0 <= rows[np.flatnonzero(alarm > 0.05)[0]] - rows[0] < 15
+    assert (alarm[100:] < 0.05).all()
+    last = rows[-100:]
+    spread = {name: np.ptp(data[name][last]) for name in ("ratio_0.9", "ratio_adaptive")}
+    assert spread["ratio_adaptive"] < 0.5 * spread["ratio_0.9"]
+
+
+def test_fig_9_harder_gives_a_higher_ratio_and_a_larger_alarm(folder: Path) -> None:
+    data = numbers(folder, 9)
+    stretches = touches(data["ratio_adaptive"])
+    for name, reduce in (
+        ("ratio_adaptive", lambda a: a[-1]),
+        ("alarm_signal_pF", max),
+        ("ratio_handheld", np.nanmedian),
+    ):
+        found = [float(reduce(data[name][rows])) for rows in stretches]
+        assert all(b > a for a, b in pairwise(found)), name
+
+
+def test_fig_10_has_every_touch(folder: Path) -> None:
+    data, names = numbers(folder, 10), columns(folder, 10)["specimen"]
+    assert len(names) == 40
+    assert set(names) == set(SORBOTHANE_MPA)
+    for name in ("ratio_paper", "ratio_handheld"):
+        assert np.std(data[name] / data["true_ratio"]) == pytest.approx(0.03, rel=0.4)  # the hand's obliqueness
+    # Both see the same contact, oblique or not: what is left between them is the estimators' own.
+    assert data["ratio_paper"] == pytest.approx(data["ratio_handheld"], rel=0.01)
+
+
+def test_fig_11_the_chosen_touches_rise(folder: Path) -> None:
+    data = numbers(folder, 11)
+    assert (np.diff(data["modulus_MPa"]) > 0).all()
+    for name in ("smallest_P_paper", "smallest_standard_error_handheld"):
+        assert (np.diff(data[name]) > 0).all(), name
+        assert data[name] == pytest.approx(data["true_ratio"], rel=0.1)
+
+
+def test_fig_12_the_truth_lies_in_the_intervals(folder: Path) -> None:
+    data = numbers(folder, 12)
+    assert columns(folder, 12)["parameter"] == ["rigid_ratio", "half_modulus"] * 2
+    assert ((data["low_95"] < data["truth"]) & (data["truth"] < data["high_95"])).all()
+    assert ((data["low_95"] < data["value"]) & (data["value"] < data["high_95"])).all()
+    assert data["truth"].tolist() == [PROBE.rigid_ratio, PROBE.half_modulus] * 2
+
+
+def test_another_seed_is_another_figure(folder: Path) -> None:
+    assert "seed 1" in drawings.caption(12, 1)
+    drawing = figures.FIGURES[12]
+    assert drawing.columns(drawing.data(1))["value"][0] != numbers(folder, 12)["value"][0]
+
+
+def test_the_same_seed_gives_the_same_bytes(tmp_path: Path, folder: Path) -> None:
+    figures.draw(tmp_path)
+    for path in folder.iterdir():
+        assert path.read_bytes() == (tmp_path / path.name).read_bytes(), path.name
+
+
+def test_columns_are_of_one_length(tmp_path: Path) -> None:
+    from palpate.figure_style import write_csv
+
+    path = write_csv(tmp_path / "x.csv", {"a": [1.5, math.nan], "b": [True, False], "c": [3, 4]})
+    assert path.read_text() == "a,b,c\n1.5,1,3\n,0,4\n"
+    with pytest.raises(ValueError, match="zip"):
+        write_csv(tmp_path / "y.csv", {"a": [1.0], "b": [1.0, 2.0]})

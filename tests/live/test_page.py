@@ -1,0 +1,123 @@
+"""The live page in headless Chromium."""
+
+import json
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+import palpate
+import pytest
+from live_browser import Browser, Live, browser
+from palpate.simulation.probe import Truth
+from palpate.simulation.scenarios import SCENARIOS
+from project import need
+from selenium.webdriver.common.keys import Keys
+from tally import Tally
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    need("chromium")
+    need("chromedriver")
+    return tmp_path_factory.mktemp("live")
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path) -> Iterator[Browser]:
+    with browser(folder / "downloads") as page:
+        yield page
+
+
+@pytest.fixture
+def serve() -> Iterator[Callable[..., Live]]:
+    with ExitStack() as running:
+        yield lambda *options, port=0: running.enter_context(Live(*options, port=port))
+
+
+def says(page: Browser, text: str) -> None:
+    page.until(lambda: text in page.text("message"))
+
+
+def pressed(page: Browser, key: str) -> None:
+    page.driver.switch_to.active_element.send_keys(key)
+
+
+def test_a_session(page: Browser, serve: Callable[..., Live], folder: Path, tally: Tally) -> None:
+    live = serve("--record", str(folder / "run.csv"))
+    page.driver.get(live.address)
+    page.until(lambda: page.text("state") == "contact" and "±" in page.text("error"))
+    truth = Truth(SCENARIOS["four-specimens"], np.random.default_rng(1)).presses[0].ratios[0][1]
+    ratio = float(page.text("ratio"))
+    assert abs(ratio / truth - 1) < 0.01
+
+    pressed(page, "m")
+    page["text"].send_keys("first specimen", Keys.ENTER)
+    says(page, "Marked: first specimen")
+    page["record"].click()
+    says(page, "run.csv: ")
+    page.until(lambda: page["record"].get_attribute("aria-pressed") == "false")
+    pressed(page, "r")
+    says(page, "Recording to ")
+    page["tare"].click()
+    says(page, "touch nothing")
+    for theme in ("light", "dark"):
+        page.theme(theme)
+        page.shoot(folder / f"{theme}.png")
+        assert page.driver.execute_script("return document.documentElement.dataset.theme") == theme
+    page["downloads"].find_element("link text", "↓ run.csv").click()
+    page.until(lambda: (folder / "downloads" / "run.csv").exists())
+    assert live.end() == 130
+
+    assert (folder / "downloads" / "run.csv").read_bytes() == (folder / "run.csv").read_bytes()
+    for name in ("run.csv", "run-2.csv"):
+        report = palpate.check(folder / name)
+        assert (report.clean, report.faults) == (True, ())
+    assert [mark["text"] for mark in json.loads((folder / "run.json").read_text())["marks"]] == ["first specimen"]
+    tally.say(f"live page: ratio {ratio} by the page, {truth:.5f} true")
+
+
+def test_no_request_leaves_the_machine(page: Browser, serve: Callable[..., Live]) -> None:
+    live = serve()
+    page.driver.get_log("performance")
+    page.driver.get(live.address)
+    page.until(lambda: page.text("link") == "connected")
+    seen = [json.loads(entry["message"])["message"] for entry in page.driver.get_log("performance")]
+    asked = [m["params"]["request"]["url"] for m in seen if m["method"] == "Network.requestWillBeSent"]
+    live.end()
+    assert len(asked) > 5
+    assert all(url.startswith((live.address, "data:")) for url in asked), asked
+    assert [
+        entry
+        for entry in page.driver.get_log("browser")
+        if entry["level"] == "SEVERE" and "/ws" not in entry["message"]
+    ] == []
+
+
+def test_a_server_that_is_killed_and_comes_back(page: Browser, serve: Callable[..., Live]) -> None:
+    live = serve()
+    page.driver.get(live.address)
+    page.until(lambda: page.text("link") == "connected" and page.text("rate") not in ("", "\N{EN DASH}"))
+    live.end(signal.SIGKILL)
+    page.until(lambda: page.text("link").startswith("no server"))
+    assert not page["tare"].is_enabled()
+    again = serve(port=live.port)
+    page.until(lambda: page.text("link") == "connected" and page["tare"].is_enabled())
+    page.until(lambda: page.text("state") == "contact")
+    again.end()
+
+
+def test_a_page_that_stands_still_does_not_slow_the_measurement(
+    page: Browser, serve: Callable[..., Live], folder: Path
+) -> None:
+    live = serve("--record", str(folder / "still.csv"))
+    page.driver.get(live.address)
+    page.until(lambda: page.text("state") == "no contact")
+    page.driver.execute_script("const until = Date.now() + 5000; while (Date.now() < until);")
+    page.until(lambda: " 0 left out" not in page.text("frames"))
+    counters = page.text("counters")
+    live.end()
+    assert counters.startswith("0 dropped")
+    recording = palpate.read(folder / "still.csv")
+    assert max(recording.t_hard_s[1:] - recording.t_hard_s[:-1]) < 1

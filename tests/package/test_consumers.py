@@ -1,0 +1,73 @@
+"""A foreign C++ project, built in each way that is offered; and the C++ of the documents."""
+
+import importlib.metadata
+import importlib.resources
+import re
+from pathlib import Path
+
+import palpate
+import pytest
+from building import STRICT, asked, compiles, configure, run
+from project import ROOT, need
+
+CONSUMER = ROOT / "tests" / "cpp" / "consumer"
+EXPECTED = f"palpate {palpate.__version__}: ratio 2.000\n"
+COMPILERS = ("c++", "clang++")
+
+
+def test_the_package_under_test_is_installed() -> None:
+    assert ROOT not in Path(palpate.get_include()).relative_to(Path(palpate.__file__).parent).parents
+    assert (Path(palpate.__file__).parents[1] / f"palpate-{palpate.__version__}.dist-info" / "RECORD").is_file()
+    assert asked("--includes") == f"-I{palpate.get_include()}"
+    assert asked("--cmakedir") == palpate.get_cmake_dir()
+
+
+def test_find_package_in_the_folder_that_the_package_tells(cmake: str, tmp_path: Path) -> None:
+    configure(cmake, CONSUMER, tmp_path, f"-Dpalpate_DIR={asked('--cmakedir')}")
+    assert run(tmp_path / "consumer") == EXPECTED
+
+
+def test_find_package_by_the_entry_point(cmake: str, tmp_path: Path) -> None:
+    """As scikit-build-core does it."""
+    [entry] = importlib.metadata.entry_points(group="cmake.prefix", name="palpate")
+    prefix = importlib.resources.files(entry.load())
+    configure(cmake, CONSUMER, tmp_path, f"-DCMAKE_PREFIX_PATH={prefix}")
+    assert run(tmp_path / "consumer") == EXPECTED
+
+
+@pytest.mark.parametrize("installed", [True, False], ids=["of the package", "of the sources"])
+def test_add_subdirectory(cmake: str, tmp_path: Path, installed: bool) -> None:
+    configure(cmake, CONSUMER, tmp_path, f"-DPALPATE_SOURCE={asked('--cmakedir') if installed else ROOT}")
+    assert run(tmp_path / "consumer") == EXPECTED
+
+
+def test_cmake_install(cmake: str, tmp_path: Path) -> None:
+    prefix = tmp_path / "prefix"
+    configure(cmake, ROOT, tmp_path / "palpate", "-DBUILD_TESTING=OFF", f"-DCMAKE_INSTALL_PREFIX={prefix}")
+    run(cmake, "--install", tmp_path / "palpate")
+    configure(cmake, CONSUMER, tmp_path / "consumer", f"-DCMAKE_PREFIX_PATH={prefix}")
+    assert run(tmp_path / "consumer" / "consumer") == EXPECTED
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_include_folder(tmp_path: Path, compiler: str) -> None:
+    program = tmp_path / "consumer"
+    run(need(compiler), *STRICT, asked("--includes"), CONSUMER / "main.cpp", "-o", program)
+    assert run(program) == EXPECTED
+
+
+def blocks(document: str) -> list[str]:
+    return re.findall(r"```cpp\n(.*?)```", (ROOT / document).read_text(), re.DOTALL)
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_every_block_of_the_header_reference_compiles(tmp_path: Path, compiler: str) -> None:
+    found = blocks("docs/cpp.md")
+    assert len(found) > 5
+    for block in found:
+        compiles(compiler, block if "#include" in block else f"#include <palpate/palpate.hpp>\n{block}", tmp_path)
+
+
+def test_the_header_reference_names_every_header() -> None:
+    text = (ROOT / "docs" / "cpp.md").read_text()
+    assert [p.name for p in (ROOT / "cpp" / "include" / "palpate").glob("*.hpp") if f"`{p.name}`" not in text] == []

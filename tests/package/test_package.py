@@ -1,0 +1,178 @@
+"""What is installed, what an import costs, which way the imports point, and that every example runs."""
+
+import ast
+import doctest
+import importlib.metadata
+import inspect
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import palpate
+import pytest
+from project import ROOT
+
+SOURCES = ROOT / "python" / "palpate"
+HEADERS = ROOT / "cpp" / "include" / "palpate"
+
+# Low to high; each may use only what stands in lower rows. Those of python/ stand in pyproject.toml.
+HEADER_LAYERS: list[set[str]] = [
+    {"version", "arithmetic"},
+    {"constant", "check", "elasticity", "ring", "pack", "forgetting", "detector", "bound", "noise"},
+    {"align", "baseline", "contact", "rls"},
+    {"handover", "bank"},
+    {"touch"},
+    {"gated"},
+    {"lean"},
+    {"palpate"},
+]
+
+
+def module_of(path: Path) -> str:
+    """Return a source's name below palpate; a package's front has the name of the package."""
+    parts = path.relative_to(SOURCES).with_suffix("").parts
+    return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_of(path): path for path in sorted(SOURCES.rglob("*.py"))}
+FOLDERS = sorted({module_of(path) for path in SOURCES.rglob("__init__.py")} - {"__init__"})
+
+
+def header_edges() -> Iterator[tuple[str, str]]:
+    for path in sorted(HEADERS.glob("*.hpp")):
+        yield from (
+            (path.stem, target)
+            for target in re.findall(r"^#include <palpate/(\w+)\.hpp>", path.read_text(), re.MULTILINE)
+        )
+
+
+def test_includes_point_down() -> None:
+    rank = {name: number for number, row in enumerate(HEADER_LAYERS) for name in row}
+    found = list(header_edges())
+    assert len(found) > 5
+    assert [(a, b) for a, b in found if rank[b] >= rank[a]] == []
+    assert {p.stem for p in HEADERS.glob("*.hpp")} == set(rank)
+
+
+def test_imports_keep_their_contracts() -> None:
+    """Those of pyproject.toml, lazy imports included."""
+    command = [sys.executable, "-c", "from importlinter.cli import lint_imports_command as run; run()", "--no-cache"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "2 kept, 0 broken" in done.stdout
+
+
+def test_the_reference_shares_no_code() -> None:
+    nodes = [node for path in (SOURCES / "reference").glob("*.py") for node in ast.walk(ast.parse(path.read_text()))]
+    names = {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
+    names |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    own = {name for name in names if name.startswith("palpate.reference.")}
+    assert {name.split(".")[0] for name in names - own} - set(sys.stdlib_module_names) == {"numpy"}
+
+
+def test_no_module_has_the_name_of_something_public() -> None:
+    """As a submodule `touches` would: importing it puts it in the place of the function."""
+    for folder in ["", *FOLDERS]:
+        module = importlib.import_module(f"palpate.{folder}".rstrip("."))
+        public = {n for n in getattr(module, "__all__", ()) if not inspect.ismodule(getattr(module, n))}
+        prefix = f"{folder}." if folder else ""
+        assert public & {m.removeprefix(prefix) for m in MODULES if m.startswith(prefix)} == set(), folder
+
+
+def test_headers_use_freestanding_headers_only() -> None:
+    allowed = {"cstddef", "cstdint", "limits", "type_traits", "utility", "atomic"}
+    for path in HEADERS.glob("*.hpp"):
+        assert set(re.findall(r"#include <([a-z_]+)>", path.read_text())) <= allowed
+
+
+def test_import_loads_neither_numpy_nor_anything_optional() -> None:
+    code = "import sys; before = set(sys.modules); import palpate; print(*{m.split('.')[0] for m in set(sys.modules) - before})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = {name for name in done.stdout.split() if name not in sys.stdlib_module_names}
+    assert loaded - {"pybind11_builtins"} == {"palpate"}
+
+
+def test_numpy_comes_with_the_first_array() -> None:
+    code = (
+        "import sys, palpate; e = palpate.AdaptiveRls(); e.update(0.5, 0.25); repr(e); assert 'numpy' not in sys.modules;"
+        "e.process([1.0], [1.0]); assert 'numpy' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_public_names() -> None:
+    assert set(palpate.__all__) <= set(dir(palpate))
+    assert all(getattr(palpate, name) is not None for name in palpate.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = palpate.nothing
+
+
+def test_the_version_is_written_once() -> None:
+    version = re.search(r'PALPATE_VERSION "(.*)"', (HEADERS / "version.hpp").read_text())
+    assert version
+    assert palpate.__version__ == version[1] == importlib.metadata.version("palpate")
+    for name in ("pyproject.toml", "CMakeLists.txt", "python/palpate/__init__.py", "cpp/bind/module.cpp"):
+        assert f'"{version[1]}"' not in (ROOT / name).read_text()
+    assert f"## {version[1]}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_wheel_contents() -> None:
+    """Of the wheel that was installed for these tests: to build another takes longer than any of them."""
+    files = importlib.metadata.files("palpate")
+    assert files
+    names = {name for name in map(str, files) if not re.search(r"__pycache__/|(bin|Scripts)/palpate(\.exe)?$", name)}
+    assert [n for n in names if re.fullmatch(r"palpate/_core\..*(so|pyd)", n)]
+    assert {f"palpate/include/palpate/{p.name}" for p in HEADERS.glob("*.hpp")} <= names
+    sources = [p for p in SOURCES.rglob("*") if p.suffix in (".py", ".pyi", ".typed")]
+    assert {f"palpate/{p.relative_to(SOURCES).as_posix()}" for p in sources} <= names
+    cmake = {f"palpate/lib/cmake/palpate/{n}" for n in ("palpate-config.cmake", "CMakeLists.txt")}
+    assert {"palpate/py.typed"} | cmake <= names
+    assert not [n for n in names if not re.match(r"palpate(-[\d.]+\.dist-info)?/", n)]
+
+
+def test_get_include_is_where_the_headers_are() -> None:
+    assert (Path(palpate.get_include()) / "palpate" / "palpate.hpp").is_file()
+
+
+def test_the_stub_is_what_was_built(tmp_path: Path) -> None:
+    allow = tmp_path / "allow"
+    allow.write_text(r"palpate\._core\.\w+")  # the metaclass, which has no importable name; members are still checked
+    command = [sys.executable, "-m", "mypy.stubtest", "palpate._core", "--allowlist", str(allow)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def documented() -> Iterator[tuple[str, str, dict[str, Any]]]:
+    for name in MODULES:
+        if name != "__main__":
+            module = importlib.import_module("palpate" if name == "__init__" else f"palpate.{name}")
+            yield from (
+                (t.name, t.docstring or "", module.__dict__) for t in doctest.DocTestFinder().find(module) if t.examples
+            )
+    for path in sorted(ROOT.glob("*.md")):
+        for number, block in enumerate(re.findall(r"```pycon\n(.*?)```", path.read_text(), re.DOTALL)):
+            yield f"{path.name}[{number}]", block, {}
+
+
+@pytest.mark.parametrize(("name", "text", "names"), [pytest.param(*d, id=d[0]) for d in documented()])
+def test_examples(name: str, text: str, names: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    test = doctest.DocTestParser().get_doctest(text, dict(names), name, None, 0)
+    assert test.examples
+    report: list[str] = []
+    result = doctest.DocTestRunner().run(test, out=report.append)
+    assert result.failed == 0, "".join(report)
+
+
+def test_everything_public_is_documented() -> None:
+    for name in palpate.__all__:
+        value = getattr(palpate, name)
+        if inspect.isclass(value):
+            for member, attribute in vars(value).items():
+                if callable(attribute) or inspect.isdatadescriptor(attribute):
+                    assert member.startswith("_") or attribute.__doc__, f"{name}.{member}"
+        if name != "__version__":
+            assert value.__doc__, name

@@ -1,0 +1,199 @@
+"""`check` tells the truth about a file, and `read` opens whatever is left of one."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import palpate
+import pytest
+from palpate import RecordingError, Sample, Status, check, read
+from palpate.recording.recorder import Recorder
+from palpate.recording.rows import HEADER
+from recording_bench import record, sample, tear
+
+
+def test_a_whole_recording(tmp_path: Path) -> None:
+    report = check(record(tmp_path / "run.csv", [sample(i) for i in range(300)]))
+    assert (report.clean, report.running, report.repaired) == (True, False, False)
+    assert report.faults == report.findings == ()
+    survey = report.survey
+    assert (survey.rows, survey.first_seq, survey.last_seq, survey.seconds) == (300, 0, 299, 7.774000005)
+
+
+def test_what_is_missing_and_clipped(tmp_path: Path) -> None:
+    rows = [sample(i) for i in (*range(100), *range(130, 200), *range(201, 300))]
+    rows += [sample(300, status=Status.LOST), sample(301, status=Status.EXCITATION)]
+    rows += [sample(302, status=Status.HARD_SATURATED | Status.SOFT_SATURATED), sample(303, status=1)]
+    report = check(record(tmp_path / "run.csv", rows))
+    assert report.clean
+    assert report.findings == (
+        "31 samples lost in 2 gaps",
+        "2 rows without a usable value",
+        "1 of them with the excitation shorted or overloaded",
+        "clipped: 2 rows in the hard channel",
+        "clipped: 1 rows in the soft channel",
+    )
+
+
+def test_rows_that_were_tampered_with(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(6)])
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join([*lines[:3], *lines[:3:-1]]) + "9,9.0,9.0,16777216,0,0.0,0.0,0\n")
+    report = check(path)
+    assert not report.clean
+    assert report.faults == (
+        "not what was written: the rows were changed, or the sidecar is of another recording",
+        "2 rows out of order: their numbers do not rise",
+        "time goes back at 2 rows",
+        "1 rows have codes of more than 24 bits",
+    )
+    path.write_text("".join(lines[:-1]))
+    assert check(path).faults == ("5 rows, 6 were written",)
+
+
+@pytest.mark.parametrize("torn", range(2, 40))
+def test_an_unclean_stop_is_said_and_repaired_when_asked(tmp_path: Path, torn: int) -> None:
+    """Wherever in the last row it was cut; one byte less, the line end alone, has lost nothing."""
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(5)], end=False)
+    tear(path, torn)
+    left = path.read_bytes()
+    report = check(path)
+    assert (report.survey.rows, report.clean, report.repaired) == (4, False, False)
+    assert report.faults[0].startswith("no end in the sidecar: an unclean stop")
+    assert report.faults[1].endswith("bytes after the last whole row")
+    assert path.read_bytes() == left
+    assert list(read(path).hard) == [sample(i).hard for i in range(4)]
+    repaired = check(path, repair=True)
+    assert (repaired.survey.rows, repaired.repaired, repaired.clean, repaired.faults) == (4, True, False, ())
+    assert repaired.findings[0].startswith("its end was written later: ")
+    assert left.startswith(path.read_bytes())
+    assert check(path, repair=True) == repaired
+    assert b",".join([b"4", b"0.104"]) not in path.read_bytes()
+
+
+def test_a_row_that_lost_its_line_end_only_is_whole(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(5)], end=False)
+    tear(path, 1)
+    assert check(path).survey.rows == len(read(path).hard) == 5
+    assert check(path, repair=True).survey.rows == 5
+
+
+def test_zeros_as_a_power_cut_leaves_them(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(5)], end=False)
+    with path.open("ab") as file:
+        file.write(b"5,0.1" + bytes(4096))
+    report = check(path)
+    assert report.survey.rows == 5
+    assert report.faults[1] == "4101 bytes after the last whole row"
+    assert check(path, repair=True).survey.rows == 5
+    assert path.read_bytes().endswith(b",0\n")
+
+
+@pytest.mark.parametrize("length", [0, 1, len(HEADER) - 1, len(HEADER)])
+def test_stopped_before_the_first_row(tmp_path: Path, length: int) -> None:
+    path = record(tmp_path / "run.csv", [], end=False)
+    path.write_text(HEADER[:length])
+    report = check(path)
+    assert (report.survey.rows, report.clean) == (0, False)
+    assert report.findings == ("no rows",)
+    assert len(read(path).hard) == 0
+    assert palpate.touches(read(path)) == []
+    repaired = check(path, repair=True)
+    assert repaired.faults == ()
+    assert repaired.survey.rows == 0
+
+
+def test_a_running_recording_is_not_repaired(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [])
+    recorder.push(sample(0))
+    report = check(path, repair=True)
+    assert (report.running, report.repaired) == (True, False)
+    recorder.close()
+    assert check(path).clean
+
+
+def _sidecar(device: str) -> str:
+    return f'{{"schema": "palpate-recording-1", "device": {device}, "settings": {{}}, "notes": [], "marks": []}}'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "not JSON"),
+        ("[]", "not the sidecar"),
+        ('{"a": 1}', "no schema"),
+        (_sidecar("[]"), "device: got [], allowed: names and values"),
+        (_sidecar('{"full_scale_pF": 0}'), "full_scale_pF: got 0, allowed: above 0"),
+    ],
+)
+def test_a_broken_sidecar_does_not_keep_the_rows_back(tmp_path: Path, text: str, message: str) -> None:
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(5)])
+    path.with_suffix(".json").write_text(text)
+    assert check(path).faults == ("no sidecar beside it, or none of a recording: the device and the end are not known",)
+    recording = read(path)
+    assert len(recording.hard) == 5
+    assert recording.full_scale_pF == pytest.approx(4.0958, abs=1e-4)
+    assert any(message in note for note in recording.notes)
+
+
+def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(30_000)])
+    lines = path.read_text().splitlines(keepends=True)
+    lines[20_001] = "what is this?\n"
+    path.write_text("".join(lines))
+    with pytest.raises(RecordingError, match=r"run.csv, line 20002: 1 cells, 8 are needed"):
+        check(path)
+
+
+def test_another_loggers_table(tmp_path: Path) -> None:
+    path = tmp_path / "other.csv"
+    path.write_text("time,hard,soft\n0,1,2\n0.1,OL,3\n0.2,1,3\n")
+    report = check(path, columns={"hard": 2, "soft": 3}, unit="pF")
+    assert (report.clean, report.survey.rows, report.survey.refused) == (None, 3, 1)
+    assert json.dumps(report.as_dict())
+
+
+ROWS = 1_200_000
+MEMORY = 48 << 20
+"""Beyond what the imports take; the rows' arrays alone would be 67 MB."""
+
+
+def test_long_files_need_little_memory(tmp_path: Path) -> None:
+    path = tmp_path / "long.csv"
+    record(path, [])
+    with path.open("a") as file:
+        for first in range(0, ROWS, 100_000):
+            file.write(
+                "".join(f"{i},{i}.000000001,{i}.5,8388608,8388608,0,0,0\n" for i in range(first, first + 100_000))
+            )
+    code = f"""
+import resource, palpate, palpate.recording.verification, palpate.sources.files
+palpate.Tracker().process([0.0], [0.0], [0.0], [0.0])
+with open("/proc/self/statm") as file:
+    size = int(file.read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (size + {MEMORY}, size + {MEMORY}))
+report = palpate.check({str(path)!r})
+assert report.survey.rows == {ROWS} and report.survey.lost == 0, report
+assert palpate.touches(palpate.open({str(path)!r})) == []
+try:
+    palpate.read({str(path)!r})
+except MemoryError:
+    print("the limit holds")
+"""
+
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.returncode) == ("the limit holds\n", 0), done.stderr
+
+
+def test_the_survey_is_the_same_however_the_file_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from palpate.recording import own_file
+
+    rows: list[Sample] = [sample(i, status=Status.LOST if i % 11 == 3 else 0) for i in range(0, 600, 2)]
+    path = record(tmp_path / "run.csv", rows)
+    whole = check(path)
+    assert whole.survey.lost == 299
+    for chunk in (1, 7, 100, 1000):
+        monkeypatch.setattr(own_file, "_CHUNK", chunk)
+        assert check(path) == whole

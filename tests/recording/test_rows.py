@@ -1,0 +1,78 @@
+"""The text of a recording: the same bits back, and no line that is half a row."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from palpate import Sample
+from palpate.ad7746 import datasheet
+from palpate.recording.rows import COLUMNS, RowError, format_rows, is_whole, parse_rows
+from palpate.samples import block_of, samples_of
+from tally import Tally
+
+TIMES = st.one_of(st.integers(-(10**12), 10**13), st.integers(-(2**63) + 1, 2**63 - 1))
+VALUES = st.one_of(st.floats(allow_nan=False, allow_infinity=False), st.just(math.nan))
+CODES = st.integers(0, datasheet.LAST_CODE)
+
+
+@st.composite
+def samples(draw: st.DrawFn) -> Sample:
+    hard_raw, soft_raw = draw(st.one_of(st.just(-1), CODES)), draw(st.one_of(st.just(-1), CODES))
+    hard, soft = (draw(VALUES) if raw < 0 else datasheet.capacitance_pF(raw) for raw in (hard_raw, soft_raw))
+    seq = draw(st.integers(0, 2**63 - 1))
+    return Sample(seq, draw(TIMES), draw(TIMES), hard_raw, soft_raw, hard, soft, draw(st.integers(0, 8)))
+
+
+@given(given_samples=st.lists(samples(), max_size=8))
+def test_every_bit_comes_back(given_samples: list[Sample], tally: Tally) -> None:
+    tally.count("rows of a recording")
+    block = block_of(given_samples)
+    lines = format_rows(block).decode().splitlines()
+    assert all(is_whole(line) for line in lines)
+    for before, after in zip(given_samples, samples_of(parse_rows(lines)), strict=True):
+        assert after[:5] == before[:5]
+        assert [after.hard.hex(), after.soft.hex()] == [before.hard.hex(), before.soft.hex()]
+        assert after.status == before.status
+
+
+@given(samples())
+def test_a_row_that_lost_any_part_of_its_end_shows_it(sample: Sample) -> None:
+    line = format_rows(block_of([sample])).decode().rstrip("\n")
+    assert is_whole(line)
+    assert not any(is_whole(line[:length]) for length in range(len(line)))
+
+
+def test_a_code_outweighs_the_rounded_value_beside_it() -> None:
+    [row] = parse_rows(["0,0,0,8451872,-1,0.03,0.03,0"])
+    assert (row["hard"], row["soft"]) == (0.030890625, 0.03)
+
+
+def test_empty_cells_of_a_spreadsheet_are_nan() -> None:
+    [row] = parse_rows(["0,0.5,0.6,-1,-1,,,8"])
+    assert np.isnan([row["hard"], row["soft"]]).all()
+
+
+@pytest.mark.parametrize(
+    ("column", "cell"),
+    [
+        ("seq", "1.5"),
+        ("seq", "9223372036854775808"),
+        ("t_hard_s", "nan"),
+        ("t_soft_s", "12:00"),
+        ("hard_raw", ""),
+        ("hard_pF", "OL"),
+        ("soft_pF", "1,5"),
+        ("status", "9"),
+        ("status", "-1"),
+        ("status", ""),
+    ],
+)
+def test_what_is_wrong_with_a_row(column: str, cell: str) -> None:
+    cells = dict(zip(COLUMNS, ["7", "0.5", "0.6", "8388608", "8388608", "0.0", "0.0", "0"], strict=True))
+    good = ",".join(cells.values())
+    bad = ",".join({**cells, column: cell}.values())
+    with pytest.raises(RowError, match=r"is not a value of it|cells, 8 are needed") as caught:
+        parse_rows([good, good, bad, good])
+    assert caught.value.number == 2

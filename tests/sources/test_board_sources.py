@@ -1,0 +1,69 @@
+"""`usb:` and `i2c:` over the twins: what the driver reads is what a stream gives."""
+
+from pathlib import Path
+
+import palpate
+import pytest
+from i2c_bus import Bus
+from kit_bench import CENTRED, Bench
+from kit_bench import pins as ramps
+from palpate import DeviceNotFound, SourceTimeout, Status, Stream
+from palpate.ad7746 import datasheet
+from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.twin.kit import Fault
+from palpate.recording.foreign import recorded
+from palpate.sources.board import BoardSource
+
+
+def test_usb(tmp_path: Path) -> None:
+    with Bench() as bench:
+        source = palpate.open("usb:", backend=bench.carrier.backend(), clock=bench.carrier.clock, capf=1)
+        assert isinstance(source, BoardSource)
+        with Stream(source, record=tmp_path / "run.csv") as stream:
+            samples = [estimate.sample for _, estimate in zip(range(40), stream, strict=False)]
+        codes = {(c.pin, c.code) for c in bench.kit.chip.conversions if not c.lost}
+    assert {(1, s.hard_raw) for s in samples} | {(2, s.soft_raw) for s in samples} <= codes
+    assert [s.seq for s in samples] == list(range(40))
+    assert {s.status for s in samples} == {Status.OK}
+    device = source.describe()
+    assert recorded(tmp_path / "run.csv").describe() == device
+    assert device["configuration"]["capf"] == 1
+    assert (device["configuration"]["hard"]["capdac"], device["configuration"]["soft"]["capdac"]) == (
+        CENTRED.hard.capdac,
+        CENTRED.soft.capdac,
+    )
+    assert len(bytes.fromhex(device["registers"])) == datasheet.REGISTERS
+    assert stream.counters.errors == stream.counters.reconnects == 0
+
+
+def test_one_of_two_boards() -> None:
+    with Bench() as bench:
+        bench.another()
+        backend, clock = bench.carrier.backend(), bench.carrier.clock
+        with pytest.raises(DeviceNotFound, match="2 boards are plugged in: name one of usb:"):
+            palpate.open("usb:", backend=backend, clock=clock)
+        with palpate.open("usb:1/2", backend=backend, clock=clock) as source:
+            assert source.describe()["device"]["address"] == 2
+
+
+def test_a_board_that_cannot_be_begun_is_given_back() -> None:
+    with Bench() as bench:
+        source = palpate.open("usb:", backend=bench.carrier.backend(), clock=bench.carrier.clock)
+        bench.kit.faults.append(Fault("no answer", times=1000))
+        with pytest.raises(SourceTimeout), source:
+            pytest.fail("it has begun")
+        bench.kit.faults.clear()
+        with palpate.open("usb:", backend=bench.carrier.backend(), clock=bench.carrier.clock) as again:
+            assert next(iter(again)).status == Status.OK
+
+
+def test_i2c() -> None:
+    clock = VirtualClock()
+    bus = Bus(ChipTwin(ramps), clock)
+    source = palpate.open("i2c:/dev/i2c-1?hard_input=2", open_bus=bus, clock=clock)
+    with Stream(source) as stream:
+        [first, *_] = [estimate.sample for _, estimate in zip(range(5), stream, strict=False)]
+    assert (first.seq, first.status) == (0, Status.OK)
+    assert source.describe()["configuration"]["hard"]["capdac"] == CENTRED.soft.capdac
+    assert bus.opened == 0

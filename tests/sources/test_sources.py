@@ -1,0 +1,253 @@
+"""Names of sources, their options, and what each gives."""
+
+import errno
+import itertools
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+import palpate
+import pytest
+from palpate import (
+    DeviceNotFound,
+    DeviceRefused,
+    ProtocolError,
+    RecordingError,
+    Sample,
+    Source,
+    Status,
+    sources,
+)
+from palpate.ad7746 import datasheet
+from palpate.sources import iio
+from palpate.sources.files import FileSource
+from palpate.sources.sim import SimSource
+from project import ROOT
+from recording_bench import Scripted, sample
+
+FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
+
+
+@pytest.mark.parametrize(
+    ("uri", "options", "message"),
+    [
+        ("moon:", {}, "source: got moon:, allowed: i2c:, iio:, serial:, sim:, usb: or a path"),
+        ("sim:moon", {}, "sim: got scenario 'moon', allowed: soft-steady"),
+        ("sim:all?sed=1", {}, "sim: got option 'sed', allowed: capf, hard_input, replug, seed, speed, fault"),
+        ("sim:all?seed=x", {}, "seed: got 'x', allowed: a whole number from 0 to"),
+        ("sim:all?seed=-1", {}, "seed: got '-1', allowed"),
+        ("sim:all?speed=0", {}, "speed: got '0', allowed: a number above 0 to 1000"),
+        ("sim:all?speed=nan", {}, "speed: got 'nan'"),
+        ("sim:all?capf=8", {}, "capf: got '8', allowed: a whole number from 0 to 7"),
+        ("sim:all?capf", {}, "source: got 'capf', allowed: NAME=VALUE, each name once"),
+        ("sim:all?capf=1&capf=2", {}, "source: got 'capf=2', allowed: NAME=VALUE, each name once"),
+        ("sim:all?capf=1", {"capf": 2}, "source: got capf twice"),
+        ("sim:all?fault=fire@3", {}, r"fault: got 'fire@3', allowed: KIND\[:AMOUNT\]@SECONDS, KIND one of no-answer"),
+        ("sim:all?fault=stall:x@3", {}, "fault: got amount 'x'"),
+        ("sim:all?fault=stall@soon", {}, "fault's time: got 'soon'"),
+        ("usb:left", {}, "usb: got address 'left', allowed: BUS/ADDRESS"),
+        ("usb:?seed=1", {}, "usb: got option 'seed', allowed: capf, hard_input, replug, firmware, backend, clock"),
+        ("i2c:", {}, "i2c: got no address"),
+        ("iio:x", {"hard_input": 3}, "hard_input: got 3, allowed: a whole number from 1 to 2"),
+        ("serial:", {}, "serial's port: got nothing"),
+        ("serial:x?unit=pf", {}, "unit: got 'pf', allowed: aF, fF, pF"),
+        ("serial:x?pattern=(", {}, "pattern: got '\\(', allowed: a regular expression"),
+        ("serial:x?pattern=(?P<hard>1)", {}, r"pattern: got groups \['hard'\], allowed: \(\?P<hard>"),
+        ("run.csv", {"speed": 0}, "speed: got 0"),
+        ("run.csv", {"seed": 1}, "file: got option 'seed', allowed: columns, unit, speed"),
+    ],
+)
+def test_what_is_refused(uri: str, options: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        palpate.open(uri, **options)
+
+
+def test_paths(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("usb2:run.csv").write_text(FOUR.read_text())
+    for uri in (str(FOUR), "usb2:run.csv"):
+        with palpate.open(uri) as source:
+            assert isinstance(source, FileSource)
+            assert len(list(source)) == 1411
+    for uri in ("nowhere.csv", str(tmp_path), r"C:\nowhere.csv"):
+        with pytest.raises(RecordingError, match="cannot be read"):
+            palpate.open(uri)
+
+
+def test_another_loggers_table(tmp_path: Path) -> None:
+    path = tmp_path / "other.csv"
+    path.write_text("time,hard,soft\n0,1,2\n0.1,OL,3\n0.2,1,3\n")
+    with palpate.open(str(path), columns={"hard": 2, "soft": 3}, unit="nF") as source:
+        first, second, third = source
+    assert first == Sample(0, 0, 0, -1, -1, 1000.0, 2000.0, 0)
+    assert second.hard != second.hard
+    assert third[:3] == (2, 200_000_000, 200_000_000)
+
+
+def test_a_file_at_its_own_pace() -> None:
+    with palpate.open(str(FOUR), speed=1000) as source:
+        assert source.live
+        begun = time.monotonic()
+        assert len(list(source)) == 1411
+        assert time.monotonic() - begun > 0.03
+    with palpate.open(str(FOUR), speed=0.001) as slow:
+        threading.Timer(0.1, slow.interrupt).start()
+        assert len(list(slow)) == 1
+
+
+def test_a_simulated_board_is_the_same_again() -> None:
+    runs = []
+    for seed in (1, 1, 2):
+        with palpate.open("sim:soft-steady", seed=seed, capf=2) as source:
+            assert isinstance(source, SimSource)
+            assert not source.live
+            runs.append(list(source))
+            described = source.describe()
+    assert runs[0] == runs[1] != runs[2]
+    assert described["simulated"] == {"scenario": "soft-steady", "seed": 2, "speed": "as fast as possible"}
+    assert described["configuration"]["capf"] == 2
+    assert described["full_scale_pF"] == datasheet.SATURATED_PF
+    assert runs[0][-1].t_soft_ns == pytest.approx(10.4e9, abs=0.2e9)
+
+
+def test_a_simulated_unplugging_is_a_gap() -> None:
+    said: list[str] = []
+    with palpate.open("sim:soft-steady?fault=unplug:0.5@2,lost-conversion:2@4") as source:
+        source.notify = said.append
+        samples = list(source)
+    gaps = [b.seq - a.seq - 1 for a, b in itertools.pairwise(samples) if b.seq > a.seq + 1]
+    assert len(gaps) == 1
+    assert 15 < gaps[0] < 30
+    assert source.counters["reconnects"] == 1
+    assert sum(sample.status == Status.LOST for sample in samples) >= 1
+    assert ["Waiting for it" in said[0], "is back after" in said[1]] == [True, True]
+
+
+def test_no_board() -> None:
+    class Nothing:
+        def enumerate_devices(self) -> list[Any]:
+            return []
+
+    with pytest.raises(DeviceNotFound, match="no AD7746 evaluation kit"):
+        palpate.open("usb:", backend=Nothing())
+    with pytest.raises(DeviceNotFound, match="/dev/i2c-99"):
+        palpate.open("i2c:/dev/i2c-99")
+
+
+def ramp(address: str, options: Mapping[str, Any]) -> Source:
+    """Return what another package's entry point would."""
+    return Scripted([sample(i) for i in range(int(address))], **options)
+
+
+def test_a_scheme_of_another_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = [
+        EntryPoint("ramp", f"{__name__}:ramp", sources.GROUP),
+        EntryPoint("usb", "nothing:at_all", sources.GROUP),
+    ]
+
+    def found(group: str, name: str | None = None) -> list[EntryPoint]:
+        assert group == "palpate.sources"
+        return [point for point in points if name in (None, point.name)]
+
+    monkeypatch.setattr("palpate.sources.uri.entry_points", found)
+    assert sources.schemes() == ["i2c", "iio", "ramp", "serial", "sim", "usb"]
+    with palpate.Stream("ramp:5?colour=red") as stream:
+        assert len(list(stream)) == 5
+    assert stream.source.describe()["colour"] == "red"
+    with pytest.raises(ValueError, match=r"allowed: .*ramp:"):
+        palpate.open("moon:")
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """Make a kernel's folder of a device, and one of another."""
+    for number, name in ((0, "bme280"), (1, "ad7746")):
+        folder = tmp_path / f"iio:device{number}"
+        folder.mkdir()
+        (folder / "name").write_text(f"{name}\n")
+    files = {"in_capacitance0_raw": -1234, "in_capacitance1_raw": 5678, "in_capacitance_sampling_frequency": "50"}
+    files |= {"in_capacitance0_scale": "0.000000488", "in_capacitance0_offset": 41 * 338646}
+    for name, value in files.items():
+        (folder / name).write_text(f"{value}\n")
+    return tmp_path
+
+
+def test_iio(tree: Path) -> None:
+    assert iio.devices(tree) == [tree / "iio:device1"]
+    ticks = iter(range(0, 10**9, 1000))
+    with palpate.open("iio:", root=tree, clock_ns=lambda: next(ticks)) as source:
+        samples = iter(source)
+        first = next(samples)
+        (tree / "iio:device1" / "in_capacitance0_raw").write_text("8388607")
+        second = next(samples)
+    assert first == Sample(0, 1500, 3500, 8387374, 8394286, -1234 / 2048000, 5678 / 2048000, 0)
+    assert (second.seq, second.status, second.hard_raw) == (1, Status.HARD_SATURATED, datasheet.LAST_CODE)
+    described = source.describe()
+    assert described["files"]["in_capacitance0_offset"] == "13884486"
+    assert described["period_s"] == 0.04
+    with palpate.open(f"iio:{tree}/iio:device1?hard_input=2") as swapped:
+        assert next(iter(swapped)).soft_raw == datasheet.LAST_CODE
+    with palpate.Stream(f"iio:{tree}/iio:device1") as stream:
+        next(iter(stream))
+    assert stream.counters.read == stream.counters.delivered
+
+
+def test_iio_errors(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(DeviceNotFound, match=r"0 of .* are an ad7746"):
+        palpate.open("iio:", root=tree / "nothing")
+    with pytest.raises(DeviceNotFound, match="is 'bme280', not an ad7746"):
+        palpate.open(f"iio:{tree}/iio:device0")
+    folder = tree / "iio:device1"
+    with palpate.open(f"iio:{folder}") as source:
+        samples = iter(source)
+        next(samples)
+        (folder / "in_capacitance1_raw").write_text("later\n")
+        assert [next(samples).status, next(samples).status] == [Status.LOST] * 2
+        with pytest.raises(ProtocolError, match="got 'later'"):
+            next(samples)
+        assert source.counters == {"errors": 3}
+    (folder / "in_capacitance1_raw").unlink()
+    with pytest.raises(DeviceNotFound, match="not there"), palpate.open(f"iio:{folder}") as source:
+        next(iter(source))
+
+    def fail(number: int) -> None:
+        def read_text(self: Path) -> str:
+            raise OSError(number, os.strerror(number))
+
+        monkeypatch.setattr(Path, "read_text", read_text)
+
+    fail(errno.EACCES)
+    with pytest.raises(DeviceRefused, match="no permission"):
+        palpate.open(f"iio:{folder}")
+    fail(errno.EIO)
+    with pytest.raises(ProtocolError, match="Input/output error"):
+        palpate.open(f"iio:{folder}")
+
+
+@pytest.mark.parametrize(
+    ("uri", "module", "extra"),
+    [
+        ("usb:", "usb", "usb"),
+        ("sim:", "usb", "usb"),
+        ("i2c:/dev/i2c-1", "smbus2", "i2c"),
+        ("serial:x", "serial", "serial"),
+    ],
+)
+def test_a_missing_extra_is_named_with_its_pip_line(uri: str, module: str, extra: str, tmp_path: Path) -> None:
+    code = f"""
+import sys
+sys.modules[{module!r}] = None
+sys.argv = ["palpate", "record", {uri!r}, "-o", {str(tmp_path / "run.csv")!r}]
+import palpate.__main__
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 6
+    assert f"pip install 'palpate[{extra}]'" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,14 @@
+"""Every estimator of the package, for the tests that hold for all of them."""
+
+import palpate
+import pytest
+
+ALL = [
+    palpate.Rls,
+    palpate.AdaptiveRls,
+    palpate.HandoverRls,
+    palpate.Rls32,
+    palpate.AdaptiveRls32,
+    palpate.HandoverRls32,
+]
+every = pytest.mark.parametrize("kind", ALL)

@@ -1,0 +1,212 @@
+"""What reads text and bytes from outside, each as a function of bytes that may raise its documented errors only.
+
+Whatever it accepts has to make sense as well. `python tests/tools/fuzz_parsers.py TARGET FOLDER... [libFuzzer's options]` lets
+atheris look for bytes that it does not stand; `tests/fuzz/test_corpus.py` runs the corpus, and what was found.
+"""
+
+import contextlib
+import json
+import math
+import os
+import sys
+import tempfile
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+FOLDER = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None, prefix="palpate-"))
+
+
+@contextlib.contextmanager
+def _instrumented() -> Iterator[None]:
+    """Have atheris see which branch of the package is taken, where it is atheris that runs this."""
+    if "atheris" not in sys.modules:
+        yield
+        return
+    with sys.modules["atheris"].instrument_imports(include=["palpate"]):
+        yield
+
+
+if __name__ == "__main__":
+    import atheris
+
+with _instrumented():
+    import palpate
+    import palpate.sources.lines as serial_lines
+    from fuzz_page import message, request
+    from fuzz_states import state
+    from palpate import CalibrationError, ProtocolError, RecordingError, SourceError
+    from palpate.ad7746.clock import VirtualClock
+    from palpate.ad7746.evalkit.firmware import RAM_BYTES, read_hex
+    from palpate.ad7746.twin.usb import TwinBackend
+    from palpate.calibration.specimen_files import assign, read_moduli
+    from palpate.recording import sidecar
+    from palpate.recording.foreign import recorded
+    from palpate.recording.rows import HEADER, format_rows, parse_rows
+    from palpate.recording.verification import check
+    from palpate.samples import Status
+    from palpate.sources.options import split
+
+ROWS = "".join(f"{i},{i}.0,{i}.5,8388608,8400000,0.0,0.0,0\n" for i in range(3))
+
+
+def _file(name: str, data: bytes) -> Path:
+    path = FOLDER / name
+    path.write_bytes(data)
+    return path
+
+
+def own_file(data: bytes) -> None:
+    """Rows of a recording of palpate's own: what is read, is written as the same bits again."""
+    path = _file("own.csv", HEADER.encode() + data)
+    with suppress(RecordingError):
+        report = check(path)
+        for block in recorded(path).blocks():
+            again = parse_rows(format_rows(block).decode().splitlines())
+            assert again.tobytes() == block.tobytes()
+            assert (block["status"] <= 8).all()
+        assert json.dumps(report.as_dict())
+        assert report.survey.rows == len(palpate.read(path).hard)
+        palpate.touches(recorded(path))
+
+
+def table(data: bytes) -> None:
+    """Read another logger's table; the first byte says how."""
+    how = data[0] if data else 0
+    columns: dict[str, str | int] = {"hard": "hard", "soft": "soft"} if how & 1 else {"hard": 2, "soft": 3}
+    columns |= {"time": 1} if how & 2 else {}
+    path = _file("table.csv", data[1:])
+    with suppress(RecordingError, ValueError):
+        report = check(path, columns=columns, unit=[None, "fF"][how >> 2 & 1])
+        recording = palpate.read(path, columns=columns)
+        assert report.survey.rows == len(recording.hard) == len(recording.t_hard_s)
+        assert not (abs(recording.hard) == math.inf).any()
+        palpate.touches(recording)
+
+
+def sidecar_of(data: bytes) -> None:
+    """Read what stands beside a recording: whatever it is, the rows come out."""
+    path = _file("run.csv", (HEADER + ROWS).encode())
+    sidecar.sidecar_path(path).write_bytes(data)
+    report = check(path)
+    assert json.dumps(report.as_dict())
+    assert len(palpate.read(path).hard) == report.survey.rows == 3
+    recording = recorded(path)
+    assert recording.full_scale_pF > 0
+    with palpate.open(str(path)) as source:
+        assert isinstance(source.describe(), dict)
+    with suppress(ValueError, TypeError):  # settings of the right form that no tracker has
+        palpate.touches(recording, **recording.settings)
+    check(path, repair=True)
+
+
+def calibration(data: bytes) -> None:
+    """Read a calibration; one that is taken answers."""
+    path = _file("probe.toml", data)
+    with suppress(CalibrationError):
+        found = palpate.Calibration.load(path)
+        modulus = found.modulus(2.5, 0.01)
+        assert math.isnan(modulus.value) or modulus.low <= modulus.value <= modulus.high
+
+
+def moduli(data: bytes) -> None:
+    """Read a table of moduli."""
+    with suppress(CalibrationError):
+        found = read_moduli(_file("moduli.csv", data))
+        assert all(0 < value < math.inf for value in found.values())
+        assign([Path("70A-1.csv")], found)
+
+
+def firmware(data: bytes) -> None:
+    """Read an Intel HEX file: what is taken, fits the board."""
+    with suppress(ProtocolError):
+        image = read_hex(_file("firmware.hex", data))
+        assert all(at >= 0 and at + len(part) <= RAM_BYTES for at, part in image.items())
+        assert 0 in image
+
+
+class ChunkedPort:
+    r"""A serial port that gives these bytes, at once what stands between two \xff, and then is gone."""
+
+    def __init__(self, data: bytes) -> None:
+        self._chunks = data.split(b"\xff")
+
+    @property
+    def in_waiting(self) -> int:
+        return len(self._chunks[0]) if self._chunks else 0
+
+    def read(self, _: int) -> bytes:
+        if self._chunks:
+            return self._chunks.pop(0)
+        raise OSError("gone")
+
+    def close(self) -> None:
+        """Nothing to give back."""
+
+
+class ChunkedLines(serial_lines.SerialSource):
+    """Lines of such a port."""
+
+    def _open(self) -> Any:
+        """Nothing: the port is set by who makes this."""
+
+    def _wait_for_replug(self, gone: Exception) -> int:
+        self.interrupt()
+        return 0
+
+
+def lines(data: bytes) -> None:
+    r"""Bytes on a serial port; \xff stands between what arrives at once."""
+    source = ChunkedLines("fuzz")
+    source._port = ChunkedPort(b"\n" + data)
+    last = -1
+    for sample in source:
+        assert sample.seq == last + 1
+        last = sample.seq
+        lost = sample.status == Status.LOST
+        assert lost == math.isnan(sample.hard) == math.isnan(sample.soft)
+    assert source.counters["errors"] <= len(data)
+
+
+def uri(data: bytes) -> None:
+    """Read names of sources, and their options, up to where a device would be opened."""
+    text = data.decode("utf-8", "replace")
+    with suppress(ValueError):
+        split(text)
+    refused = (ValueError, SourceError, RecordingError)
+    with patch("serial.Serial", side_effect=OSError("no port")), warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # what Python says of a pattern with [[
+        for prefix in ("sim:", "serial:", "i2c:nowhere?", "iio:/nowhere?", "nowhere:", "/nowhere/"):
+            with suppress(*refused):
+                palpate.open(prefix + text).close()
+        with suppress(*refused):
+            palpate.open("usb:?" + text, backend=TwinBackend(VirtualClock())).close()
+
+
+TARGETS: dict[str, Callable[[bytes], None]] = {
+    "own_file": own_file,
+    "table": table,
+    "sidecar": sidecar_of,
+    "calibration": calibration,
+    "moduli": moduli,
+    "firmware": firmware,
+    "lines": lines,
+    "uri": uri,
+    "message": message,
+    "request": request,
+    "state": state,
+}
+
+
+def main(target: str, *arguments: str) -> None:
+    """Fuzz one target."""
+    warnings.simplefilter("error")
+    atheris.Setup([sys.argv[0], *arguments], TARGETS[target])
+    atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

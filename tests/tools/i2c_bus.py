@@ -1,0 +1,44 @@
+"""What smbus2 is to the driver over I2C, with the chip's twin behind it."""
+
+import errno
+from typing import Any
+
+from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.twin.chip import ChipTwin
+
+BYTE_S = 22.5e-6
+
+
+class Bus:
+    """What smbus2.SMBus is to `I2cBus`."""
+
+    def __init__(self, chip: ChipTwin, clock: VirtualClock) -> None:
+        self.chip, self.clock = chip, clock
+        self.opened = 0
+        self.failures: list[int] = []
+
+    def __call__(self, path: str) -> "Bus":
+        assert path == "/dev/i2c-1"
+        if self.failures:
+            raise OSError(self.failures.pop(0), "failed")
+        self.opened += 1
+        return self
+
+    def i2c_rdwr(self, *messages: Any) -> None:
+        if self.failures:
+            raise OSError(self.failures.pop(0), "failed")
+        if not self.chip.acknowledges(self.clock.now_ns()):
+            raise OSError(errno.EREMOTEIO, "Remote I/O error")
+        for message in messages:
+            assert message.addr == 0x48
+            if message.flags & 1:
+                lasting = message.len * BYTE_S
+                data = self.chip.read(message.len, self.clock.now_ns(), round(lasting * 1e9))
+                for number, byte in enumerate(data):
+                    message.buf[number] = bytes([byte])
+            else:
+                self.chip.write(bytes(message), self.clock.now_ns())
+            self.clock.sleep(message.len * BYTE_S)
+
+    def close(self) -> None:
+        self.opened -= 1

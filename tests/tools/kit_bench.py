@@ -1,0 +1,104 @@
+"""A twin on a carrier, and the driver over it."""
+
+import math
+from contextlib import AbstractContextManager
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from palpate.ad7746 import datasheet
+from palpate.ad7746.configuration import Channel, Configuration
+from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.twin.kit import Fault, KitTwin
+from palpate.samples import Sample, Status
+from usb_carriers import Carrier, carrier
+
+SLOPE_PF_PER_S = 0.02
+IDLE_PF = (6.92, 4.69)
+CENTRED = Configuration(hard=Channel(capdac=41), soft=Channel(capdac=27))
+"""What `auto_capdac` finds on this chip, about."""
+
+
+def pins(pin: int, begin_s: float, end_s: float) -> float:
+    """Two ramps that are far apart, over a minute that begins anew."""
+    return IDLE_PF[pin - 1] + SLOPE_PF_PER_S * (((begin_s + end_s) / 2) % 60.0)
+
+
+class Bench(AbstractContextManager["Bench"]):
+    """Holds what a test needs; closes it and sees that nothing was left open."""
+
+    def __init__(self, *, plugged: bool = True, loaded: bool = True, seed: int = 0) -> None:
+        self.carrier: Carrier = carrier()
+        self.kit = KitTwin(ChipTwin(pins, seed=seed), self.carrier.clock, loaded=loaded)
+        self.firmware: Path | None = None
+        self.notes: list[str] = []
+        self.samples: list[Sample] = []
+        self.replug_s = 10.0
+        self._open: list[EvalKit | Ad7746] = []
+        if plugged:
+            self.carrier.plug(self.kit)
+
+    def another(self) -> KitTwin:
+        """Plug in a second board."""
+        kit = KitTwin(ChipTwin(pins), self.carrier.clock)
+        self.carrier.plug(kit, 2)
+        return kit
+
+    def open_kit(self, bus: int | None = None, address: int | None = None) -> EvalKit:
+        """Open the board itself."""
+        where = {"bus": bus, "address": address}
+        kit = EvalKit(**where, firmware=self.firmware, backend=self.carrier.backend(), clock=self.carrier.clock)
+        self._open.append(kit)
+        return kit
+
+    def open(self, configuration: Configuration = CENTRED, **where: int) -> Ad7746:
+        """Open and configure."""
+        kit, clock = self.open_kit(**where), self.carrier.clock
+        driver = Ad7746(kit, configuration, clock, replug_s=self.replug_s, notify=self.notes.append)
+        driver.start()
+        self._open.append(driver)
+        return driver
+
+    def read(self, driver: Ad7746, count: int) -> list[Sample]:
+        """Read pairs, numbered on from the last."""
+        for _ in range(count):
+            sample = driver.read_pair(self.samples[-1].seq + 1 if self.samples else 0)
+            assert sample is not None
+            self.samples.append(sample)
+        return self.samples
+
+    def fail(self, kind: str, amount: float = 1.0, **when: Any) -> None:
+        """Let something go wrong."""
+        self.kit.faults.append(Fault(kind, amount, **when))
+
+    def check_samples(self, driver: Ad7746, *, failed: bool = False) -> None:
+        """Every value that was handed on was a conversion of that input then; every pair is accounted for.
+
+        Where it ended in an error, pairs may have been lost after the last that was handed on.
+        """
+        ended = {(c.pin, c.code): (c.begin + c.end) / 2 for c in self.kit.chip.conversions if not c.lost}
+        for sample in self.samples:
+            if sample.status == Status.LOST:
+                assert math.isnan(sample.hard)
+                assert math.isnan(sample.soft)
+                assert sample.hard_raw == sample.soft_raw == -1
+                continue
+            assert (1, sample.hard_raw) in ended, sample
+            assert (2, sample.soft_raw) in ended, sample
+            assert sample.hard == datasheet.capacitance_pF(sample.hard_raw)
+        numbers = [sample.seq for sample in self.samples]
+        assert numbers == sorted(set(numbers))
+        counters = driver.counters
+        assert numbers[-1] + 1 <= counters.pairs + counters.lost
+        assert failed or numbers[-1] + 1 == counters.pairs + counters.lost
+        assert counters.pairs == sum(sample.status != Status.LOST for sample in self.samples)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close everything."""
+        for each in self._open:
+            each.close()
+        self.carrier.close()

@@ -1,0 +1,145 @@
+"""A running `palpate live`, and headless Chromium on its page.
+
+python tests/tools/live_browser.py FOLDER      takes the screenshots of the documentation: contact, four touches, a phone
+"""
+
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any, Self
+
+from project import need
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.ui import WebDriverWait
+
+SOURCE = "sim:four-specimens?seed=1"
+PATIENCE_S = 90
+"""A busy machine is slow; nothing is gained by giving up early."""
+
+
+class Live:
+    """A server in a process of its own."""
+
+    def __init__(self, *options: str, source: str = SOURCE, port: int = 0) -> None:
+        command = [
+            sys.executable,
+            "-m",
+            "palpate",
+            "live",
+            source,
+            "--no-open",
+            "--json",
+            "--port",
+            str(port),
+            *options,
+        ]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        assert self.process.stdout
+        self.address: str = json.loads(self.process.stdout.readline())["address"]
+
+    @property
+    def port(self) -> int:
+        """Where it listens."""
+        return int(self.address.rstrip("/").rsplit(":", 1)[1])
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End it, whatever has failed."""
+        if self.process.poll() is None:
+            self.end(signal.SIGKILL)
+
+    def end(self, how: int = signal.SIGINT) -> int:
+        """End it; return its exit code."""
+        self.process.send_signal(how)
+        if self.process.stdout:
+            self.process.stdout.close()
+        return self.process.wait(PATIENCE_S)
+
+
+class Browser:
+    """Headless Chromium with the page open."""
+
+    def __init__(self, driver: Any) -> None:
+        self.driver = driver
+
+    def __getitem__(self, name: str) -> Any:
+        """Return the element of this id."""
+        return self.driver.find_element(By.ID, name)
+
+    def text(self, name: str) -> str:
+        """Return what an element shows."""
+        return str(self[name].text)
+
+    def until(self, holds: Any) -> None:
+        """Wait for something."""
+        WebDriverWait(self.driver, PATIENCE_S, 0.1).until(lambda _: holds())
+
+    def theme(self, name: str) -> None:
+        """Choose the colours."""
+        while self.text("theme") != f"Theme: {name}":
+            self["theme"].click()
+
+    def shoot(self, path: Path) -> None:
+        """Take a screenshot of what is in the window."""
+        self.driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+        self.driver.save_screenshot(str(path))
+
+
+@contextmanager
+def browser(downloads: Path, size: tuple[int, int] = (1280, 1180)) -> Iterator[Browser]:
+    """Start Chromium; what it downloads goes to a folder."""
+    options = webdriver.ChromeOptions()
+    options.binary_location = need("chromium")
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
+        options.add_argument(argument)
+    options.add_argument(f"--window-size={size[0]},{size[1]}")
+    options.add_experimental_option("prefs", {"download.default_directory": str(downloads)})
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options, webdriver.ChromeService(need("chromedriver")))
+    try:
+        yield Browser(driver)
+    finally:
+        driver.quit()
+
+
+def calibrated(folder: Path) -> Path:
+    """Calibrate on simulated specimens."""
+    for command in ("simulate -o specimens", "calibrate specimens/*.csv --moduli specimens/moduli.csv -o probe.toml"):
+        subprocess.run(
+            f"{sys.executable} -m palpate {command}", cwd=folder, shell=True, check=True, capture_output=True
+        )
+    return folder / "probe.toml"
+
+
+def main() -> int:
+    """Take the screenshots."""
+    folder = Path(sys.argv[1])
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as work, browser(folder) as page, ExitStack() as running:
+        live = running.enter_context(Live("--record", f"{work}/run.csv", "--calibration", str(calibrated(Path(work)))))
+        page.driver.get(live.address)
+        page.until(lambda: page.text("state") == "contact" and "±" in page.text("error"))
+        for theme in ("light", "dark"):
+            page.theme(theme)
+            page.shoot(folder / f"live-contact-{theme}.png")
+        page.until(lambda: page.driver.execute_script("return document.querySelectorAll('#rows tr').length") == 4)
+        for theme in ("dark", "light"):
+            page.theme(theme)
+            page.shoot(folder / f"live-{theme}.png")
+        page.driver.set_window_size(390, 900)
+        page.shoot(folder / "live-phone.png")
+        live.end()
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,73 @@
+"""Samples and recordings for the tests of what is written and read."""
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from palpate import Sample, Source, Status
+from palpate.ad7746 import datasheet
+from palpate.recording.recorder import Recorder
+from palpate.recording.rows import HEADER
+
+
+def sample(seq: int, *, status: int = Status.OK) -> Sample:
+    """Return a sample whose every field follows from its number."""
+    t_ns = seq * 26_000_000 + seq % 7
+    if status == Status.LOST:
+        return Sample(seq, t_ns, t_ns + 13_000_000, -1, -1, math.nan, math.nan, status)
+    hard, soft = datasheet.ZERO_CODE + seq % 100_000, datasheet.ZERO_CODE - seq % 50_000
+    values = datasheet.capacitance_pF(hard), datasheet.capacitance_pF(soft)
+    return Sample(seq, t_ns, t_ns + 13_000_000, hard, soft, *values, status)
+
+
+class Scripted(Source):
+    """Gives what it was told to, and raises what it was told to."""
+
+    def __init__(self, script: list[Sample | Exception], *, live: bool = False, **described: Any) -> None:
+        self.live = live
+        self.script = script
+        self.closed = self.interrupted = 0
+        self.before: Callable[[Sample], object] = lambda _: None
+        self._described = {"name": "script", **described}
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Follow the script."""
+        for item in self.script:
+            if isinstance(item, Exception):
+                raise item
+            self.before(item)
+            yield item
+
+    def describe(self) -> dict[str, Any]:
+        return self._described
+
+    def interrupt(self) -> None:
+        self.interrupted += 1
+
+    def close(self) -> None:
+        self.closed += 1
+
+
+def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any) -> Path:
+    """Write a recording; without `end` as it would be after a kill."""
+    recorder = Recorder(path, device, {}, [])
+    for each in samples:
+        while recorder.is_behind:
+            time.sleep(0.001)
+        assert recorder.push(each)
+    recorder.close()
+    if not end:
+        side = path.with_suffix(".json")
+        text = side.read_text()
+        assert '"end"' in text
+        side.write_text(text[: text.index(',\n  "end"')] + "\n}\n")
+    return path
+
+
+def tear(path: Path, count: int) -> None:
+    """Cut the last bytes off."""
+    data = path.read_bytes()
+    path.write_bytes(data[:-count])
+    assert len(data) - count > len(HEADER)

@@ -1,0 +1,80 @@
+"""Records, and says how many rows have left it, until something ends it; run with a way, a folder and a count.
+
+The children are forks of one process: what they import is imported once. `endless`: until it is killed. `shutdown`: until
+its main thread ends in mid-stream, nothing closed. `command`: `palpate record`, until it is interrupted.
+"""
+
+import itertools
+import os
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NoReturn
+
+from palpate.cli import main as palpate_command
+from palpate.samples import Sample
+from palpate.sources import Source, sim
+from palpate.stream import Stream
+from recording_bench import sample
+
+assert sim.DEFAULT  # imported here, once
+
+
+class Endless(Source):
+    """Some thousand samples a second."""
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Return samples for ever."""
+        for seq in itertools.count():
+            yield sample(seq)
+            time.sleep(0.0003)
+
+    def describe(self) -> dict[str, Any]:
+        return {"name": "endless"}
+
+
+def measure(path: Path, output: int, until_s: float) -> None:
+    """Record, and acknowledge; return without closing anything."""
+    stream = Stream(Endless(), record=path)
+    stream.__enter__()
+    assert stream.recorder
+    for _ in stream.batches():
+        os.write(output, f"{stream.recorder.rows}\n".encode())
+        if time.monotonic() >= until_s:
+            break
+
+
+def command(path: Path, output: int) -> NoReturn:
+    """Record with the command; what it prints is kept."""
+    os.dup2(output, 2)
+    palpate_command(["record", "sim:four-specimens?speed=1", "-o", str(path)])
+    raise AssertionError("the command ends with an exit")
+
+
+def child(way: str, folder: Path, number: int) -> None:
+    """Do what the way says."""
+    output = os.open(folder / f"{number}.acknowledged", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    if way == "command":
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        command(folder / f"{number}.csv", output)
+    until_s = time.monotonic() + number * 0.03 if way == "shutdown" else float("inf")
+    measure(folder / f"{number}.csv", output, until_s)
+
+
+def main(way: str, folder: Path, count: int) -> None:
+    """Fork the children, print their process ids, wait for them and print how they ended."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    children = []
+    for number in range(count):
+        if not (process := os.fork()):
+            child(way, folder, number)
+            return  # and through the interpreter's own end
+        children.append(process)
+    print(*children, flush=True)
+    print(*(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) for process in children), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]))
