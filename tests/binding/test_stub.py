@@ -8,8 +8,8 @@ from pathlib import Path
 
 import palpate
 import pytest
-from project import ROOT
 from palpate import _core
+from project import ROOT
 
 CLASSES = [value for value in vars(_core).values() if inspect.isclass(value)]
 DEFAULTS = {

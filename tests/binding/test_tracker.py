@@ -3,6 +3,7 @@
 import pickle
 import threading
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import palpate

@@ -29,7 +29,9 @@ def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[
     return found
 
 
-json_option = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output instead.")
+json_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
+    "--json", "as_json", is_flag=True, help="One JSON document on standard output instead."
+)
 """Adds as_json to a command."""
 
 _READING = [
@@ -56,11 +58,11 @@ def _adding(options: list[Callable[..., Any]]) -> Callable[[Callable[..., Any]],
     return add
 
 
-reading_options = _adding(_READING)
+reading_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding(_READING)
 """Adds columns and unit to a command."""
-estimating_options = _adding([_SCENE, *_ESTIMATING])
+estimating_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([_SCENE, *_ESTIMATING])
 """Adds scene, samples and settings."""
-recording_options = _adding([*_READING, _SCENE, *_ESTIMATING])
+recording_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE, *_ESTIMATING])
 """Adds columns, unit, scene, samples and settings."""
-replaying_options = _adding([*_READING, _SCENE_AGAIN, *_ESTIMATING])
+replaying_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE_AGAIN, *_ESTIMATING])
 """The same, the scene None where none is asked for."""

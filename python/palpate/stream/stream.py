@@ -106,7 +106,7 @@ class Stream:
             if tracker is not None and settings:
                 raise ValueError(f"settings: got {', '.join(settings)} beside a tracker, allowed: one of the two")
             given: dict[str, Any] = dict(settings)
-            self.tracker = tracker or Tracker(scene, **given)
+            self.tracker: Tracker = tracker or Tracker(scene, **given)
             if record is not None:
                 sidecar_path(Path(record))
             self._ring = SampleRing(capacity)
