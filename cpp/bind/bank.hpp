@@ -17,25 +17,23 @@
 template <class Kind>
 class LaneStates {
  public:
-  using Real = typename Kind::Core::real_type;
+  using Core = typename Kind::Core;
+  using Real = typename Core::real_type;
 
   LaneStates(const Settings& settings, std::size_t streams)
-      : ratio_(streams), information_(streams), statistic_(streams), rejected_(streams) {
-    const auto core = Kind::core(settings);
-    const auto& forgetting = core.forgetting();
-    const auto& detector = core.detector();
-    task_ = {forgetting.factor(false), forgetting.factor(true), drift_of(detector), detector.limit(),
-             core.bound().min_information};
-    std::fill(ratio_.begin(), ratio_.end(), core.ratio());
-    std::fill(information_.begin(), information_.end(), core.information());
-  }
+      : core_(Kind::core(settings)),
+        task_{core_.forgetting().factor(false), core_.forgetting().factor(true), drift_of(core_.detector()),
+              core_.detector().limit(), core_.bound().min_information},
+        ratio_(streams, core_.ratio()),
+        information_(streams, core_.information()),
+        statistic_(streams) {}
 
-  void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames) {
+  void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames, std::uint64_t* rejected) {
     BankTask<Real> task = task_;
     task.ratio = ratio_.data();
     task.information = information_.data();
     task.statistic = statistic_.data();
-    task.rejected = rejected_.data();
+    task.rejected = rejected;
     task.output = output;
     task.regressor = regressor;
     task.ratios = ratios;
@@ -45,28 +43,25 @@ class LaneStates {
   }
 
   std::size_t size() const { return ratio_.size(); }
-  Real ratio(std::size_t i) const { return ratio_[i]; }
-  Real covariance(std::size_t i) const { return Real(1) / information_[i]; }
-  Real statistic(std::size_t i) const { return statistic_[i]; }
-  bool alarm(std::size_t i) const { return statistic_[i] > task_.threshold; }
-  std::uint64_t rejected(std::size_t i) const { return rejected_[i]; }
-
-  std::vector<Real> numbers(std::size_t i) const { return {ratio_[i], information_[i], statistic_[i]}; }
-  bool set_numbers(std::size_t i, const Real* n) {
-    ratio_[i] = n[0];
-    information_[i] = n[1];
-    statistic_[i] = n[2];
-    return palpate::is_finite(n[0]) && palpate::is_finite(n[1]) && n[1] > 0 && palpate::is_finite(n[2]) && n[2] >= 0;
+  Core core(std::size_t i) const {
+    Core core = core_;
+    const Real numbers[] = {ratio_[i], information_[i], statistic_[i]};
+    set_numbers(core, numbers);
+    return core;
   }
-  void set_rejected(std::size_t i, std::uint64_t count) { rejected_[i] = count; }
+  void set_core(std::size_t i, const Core& core) {
+    ratio_[i] = core.ratio();
+    information_[i] = core.information();
+    statistic_[i] = core.statistic();
+  }
 
  private:
   static Real drift_of(const palpate::Cusum<Real>& detector) { return detector.drift; }
   static Real drift_of(const palpate::NoDetector<Real>&) { return 0; }
 
-  BankTask<Real> task_{};
+  Core core_;
+  BankTask<Real> task_;
   LineVector<Real> ratio_, information_, statistic_;
-  std::vector<std::uint64_t> rejected_;
 };
 
 /// Cores one beside the other, for estimators whose steps differ from stream to stream.
@@ -76,34 +71,24 @@ class CoreStates {
   using Core = typename Kind::Core;
   using Real = typename Core::real_type;
 
-  CoreStates(const Settings& settings, std::size_t streams)
-      : cores_(streams, Kind::core(settings)), rejected_(streams) {}
+  CoreStates(const Settings& settings, std::size_t streams) : cores_(streams, Kind::core(settings)) {}
 
-  void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames) {
+  void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames, std::uint64_t* rejected) {
     for (std::size_t k = 0; k < frames; ++k) {
       for (std::size_t i = 0; i < size(); ++i) {
         const std::size_t at = k * size() + i;
-        rejected_[i] += !cores_[i].update(output[at], regressor[at]).accepted;
+        rejected[i] += !cores_[i].update(output[at], regressor[at]).accepted;
         ratios[at] = cores_[i].ratio();
       }
     }
   }
 
   std::size_t size() const { return cores_.size(); }
-  Real ratio(std::size_t i) const { return cores_[i].ratio(); }
-  Real covariance(std::size_t i) const { return cores_[i].covariance(); }
-  Real statistic(std::size_t i) const { return cores_[i].statistic(); }
-  bool alarm(std::size_t i) const { return cores_[i].alarm(); }
-  std::uint64_t rejected(std::size_t i) const { return rejected_[i]; }
-
-  std::vector<Real> numbers(std::size_t i) const { return numbers_of(cores_[i]); }
-  bool set_numbers(std::size_t i, const Real* n) { return ::set_numbers(cores_[i], n); }
-  Real standard_error(std::size_t i) const { return standard_error_of(cores_[i]); }
-  void set_rejected(std::size_t i, std::uint64_t count) { rejected_[i] = count; }
+  const Core& core(std::size_t i) const { return cores_[i]; }
+  void set_core(std::size_t i, const Core& core) { cores_[i] = core; }
 
  private:
   std::vector<Core> cores_;
-  std::vector<std::uint64_t> rejected_;
 };
 
 template <class Kind_, template <class> class States_>
@@ -111,9 +96,11 @@ class PyBank {
  public:
   using Kind = Kind_;
   using States = States_<Kind>;
-  using Real = typename States::Real;
+  using Core = typename Kind::Core;
+  using Real = typename Core::real_type;
 
-  PyBank(const Settings& settings, py::ssize_t streams) : settings_(settings), states_(settings, checked(streams)) {}
+  PyBank(const Settings& settings, py::ssize_t streams)
+      : settings_(settings), states_(settings, checked(streams)), rejected_(states_.size()) {}
 
   /// dimensions 1: one sample of each stream; 2: a block of them.
   template <int dimensions>
@@ -140,25 +127,25 @@ class PyBank {
     require_idle(busy_, "bank");  // making arrays of the arguments may have run other Python code
     auto* const ratios = static_cast<Real*>(result.mutable_data());
     const InUse in_use(busy_);
-    run_block(outputs.size(), [&] { states_.process(y.data(), x.data(), ratios, static_cast<std::size_t>(frames)); });
+    run_block(outputs.size(),
+              [&] { states_.process(y.data(), x.data(), ratios, static_cast<std::size_t>(frames), rejected_.data()); });
     rows_ += static_cast<std::size_t>(frames);
     return result;
   }
 
   void reset() {
     require_idle(busy_, "bank");
-    states_ = States(settings_, states_.size());
-    rows_ = 0;
+    *this = PyBank(settings_, streams());
   }
 
   /// (rows, numbers of each stream's state, refused samples): to pickle, to copy and to compare.
   py::tuple state() const {
     require_idle(busy_, "bank");
-    const auto width = static_cast<py::ssize_t>(states_.numbers(0).size());
+    const auto width = static_cast<py::ssize_t>(numbers_of(states_.core(0)).size());
     py::array_t<double> numbers({streams(), width});
     double* place = numbers.mutable_data();
     for (std::size_t i = 0; i < states_.size(); ++i) {
-      for (const Real value : states_.numbers(i)) {
+      for (const Real value : numbers_of(states_.core(i))) {
         *place++ = static_cast<double>(value);
       }
     }
@@ -176,17 +163,19 @@ class PyBank {
     const auto numbers = py::array_t<Real, py::array::c_style | py::array::forcecast>(py::object(state[1]));
     const auto rejected = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>(py::object(state[2]));
     PyBank bank(settings, rejected.size());
-    const auto width = static_cast<py::ssize_t>(bank.states_.numbers(0).size());
+    const auto width = static_cast<py::ssize_t>(numbers_of(bank.states_.core(0)).size());
     if (numbers.ndim() != 2 || numbers.shape(0) != bank.streams() || numbers.shape(1) != width) {
       throw py::value_error("pickled state: got shape " + shape_of(numbers) + ", allowed: what a bank was pickled as");
     }
-    for (py::ssize_t i = 0; i < bank.streams(); ++i) {
-      if (!bank.states_.set_numbers(static_cast<std::size_t>(i), numbers.data() + i * width)) {
+    for (std::size_t i = 0; i < bank.states_.size(); ++i) {
+      auto core = bank.states_.core(i);
+      if (!set_numbers(core, numbers.data() + static_cast<py::ssize_t>(i) * width)) {
         throw py::value_error(
             "pickled state: got a state that no stream can be in, allowed: finite numbers, an "
             "information > 0, a statistic >= 0");
       }
-      bank.states_.set_rejected(static_cast<std::size_t>(i), rejected.data()[i]);
+      bank.states_.set_core(i, core);
+      bank.rejected_[i] = rejected.data()[i];
     }
     bank.rows_ = state[0].cast<std::size_t>();
     return bank;
@@ -202,14 +191,16 @@ class PyBank {
   py::ssize_t streams() const { return static_cast<py::ssize_t>(states_.size()); }
   std::size_t rows() const { return rows_; }
   py::dict settings_dict() const { return settings_.dict(); }
-  py::object ratio() const { return each<Real>(&States::ratio); }
-  py::object covariance() const { return each<Real>(&States::covariance); }
-  py::object statistic() const { return each<Real>(&States::statistic); }
-  py::object standard_error() const { return each<Real>(&States::standard_error); }
-  py::object alarm() const { return each<bool>(&States::alarm); }
-  py::object rejected() const { return each<std::uint64_t>(&States::rejected); }
+  py::object ratio() const { return of_cores<Real>(&Core::ratio); }
+  py::object covariance() const { return of_cores<Real>(&Core::covariance); }
+  py::object statistic() const { return of_cores<Real>(&Core::statistic); }
+  py::object standard_error() const { return of_cores<Real>(&standard_error_of<Core>); }
+  py::object alarm() const { return of_cores<bool>(&Core::alarm); }
+  py::object rejected() const {
+    return each<std::uint64_t>([this](std::size_t i) { return rejected_[i]; });
+  }
   py::object samples() const {
-    return each<std::uint64_t>([this](const States& s, std::size_t i) { return rows_ - s.rejected(i); });
+    return each<std::uint64_t>([this](std::size_t i) { return rows_ - rejected_[i]; });
   }
 
  private:
@@ -220,9 +211,14 @@ class PyBank {
     py::array_t<Item> result(streams());
     auto values = result.template mutable_unchecked<1>();
     for (py::ssize_t i = 0; i < streams(); ++i) {
-      values(i) = std::invoke(get, states_, static_cast<std::size_t>(i));
+      values(i) = get(static_cast<std::size_t>(i));
     }
     return result;
+  }
+
+  template <class Item, class Get>
+  py::array_t<Item> of_cores(Get get) const {
+    return each<Item>([&](std::size_t i) { return std::invoke(get, states_.core(i)); });
   }
 
   /// The short way of one row: arrays that can be read and written where they are. Nothing where they cannot.
@@ -238,7 +234,7 @@ class PyBank {
     if (ratios.size != streams() || !apart(y, ratios) || !apart(x, ratios)) {
       return {};
     }
-    states_.process(y.items(), x.items(), ratios.items(), 1);
+    states_.process(y.items(), x.items(), ratios.items(), 1, rejected_.data());
     ++rows_;
     return result;
   }
@@ -252,6 +248,7 @@ class PyBank {
 
   Settings settings_;
   States states_;
+  std::vector<std::uint64_t> rejected_;
   std::size_t rows_ = 0;
   bool busy_ = false;
 };

@@ -12,10 +12,10 @@
 template <class Core, class... Parts>
 Settings defaults_of() {
   Settings settings;
-  (settings.add_fields<Parts>(), ...);
+  (settings.add_fields<Parts>(false), ...);
   settings.add("initial_ratio", Core().ratio());
   settings.add("initial_covariance", Core::default_covariance);
-  (settings.add_bound<Parts>(), ...);
+  (settings.add_fields<Parts>(true), ...);
   return settings;
 }
 

@@ -29,20 +29,13 @@ class Settings {
 
   void add(const char* name, double value) noexcept { settings_[size_++] = {name, value}; }
 
-  /// The fields of a struct of the core, in its order. min_information is added by add_bound.
+  /// The fields of a struct of the core, in its order; or only min_information, which in Python is 1 / max_covariance.
   template <class Values>
-  void add_fields(const Values& values = Values()) noexcept {
+  void add_fields(bool bound, const Values& values = Values()) noexcept {
     Values::visit_fields([&](const char* name, auto member) {
-      if (!is_bound(name)) {
-        add(name, static_cast<double>(values.*member));
-      }
-    });
-  }
-  template <class Values>
-  void add_bound(const Values& values = Values()) noexcept {
-    Values::visit_fields([&](const char* name, auto member) {
-      if (is_bound(name)) {
-        add("max_covariance", 1 / static_cast<double>(values.*member));
+      const auto value = static_cast<double>(values.*member);
+      if (is_bound(name) == bound) {
+        add(bound ? "max_covariance" : name, bound ? 1 / value : value);
       }
     });
   }

@@ -6,6 +6,8 @@ from typing import Any
 
 import click
 
+from palpate._core import scenes
+
 
 def columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
     """hard=COL,soft=COL[,time=COL]; a name may hold commas."""
@@ -39,7 +41,7 @@ _READING = [
                  help="Columns of a table from another logger: names, or positions counted from 1; also time=COL."),
     click.option("--unit", help="Unit of the capacitances, aF to F.  [default: the header's, else pF]"),
 ]  # fmt: skip
-_SCENES = "How to estimate: handheld, sliding, paper, fixed."
+_SCENES = f"How to estimate: {', '.join(scenes)}."
 _SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES)
 _SCENE_AGAIN = click.option("--scene", help=f"{_SCENES}  [default: the recording's own, else handheld]")
 _ESTIMATING = [
