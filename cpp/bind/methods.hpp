@@ -203,6 +203,13 @@ struct Method<T, Function, void(Self, Arguments...)> {
     });
   }
 
+  static PyObject* of_one(PyObject* self, PyObject* argument) {
+    T* const object = object_of<T>(self);
+    return !object ? nullptr : guarded([&] {
+      return run(self, *object, std::array<py::handle, size>{argument}, std::make_index_sequence<size>());
+    });
+  }
+
   static PyObject* of_objects(PyObject* self, PyObject* const* arguments, Py_ssize_t count, PyObject* keywords) {
     T* const object = object_of<T>(self);
     return !object ? nullptr : guarded([&] {
@@ -247,6 +254,12 @@ void define(py::class_<T>& type, const char* doc) {
   } else {
     M::parameters = std::make_unique<const Parameters>(doc);
     method = &definition(doc, as_method(&M::of_objects), METH_FASTCALL | METH_KEYWORDS);
+    if constexpr (M::size == 1) {
+      if (M::parameters->by_place_only == 1) {
+        method->ml_meth = &M::of_one;
+        method->ml_flags = METH_O;
+      }
+    }
   }
   add(type, method->ml_name, PyDescr_NewMethod(reinterpret_cast<PyTypeObject*>(type.ptr()), method));
 }

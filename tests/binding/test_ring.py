@@ -130,7 +130,7 @@ def test_two_threads_lose_nothing_that_is_not_counted() -> None:
         (lambda r: r.push_many(samples(0, 4)[::2]), ValueError, "samples: got a strided"),
         (lambda r: r.push_many(samples(0, 4).reshape(2, 2)), ValueError, r"samples: got shape \(2, 2\)"),
         (lambda r: r.pop_many(np.frombuffer(bytes(112), r.dtype)), ValueError, "out: got .*read-only"),
-        (lambda r: r.pop_many(), TypeError, "missing required argument: 'out'"),
+        (lambda r: r.pop_many(), TypeError, "takes exactly one argument"),
     ],
 )
 def test_what_it_refuses(call: Any, kind: type[Exception], message: str) -> None:
