@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <palpate/rls.hpp>
+#include <palpate/estimator/rls.hpp>
 
 namespace {
 

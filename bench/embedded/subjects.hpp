@@ -3,7 +3,7 @@
 
 // What is compared and measured: scenes, estimators and stages in float, each a state and what one reading does to it.
 
-#include <palpate/lean.hpp>
+#include <palpate/embedded.hpp>
 
 #include "readings.hpp"
 
@@ -22,16 +22,16 @@ struct Changes {
     return function(state, r.hard - Readings::idle_hard, r.soft - Readings::idle_soft);
   }
 };
-struct Fixed : Changes<lean::FixedRls<float>> {};
+struct Fixed : Changes<embedded::FixedRls<float>> {};
 struct FixedSafe : Changes<FixedRls<float>> {};
-struct Paper : Changes<lean::PaperRls<float>> {};
-struct PaperSafe : Changes<lean::AdaptiveRls<float>> {};
+struct Paper : Changes<embedded::PaperRls<float>> {};
+struct PaperSafe : Changes<embedded::AdaptiveRls<float>> {};
 struct PaperRuntime : Changes<AdaptiveRls<float>> {};
-struct HandoverEstimator : Changes<lean::Handover<float>> {};
+struct HandoverEstimator : Changes<embedded::Handover<float>> {};
 
 /// The gate and the window of samples before an estimator, for a loop that has its baseline already.
 struct Gated {
-  using State = lean::GatedRls<float>;
+  using State = embedded::GatedRls<float>;
   static bool take(State& state, float output, float regressor) { return state.feed(output, regressor).finished; }
   template <class Function>
   static auto with(Function* function, State& state, const Reading& r) {
@@ -51,13 +51,13 @@ struct Whole {
     return function(state, r.t_hard, r.t_soft, r.hard, r.soft);
   }
 };
-struct PaperScene : Whole<lean::PaperTracker<float>> {};
-struct Handheld : Whole<lean::HandheldTracker<float>> {};
-struct Sliding : Whole<lean::SlidingTracker<float>> {};
+struct PaperScene : Whole<embedded::PaperTracker<float>> {};
+struct Handheld : Whole<embedded::HandheldTracker<float>> {};
+struct Sliding : Whole<embedded::SlidingTracker<float>> {};
 struct HandheldRuntime : Whole<HandheldTracker<float, Ticks>> {};
 
 struct AlignStage {
-  using State = lean::Align<float, Ticks>;
+  using State = embedded::Align<float, Ticks>;
   static float take(State& state, Ticks t_hard, Ticks t_soft, float hard, float soft) {
     return state.feed(t_hard, t_soft, hard, soft).soft;
   }
@@ -68,7 +68,7 @@ struct AlignStage {
 };
 
 struct BaselineStage {
-  using State = lean::Baseline<float>;
+  using State = embedded::Baseline<float>;
   static void take(State& state, float value) {
     if (state.ready()) {
       state.follow(value);
@@ -83,7 +83,7 @@ struct BaselineStage {
 };
 
 struct ContactStage {
-  using State = lean::Contact<float>;
+  using State = embedded::Contact<float>;
   static void take(State& state, float change, float noise) { state.update(change, noise); }
   template <class Function>
   static auto with(Function* function, State& state, const Reading& r) {

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <memory>
 #include <palpate/bank.hpp>
-#include <palpate/handover.hpp>
+#include <palpate/estimator/handover.hpp>
 
 #include "cache_lines.hpp"
 #include "literal.hpp"

@@ -4,7 +4,7 @@
 // The numbers of a core's state, out and in, and whether a thread is using it.
 
 #include <limits>
-#include <palpate/touch.hpp>
+#include <palpate/tracker.hpp>
 #include <stdexcept>
 #include <string>
 #include <vector>

@@ -3,7 +3,7 @@
 
 // Python's three kinds of estimators: the parts of the core that each is made of, and what is allowed for its settings.
 
-#include <palpate/handover.hpp>
+#include <palpate/estimator/handover.hpp>
 
 #include "bank_loops.hpp"
 #include "settings.hpp"

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <array>
-#include <palpate/touch.hpp>
+#include <palpate/tracker.hpp>
 #include <variant>
 #include <vector>
 

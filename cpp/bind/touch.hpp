@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/touch.hpp>
+#include <palpate/tracker.hpp>
 #include <string>
 
 #include "module.hpp"

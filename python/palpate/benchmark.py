@@ -30,7 +30,7 @@ SAMPLES = 250
 
 
 @dataclass(frozen=True)
-class Trace:
+class ErrorTrace:
     """One estimator on one touch: its ratio after each pair from contact on, relative to the truth less 1."""
 
     since_s: Array
@@ -87,7 +87,7 @@ def bare_estimators() -> dict[str, Estimate]:
     return found | {"lfilter 0.995": lambda y, x: _no_alarm(_ewma_least_squares(y, x))}
 
 
-def scene_trace(scene: "_Scene", run: Simulation) -> Trace:
+def scene_trace(scene: "_Scene", run: Simulation) -> ErrorTrace:
     """Run a scene over the readings; the first touch."""
     tracker = Tracker(scene)
     rows = tracker.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
@@ -95,10 +95,10 @@ def scene_trace(scene: "_Scene", run: Simulation) -> Trace:
     truth = run.true_ratio[used]
     since = run.t_hard_s[used] - run.presses[0].start_s
     error = rows["ratio"][used] / truth - 1
-    return Trace(since, error, rows["alarm"][used], rows["standard_error"][used] / truth)
+    return ErrorTrace(since, error, rows["alarm"][used], rows["standard_error"][used] / truth)
 
 
-def bare_trace(estimate: Estimate, run: Simulation) -> Trace:
+def bare_trace(estimate: Estimate, run: Simulation) -> ErrorTrace:
     """Run an estimator over the changes of the first press."""
     good = np.isfinite(run.hard) & np.isfinite(run.soft)
     press = run.presses[0]
@@ -107,7 +107,7 @@ def bare_trace(estimate: Estimate, run: Simulation) -> Trace:
     output, regressor = run.hard[used] - run.hard[idle].mean(), run.soft[used] - run.soft[idle].mean()
     ratio, alarm = estimate(output, regressor)
     error = ratio / run.true_ratio[used] - 1
-    return Trace(run.t_hard_s[used] - press.start_s, error, alarm, np.full(len(used), math.nan))
+    return ErrorTrace(run.t_hard_s[used] - press.start_s, error, alarm, np.full(len(used), math.nan))
 
 
 def nanoseconds(work: Callable[[], Any], pairs: int, repeats: int = 25) -> float:
@@ -143,7 +143,7 @@ def _scene_work(scene: "_Scene", run: Simulation) -> Callable[[], Any]:
     return lambda: Tracker(scene, samples=None).process(t_hard, t_soft, run.hard, run.soft)
 
 
-def summarise(scenario: str, estimator: str, traces: Iterable[Trace], ns: float) -> Row:
+def summarise(scenario: str, estimator: str, traces: Iterable[ErrorTrace], ns: float) -> Row:
     """Reduce the traces of all seeds to a row."""
     rmse, last, alarm, covered, follow = [], [], [], [], []
     for t in traces:

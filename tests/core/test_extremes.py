@@ -144,7 +144,7 @@ def test_times_at_the_ends_of_the_range_do_not_overflow() -> None:
 
 
 def test_lambda_1_for_ten_million_samples(tmp_path: Path) -> None:
-    """What double does, and what float is known not to do (palpate/forgetting.hpp)."""
+    """What double does, and what float is known not to do (palpate/policy/forgetting.hpp)."""
     program = tmp_path / "long_run"
     flags = ["-O2", "-std=c++17", "-ffp-contract=off", f"-I{palpate.get_include()}"]
     subprocess.run(

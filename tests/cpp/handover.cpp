@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What Handover is made of, each by itself, at compile time: the instrument, the two-sided CUSUM, the noise model.
 
-#include <palpate/handover.hpp>
+#include <palpate/estimator/handover.hpp>
 
 namespace {
 

@@ -54,7 +54,7 @@ static_assert(sizeof(Rls<double>) == 2 * sizeof(double));
 static_assert(sizeof(Rls<float, FixedForgetting<float>>) == 3 * sizeof(float));
 static_assert(sizeof(FixedRls<float>) == 4 * sizeof(float));
 static_assert(sizeof(AdaptiveRls<float>) == 8 * sizeof(float));
-static_assert(sizeof(lean::AdaptiveRls<float>) == 3 * sizeof(float));
+static_assert(sizeof(embedded::AdaptiveRls<float>) == 3 * sizeof(float));
 
 // What a Cortex-M needs of a state: no constructor to run, a plain copy.
 static_assert(std::is_trivially_copyable_v<AdaptiveRls<float>> && std::is_trivially_destructible_v<AdaptiveRls<float>>);

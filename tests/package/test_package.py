@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Any
 
@@ -18,17 +19,18 @@ from project import ROOT
 SOURCES = ROOT / "python" / "palpate"
 HEADERS = ROOT / "cpp" / "include" / "palpate"
 
-# Low to high; each may use only what stands in lower rows. Those of python/ stand in pyproject.toml.
-HEADER_LAYERS: list[set[str]] = [
-    {"version", "arithmetic"},
-    {"constant", "check", "elasticity", "ring", "pack", "forgetting", "detector", "bound", "noise"},
-    {"align", "baseline", "contact", "rls"},
-    {"handover", "bank"},
-    {"touch"},
-    {"gated"},
-    {"lean"},
-    {"palpate"},
-]
+# Rooms of headers, a folder or a lone file, low to high; each may use only what stands in lower rows, and a folder itself.
+# Those of python/ stand in pyproject.toml.
+HEADER_LAYERS = (
+    "arithmetic version",
+    "elasticity pack ring settings square_root",
+    "policy",
+    "estimator stage",
+    "bank tracker",
+    "gated_estimator",
+    "embedded",
+    "palpate",
+)
 
 
 def module_of(path: Path) -> str:
@@ -41,20 +43,30 @@ MODULES = {module_of(path): path for path in sorted(SOURCES.rglob("*.py"))}
 FOLDERS = sorted({module_of(path) for path in SOURCES.rglob("__init__.py")} - {"__init__"})
 
 
-def header_edges() -> Iterator[tuple[str, str]]:
-    for path in sorted(HEADERS.glob("*.hpp")):
-        yield from (
-            (path.stem, target)
-            for target in re.findall(r"^#include <palpate/(\w+)\.hpp>", path.read_text(), re.MULTILINE)
-        )
+def header_of(path: Path) -> str:
+    return path.relative_to(HEADERS).with_suffix("").as_posix()
+
+
+def included() -> dict[str, list[str]]:
+    """Return what each header includes of the others."""
+    return {
+        header_of(path): re.findall(r"^#include <palpate/([\w/]+)\.hpp>", path.read_text(), re.MULTILINE)
+        for path in sorted(HEADERS.rglob("*.hpp"))
+    }
 
 
 def test_includes_point_down() -> None:
-    rank = {name: number for number, row in enumerate(HEADER_LAYERS) for name in row}
-    found = list(header_edges())
-    assert len(found) > 5
-    assert [(a, b) for a, b in found if rank[b] >= rank[a]] == []
-    assert {p.stem for p in HEADERS.glob("*.hpp")} == set(rank)
+    rank = {room: number for number, row in enumerate(HEADER_LAYERS) for room in row.split()}
+    found = included()
+    assert {header.split("/")[0] for header in found} == set(rank)
+    upwards = [
+        (header, target)
+        for header, targets in found.items()
+        for target in targets
+        if (a := header.split("/")[0]) != (b := target.split("/")[0]) and rank[b] >= rank[a]
+    ]
+    assert upwards == []
+    assert list(TopologicalSorter(found).static_order())  # no circle inside a room
 
 
 def test_imports_keep_their_contracts() -> None:
@@ -84,7 +96,7 @@ def test_no_module_has_the_name_of_something_public() -> None:
 
 def test_headers_use_freestanding_headers_only() -> None:
     allowed = {"cstddef", "cstdint", "limits", "type_traits", "utility", "atomic"}
-    for path in HEADERS.glob("*.hpp"):
+    for path in HEADERS.rglob("*.hpp"):
         assert set(re.findall(r"#include <([a-z_]+)>", path.read_text())) <= allowed
 
 
@@ -125,7 +137,7 @@ def test_wheel_contents() -> None:
     assert files
     names = {name for name in map(str, files) if not re.search(r"__pycache__/|(bin|Scripts)/palpate(\.exe)?$", name)}
     assert [n for n in names if re.fullmatch(r"palpate/_core\..*(so|pyd)", n)]
-    assert {f"palpate/include/palpate/{p.name}" for p in HEADERS.glob("*.hpp")} <= names
+    assert {f"palpate/include/palpate/{header_of(p)}.hpp" for p in HEADERS.rglob("*.hpp")} <= names
     sources = [p for p in SOURCES.rglob("*") if p.suffix in (".py", ".pyi", ".typed")]
     assert {f"palpate/{p.relative_to(SOURCES).as_posix()}" for p in sources} <= names
     cmake = {f"palpate/lib/cmake/palpate/{n}" for n in ("palpate-config.cmake", "CMakeLists.txt")}

@@ -57,13 +57,13 @@ float picofarad(std::int32_t code) {
                          : static_cast<float>(code - zero_code) * (full_scale / 8388608);
 }
 
-using Estimator = palpate::lean::Handover<float>;
+using Estimator = palpate::embedded::Handover<float>;
 constexpr palpate::TrackerSettings<Estimator> settings = [] {
   palpate::TrackerSettings<Estimator> mine;
   mine.full_scale = saturated;
   return mine;
 }();
-palpate::lean::HandheldTracker<float, std::uint32_t, Estimator, settings> probe;
+palpate::embedded::HandheldTracker<float, std::uint32_t, Estimator, settings> probe;
 
 }  // namespace
 

@@ -5,8 +5,8 @@
 
 #include <cstdint>
 #include <limits>
+#include <palpate/estimator/rls.hpp>
 #include <palpate/pack.hpp>
-#include <palpate/rls.hpp>
 
 namespace palpate {
 

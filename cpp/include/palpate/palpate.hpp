@@ -5,6 +5,6 @@
 
 #include <palpate/bank.hpp>
 #include <palpate/elasticity.hpp>
-#include <palpate/lean.hpp>
+#include <palpate/embedded.hpp>
 #include <palpate/ring.hpp>
 #include <palpate/version.hpp>

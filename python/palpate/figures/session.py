@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Session:
+class TenSpecimens:
     """The same recordings through two scenes, and what is fitted to them."""
 
     paper: list[Specimen]
@@ -29,7 +29,7 @@ class Session:
     every_touch: Calibration  # by the handheld scene
 
 
-def ten_specimens(seed: int) -> Session:
+def ten_specimens(seed: int) -> TenSpecimens:
     """Simulate ten specimens by four touches."""
     runs = session(seed)
 
@@ -37,10 +37,10 @@ def ten_specimens(seed: int) -> Session:
         return [Specimen(name, E, touches(runs[name], scene=scene)) for name, E in SORBOTHANE_MPA.items()]
 
     paper, handheld = through("paper"), through("handheld")
-    return Session(paper, handheld, calibrate(paper, by="covariance"), calibrate(handheld))
+    return TenSpecimens(paper, handheld, calibrate(paper, by="covariance"), calibrate(handheld))
 
 
-def columns_10(s: Session) -> dict[str, list[Any]]:
+def columns_10(s: TenSpecimens) -> dict[str, list[Any]]:
     """Return every touch, by both scenes."""
     pairs: list[tuple[Specimen, int, Touch, Touch]] = [
         (one, number, a, b)
@@ -59,7 +59,7 @@ def columns_10(s: Session) -> dict[str, list[Any]]:
     }
 
 
-def columns_11(s: Session) -> dict[str, list[Any]]:
+def columns_11(s: TenSpecimens) -> dict[str, list[Any]]:
     """Return what is chosen for each specimen."""
     return {
         "specimen": [one.name for one in s.paper],
@@ -72,7 +72,7 @@ def columns_11(s: Session) -> dict[str, list[Any]]:
     }
 
 
-def columns_12(s: Session) -> dict[str, list[Any]]:
+def columns_12(s: TenSpecimens) -> dict[str, list[Any]]:
     """Return the fitted parameters, their intervals, and the truth."""
     rows = []
     for name, fitted in (("smallest P, paper", s.smallest_p), ("every touch, handheld", s.every_touch)):
@@ -83,7 +83,7 @@ def columns_12(s: Session) -> dict[str, list[Any]]:
     return {name: list(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
 
 
-def figure_10(figure: Any, s: Session) -> None:
+def figure_10(figure: Any, s: TenSpecimens) -> None:
     """Ratio against modulus, mean and standard deviation of four touches; the inset with logarithmic moduli."""
     ax = figure.subplots()
     inset = ax.inset_axes((0.46, 0.19, 0.51, 0.44))
@@ -107,7 +107,7 @@ def figure_10(figure: Any, s: Session) -> None:
     ax.legend(loc="upper left")
 
 
-def figure_11(figure: Any, s: Session) -> None:
+def figure_11(figure: Any, s: TenSpecimens) -> None:
     """Two ways of choosing a touch against the mean."""
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1])
     columns = columns_11(s)
@@ -129,7 +129,7 @@ def figure_11(figure: Any, s: Session) -> None:
     upper.legend(loc="upper left")
 
 
-def figure_12(figure: Any, s: Session) -> None:
+def figure_12(figure: Any, s: TenSpecimens) -> None:
     """Eq. (2) fitted: as in the paper, and to every touch with its band."""
     for ax, fitted, colour, title in zip(
         figure.subplots(1, 2, sharey=True),

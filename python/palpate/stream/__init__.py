@@ -1,4 +1,17 @@
-"""A running measurement: a thread reads the source, the consumer estimates, a file keeps what was read."""
+"""A running measurement: a thread reads the source, the consumer estimates, a file keeps what was read.
+
+In asynchronous code a thread waits for each batch:
+
+>>> import asyncio
+>>> async def measure():
+...     with Stream("sim:stiff-steady?seed=1") as stream:
+...         batches = stream.batches()
+...         while batch := await asyncio.to_thread(next, batches, None):
+...             for touch in batch.touches:
+...                 return touch.samples
+>>> asyncio.run(measure())
+250
+"""
 
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.stream import Stream

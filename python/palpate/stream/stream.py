@@ -12,12 +12,13 @@ import numpy as np
 from palpate._core import SampleRing, Touch, Tracker
 from palpate.errors import SourceTimeout
 from palpate.recording.recorder import Recorder
-from palpate.recording.sidecar import BEGUN, sidecar_path
+from palpate.recording.sidecar import sidecar_path
 from palpate.samples import DTYPE, Block, Sample, feed, refused, samples_of, saturated
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.reader import Reader
+from palpate.stream.recording_slot import RecordingSlot
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -54,7 +55,6 @@ class Stream:
     ----------
     source : Source
     tracker : Tracker
-    recorder : Recorder or None
 
     Raises
     ------
@@ -65,7 +65,7 @@ class Stream:
     Notes
     -----
     The recording, sent through `palpate.touches` with the same settings, gives the touches of the stream bit for
-    bit, where nothing was dropped. In asynchronous code let a thread wait for each batch, as shown below.
+    bit, where nothing was dropped.
 
     Examples
     --------
@@ -74,18 +74,6 @@ class Stream:
     ...         if estimate.ended:
     ...             print(estimate.ended.samples, estimate.ended.flags)
     250 ()
-    >>> stream.counters.read == stream.counters.delivered
-    True
-
-    >>> import asyncio
-    >>> async def measure():
-    ...     with Stream("sim:stiff-steady?seed=1") as stream:
-    ...         batches = stream.batches()
-    ...         while batch := await asyncio.to_thread(next, batches, None):
-    ...             for touch in batch.touches:
-    ...                 return touch.samples
-    >>> asyncio.run(measure())
-    250
     """
 
     def __init__(
@@ -119,12 +107,9 @@ class Stream:
                 full_scale = float(self.source.describe().get("full_scale_pF", math.inf))
                 self.tracker = Tracker(scene, **{"full_scale": full_scale, **given})
             on_failure.pop_all()
-        self.recorder: Recorder | None = None
-        self._record = record
-        self._notes = notes or []
+        self._recordings = RecordingSlot(self.source, self.tracker, lambda: self.counters, record, notes or [])
         self._reader: Reader | None = None
         self._fed: Sample | None = None
-        self._before = StreamCounters()
         self._delivered = self._refused = self._saturated = 0
         self._ended = self._closed = self._raised = self._begins = self._stop_asked = False
 
@@ -134,17 +119,11 @@ class Stream:
             raise ValueError("stream: got a second `with`, or one after close(), allowed: one")
         try:
             self.source.__enter__()
-        except BaseException:
-            self.close()
-            raise
-        try:
             device = self.source.describe()
             self._begins = True  # from here on there is something to close
-            if self._record is not None:
-                self.recorder = self._recorder(self._record, self._notes)
+            self._recordings.first()
         except BaseException:
-            self._closed = True
-            self.source.__exit__(None, None, None)
+            self.close()
             raise
         self._reader = Reader(self.source, self._ring, self.recorder, float(device.get("period_s", math.nan)))
         self._reader.start()
@@ -171,6 +150,11 @@ class Stream:
         if reader.error is not None and not self._raised:
             self._raised = True
             raise reader.error
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """What writes the recording; None where there is none."""
+        return self._recordings.recorder
 
     @property
     def touches(self) -> list[Touch]:
@@ -213,12 +197,7 @@ class Stream:
         reader = self._begun()
         if self._closed or self.recorder:
             raise ValueError("record: got a second one, or none can be any more, allowed: one at a time, while it runs")
-        begun = [f"{BEGUN}{reader.read} pairs, whose baseline a replay does not have"] if reader.read else []
-        recorder = self._recorder(record, [*(notes or []), *begun])
-        with reader.lock:
-            self._before = self.counters
-            self.recorder = reader.recorder = recorder
-        return recorder
+        return self._recordings.begin(reader, record, notes or [])
 
     def stop_recording(self) -> Recorder | None:
         """Close the recording, and go on without; from any thread. None where there was none.
@@ -228,16 +207,8 @@ class Stream:
         RecordingError
             Something that was read could not be recorded.
         """
-        reader, recorder = self._begun(), self.recorder
-        if recorder is None or self._closed:
-            return None
-        with reader.lock:
-            reader.recorder, counters = None, self.counters
-        recorder.close(lambda: self._counted(counters, recorder))
-        self.recorder = None
-        if recorder.error:
-            raise recorder.error
-        return recorder
+        reader = self._begun()
+        return None if self._closed else self._recordings.end(reader)
 
     def note(self, text: str) -> None:
         """Add a note to the recording."""
@@ -284,11 +255,8 @@ class Stream:
             pass
         self._finish()
         failure = None if stopped else SourceTimeout(f"the source did not stop within {STOP_S} s: it is left behind")
-        error = failure or self._reader.error
         try:
-            if self.recorder:
-                recorder = self.recorder
-                recorder.close(lambda: self._counted(self.counters, recorder), _told(error))
+            self._recordings.close(failure or self._reader.error)
         finally:
             if stopped:
                 self.source.__exit__(None, None, None)
@@ -296,14 +264,6 @@ class Stream:
             raise failure
         if self.recorder and self.recorder.error and not self._raised:
             raise self.recorder.error
-
-    def _recorder(self, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
-        settings = {"scene": self.tracker.scene, **self.tracker.settings}
-        return Recorder(path, self.source.describe(), settings, notes)
-
-    def _counted(self, counters: StreamCounters, recorder: Recorder) -> dict[str, int]:
-        """Return what became of the samples since the recording began."""
-        return counters.since(self._before) | {"recorded": recorder.rows, "unrecorded": recorder.dropped}
 
     def _begun(self) -> Reader:
         if self._reader is None:
@@ -341,8 +301,3 @@ class Stream:
             return None
         nothing = np.empty(0, DTYPE)
         return Batch(nothing, feed(self.tracker, nothing), self.tracker.touches_since(before), before + 1)
-
-
-def _told(error: BaseException | None) -> str | None:
-    """Return what a recording keeps of an error: there are some without a text."""
-    return (str(error) or type(error).__name__) if error else None

@@ -1,4 +1,4 @@
 // error: lvalue required|not assignable
-#include <palpate/rls.hpp>
+#include <palpate/estimator/rls.hpp>
 
 int main() { palpate::Rls<float>().covariance() = 1.0f; }

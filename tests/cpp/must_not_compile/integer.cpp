@@ -1,4 +1,4 @@
 // error: palpate::Rls: Real must be float or double
-#include <palpate/rls.hpp>
+#include <palpate/estimator/rls.hpp>
 
 int main() { return palpate::Rls<int>().update(1, 1).accepted; }

@@ -1,4 +1,4 @@
 // error: palpate::Bank: its estimators must be Checked
 #include <palpate/bank.hpp>
-#include <palpate/lean.hpp>
-palpate::Bank<palpate::lean::PaperRls<float>, 4> bank;
+#include <palpate/embedded.hpp>
+palpate::Bank<palpate::embedded::PaperRls<float>, 4> bank;

@@ -24,8 +24,12 @@ from sites import FLIPPED, Site, rewritten, sites
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
-HEADERS = "align arithmetic bank baseline bound contact detector forgetting handover noise ring rls touch"
-NATIVE = "stages touch bank ring"
+HEADERS = (
+    "arithmetic bank ring square_root tracker estimator/handover estimator/innovation_noise estimator/instrument "
+    "estimator/rls estimator/two_sided_cusum policy/bound policy/detector policy/forgetting stage/align stage/baseline "
+    "stage/contact"
+)
+NATIVE = "stages touch bank ring handover"
 TESTS = (
     "core/handover_reference core/against_reference binding/ring binding/bank binding/estimators binding/tracker "
     "core/touches core/handheld binding/calls binding/pickle core/properties core/extremes"

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <palpate/arithmetic.hpp>
-#include <palpate/constant.hpp>
+#include <palpate/settings.hpp>
 
 namespace palpate {
 

@@ -4,12 +4,12 @@
 // The estimator for a probe in a hand: what the paper's lacks, see the class below.
 
 #include <limits>
-#include <palpate/constant.hpp>
-#include <palpate/innovation_noise.hpp>
-#include <palpate/instrument.hpp>
-#include <palpate/rls.hpp>
+#include <palpate/estimator/innovation_noise.hpp>
+#include <palpate/estimator/instrument.hpp>
+#include <palpate/estimator/rls.hpp>
+#include <palpate/estimator/two_sided_cusum.hpp>
+#include <palpate/settings.hpp>
 #include <palpate/square_root.hpp>
-#include <palpate/two_sided_cusum.hpp>
 
 namespace palpate {
 

@@ -6,11 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <palpate/align.hpp>
-#include <palpate/baseline.hpp>
-#include <palpate/constant.hpp>
-#include <palpate/contact.hpp>
-#include <palpate/handover.hpp>
+#include <palpate/estimator/handover.hpp>
+#include <palpate/settings.hpp>
+#include <palpate/stage/align.hpp>
+#include <palpate/stage/baseline.hpp>
+#include <palpate/stage/contact.hpp>
 
 namespace palpate {
 

@@ -3,7 +3,7 @@
 
 // What the innovations say about themselves: their scale, and how each resembles the ones before it.
 
-#include <palpate/instrument.hpp>
+#include <palpate/estimator/instrument.hpp>
 
 namespace palpate {
 
@@ -83,7 +83,7 @@ class InnovationNoise {
 
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
-    Real* own[] = {&mean_magnitude_, &lag0_, &lag1_,   &lag2_,      &count_,        &before_,
+    Real* own[] = {&mean_magnitude_, &lag0_, &lag1_,   &lag2_,      &count_,         &before_,
                    &before_that_,    &rho_,  &offset_, &roughness_, &until_forecast_};
     for (Real* value : own) {
       visit(*value);

@@ -4,11 +4,11 @@
 // Recursive least squares for one parameter, output(k) = ratio * regressor(k) + e(k), with exponential forgetting.
 // No function throws, allocates, or keeps anything outside the object.
 
-#include <palpate/bound.hpp>
-#include <palpate/check.hpp>
-#include <palpate/constant.hpp>
-#include <palpate/detector.hpp>
-#include <palpate/forgetting.hpp>
+#include <palpate/policy/acceptance.hpp>
+#include <palpate/policy/bound.hpp>
+#include <palpate/policy/detector.hpp>
+#include <palpate/policy/forgetting.hpp>
+#include <palpate/settings.hpp>
 
 namespace palpate {
 
@@ -49,7 +49,7 @@ struct StatisticOf<Real, false> {
 ///   r' = r + K e             step 4
 /// A sample after which any of ratio, information or statistic would not be finite (NaN, infinity, overflow of x^2) is
 /// refused, and the state stays bit for bit as it was.
-/// Forgetting, Detector and Bound are policies, whose parameters the object keeps, or Constant policies: constant.hpp.
+/// Forgetting, Detector and Bound are policies, whose parameters the object keeps, or Constant policies: settings.hpp.
 template <class Real, class Forgetting = NoForgetting<Real>, class Detector = NoDetector<Real>,
           class Bound = Unbounded<Real>, class Check = Checked>
 class Rls : detail::RatioOf<Real>,

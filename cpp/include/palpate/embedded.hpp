@@ -3,11 +3,11 @@
 
 // The estimators and scenes as a small processor wants them: every setting is a constant, its default. The same bits.
 
-#include <palpate/constant.hpp>
-#include <palpate/gated.hpp>
-#include <palpate/touch.hpp>
+#include <palpate/gated_estimator.hpp>
+#include <palpate/settings.hpp>
+#include <palpate/tracker.hpp>
 
-namespace palpate::lean {
+namespace palpate::embedded {
 
 template <class Real>
 using Forgetting = Constant<defaults<SwitchedForgetting<Real>>>;
@@ -39,10 +39,10 @@ using Baseline = palpate::Baseline<Real, 32, Constant<defaults<BaselineSettings<
 template <class Real, class Ticks>
 using Align = palpate::Align<Real, Ticks, 4, Constant<defaults<AlignSettings<Ticks>>>>;
 
-/// Gate, window and the paper's estimator; Gated has checked its samples, and there is none without contact.
+/// Gate, window and the paper's estimator; GatedEstimator has checked its samples, and there is none without contact.
 template <class Real>
-using GatedRls = Gated<palpate::Contact<Real, Constant<defaults<ContactSettings<Real>>>, false>, PaperRls<Real>,
-                       Constant<defaults<GatedSettings<PaperRls<Real>>>>>;
+using GatedRls = GatedEstimator<palpate::Contact<Real, Constant<defaults<ContactSettings<Real>>>, false>,
+                                PaperRls<Real>, Constant<defaults<GatedSettings<PaperRls<Real>>>>>;
 
 /// The scenes of palpate::Tracker; `settings` may be a constant of your own.
 template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>,
@@ -56,4 +56,4 @@ template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Re
 using SlidingTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real, sliding_contact<Real>>,
                                Estimator, Constant<unlimited<Estimator>>>;
 
-}  // namespace palpate::lean
+}  // namespace palpate::embedded

@@ -3,7 +3,7 @@
 
 // Touches for a loop that has its baseline already: the gate, and an estimator for so many samples from contact.
 
-#include <palpate/touch.hpp>
+#include <palpate/tracker.hpp>
 
 namespace palpate {
 
@@ -27,7 +27,7 @@ struct GatedSettings {
 
 /// What Tracker does, without its stages before the gate and without its counts.
 template <class ContactStage, class Estimator, class Settings = Kept<GatedSettings<Estimator>>>
-class Gated : public Settings {
+class GatedEstimator : public Settings {
  public:
   using real_type = typename Estimator::real_type;
   using Real = real_type;

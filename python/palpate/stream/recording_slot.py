@@ -1,0 +1,91 @@
+"""What of a running measurement is written to files: one recording at a time, or none."""
+
+import os
+from collections.abc import Callable
+
+from palpate._core import Tracker
+from palpate.recording.recorder import Recorder
+from palpate.recording.sidecar import BEGUN
+from palpate.sources import Source
+from palpate.stream.estimate import StreamCounters
+from palpate.stream.reader import Reader
+
+
+class RecordingSlot:
+    """The place for a stream's recording.
+
+    Parameters
+    ----------
+    source : Source
+    tracker : Tracker
+    counters : callable
+        Gives the stream's.
+    path : path-like, optional
+        Of the first recording, which begins with the measurement.
+    notes : list of str
+        For it.
+
+    Attributes
+    ----------
+    recorder : Recorder or None
+        The one that is running, or that ran when the stream was closed.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        tracker: Tracker,
+        counters: Callable[[], StreamCounters],
+        path: str | os.PathLike[str] | None,
+        notes: list[str],
+    ) -> None:
+        self.recorder: Recorder | None = None
+        self._source, self._tracker, self._counters = source, tracker, counters
+        self._first = path, notes
+        self._before = StreamCounters()
+
+    def first(self) -> None:
+        """Open the recording that begins with the measurement, where one is wanted."""
+        path, notes = self._first
+        if path is not None:
+            self.recorder = self._new(path, notes)
+
+    def begin(self, reader: Reader, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
+        """Record from the reader's next sample on."""
+        begun = [f"{BEGUN}{reader.read} pairs, whose baseline a replay does not have"] if reader.read else []
+        recorder = self._new(path, [*notes, *begun])
+        with reader.lock:
+            self._before = self._counters()
+            self.recorder = reader.recorder = recorder
+        return recorder
+
+    def end(self, reader: Reader) -> Recorder | None:
+        """Close the recording while the measurement goes on; None where there was none."""
+        recorder = self.recorder
+        if recorder is None:
+            return None
+        with reader.lock:
+            reader.recorder, counters = None, self._counters()
+        recorder.close(lambda: self._counted(counters, recorder))
+        self.recorder = None
+        if recorder.error:
+            raise recorder.error
+        return recorder
+
+    def close(self, error: BaseException | None) -> None:
+        """Close the recording with the measurement, and say in it what ended that."""
+        if recorder := self.recorder:
+            recorder.close(lambda: self._counted(self._counters(), recorder), _told(error))
+
+    def _new(self, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
+        settings = {"scene": self._tracker.scene, **self._tracker.settings}
+        return Recorder(path, self._source.describe(), settings, notes)
+
+    def _counted(self, counters: StreamCounters, recorder: Recorder) -> dict[str, int]:
+        """Return what became of the samples since the recording began."""
+        return counters.since(self._before) | {"recorded": recorder.rows, "unrecorded": recorder.dropped}
+
+
+def _told(error: BaseException | None) -> str | None:
+    """Return what a recording keeps of an error: there are some without a text."""
+    return (str(error) or type(error).__name__) if error else None
