@@ -2,13 +2,16 @@
 
 from collections.abc import Iterator, Sequence
 from math import inf, isfinite
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, Unpack, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
 from palpate.samples import Block, feed
+
+if TYPE_CHECKING:
+    from palpate._core import _AnySettings, _Scene
 
 
 class Channels(Protocol):
@@ -39,7 +42,9 @@ class Blocks(Protocol):
     def blocks(self) -> Iterator[Block]: ...  # noqa: D102
 
 
-def touches(recording: Channels | Blocks, *, scene: str = "handheld", **settings: Any) -> list[Touch]:
+def touches(
+    recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
+) -> list[Touch]:
     """Find the touches of a recording and estimate the ratio of each.
 
     Parameters
@@ -62,9 +67,9 @@ def touches(recording: Channels | Blocks, *, scene: str = "handheld", **settings
     Raises
     ------
     ValueError
-        An unknown scene or setting, a setting out of range.
+        An unknown scene, a setting out of range.
     TypeError
-        Not a recording, as a path is not.
+        An unknown setting; not a recording, as a path is not.
 
     Examples
     --------
@@ -76,7 +81,8 @@ def touches(recording: Channels | Blocks, *, scene: str = "handheld", **settings
     """
     if not hasattr(recording, "full_scale_pF"):
         raise TypeError(f"recording: got {recording!r:.60}, allowed: what palpate.read or palpate.recorded returns")
-    tracker = Tracker(scene, **{"full_scale": recording.full_scale_pF, **settings})
+    given: dict[str, Any] = {"full_scale": recording.full_scale_pF, **settings}
+    tracker = Tracker(scene, **given)
     timed = _send(tracker, recording)
     tracker.finish()
     return tracker.touches if timed else [touch._untimed() for touch in tracker.touches]

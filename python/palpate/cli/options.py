@@ -6,6 +6,8 @@ from typing import Any
 
 import click
 
+from palpate._core import scenes
+
 
 def columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
     """hard=COL,soft=COL[,time=COL]; a name may hold commas."""
@@ -29,7 +31,9 @@ def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[
     return found
 
 
-json_option = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output instead.")
+json_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
+    "--json", "as_json", is_flag=True, help="One JSON document on standard output instead."
+)
 """Adds as_json to a command."""
 
 _READING = [
@@ -37,7 +41,7 @@ _READING = [
                  help="Columns of a table from another logger: names, or positions counted from 1; also time=COL."),
     click.option("--unit", help="Unit of the capacitances, aF to F.  [default: the header's, else pF]"),
 ]  # fmt: skip
-_SCENES = "How to estimate: handheld, sliding, paper, fixed."
+_SCENES = f"How to estimate: {', '.join(scenes)}."
 _SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES)
 _SCENE_AGAIN = click.option("--scene", help=f"{_SCENES}  [default: the recording's own, else handheld]")
 _ESTIMATING = [
@@ -56,11 +60,11 @@ def _adding(options: list[Callable[..., Any]]) -> Callable[[Callable[..., Any]],
     return add
 
 
-reading_options = _adding(_READING)
+reading_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding(_READING)
 """Adds columns and unit to a command."""
-estimating_options = _adding([_SCENE, *_ESTIMATING])
+estimating_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([_SCENE, *_ESTIMATING])
 """Adds scene, samples and settings."""
-recording_options = _adding([*_READING, _SCENE, *_ESTIMATING])
+recording_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE, *_ESTIMATING])
 """Adds columns, unit, scene, samples and settings."""
-replaying_options = _adding([*_READING, _SCENE_AGAIN, *_ESTIMATING])
+replaying_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE_AGAIN, *_ESTIMATING])
 """The same, the scene None where none is asked for."""
