@@ -6,14 +6,14 @@
 
 namespace {
 
-constexpr auto class_doc = R"(Many streams at once, each with an estimator of its own and all with the same settings.
+constexpr auto class_doc = R"(Estimators for many streams at once, all with the same settings.
 
 Parameters
 ----------
 streams : int, 1 or more
-    How many.
+    Number of streams.
 **settings
-    Those of the single estimator.
+    As for the single estimator.
 
 Raises
 ------
@@ -22,9 +22,9 @@ TypeError, ValueError
 
 Notes
 -----
-Bit for bit what as many single estimators give. The loops of RlsBank and AdaptiveRlsBank fill SIMD
-registers; HandoverRlsBank, whose steps differ from stream to stream, only saves calls: use
-`process`.
+The same bits as single estimators, one a stream. RlsBank and AdaptiveRlsBank compute several
+streams at a time in SIMD registers. HandoverRlsBank, whose steps differ from stream to stream,
+only saves calls: use `process`.
 
 Examples
 --------

@@ -15,8 +15,8 @@ forgetting : float, 0 < forgetting <= 1
 initial_ratio : float
     The ratio before the first sample; 1 is an infinitely soft object.
 initial_covariance : float, 1/pF^2
-    How little that is trusted: it counts as much as one noise-free sample with a regressor
-    of initial_covariance ** -0.5 pF, 0.01 pF for the default.
+    Uncertainty of the initial ratio. It counts as much as one sample without noise whose
+    regressor is initial_covariance ** -0.5 pF: 0.01 pF for the default.
 max_covariance : float, 1/pF^2
     Bound on the covariance, reached when the regressor stays at 0.
 
@@ -28,8 +28,8 @@ ValueError
 Notes
 -----
 With x the regressor, R = 1/P and e = output - ratio * x: R' = lambda R + x^2,
-ratio' = ratio + (x / R') e; the paper's covariance form, eq. (3) and steps 1-4,
-inverted. All capacitances in pF: in farads a covariance of 1e4 would mean that the
+ratio' = ratio + (x / R') e. This is the paper's covariance form, eq. (3) and steps 1-4,
+inverted. All capacitances are in pF: in farads a covariance of 1e4 would mean that the
 initial ratio is certain.
 
 Examples
@@ -80,7 +80,7 @@ Examples
 )";
 
 constexpr auto handover_doc =
-    R"(The estimator for a probe in a hand: instrumental variables, and a detector that scales itself.
+    R"(Recursive instrumental variables with a detector that knows its own scale: scene "handheld".
 
 Parameters
 ----------
@@ -89,9 +89,9 @@ steady : float, 0 < steady <= 1
 drift, threshold : float, standard deviations
     Of the two-sided CUSUM on the innovations; see `palpate.design.cusum`.
 clip : float, standard deviations
-    A larger innovation counts as this to the detector, and not at all to the ratio.
+    The detector limits a larger innovation to this; the ratio leaves it out.
 smoothing : float, 0 < smoothing <= 1
-    Share of a new regressor in the instrument, their running mean.
+    Share of a new regressor in the instrument, the running mean of the regressors.
 initial_ratio, initial_covariance, max_covariance : float
     As in `Rls`.
 
@@ -102,11 +102,11 @@ ValueError
 
 Notes
 -----
-With w the mean of the regressors x so far, and e = output - ratio * x: R' = steady R + w x,
-ratio' = ratio + (w / R') e. Noise and tremor in x do not bias the ratio, as w does not carry
-them; regressors have to keep their sign, as in one touch. At an alarm the ratio is taken from
-the samples since the CUSUM was last 0. `standard_error` rests on the innovations' own
-correlation: an autoregression of order 1 or 2.
+With x the regressor, w the mean of the regressors before it, and e = output - ratio * x:
+R' = steady R + w x, ratio' = ratio + (w / R') e. Noise and tremor in x do not bias the ratio,
+because w does not contain them. The regressors of one touch must have one sign. At an alarm
+the ratio is computed from the samples since the CUSUM was last 0. `standard_error` is computed
+from the correlation of the innovations, an autoregression of order 1 or 2.
 
 Examples
 --------
@@ -133,13 +133,13 @@ output, regressor : float
 Returns
 -------
 float
-    The ratio. A sample that is not finite, or so large that the state would not be, is
-    refused: the state stays as it was, and `rejected` counts it.
+    The ratio. A sample that is not finite, or that would make the state infinite, is
+    refused: the state does not change, and `rejected` counts it.
 
 Raises
 ------
 TypeError
-    Not two arguments, or something that float() does not take.
+    Not two arguments, or an argument that float() refuses.
 ValueError
     An integer beyond the range of a float.
 RuntimeError
@@ -153,21 +153,21 @@ Take a block of samples; the same bits as one `update` for each.
 Parameters
 ----------
 output, regressor : array_like of real numbers, shape (n,), pF
-    Any stride; read in place where the type is the estimator's own.
+    Any stride; read in place if the type is the estimator's own.
 out : numpy.ndarray, shape (n,), optional
     Where the ratios are written; it may be `output` or `regressor` itself.
 
 Returns
 -------
 numpy.ndarray, shape (n,)
-    The ratio after each sample; `out` where it was given.
+    The ratio after each sample; `out` if it was given.
 
 Raises
 ------
 TypeError
     Values that are not real numbers; an `out` of another type.
 ValueError
-    Not one-dimensional, not of one length, or a read-only `out`.
+    Arrays that are not one-dimensional or differ in length; a read-only `out`.
 RuntimeError
     The estimator is in use by another thread.
 )";
@@ -216,7 +216,7 @@ void bind(py::module_& module, const char* name, const char* doc) {
   methods::define<&E::update>(type, update_doc);
   methods::define<&E::process>(type, process_doc);
   methods::define<&E::trace>(type, trace_doc);
-  methods::define<&E::reset>(type, "reset($self)\n--\n\nForget every sample: as newly made with the same settings.");
+  methods::define<&E::reset>(type, "reset($self)\n--\n\nForget all samples; the settings stay.");
   methods::define<&repr<E>>(type, "__repr__($self, /)\n--\n\n");
   define_copies(type);
   methods::property<&E::settings_dict>(
@@ -224,13 +224,13 @@ void bind(py::module_& module, const char* name, const char* doc) {
   methods::property<&E::ratio>(type, "ratio", "Estimated output / regressor.");
   methods::property<&E::covariance>(
       type, "covariance",
-      "Unscaled covariance P, 1/pF^2: times the variance of the innovation, the variance of the ratio.");
+      "Unscaled covariance P, 1/pF^2; P times the variance of the innovation is the variance of the ratio.");
   methods::property<&E::innovation>(type, "innovation",
                                     "A-priori error of the last accepted sample, pF; nan before the first.");
   methods::property<&E::statistic>(
       type, "statistic",
-      "CUSUM statistic: pF in AdaptiveRls, standard deviations in HandoverRls; 0 where there is no detector.");
-  methods::property<&E::alarm>(type, "alarm", "Whether statistic > threshold; False where there is no detector.");
+      "CUSUM statistic: pF in AdaptiveRls, standard deviations in HandoverRls; 0 without a detector.");
+  methods::property<&E::alarm>(type, "alarm", "Whether statistic > threshold; False without a detector.");
   methods::property<&E::samples>(type, "samples", "Samples accepted so far.");
   methods::property<&E::rejected>(type, "rejected", "Samples refused so far.");
   if constexpr (knows_its_error<typename E::Core>) {

@@ -83,25 +83,25 @@ bool operator==(const TouchResult& left, const TouchResult& right) { return left
 void bind_touch(py::module_& module) {
   using R = TouchResult;
   auto type = methods::define_class<&not_made>(module, "Touch", "()", "The result of one touch.");
-  methods::define<&R::as_dict>(type, "as_dict($self)\n--\n\nEvery field, as plain numbers; nan as None.");
+  methods::define<&R::as_dict>(type, "as_dict($self)\n--\n\nAll fields as a dict of plain numbers; nan becomes None.");
   methods::define<&R::untimed>(type, "_untimed($self)\n--\n\n");
   methods::define<&R::repr>(type, "__repr__($self, /)\n--\n\n");
   define_pickling<&state, &restored>(type);
   methods::property<&R::start>(type, "start", "Reading with which it began, counted from 0.");
   methods::property<&R::start_s>(type, "start_s", "Time of that reading, s; nan without times.");
-  methods::property<&R::samples>(type, "samples", "Samples that the estimate rests on.");
+  methods::property<&R::samples>(type, "samples", "Number of samples used.");
   methods::property<&R::ratio>(type, "ratio", "Capacitance ratio, hard / soft, at the end of the touch.");
   methods::property<&R::covariance>(type, "covariance",
-                                    "Unscaled covariance P of the ratio, 1/pF^2: the smaller, the harder was pressed.");
+                                    "Unscaled covariance P of the ratio, 1/pF^2: a harder press gives a smaller one.");
   methods::property<&R::standard_error>(type, "standard_error",
-                                        "Standard deviation of the ratio; nan where it is not known.");
+                                        "Standard deviation of the ratio; nan if it is not known.");
   methods::property<&R::alarm_share>(type, "alarm_share", "Share of the samples with the alarm on.");
   methods::property<&R::saturated>(type, "saturated", "Readings left out as saturated.");
   methods::property<&R::refused>(type, "refused",
-                                 "Readings that gave no sample: without a value, or not to be aligned.");
+                                 "Readings that gave no sample: without a value, or impossible to align.");
   methods::property<&R::flags>(
       type, "flags",
-      "What stands against the result: \"short\" (fewer samples than asked for), \"saturated\", \"refused\" (more "
-      "than a quarter of the readings gave no sample), \"unsettled\" (no standard error in a scene that should "
-      "know it), \"unexcited\" (the samples hardly moved the initial ratio).");
+      "Warnings about the result: \"short\" (fewer samples than `samples`), \"saturated\", \"refused\" (more "
+      "than a quarter of the readings gave no sample), \"unsettled\" (no standard error yet, in a scene that "
+      "has one), \"unexcited\" (the samples hardly moved the initial ratio).");
 }

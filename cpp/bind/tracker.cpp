@@ -124,7 +124,10 @@ class PyTracker {
   std::size_t touch_count() const { return touches_.size(); }
   const char* state() const {
     return get([](const auto& core) {
-      return core.open() ? "contact" : !core.ready() ? "baseline" : core.gate.idle() ? "waiting" : "done";
+      return core.open()                               ? "contact"
+             : !core.ready()                           ? "baseline"
+             : core.gate.idle() || !core.gate.releases ? "waiting"
+                                                       : "done";
     });
   }
   double ratio() const {
@@ -148,16 +151,17 @@ class PyTracker {
   std::vector<TouchResult> touches_;
   bool busy_ = false;
 };
-constexpr auto tracker_doc = R"(The whole way of a sample, from two readings to touches.
+constexpr auto tracker_doc =
+    R"(All stages of a scene: takes readings of both channels, finds touches, estimates their ratios.
 
 Parameters
 ----------
 scene : str
-    "fixed": a loop that feeds clean changes, as one touch. "paper": baseline, contact, and the
+    "fixed": clean changes of capacitance, always in contact. "paper": baseline, contact, and the
     paper's estimator for 250 samples. "handheld": the channels aligned, `HandoverRls`.
-    "sliding": as handheld, a touch ends by its release only.
+    "sliding": as handheld, but a touch ends at its release only.
 **settings
-    `samples` (int or None: a touch ends by its release only), `full_scale` (pF: a reading of this
+    `samples` (int; None: a touch ends at its release only), `full_scale` (pF: a reading of this
     size is saturated and left out), `release` (share of the press below which a touch ends),
     and the parameters of the scene's estimator.
 
@@ -166,7 +170,7 @@ Raises
 ValueError
     An unknown scene, or a setting out of range.
 TypeError
-    A setting that the scene does not have: the message names those that it has.
+    A setting that the scene does not have; the message lists the scene's settings.
 
 Examples
 --------
@@ -194,21 +198,21 @@ Parameters
 t_hard, t_soft : array_like, shape (n,)
     Times of the two conversions: seconds as floats, or nanoseconds as integers.
 hard, soft : array_like, shape (n,), pF
-    Readings, baseline included; nan where there is none.
+    Readings with their baseline; nan for a missing one.
 
 Returns
 -------
 numpy.ndarray, shape (n,), structured
-    After each reading: `ratio`; `standard_error` (nan before it means something, and in scenes
-    that do not know it); `alarm`; `contact`; `touch`, the number of the touch that is measured,
-    counted from 1, else 0; `statistic`, the detector's (of the touch that is measured, or of the last
-    one; 0 without a detector); `hard_baseline` and `soft_baseline`, pF (0 in a scene without, nan before
-    the first is known).
+    After each reading: `ratio`; `standard_error` (nan for the first samples, and in scenes
+    without one); `alarm`; `contact`; `touch`, the number of the running touch, counted from 1, or 0;
+    `statistic` of the detector (of the running touch, or of the last one; 0 without a detector);
+    `hard_baseline` and `soft_baseline`, pF (0 in a scene without, nan until the first is known).
 
 Raises
 ------
 ValueError
-    Not one-dimensional, not of one length, a time that is not finite, or beyond int64.
+    Arrays that are not one-dimensional or differ in length; a time that is not finite, or beyond
+    int64.
 RuntimeError
     The tracker is in use by another thread.
 )";
@@ -216,17 +220,17 @@ RuntimeError
 constexpr auto finish_doc = R"(finish($self)
 --
 
-End a touch that is still running, and return it; None where there is none.)";
+End the running touch and return it; None if no touch is running.)";
 
 constexpr auto tare_doc = R"(tare($self)
 --
 
-Measure the baseline anew, with nothing touched: after a jump, which the gate takes for a touch without end.)";
+Measure the baseline again, with nothing touched: after a jump, which the gate takes for an endless touch.)";
 
 constexpr auto touches_since_doc = R"(touches_since($self, count, /)
 --
 
-Return the touches after the first `count`, in order of time: without a copy of those that are known already.)";
+Return the touches after the first `count`, in order of time.)";
 
 constexpr auto default_scene = "handheld";
 
@@ -254,13 +258,14 @@ void bind_tracker(py::module_& module) {
   methods::define<&T::touches_since>(type, touches_since_doc);
   methods::define<&T::repr>(type, "__repr__($self, /)\n--\n\n");
   methods::define<&refuse_pickle>(type, "__reduce_ex__($self, protocol, /)\n--\n\n");
-  methods::property<&T::scene>(type, "scene", "Its name.");
+  methods::property<&T::scene>(type, "scene", "Name of the scene.");
   methods::property<&T::settings_dict>(
       type, "settings", "The settings, as a dict: `Tracker(t.scene, **t.settings)` is a new tracker like `t`.");
   methods::property<&T::state>(
       type, "state", "\"baseline\" (being measured), \"waiting\", \"contact\", or \"done\" (not yet released).");
   methods::property<&T::ratio>(type, "ratio", "Ratio of the running touch, or of the last one.");
-  methods::property<&T::standard_error>(type, "standard_error", "Of that ratio; nan where it is not known.");
+  methods::property<&T::standard_error>(type, "standard_error",
+                                        "Standard deviation of that ratio; nan if it is not known.");
   methods::property<&T::readings>(type, "readings", "Readings taken so far.");
   methods::property<&T::touches>(type, "touches", "Every touch that has ended, in order of time.");
   methods::property<&T::touch_count>(type, "touch_count", "How many touches have ended.");

@@ -250,6 +250,7 @@ def test_the_scene_fixed_goes_on_after_a_tare_and_an_end() -> None:
     t = np.arange(300) * 0.026
     tracker.process(t, t, np.full(300, 0.5), np.full(300, 0.25))
     tracker.tare()
+    assert tracker.state == "waiting"
     tracker.process(t + 8, t + 8, np.full(300, 0.75), np.full(300, 0.25))
     tracker.finish()
     tracker.process(t + 16, t + 16, np.full(300, 1.0), np.full(300, 0.25))
