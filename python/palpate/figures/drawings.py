@@ -95,8 +95,8 @@ def caption(number: int, seed: int) -> str:
 
     Examples
     --------
-    >>> caption(9, seed=0)[:49]
-    'Fig. 9. Four specimens touched one after the other'[:49]
+    >>> caption(9, seed=0)[:22]
+    'Fig. 9. Four specimens'
     """
     return (
         f"Fig. {number}. {FIGURES[number].caption} Simulated data (palpate.simulation, seed {seed}), not a measurement."
