@@ -8,6 +8,7 @@ not part of the project.
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import palpate
@@ -15,7 +16,7 @@ import palpate
 GESTURES = {"h": "pinch, place h", "l": "pinch, place l", "m": "pinch, place m", "ca": "long press"}
 
 
-def ratios(folder: Path, gesture: str, scene: str) -> list[float]:
+def ratios(folder: Path, gesture: str, scene: Any) -> list[float]:
     """Return the ratio of every touch in the 15 files of a gesture."""
     found = []
     for path in sorted(folder.glob(f"{gesture}[0-9]*.csv")):

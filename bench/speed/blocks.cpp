@@ -6,7 +6,7 @@
 #include <palpate/bank.hpp>
 #include <palpate/estimator/handover.hpp>
 
-#include "in_lines.hpp"
+#include "cache_lines.hpp"
 #include "literal.hpp"
 #include "timing.hpp"
 

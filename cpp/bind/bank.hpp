@@ -4,118 +4,109 @@
 // What Python's banks have in common: the states of many estimators with the same settings, and blocks of samples.
 
 #include <algorithm>
-#include <stdexcept>
+#include <functional>
 #include <vector>
 
+#include "arrays.hpp"
 #include "bank_loops.hpp"
-#include "block.hpp"
-#include "core_numbers.hpp"
-#include "in_lines.hpp"
-#include "made.hpp"
+#include "cache_lines.hpp"
+#include "core_state.hpp"
 #include "settings.hpp"
-#include "tables.hpp"
 
 /// States of Rls or AdaptiveRls, a structure of arrays.
-template <class Settings>
+template <class Kind>
 class LaneStates {
  public:
-  using Real = typename Settings::Core::real_type;
+  using Core = typename Kind::Core;
+  using Real = typename Core::real_type;
 
   LaneStates(const Settings& settings, std::size_t streams)
-      : task_(settings.task()), ratio_(streams), information_(streams), statistic_(streams), rejected_(streams) {
-    const auto core = settings.core();
-    std::fill(ratio_.begin(), ratio_.end(), core.ratio());
-    std::fill(information_.begin(), information_.end(), core.information());
-  }
+      : core_(Kind::core(settings)),
+        task_{core_.forgetting().factor(false), core_.forgetting().factor(true), drift_of(core_.detector()),
+              core_.detector().limit(), core_.bound().min_information},
+        ratio_(streams, core_.ratio()),
+        information_(streams, core_.information()),
+        statistic_(streams) {}
 
-  void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames) {
+  void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames, std::uint64_t* rejected) {
     BankTask<Real> task = task_;
     task.ratio = ratio_.data();
     task.information = information_.data();
     task.statistic = statistic_.data();
-    task.rejected = rejected_.data();
+    task.rejected = rejected;
     task.output = output;
     task.regressor = regressor;
     task.ratios = ratios;
     task.streams = size();
     task.frames = frames;
-    Settings::loop(bank_loops())(task);
+    (bank_loops<Real>().*Kind::loop)(task);
   }
 
   std::size_t size() const { return ratio_.size(); }
-  Real ratio(std::size_t i) const { return ratio_[i]; }
-  Real covariance(std::size_t i) const { return Real(1) / information_[i]; }
-  Real statistic(std::size_t i) const { return statistic_[i]; }
-  bool alarm(std::size_t i) const { return Settings::has_detector && statistic_[i] > task_.threshold; }
-  std::uint64_t rejected(std::size_t i) const { return rejected_[i]; }
-
-  std::vector<Real> numbers(std::size_t i) const { return {ratio_[i], information_[i], statistic_[i]}; }
-  bool set_numbers(std::size_t i, const Real* n) {
-    ratio_[i] = n[0];
-    information_[i] = n[1];
-    statistic_[i] = n[2];
-    return palpate::is_finite(n[0]) && palpate::is_finite(n[1]) && n[1] > 0 && palpate::is_finite(n[2]) && n[2] >= 0;
+  Core core(std::size_t i) const {
+    Core core = core_;
+    const Real numbers[] = {ratio_[i], information_[i], statistic_[i]};
+    set_numbers(core, numbers);
+    return core;
   }
-  void set_rejected(std::size_t i, std::uint64_t count) { rejected_[i] = count; }
+  void set_core(std::size_t i, const Core& core) {
+    ratio_[i] = core.ratio();
+    information_[i] = core.information();
+    statistic_[i] = core.statistic();
+  }
 
  private:
+  static Real drift_of(const palpate::Cusum<Real>& detector) { return detector.drift; }
+  static Real drift_of(const palpate::NoDetector<Real>&) { return 0; }
+
+  Core core_;
   BankTask<Real> task_;
   LineVector<Real> ratio_, information_, statistic_;
-  std::vector<std::uint64_t> rejected_;
 };
 
 /// Cores one beside the other, for estimators whose steps differ from stream to stream.
-template <class Settings>
+template <class Kind>
 class CoreStates {
  public:
-  using Core = typename Settings::Core;
+  using Core = typename Kind::Core;
   using Real = typename Core::real_type;
 
-  CoreStates(const Settings& settings, std::size_t streams) : cores_(streams, settings.core()), rejected_(streams) {}
+  CoreStates(const Settings& settings, std::size_t streams) : cores_(streams, Kind::core(settings)) {}
 
-  void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames) {
+  void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames, std::uint64_t* rejected) {
     for (std::size_t k = 0; k < frames; ++k) {
       for (std::size_t i = 0; i < size(); ++i) {
         const std::size_t at = k * size() + i;
-        rejected_[i] += !cores_[i].update(output[at], regressor[at]).accepted;
+        rejected[i] += !cores_[i].update(output[at], regressor[at]).accepted;
         ratios[at] = cores_[i].ratio();
       }
     }
   }
 
   std::size_t size() const { return cores_.size(); }
-  Real ratio(std::size_t i) const { return cores_[i].ratio(); }
-  Real covariance(std::size_t i) const { return cores_[i].covariance(); }
-  Real statistic(std::size_t i) const { return cores_[i].statistic(); }
-  bool alarm(std::size_t i) const { return cores_[i].alarm(); }
-  std::uint64_t rejected(std::size_t i) const { return rejected_[i]; }
-
-  std::vector<Real> numbers(std::size_t i) const { return numbers_of(cores_[i]); }
-  bool set_numbers(std::size_t i, const Real* n) { return ::set_numbers(cores_[i], n); }
-  Real standard_error(std::size_t i) const {
-    return cores_[i].settled() ? cores_[i].standard_error() : std::numeric_limits<Real>::quiet_NaN();
-  }
-  void set_rejected(std::size_t i, std::uint64_t count) { rejected_[i] = count; }
+  const Core& core(std::size_t i) const { return cores_[i]; }
+  void set_core(std::size_t i, const Core& core) { cores_[i] = core; }
 
  private:
   std::vector<Core> cores_;
-  std::vector<std::uint64_t> rejected_;
 };
 
-template <class Settings_, class States>
-class PyBank : Made {
+template <class Kind_, template <class> class States_>
+class PyBank {
  public:
-  using Settings = Settings_;
-  using Real = typename States::Real;
-  using Made::operator new;
-  using Made::operator delete;
+  using Kind = Kind_;
+  using States = States_<Kind>;
+  using Core = typename Kind::Core;
+  using Real = typename Core::real_type;
 
-  PyBank(const Settings& settings, py::ssize_t streams) : settings_(settings), states_(settings, checked(streams)) {}
+  PyBank(const Settings& settings, py::ssize_t streams)
+      : settings_(settings), states_(settings, checked(streams)), rejected_(states_.size()) {}
 
   /// dimensions 1: one sample of each stream; 2: a block of them.
-  py::object take(py::handle output_given, py::handle regressor_given, py::handle out_given, int dimensions) {
-    require_idle();
-    if (dimensions == 1) {
+  template <int dimensions>
+  py::object take(py::handle output_given, py::handle regressor_given, py::handle out_given) {
+    require_idle(busy_, "bank");
+    if constexpr (dimensions == 1) {
       if (py::object done = take_dense(output_given, regressor_given, out_given)) {
         return done;
       }
@@ -123,50 +114,42 @@ class PyBank : Made {
     const auto output = py::reinterpret_borrow<py::object>(output_given);
     const auto regressor = py::reinterpret_borrow<py::object>(regressor_given);
     const auto out = py::reinterpret_borrow<py::object>(out_given);
-    const auto outputs = table_of<Real>(output, "output", dimensions, streams(), -1);
+    Shape shape{streams()};
+    if constexpr (dimensions == 2) {
+      shape.insert(shape.begin(), -1);
+    }
+    const auto outputs = samples_of<Real, py::array::c_style>(output, "output", shape);
     const py::ssize_t frames = dimensions == 1 ? 1 : outputs.shape(0);
-    const auto regressors = table_of<Real>(regressor, "regressor", dimensions, streams(), frames);
-    py::array result = table_out(out, outputs, py::dtype::of<Real>());
-    const auto y = table_apart(outputs, result), x = table_apart(regressors, result);
-    require_idle();  // making arrays of the arguments may have run other Python code
+    shape[0] = outputs.shape(0);
+    const auto regressors = samples_of<Real, py::array::c_style>(regressor, "regressor", shape);
+    py::array result = output_array(out, py::dtype::of<Real>(), shape, py::array::c_style);
+    const auto y = apart_from(outputs, result), x = apart_from(regressors, result);
+    require_idle(busy_, "bank");  // making arrays of the arguments may have run other Python code
     auto* const ratios = static_cast<Real*>(result.mutable_data());
-    busy_ = true;
-    run_block(outputs.size(), [&] { states_.process(y.data(), x.data(), ratios, static_cast<std::size_t>(frames)); });
-    busy_ = false;
+    const InUse in_use(busy_);
+    run_block(outputs.size(),
+              [&] { states_.process(y.data(), x.data(), ratios, static_cast<std::size_t>(frames), rejected_.data()); });
     rows_ += static_cast<std::size_t>(frames);
     return result;
   }
 
   void reset() {
-    require_idle();
+    require_idle(busy_, "bank");
     *this = PyBank(settings_, streams());
-  }
-
-  /// One number of each stream.
-  template <class Item, class Get>
-  py::array_t<Item> each(Get get) const {
-    require_idle();
-    py::array_t<Item> result(streams());
-    auto values = result.template mutable_unchecked<1>();
-    for (py::ssize_t i = 0; i < streams(); ++i) {
-      values(i) = static_cast<Item>(get(states_, static_cast<std::size_t>(i)));
-    }
-    return result;
   }
 
   /// (rows, numbers of each stream's state, refused samples): to pickle, to copy and to compare.
   py::tuple state() const {
-    require_idle();
-    const auto width = static_cast<py::ssize_t>(states_.numbers(0).size());
+    require_idle(busy_, "bank");
+    const auto width = static_cast<py::ssize_t>(numbers_of(states_.core(0)).size());
     py::array_t<double> numbers({streams(), width});
     double* place = numbers.mutable_data();
     for (std::size_t i = 0; i < states_.size(); ++i) {
-      for (const Real value : states_.numbers(i)) {
+      for (const Real value : numbers_of(states_.core(i))) {
         *place++ = static_cast<double>(value);
       }
     }
-    const auto rejected = each<std::uint64_t>([](const States& s, std::size_t i) { return s.rejected(i); });
-    return py::make_tuple(rows_, numbers, rejected);
+    return py::make_tuple(rows_, numbers, rejected());
   }
 
   static PyBank restored(const Settings& settings, const py::tuple& state) {
@@ -180,43 +163,64 @@ class PyBank : Made {
     const auto numbers = py::array_t<Real, py::array::c_style | py::array::forcecast>(py::object(state[1]));
     const auto rejected = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>(py::object(state[2]));
     PyBank bank(settings, rejected.size());
-    const auto width = static_cast<py::ssize_t>(bank.states_.numbers(0).size());
+    const auto width = static_cast<py::ssize_t>(numbers_of(bank.states_.core(0)).size());
     if (numbers.ndim() != 2 || numbers.shape(0) != bank.streams() || numbers.shape(1) != width) {
       throw py::value_error("pickled state: got shape " + shape_of(numbers) + ", allowed: what a bank was pickled as");
     }
-    for (py::ssize_t i = 0; i < bank.streams(); ++i) {
-      if (!bank.states_.set_numbers(static_cast<std::size_t>(i), numbers.data() + i * width)) {
+    for (std::size_t i = 0; i < bank.states_.size(); ++i) {
+      auto core = bank.states_.core(i);
+      if (!set_numbers(core, numbers.data() + static_cast<py::ssize_t>(i) * width)) {
         throw py::value_error(
             "pickled state: got a state that no stream can be in, allowed: finite numbers, an "
             "information > 0, a statistic >= 0");
       }
-      bank.states_.set_rejected(static_cast<std::size_t>(i), rejected.data()[i]);
+      bank.states_.set_core(i, core);
+      bank.rejected_[i] = rejected.data()[i];
     }
     bank.rows_ = state[0].cast<std::size_t>();
     return bank;
   }
 
   bool operator==(const PyBank& other) const {
-    const auto bytes = [](const PyBank& b) { return b.state().attr("__getitem__")(1).attr("tobytes")(); };
-    const auto refused = [](const PyBank& b) { return b.state().attr("__getitem__")(2).attr("tobytes")(); };
-    return equal(settings_, other.settings_) && rows_ == other.rows_ && bytes(*this).equal(bytes(other)) &&
-           refused(*this).equal(refused(other));
+    const auto bytes = [](const PyBank& b, int k) { return b.state().attr("__getitem__")(k).attr("tobytes")(); };
+    return settings_ == other.settings_ && rows_ == other.rows_ && bytes(*this, 1).equal(bytes(other, 1)) &&
+           bytes(*this, 2).equal(bytes(other, 2));
   }
 
-  const Settings& settings() const {
-    require_made();
-    return settings_;
+  const Settings& settings() const { return settings_; }
+  py::ssize_t streams() const { return static_cast<py::ssize_t>(states_.size()); }
+  std::size_t rows() const { return rows_; }
+  py::dict settings_dict() const { return settings_.dict(); }
+  py::object ratio() const { return of_cores<Real>(&Core::ratio); }
+  py::object covariance() const { return of_cores<Real>(&Core::covariance); }
+  py::object statistic() const { return of_cores<Real>(&Core::statistic); }
+  py::object standard_error() const { return of_cores<Real>(&standard_error_of<Core>); }
+  py::object alarm() const { return of_cores<bool>(&Core::alarm); }
+  py::object rejected() const {
+    return each<std::uint64_t>([this](std::size_t i) { return rejected_[i]; });
   }
-  py::ssize_t streams() const {
-    require_made();
-    return static_cast<py::ssize_t>(states_.size());
-  }
-  std::size_t rows() const {
-    require_made();
-    return rows_;
+  py::object samples() const {
+    return each<std::uint64_t>([this](std::size_t i) { return rows_ - rejected_[i]; });
   }
 
  private:
+  /// One number of each stream.
+  template <class Item, class Get>
+  py::array_t<Item> each(Get get) const {
+    require_idle(busy_, "bank");
+    py::array_t<Item> result(streams());
+    auto values = result.template mutable_unchecked<1>();
+    for (py::ssize_t i = 0; i < streams(); ++i) {
+      values(i) = get(static_cast<std::size_t>(i));
+    }
+    return result;
+  }
+
+  template <class Item, class Get>
+  py::array_t<Item> of_cores(Get get) const {
+    return each<Item>([&](std::size_t i) { return std::invoke(get, states_.core(i)); });
+  }
+
   /// The short way of one row: arrays that can be read and written where they are. Nothing where they cannot.
   py::object take_dense(py::handle output, py::handle regressor, py::handle out) {
     const py::dtype& real = once<&py::dtype::of<Real>>();
@@ -230,7 +234,7 @@ class PyBank : Made {
     if (ratios.size != streams() || !apart(y, ratios) || !apart(x, ratios)) {
       return {};
     }
-    states_.process(y.items(), x.items(), ratios.items(), 1);
+    states_.process(y.items(), x.items(), ratios.items(), 1, rejected_.data());
     ++rows_;
     return result;
   }
@@ -242,15 +246,9 @@ class PyBank : Made {
     return static_cast<std::size_t>(streams);
   }
 
-  void require_idle() const {
-    require_made();
-    if (busy_) {
-      throw std::runtime_error("this bank is processing a block in another thread: give each thread its own");
-    }
-  }
-
   Settings settings_;
   States states_;
+  std::vector<std::uint64_t> rejected_;
   std::size_t rows_ = 0;
   bool busy_ = false;
 };

@@ -35,4 +35,5 @@ void adaptive(const BankTask<Real>& task) {
 
 }  // namespace
 
-extern const BankLoops PALPATE_LOOPS{PALPATE_SIMD, fixed<double>, adaptive<double>, fixed<float>, adaptive<float>};
+extern const InstructionSet PALPATE_LOOPS{
+    PALPATE_SIMD, {fixed<double>, adaptive<double>}, {fixed<float>, adaptive<float>}};

@@ -20,25 +20,38 @@ struct BankTask {
   std::size_t streams = 0, frames = 0;
 };
 
+template <class Real>
 struct BankLoops {
-  const char* name;
-  void (*fixed)(const BankTask<double>&);
-  void (*adaptive)(const BankTask<double>&);
-  void (*fixed32)(const BankTask<float>&);
-  void (*adaptive32)(const BankTask<float>&);
+  void (*fixed)(const BankTask<Real>&);
+  void (*adaptive)(const BankTask<Real>&);
 };
 
-extern const BankLoops baseline_loops;
+struct InstructionSet {
+  const char* name;
+  BankLoops<double> loops;
+  BankLoops<float> loops32;
+};
+
+extern const InstructionSet baseline_loops;
 #if defined(PALPATE_AVX2_LOOPS)
-extern const BankLoops avx2_loops;
+extern const InstructionSet avx2_loops;
 #endif
 
-/// Those for this processor.
-inline const BankLoops& bank_loops() {
+/// That of this processor.
+inline const InstructionSet& instruction_set() {
 #if defined(PALPATE_AVX2_LOOPS)
   static const bool has_avx2 = __builtin_cpu_supports("avx2");
   return has_avx2 ? avx2_loops : baseline_loops;
 #else
   return baseline_loops;
 #endif
+}
+
+template <class Real>
+const BankLoops<Real>& bank_loops() {
+  if constexpr (sizeof(Real) == sizeof(double)) {
+    return instruction_set().loops;
+  } else {
+    return instruction_set().loops32;
+  }
 }

@@ -4,119 +4,156 @@
 // What Python's estimators have in common: a core, its settings, and the counts that the core leaves to its caller.
 
 #include <cstddef>
+#include <cstring>
 #include <limits>
-#include <stdexcept>
 
-#include "block.hpp"
-#include "core_numbers.hpp"
-#include "made.hpp"
+#include "arrays.hpp"
+#include "core_state.hpp"
 #include "settings.hpp"
-#include "trace_row.hpp"
 
-template <class Settings_>
-class Estimator : Made {
+/// One row of trace(). The padding is a member, so that equal traces have equal bytes.
+template <class Real, bool KnowsItsError>
+struct TraceRow {
+  Real ratio, covariance, innovation, statistic;
+  bool alarm;
+  unsigned char padding[sizeof(Real) - 1];
+
+  static py::dtype dtype() {
+    return dtype_of<TraceRow>({PALPATE_COLUMN(TraceRow, ratio), PALPATE_COLUMN(TraceRow, covariance),
+                               PALPATE_COLUMN(TraceRow, innovation), PALPATE_COLUMN(TraceRow, statistic),
+                               PALPATE_COLUMN(TraceRow, alarm)});
+  }
+};
+
+template <class Real>
+struct TraceRow<Real, true> {
+  Real ratio, covariance, innovation, statistic, standard_error;
+  bool alarm;
+  unsigned char padding[sizeof(Real) - 1];
+
+  static py::dtype dtype() {
+    return dtype_of<TraceRow>({PALPATE_COLUMN(TraceRow, ratio), PALPATE_COLUMN(TraceRow, covariance),
+                               PALPATE_COLUMN(TraceRow, innovation), PALPATE_COLUMN(TraceRow, statistic),
+                               PALPATE_COLUMN(TraceRow, standard_error), PALPATE_COLUMN(TraceRow, alarm)});
+  }
+};
+
+/// Field by field into its place: a row made elsewhere and copied would wait for its own parts to be stored.
+template <class Real, bool KnowsItsError, class Core>
+void write_row(TraceRow<Real, KnowsItsError>& row, const Core& core, const palpate::Step<Real>& step) {
+  row.ratio = core.ratio();
+  row.covariance = core.covariance();
+  row.innovation = step.accepted ? step.innovation : std::numeric_limits<Real>::quiet_NaN();
+  row.statistic = core.statistic();
+  row.alarm = core.alarm();
+  std::memset(row.padding, 0, sizeof(row.padding));
+  if constexpr (KnowsItsError) {
+    row.standard_error = standard_error_of(core);
+  }
+}
+
+template <class Kind_>
+class Estimator {
  public:
-  using Made::operator new;
-  using Made::operator delete;
-  using Settings = Settings_;
-  using Core = typename Settings::Core;
+  using Kind = Kind_;
+  using Core = typename Kind::Core;
   using Real = typename Core::real_type;
-  using Row = typename Settings::Row;
+  using Row = TraceRow<Real, knows_its_error<Core>>;
 
-  explicit Estimator(const Settings& settings) : settings_(settings), core_(settings.core()) {}
+  explicit Estimator(const Settings& settings) : settings_(settings), state_{Kind::core(settings)} {}
 
   double update(double output, double regressor) {
-    require_idle();
-    count(core_.update(static_cast<Real>(output), static_cast<Real>(regressor)));
-    return core_.ratio();
+    require_idle(busy_, "estimator");
+    const auto step = state_.core.update(static_cast<Real>(output), static_cast<Real>(regressor));
+    if (step.accepted) {
+      state_.innovation = step.innovation;
+      ++state_.samples;
+    } else {
+      ++state_.rejected;
+    }
+    return state_.core.ratio();
   }
 
-  PyObject* process(py::handle output, py::handle regressor, py::handle out) {
+  py::object process(py::handle output, py::handle regressor, py::handle out) {
     return block<Real>(output, regressor, out, once<&py::dtype::of<Real>>(),
                        [](Real& to, const Core& core, const palpate::Step<Real>&) { to = core.ratio(); });
   }
 
-  PyObject* trace(py::handle output, py::handle regressor, py::handle out) {
+  py::object trace(py::handle output, py::handle regressor, py::handle out) {
     return block<Row>(output, regressor, out, once<&Row::dtype>(),
-                      [](Row& to, const Core& core, const palpate::Step<Real>& step) { to.take(core, step); });
+                      [](Row& to, const Core& core, const palpate::Step<Real>& step) { write_row(to, core, step); });
   }
 
   void reset() {
-    require_idle();
-    *this = Estimator(settings_);
+    require_idle(busy_, "estimator");
+    state_ = {Kind::core(settings_)};
   }
 
-  bool operator==(const Estimator& other) const {
-    return equal(settings_, other.settings_) && state().equal(other.state());
-  }
+  bool operator==(const Estimator& other) const { return settings_ == other.settings_ && state().equal(other.state()); }
 
   /// Every number of the core, then the innovation (None before the first sample) and the counts.
   py::tuple state() const {
-    require_made();
     py::list values;
-    for (const Real value : numbers_of(core_)) {
+    for (const Real value : numbers_of(state_.core)) {
       values.append(static_cast<double>(value));
     }
-    values.append(samples_ == 0 ? py::object(py::none()) : py::object(py::float_(innovation_)));
-    values.append(samples_);
-    values.append(rejected_);
+    values.append(samples() == 0 ? py::object(py::none()) : py::object(py::float_(innovation())));
+    values.append(samples());
+    values.append(rejected());
     return py::tuple(values);
   }
 
-  static Estimator restored(const Settings& settings, const py::tuple& state) {
+  static Estimator restored(const Settings& settings, const py::tuple& pickled) {
     Estimator estimator(settings);
-    std::vector<Real> numbers = numbers_of(estimator.core_);
+    State& state = estimator.state_;
+    std::vector<Real> numbers = numbers_of(state.core);
     const std::size_t count = numbers.size();
-    if (state.size() != count + 3) {
-      refuse(state);
+    if (pickled.size() != count + 3) {
+      refuse(pickled);
     }
     for (std::size_t i = 0; i < count; ++i) {
-      numbers[i] = state[i].cast<Real>();
+      numbers[i] = pickled[i].cast<Real>();
     }
-    if (!set_numbers(estimator.core_, numbers.data())) {
-      refuse(state);
+    if (!set_numbers(state.core, numbers.data())) {
+      refuse(pickled);
     }
-    const py::object innovation = state[count];
-    estimator.innovation_ = innovation.is_none() ? estimator.innovation_ : innovation.cast<Real>();
-    estimator.samples_ = state[count + 1].cast<std::size_t>();
-    estimator.rejected_ = state[count + 2].cast<std::size_t>();
+    const py::object innovation = pickled[count];
+    state.innovation = innovation.is_none() ? state.innovation : innovation.cast<Real>();
+    state.samples = pickled[count + 1].cast<std::size_t>();
+    state.rejected = pickled[count + 2].cast<std::size_t>();
     return estimator;
   }
 
-  const Settings& settings() const {
-    require_made();
-    return settings_;
-  }
-  const Core& core() const {
-    require_made();
-    return core_;
-  }
-  double innovation() const {
-    require_made();
-    return innovation_;
-  }
-  std::size_t samples() const {
-    require_made();
-    return samples_;
-  }
-  std::size_t rejected() const {
-    require_made();
-    return rejected_;
-  }
+  const Settings& settings() const { return settings_; }
+  py::dict settings_dict() const { return settings_.dict(); }
+  double ratio() const { return state_.core.ratio(); }
+  double covariance() const { return state_.core.covariance(); }
+  double statistic() const { return state_.core.statistic(); }
+  double standard_error() const { return standard_error_of(state_.core); }
+  bool alarm() const { return state_.core.alarm(); }
+  double innovation() const { return state_.innovation; }
+  std::size_t samples() const { return state_.samples; }
+  std::size_t rejected() const { return state_.rejected; }
 
  private:
+  struct State {
+    Core core;
+    std::size_t samples = 0, rejected = 0;
+    Real innovation = std::numeric_limits<Real>::quiet_NaN();  // not beside the core's information: see RatioOf
+  };
+
   // Every sample through a copy of the core, which becomes the state when the block is done: a reader in another thread
   // sees the state before the block or the state after it.
   template <class Item, class Observe>
-  PyObject* block(py::handle output, py::handle regressor, py::handle out, const py::dtype& dtype, Observe observe) {
-    require_idle();
+  py::object block(py::handle output, py::handle regressor, py::handle out, const py::dtype& dtype, Observe observe) {
+    require_idle(busy_, "estimator");
     const Block<Real, Item> block(output, regressor, out, once<&py::dtype::of<Real>>(), dtype);
-    require_idle();  // making arrays of the arguments may have run other Python code
-    Estimator next = *this;
-    busy_ = true;
+    require_idle(busy_, "estimator");  // making arrays of the arguments may have run other Python code
+    const InUse in_use(busy_);
+    State next = state_;
     block.run([&](auto y, auto x, auto to, py::ssize_t size) {
-      Core core = next.core_;
-      Real innovation = next.innovation_;
+      Core core = next.core;
+      Real innovation = next.innovation;
       std::size_t rejected = 0;
       for (py::ssize_t i = 0; i < size; ++i) {
         const auto step = core.update(y[i], x[i]);
@@ -127,13 +164,13 @@ class Estimator : Made {
         }
         observe(to[i], core, step);
       }
-      next.core_ = core;
-      next.innovation_ = innovation;
-      next.rejected_ += rejected;
-      next.samples_ += static_cast<std::size_t>(size) - rejected;
+      next.core = core;
+      next.innovation = innovation;
+      next.rejected += rejected;
+      next.samples += static_cast<std::size_t>(size) - rejected;
     });
-    *this = next;
-    return py::object(block.result).release().ptr();
+    state_ = next;
+    return block.result;
   }
 
   [[noreturn]] static void refuse(const py::tuple& state) {
@@ -141,26 +178,7 @@ class Estimator : Made {
                           ", allowed: finite numbers, an information > 0, a statistic >= 0");
   }
 
-  void count(const palpate::Step<Real>& step) {
-    if (step.accepted) {
-      innovation_ = step.innovation;
-      ++samples_;
-    } else {
-      ++rejected_;
-    }
-  }
-
-  void require_idle() const {
-    require_made();
-    if (busy_) {
-      throw std::runtime_error("this estimator is processing a block in another thread: give each thread its own");
-    }
-  }
-
   Settings settings_;
-  Core core_;
-  std::size_t samples_ = 0;
-  std::size_t rejected_ = 0;
-  Real innovation_ = std::numeric_limits<Real>::quiet_NaN();  // not beside the core's information: see RatioOf
+  State state_;
   bool busy_ = false;
 };

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include <palpate/version.hpp>
+#include "module.hpp"
 
-#include "bind.hpp"
+#include <palpate/version.hpp>
 
 PYBIND11_MODULE(_core, module) {
   module.doc() = "The compiled core of palpate.";
   module.attr("__version__") = PALPATE_VERSION;
-  bind_rls(module);
-  bind_adaptive_rls(module);
-  bind_handover_rls(module);
+  bind_estimators(module);
+  bind_touch(module);
   bind_tracker(module);
-  bind_bank(module);
   bind_ring(module);
+  bind_banks(module);
 }

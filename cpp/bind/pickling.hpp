@@ -4,46 +4,54 @@
 // Copies, pickles and comparison of whatever has settings() and state(), and restored(settings, state).
 
 #include <string>
-#include <utility>
 
+#include "constructors.hpp"
 #include "settings.hpp"
 
 /// (settings, state), and what a Python subclass keeps of its own.
 template <class E>
-py::tuple pickled(const py::object& self) {
-  const auto& estimator = self.cast<const E&>();
-  const py::object own = py::getattr(self, "__dict__", py::dict());
-  return py::make_tuple(to_dict(estimator.settings()), estimator.state(), own);
+py::tuple pickled(py::handle self) {
+  const E& estimator = methods::reference<E>(self);
+  return py::make_tuple(estimator.settings().dict(), estimator.state(), py::getattr(self, "__dict__", py::dict()));
 }
 
 /// What is made of a pickled state; ValueError where the state has not the form of one.
 template <class Make>
-auto of_pickled(const py::tuple& pickled, Make make) {
+auto of_pickled(py::handle state, Make make) {
   try {
-    return make(pickled);
+    return make(state.cast<py::tuple>());
   } catch (const py::cast_error&) {
+  } catch (const py::type_error&) {
   } catch (const py::error_already_set& error) {
-    // Too short, a parameter that is missing, a count that is negative.
+    // Too short, a count that is negative.
     if (!error.matches(PyExc_LookupError) && !error.matches(PyExc_OverflowError)) {
       throw;
     }
   }
-  throw py::value_error("pickled state: got " + py::repr(pickled).cast<std::string>() +
+  throw py::value_error("pickled state: got " + py::repr(state).cast<std::string>() +
                         ", allowed: what this version pickles");
 }
 
 template <class E>
-std::pair<E, py::dict> unpickled(const py::tuple& pickled) {
-  return of_pickled(pickled, [](const py::tuple& given) -> std::pair<E, py::dict> {
-    const auto settings = from_dict<typename E::Settings>(given[0].cast<py::dict>());
-    settings.check();
-    return {E::restored(settings, given[1].cast<py::tuple>()), given[2].cast<py::dict>()};
+E unpickled(py::handle self, py::handle state) {
+  return of_pickled(state, [&](const py::tuple& given) {
+    const auto values = given[0].cast<py::dict>();
+    const Settings defaults = E::Kind::defaults(), settings = defaults.with("settings", values);
+    if (static_cast<py::ssize_t>(values.size()) != defaults.size()) {
+      throw py::cast_error("a setting is missing");
+    }
+    E::Kind::check(settings);
+    E estimator = E::restored(settings, given[1].cast<py::tuple>());
+    if (const auto own = given[2].cast<py::dict>(); !own.empty()) {
+      py::setattr(self, "__dict__", own);
+    }
+    return estimator;
   });
 }
 
-/// A copy of the same class, by way of its pickled state; deep: what a subclass keeps is copied, too.
+/// A copy of the same class, by way of its pickled state; memo given: deep, what a subclass keeps is copied, too.
 template <class E>
-py::object copied(const py::object& self, const py::object& memo) {
+py::object copied(py::handle self, py::handle memo) {
   py::tuple state = pickled<E>(self);
   const auto copy = py::module_::import("copy");
   const py::object own = memo.is_none() ? copy.attr("copy")(state[2]) : copy.attr("deepcopy")(state[2], memo);
@@ -52,28 +60,36 @@ py::object copied(const py::object& self, const py::object& memo) {
   result.attr("__setstate__")(py::make_tuple(state[0], state[1], own));
   return result;
 }
-
-/// Pickling by __newobj__ for every protocol: the two oldest know no class whose objects __new__ has to make.
-template <class T>
-void bind_reduce(py::class_<T>& type) {
-  type.def(
-      "__reduce_ex__",
-      [](const py::object& self, int) {
-        return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"), py::make_tuple(py::type::of(self)),
-                              self.attr("__getstate__")());
-      },
-      py::arg("protocol"), py::pos_only());
+template <class E>
+py::object shallow_copy(py::handle self) {
+  return copied<E>(self, py::none());
 }
 
 template <class E>
-void bind_pickling(py::class_<E>& type) {
-  type.def(
-          "copy", [](const py::object& self) { return copied<E>(self, py::none()); },
-          "An independent one in the same state.")
-      .def("__copy__", [](const py::object& self) { return copied<E>(self, py::none()); })
-      .def("__deepcopy__", &copied<E>, py::arg("memo"))
-      .def(
-          "__eq__", [](const E& self, const E& other) { return self == other; }, py::is_operator())
-      .def(py::pickle(&pickled<E>, &unpickled<E>));
-  bind_reduce(type);
+py::object is_equal(const E& self, py::handle other) {
+  return py::isinstance<E>(other) ? py::object(py::bool_(self == methods::reference<E>(other)))
+                                  : py::reinterpret_borrow<py::object>(Py_NotImplemented);
+}
+
+/// Pickling by __newobj__ for every protocol: the two oldest know no class whose objects __new__ has to make.
+inline py::tuple reduced(py::handle self, py::handle /*protocol*/) {
+  return py::make_tuple(py::module_::import("copyreg").attr("__newobj__"), py::make_tuple(py::type::of(self)),
+                        self.attr("__getstate__")());
+}
+
+template <auto State, auto Make, class T>
+void define_pickling(py::class_<T>& type) {
+  methods::define<&is_equal<T>>(type, "__eq__($self, other, /)\n--\n\n");
+  type.attr("__hash__") = py::none();
+  methods::define<State>(type, "__getstate__($self, /)\n--\n\n");
+  methods::define_restore<Make>(type);
+  methods::define<&reduced>(type, "__reduce_ex__($self, protocol, /)\n--\n\n");
+}
+
+template <class E>
+void define_copies(py::class_<E>& type) {
+  define_pickling<&pickled<E>, &unpickled<E>>(type);
+  methods::define<&shallow_copy<E>>(type, "copy($self)\n--\n\nAn independent one in the same state.");
+  methods::define<&shallow_copy<E>>(type, "__copy__($self)\n--\n\n");
+  methods::define<&copied<E>>(type, "__deepcopy__($self, memo)\n--\n\n");
 }

@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The estimators' parameters as Python gives them: named doubles, checked once, kept as given for repr, == and pickle.
+// Settings as Python gives them: named numbers, kept as given for repr, == and pickle. Their names and defaults are
+// those of the core's structs; what is allowed is said here.
 
 #include <array>
+#include <cstring>
 #include <limits>
-#include <palpate/estimator/rls.hpp>
+#include <palpate/arithmetic.hpp>
 #include <string>
 
-#include "bind.hpp"
-
-template <class Settings>
-struct Field {
-  const char* name;
-  double Settings::* value;
-};
+#include "module.hpp"
 
 inline std::string number(double value) { return py::repr(py::float_(value)).cast<std::string>(); }
 
@@ -24,64 +20,78 @@ inline void require(bool ok, const char* name, double value, const std::string& 
   }
 }
 
-/// Covariance and information are kept to the normal numbers of Real, where arithmetic is exact to an eps and fast.
-template <class Real, class Settings>
-void check_prior(const Settings& settings) {
-  constexpr double smallest = std::numeric_limits<Real>::min();
-  const double largest = 1 / smallest;
-  require(palpate::is_finite(static_cast<Real>(settings.initial_ratio)), "initial_ratio", settings.initial_ratio,
-          "a finite number");
-  require(settings.max_covariance >= smallest && settings.max_covariance <= largest, "max_covariance",
-          settings.max_covariance, number(smallest) + " <= max_covariance <= " + number(largest));
-  require(settings.initial_covariance >= smallest && settings.initial_covariance <= settings.max_covariance,
-          "initial_covariance", settings.initial_covariance,
-          number(smallest) + " <= initial_covariance <= max_covariance (" + number(settings.max_covariance) + ")");
-}
+class Settings {
+ public:
+  struct Setting {
+    const char* name;
+    double value;
+  };
 
-inline bool is_forgetting(double value) { return value > 0 && value <= 1; }
+  void add(const char* name, double value) noexcept { settings_[size_++] = {name, value}; }
 
-template <class Settings>
-void check_adaptive(const Settings& s) {
-  require(is_forgetting(s.steady), "steady", s.steady, "0 < steady <= 1");
-  require(is_forgetting(s.alarmed) && s.alarmed <= s.steady, "alarmed", s.alarmed,
-          "0 < alarmed <= steady (" + number(s.steady) + ")");
-  require(s.drift >= 0 && palpate::is_finite(static_cast<float>(s.drift)), "drift", s.drift, "0 <= drift, finite");
-  require(s.threshold >= 0, "threshold", s.threshold, "0 <= threshold");
-}
-
-template <class Settings>
-void check_handover(const Settings& s) {
-  require(is_forgetting(s.steady), "steady", s.steady, "0 < steady <= 1");
-  require(s.clip > 0 && s.clip <= 100, "clip", s.clip, "0 < clip <= 100");
-  require(s.drift >= 0 && s.drift < s.clip, "drift", s.drift, "0 <= drift < clip (" + number(s.clip) + ")");
-  require(s.threshold > 0, "threshold", s.threshold, "0 < threshold");
-  require(is_forgetting(s.smoothing), "smoothing", s.smoothing, "0 < smoothing <= 1");
-}
-
-template <class Settings>
-py::dict to_dict(const Settings& settings) {
-  py::dict result;
-  for (const auto& field : Settings::fields()) {
-    result[field.name] = settings.*field.value;
+  /// The fields of a struct of the core, in its order; or only min_information, which in Python is 1 / max_covariance.
+  template <class Values>
+  void add_fields(bool bound, const Values& values = Values()) noexcept {
+    Values::visit_fields([&](const char* name, auto member) {
+      const auto value = static_cast<double>(values.*member);
+      if (is_bound(name) == bound) {
+        add(bound ? "max_covariance" : name, bound ? 1 / value : value);
+      }
+    });
   }
-  return result;
-}
-
-template <class Settings>
-Settings from_dict(const py::dict& values) {
-  Settings settings;
-  for (const auto& field : Settings::fields()) {
-    settings.*field.value = values[field.name].template cast<double>();
-  }
-  return settings;
-}
-
-template <class Settings>
-bool equal(const Settings& left, const Settings& right) {
-  for (const auto& field : Settings::fields()) {
-    if (left.*field.value != right.*field.value) {
-      return false;
+  void add_all(const Settings& others) noexcept {
+    for (const Setting& other : others) {
+      add(other.name, other.value);
     }
   }
-  return true;
+
+  /// The struct of the core with these settings.
+  template <class Values>
+  Values values() const noexcept {
+    Values values;
+    Values::visit_fields([&](const char* name, auto member) {
+      using Real = std::decay_t<decltype(values.*member)>;
+      values.*member =
+          is_bound(name) ? 1 / static_cast<Real>((*this)["max_covariance"]) : static_cast<Real>((*this)[name]);
+    });
+    return values;
+  }
+
+  double operator[](const char* name) const noexcept { return find(name)->value; }
+  const Setting* begin() const noexcept { return settings_.data(); }
+  const Setting* end() const noexcept { return settings_.data() + size_; }
+  py::ssize_t size() const noexcept { return static_cast<py::ssize_t>(size_); }
+
+  bool operator==(const Settings& other) const;
+  /// As keywords: {name: value}; samples a whole number, or None for any.
+  py::dict dict() const;
+  /// "steady=0.995, drift=0.75"
+  std::string text() const;
+  /// These, with those that are given in their place. A name that is not here is `owner`'s TypeError.
+  Settings with(const char* owner, const py::dict& given) const;
+
+ private:
+  static bool is_bound(const char* name) noexcept { return std::strcmp(name, "min_information") == 0; }
+  const Setting* find(const std::string& name) const noexcept;
+  [[noreturn]] void refuse(const char* owner, const std::string& name) const;
+
+  std::array<Setting, 16> settings_{};
+  std::size_t size_ = 0;
+};
+
+/// Covariance and information are kept to the normal numbers of Real, where arithmetic is exact to an eps and fast.
+template <class Real>
+void check_prior(const Settings& s) {
+  constexpr double smallest = std::numeric_limits<Real>::min();
+  const double largest = 1 / smallest, ratio = s["initial_ratio"];
+  const double initial = s["initial_covariance"], most = s["max_covariance"];
+  require(palpate::is_finite(static_cast<Real>(ratio)), "initial_ratio", ratio, "a finite number");
+  require(most >= smallest && most <= largest, "max_covariance", most,
+          number(smallest) + " <= max_covariance <= " + number(largest));
+  require(initial >= smallest && initial <= most, "initial_covariance", initial,
+          number(smallest) + " <= initial_covariance <= max_covariance (" + number(most) + ")");
+}
+
+inline void require_share(const Settings& s, const char* name) {
+  require(s[name] > 0 && s[name] <= 1, name, s[name], std::string("0 < ") + name + " <= 1");
 }

@@ -1,273 +1,272 @@
 // SPDX-License-Identifier: MIT
-#include "tracker.hpp"
+#include <cmath>
 
-#include <algorithm>
-#include <array>
+#include "constructors.hpp"
+#include "core_state.hpp"
+#include "scenes.hpp"
 
 namespace {
 
-/// One row of Tracker.process.
-struct TrackerRow {
-  double ratio, standard_error, statistic, hard_baseline, soft_baseline;
-  std::int32_t touch;
-  bool alarm, contact;
-  unsigned char padding[2];
-
-  static py::dtype dtype() {
-    FieldList fields;
-    fields.add<double>("ratio", offsetof(TrackerRow, ratio));
-    fields.add<double>("standard_error", offsetof(TrackerRow, standard_error));
-    fields.add<bool>("alarm", offsetof(TrackerRow, alarm));
-    fields.add<bool>("contact", offsetof(TrackerRow, contact));
-    fields.add<std::int32_t>("touch", offsetof(TrackerRow, touch));
-    fields.add<double>("statistic", offsetof(TrackerRow, statistic));
-    fields.add<double>("hard_baseline", offsetof(TrackerRow, hard_baseline));
-    fields.add<double>("soft_baseline", offsetof(TrackerRow, soft_baseline));
-    return fields.dtype(sizeof(TrackerRow));
-  }
-};
-
-/// Every setting of every scene; each scene has a list of those it knows.
-struct TrackerSettings {
-  double samples = 250, full_scale = std::numeric_limits<double>::infinity(), release = 0.5;
-  double forgetting = 0.995, steady = 0.995, alarmed = 0.9, drift = 0.01, threshold = 0.05, clip = 3.0,
-         smoothing = 0.0625;
-  double initial_ratio = 1.0, initial_covariance = 1e4, max_covariance = 1e6;
-
-  using F = Field<TrackerSettings>;
-  static constexpr std::array<F, 13> fields() {
-    using S = TrackerSettings;
-    return {{F{"samples", &S::samples}, F{"full_scale", &S::full_scale}, F{"release", &S::release},
-             F{"forgetting", &S::forgetting}, F{"steady", &S::steady}, F{"alarmed", &S::alarmed}, F{"drift", &S::drift},
-             F{"threshold", &S::threshold}, F{"clip", &S::clip}, F{"smoothing", &S::smoothing},
-             F{"initial_ratio", &S::initial_ratio}, F{"initial_covariance", &S::initial_covariance},
-             F{"max_covariance", &S::max_covariance}}};
-  }
-};
-
-const std::vector<std::string> fixed_names{"samples",       "full_scale",         "forgetting",
-                                           "initial_ratio", "initial_covariance", "max_covariance"};
-const std::vector<std::string> paper_names{
-    "samples",       "full_scale",         "release",       "steady", "alarmed", "drift", "threshold",
-    "initial_ratio", "initial_covariance", "max_covariance"};
-const std::vector<std::string> handheld_names{"samples",       "full_scale",         "release",       "steady",
-                                              "drift",         "threshold",          "clip",          "smoothing",
-                                              "initial_ratio", "initial_covariance", "max_covariance"};
-
-using Fixed = palpate::FixedTracker<double>;
-using Paper = palpate::PaperTracker<double>;
-using Handheld = palpate::HandheldTracker<double>;
-
-void configure(Fixed& tracker, const TrackerSettings& s) {
-  require(is_forgetting(s.forgetting), "forgetting", s.forgetting, "0 < forgetting <= 1");
-  tracker.estimator = palpate::FixedRls<double>({s.forgetting}, {}, {1 / s.max_covariance});
-}
-void configure(Paper& tracker, const TrackerSettings& s) {
-  check_adaptive(s);
-  tracker.estimator =
-      palpate::AdaptiveRls<double>({s.steady, s.alarmed}, {s.drift, s.threshold}, {1 / s.max_covariance});
-  tracker.gate.settings.release = s.release;
-}
-void configure(Handheld& tracker, const TrackerSettings& s) {
-  check_handover(s);
-  tracker.estimator =
-      palpate::Handover<double>({s.steady, s.drift, s.threshold, s.clip, s.smoothing, 1 / s.max_covariance});
-  tracker.gate.settings.release = s.release;
-}
-
 /// Seconds as floats, or nanoseconds as integers, to nanoseconds.
-std::vector<std::int64_t> ticks_of(const py::object& value, const std::string& name, py::ssize_t size) {
-  const py::array array(value);
-  std::vector<std::int64_t> ticks(static_cast<std::size_t>(array.size()));
-  if (array.dtype().kind() == 'i' || array.dtype().kind() == 'u') {
-    require_shape(array, name, size);
+std::vector<std::int64_t> ticks_of(py::handle given, const char* name, py::ssize_t size) {
+  const py::array array(py::reinterpret_borrow<py::object>(given));
+  const char kind = array.dtype().kind();
+  std::vector<std::int64_t> ticks(static_cast<std::size_t>(size));
+  if (kind == 'i' || kind == 'u') {
+    require_shape(array, name, {size});
     const py::array_t<std::int64_t, py::array::forcecast> integers(array);
-    for (py::ssize_t i = 0; i < integers.size(); ++i) {
-      ticks[static_cast<std::size_t>(i)] = integers.at(i);
+    const auto values = integers.unchecked<1>();
+    for (py::ssize_t i = 0; i < size; ++i) {
+      if (kind == 'u' && values(i) < 0) {
+        throw py::value_error(std::string(name) + ": got " + std::to_string(static_cast<std::uint64_t>(values(i))) +
+                              ", allowed: times below 2**63 ns");
+      }
+      ticks[static_cast<std::size_t>(i)] = values(i);
     }
     return ticks;
   }
-  const auto seconds = samples_of<double>(array, name, size);
-  for (py::ssize_t i = 0; i < seconds.size(); ++i) {
-    require(std::abs(seconds.at(i)) < 9e9, name.c_str(), seconds.at(i), "finite times, s, within 9e9 of 0");
-    ticks[static_cast<std::size_t>(i)] = std::llround(seconds.at(i) * 1e9);
+  const auto seconds = samples_of<double>(array, name, {size});
+  const auto values = seconds.unchecked<1>();
+  for (py::ssize_t i = 0; i < size; ++i) {
+    require(std::abs(values(i)) < 9e9, name, values(i), "finite times, s, within 9e9 of 0");
+    ticks[static_cast<std::size_t>(i)] = std::llround(values(i) * 1e9);
   }
   return ticks;
 }
 
-template <class Core>
-class SceneTracker final : public AnyTracker {
- public:
-  SceneTracker(std::string scene, std::vector<std::string> names, const TrackerSettings& settings)
-      : scene_(std::move(scene)), names_(std::move(names)), settings_(settings) {
-    configure(core_, settings);
-    core_.settings.initial_ratio = settings.initial_ratio;
-    core_.settings.initial_covariance = settings.initial_covariance;
-    core_.estimator.reset(settings.initial_ratio, settings.initial_covariance);
-    core_.settings.samples = static_cast<std::uint32_t>(settings.samples);
-    core_.settings.full_scale = settings.full_scale;
+class PyTracker {
+  template <class Get>
+  auto get(Get&& get) const {
+    return std::visit([&](const auto& run) { return get(run.core); }, run_);
   }
 
-  py::object feed(double t_hard, double t_soft, double hard, double soft) override {
+ public:
+  PyTracker(const Scene& scene, const Settings& settings)
+      : scene_(scene.name), settings_(settings), run_(scene.run(settings)) {}
+
+  py::object feed(double t_hard, double t_soft, double hard, double soft) {
+    require_idle(busy_, "tracker");
     require(std::abs(t_hard) < 9e9, "t_hard", t_hard, "a finite time, s, within 9e9 of 0");
     require(std::abs(t_soft) < 9e9, "t_soft", t_soft, "a finite time, s, within 9e9 of 0");
-    const bool ended = take(std::llround(t_hard * 1e9), std::llround(t_soft * 1e9), hard, soft).finished;
-    return ended ? py::cast(touches_.back()) : py::none();
+    const auto report = std::visit(
+        [&](auto& run) {
+          return run.take(std::llround(t_hard * 1e9), std::llround(t_soft * 1e9), hard, soft, touches_);
+        },
+        run_);
+    return report.finished ? py::cast(touches_.back()) : py::none();
   }
 
-  py::array process(const py::object& t_hard, const py::object& t_soft, const py::object& hard,
-                    const py::object& soft) override {
-    const auto h = samples_of<double>(hard, "hard");
+  // Through a copy, as in Estimator: a reader in another thread sees the state before the block or the one after it.
+  py::object process(py::handle t_hard, py::handle t_soft, py::handle hard, py::handle soft) {
+    require_idle(busy_, "tracker");
+    const auto h = samples_of<double>(py::reinterpret_borrow<py::object>(hard), "hard", {-1});
     const py::ssize_t size = h.shape(0);
-    const auto s = samples_of<double>(soft, "soft", size);
-    const auto th = ticks_of(t_hard, "t_hard", size);
-    const auto ts = ticks_of(t_soft, "t_soft", size);
-    py::array rows(TrackerRow::dtype(), size);
-    auto* row = static_cast<TrackerRow*>(rows.mutable_data());
-    for (py::ssize_t i = 0; i < size; ++i) {
-      const auto k = static_cast<std::size_t>(i);
-      const auto report = take(th[k], ts[k], h.at(i), s.at(i));
-      const bool measured = report.finished || core_.open();
-      const auto number = static_cast<std::int32_t>(touches_.size()) + (report.finished ? 0 : 1);
-      based_ = based_ || core_.ready();
-      row[i] = {report.ratio,
-                core_.standard_error(),
-                core_.estimator.statistic(),
-                level(core_.hard_baseline),
-                level(core_.soft_baseline),
-                measured ? number : 0,
-                report.alarm,
-                report.contact,
-                {}};
-    }
+    const auto s = samples_of<double>(py::reinterpret_borrow<py::object>(soft), "soft", {size});
+    const auto th = ticks_of(t_hard, "t_hard", size), ts = ticks_of(t_soft, "t_soft", size);
+    py::array rows(once<&TrackerRow::dtype>(), size);
+    auto* const row = static_cast<TrackerRow*>(rows.mutable_data());
+    const auto hards = View<const double>::of(h), softs = View<const double>::of(s);
+    require_idle(busy_, "tracker");  // making arrays of the arguments may have run other Python code
+    const InUse in_use(busy_);
+    std::vector<TouchResult> ended;
+    std::visit(
+        [&](auto& run) {
+          auto next = run;
+          const auto loop = [&] {
+            for (py::ssize_t i = 0; i < size; ++i) {
+              const auto k = static_cast<std::size_t>(i);
+              const auto report = next.take(th[k], ts[k], hards[i], softs[i], ended);
+              row[i] = next.row(report, touches_.size() + ended.size());
+            }
+          };
+          run_block(size, loop, 1024);
+          run = next;
+        },
+        run_);
+    touches_.insert(touches_.end(), ended.begin(), ended.end());
     return rows;
   }
 
-  py::object finish() override {
-    if (!core_.finish()) {
-      return py::none();
-    }
-    keep();
-    return py::cast(touches_.back());
+  py::object finish() {
+    require_idle(busy_, "tracker");
+    const bool ended = std::visit(
+        [&](auto& run) {
+          const bool done = run.core.finish();
+          if (done) {
+            touches_.push_back(run.result());
+          }
+          return done;
+        },
+        run_);
+    return ended ? py::cast(touches_.back()) : py::none();
   }
 
-  void tare() override {
+  void tare() {
     finish();
-    core_.tare();
+    std::visit([](auto& run) { run.core.tare(); }, run_);
   }
 
-  std::string scene() const override { return scene_; }
-  py::dict settings() const override {
-    py::dict all = to_dict(settings_), mine;
-    for (const auto& name : names_) {
-      mine[name.c_str()] = all[name.c_str()];
+  py::list touches_since(py::handle count) const {
+    const py::ssize_t first = methods::to_size("count", py::reinterpret_borrow<py::object>(count));
+    if (first < 0) {
+      throw py::value_error("count: got " + std::to_string(first) + ", allowed: 0 or more");
     }
-    mine["samples"] = settings_.samples == 0 ? py::object(py::none()) : py::object(py::int_(core_.settings.samples));
-    return mine;
+    py::list result;
+    for (auto i = static_cast<std::size_t>(first); i < touches_.size(); ++i) {
+      result.append(py::cast(touches_[i]));
+    }
+    return result;
   }
-  py::str state() const override {
-    return core_.open() ? "contact" : !core_.ready() ? "baseline" : core_.gate.idle() ? "waiting" : "done";
+
+  const char* scene() const { return scene_; }
+  py::dict settings_dict() const { return settings_.dict(); }
+  py::list touches() const { return touches_since(py::int_(0)); }
+  std::size_t touch_count() const { return touches_.size(); }
+  const char* state() const {
+    return get([](const auto& core) {
+      return core.open() ? "contact" : !core.ready() ? "baseline" : core.gate.idle() ? "waiting" : "done";
+    });
   }
-  double ratio() const override { return core_.estimator.ratio(); }
-  double standard_error() const override { return core_.standard_error(); }
-  std::uint64_t readings() const override { return core_.readings(); }
-  std::vector<Result> touches() const override { return touches_; }
+  double ratio() const {
+    return get([](const auto& core) { return core.estimator.ratio(); });
+  }
+  double standard_error() const {
+    return get([](const auto& core) { return core.standard_error(); });
+  }
+  std::size_t readings() const {
+    return get([](const auto& core) { return core.readings(); });
+  }
+  std::string repr() const {
+    return "<Tracker('" + std::string(scene_) + "') " + state() + " ratio=" + number(ratio()) +
+           " touches=" + std::to_string(touch_count()) + ">";
+  }
 
  private:
-  palpate::Report<double> take(std::int64_t t_hard, std::int64_t t_soft, double hard, double soft) {
-    // Times of the last readings, as many as a touch may be dated back.
-    times_[core_.readings() % times_.size()] = t_hard;
-    const auto report = core_.feed(t_hard, t_soft, hard, soft);
-    if (core_.open() && !was_open_) {
-      const std::uint64_t oldest = core_.readings() > times_.size() ? core_.readings() - times_.size() : 0;
-      start_s_ = static_cast<double>(times_[std::max(core_.started(), oldest) % times_.size()]) * 1e-9;
-    }
-    was_open_ = core_.open();
-    if (report.finished) {
-      keep();
-    }
-    return report;
-  }
-
-  template <class BaselineStage>
-  double level(const BaselineStage& baseline) const {
-    return based_ ? baseline.level() : std::numeric_limits<double>::quiet_NaN();
-  }
-
-  void keep() {
-    touches_.push_back({core_.touch(), start_s_, core_.settings.samples, settings_.initial_covariance,
-                        palpate::knows_its_error<decltype(core_.estimator)>});
-  }
-
-  std::string scene_;
-  std::vector<std::string> names_;
-  TrackerSettings settings_;
-  Core core_;
-  std::vector<Result> touches_;
-  std::array<std::int64_t, 256> times_{};
-  double start_s_ = 0;
-  bool was_open_ = false;
-  bool based_ = false;  // a baseline has been measured, ever
+  const char* scene_;
+  Settings settings_;
+  AnyRun run_;
+  std::vector<TouchResult> touches_;
+  bool busy_ = false;
 };
+constexpr auto tracker_doc = R"(The whole way of a sample, from two readings to touches.
 
-double real_of(const std::string& name, const py::handle& value) {
-  const double real = PyFloat_AsDouble(value.ptr());
-  if (PyErr_Occurred()) {
-    PyErr_Clear();
-    throw py::type_error(name + ": got " + py::repr(value).cast<std::string>() + ", allowed: a number");
-  }
-  return real;
+Parameters
+----------
+scene : str
+    "fixed": a loop that feeds clean changes, as one touch. "paper": baseline, contact, and the
+    paper's estimator for 250 samples. "handheld": the channels aligned, `HandoverRls`.
+    "sliding": as handheld, a touch ends by its release only.
+**settings
+    `samples` (int or None: a touch ends by its release only), `full_scale` (pF: a reading of this
+    size is saturated and left out), `release` (share of the press below which a touch ends),
+    and the parameters of the scene's estimator.
+
+Raises
+------
+ValueError
+    An unknown scene, or a setting out of range.
+TypeError
+    A setting that the scene does not have: the message names those that it has.
+
+Examples
+--------
+>>> import numpy as np, palpate
+>>> press = np.repeat([0.0, 0.25, 0.0], [60, 270, 30])
+>>> t = np.arange(360) * 0.026
+>>> tracker = palpate.Tracker("handheld")
+>>> rows = tracker.process(t, t + 0.013, 9 + 2.5 * press, 8 + press)
+>>> [(touch.samples, round(touch.ratio, 3)) for touch in tracker.touches]
+[(250, 2.5)]
+)";
+
+constexpr auto feed_doc = R"(feed($self, t_hard, t_soft, hard, soft, /)
+--
+
+Take one reading of each channel (times in s, capacitances in pF); return the touch that it ends, or None.)";
+
+constexpr auto process_doc = R"(process($self, t_hard, t_soft, hard, soft)
+--
+
+Take a block of readings; the same bits as one `feed` for each.
+
+Parameters
+----------
+t_hard, t_soft : array_like, shape (n,)
+    Times of the two conversions: seconds as floats, or nanoseconds as integers.
+hard, soft : array_like, shape (n,), pF
+    Readings, baseline included; nan where there is none.
+
+Returns
+-------
+numpy.ndarray, shape (n,), structured
+    After each reading: `ratio`; `standard_error` (nan before it means something, and in scenes
+    that do not know it); `alarm`; `contact`; `touch`, the number of the touch that is measured,
+    counted from 1, else 0; `statistic`, the detector's (of the touch that is measured, or of the last
+    one; 0 without a detector); `hard_baseline` and `soft_baseline`, pF (0 in a scene without, nan before
+    the first is known).
+
+Raises
+------
+ValueError
+    Not one-dimensional, not of one length, a time that is not finite, or beyond int64.
+RuntimeError
+    The tracker is in use by another thread.
+)";
+
+constexpr auto finish_doc = R"(finish($self)
+--
+
+End a touch that is still running, and return it; None where there is none.)";
+
+constexpr auto tare_doc = R"(tare($self)
+--
+
+Measure the baseline anew, with nothing touched: after a jump, which the gate takes for a touch without end.)";
+
+constexpr auto touches_since_doc = R"(touches_since($self, count, /)
+--
+
+Return the touches after the first `count`, in order of time: without a copy of those that are known already.)";
+
+constexpr auto default_scene = "handheld";
+
+PyTracker made(const methods::Given& given) {
+  const Scene& scene = scene_named(given.first ? given.first : py::str(default_scene));
+  const Settings settings = scene.settings.with(given.owner, given.settings);
+  require(settings["full_scale"] > 0, "full_scale", settings["full_scale"], "0 < full_scale, pF");
+  return PyTracker(scene, settings);
 }
 
-TrackerSettings read_settings(TrackerSettings settings, const std::vector<std::string>& names, const py::dict& given) {
-  for (const auto& item : given) {
-    const auto name = item.first.cast<std::string>();
-    const bool known = std::find(names.begin(), names.end(), name) != names.end();
-    if (!known) {
-      std::string allowed;
-      for (const auto& candidate : names) {
-        allowed += (allowed.empty() ? "" : ", ") + candidate;
-      }
-      throw py::value_error("settings: got '" + name + "', allowed: " + allowed);
-    }
-    for (const auto& field : TrackerSettings::fields()) {
-      if (name == field.name) {
-        settings.*field.value = item.second.is_none() && name == "samples" ? 0.0 : real_of(name, item.second);
-      }
-    }
-    if (name == "samples" && !item.second.is_none()) {
-      require(settings.samples >= 1 && settings.samples <= 4e9 && settings.samples == std::floor(settings.samples),
-              "samples", settings.samples, "a whole number >= 1, or None");
-    }
-  }
-  require(settings.full_scale > 0, "full_scale", settings.full_scale, "0 < full_scale, pF");
-  require(settings.release > 0 && settings.release < 1, "release", settings.release, "0 < release < 1");
-  check_prior<double>(settings);
-  return settings;
+void refuse_pickle(py::handle, py::handle) {
+  throw py::type_error("cannot pickle a Tracker: make a new one with the same scene and settings");
 }
 
 }  // namespace
 
-std::unique_ptr<AnyTracker> make_tracker(const std::string& scene, const py::dict& given) {
-  TrackerSettings settings;
-  if (scene == "fixed") {
-    settings.samples = 0;
-    return std::make_unique<SceneTracker<Fixed>>(scene, fixed_names, read_settings(settings, fixed_names, given));
+void bind_tracker(py::module_& module) {
+  using T = PyTracker;
+  const std::string parameters = "(scene='" + std::string(default_scene) + "', **settings)";
+  auto type = methods::define_class<&made>(module, "Tracker", parameters, tracker_doc);
+  methods::define<&T::feed>(type, feed_doc);
+  methods::define<&T::process>(type, process_doc);
+  methods::define<&T::finish>(type, finish_doc);
+  methods::define<&T::tare>(type, tare_doc);
+  methods::define<&T::touches_since>(type, touches_since_doc);
+  methods::define<&T::repr>(type, "__repr__($self, /)\n--\n\n");
+  methods::define<&refuse_pickle>(type, "__reduce_ex__($self, protocol, /)\n--\n\n");
+  methods::property<&T::scene>(type, "scene", "Its name.");
+  methods::property<&T::settings_dict>(
+      type, "settings", "The settings, as a dict: `Tracker(t.scene, **t.settings)` is a new tracker like `t`.");
+  methods::property<&T::state>(
+      type, "state", "\"baseline\" (being measured), \"waiting\", \"contact\", or \"done\" (not yet released).");
+  methods::property<&T::ratio>(type, "ratio", "Ratio of the running touch, or of the last one.");
+  methods::property<&T::standard_error>(type, "standard_error", "Of that ratio; nan where it is not known.");
+  methods::property<&T::readings>(type, "readings", "Readings taken so far.");
+  methods::property<&T::touches>(type, "touches", "Every touch that has ended, in order of time.");
+  methods::property<&T::touch_count>(type, "touch_count", "How many touches have ended.");
+  py::list names;
+  for (const Scene& scene : scenes()) {
+    names.append(scene.name);
   }
-  if (scene == "paper") {
-    return std::make_unique<SceneTracker<Paper>>(scene, paper_names, read_settings(settings, paper_names, given));
-  }
-  if (scene == "handheld" || scene == "sliding") {
-    settings.drift = 0.75;
-    settings.threshold = 8;
-    settings.initial_covariance = 1e10;
-    settings.max_covariance = 1e12;
-    if (scene == "sliding") {
-      settings.samples = 0;
-      settings.release = 0.3;
-    }
-    return std::make_unique<SceneTracker<Handheld>>(scene, handheld_names,
-                                                    read_settings(settings, handheld_names, given));
-  }
-  throw py::value_error("scene: got '" + scene + "', allowed: fixed, paper, handheld, sliding");
+  module.attr("scenes") = py::tuple(names);
 }

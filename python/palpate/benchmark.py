@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from palpate._core import AdaptiveRls, Rls, Tracker
 from palpate.simulation import scenarios
 from palpate.simulation.probe import Scenario, Simulation, simulate
+
+if TYPE_CHECKING:
+    from palpate._core import _Scene
 
 Array = NDArray[np.float64]
 SETTLED_S = 1.0  # after contact, and after a step; later samples are steady
@@ -107,7 +110,7 @@ def bare_estimators() -> dict[str, Estimate]:
     return found | {"lfilter 0.995": lambda y, x: _no_alarm(_ewma_least_squares(y, x))}
 
 
-def scene_trace(scene: str, run: Simulation) -> ErrorTrace:
+def scene_trace(scene: "_Scene", run: Simulation) -> ErrorTrace:
     """Return the error of a scene on the first touch of a simulation."""
     tracker = Tracker(scene)
     rows = tracker.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
@@ -158,7 +161,7 @@ def costs() -> dict[str, float]:
     return found
 
 
-def _scene_work(scene: str, run: Simulation) -> Callable[[], Any]:
+def _scene_work(scene: "_Scene", run: Simulation) -> Callable[[], Any]:
     t_hard, t_soft = (np.round(t * 1e9).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s))
     return lambda: Tracker(scene, samples=None).process(t_hard, t_soft, run.hard, run.soft)
 

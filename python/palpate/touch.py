@@ -2,13 +2,16 @@
 
 from collections.abc import Iterator, Sequence
 from math import inf, isfinite
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, Unpack, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
 from palpate.samples import Block, feed
+
+if TYPE_CHECKING:
+    from palpate._core import _AnySettings, _Scene
 
 
 class Channels(Protocol):
@@ -39,7 +42,9 @@ class Blocks(Protocol):
     def blocks(self) -> Iterator[Block]: ...  # noqa: D102
 
 
-def touches(recording: Channels | Blocks, *, scene: str = "handheld", **settings: Any) -> list[Touch]:
+def touches(
+    recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
+) -> list[Touch]:
     """Return the touches of a recording, each with its estimated ratio.
 
     Parameters
@@ -61,9 +66,9 @@ def touches(recording: Channels | Blocks, *, scene: str = "handheld", **settings
     Raises
     ------
     ValueError
-        An unknown scene or setting, or a setting out of range.
+        An unknown scene, or a setting out of range.
     TypeError
-        Not a recording; a path, for example, has to be read first.
+        An unknown setting; or not a recording: a path, for example, has to be read first.
 
     Examples
     --------
@@ -75,7 +80,8 @@ def touches(recording: Channels | Blocks, *, scene: str = "handheld", **settings
     """
     if not hasattr(recording, "full_scale_pF"):
         raise TypeError(f"recording: got {recording!r:.60}, allowed: what palpate.read or palpate.recorded returns")
-    tracker = Tracker(scene, **{"full_scale": recording.full_scale_pF, **settings})
+    given: dict[str, Any] = {"full_scale": recording.full_scale_pF, **settings}
+    tracker = Tracker(scene, **given)
     timed = _send(tracker, recording)
     tracker.finish()
     return tracker.touches if timed else [touch._untimed() for touch in tracker.touches]

@@ -115,8 +115,8 @@ def test_copy_pickle_reset(bank_type: Any, single_type: Any) -> None:
         (0, {}, ValueError, "streams: got 0, allowed: 1 <="),
         (-3, {}, ValueError, "streams: got -3"),
         (2, {"drift": -1.0}, ValueError, "drift: got -1.0"),
-        (2, {"fast": 0.9}, TypeError, "fast: no such setting, allowed: steady, alarmed"),
-        (2.5, {}, TypeError, "incompatible"),
+        (2, {"fast": 0.9}, TypeError, "got an unexpected keyword 'fast', allowed: steady, alarmed"),
+        (2.5, {}, TypeError, "streams: got 2.5, allowed: a whole number"),
     ],
 )
 def test_what_a_bank_refuses(streams: Any, settings: Any, kind: type[Exception], message: str) -> None:

@@ -67,9 +67,9 @@ def test_an_empty_block_does_nothing(kind: Any) -> None:
 @pytest.mark.parametrize(
     ("output", "regressor", "error", "message"),
     [
-        ([1.0, 2.0], [1.0], ValueError, r"regressor: got shape \(1,\), allowed: shape \(2,\)"),
-        ([[1.0, 2.0]], [[1.0, 2.0]], ValueError, r"output: got shape \(1, 2\), allowed: one dimension"),
-        (1.0, 1.0, ValueError, r"output: got shape \(\), allowed: one dimension"),
+        ([1.0, 2.0], [1.0], ValueError, r"regressor: got shape \(1,\), allowed: \(2,\)"),
+        ([[1.0, 2.0]], [[1.0, 2.0]], ValueError, r"output: got shape \(1, 2\), allowed: \(n,\)"),
+        (1.0, 1.0, ValueError, r"output: got shape \(\), allowed: \(n,\)"),
         ([1j], [1.0], TypeError, r"output: got dtype complex128, allowed: real numbers"),
         ([1.0], ["a"], TypeError, r"regressor: got dtype <U1, allowed: real numbers"),
         ([None], [1.0], TypeError, r"output: got dtype object, allowed: real numbers"),
@@ -108,7 +108,7 @@ def test_a_bad_out_is_refused(kind: Any) -> None:
     for out, error, message in [
         (read_only, ValueError, "out: got a read-only or unaligned array"),
         (unaligned, ValueError, "out: got a read-only or unaligned array"),
-        (np.empty(299, dtype), ValueError, r"out: got shape \(299,\), allowed: shape \(300,\)"),
+        (np.empty(299, dtype), ValueError, r"out: got shape \(299,\), allowed: \(300,\)"),
         (np.empty((300, 1), dtype), ValueError, r"out: got shape \(300, 1\)"),
         (np.empty(300, other), TypeError, f"out: got dtype {np.dtype(other)}, allowed: {dtype}"),
         (np.lib.stride_tricks.as_strided(np.zeros(1, dtype), (300,), (0,)), ValueError, "items share one place"),

@@ -117,14 +117,14 @@ def test_two_threads_lose_nothing_that_is_not_counted() -> None:
         (
             lambda r: SampleRing("2"),  # type: ignore[arg-type]
             TypeError,
-            "incompatible",
+            "capacity: got '2', allowed: a whole number",
         ),
         (lambda r: r.push((1, 2, 3)), ValueError, "sample: got 3 fields, allowed: the 8 of palpate.Sample"),
         (lambda r: r.push((0, 0, 0, 2**40, 0, 0.0, 0.0, 0)), TypeError, "sample: got .*allowed: the fields"),
         (lambda r: r.push((0, 0, 0, 0, 0, "1", 0.0, 0)), TypeError, "sample: got .*allowed: the fields"),
         (lambda r: r.push((0, 0, 0, 0, 0, 1.0, 0.0, 300)), TypeError, "sample: got .*allowed: the fields"),
         (lambda r: pickle.dumps(r), TypeError, "cannot pickle a SampleRing"),
-        (lambda r: r.push(7), TypeError, "incompatible"),
+        (lambda r: r.push(7), TypeError, "sample: got 7, allowed: a palpate.Sample"),
         (lambda r: r.push_many(np.zeros(3)), TypeError, "samples: got float64, allowed: .*SampleRing.dtype"),
         (lambda r: r.push_many([1, 2]), TypeError, "samples: got .*list"),
         (lambda r: r.push_many(samples(0, 4)[::2]), ValueError, "samples: got a strided"),

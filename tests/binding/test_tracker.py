@@ -1,7 +1,9 @@
 """The tracker: the bits, the bookkeeping, and what it does with readings that are not as they should be."""
 
 import pickle
+import threading
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import palpate
@@ -17,7 +19,7 @@ SCENES = ["fixed", "paper", "handheld", "sliding"]
 
 @pytest.mark.parametrize("scene", SCENES)
 @given(cuts=st.lists(st.integers(0, 403), max_size=4), name=st.sampled_from(["tremor", "dropouts", "spikes"]))
-def test_readings_and_blocks_give_the_same_bits(scene: str, cuts: list[int], name: str) -> None:
+def test_readings_and_blocks_give_the_same_bits(scene: Any, cuts: list[int], name: str) -> None:
     run = scenarios.run(name, 3)
     columns = run.t_hard_s, run.t_soft_s, run.hard, run.soft
     whole, rows = process(scene, run)
@@ -33,7 +35,7 @@ def test_readings_and_blocks_give_the_same_bits(scene: str, cuts: list[int], nam
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_nanoseconds_are_seconds(scene: str) -> None:
+def test_nanoseconds_are_seconds(scene: Any) -> None:
     run = scenarios.run("tremor", 1)
     hard, soft = (np.round(t * 1e9).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s))
     _, rows = process(scene, run)
@@ -148,7 +150,6 @@ def test_the_fixed_scene_is_rls_on_changes() -> None:
     ("scene", "settings", "message"),
     [
         ("moon", {}, "scene: got 'moon', allowed: fixed, paper, handheld, sliding"),
-        ("paper", {"clip": 3}, "settings: got 'clip', allowed: samples, full_scale, release, steady, alarmed"),
         ("handheld", {"samples": 2.5}, "samples: got 2.5, allowed: a whole number >= 1, or None"),
         ("handheld", {"samples": 0}, "samples: got 0.0"),
         ("handheld", {"release": 1.0}, "release: got 1.0"),
@@ -157,14 +158,18 @@ def test_the_fixed_scene_is_rls_on_changes() -> None:
         ("fixed", {"forgetting": 2.0}, "forgetting: got 2.0"),
     ],
 )
-def test_settings_are_checked(scene: str, settings: dict[str, float], message: str) -> None:
+def test_settings_are_checked(scene: Any, settings: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         palpate.Tracker(scene, **settings)
 
 
 def test_readings_are_checked() -> None:
+    with pytest.raises(
+        TypeError, match="got an unexpected keyword 'clip', allowed: samples, full_scale, release, steady"
+    ):
+        palpate.Tracker("paper", clip=3)  # type: ignore[call-overload]
     with pytest.raises(TypeError, match="drift: got 'x', allowed: a number"):
-        palpate.Tracker(drift="x")
+        palpate.Tracker(drift="x")  # type: ignore[call-overload]
     tracker = palpate.Tracker()
     with pytest.raises(ValueError, match="t_soft: got shape"):
         tracker.process([0.0, 1.0], [0.0], [1.0, 1.0], [1.0, 1.0])
@@ -180,7 +185,7 @@ def test_readings_are_checked() -> None:
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_settings_and_repr_round_trip(scene: str) -> None:
+def test_settings_and_repr_round_trip(scene: Any) -> None:
     tracker = palpate.Tracker(scene, samples=77)
     assert tracker.settings["samples"] == 77
     assert palpate.Tracker(scene, **tracker.settings).settings == tracker.settings
@@ -215,7 +220,7 @@ def test_the_most_reliable_touch() -> None:
     ),
     st.sampled_from(SCENES),
 )
-def test_any_readings_keep_the_tracker_sane(readings: list[tuple[float, float, int]], scene: str) -> None:
+def test_any_readings_keep_the_tracker_sane(readings: list[tuple[float, float, int]], scene: Any) -> None:
     tracker = palpate.Tracker(scene)
     run = scenarios.run("tremor", 1)
     tracker.process(run.t_hard_s[:200], run.t_soft_s[:200], run.hard[:200], run.soft[:200])
@@ -254,3 +259,48 @@ def test_the_scene_fixed_goes_on_after_a_tare_and_an_end() -> None:
         (300, 300, 3.0),
         (600, 300, 4.0),
     ]
+
+
+def test_times_beyond_int64_are_refused() -> None:
+    tracker = palpate.Tracker()
+    good, late = np.array([0, 26_000_000], np.uint64), np.array([0, 2**63], np.uint64)
+    for times, name in (((late, good), "t_hard"), ((good, late), "t_soft")):
+        with pytest.raises(ValueError, match=f"{name}: got 9223372036854775808, allowed: times below 2\\*\\*63 ns"):
+            tracker.process(*times, [9.0, 9.0], [8.0, 8.0])
+    assert tracker.readings == 0
+    tracker.process(good, good, [9.0, 9.0], [8.0, 8.0])
+    assert tracker.readings == 2
+
+
+def test_a_block_lets_other_threads_run_and_refuses_a_second_one() -> None:
+    run = scenarios.run("tremor", 1)
+    repeats = 1000
+    hard, soft = np.tile(run.hard, repeats), np.tile(run.soft, repeats)
+    times = np.arange(hard.size) * 26_000_000
+    tracker = palpate.Tracker()
+    refused: set[str] = set()
+    seen: set[int] = set()
+    worker = threading.Thread(target=lambda: tracker.process(times, times, hard, soft))
+    worker.start()
+    while worker.is_alive():
+        seen.add(tracker.readings)
+        try:
+            tracker.finish()
+        except RuntimeError as error:
+            refused.add(str(error))
+    worker.join()
+    assert refused == {"this tracker is processing a block in another thread: give each thread its own"}
+    assert seen <= {0, hard.size}
+    alone = palpate.Tracker()
+    alone.process(times, times, hard, soft)
+    assert alone.touches == tracker.touches
+
+
+def test_the_touches_that_are_new() -> None:
+    tracker, _ = process("handheld", scenarios.run("four-specimens", 1))
+    assert tracker.touch_count == len(tracker.touches) == 4
+    assert [tracker.touches_since(k) for k in range(6)] == [tracker.touches[k:] for k in range(6)]
+    with pytest.raises(ValueError, match="count: got -1, allowed: 0 or more"):
+        tracker.touches_since(-1)
+    with pytest.raises(TypeError, match=r"count: got 1\.5, allowed: a whole number"):
+        tracker.touches_since(1.5)  # type: ignore[arg-type]

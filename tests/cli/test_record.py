@@ -99,7 +99,7 @@ def test_so_many_seconds_and_fewer_touches_than_asked_for(tmp_path: Path) -> Non
         (["sim:moon", "-o", "x.csv"], 2, "sim: got scenario 'moon'"),
         (["sim:", "-o", "x.txt"], 2, "a name that ends in .csv"),
         (["sim:", "-o", "x.csv", "--scene", "moon"], 2, "scene: got 'moon'"),
-        (["sim:", "-o", "x.csv", "--set", "colour=1"], 2, "settings: got 'colour'"),
+        (["sim:", "-o", "x.csv", "--set", "colour=1"], 2, "got an unexpected keyword 'colour', allowed: samples"),
         (["sim:", "-o", "x.csv", "--touches", "0"], 2, "0 is not in the range"),
         (["sim:", "-o", "nowhere/x.csv"], 4, "cannot be written: No such file"),
         (["sim:", "-o", "there.csv"], 4, "there.csv: already exists"),

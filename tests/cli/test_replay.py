@@ -132,7 +132,7 @@ def test_what_is_not_a_recording(tmp_path: Path) -> None:
         (["--set", "drift"], "got 'drift', allowed: NAME=NUMBER"),
         (["--set", "drift=-1"], "drift: got -1.0, allowed: 0 <= drift"),
         (["--map", "hard=1,soft=2,hard=3"], "each once"),
-        (["--set", "colour=1"], "settings: got 'colour'"),
+        (["--set", "colour=1"], "got an unexpected keyword 'colour', allowed: samples"),
         (["--samples", "0"], "0 is not in the range"),
         (["--colour"], "No such option"),
     ],

@@ -98,7 +98,7 @@ def test_one_bad_value_at_any_position_is_as_if_it_were_not_there(kind: Any, bad
 
 @pytest.mark.parametrize("scene", ["handheld", "sliding", "paper", "fixed"])
 @pytest.mark.parametrize("channel", ["hard", "soft"])
-def test_a_lost_reading_at_any_position_costs_nothing_else(scene: str, channel: str) -> None:
+def test_a_lost_reading_at_any_position_costs_nothing_else(scene: Any, channel: str) -> None:
     run = scenarios.run("tremor", 3)
     values: dict[str, Any] = {"hard": run.hard, "soft": run.soft}
     settings = {} if scene == "sliding" else {"samples": 200}
@@ -114,7 +114,7 @@ def test_a_lost_reading_at_any_position_costs_nothing_else(scene: str, channel: 
 
 
 @pytest.mark.parametrize("scene", ["handheld", "paper"])
-def test_clocks_that_stand_jump_or_go_back(scene: str) -> None:
+def test_clocks_that_stand_jump_or_go_back(scene: Any) -> None:
     """Values are never taken for others; what cannot be aligned is counted."""
     run = scenarios.run("tremor", 3)
     truth = run.true_ratio[np.isfinite(run.true_ratio)][-1]

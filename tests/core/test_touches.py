@@ -114,12 +114,13 @@ def test_settings_reach_the_estimator() -> None:
     bad = [
         ({"scene": "moon"}, "scene: got 'moon', allowed: fixed, paper"),
         ({"samples": 0}, "samples: got 0.0"),
-        ({"colour": 1.0}, "settings: got 'colour', allowed: samples, full_scale"),
         ({"drift": -1.0}, "drift: got -1.0"),
     ]
     for wrong, message in bad:
         with pytest.raises(ValueError, match=message):
             palpate.touches(whole, **wrong)
+    with pytest.raises(TypeError, match="got an unexpected keyword 'colour', allowed: samples, full_scale"):
+        palpate.touches(whole, colour=1.0)  # type: ignore[call-arg]
 
 
 def test_the_recording_of_the_project_is_what_its_script_makes() -> None:

@@ -14,7 +14,6 @@ from typing import Any
 
 import palpate
 import pytest
-from palpate import _core
 from project import ROOT
 
 SOURCES = ROOT / "python" / "palpate"
@@ -158,35 +157,6 @@ def test_the_stub_is_what_was_built(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-VARIABLE = {("Touch", "__init__"), ("Tracker", "__init__")} | {
-    (f"{name}Bank{bits}", "__init__") for name in ("Rls", "AdaptiveRls", "HandoverRls") for bits in ("", "32")
-}
-"""Any arguments: a Touch cannot be made, a Tracker's depend on its scene."""
-
-
-def test_the_stub_has_the_parameters_of_the_built_signatures() -> None:
-    """What stubtest cannot see, as the compiled functions carry their signature in the docstring only."""
-    stub = ast.parse((SOURCES / "_core.pyi").read_text())
-    classes = [node for node in stub.body if isinstance(node, ast.ClassDef)]
-    assert {c.name for c in classes} == {n for n, v in vars(_core).items() if inspect.isclass(v)}
-    for node in classes:
-        for method in (m for m in node.body if isinstance(m, ast.FunctionDef) and not m.decorator_list):
-            if (
-                method.name in ("__eq__", "__getstate__", "__setstate__", "__reduce_ex__")
-                or (node.name, method.name) in VARIABLE
-            ):
-                continue
-            function = getattr(getattr(_core, node.name), method.name)
-            if function.__text_signature__:  # stubtest can see it
-                continue
-            built = function.__doc__.split("\n")[0]
-            arguments = [*method.args.posonlyargs, *method.args.args, *method.args.kwonlyargs]
-            names = ["self", *(a.arg for a in arguments if a.arg != "self")]
-            assert re.findall(r"[(, ](\w+): ", built.replace(" (self:", "(self:")) == names, built
-            defaults = [ast.unparse(d) for d in (*method.args.defaults, *method.args.kw_defaults) if d]
-            assert re.findall(r" = ('?[\w.]+'?)", built) == defaults
-
-
 def documented() -> Iterator[tuple[str, str, dict[str, Any]]]:
     for name in MODULES:
         if name != "__main__":
@@ -214,7 +184,7 @@ def test_everything_public_is_documented() -> None:
         value = getattr(palpate, name)
         if inspect.isclass(value):
             for member, attribute in vars(value).items():
-                if callable(attribute) or isinstance(attribute, property):
+                if callable(attribute) or inspect.isdatadescriptor(attribute):
                     assert member.startswith("_") or attribute.__doc__, f"{name}.{member}"
         if name != "__version__":
             assert value.__doc__, name

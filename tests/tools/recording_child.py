@@ -53,25 +53,30 @@ def command(path: Path, output: int) -> NoReturn:
     raise AssertionError("the command ends with an exit")
 
 
-def child(way: str, folder: Path, number: int) -> None:
-    """Do what the way says."""
+def child(way: str, folder: Path, number: int, ready: int) -> None:
+    """Do what the way says, after telling that from now on a signal ends it as it should."""
     output = os.open(folder / f"{number}.acknowledged", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     if way == "command":
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    os.write(ready, b".")
+    if way == "command":
         command(folder / f"{number}.csv", output)
     until_s = time.monotonic() + number * 0.03 if way == "shutdown" else float("inf")
     measure(folder / f"{number}.csv", output, until_s)
 
 
 def main(way: str, folder: Path, count: int) -> None:
-    """Fork the children, print their process ids, wait for them and print how they ended."""
+    """Fork the children, print their process ids when all are ready, wait for them and print how they ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    told, ready = os.pipe()
     children = []
     for number in range(count):
         if not (process := os.fork()):
-            child(way, folder, number)
+            child(way, folder, number, ready)
             return  # and through the interpreter's own end
         children.append(process)
+    for _ in children:
+        os.read(told, 1)
     print(*children, flush=True)
     print(*(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]) for process in children), flush=True)
 

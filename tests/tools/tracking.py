@@ -7,7 +7,7 @@ import palpate
 from palpate.simulation import Simulation
 
 
-def process(scene: str, run: Simulation, **settings: Any) -> tuple[palpate.Tracker, np.ndarray[Any, Any]]:
+def process(scene: Any, run: Simulation, **settings: Any) -> tuple[palpate.Tracker, np.ndarray[Any, Any]]:
     tracker = palpate.Tracker(scene, **settings)
     rows = tracker.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
     tracker.finish()

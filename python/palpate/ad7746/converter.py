@@ -83,8 +83,8 @@ class Converter:
         counters: Counters,
         check: Callable[[], None],
     ) -> None:
-        self.configuration = configuration
-        self.dump = b""
+        self.configuration: Configuration = configuration
+        self.dump: bytes = b""
         self._bus = bus
         self._clock = clock
         self._counters = counters

@@ -76,7 +76,7 @@ class Ad7746:
         replug_s: float = 30.0,
         notify: Callable[[str], None] = lambda _: None,
     ) -> None:
-        self.counters = Counters()
+        self.counters: Counters = Counters()
         self._bus = bus
         self._clock = clock or RealClock()
         self._replug_s = replug_s

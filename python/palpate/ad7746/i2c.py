@@ -11,8 +11,8 @@ from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, Protocol
 
 try:
     from smbus2 import SMBus, i2c_msg
-except ImportError as error:  # pragma: no cover
-    raise MissingExtra("an I2C bus needs smbus2: pip install 'palpate[i2c]'") from error
+except ImportError as _missing:  # pragma: no cover
+    raise MissingExtra("an I2C bus needs smbus2: pip install 'palpate[i2c]'") from _missing
 
 
 class I2cBus:

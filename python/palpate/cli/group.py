@@ -2,10 +2,10 @@
 
 import errno
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import click
 
@@ -17,7 +17,8 @@ def _remember(context: click.Context, _parameter: click.Parameter, asked: bool) 
         context.meta["palpate.debug"] = True
 
 
-debug_option = click.option(
+_C = TypeVar("_C", bound=Callable[..., Any])
+debug_option: Callable[[_C], _C] = click.option(
     "--debug", is_flag=True, expose_value=False, callback=_remember, help="After an error print the traceback."
 )
 

@@ -6,6 +6,8 @@ from typing import Any
 
 import click
 
+from palpate._core import scenes
+
 
 def columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
     """Parse hard=COL,soft=COL[,time=COL]; a name may contain commas."""
@@ -29,7 +31,9 @@ def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[
     return found
 
 
-json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead.")
+json_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
+    "--json", "as_json", is_flag=True, help="Print one JSON document instead."
+)
 """Adds as_json to a command."""
 
 _READING = [
@@ -37,13 +41,13 @@ _READING = [
                  help="Columns of a table of another logger: names, or positions counted from 1; also time=COL."),
     click.option("--unit", help="Unit of the capacitances, aF to F.  [default: from the header, else pF]"),
 ]  # fmt: skip
-_SCENES = "Method of estimation: handheld, sliding, paper or fixed."
+_SCENES = f"Method of estimation: {', '.join(scenes)}."
 _SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES)
 _SCENE_AGAIN = click.option("--scene", help=f"{_SCENES}  [default: from the recording, else handheld]")
 _ESTIMATING = [
-    click.option("--samples", type=click.IntRange(min=1), help="Largest number of samples of a touch.  [default: from the scene]"),
+    click.option("--samples", type=click.IntRange(min=1), help="Most samples of a touch.  [default: from the scene]"),
     click.option("--set", "settings", callback=settings, multiple=True, metavar="NAME=VALUE",
-                 help="A setting of the estimator, for example threshold=6; may be repeated. A wrong NAME lists those of the scene."),
+                 help="A setting of the estimator, as threshold=6; may be repeated. A wrong NAME lists all."),
 ]  # fmt: skip
 
 
@@ -56,11 +60,11 @@ def _adding(options: list[Callable[..., Any]]) -> Callable[[Callable[..., Any]],
     return add
 
 
-reading_options = _adding(_READING)
+reading_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding(_READING)
 """Adds columns and unit to a command."""
-estimating_options = _adding([_SCENE, *_ESTIMATING])
+estimating_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([_SCENE, *_ESTIMATING])
 """Adds scene, samples and settings."""
-recording_options = _adding([*_READING, _SCENE, *_ESTIMATING])
+recording_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE, *_ESTIMATING])
 """Adds columns, unit, scene, samples and settings."""
-replaying_options = _adding([*_READING, _SCENE_AGAIN, *_ESTIMATING])
+replaying_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE_AGAIN, *_ESTIMATING])
 """Adds the same; scene is None if it is not given."""

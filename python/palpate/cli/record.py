@@ -19,6 +19,7 @@ from palpate.cli.options import estimating_options, json_option
 from palpate.cli.source import SourceType
 
 if TYPE_CHECKING:
+    from palpate._core import _Scene
     from palpate.stream import Stream
     from palpate.stream.estimate import Batch
 
@@ -45,7 +46,7 @@ def record(
     seconds: float | None,
     notes: tuple[str, ...],
     firmware: Path | None,
-    scene: str,
+    scene: "_Scene",
     samples: int | None,
     settings: dict[str, float],
     as_json: bool,

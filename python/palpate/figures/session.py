@@ -1,7 +1,7 @@
 """Fig. 10, 11 and 12 of the paper: four touches on each of ten specimens, and the fitted curve."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from palpate.figure_style import HANDHELD, HARD, PAPER, SLOW, TRUTH
 from palpate.simulation.hand import session
 from palpate.simulation.scenarios import PROBE
 from palpate.touch import touches
+
+if TYPE_CHECKING:
+    from palpate._core import _Scene
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,7 @@ def ten_specimens(seed: int) -> TenSpecimens:
     """Simulate four touches on each of ten specimens."""
     runs = session(seed)
 
-    def through(scene: str) -> list[Specimen]:
+    def through(scene: "_Scene") -> list[Specimen]:
         return [Specimen(name, E, touches(runs[name], scene=scene)) for name, E in SORBOTHANE_MPA.items()]
 
     paper, handheld = through("paper"), through("handheld")

@@ -36,7 +36,8 @@ class Page:
     """
 
     def __init__(self, socket: Sending) -> None:
-        self.sent = self.lost = 0
+        self.sent: int = 0
+        self.lost: int = 0
         self._socket = socket
         self._waiting: deque[tuple[int, bytes]] = deque()
         self._unseen: deque[int] = deque()

@@ -59,7 +59,7 @@ class Server:
 
     def __init__(self, session: Session, summary: Summary, source: str) -> None:
         self._session = session
-        self.hub = Hub(session, summary, source)
+        self.hub: Hub = Hub(session, summary, source)
 
     def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
         """Return the application for this address, with access control."""

@@ -57,11 +57,12 @@ class Session:
 
     def __init__(self, open_source: Callable[[], Source], recordings: Recordings, how: dict[str, Any]) -> None:
         self.recordings = recordings
-        self.number = 0
+        self.number: int = 0
         self.touches: list[Touch] = []
         self.marks: list[tuple[float, str]] = []
         self.messages: list[str] = []
-        self.moment, self.error = Moment(), ""
+        self.moment: Moment = Moment()
+        self.error: str = ""
         self._open, self._how = open_source, how
         self._commands, self._batches = Lock(), Lock()
         self._unread: list[Rows] = []
@@ -85,7 +86,8 @@ class Session:
                 self.recordings.forget(record)
             raise
         with self._batches:
-            self.stream, self.number = stream, self.number + 1
+            self.stream: Stream = stream
+            self.number += 1
             self.touches, self.marks, self._unread = [], [], []
             self.moment, self.error = Moment(), ""
             self._tare.clear()

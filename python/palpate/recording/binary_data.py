@@ -137,16 +137,16 @@ class BinaryData:
     full_scale_pF = SATURATED_PF
 
     def __init__(self, hard: Path, soft: Path | None = None, period_s: float | None = None) -> None:
-        self.path = Path(hard)
-        self.channels = [read_channel(Path(path)) for path in (hard, soft) if path is not None]
-        self.survey = Survey()
+        self.path: Path = Path(hard)
+        self.channels: list[ChannelFile] = [read_channel(Path(path)) for path in (hard, soft) if path is not None]
+        self.survey: Survey = Survey()
         self.settings: dict[str, Any] = {}
         periods = {channel.period_s for channel in self.channels}
         if len(periods) > 1:
             raise RecordingError(
                 self.path, f"and {soft}: the conversion times differ: the files do not belong together"
             )
-        self.period_s = period_s or periods.pop()
+        self.period_s: float | None = period_s or periods.pop()
         if not self.period_s:
             raise ValueError(
                 f"period: got none, allowed: seconds from row to row; {hard} has no conversion time in its header"

@@ -38,14 +38,14 @@ class Foreign:
         columns: Mapping[str, str | int] | None = None,
         unit: str | None = None,
     ) -> None:
-        self.path = Path(path)
-        self.survey = Survey()
+        self.path: Path = Path(path)
+        self.survey: Survey = Survey()
         self._recording = read(self.path, columns=columns, unit=unit)
-        self.full_scale_pF = self._recording.full_scale_pF
-        self.notes = self._recording.notes
+        self.full_scale_pF: float = self._recording.full_scale_pF
+        self.notes: tuple[str, ...] = self._recording.notes
         self.tares: frozenset[int] = frozenset()
         times = (self._recording.t_hard_s, self._recording.t_soft_s)
-        self.timed = all(bool(np.isfinite(t).all()) for t in times)
+        self.timed: bool = all(bool(np.isfinite(t).all()) for t in times)
         self.settings: dict[str, Any] = {}
 
     def describe(self) -> dict[str, Any]:

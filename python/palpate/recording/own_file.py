@@ -53,10 +53,11 @@ class Recorded:
     timed = True
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path = Path(path)
+        self.path: Path = Path(path)
         self.document: dict[str, Any] | None = None
-        self.survey = Survey()
-        self.torn_bytes = self.checksum = 0
+        self.survey: Survey = Survey()
+        self.torn_bytes: int = 0
+        self.checksum: int = 0
         self._notes: list[str] = []
         try:
             self.document = sidecar.load(self.path)

@@ -72,8 +72,8 @@ class Recorder:
         settings: dict[str, Any],
         notes: list[str],
     ) -> None:
-        self.path = Path(path)
-        self.rows = 0
+        self.path: Path = Path(path)
+        self.rows: int = 0
         self.error: RecordingError | None = None
         self._sidecar = sidecar.sidecar_path(self.path)
         self._document = sidecar.fresh(device, settings, list(notes))

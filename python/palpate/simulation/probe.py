@@ -186,7 +186,7 @@ class Truth:
     """
 
     def __init__(self, scenario: Scenario, random: np.random.Generator) -> None:
-        self.presses = tuple(
+        self.presses: tuple[Press, ...] = tuple(
             _oblique(press, 1 + scenario.oblique * random.standard_normal()) for press in scenario.presses
         )
         self._scenario = scenario

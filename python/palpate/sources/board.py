@@ -37,7 +37,7 @@ class BoardSource(Source):
 
     def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock) -> None:
         chosen = {name: options[name] for name in ("capf", "hard_input") if name in options}
-        self.driver = Ad7746(
+        self.driver: Ad7746 = Ad7746(
             bus,
             Configuration(**chosen),
             clock,

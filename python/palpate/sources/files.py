@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping
 from threading import Event
 from typing import Any
 
-from palpate.recording.foreign import recorded
+from palpate.recording.foreign import Foreign, recorded
+from palpate.recording.own_file import Recorded
 from palpate.recording.table import PICOFARADS
 from palpate.samples import Block, Sample, samples_of
 from palpate.sources.base import Source
@@ -29,8 +30,8 @@ class FileSource(Source):
     """
 
     def __init__(self, path: str, columns: Any = None, unit: str | None = None, speed: float | None = None) -> None:
-        self.recording = recorded(path, columns=columns, unit=unit)
-        self.live = speed is not None
+        self.recording: Recorded | Foreign = recorded(path, columns=columns, unit=unit)
+        self.live: bool = speed is not None
         self._speed = speed
         self._stopped = Event()
 

@@ -16,8 +16,8 @@ from palpate.sources.options import Check, checked, choice, number, text
 
 try:
     import serial
-except ImportError as error:  # pragma: no cover
-    raise MissingExtra("a serial port needs pyserial: pip install 'palpate[serial]'") from error
+except ImportError as _missing:  # pragma: no cover
+    raise MissingExtra("a serial port needs pyserial: pip install 'palpate[serial]'") from _missing
 
 NUMBER = r"[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?|[-+]?OV?LD?|nan"
 PATTERN = rf"(?P<hard>{NUMBER})\s*[a-zA-Z]*[\s,;|]+(?P<soft>{NUMBER})"

@@ -39,7 +39,7 @@ class SimSource(BoardSource):
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
         scenario = SCENARIOS[name]
         speed, seed = options.get("speed"), options.get("seed", 0)
-        self.live = speed is not None
+        self.live: bool = speed is not None
         self.clock: Clock = RealClock(speed) if speed else VirtualClock()
         self.kit: KitTwin = kit_of(scenario, self.clock, seed)
         self._incidents = sorted(options.get("fault", []), key=lambda incident: incident.time_s)

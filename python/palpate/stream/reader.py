@@ -44,13 +44,15 @@ class Reader:
     """
 
     def __init__(self, source: Source, ring: SampleRing, recorder: Recorder | None, period_s: float = math.nan) -> None:
-        self.read = self.lost = self.late = 0
+        self.read: int = 0
+        self.lost: int = 0
+        self.late: int = 0
         self.last: Sample | None = None
-        self.ready = Event()
+        self.ready: Event = Event()
         self.error: BaseException | None = None
         self._source = source
         self._ring = ring
-        self.lock = RLock()
+        self.lock: RLock = RLock()
         self.recorder = recorder
         self._late_ns = _LATE * period_s * 1e9
         self._stopping = Event()

@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from palpate.sources import open as open_source
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.reader import Reader
 from palpate.stream.recording_slot import RecordingSlot
+
+if TYPE_CHECKING:
+    from palpate._core import _AnySettings, _Scene
 
 STOP_S = 0.5
 _BATCH = 256  # samples at a time, at most
@@ -78,19 +81,20 @@ class Stream:
         source: str | Source,
         tracker: Tracker | None = None,
         *,
-        scene: str = "handheld",
+        scene: "_Scene" = "handheld",
         record: str | os.PathLike[str] | None = None,
         capacity: int = 4096,
         notes: list[str] | None = None,
         notify: Callable[[str], None] | None = None,
-        **settings: Any,
+        **settings: Unpack["_AnySettings"],
     ) -> None:
         with ExitStack() as on_failure:
             if not isinstance(source, str):
                 on_failure.callback(source.close)
             if tracker is not None and settings:
                 raise ValueError(f"settings: got {', '.join(settings)} beside a tracker, allowed: one of the two")
-            self.tracker = tracker or Tracker(scene, **settings)
+            given: dict[str, Any] = dict(settings)
+            self.tracker: Tracker = tracker or Tracker(scene, **given)
             if record is not None:
                 sidecar_path(Path(record))
             self._ring = SampleRing(capacity)
@@ -101,7 +105,7 @@ class Stream:
                 self.source.notify = notify
             if tracker is None:
                 full_scale = float(self.source.describe().get("full_scale_pF", math.inf))
-                self.tracker = Tracker(scene, **{"full_scale": full_scale, **settings})
+                self.tracker = Tracker(scene, **{"full_scale": full_scale, **given})
             on_failure.pop_all()
         self._recordings = RecordingSlot(self.source, self.tracker, lambda: self.counters, record, notes or [])
         self._reader: Reader | None = None
@@ -279,21 +283,21 @@ class Stream:
             reader.ready.clear()
 
     def _estimated(self, block: Block) -> Batch:
-        before = len(self.tracker.touches)
+        before = self.tracker.touch_count
         rows = feed(self.tracker, block)
         self._fed = samples_of(block[-1:])[0]
         self._delivered += len(block)
         self._refused += int(np.count_nonzero(refused(block)))
         self._saturated += int(np.count_nonzero(saturated(block)))
-        return Batch(block, rows, self.tracker.touches[before:], before + 1)
+        return Batch(block, rows, self.tracker.touches_since(before), before + 1)
 
     def _finish(self) -> Batch | None:
         """End a touch that still runs."""
         if self._ended:
             return None
         self._ended = True
-        before = len(self.tracker.touches)
+        before = self.tracker.touch_count
         if self.tracker.finish() is None:
             return None
         nothing = np.empty(0, DTYPE)
-        return Batch(nothing, feed(self.tracker, nothing), self.tracker.touches[before:], before + 1)
+        return Batch(nothing, feed(self.tracker, nothing), self.tracker.touches_since(before), before + 1)

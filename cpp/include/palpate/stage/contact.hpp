@@ -73,7 +73,7 @@ class Contact : public Settings {
   }
 
   constexpr void reset() noexcept {
-    enter_idle();
+    calm_down(State::idle);
     peak_ = 0;
   }
 
@@ -86,16 +86,15 @@ class Contact : public Settings {
   constexpr int age() const noexcept { return age_; }
 
  private:
-  enum class State : std::uint8_t { idle, released, contact };
+  enum class State : std::uint8_t { contact, released, idle };
 
   constexpr bool approach(Real change, Real noise) noexcept {
-    // What is not below the clip counts as the clip, without noise, too; no change counts as none.
-    const bool below_clip = change < product(settings.clip, noise);
-    const Real size = below_clip ? change / noise : change > 0 ? settings.clip : Real(0);
-    sum_ += size - settings.slack;
+    // 0 / 0, no change without noise, is no number, and the sum starts again: it is above 0 for no number.
+    const Real size = change / noise;
+    sum_ += (size > settings.clip ? settings.clip : size) - settings.slack;
     sum_ = sum_ > 0 ? sum_ : Real(0);
     if (Dates) {  // noise does not exceed quiet 65536 times in a row
-      age_ = static_cast<std::uint16_t>(size < settings.quiet ? 0 : age_ + 1);
+      age_ = static_cast<std::uint16_t>(size >= settings.quiet ? age_ + 1 : 0);
     }
     if (sum_ >= settings.limit) {
       enter(Real(0));
@@ -104,13 +103,15 @@ class Contact : public Settings {
   }
 
   constexpr bool leave(Real change, Real noise) noexcept {
-    peak_ = contact() && change > peak_ ? change : peak_;
-    const Real least = product(contact() ? settings.release : settings.idle_share, peak_);
+    const bool touching = contact();
+    peak_ = touching && change > peak_ ? change : peak_;
+    const Real least = product(touching ? settings.release : settings.idle_share, peak_);
     const Real noise_limit = product(settings.slack + 1, noise);  // a touch of a few noises has no tenth
-    if (count_in_a_row(change < (least > noise_limit ? least : noise_limit)) == settings.confirm) {
-      contact() ? enter_released() : enter_idle();
+    if (count_in_a_row(change < (least > noise_limit ? least : noise_limit)) != settings.confirm) {
+      return touching;
     }
-    return contact();
+    calm_down(touching ? State::released : State::idle);
+    return false;
   }
 
   constexpr void enter(Real peak) noexcept {
@@ -118,23 +119,20 @@ class Contact : public Settings {
     peak_ = peak;
     in_a_row_ = 0;
   }
-  constexpr void enter_released() noexcept {
-    state_ = State::released;
-    forget_approach();
-  }
-  constexpr void enter_idle() noexcept {
-    state_ = State::idle;
-    forget_approach();
-  }
-  constexpr void forget_approach() noexcept {
-    in_a_row_ = 0;
+
+  constexpr void calm_down(State to) noexcept {
+    state_ = to;
     sum_ = 0;
-    age_ = 0;
+    in_a_row_ = 0;
+    if (Dates) {
+      age_ = 0;
+    }
   }
 
   constexpr int count_in_a_row(bool yes) noexcept {
-    in_a_row_ = static_cast<std::uint8_t>(yes ? in_a_row_ + 1 : 0);
-    return in_a_row_;
+    const int count = yes ? in_a_row_ + 1 : 0;
+    in_a_row_ = static_cast<std::uint8_t>(count);
+    return count;
   }
 
   Real sum_ = 0, peak_ = 0;

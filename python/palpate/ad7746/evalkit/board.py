@@ -16,8 +16,8 @@ from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, Protocol
 
 try:
     import usb.util
-except ImportError as error:  # pragma: no cover
-    raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from error
+except ImportError as _missing:  # pragma: no cover
+    raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from _missing
 
 TIMEOUT_MS = 200
 TRANSFER_BYTES = 64

@@ -8,8 +8,8 @@ from palpate.errors import DeviceNotFound, MissingExtra
 
 try:
     import usb.core
-except ImportError as error:  # pragma: no cover
-    raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from error
+except ImportError as _missing:  # pragma: no cover
+    raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from _missing
 
 VENDOR, PRODUCT = 0x0456, 0xB481
 """The same before and after the firmware is loaded."""

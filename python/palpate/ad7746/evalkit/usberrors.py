@@ -8,8 +8,8 @@ from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, Protocol
 
 try:
     import usb.core
-except ImportError as error:  # pragma: no cover
-    raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from error
+except ImportError as _missing:  # pragma: no cover
+    raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from _missing
 
 UDEV_RULE = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0666"'
 """What a Linux system needs in /etc/udev/rules.d for a user to open the board."""

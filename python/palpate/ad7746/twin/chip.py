@@ -67,11 +67,13 @@ class ChipTwin:
         noisy: bool = True,
     ) -> None:
         self.conversions: deque[Conversion] = deque(maxlen=4096)
-        self.temperature_C = 25.0
+        self.temperature_C: float = 25.0
         self.present = True
-        self.lose = self.garble = self.short = 0  # conversions that are yet to be lost, of the other input, with EXCERR
-        self.overload_pF = 0.0
-        self.pace = 1.0  # a conversion's time, relative to the data sheet's
+        self.lose: int = 0  # conversions that are yet to be lost
+        self.garble: int = 0  # ... of the other input
+        self.short: int = 0  # ... with EXCERR
+        self.overload_pF: float = 0.0
+        self.pace: float = 1.0  # a conversion's time, relative to the data sheet's
         self.disturb: Callable[[], float] = lambda: 0.0  # pF, for each conversion
         self._pins = pins
         self._random = random.Random(seed)
@@ -80,7 +82,7 @@ class ChipTwin:
         self._silent_until = 0
         self._pointer = 0
         self._running: Running | None = None
-        self.registers = bytearray(datasheet.RESET_VALUES + FACTORY)
+        self.registers: bytearray = bytearray(datasheet.RESET_VALUES + FACTORY)
 
     def acknowledges(self, now: int) -> bool:
         """Tell whether the chip answers to its address."""

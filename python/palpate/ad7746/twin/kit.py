@@ -105,10 +105,11 @@ class KitTwin:
 
     def __init__(self, chip: ChipTwin, clock: Clock, *, loaded: bool = True) -> None:
         self.chip = chip
-        self.loaded = loaded
+        self.loaded: bool = loaded
         self.keeps_firmware = True  # over an unplugging; a real board, which the cable supplies, does not
         self.stuck: bool | None = None  # level of the RDY# pin, where it does not follow the chip
-        self.locked = self.eeprom_touched = False
+        self.locked: bool = False
+        self.eeprom_touched: bool = False
         self.faults: deque[Fault] = deque()
         self.on_unplug: Callable[[float], None] = lambda _: None
         self.configuration = 1

@@ -8,7 +8,7 @@ import errno
 import math
 import struct
 from types import SimpleNamespace
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import usb.backend
 from usb.backend import libusb1
@@ -16,6 +16,11 @@ from usb.core import USBError, USBTimeoutError
 
 from palpate.ad7746.clock import Clock
 from palpate.ad7746.twin.kit import KitTwin
+
+if TYPE_CHECKING:
+    _Backend = object  # pyusb has no types
+else:
+    _Backend = usb.backend.IBackend
 
 # errno of a transfer to libusb's error, as libusb's Linux part translates it.
 _MOST_OWED_NS = 2_000_000
@@ -48,7 +53,7 @@ class Handle:
         self.port = port
 
 
-class TwinBackend(usb.backend.IBackend):  # type: ignore[misc]
+class TwinBackend(_Backend):
     """What pyusb finds devices with.
 
     Parameters
@@ -63,7 +68,7 @@ class TwinBackend(usb.backend.IBackend):  # type: ignore[misc]
     """
 
     def __init__(self, clock: Clock) -> None:
-        self.opened = 0
+        self.opened: int = 0
         self._clock = clock
         self._ports: list[Port] = []
         self._coming: list[tuple[float, KitTwin, int]] = []

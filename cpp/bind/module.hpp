@@ -5,9 +5,8 @@
 
 namespace py = pybind11;
 
-void bind_rls(py::module_& module);
-void bind_adaptive_rls(py::module_& module);
-void bind_handover_rls(py::module_& module);
+void bind_estimators(py::module_& module);
+void bind_banks(py::module_& module);
+void bind_touch(py::module_& module);
 void bind_tracker(py::module_& module);
-void bind_bank(py::module_& module);
 void bind_ring(py::module_& module);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
+#include <pybind11/stl.h>
+
 #include <memory>
+#include <optional>
 #include <palpate/ring.hpp>
 
-#include "block.hpp"
-#include "fastcall.hpp"
-#include "fields.hpp"
-#include "made.hpp"
+#include "arrays.hpp"
+#include "constructors.hpp"
 
 namespace {
 
@@ -18,19 +19,17 @@ struct SampleRow {
   unsigned char padding[7];
 
   static py::dtype dtype() {
-    FieldList fields;
-    fields.add<std::int64_t>("seq", offsetof(SampleRow, seq));
-    fields.add<std::int64_t>("t_hard_ns", offsetof(SampleRow, t_hard_ns));
-    fields.add<std::int64_t>("t_soft_ns", offsetof(SampleRow, t_soft_ns));
-    fields.add<std::int32_t>("hard_raw", offsetof(SampleRow, hard_raw));
-    fields.add<std::int32_t>("soft_raw", offsetof(SampleRow, soft_raw));
-    fields.add<double>("hard", offsetof(SampleRow, hard));
-    fields.add<double>("soft", offsetof(SampleRow, soft));
-    fields.add<std::uint8_t>("status", offsetof(SampleRow, status));
-    return fields.dtype(sizeof(SampleRow));
+    return dtype_of<SampleRow>({PALPATE_COLUMN(SampleRow, seq), PALPATE_COLUMN(SampleRow, t_hard_ns),
+                                PALPATE_COLUMN(SampleRow, t_soft_ns), PALPATE_COLUMN(SampleRow, hard_raw),
+                                PALPATE_COLUMN(SampleRow, soft_raw), PALPATE_COLUMN(SampleRow, hard),
+                                PALPATE_COLUMN(SampleRow, soft), PALPATE_COLUMN(SampleRow, status)});
   }
 
-  static SampleRow of(const py::tuple& sample) {
+  static SampleRow of(py::handle given) {
+    if (!py::isinstance<py::tuple>(given)) {
+      throw py::type_error("sample: got " + py::repr(given).cast<std::string>() + ", allowed: a palpate.Sample");
+    }
+    const auto sample = py::reinterpret_borrow<py::tuple>(given);
     if (sample.size() != 8) {
       throw py::value_error("sample: got " + std::to_string(sample.size()) +
                             " fields, allowed: the 8 of palpate.Sample");
@@ -59,6 +58,7 @@ class HeapStorage {
 };
 
 using SampleRing = palpate::BasicRing<HeapStorage>;
+constexpr py::ssize_t default_capacity = 1024;
 constexpr std::size_t most = std::size_t{1} << 30;
 
 std::size_t power_of_two(py::ssize_t capacity) {
@@ -72,50 +72,40 @@ std::size_t power_of_two(py::ssize_t capacity) {
   return power;
 }
 
-class PyRing : Made {
+class PyRing {
  public:
-  using Made::operator new;
-  using Made::operator delete;
-
   explicit PyRing(py::ssize_t capacity) : ring_(std::make_unique<SampleRing>(HeapStorage(power_of_two(capacity)))) {}
 
-  bool push(const py::tuple& sample) {
+  bool push(py::handle sample) {
     require_open();
     return ring_->try_push(SampleRow::of(sample));
   }
-
   std::size_t push_many(py::handle samples) {
     require_open();
     const auto rows = rows_of(samples, "samples", 0);
     return ring_->push(rows.items(), static_cast<std::size_t>(rows.size));
   }
-
   std::size_t pop_many(py::handle out) {
-    require_made();
     const auto rows = rows_of(out, "out", writeable);
     return ring_->pop(rows.items(), static_cast<std::size_t>(rows.size));
   }
+  void close() { closed_ = true; }
 
-  py::object first_dropped() const {
-    return ring().dropped() == 0 ? py::object(py::none()) : py::object(py::int_(ring().first_dropped()));
+  py::object dtype() const { return once<&SampleRow::dtype>(); }
+  std::size_t capacity() const { return ring_->capacity(); }
+  std::size_t dropped() const { return ring_->dropped(); }
+  std::optional<std::size_t> first_dropped() const {
+    return dropped() == 0 ? std::nullopt : std::optional(ring_->first_dropped());
   }
-
-  const SampleRing& ring() const {
-    require_made();
-    return *ring_;
-  }
-  void close() {
-    require_made();
-    closed_ = true;
-  }
-  bool closed() const {
-    require_made();
-    return closed_;
+  std::size_t size() const { return ring_->size(); }
+  bool closed() const { return closed_; }
+  std::string repr() const {
+    return "<SampleRing(" + std::to_string(capacity()) + ") len=" + std::to_string(size()) +
+           " dropped=" + std::to_string(dropped()) + (closed_ ? " closed>" : ">");
   }
 
  private:
   void require_open() const {
-    require_made();
     if (closed_) {
       throw py::value_error("ring: got a sample after close(), allowed: none");
     }
@@ -133,7 +123,7 @@ class PyRing : Made {
                            ", allowed: a numpy array of SampleRing.dtype");
     }
     const auto array = py::reinterpret_borrow<py::array>(value);
-    require_shape(array, name, -1);
+    require_shape(array, name, {-1});
     const int needed = flags | aligned | py::array::c_style;
     if ((array.flags() & needed) != needed) {
       throw py::value_error(std::string(name) +
@@ -187,42 +177,38 @@ constexpr auto pop_many_doc = R"(pop_many($self, out, /)
 
 Pop into an array of `dtype`, shape (n,), contiguous, the oldest first; return how many there were.)";
 
-PyObject* pushed_many(PyRing& ring, py::handle samples) { return PyLong_FromSize_t(ring.push_many(samples)); }
-PyObject* popped_many(PyRing& ring, py::handle out) { return PyLong_FromSize_t(ring.pop_many(out)); }
+constexpr auto push_doc = R"(push($self, sample, /)
+--
+
+Push one `Sample`; return whether there was room. ValueError after `close`.)";
+
+PyRing made(const methods::Given& given) {
+  methods::refuse_others(given, "capacity");
+  return PyRing(!given.first ? default_capacity : methods::to_size("capacity", given.first));
+}
+
+void refuse_pickle(py::handle, py::handle) {
+  throw py::type_error("cannot pickle a SampleRing: it is between threads");
+}
 
 }  // namespace
 
 void bind_ring(py::module_& module) {
-  py::class_<PyRing> type(module, "SampleRing", ring_doc);
-  type.attr("__module__") = "palpate";
-  fastcall::def_single<PyRing, &pushed_many>(type, "push_many", push_many_doc);
-  fastcall::def_single<PyRing, &popped_many>(type, "pop_many", pop_many_doc);
-  type.def(py::init<py::ssize_t>(), py::arg("capacity") = 1024)
-      .def("push", &PyRing::push, py::arg("sample"), py::pos_only(),
-           "Push one `Sample`; return whether there was room. ValueError after `close`.")
-      .def(
-          "__reduce_ex__",
-          [](const PyRing&, int) -> py::object {
-            throw py::type_error("cannot pickle a SampleRing: it is between threads");
-          },
-          py::arg("protocol"), py::pos_only())
-      .def("close", &PyRing::close, "Accept no more samples; what is inside can still be popped.")
-      .def("__len__", [](const PyRing& self) { return self.ring().size(); })
-      .def("__repr__",
-           [](const PyRing& self) {
-             return "<SampleRing(" + std::to_string(self.ring().capacity()) +
-                    ") len=" + std::to_string(self.ring().size()) +
-                    " dropped=" + std::to_string(self.ring().dropped()) + (self.closed() ? " closed>" : ">");
-           })
-      .def_property_readonly(
-          "dtype", [](const PyRing&) { return once<&SampleRow::dtype>(); },
-          "numpy.dtype of a sample: the fields of `Sample`, 56 bytes with the padding.")
-      .def_property_readonly(
-          "capacity", [](const PyRing& self) { return self.ring().capacity(); }, "Samples that it holds.")
-      .def_property_readonly(
-          "dropped", [](const PyRing& self) { return self.ring().dropped(); },
-          "Samples dropped so far because it was full.")
-      .def_property_readonly("first_dropped", &PyRing::first_dropped,
-                             "How many had been accepted when the first was dropped; None where none was.")
-      .def_property_readonly("closed", &PyRing::closed, "Whether `close` was called.");
+  const std::string parameters = "(capacity=" + std::to_string(default_capacity) + ")";
+  auto type = methods::define_class<&made>(module, "SampleRing", parameters, ring_doc);
+  methods::define<&PyRing::push>(type, push_doc);
+  methods::define<&PyRing::push_many>(type, push_many_doc);
+  methods::define<&PyRing::pop_many>(type, pop_many_doc);
+  methods::define<&PyRing::close>(type,
+                                  "close($self)\n--\n\nAccept no more samples; what is inside can still be popped.");
+  methods::define<&PyRing::size>(type, "__len__($self, /)\n--\n\n");
+  methods::define<&PyRing::repr>(type, "__repr__($self, /)\n--\n\n");
+  methods::define<&refuse_pickle>(type, "__reduce_ex__($self, protocol, /)\n--\n\n");
+  methods::property<&PyRing::dtype>(type, "dtype",
+                                    "numpy.dtype of a sample: the fields of `Sample`, 56 bytes with the padding.");
+  methods::property<&PyRing::capacity>(type, "capacity", "Samples that it holds.");
+  methods::property<&PyRing::dropped>(type, "dropped", "Samples dropped so far because it was full.");
+  methods::property<&PyRing::first_dropped>(
+      type, "first_dropped", "How many had been accepted when the first was dropped; None where none was.");
+  methods::property<&PyRing::closed>(type, "closed", "Whether `close` was called.");
 }

@@ -7,18 +7,18 @@
 #include <vector>
 
 template <class Item>
-struct InLines {
+struct CacheLines {
   using value_type = Item;
   static constexpr std::align_val_t line{64};
 
-  InLines() = default;
+  CacheLines() = default;
   template <class Other>
-  InLines(const InLines<Other>&) {}
+  CacheLines(const CacheLines<Other>&) {}
   Item* allocate(std::size_t size) { return static_cast<Item*>(::operator new(size * sizeof(Item), line)); }
   void deallocate(Item* items, std::size_t) { ::operator delete(items, line); }
-  bool operator==(const InLines&) const { return true; }
-  bool operator!=(const InLines&) const { return false; }
+  bool operator==(const CacheLines&) const { return true; }
+  bool operator!=(const CacheLines&) const { return false; }
 };
 
 template <class Item>
-using LineVector = std::vector<Item, InLines<Item>>;
+using LineVector = std::vector<Item, CacheLines<Item>>;

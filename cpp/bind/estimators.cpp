@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT
+#include "constructors.hpp"
+#include "estimator.hpp"
+#include "estimator_kinds.hpp"
+#include "pickling.hpp"
+
+namespace {
+
+constexpr auto rls_doc = R"(Recursive least squares for output = ratio * regressor, with one forgetting factor.
+
+Parameters
+----------
+forgetting : float, 0 < forgetting <= 1
+    Weight of the past at each sample, lambda; the memory is about 2 / (1 - forgetting) samples.
+initial_ratio : float
+    The ratio before the first sample; 1 is an infinitely soft object.
+initial_covariance : float, 1/pF^2
+    How little that is trusted: it counts as much as one noise-free sample with a regressor
+    of initial_covariance ** -0.5 pF, 0.01 pF for the default.
+max_covariance : float, 1/pF^2
+    Bound on the covariance, reached when the regressor stays at 0.
+
+Raises
+------
+ValueError
+    A parameter out of its range.
+
+Notes
+-----
+With x the regressor, R = 1/P and e = output - ratio * x: R' = lambda R + x^2,
+ratio' = ratio + (x / R') e; the paper's covariance form, eq. (3) and steps 1-4,
+inverted. All capacitances in pF: in farads a covariance of 1e4 would mean that the
+initial ratio is certain.
+
+Examples
+--------
+>>> import palpate
+>>> estimator = palpate.Rls(forgetting=0.99)
+>>> round(estimator.update(0.5, 0.25), 4)
+1.9984
+>>> estimator.process([0.52, 0.5], [0.26, 0.25]).round(4)
+array([1.9992, 1.9995])
+)";
+
+constexpr auto adaptive_doc = R"(The paper's estimator: a forgetting factor switched by a CUSUM change detector.
+
+Parameters
+----------
+steady, alarmed : float, 0 < alarmed <= steady <= 1
+    Forgetting factor while the alarm is off, and while it is on.
+drift : float, pF
+    Innovations smaller than this are ignored by the detector, d.
+threshold : float, pF
+    The alarm is on while the statistic is larger than this, h; inf for never.
+initial_ratio, initial_covariance, max_covariance : float
+    As in `Rls`.
+
+Raises
+------
+ValueError
+    A parameter out of its range.
+
+Notes
+-----
+For each sample, with the innovation e of `Rls`: statistic' = max(0, statistic + abs(e) - drift);
+alarm = statistic' > threshold; then the update of `Rls` with the forgetting factor that the
+alarm selects. drift and threshold are in pF: they fit one press and
+one noise level.
+
+Examples
+--------
+>>> import palpate
+>>> estimator = palpate.AdaptiveRls(drift=0.005)
+>>> for _ in range(100):
+...     ratio = estimator.update(0.50, 0.25)
+>>> for _ in range(40):
+...     ratio = estimator.update(0.65, 0.25)
+>>> round(ratio, 2), estimator.alarm
+(2.55, True)
+)";
+
+constexpr auto handover_doc =
+    R"(The estimator for a probe in a hand: instrumental variables, and a detector that scales itself.
+
+Parameters
+----------
+steady : float, 0 < steady <= 1
+    Forgetting factor.
+drift, threshold : float, standard deviations
+    Of the two-sided CUSUM on the innovations; see `palpate.design.cusum`.
+clip : float, standard deviations
+    A larger innovation counts as this to the detector, and not at all to the ratio.
+smoothing : float, 0 < smoothing <= 1
+    Share of a new regressor in the instrument, their running mean.
+initial_ratio, initial_covariance, max_covariance : float
+    As in `Rls`.
+
+Raises
+------
+ValueError
+    A parameter out of its range.
+
+Notes
+-----
+With w the mean of the regressors x so far, and e = output - ratio * x: R' = steady R + w x,
+ratio' = ratio + (w / R') e. Noise and tremor in x do not bias the ratio, as w does not carry
+them; regressors have to keep their sign, as in one touch. At an alarm the ratio is taken from
+the samples since the CUSUM was last 0. `standard_error` rests on the innovations' own
+correlation: an autoregression of order 1 or 2.
+
+Examples
+--------
+>>> import palpate
+>>> estimator = palpate.HandoverRls()
+>>> for _ in range(100):
+...     ratio = estimator.update(0.50, 0.25)
+>>> for _ in range(5):
+...     ratio = estimator.update(0.65, 0.25)
+>>> round(ratio, 3)
+2.6
+)";
+
+constexpr auto update_doc = R"(update($self, output, regressor, /)
+--
+
+Take one sample and return the ratio after it.
+
+Parameters
+----------
+output, regressor : float
+    Capacitance changes of the hard and the soft channel, pF. Positional only.
+
+Returns
+-------
+float
+    The ratio. A sample that is not finite, or so large that the state would not be, is
+    refused: the state stays as it was, and `rejected` counts it.
+
+Raises
+------
+TypeError
+    Not two arguments, or something that float() does not take.
+ValueError
+    An integer beyond the range of a float.
+RuntimeError
+    The estimator is in use by another thread.
+)";
+constexpr auto process_doc = R"(process($self, output, regressor, out=None)
+--
+
+Take a block of samples; the same bits as one `update` for each.
+
+Parameters
+----------
+output, regressor : array_like of real numbers, shape (n,), pF
+    Any stride; read in place where the type is the estimator's own.
+out : numpy.ndarray, shape (n,), optional
+    Where the ratios are written; it may be `output` or `regressor` itself.
+
+Returns
+-------
+numpy.ndarray, shape (n,)
+    The ratio after each sample; `out` where it was given.
+
+Raises
+------
+TypeError
+    Values that are not real numbers; an `out` of another type.
+ValueError
+    Not one-dimensional, not of one length, or a read-only `out`.
+RuntimeError
+    The estimator is in use by another thread.
+)";
+constexpr auto trace_doc = R"(trace($self, output, regressor, out=None)
+--
+
+Take a block of samples and return the whole state after each.
+
+Parameters
+----------
+output, regressor : array_like of real numbers, shape (n,), pF
+out : numpy.ndarray, shape (n,), optional
+    A structured array as an earlier call returned it.
+
+Returns
+-------
+numpy.ndarray, shape (n,), structured
+    `ratio`; `covariance` (1/pF^2); `innovation` (pF; nan in the row of a refused sample);
+    `statistic`; `alarm`; and, from HandoverRls, `standard_error`.
+
+Raises
+------
+TypeError, ValueError, RuntimeError
+    As `process`.
+)";
+
+template <class E>
+std::string repr(py::handle self) {
+  const E& estimator = methods::reference<E>(self);
+  return "<" + py::type::of(self).attr("__name__").template cast<std::string>() + "(" + estimator.settings().text() +
+         ") ratio=" + number(estimator.ratio()) + " samples=" + std::to_string(estimator.samples()) +
+         " rejected=" + std::to_string(estimator.rejected()) + ">";
+}
+
+template <class Kind>
+Estimator<Kind> made(const methods::Given& given) {
+  const Settings settings = Kind::defaults().with(given.owner, given.settings);
+  Kind::check(settings);
+  return Estimator<Kind>(settings);
+}
+
+template <class Kind>
+void bind(py::module_& module, const char* name, const char* doc) {
+  using E = Estimator<Kind>;
+  auto type = methods::define_class<&made<Kind>>(module, name, "(*, " + Kind::defaults().text() + ")", doc);
+  methods::define<&E::update>(type, update_doc);
+  methods::define<&E::process>(type, process_doc);
+  methods::define<&E::trace>(type, trace_doc);
+  methods::define<&E::reset>(type, "reset($self)\n--\n\nForget every sample: as newly made with the same settings.");
+  methods::define<&repr<E>>(type, "__repr__($self, /)\n--\n\n");
+  define_copies(type);
+  methods::property<&E::settings_dict>(
+      type, "settings", "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.");
+  methods::property<&E::ratio>(type, "ratio", "Estimated output / regressor.");
+  methods::property<&E::covariance>(
+      type, "covariance",
+      "Unscaled covariance P, 1/pF^2: times the variance of the innovation, the variance of the ratio.");
+  methods::property<&E::innovation>(type, "innovation",
+                                    "A-priori error of the last accepted sample, pF; nan before the first.");
+  methods::property<&E::statistic>(
+      type, "statistic",
+      "CUSUM statistic: pF in AdaptiveRls, standard deviations in HandoverRls; 0 where there is no detector.");
+  methods::property<&E::alarm>(type, "alarm", "Whether statistic > threshold; False where there is no detector.");
+  methods::property<&E::samples>(type, "samples", "Samples accepted so far.");
+  methods::property<&E::rejected>(type, "rejected", "Samples refused so far.");
+  if constexpr (knows_its_error<typename E::Core>) {
+    methods::property<&E::standard_error>(
+        type, "standard_error",
+        "Standard deviation of the ratio; nan for the first 40 samples or so, and for 16 after a change.");
+  }
+}
+
+}  // namespace
+
+void bind_estimators(py::module_& module) {
+  bind<FixedKind<double>>(module, "Rls", rls_doc);
+  bind<FixedKind<float>>(module, "Rls32",
+                         "`Rls` in float32: bit for bit what the C++ header computes with `float`. With forgetting = 1 "
+                         "only for some 1e7 samples.");
+  bind<AdaptiveKind<double>>(module, "AdaptiveRls", adaptive_doc);
+  bind<AdaptiveKind<float>>(module, "AdaptiveRls32",
+                            "`AdaptiveRls` in float32: bit for bit what the C++ header computes with `float`.");
+  bind<HandoverKind<double>>(module, "HandoverRls", handover_doc);
+  bind<HandoverKind<float>>(module, "HandoverRls32",
+                            "`HandoverRls` in float32: bit for bit what the C++ header computes with `float`.");
+}

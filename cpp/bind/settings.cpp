@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "settings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace {
+
+bool is_samples(const char* name) { return std::strcmp(name, "samples") == 0; }
+
+double real_of(const char* name, py::handle value) {
+  const auto got = [&] { return std::string(name) + ": got " + py::repr(value).cast<std::string>(); };
+  if (value.is_none() && is_samples(name)) {
+    return 0;
+  }
+  const double real = PyFloat_AsDouble(value.ptr());
+  if (PyErr_Occurred()) {
+    const bool large = PyErr_ExceptionMatches(PyExc_OverflowError);
+    if (!large && !PyErr_ExceptionMatches(PyExc_TypeError)) {
+      throw py::error_already_set();
+    }
+    PyErr_Clear();
+    if (large) {
+      throw py::value_error(got() + ", allowed: a number within the range of a float");
+    }
+    throw py::type_error(got() + ", allowed: a number");
+  }
+  if (is_samples(name)) {
+    require(real >= 1 && real <= 4e9 && real == std::floor(real), name, real, "a whole number >= 1, or None");
+  }
+  return real;
+}
+
+}  // namespace
+
+const Settings::Setting* Settings::find(const std::string& name) const noexcept {
+  return std::find_if(begin(), end(), [&](const Setting& s) { return name == s.name; });
+}
+
+bool Settings::operator==(const Settings& other) const {
+  return std::equal(begin(), end(), other.begin(), other.end(), [](const Setting& left, const Setting& right) {
+    return std::strcmp(left.name, right.name) == 0 && left.value == right.value;
+  });
+}
+
+py::dict Settings::dict() const {
+  py::dict result;
+  for (const auto& [name, value] : *this) {
+    const bool any = is_samples(name) && value == 0;
+    const py::object whole = any ? py::object(py::none()) : py::object(py::int_(static_cast<std::uint32_t>(value)));
+    result[name] = is_samples(name) ? whole : py::object(py::float_(value));
+  }
+  return result;
+}
+
+std::string Settings::text() const {
+  std::string text;
+  for (const auto& [name, value] : *this) {
+    text += (text.empty() ? "" : ", ") + std::string(name) + "=" + number(value);
+  }
+  return text;
+}
+
+Settings Settings::with(const char* owner, const py::dict& given) const {
+  Settings all = *this;
+  for (const auto& [key, value] : given) {
+    const auto name = key.cast<std::string>();
+    const Setting* const setting = find(name);
+    if (setting == end()) {
+      refuse(owner, name);
+    }
+    all.settings_[static_cast<std::size_t>(setting - begin())].value = real_of(setting->name, value);
+  }
+  return all;
+}
+
+void Settings::refuse(const char* owner, const std::string& name) const {
+  std::string allowed;
+  for (const Setting& setting : *this) {
+    allowed += (allowed.empty() ? "" : ", ") + std::string(setting.name);
+  }
+  throw py::type_error(std::string(owner) + ": got an unexpected keyword '" + name + "', allowed: " + allowed);
+}

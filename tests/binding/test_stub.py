@@ -1,0 +1,144 @@
+"""What an editor knows of the compiled core: the stub is that of the module, and marks what Python would refuse."""
+
+import ast
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import palpate
+import pytest
+from palpate import _core
+from project import ROOT
+
+CLASSES = [value for value in vars(_core).values() if inspect.isclass(value)]
+DEFAULTS = {
+    "Rls": {"forgetting": 0.995, "initial_ratio": 1.0, "initial_covariance": 1e4, "max_covariance": 1e6},
+    "AdaptiveRls": {
+        "steady": 0.995,
+        "alarmed": 0.9,
+        "drift": 0.01,
+        "threshold": 0.05,
+        "initial_ratio": 1.0,
+        "initial_covariance": 1e4,
+        "max_covariance": 1e6,
+    },
+    "HandoverRls": {
+        "steady": 0.995,
+        "drift": 0.75,
+        "threshold": 8.0,
+        "clip": 3.0,
+        "smoothing": 0.0625,
+        "initial_ratio": 1.0,
+        "initial_covariance": 1e10,
+        "max_covariance": 1e12,
+    },
+}
+"""Of the public interface: DESIGN says them."""
+
+
+def test_the_stub_is_written_from_the_module() -> None:
+    written = subprocess.run(
+        [sys.executable, str(ROOT / "tests" / "tools" / "core_stub.py")], capture_output=True, text=True, check=True
+    )
+    stub = (ROOT / "python" / "palpate" / "_core.pyi").read_text()
+    assert ast.unparse(ast.parse(stub)) == ast.unparse(ast.parse(written.stdout))
+
+
+@pytest.mark.parametrize("cls", CLASSES)
+def test_every_class_and_method_has_a_signature(cls: type) -> None:
+    inspect.signature(cls)
+    for name, member in vars(cls).items():
+        if callable(member) and name not in ("__new__", "__hash__", "_pybind11_conduit_v1_"):
+            assert "self" in inspect.signature(member).parameters, name
+
+
+@pytest.mark.parametrize("name", DEFAULTS)
+def test_the_defaults_are_the_cores(name: str) -> None:
+    for bits in ("", "32"):
+        cls, bank = getattr(palpate, name + bits), getattr(palpate, f"{name}Bank{bits}")
+        shown = {n: p.default for n, p in inspect.signature(cls).parameters.items()}
+        assert shown == cls().settings == bank(1).settings == DEFAULTS[name]
+        assert list(shown) == list(cls().settings)
+        assert list(inspect.signature(bank).parameters) == ["streams", *shown]
+
+
+def test_a_subclass_has_the_signature_of_its_own_constructor() -> None:
+    class Plain(palpate.Rls):
+        pass
+
+    class Own(palpate.Rls):
+        def __init__(self, memory: float) -> None:
+            super().__init__(forgetting=1 - 2 / memory)
+
+    assert inspect.signature(Plain) == inspect.signature(palpate.Rls)
+    assert list(inspect.signature(Own).parameters) == ["memory"]
+    assert Own(400).settings["forgetting"] == 0.995
+
+
+@pytest.mark.parametrize("cls", CLASSES)
+def test_a_wrong_keyword_names_the_allowed_ones(cls: type) -> None:
+    arguments = (1,) if "Bank" in cls.__name__ else ()
+    with pytest.raises(TypeError, match=f"^{cls.__name__}: got an unexpected keyword 'threshhold'") as caught:
+        cls(*arguments, threshhold=3)
+    if "Handover" in cls.__name__:
+        names = ", ".join(DEFAULTS["HandoverRls"])
+        assert str(caught.value).endswith(f"'threshhold', allowed: {names}")
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: palpate.Rls(0.9), "Rls: got too many values without a name, allowed: names only"),  # type: ignore[call-arg]
+        (lambda: palpate.Rls(forgetting="x"), "forgetting: got 'x', allowed: a number"),  # type: ignore[arg-type]
+        (lambda: palpate.RlsBank(), "RlsBank: got no streams"),  # type: ignore[call-arg]
+        (lambda: palpate.RlsBank(2, 3), "allowed: streams; the others by name"),  # type: ignore[call-arg]
+        (lambda: palpate.RlsBank(2, streams=3), "got streams by place and by name"),  # type: ignore[misc]
+        (lambda: palpate.Rls.__init__(palpate.Tracker()), "__init__.* of Rls: got something else"),  # type: ignore[arg-type]
+        (lambda: palpate.Touch(), "Touch: got a call, allowed: those that a Tracker"),
+    ],
+)
+def test_what_constructors_refuse(call: object, message: str) -> None:
+    with pytest.raises(TypeError, match=message):
+        call()  # type: ignore[operator]
+
+
+def test_a_second_init_changes_nothing() -> None:
+    estimator = palpate.Rls(forgetting=0.9)
+    estimator.update(0.5, 0.25)
+    estimator.__init__()  # type: ignore[misc]
+    assert (estimator.settings["forgetting"], estimator.samples) == (0.9, 1)
+
+
+GOOD = """
+import palpate
+palpate.Tracker()
+palpate.Tracker("handheld", threshold=6.0, samples=None)
+palpate.Tracker(scene="paper", alarmed=0.9)
+palpate.HandoverRls(threshold=3)
+with palpate.Stream("sim:", scene="sliding", release=0.2) as stream:
+    stream.stop()
+palpate.touches(palpate.read("a.csv"), scene="fixed", forgetting=0.9)
+"""
+BAD = [
+    'palpate.Tracker(scene="handhel")',
+    "palpate.Tracker(threshhold=3)",
+    'palpate.Tracker("paper", clip=3.0)',
+    'palpate.Tracker("handheld", threshold="3")',
+    "palpate.HandoverRls(threshhold=3)",
+    "palpate.AdaptiveRlsBank(3, fast=0.9)",
+    'palpate.Stream("sim:", scene="handhel")',
+    'palpate.Stream("sim:", threshhold=3)',
+    'palpate.touches(palpate.read("a.csv"), scene="handhel")',
+    'palpate.touches(palpate.read("a.csv"), threshhold=3)',
+]
+
+
+def test_a_checker_marks_what_would_be_refused(tmp_path: Path) -> None:
+    snippet = tmp_path / "snippet.py"
+    snippet.write_text(GOOD + "\n".join(BAD) + "\n")
+    command = [sys.executable, "-m", "mypy", "--strict", "--no-incremental", "--no-error-summary", str(snippet)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    first = len(GOOD.splitlines()) + 1
+    marked = {int(line.split(":")[1]) for line in done.stdout.splitlines() if ": error:" in line}
+    assert marked == set(range(first, first + len(BAD))), done.stdout + done.stderr
