@@ -66,9 +66,10 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
 
     Notes
     -----
-    Run lengths by the Markov chain of Brook and Evans (Biometrika 59, 1972); the threshold by regula falsi and bisection.
-    The run length has an error of 0.05 % or less; if it jumps there, because of clipping, the threshold is above the
-    jump by 0.1 % or less. `HandoverRls` whitens its innovations, so the design is valid for correlated ones, too.
+    Run lengths by the Markov chain of Brook and Evans (Biometrika 59, 1972); the threshold by regula falsi and
+    bisection. The run length has an error of 0.05 % or less; if it jumps there, because of clipping, the threshold is
+    above the jump by 0.1 % or less. `HandoverRls` whitens its innovations, so the design is valid for correlated ones,
+    too.
 
     Examples
     --------
@@ -93,7 +94,7 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
     guess, _ = _search(excess(STATES // _COARSE), 4.0, 2.0)
     threshold, reached = _search(excess(STATES), guess, _APART)
     if reached < -_NEAR:
-        allowed = f"a larger shift, so that the threshold is below {_THRESHOLDS[1]:g} at a false alarm in {false_alarm_interval:g} samples"
+        allowed = f"a larger shift, or a shorter interval than {false_alarm_interval:g} samples: threshold below {_THRESHOLDS[1]:g}"
         raise ValueError(f"smallest_shift: got {smallest_shift}, allowed: {allowed}")
     delay = run_length(drift, threshold, shift=smallest_shift, clip=clip)
     return Cusum(drift, threshold, false_alarm_interval * exp(reached), delay)
@@ -192,8 +193,8 @@ def _solved(drift: float, threshold: float, shift: float, clip: float, least: in
         return float("inf")
     states = max(least, int(10 * threshold * least / STATES))
     width = threshold / (states - 0.5)
-    # P(step <= distance from the centre of one state to the upper edge of another), step = clipped z - drift. It depends
-    # only on the number of states between them: each row of the matrix is the row above it, shifted by one.
+    # P(step <= distance from the centre of one state to the upper edge of another), step = clipped z - drift. It
+    # depends only on the number of states between them: each row of the matrix is the row above it, shifted by one.
     below = np.array([_clipped_cdf((n + 0.5) * width + drift, shift, clip) for n in range(-states, states)])
     matrix = -sliding_window_view(np.diff(below), states)[::-1]
     matrix[:, 0] = -below[states:0:-1]

@@ -124,8 +124,8 @@ def most_reliable(touches: Sequence[Touch], *, by: str = "agreement") -> Touch:
     ----------
     touches : sequence of Touch
     by : str
-        "agreement": among the touches without a flag, the one whose ratio is nearest to their mean; of only two, the one
-        with the smaller standard error. "standard_error": the smallest one among the touches without a flag.
+        "agreement": among the touches without a flag, the one whose ratio is nearest to their mean; of only two, the
+        one with the smaller standard error. "standard_error": the smallest one among the touches without a flag.
         "covariance": the smallest one among all touches, the choice of the paper (Sec. IV).
         bench/accuracy/reliability.py compares them.
 

@@ -79,7 +79,7 @@ def test_names_of_several_header_rows(tmp_path: Path) -> None:
         assert (recording.hard.tolist(), recording.soft.tolist()) == ([1, 3], [2, 4])
     bad: list[tuple[str | int, str]]
     bad = [
-        ("C (pF)", r"'C \(pF\)', which is the name of several columns, allowed: one of the positions 2, 4"),
+        ("C (pF)", r"'C \(pF\)', the name of several columns, allowed: one of the positions 2, 4"),
         ("Ch3", r"'Ch3', allowed: 1 \(Time \(s\)\), 2 \(Ch1 C \(pF\)\)"),
         (0, "position 0, allowed: 1 to 5"),
         (6, "position 6, allowed: 1 to 5"),

@@ -25,6 +25,11 @@ class Chosen:
         That of the estimator, without the scatter from touch to touch.
     touches : float
         Number of touches of which the ratio is the mean; with unequal weights the effective number.
+
+    Examples
+    --------
+    >>> Chosen(4.1, 0.002).touches
+    1.0
     """
 
     ratio: float

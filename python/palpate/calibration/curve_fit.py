@@ -46,6 +46,13 @@ class Fit:
         Share of specimen_variance in the variance of the mean of a specimen.
     misfit : float
         Weighted sum of squares around the curve with specimen_variance 0, per degree of freedom.
+
+    Examples
+    --------
+    >>> from palpate import Calibration
+    >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
+    >>> found.fitted.parameters.shape, found.fitted.touch_freedom
+    ((3,), 0)
     """
 
     parameters: Array

@@ -17,9 +17,9 @@ _MARKS = {"ok": "ok", "free": "--", "wrong": "!!"}
 def doctor(context: click.Context, as_json: bool) -> None:
     """Check installation, board and permissions, and print what to type.
 
-    A board is opened for a moment. "ok": nothing to do; "--": missing, but optional; "!!": wrong. Exit codes: 0, nothing
-    is wrong (a missing board is not wrong); else that of the first wrong line: 1, damaged installation; 2, error in a
-    palpate.toml; 3, no permission to open the board; 6, no libusb for pyusb.
+    A board is opened for a moment. "ok": nothing to do; "--": missing, but optional; "!!": wrong. Exit codes: 0,
+    nothing is wrong (a missing board is not wrong); else that of the first wrong line: 1, damaged installation; 2,
+    error in a palpate.toml; 3, no permission to open the board; 6, no libusb for pyusb.
 
     \b
     Example:

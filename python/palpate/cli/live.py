@@ -28,7 +28,7 @@ _PORT = 8746
 @click.command()
 @click.argument("source", type=SourceType(), required=False)
 @click.option("--record", "file", type=click.Path(dir_okay=False, path_type=Path),
-              help="NAME.csv: record to this file from the start. The button Record continues with NAME-2.csv, and so on.")  # fmt: skip
+              help="NAME.csv: record to this file from the start. The button Record continues with NAME-2.csv ...")  # fmt: skip
 @click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
               help="Calibration file from `calibrate`: shows the modulus with its interval.")  # fmt: skip
 @click.option(
@@ -39,7 +39,8 @@ _PORT = 8746
 @estimating_options
 @click.option("--port", default=_PORT, show_default=True, type=click.IntRange(0, 65535), help="0: any free port.")
 @click.option("--host", default="127.0.0.1", show_default=True,
-              help="Address to listen at. With another address than 127.0.0.1 others on the network can open the page, with a token.")  # fmt: skip
+              help="Address to listen at. With another address than 127.0.0.1 others on the network can open the page, "
+              "with a token.")  # fmt: skip
 @click.option("--no-open", is_flag=True, help="Print the address, do not open a browser.")
 @json_option
 def live(

@@ -28,7 +28,7 @@ def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[
     "-o", "folder", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder for the recordings."
 )
 @click.option("--object", "objects", multiple=True, callback=_objects, metavar="NAME=MPA",
-              help="An object and its modulus; may be repeated.  [default: the ten specimens of the paper's Table I]")  # fmt: skip
+              help="An object and its modulus; may be repeated.  [default: ten specimens, Table I of the paper]")  # fmt: skip
 @click.option("--touches", default=4, show_default=True, type=click.IntRange(1, 100), help="Touches on each object.")
 @click.option(
     "--oblique",

@@ -22,8 +22,8 @@ _DRIFT_PF, _THRESHOLD_PF = 0.01, 0.05  # the paper's alarm
 class Traces:
     """All curves of one recording for the figures: arrays of shape (n,), nan outside touches.
 
-    The ordinary and adaptive estimators run as in the paper: input are the changes from the mean before contact, for 250
-    samples from contact on; the initial ratio is 1. The handheld scene gets the unchanged readings.
+    The ordinary and adaptive estimators run as in the paper: input are the changes from the mean before contact, for
+    250 samples from contact on; the initial ratio is 1. The handheld scene gets the unchanged readings.
     """
 
     hard: Array  # changes, pF

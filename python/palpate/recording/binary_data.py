@@ -113,7 +113,7 @@ def _saturated(codes: NDArray[np.int32]) -> NDArray[np.bool_]:
 
 
 class BinaryData:
-    """The "Binary Data.txt" files of Analog Devices' program, one for each channel.
+    r"""The "Binary Data.txt" files of Analog Devices' program, one for each channel.
 
     Parameters
     ----------
@@ -128,6 +128,14 @@ class BinaryData:
         As in `read_channel`, or the two files have different conversion times.
     ValueError
         No conversion time in the header, and no `period_s`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "Binary Data.txt"
+    >>> _ = path.write_text("Conversion time: 11 ms\n800000\t812345\n")
+    >>> [block["hard"].tolist() for block in BinaryData(path).blocks()]
+    [[0.0]]
     """
 
     document = None
@@ -165,7 +173,7 @@ class BinaryData:
         }
         return (
             *(note for note, holds in general.items() if holds),
-            *(f"{c.path}: {c.temperatures} temperatures left out: a recording does not store them" for c in self.channels
+            *(f"{c.path}: {c.temperatures} temperatures left out: recordings have none" for c in self.channels
               if c.temperatures),
             *(f"{c.path}: the last row is incomplete: left out" for c in self.channels if c.torn),
         )  # fmt: skip

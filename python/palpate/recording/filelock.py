@@ -1,4 +1,4 @@
-"""Marks a recording in progress: a lock on its file. The system removes the lock when the process ends, or is killed."""
+"""Marks a recording in progress by a lock on its file; the lock ends with the process, also if that is killed."""
 
 from pathlib import Path
 from typing import IO, Any

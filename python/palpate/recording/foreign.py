@@ -20,13 +20,20 @@ class Foreign:
     ----------
     path : path-like
     columns : mapping, optional
+        Columns of "hard", "soft", "time", as in `palpate.read`.
     unit : str, optional
-        As in `palpate.read`.
+        Unit of the capacitances, as in `palpate.read`.
 
     Raises
     ------
     RecordingError, ValueError
         As in `palpate.read`.
+
+    Examples
+    --------
+    >>> table = Foreign("tests/data/four-specimens.csv", columns={"hard": "hard_pF", "soft": "soft_pF"})
+    >>> [len(block) for block in table.blocks()] == [table.survey.rows]
+    True
     """
 
     document = None
@@ -80,8 +87,8 @@ def recorded(
     Returns
     -------
     Recorded or Foreign
-        An input for `palpate.touches`: `blocks()` yields arrays of samples; `settings` and `describe()` are those of the
-        sidecar.
+        An input for `palpate.touches`: `blocks()` yields arrays of samples; `settings` and `describe()` are those of
+        the sidecar.
 
     Raises
     ------

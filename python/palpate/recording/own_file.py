@@ -70,7 +70,7 @@ class Recorded:
 
     @property
     def full_scale_pF(self) -> float:
-        """Full scale from the sidecar, pF; without a sidecar that of the AD7746 if the first row has a code, else inf."""
+        """Full scale from the sidecar, pF; without one that of the AD7746 if the first row has a code, else inf."""
         if self.document is not None:
             return float(self.document["device"].get("full_scale_pF", math.inf))
         first = next(self._parsed(4096), None)

@@ -83,7 +83,7 @@ class Table:
             if found:
                 positions = ", ".join(str(c + 1) for c in found)
                 raise ValueError(
-                    f"column: got {text!r}, which is the name of several columns, allowed: one of the positions {positions}"
+                    f"column: got {text!r}, the name of several columns, allowed: one of the positions {positions}"
                 )
         raise ValueError(f"column: got {text!r}, allowed: {self.describe()}")
 
