@@ -1,4 +1,4 @@
-"""Design of the CUSUM from what a user can say: how rare false alarms, how small a shift."""
+"""Design of a CUSUM from the interval between false alarms and the smallest shift."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,19 +7,19 @@ from math import erfc, exp, isinf, log, sqrt
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-STATES = 400  # of the Markov chain, at least, and 10 a unit of the threshold
-_CLIPS = (1.0, 100.0)  # below, little but the sign of an innovation is left; above, HandoverRls has none
+STATES = 400  # of the Markov chain: at least this number, and 10 for each unit of the threshold
+_CLIPS = (1.0, 100.0)  # below 1 mostly the sign of the innovation remains; HandoverRls allows at most 100
 _THRESHOLDS = (1e-3, 128.0)
-_LONGEST = 1e15  # samples; beyond it the chain's equations are singular in double
-_COARSE = 4  # so many times fewer states, solved in a fiftieth of the time, tell where to look
-_APART = 1.005  # factor between two thresholds that enclose the wanted one, as a rule, around the place they tell
-_NEAR = 5e-4  # relative, of a run length that counts as the wanted one
-_CELL = 1e-3  # relative, of a threshold; less than a state's width: where the run length jumps, it is known no better
+_LONGEST = 1e15  # samples; above it the equations of the chain are singular in double precision
+_COARSE = 4  # the first search uses a chain with this factor fewer states: 50 times faster
+_APART = 1.005  # factor between the two thresholds that start the second search, around the result of the first
+_NEAR = 5e-4  # tolerance of the run length, relative
+_CELL = 1e-3  # tolerance of the threshold, relative; less than the width of a state. For run lengths that jump
 
 
 @dataclass(frozen=True)
 class Cusum:
-    """A two-sided CUSUM on standardised, uncorrelated innovations.
+    """Design of a two-sided CUSUM for standardised, uncorrelated innovations.
 
     Attributes
     ----------
@@ -28,7 +28,13 @@ class Cusum:
     false_alarm_interval : float, samples
         Mean time between false alarms.
     delay : float, samples
-        Mean time to the alarm after the shift that it was designed for.
+        Mean time to the alarm after the smallest shift.
+
+    Examples
+    --------
+    >>> design = cusum(false_alarm_interval=1e4, smallest_shift=2.0)
+    >>> design.drift, design.threshold < 7
+    (1.0, True)
     """
 
     drift: float
@@ -38,7 +44,7 @@ class Cusum:
 
 
 def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3.0) -> Cusum:
-    """Choose drift and threshold.
+    """Return drift and threshold for a wanted interval between false alarms and a smallest shift.
 
     Parameters
     ----------
@@ -56,14 +62,14 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
     Raises
     ------
     ValueError
-        An argument out of its range, or a shift so small that a threshold of 128 has more false alarms than wanted.
+        An argument is out of its range, or the shift is too small: it would need a threshold above 128.
 
     Notes
     -----
-    Run lengths by the Markov chain of Brook and Evans (Biometrika 59, 1972); the threshold by regula falsi and bisection:
-    the run length is the wanted one to 0.05 %, or, where clipping makes it jump, the threshold is above the jump by at
-    most 0.1 %.
-    `HandoverRls` whitens its innovations, so the design holds for correlated ones, too.
+    Run lengths by the Markov chain of Brook and Evans (Biometrika 59, 1972); the threshold by regula falsi and
+    bisection. The run length has an error of 0.05 % or less; if it jumps there, because of clipping, the threshold is
+    above the jump by 0.1 % or less. `HandoverRls` whitens its innovations, so the design is valid for correlated ones,
+    too.
 
     Examples
     --------
@@ -80,7 +86,7 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
             f"smallest_shift: got {smallest_shift}, allowed: 0 < smallest_shift <= 1.5 clip ({1.5 * clip})"
         )
     drift = smallest_shift / 2
-    wanted = 2 * false_alarm_interval  # of a side: the two alarm twice as often as one
+    wanted = 2 * false_alarm_interval  # of one side: two sides alarm twice as often as one
 
     def excess(states: int) -> Callable[[float], float]:
         return lambda threshold: log(_solved(drift, threshold, 0.0, clip, states) / wanted)
@@ -88,38 +94,55 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
     guess, _ = _search(excess(STATES // _COARSE), 4.0, 2.0)
     threshold, reached = _search(excess(STATES), guess, _APART)
     if reached < -_NEAR:
-        allowed = (
-            f"one whose threshold is below {_THRESHOLDS[1]:g} at a false alarm in {false_alarm_interval:g} samples"
-        )
+        allowed = f"a larger shift, or a shorter interval than {false_alarm_interval:g} samples: threshold below {_THRESHOLDS[1]:g}"
         raise ValueError(f"smallest_shift: got {smallest_shift}, allowed: {allowed}")
     delay = run_length(drift, threshold, shift=smallest_shift, clip=clip)
     return Cusum(drift, threshold, false_alarm_interval * exp(reached), delay)
 
 
 def run_length(drift: float, threshold: float, *, shift: float = 0.0, clip: float = 3.0) -> float:
-    """Mean number of samples from 0 to the alarm of a one-sided CUSUM.
+    """Return the mean number of samples from 0 to the alarm of a one-sided CUSUM.
 
     Parameters
     ----------
-    drift, threshold, clip : float, standard deviations
+    drift, threshold, clip : float, standard deviations, above 0
+        As in `palpate.HandoverRls`.
     shift : float, standard deviations
         Mean of the innovations.
 
     Returns
     -------
     float
-        Mean run length, to 2 % at a clip of 3; inf above 1e15, as where no alarm can be reached.
+        Mean run length, with an error of 2 % or less at a clip of 3; inf above 1e15, or if no alarm is possible.
+
+    Examples
+    --------
+    >>> round(run_length(0.5, 5.0, shift=1.0))
+    10
 
     Notes
     -----
-    The statistic's range is cut into states of equal width, the first half as wide and around 0; a mean
-    run length mu solves (I - Q) mu = 1, with Q the probabilities of a step from state to state.
+    The range of the statistic is divided into states of equal width; the first is half as wide and around 0. The mean
+    run lengths mu solve (I - Q) mu = 1, where Q are the probabilities of a step from state to state.
     """
     return _solved(drift, threshold, shift, clip, STATES)
 
 
 def siegmund(drift: float, threshold: float) -> float:
-    """Return Siegmund's approximation of `run_length` without a shift and without clipping (1985, eq. 2.57).
+    """Return Siegmund's approximation (1985) of `run_length`, without a shift and without clipping.
+
+    Parameters
+    ----------
+    drift, threshold : float, standard deviations, above 0
+
+    Returns
+    -------
+    float
+        Mean run length, samples.
+
+    Notes
+    -----
+    Equation 2.57 of Siegmund, Sequential Analysis, 1985.
 
     Examples
     --------
@@ -131,11 +154,11 @@ def siegmund(drift: float, threshold: float) -> float:
 
 
 _Point = tuple[float, float]
-"""A threshold, and the logarithm of its run length over the wanted one."""
+"""A threshold, and the logarithm of (its run length / the wanted run length)."""
 
 
 def _search(excess: Callable[[float], float], guess: float, factor: float) -> _Point:
-    """Return the smallest threshold that does not fall short, looked for from a guess in steps of a factor."""
+    """Return the smallest threshold whose run length is long enough; search from a guess in steps of a factor."""
     least, most = _THRESHOLDS
     low = high = (guess, excess(guess))
     while high[1] < 0 and high[0] < most:
@@ -148,7 +171,7 @@ def _search(excess: Callable[[float], float], guess: float, factor: float) -> _P
 
 
 def _narrowed(excess: Callable[[float], float], low: _Point, high: _Point) -> _Point:
-    """Regula falsi and bisection in turn: the one is fast where the run length is smooth, the other where it jumps."""
+    """Narrow the interval, alternately by regula falsi (fast for a smooth run length) and bisection (for jumps)."""
     bisect = False
     while high[1] > _NEAR and high[0] - low[0] > _CELL * high[0]:
         share = 0.5 if bisect or isinf(high[1]) else low[1] / (low[1] - high[1])
@@ -165,13 +188,13 @@ def _at(excess: Callable[[float], float], threshold: float) -> _Point:
 
 
 def _solved(drift: float, threshold: float, shift: float, clip: float, least: int) -> float:
-    """Return `run_length` by a chain of `least` states or more."""
+    """Return `run_length` from a chain of `least` states or more."""
     if clip - drift <= 0:
         return float("inf")
     states = max(least, int(10 * threshold * least / STATES))
     width = threshold / (states - 0.5)
-    # P(step <= distance from a state's centre to another's upper edge), step = clipped z - drift; it depends on the
-    # number of states between the two only: each row of the matrix is the one above it, moved by one.
+    # P(step <= distance from the centre of one state to the upper edge of another), step = clipped z - drift. It
+    # depends only on the number of states between them: each row of the matrix is the row above it, shifted by one.
     below = np.array([_clipped_cdf((n + 0.5) * width + drift, shift, clip) for n in range(-states, states)])
     matrix = -sliding_window_view(np.diff(below), states)[::-1]
     matrix[:, 0] = -below[states:0:-1]

@@ -1,4 +1,4 @@
-"""What palpate raises, besides ValueError and TypeError for bad arguments."""
+"""Errors of palpate. Invalid arguments raise ValueError or TypeError."""
 
 from __future__ import annotations
 
@@ -8,44 +8,44 @@ if TYPE_CHECKING:
 
 
 class PalpateError(Exception):
-    """Base of every error of the package's own."""
+    """Base class of all errors of palpate."""
 
 
 class MissingExtra(PalpateError, ImportError):
-    """Something optional is not installed; the text is the pip line that installs it."""
+    """An optional package is missing. The message has the pip command that installs it."""
 
 
 class SourceError(PalpateError):
-    """A source of samples that cannot go on; the text says what happened and what to do."""
+    """A source failed. The message says what happened and what to do."""
 
 
 class DeviceNotFound(SourceError):
-    """No device, not the one that was named, or it was unplugged."""
+    """The device was not found or was unplugged."""
 
 
 class DeviceRefused(DeviceNotFound):
-    """A device that is there but may not be used: permission, another program, no firmware."""
+    """The device exists but cannot be used: no permission, used by another program, or no firmware."""
 
 
 class SourceTimeout(SourceError):
-    """A device that is there but does not answer, or whose conversions never end."""
+    """The device does not answer in time."""
 
 
 class ProtocolError(SourceError):
-    """An answer that cannot be right."""
+    """The device sent an invalid answer."""
 
 
 class RecordingError(PalpateError):
-    """A file that cannot be read as a recording.
+    """A file is not a valid recording, or cannot be written.
 
     Parameters
     ----------
     path : pathlib.Path
         The file.
     reason : str
-        What is wrong with it, and what was expected.
+        What is wrong, and what was expected.
     line : int, optional
-        Where, counted from 1.
+        Number of the line, counted from 1.
     """
 
     def __init__(self, path: Path, reason: str, line: int | None = None) -> None:
@@ -57,4 +57,4 @@ class RecordingError(PalpateError):
 
 
 class CalibrationError(PalpateError):
-    """Specimens from which no calibration can be made, or a file that is not one."""
+    """A calibration is not possible with these specimens, or a file is not a calibration."""

@@ -1,4 +1,4 @@
-"""What only an extra brings, imported where it is used."""
+"""Import of optional packages, when they are used."""
 
 from importlib import import_module
 from typing import Any
@@ -7,19 +7,23 @@ from palpate.errors import MissingExtra
 
 
 def need(module: str, extra: str) -> Any:
-    """Import a module that an extra of palpate brings.
+    """Import a module from an optional package (an extra of palpate).
 
     Parameters
     ----------
     module : str
-        Its full name, as "scipy.optimize".
+        Full name, for example "scipy.optimize".
     extra : str
-        The extra, as "science".
+        Name of the extra, for example "science".
+
+    Returns
+    -------
+    module
 
     Raises
     ------
     MissingExtra
-        It is not installed: with the line to type.
+        The package is not installed; the message has the pip command.
 
     Examples
     --------

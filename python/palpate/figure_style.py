@@ -1,4 +1,4 @@
-"""How figures look in print: one style, vector PDF beside PNG, and the numbers behind each as CSV."""
+"""Style and files of figures for print: PDF, PNG, and the numbers as CSV."""
 
 import csv
 from collections.abc import Iterator, Mapping
@@ -13,7 +13,7 @@ from palpate.extras import need
 
 COLUMN_IN, PAGE_IN = 3.5, 7.16  # widths of one and of two columns of a journal page, inches
 HARD, SOFT, PAPER, HANDHELD, SLOW, FAST = "#444444", "#999999", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
-"""Colours that stay apart for the colour-blind (Okabe and Ito, 2008), one meaning each."""
+"""Colours that colour-blind readers can distinguish (Okabe and Ito, 2008); each has one meaning."""
 TRUTH: dict[str, Any] = {"color": "black", "linewidth": 0.7, "linestyle": (0, (4, 2))}
 STYLE: dict[str, Any] = {
     "font.size": 8,
@@ -41,13 +41,13 @@ STYLE: dict[str, Any] = {
 
 @contextmanager
 def sheet(width_in: float, height_in: float) -> Iterator[Any]:
-    """Give an empty figure in the style of print, without touching the caller's settings or a screen."""
+    """Yield an empty figure in print style; the caller's matplotlib settings do not change, no window opens."""
     with need("matplotlib", "science").rc_context(STYLE):
         yield need("matplotlib.figure", "science").Figure(figsize=(width_in, height_in), layout="constrained")
 
 
 def save(figure: Any, stem: Path, title: str) -> list[Path]:
-    """Write stem.pdf and stem.png; the same figure gives the same bytes."""
+    """Write stem.pdf and stem.png, and return their paths; the same figure gives identical files."""
     paths = [stem.with_suffix(".pdf"), stem.with_suffix(".png")]
     figure.savefig(paths[0], metadata={"Title": title, "CreationDate": None})
     figure.savefig(paths[1], metadata={"Title": title})
@@ -55,7 +55,7 @@ def save(figure: Any, stem: Path, title: str) -> list[Path]:
 
 
 def write_csv(path: Path, columns: Mapping[str, ArrayLike]) -> Path:
-    """Write columns of one length, every digit; nan as an empty cell."""
+    """Write columns of equal length with all digits, nan as an empty cell; return the path."""
     arrays = [np.asarray(values) for values in columns.values()]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")

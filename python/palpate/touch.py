@@ -1,4 +1,4 @@
-"""From a recording to its touches, and from several touches to the one to trust."""
+"""Touches of a recording, and the most reliable one of several touches."""
 
 from collections.abc import Iterator, Sequence
 from math import inf, isfinite
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Channels(Protocol):
-    """What `touches` needs of a recording."""
+    """Interface of a recording in memory for `touches`."""
 
     @property
     def t_hard_s(self) -> NDArray[np.float64]: ...  # noqa: D102
@@ -31,7 +31,7 @@ class Channels(Protocol):
 
 @runtime_checkable
 class Blocks(Protocol):
-    """What `touches` needs of a recording that comes in parts."""
+    """Interface of a recording read in blocks for `touches`."""
 
     @property
     def timed(self) -> bool: ...  # noqa: D102
@@ -45,15 +45,14 @@ class Blocks(Protocol):
 def touches(
     recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
 ) -> list[Touch]:
-    """Find the touches of a recording and estimate the ratio of each.
+    """Return the touches of a recording, each with its estimated ratio.
 
     Parameters
     ----------
-    recording : Recording, Simulation, or what `palpate.recorded` opens
-        `t_hard_s`, `t_soft_s` (s; nan where unknown), `hard` and `soft` (pF, baseline included),
-        arrays of shape (n,); a reading with a nan capacitance, or one of `full_scale_pF` or more, is
-        left out and counted. A file that was opened is read in parts, however long it is, and tared where
-        it was when it was measured.
+    recording : Recording, Simulation, or the result of `palpate.recorded`
+        Arrays of shape (n,): `t_hard_s`, `t_soft_s` (s; nan if unknown), `hard`, `soft` (pF, baseline included). A
+        reading that is nan, or `full_scale_pF` or more, is left out and counted. The result of `palpate.recorded` is
+        read in blocks, and tared at the same samples as in the measurement.
     scene : str
         As in `Tracker`.
     **settings
@@ -62,14 +61,14 @@ def touches(
     Returns
     -------
     list of Touch
-        In order of time; empty where nothing rose out of the noise.
+        In order of time; empty if no change was above the noise.
 
     Raises
     ------
     ValueError
-        An unknown scene, a setting out of range.
+        An unknown scene, or a setting out of range.
     TypeError
-        An unknown setting; not a recording, as a path is not.
+        An unknown setting; or not a recording: a path, for example, has to be read first.
 
     Examples
     --------
@@ -97,7 +96,7 @@ def _send(tracker: Tracker, recording: Channels | Blocks) -> bool:
                 tracker.tare()
         return recording.timed
     timed = bool(np.isfinite(recording.t_hard_s).all() and np.isfinite(recording.t_soft_s).all())
-    rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, both channels at once
+    rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, the same time for both channels
     t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed else (rows, rows)
     tracker.process(t_hard, t_soft, recording.hard, recording.soft)
     return timed
@@ -109,25 +108,26 @@ def usable(touches: Sequence[Touch]) -> list[Touch]:
     Raises
     ------
     ValueError
-        There is none.
+        No touch is without a flag.
     """
     kept = [touch for touch in touches if not touch.flags]
     if not kept:
-        flags = "; ".join(" ".join(touch.flags) for touch in touches) or "none at all"
-        raise ValueError(f"touches: got none to choose from ({flags}), allowed: at least one without a flag")
+        flags = "; ".join(" ".join(touch.flags) for touch in touches) or "no touches"
+        raise ValueError(f"touches: got no touch without a flag ({flags}), allowed: at least one without a flag")
     return kept
 
 
 def most_reliable(touches: Sequence[Touch], *, by: str = "agreement") -> Touch:
-    """Choose one of several touches on the same object.
+    """Return the most reliable one of several touches on the same object.
 
     Parameters
     ----------
     touches : sequence of Touch
     by : str
-        "agreement": the touch whose ratio is nearest to the mean of all, among the touches without a flag; of two
-        the one with the smaller standard error. "standard_error": the smallest, among the same. "covariance": the
-        smallest among all, the paper's choice (Sec. IV). bench/accuracy/reliability.py compares them.
+        "agreement": among the touches without a flag, the one whose ratio is nearest to their mean; of only two, the
+        one with the smaller standard error. "standard_error": the smallest one among the touches without a flag.
+        "covariance": the smallest one among all touches, the choice of the paper (Sec. IV).
+        bench/accuracy/reliability.py compares them.
 
     Returns
     -------
@@ -136,7 +136,7 @@ def most_reliable(touches: Sequence[Touch], *, by: str = "agreement") -> Touch:
     Raises
     ------
     ValueError
-        No touch to choose from, or an unknown `by`.
+        No usable touch, or an unknown `by`.
 
     Examples
     --------
@@ -154,7 +154,7 @@ def most_reliable(touches: Sequence[Touch], *, by: str = "agreement") -> Touch:
     if by == "standard_error":
         known = [touch for touch in kept if isfinite(touch.standard_error)]
         if not known:
-            raise ValueError("touches: got none to choose from (no standard error), allowed: at least one that has it")
+            raise ValueError("touches: got no touch with a standard error, allowed: at least one, or another `by`")
         return min(known, key=lambda touch: touch.standard_error)
     mean = sum(touch.ratio for touch in kept) / len(kept)
     return min(kept, key=lambda touch: (len(kept) > 2 and abs(touch.ratio - mean), *_doubt(touch)))

@@ -42,7 +42,7 @@ def test_parquet_has_every_bit(own: Path, tmp_path: Path) -> None:
     out = tmp_path / "own.parquet"
     result = run("convert", own, "-o", out)
     assert (result.exit_code, result.stdout) == (0, f"{out}: 7 rows\n")
-    assert "1 of 7 rows have no usable value: kept, marked as such" in result.stderr
+    assert "1 of 7 rows have no usable value: kept, marked as lost" in result.stderr
     table = parquet.read_table(out)
     before = block(own)
     assert table.column_names == [
@@ -81,7 +81,7 @@ def test_a_torn_and_endless_recording_says_so(tmp_path: Path) -> None:
     tear(path, 9)
     result = run("convert", path, "-o", tmp_path / "whole.csv")
     assert (result.exit_code, result.stdout) == (0, f"{tmp_path / 'whole.csv'}: 99 rows\n")
-    assert "the last row has no line end and may be torn: left out" in result.stderr
+    assert "the last row is incomplete (no line end): left out" in result.stderr
     report = check(tmp_path / "whole.csv")
     assert (report.survey.rows, report.repaired) == (99, True)
 
@@ -118,7 +118,7 @@ def test_times_are_not_invented(tmp_path: Path) -> None:
     assert block(out)["t_hard_ns"].tolist() == [26_000_000 * i for i in range(5)]
     path.write_text(TABLE)
     result = run("convert", path, "--map", "hard=2,soft=3", "-o", tmp_path / "b.csv", "--period", "1")
-    assert (result.exit_code, "with times" in result.stderr) == (2, True)
+    assert (result.exit_code, "a file that has times" in result.stderr) == (2, True)
 
 
 def adi(path: Path, codes: list[int], *, header: str = "AD7746\tConv. Time: 62.0 ms\tVdd: 5.0\r\nCAP\tVT\r\n") -> Path:
@@ -132,7 +132,7 @@ def test_binary_data_of_both_channels(tmp_path: Path) -> None:
     out = tmp_path / "run.csv"
     result = run("convert", hard, "--soft", soft, "-o", out)
     assert result.exit_code == 0, result.stderr
-    for told in ("steps of 0.062 s", "taken for granted", "3 and 2 rows", "3 temperatures left out"):
+    for told in ("rows are 0.062 s apart", "it is assumed", "3 and 2 rows", "3 temperatures left out"):
         assert told in result.stderr
     rows = block(out)
     assert rows["hard"].tolist() == [0.0, 0.030890625, capacitance_pF(LAST_CODE)]
@@ -148,7 +148,7 @@ def test_binary_data_of_one_channel(tmp_path: Path) -> None:
     out = tmp_path / "run.csv"
     result = run("convert", adi(tmp_path / "hard.txt", [LAST_CODE, ZERO_CODE]), "-o", out)
     assert result.exit_code == 0
-    assert "the soft channel has no file: every row is marked lost" in result.stderr
+    assert "no file for the soft channel: every row is marked as lost" in result.stderr
     rows = block(out)
     assert rows["hard_raw"].tolist() == [LAST_CODE, ZERO_CODE]
     assert (rows["status"] == int(Status.LOST)).all()
@@ -182,7 +182,7 @@ def test_codes_take_no_columns(tmp_path: Path) -> None:
     path.write_text("Conv. Time: 62.0 ms\n800000\t000000\n")
     result = run("convert", path, "--soft", path, "--unit", "fF", "-o", tmp_path / "run.csv")
     assert result.exit_code == 2
-    assert "--soft: got it with --map or --unit" in result.stderr
+    assert "--soft: got it together with --map or --unit" in result.stderr
 
 
 def test_a_torn_last_row_of_codes_is_left_out(tmp_path: Path) -> None:
@@ -190,8 +190,8 @@ def test_a_torn_last_row_of_codes_is_left_out(tmp_path: Path) -> None:
     path.write_text("Conv. Time: 0,0110 s\n800000\t000000\n800001\t0000")
     result = run("convert", path, "-o", tmp_path / "run.csv")
     assert result.stdout.endswith(": 1 rows\n")
-    assert "the last row is torn: left out" in result.stderr
-    assert "steps of 0.011 s" in result.stderr
+    assert "the last row is incomplete: left out" in result.stderr
+    assert "rows are 0.011 s apart" in result.stderr
 
 
 def test_nothing_is_replaced_unasked(own: Path, tmp_path: Path) -> None:
@@ -200,13 +200,13 @@ def test_nothing_is_replaced_unasked(own: Path, tmp_path: Path) -> None:
     side.write_text("precious")
     result = run("convert", own, "-o", out)
     assert (result.exit_code, side.read_text(), out.exists()) == (4, "precious", False)
-    assert "exists already: choose another name, or --force" in result.stderr
+    assert "already exists: choose another name, or use --force" in result.stderr
     assert run("convert", own, "-o", out, "--force").exit_code == 0
     assert check(out).clean
     before = own.read_bytes()
     result = run("convert", own, "-o", own, "--force")
     assert (result.exit_code, own.read_bytes()) == (4, before)
-    assert "is a file that is read" in result.stderr
+    assert "is an input file" in result.stderr
 
 
 def test_a_running_recording_is_not_replaced(own: Path, tmp_path: Path) -> None:
@@ -214,7 +214,10 @@ def test_a_running_recording_is_not_replaced(own: Path, tmp_path: Path) -> None:
     recorder.push(sample(0))
     result = run("convert", own, "-o", recorder.path, "--force")
     assert (result.exit_code, "is still being recorded" in result.stderr) == (4, True)
-    assert "still being recorded: what there is now" in run("convert", recorder.path, "-o", tmp_path / "c.csv").stderr
+    assert (
+        "still being recorded: only the rows written until now"
+        in run("convert", recorder.path, "-o", tmp_path / "c.csv").stderr
+    )
     recorder.close()
     assert check(recorder.path).clean
 

@@ -57,7 +57,7 @@ def test_a_board_that_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     plug(monkeypatch, allowed=True)
     result = run()
     assert result.exit_code == 0
-    assert "opened, its firmware answers" in result.stdout
+    assert "can be opened, firmware is running" in result.stdout
 
 
 def test_a_board_without_firmware(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -73,7 +73,7 @@ def test_a_board_that_may_not_be_opened(monkeypatch: pytest.MonkeyPatch) -> None
     plug(monkeypatch, allowed=False)
     result = run()
     assert result.exit_code == 3
-    assert "plugged in, no permission to open it" in result.stdout
+    assert "connected, but no permission to open it" in result.stdout
     assert f"echo '{UDEV_RULE}' | sudo tee /etc/udev/rules.d/70-palpate.rules" in result.stdout
 
 
@@ -138,5 +138,5 @@ def test_a_look_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(diagnosis, "extras", fail)
     result = run()
     assert result.exit_code == 1
-    assert "!!  extras: could not be looked at: RuntimeError: out of order" in result.stdout
+    assert "!!  extras: check failed: RuntimeError: out of order" in result.stdout
     assert "speed, HandoverRls" in result.stdout

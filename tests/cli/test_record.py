@@ -28,7 +28,7 @@ def test_record_check_replay(tmp_path: Path) -> None:
     recorded = run("record", "sim:four-specimens?seed=1", "-o", path, "--touches", "4", "--note", "on the desk")
     assert recorded.exit_code == 0, recorded.stderr
     rows = len(path.read_text().splitlines()) - 1
-    assert recorded.stderr == f"{path}: {rows} rows; closed\n"
+    assert recorded.stderr == f"{path}: {rows} rows; file closed\n"
     assert len(recorded.stdout.splitlines()) == 5
     checked = run("check", path)
     assert checked.exit_code == 0
@@ -61,7 +61,7 @@ def test_unplugged_in_the_middle_and_back(tmp_path: Path) -> None:
     told = recorded.stderr.splitlines()
     assert "was unplugged: plug it in again. Waiting for it, 30 s at most." in told[0]
     assert told[1] == "The device is back after 1.5 s: 57 pairs lost."
-    assert ", 57 lost, 1 late; closed" in told[2]
+    assert ", 57 lost, 1 late; file closed" in told[2]
     checked = run("check", path)
     assert checked.exit_code == 5
     assert "57 samples lost in 1 gap" in checked.stdout
@@ -89,7 +89,7 @@ def test_so_many_seconds_and_fewer_touches_than_asked_for(tmp_path: Path) -> Non
     assert 1 <= check(tmp_path / "a.csv").survey.seconds < 1.8
     recorded = run("record", "sim:step-up", "-o", tmp_path / "b.csv", "--touches", "2")
     assert recorded.exit_code == 5
-    assert "1 touches, 2 were wanted" in recorded.stderr
+    assert "1 of 2 touches were measured" in recorded.stderr
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_so_many_seconds_and_fewer_touches_than_asked_for(tmp_path: Path) -> Non
         (["sim:", "-o", "x.csv", "--set", "colour=1"], 2, "got an unexpected keyword 'colour', allowed: samples"),
         (["sim:", "-o", "x.csv", "--touches", "0"], 2, "0 is not in the range"),
         (["sim:", "-o", "nowhere/x.csv"], 4, "cannot be written: No such file"),
-        (["sim:", "-o", "there.csv"], 4, "there.csv: exists already"),
+        (["sim:", "-o", "there.csv"], 4, "there.csv: already exists"),
         (["nowhere.csv", "-o", "x.csv"], 4, "nowhere.csv: cannot be read"),
         (["iio:/nowhere", "-o", "x.csv"], 3, "not there"),
     ],
@@ -131,7 +131,7 @@ def test_ctrl_c_closes_the_file(tmp_path: Path, number: int) -> None:
         os.kill(process.pid, number)
         _, told = process.communicate()
     assert process.returncode == 130
-    assert told.endswith("; closed\n")
+    assert told.endswith("; file closed\n")
     report = check(path)
     assert report.clean
     assert report.survey.rows >= 5
@@ -174,7 +174,7 @@ def test_devices(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(devices, name, look)
     result = run("devices")
     assert (result.exit_code, result.stdout) == (0, "usb:1/2  AD7746 evaluation kit\n")
-    assert result.stderr == "not looked for: no permission to look\n"
+    assert result.stderr == "not searched: no permission to look\n"
     monkeypatch.setattr(devices, "_boards", list)
     result = run("devices", "--json")
     assert result.exit_code == 3

@@ -107,7 +107,7 @@ def test_a_channel_without_any_value_says_so(tmp_path: Path) -> None:
     result = run("replay", path, "--map", "hard=2,soft=3")
     assert result.exit_code == 5
     assert "60 of 60 rows have no value" in result.stderr
-    assert "a channel has no value at all" in result.stderr
+    assert "a channel has no values" in result.stderr
 
 
 def test_what_is_not_a_recording(tmp_path: Path) -> None:
@@ -117,7 +117,7 @@ def test_what_is_not_a_recording(tmp_path: Path) -> None:
     assert (result.exit_code, result.stdout) == (4, "")
     assert (
         result.stderr
-        == f"Error: {path}, line 1: no row of numbers in it: not a recording; 'Dear colleague,' is not a number\n"
+        == f"Error: {path}, line 1: not a recording: no row of numbers; 'Dear colleague,' is not a number\n"
     )
 
 

@@ -197,16 +197,16 @@ def test_the_buttons_over_a_web_socket(tmp_path: Path) -> None:
         socket.send_text("nonsense")
         assert "allowed: JSON" in heard(socket, "refused")["message"]
         socket.send_text('{"do": "record"}')
-        assert "one at a time" in heard(socket, "refused")["message"]
+        assert "already running" in heard(socket, "refused")["message"]
         socket.send_text('{"do": "mark", "text": "here"}')
         assert heard(socket, "marks")["rows"][0]["text"] == "here"
         assert heard(socket, "done")["message"] == "Marked: here"
         socket.send_text('{"do": "tare"}')
-        assert "touch nothing" in heard(socket, "done")["message"]
+        assert "do not touch anything" in heard(socket, "done")["message"]
         socket.send_text('{"do": "stop"}')
         assert "closed" in heard(socket, "done")["message"]
         socket.send_text('{"do": "mark", "text": "nowhere"}')
-        assert "got no recording" in heard(socket, "refused")["message"]
+        assert "no recording is running" in heard(socket, "refused")["message"]
         socket.send_text('{"do": "record"}')
         assert "run-2.csv" in heard(socket, "done")["message"]
         got = page.get("/recording/run.csv")
@@ -222,15 +222,15 @@ def test_the_buttons_over_a_web_socket(tmp_path: Path) -> None:
 def test_buttons_at_the_wrong_moment(tmp_path: Path) -> None:
     session = begun(tmp_path)
     (tmp_path / "run-2.csv").write_text("precious")
-    with pytest.raises(Refused, match="again: got a measurement that runs"):
+    with pytest.raises(Refused, match="again: the measurement still runs"):
         session.do(Command("again"))
     session.do(Command("stop"))
-    with pytest.raises(Refused, match="stop: got no recording"):
+    with pytest.raises(Refused, match="stop: no recording is running"):
         session.do(Command("stop"))
     assert "run-3.csv" in session.do(Command("record"))
     session.close()
     for name in ("tare", "record", "mark"):
-        with pytest.raises(Refused, match=f"{name}: got a measurement that has ended"):
+        with pytest.raises(Refused, match=f"{name}: the measurement has ended"):
             session.do(Command(name, text="late"))
     assert (tmp_path / "run-2.csv").read_text() == "precious"
 
@@ -251,14 +251,16 @@ def test_a_recording_that_cannot_begin_takes_no_name(tmp_path: Path, monkeypatch
 
 def test_buttons_in_contact_warn(tmp_path: Path) -> None:
     session = begun(tmp_path)
-    assert session.do(Command("tare")).endswith("touch nothing.")
+    assert session.do(Command("tare")).endswith("do not touch anything.")
     session.do(Command("stop"))
     assert session.do(Command("record")).endswith("run-2.csv")
     session.do(Command("stop"))
     while session.moment.state not in ("contact", "adapting", "done"):
         time.sleep(0.005)
-    assert session.do(Command("record")).endswith("begun in contact: its replay has no baseline for this touch")
-    assert session.do(Command("tare")).endswith("It was in contact: lift the probe, and tare again.")
+    assert session.do(Command("record")).endswith(
+        "it starts during contact, so a replay has no baseline for this touch"
+    )
+    assert session.do(Command("tare")).endswith("The probe was in contact: lift it and tare again.")
     session.close()
 
 
@@ -266,7 +268,7 @@ def test_a_measurement_that_cannot_begin_takes_no_name(tmp_path: Path) -> None:
     (tmp_path / "run.csv").write_text("precious")
     recordings = Recordings(tmp_path / "run.csv")
     session = Session(lambda: palpate.open("sim:four-specimens?seed=1"), recordings, {"scene": "handheld"})
-    with pytest.raises(palpate.RecordingError, match="exists already"):
+    with pytest.raises(palpate.RecordingError, match="already exists"):
         session.start()
     assert recordings.next() == tmp_path / "run.csv"
     assert (tmp_path / "run.csv").read_text() == "precious"

@@ -31,8 +31,8 @@ def test_what_is_missing_and_clipped(tmp_path: Path) -> None:
         "31 samples lost in 2 gaps",
         "2 rows without a usable value",
         "1 of them with the excitation shorted or overloaded",
-        "clipped: 2 rows in the hard channel",
-        "clipped: 1 rows in the soft channel",
+        "saturated: 2 rows in the hard channel",
+        "saturated: 1 rows in the soft channel",
     )
 
 
@@ -43,13 +43,13 @@ def test_rows_that_were_tampered_with(tmp_path: Path) -> None:
     report = check(path)
     assert not report.clean
     assert report.faults == (
-        "not what was written: the rows were changed, or the sidecar is of another recording",
-        "2 rows out of order: their numbers do not rise",
+        "checksum differs: the rows were changed, or the sidecar belongs to another recording",
+        "2 rows out of order: their seq does not rise",
         "time goes back at 2 rows",
         "1 rows have codes of more than 24 bits",
     )
     path.write_text("".join(lines[:-1]))
-    assert check(path).faults == ("5 rows, 6 were written",)
+    assert check(path).faults == ("5 rows in the file, but 6 were written",)
 
 
 @pytest.mark.parametrize("torn", range(2, 40))
@@ -60,13 +60,13 @@ def test_an_unclean_stop_is_said_and_repaired_when_asked(tmp_path: Path, torn: i
     left = path.read_bytes()
     report = check(path)
     assert (report.survey.rows, report.clean, report.repaired) == (4, False, False)
-    assert report.faults[0].startswith("no end in the sidecar: an unclean stop")
-    assert report.faults[1].endswith("bytes after the last whole row")
+    assert report.faults[0].startswith("no end in the sidecar: the recording was not closed")
+    assert report.faults[1].endswith("bytes after the last complete row")
     assert path.read_bytes() == left
     assert list(read(path).hard) == [sample(i).hard for i in range(4)]
     repaired = check(path, repair=True)
     assert (repaired.survey.rows, repaired.repaired, repaired.clean, repaired.faults) == (4, True, False, ())
-    assert repaired.findings[0].startswith("its end was written later: ")
+    assert repaired.findings[0].startswith("repaired: ")
     assert left.startswith(path.read_bytes())
     assert check(path, repair=True) == repaired
     assert b",".join([b"4", b"0.104"]) not in path.read_bytes()
@@ -85,7 +85,7 @@ def test_zeros_as_a_power_cut_leaves_them(tmp_path: Path) -> None:
         file.write(b"5,0.1" + bytes(4096))
     report = check(path)
     assert report.survey.rows == 5
-    assert report.faults[1] == "4101 bytes after the last whole row"
+    assert report.faults[1] == "4101 bytes after the last complete row"
     assert check(path, repair=True).survey.rows == 5
     assert path.read_bytes().endswith(b",0\n")
 
@@ -131,7 +131,7 @@ def _sidecar(device: str) -> str:
 def test_a_broken_sidecar_does_not_keep_the_rows_back(tmp_path: Path, text: str, message: str) -> None:
     path = record(tmp_path / "run.csv", [sample(i) for i in range(5)])
     path.with_suffix(".json").write_text(text)
-    assert check(path).faults == ("no sidecar beside it, or none of a recording: the device and the end are not known",)
+    assert check(path).faults == ("no valid sidecar: device and end of the recording are unknown",)
     recording = read(path)
     assert len(recording.hard) == 5
     assert recording.full_scale_pF == pytest.approx(4.0958, abs=1e-4)
@@ -143,7 +143,7 @@ def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:
     lines = path.read_text().splitlines(keepends=True)
     lines[20_001] = "what is this?\n"
     path.write_text("".join(lines))
-    with pytest.raises(RecordingError, match=r"run.csv, line 20002: 1 cells, 8 are needed"):
+    with pytest.raises(RecordingError, match=r"run.csv, line 20002: got 1 cells, allowed: 8"):
         check(path)
 
 

@@ -91,7 +91,7 @@ def test_a_file_that_may_not_grow(tmp_path: Path, tally: Tally) -> None:
         said = acknowledge(path, limit)
         assert "cannot be written: File too large" in str(said["error"])
         look_at_full(path, said, "file may not grow (RLIMIT_FSIZE)", tally)
-        assert "the recorder gave up" in told(path)
+        assert "the recorder stopped with an error" in told(path)
 
 
 def test_a_full_disk(tmp_path: Path, tally: Tally) -> None:
@@ -153,10 +153,10 @@ def test_a_sidecar_that_is_missing_or_of_another_recording(tmp_path: Path, tally
     open_end = record(tmp_path / "open.csv", [sample(i) for i in range(120)], end=False)
     other = record(tmp_path / "other.csv", [sample(i + 1) for i in range(100)])
     for name, side, message in (
-        ("missing", None, "no sidecar beside it"),
-        ("of a longer one", longer, "100 rows, 120 were written"),
+        ("missing", None, "no valid sidecar"),
+        ("of a longer one", longer, "100 rows in the file, but 120 were written"),
         ("of one without an end", open_end, "no end in the sidecar"),
-        ("of another of this length", other, "the sidecar is of another recording"),
+        ("of another of this length", other, "the sidecar belongs to another recording"),
     ):
         path = record(tmp_path / f"{name}.csv", [sample(i) for i in range(100)])
         path.with_suffix(".json").unlink()

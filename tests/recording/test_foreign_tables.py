@@ -79,7 +79,7 @@ def test_names_of_several_header_rows(tmp_path: Path) -> None:
         assert (recording.hard.tolist(), recording.soft.tolist()) == ([1, 3], [2, 4])
     bad: list[tuple[str | int, str]]
     bad = [
-        ("C (pF)", r"'C \(pF\)', which is at positions 2, 4; give one of these"),
+        ("C (pF)", r"'C \(pF\)', the name of several columns, allowed: one of the positions 2, 4"),
         ("Ch3", r"'Ch3', allowed: 1 \(Time \(s\)\), 2 \(Ch1 C \(pF\)\)"),
         (0, "position 0, allowed: 1 to 5"),
         (6, "position 6, allowed: 1 to 5"),
@@ -124,7 +124,7 @@ def test_time_columns(tmp_path: Path) -> None:
     assert none.notes[0].startswith("no column of times found")
     back = read(write(tmp_path, "Zeit [ms],hard,soft\n0,1,2\n2000,1,2\n1000,1,2\n1000,1,2\n"), columns=MAP, unit="pF")
     assert back.t_hard_s.tolist() == [0, 2, 1, 1]
-    assert back.notes == ("time goes back at 1 of 4 rows: they are taken in the order of the file",)
+    assert back.notes == ("time goes back at 1 of 4 rows: the order of the file is used",)
     path = write(tmp_path, "when,then,hard,soft\n3,4,1,2\n")
     both = read(path, columns={**MAP, "time": "when", "soft_time": "then"})
     assert (both.t_hard_s.tolist(), both.t_soft_s.tolist()) == ([3], [4])
@@ -133,18 +133,18 @@ def test_time_columns(tmp_path: Path) -> None:
 def test_numbers_above_the_names_are_told(tmp_path: Path) -> None:
     recording = read(write(tmp_path, "2024,1,2\ntime,hard,soft\n0,1,2\n1,3,4\n"), columns=MAP, unit="pF")
     assert recording.hard.tolist() == [1, 3]
-    assert recording.notes == ("1 rows of numbers stand above the names: taken for a part of the header",)
+    assert recording.notes == ("1 rows of numbers are above the column names: treated as part of the header",)
 
 
 def test_a_missing_unit_is_told(tmp_path: Path) -> None:
     path = write(tmp_path, "t,hard,soft\n0,1,2\n")
-    assert read(path, columns=MAP).notes == ("no unit in the header: pF is assumed",)
+    assert read(path, columns=MAP).notes == ("no unit in the header: pF assumed",)
     assert read(path, columns=MAP, unit="fF").notes == ()
 
 
 def test_names_need_a_header_as_wide_as_the_rows(tmp_path: Path) -> None:
     path = write(tmp_path, "time,soft,hard\n1,0,1,2\n2,0,1,2\n")
-    with pytest.raises(ValueError, match="the header has 3 cells and the rows have 4"):
+    with pytest.raises(ValueError, match="the header has 3 cells, but the rows have 4"):
         read(path, columns=MAP)
     assert read(path, columns={"hard": 4, "soft": 3}).hard.tolist() == [2, 2]
 
@@ -154,14 +154,14 @@ def test_names_need_a_header_as_wide_as_the_rows(tmp_path: Path) -> None:
     [
         ("", 1, "no row of numbers"),
         ("hello\nworld\n", 1, "no row of numbers"),
-        (b"\x7fELF\n\0\0", 2, "a zero byte: not text"),
+        (b"\x7fELF\n\0\0", 2, "a zero byte, so this is not a text file"),
         (b"\xff\xfe\x00", 1, "not text"),
         ("time,hard,soft\n0,1,2\n1,x,2\n2,1,2\n", 3, "'x' in column 2 (hard) is neither a number"),
         ("time,hard,soft\n0,1,2\n1,1_0,2\n2,1,2\n", 3, "'1_0' in column 2 (hard)"),
-        ("time,hard,soft\n0,1,2\n1,1\n2,1,2\n", 3, "2 cells, column 3 is needed"),
+        ("time,hard,soft\n0,1,2\n1,1\n2,1,2\n", 3, "got 2 cells, but column 3 is needed"),
         ('hard;soft\n"12,000.50";"1,0,1"\n', 1, "'hard;soft' is not a number"),
         ("time,hard,soft\n0,1,2\n1,1,2\n2,1,2\n\n\ntime,hard,soft\n0,1,2\n", 7, "'hard' in column 2 (hard)"),
-        ("time,hard,soft\n0,1,2\n1,1\n", 3, "2 cells, column 3 is needed"),
+        ("time,hard,soft\n0,1,2\n1,1\n", 3, "got 2 cells, but column 3 is needed"),
     ],
 )
 def test_what_is_not_a_recording_is_told_with_its_line(
@@ -178,7 +178,7 @@ def test_what_is_not_a_recording_is_told_with_its_line(
 def test_a_last_row_without_a_line_end_is_left_out_and_told(tmp_path: Path, end: str) -> None:
     recording = read(write(tmp_path, f"time,hard,soft\n0,1,2\n1,3,4\n{end}"), columns=MAP, unit="pF")
     assert recording.hard.tolist() == [1, 3]
-    assert recording.notes == ("the last row has no line end and may be torn: left out",)
+    assert recording.notes == ("the last row is incomplete (no line end): left out",)
 
 
 @pytest.mark.parametrize(
@@ -207,7 +207,7 @@ def test_own_files_need_no_map(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("columns", "unit", "message"),
     [
-        (None, None, r"columns: got none .* allowed: hard and soft out of 1 \(time\)"),
+        (None, None, r"columns: got none .* allowed: hard and soft, two of 1 \(time\)"),
         ({"hard": 1}, None, "columns: got hard, allowed: hard, soft"),
         ({"hard": "hard", "soft": "hard"}, None, "columns: got 'hard' for both channels"),
         ({**MAP, "colour": 1}, None, "columns: got 'colour'"),

@@ -103,7 +103,7 @@ def test_ctrl_c_at_random_moments_of_the_command(tmp_path: Path, tally: Tally) -
                 continue
             report = check(path)
             assert report.clean, report
-            closed = re.escape(f"{path}: {report.survey.rows} rows") + r"[^;]*; closed\n"
+            closed = re.escape(f"{path}: {report.survey.rows} rows") + r"[^;]*; file closed\n"
             assert re.search(f"({closed}|^interrupted\n)$", told[child])
             tally.fault("Ctrl-C while `palpate record` runs", report.survey.rows, 0)
             complete += 1

@@ -50,7 +50,7 @@ def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Pa
 @pytest.mark.parametrize("there", ["run.csv", "run.json"])
 def test_nothing_is_overwritten(tmp_path: Path, there: str) -> None:
     (tmp_path / there).write_text("precious")
-    with pytest.raises(RecordingError, match=r"run\.\w+: exists already: choose another name"):
+    with pytest.raises(RecordingError, match=r"run\.\w+: already exists: choose another name"):
         Recorder(tmp_path / "run.csv", {}, {}, [])
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [(there, "precious")]
 
@@ -94,7 +94,7 @@ def test_a_full_disk_is_said_and_leaves_whole_rows(tmp_path: Path, monkeypatch: 
     report = check(path)
     assert report.survey.rows == recorder.rows
     assert report.clean is False
-    assert any("the recorder gave up" in fault and "No space left" in fault for fault in report.faults)
+    assert any("the recorder stopped with an error" in fault and "No space left" in fault for fault in report.faults)
 
 
 def test_a_full_disk_ends_a_stream(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

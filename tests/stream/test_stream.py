@@ -239,7 +239,7 @@ def test_arguments(tmp_path: Path) -> None:
     stream.close()
     (tmp_path / "run.csv").write_text("precious")
     source = Scripted([])
-    with pytest.raises(RecordingError, match="exists already"), Stream(source, record=tmp_path / "run.csv"):
+    with pytest.raises(RecordingError, match="already exists"), Stream(source, record=tmp_path / "run.csv"):
         pass
     assert source.closed == 1
 

@@ -1,4 +1,4 @@
-"""From touches on specimens of known modulus to the modulus of the next object, with an interval."""
+"""Calibration: from touches on specimens of known modulus to the modulus of another object, with an interval."""
 
 from palpate.calibration.calibration import Calibration
 from palpate.calibration.modulus import Modulus

@@ -1,4 +1,4 @@
-"""A probe's curve, fitted to specimens of known modulus: the modulus of the next object from its ratio, with an interval."""
+"""The calibration curve of a probe, fitted to specimens of known modulus; gives a modulus with an interval."""
 
 import os
 from collections.abc import Mapping
@@ -24,16 +24,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A probe's curve, fitted to specimens; made by `fit` or `load`.
+    """The calibration curve of a probe: converts a ratio to a modulus with an interval. Made by `fit` or `load`.
 
     Attributes
     ----------
     fitted : palpate.calibration.curve_fit.Fit
-        Parameters, their covariance, and the scatter.
+        Parameters of the curve, their covariance, and the scatter.
     ratios, moduli, standard_errors, touches : numpy.ndarray, shape (n,)
-        What it was fitted on; standard errors are 0 where none were given.
+        The fitted data; moduli in MPa; standard errors are 0 if none were given.
     about : dict of str
-        Where it comes from; saved with it.
+        Origin of the data; saved with the calibration.
     version : str
         The version of palpate that fitted it.
     """
@@ -57,22 +57,24 @@ class Calibration:
         soft_ratio: float | None = 1.0,
         about: Mapping[str, str] | None = None,
     ) -> "Calibration":
-        """Fit eq. (2): ratio against the logarithm of the modulus, weighted by everything that scatters.
+        """Fit a calibration curve, equation (2), to ratios on specimens of known modulus.
+
+        The weights hold the standard errors, and the scatter from touch to touch and from specimen to specimen.
 
         Parameters
         ----------
         ratios : array_like, shape (n,)
-            One of each touch, or of each specimen.
+            One ratio for each touch, or for each specimen.
         moduli : array_like, shape (n,), MPa
-            Of the specimen; ratios with the same modulus are touches on the same specimen. Taken as exact.
+            Modulus of the specimen, taken as exact. Ratios with the same modulus belong to the same specimen.
         standard_errors : array_like, shape (n,), optional
-            Of the ratios, as `Touch.standard_error`.
+            Standard errors of the ratios, 0 or more, as `Touch.standard_error`.
         touches : array_like, shape (n,) or (), optional
-            How many touches each ratio is the mean of; 1 by default.
+            Number of touches of which each ratio is the mean, 1 or more; default 1.
         soft_ratio : float or None
-            Ratio on an infinitely soft object; None to fit it, as a third parameter, where the channels' gains differ.
+            Ratio on an infinitely soft object. None: fit it as a third parameter, for channels with different gains.
         about : mapping of str, optional
-            Where the data come from; saved with the calibration.
+            Origin of the data; saved with the calibration.
 
         Returns
         -------
@@ -83,13 +85,13 @@ class Calibration:
         ValueError
             Arguments of different lengths, not finite, or not positive.
         CalibrationError
-            Too few specimens, or ratios that do not follow eq. (2).
+            Too few specimens, or the ratios do not follow equation (2).
 
         Examples
         --------
         >>> from palpate.elasticity import SORBOTHANE_MPA, Elasticity
         >>> moduli = list(SORBOTHANE_MPA.values())
-        >>> four = [1.02, 0.99, 0.98, 1.01]  # four touches on each, held more or less obliquely
+        >>> four = [1.02, 0.99, 0.98, 1.01]  # four touches on each, at different angles
         >>> ratios = [factor * Elasticity().ratio(E) for E in moduli for factor in four]
         >>> found = Calibration.fit(ratios, [E for E in moduli for _ in four])
         >>> value, low, high = found.modulus(5.0)
@@ -105,25 +107,25 @@ class Calibration:
         least = 3 if soft_ratio is not None else 4
         if len(known) < least:
             raise CalibrationError(
-                f"moduli: got {len(known)} specimens, allowed: {least} or more, one above the number of parameters"
+                f"moduli: got {len(known)} specimens, allowed: {least} or more (the number of parameters and one)"
             )
         rows = Rows(data["ratios"], data["standard_errors"], data["touches"], specimen)
         return cls(fit(np.log(known), rows, soft_ratio), **data, about=dict(about or {}), version=_version())
 
     @property
     def probe(self) -> Elasticity:
-        """Eq. (2) with the fitted parameters."""
+        """Equation (2) with the fitted parameters."""
         rigid, log_half, soft = (float(value) for value in self.fitted.parameters)
         return Elasticity(rigid, exp(log_half), soft)
 
     @property
     def touch_spread(self) -> float:
-        """Standard deviation of the ratio from touch to touch, relative, without the standard errors' part."""
+        """Relative standard deviation of the ratio from touch to touch, without the part of the standard errors."""
         return float(self.fitted.touch_variance**0.5)
 
     @property
     def specimen_spread(self) -> float:
-        """Standard deviation of the specimens about the curve, relative, beyond what the touches' scatter explains."""
+        """Relative standard deviation of the specimens around the curve, without the part of the touches' scatter."""
         return float(self.fitted.specimen_variance**0.5)
 
     @property
@@ -133,21 +135,21 @@ class Calibration:
 
     @property
     def residuals(self) -> list[verdict.Residual]:
-        """How far each specimen is off the curve, in order of modulus."""
+        """Distance of each specimen from the curve, in order of modulus."""
         return verdict.residuals(self.fitted, self.ratios, self.moduli, self.standard_errors, self.touches)
 
     @property
     def verdict(self) -> str:
-        """What a careful colleague would say of the fit."""
+        """Assessment of the fit, as text."""
         return verdict.verdict(self.fitted, self.residuals, len(self.ratios))
 
     @property
     def sound(self) -> bool:
-        """Whether the verdict has nothing against it."""
+        """Whether the fit has no objection."""
         return not verdict.objections(self.fitted, self.residuals)
 
     def parameter_intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
-        """Return the interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
+        """Return the confidence interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
         _check_level(level)
         t = float(need("scipy.special", "science").stdtrit(self.fitted.specimen_freedom, 0.5 + level / 2))
         reach = t * np.sqrt(np.diag(self.fitted.covariance))
@@ -163,19 +165,20 @@ class Calibration:
     ) -> Modulus:
         """Return the modulus of an object from its ratio, with an interval.
 
-        The interval holds the error of the fitted curve, the scatter from touch to touch and the standard error, read
-        backwards through the curve: it is not symmetric, and near the rigid ratio it has no upper end.
+        The interval includes the error of the fitted curve, the scatter from touch to touch and the standard error,
+        inverted through the curve: it is not symmetric, and near the rigid ratio it has no upper end.
 
         Parameters
         ----------
         ratio : float
+            Ratio of a touch, or the mean of several.
         standard_error : float, optional
-            Of the ratio; left out, it counts as 0.
+            Standard error of the ratio, 0 or more; default 0.
         touches : float
-            How many touches on the object the ratio is the mean of.
+            Number of touches of which the ratio is the mean, 1 or more.
         level : float, in (0, 1)
-            Probability with which the interval holds the modulus. Where it is "stiffer than low" the bound is the
-            lower end of the same interval: it is exceeded with (1 + level) / 2.
+            Probability that the interval contains the modulus. In "stiffer than low" the bound is the lower end of
+            the same interval: the modulus is above it with probability (1 + level) / 2.
 
         Returns
         -------
@@ -184,7 +187,13 @@ class Calibration:
         Raises
         ------
         ValueError
-            An argument out of its range.
+            An argument is out of its range.
+
+        Examples
+        --------
+        >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
+        >>> found.modulus(3.5, 0.01).extrapolated
+        False
         """
         error = 0.0 if standard_error is None else standard_error
         _check_measured(ratio, error, touches)
@@ -192,17 +201,17 @@ class Calibration:
         return Modulus.of(self.probe, ratio, bounds(self.fitted, Measured(ratio, error, touches, level)), self.range)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the calibration, with units, versions and the data it was fitted on, as TOML."""
+        """Write the calibration as TOML, with units, versions and the fitted data."""
         calibration_file.save(Path(path), self.as_dict())
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything that `save` writes, as plain numbers and text."""
+        """Return the contents of the file that `save` writes, as plain numbers and text."""
         data = {name: getattr(self, name) for name in calibration_file.DATA}
         return calibration_file.document(self.fitted, self.probe, self.verdict, data, self.about, self.version)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> "Calibration":
-        """Read what `save` wrote.
+        """Return the calibration from a file that `save` wrote.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""From several touches on each of some specimens to one table, and to a calibration."""
+"""Choose one ratio from the touches on a specimen, and fit a calibration to specimens."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,19 +11,25 @@ from palpate.calibration.calibration import Calibration
 from palpate.touch import most_reliable, usable
 
 CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance")
-"""What a calibration is fitted on: every touch, their mean (plain, or weighted by the standard errors), or one of them."""
+"""Data of a fit: all touches; their mean, plain or weighted by the standard errors; or the most reliable touch."""
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """What several touches on one object come to.
+    """One ratio computed from several touches on one object.
 
     Attributes
     ----------
-    ratio, standard_error : float
-        The standard error holds what the estimator knows, not the scatter from touch to touch.
+    ratio : float
+    standard_error : float
+        That of the estimator, without the scatter from touch to touch.
     touches : float
-        How many touches the ratio is the mean of; with unequal weights their effective number.
+        Number of touches of which the ratio is the mean; with unequal weights the effective number.
+
+    Examples
+    --------
+    >>> Chosen(4.1, 0.002).touches
+    1.0
     """
 
     ratio: float
@@ -33,7 +39,22 @@ class Chosen:
 
 @dataclass(frozen=True)
 class Specimen:
-    """The touches on one specimen of known modulus."""
+    """The touches on one specimen of known modulus.
+
+    Attributes
+    ----------
+    name : str
+    modulus : float, MPa
+    touches : sequence of Touch
+
+    Examples
+    --------
+    >>> import palpate
+    >>> from palpate.simulation import scenarios
+    >>> specimen = Specimen("70 A", 8.68, palpate.touches(scenarios.run("stiff-steady")))
+    >>> specimen.mean == specimen.touches[0].ratio
+    True
+    """
 
     name: str
     modulus: float
@@ -46,19 +67,19 @@ class Specimen:
 
     @property
     def spread(self) -> float:
-        """Standard deviation of these ratios, relative to their mean; nan for one touch."""
+        """Standard deviation of these ratios, divided by their mean; nan for one touch."""
         ratios = [touch.ratio for touch in usable(self.touches)]
         return float(np.std(ratios, ddof=1) / np.mean(ratios)) if len(ratios) > 1 else float("nan")
 
 
 def choose(touches: Sequence[Touch], by: str) -> Chosen:
-    """Reduce several touches on one object to one ratio.
+    """Return one ratio for several touches on one object.
 
     Parameters
     ----------
     touches : sequence of Touch
     by : str
-        One of `CHOICES` but "all". Means are of the touches without a flag; the others as in `palpate.most_reliable`.
+        One of `CHOICES` except "all". A mean uses the touches without a flag; the others as in `palpate.most_reliable`.
 
     Returns
     -------
@@ -67,7 +88,15 @@ def choose(touches: Sequence[Touch], by: str) -> Chosen:
     Raises
     ------
     ValueError
-        No touch to choose from, or an unknown `by`.
+        No usable touch, or an unknown `by`.
+
+    Examples
+    --------
+    >>> import palpate
+    >>> from palpate.simulation import scenarios
+    >>> four = palpate.touches(scenarios.run("four-specimens"))
+    >>> choose(four, "mean").touches
+    4.0
     """
     if by not in ("mean", "weighted"):
         touch = most_reliable(touches, by=by)
@@ -85,7 +114,7 @@ def _error(touch: Touch) -> float:
 
 
 def rises(ratios: Sequence[float]) -> bool:
-    """Whether each ratio is above the one before."""
+    """Return whether each ratio is above the one before."""
     return all(after > before for before, after in pairwise(ratios))
 
 
@@ -96,22 +125,36 @@ def calibrate(
     soft_ratio: float | None = 1.0,
     about: Mapping[str, str] | None = None,
 ) -> Calibration:
-    """Fit a calibration to specimens.
+    """Return a calibration fitted to specimens.
 
     Parameters
     ----------
     specimens : sequence of Specimen
     by : str
-        One of `CHOICES`: "all", the default, knows the scatter from touch to touch from the touches themselves.
+        One of `CHOICES`. With "all", the default, the fit can estimate the scatter from touch to touch.
     soft_ratio, about
         As in `Calibration.fit`.
+
+    Returns
+    -------
+    Calibration
 
     Raises
     ------
     ValueError
-        A specimen without a touch to choose from, or an unknown `by`.
+        A specimen without a usable touch, or an unknown `by`.
     CalibrationError
-        As `Calibration.fit`.
+        As in `Calibration.fit`.
+
+    Examples
+    --------
+    >>> import palpate
+    >>> from palpate.elasticity import SORBOTHANE_MPA
+    >>> from palpate.simulation.hand import session
+    >>> runs = session(0, touches=2)
+    >>> specimens = [Specimen(name, E, palpate.touches(runs[name])) for name, E in SORBOTHANE_MPA.items()]
+    >>> calibrate(specimens).about["fitted on"]
+    'all'
     """
     if by not in CHOICES:
         raise ValueError(f"by: got {by!r}, allowed: {', '.join(CHOICES)}")

@@ -1,15 +1,15 @@
-"""Eq. (2) fitted to touches on specimens of known modulus, with two variances estimated beside it.
+"""Fit of eq. (2) to touches on specimens of known modulus, with two variances.
 
 In x = log E, eq. (2) is a logistic, r = r_soft + (r_rigid - r_soft) / (1 + exp(log a - x)): the calibration curve
 of immunoassays, whose weighting and inversion are well studied (O'Connell, Belanger and Haaland, Calibration
 and assay development using the four-parameter logistic model, Chemometrics 20, 1993). The moduli are taken as
-known and the ratios as scattered, so residuals are counted in the ratio: log E of a measured ratio, which is
-the same to first order, does not exist from r_rigid on.
+exact and the ratios as scattered, so residuals are those of the ratio: residuals in log E would be the same to
+first order, but log E does not exist for a measured ratio of r_rigid or more.
 
-The ratio of touch j on specimen i is f(x_i) (1 + specimen_i + touch_ij) + error_ij: error of the standard
-error that the estimator gives, touch of an unknown variance (oblique contact), specimen of an unknown variance
-(a modulus or a specimen that is off, or a curve that is). Both are found by the method of Paule and Mandel
-(J. Res. NBS 87, 1982): the variance with which the weighted sum of squares equals its degrees of freedom.
+The ratio of touch j on specimen i is f(x_i) (1 + specimen_i + touch_ij) + error_ij. error_ij has the standard error of
+the estimator. touch_ij (oblique contact) and specimen_i (wrong modulus, deviating specimen or wrong curve) have unknown
+variances. Both are found by the method of Paule and Mandel (J. Res. NBS 87, 1982): the variance with which the weighted
+sum of squares equals its degrees of freedom.
 """
 
 from collections.abc import Callable
@@ -22,30 +22,37 @@ from palpate.errors import CalibrationError
 from palpate.extras import need
 
 Array = NDArray[np.float64]
-SMALLEST_VARIANCE = 1e-18  # relative; the last digits of a ratio: weights stay finite on exact data
+SMALLEST_VARIANCE = 1e-18  # relative; rounding of a ratio: keeps the weights finite for exact data
 _ROUNDS = 50
-_HALF_MODULI = 41  # tried as a beginning, three decades beyond the specimens on either side
+_HALF_MODULI = 41  # start values, up to three decades beyond the specimens on either side
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted curve.
+    """A fitted calibration curve: parameters, covariance and scatter.
 
     Attributes
     ----------
     parameters : numpy.ndarray, shape (3,)
         rigid_ratio, log(half_modulus / MPa), soft_ratio.
     covariance : numpy.ndarray, shape (3, 3)
-        Of the parameters; zeros for a soft_ratio that was not fitted.
+        Covariance of the parameters; zeros for a soft_ratio that was not fitted.
     touch_variance, specimen_variance : float
-        Relative to the ratio squared.
+        Variances of touch_ij and specimen_i, relative to the ratio squared.
     touch_freedom, specimen_freedom : int
-        Degrees of freedom from which they are estimated. touch_freedom 0: one touch a specimen, so the
-        two cannot be told apart, and touch_variance, from specimen_freedom, is of both.
+        Their degrees of freedom. touch_freedom 0: one touch for each specimen; then touch_variance is the sum of both,
+        with specimen_freedom.
     specimen_share : float
-        Share of specimen_variance in the variance of a specimen's mean: what the error of the curve comes from.
+        Share of specimen_variance in the variance of the mean of a specimen.
     misfit : float
         Weighted sum of squares around the curve with specimen_variance 0, per degree of freedom.
+
+    Examples
+    --------
+    >>> from palpate import Calibration
+    >>> found = Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
+    >>> found.fitted.parameters.shape, found.fitted.touch_freedom
+    ((3,), 0)
     """
 
     parameters: Array
@@ -60,7 +67,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Rows:
-    """Measured ratios, each the mean of `touches` touches on the specimen of number `specimen`."""
+    """Measured ratios, each the mean of `touches` touches on the specimen with index `specimen`."""
 
     ratio: Array
     standard_error: Array
@@ -68,31 +75,31 @@ class Rows:
     specimen: NDArray[np.intp]
 
     def variance(self, touch_variance: float, level: Array) -> Array:
-        """Variance of each row around its specimen's ratio `level`."""
+        """Return the variance of each row around the ratio `level` of its specimen."""
         return np.asarray(self.standard_error**2 + touch_variance * level**2 / self.touches)
 
 
 def curve(parameters: Array, x: Array) -> Array:
-    """Ratio at x = log(E / MPa)."""
+    """Return the ratio at x = log(E / MPa)."""
     rigid, log_half, soft = parameters
     return np.asarray(soft + (rigid - soft) * _share(x - log_half))
 
 
 def gradient(parameters: Array, x: Array) -> Array:
-    """Return the derivative of `curve` to the parameters, shape (3, ...)."""
+    """Return the derivative of `curve` with respect to the parameters, shape (3, ...)."""
     rigid, log_half, soft = parameters
     share = _share(x - log_half)
     return np.stack([share, -(rigid - soft) * share * (1 - share), 1 - share])
 
 
 def _share(x: Array) -> Array:
-    """1 / (1 + exp(-x)), for any x."""
+    """Return 1 / (1 + exp(-x)), without overflow."""
     small = np.exp(-np.abs(x))
     return np.asarray(np.where(x < 0, small, 1.0) / (1 + small))
 
 
 def means(rows: Rows, touch_variance: float) -> tuple[Array, Array]:
-    """Weighted mean of each specimen's rows, and its variance."""
+    """Return the weighted mean of the rows of each specimen, and its variance."""
     level = _sums(rows, rows.ratio) / _sums(rows, np.ones_like(rows.ratio))
     weight = 1 / rows.variance(max(touch_variance, SMALLEST_VARIANCE), level[rows.specimen])
     total = _sums(rows, weight)
@@ -100,7 +107,7 @@ def means(rows: Rows, touch_variance: float) -> tuple[Array, Array]:
 
 
 def fit(x: Array, rows: Rows, soft_ratio: float | None) -> Fit:
-    """Fit the curve to rows on specimens at x = log(E / MPa); soft_ratio None is fitted too."""
+    """Return the curve fitted to rows on specimens at x = log(E / MPa); soft_ratio None: fit it, too."""
     free = [0, 1, 2] if soft_ratio is None else [0, 1]
     touch_freedom = len(rows.ratio) - len(x)
     freedom = len(x) - len(free)
@@ -140,14 +147,14 @@ def _touch_variance(rows: Rows, freedom: int) -> float:
 
 
 def _total(rows: Rows, variance: Array, excess: float, level: Array, touch_freedom: int) -> Array:
-    """Variance of each specimen's mean around the curve."""
+    """Return the variance of the mean of each specimen around the curve."""
     if touch_freedom:
         return np.asarray(variance + excess * level**2)
     return rows.variance(max(excess, SMALLEST_VARIANCE), level)  # a row is a specimen
 
 
 def _excess(rows: Rows, mean: Array, variance: Array, level: Array, touch_freedom: int, freedom: int) -> float:
-    """Return the specimens' variance; where there is one touch each, that of touches and specimens together."""
+    """Return the variance of the specimens; with one touch each, the sum of the touches' and specimens' variance."""
 
     def squares(excess: float) -> float:
         return float(((mean - level) ** 2 / _total(rows, variance, excess, level, touch_freedom)).sum())
@@ -156,7 +163,7 @@ def _excess(rows: Rows, mean: Array, variance: Array, level: Array, touch_freedo
 
 
 def _paule_mandel(squares: Callable[[float], float], freedom: int) -> float:
-    """Return the variance at which the sum of squares, which falls with it, is `freedom`; 0 where it is less at 0."""
+    """Return the variance at which the decreasing sum of squares is `freedom`; 0 if it is already less at 0."""
     if squares(0.0) <= freedom:
         return 0.0
     low, high = np.log(SMALLEST_VARIANCE), 0.0
@@ -167,7 +174,7 @@ def _paule_mandel(squares: Callable[[float], float], freedom: int) -> float:
 
 
 def _beginning(x: Array, mean: Array, variance: Array, soft_ratio: float | None) -> Array:
-    """Best of a grid of half moduli; for each of them the ratios at the ends are a linear problem."""
+    """Return start parameters: a grid of half moduli; for each, the two end ratios by linear least squares."""
     weight = 1 / np.sqrt(variance + 1e-6 * mean**2)
     best: tuple[float, Array] = (np.inf, np.empty(0))
     for log_half in np.linspace(x.min() - np.log(1e3), x.max() + np.log(1e3), _HALF_MODULI):
@@ -186,7 +193,7 @@ def _beginning(x: Array, mean: Array, variance: Array, soft_ratio: float | None)
 
 
 def _polished(x: Array, mean: Array, total: Array, parameters: Array, free: list[int]) -> Array:
-    """Weighted least squares by Levenberg and Marquardt, from there."""
+    """Return the weighted least-squares fit, by Levenberg and Marquardt, from start parameters."""
     weight = 1 / np.sqrt(total)
 
     def whole(values: Array) -> Array:
@@ -205,14 +212,14 @@ def _polished(x: Array, mean: Array, total: Array, parameters: Array, free: list
     beyond = abs(found[1] - np.clip(found[1], x.min(), x.max()))
     if not (result.success and np.isfinite(found).all() and found[0] > found[2]) or beyond > np.log(1e3):
         raise CalibrationError(
-            "ratios: got values that do not bend towards a rigid ratio as eq. (2) does, allowed: ratios that rise with "
-            "the modulus, on specimens soft and stiff enough to show both ends"
+            "ratios: got values that do not follow the S-shaped curve of eq. (2), allowed: ratios that rise with the "
+            "modulus, on specimens that are soft and stiff enough to show both ends of the curve"
         )
     return found
 
 
 def _covariance(slopes: Array, total: Array) -> Array:
-    """Inverse of the information of the weighted fit."""
+    """Return the covariance: the inverse of the information of the weighted fit."""
     weighted = slopes / np.sqrt(total)
     scale = np.sqrt((weighted**2).sum(axis=1))
     information = (weighted / scale[:, None]) @ (weighted / scale[:, None]).T

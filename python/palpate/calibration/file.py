@@ -1,4 +1,4 @@
-"""A calibration as a TOML file: parameters, scatter, and the data it was fitted on, with units and versions."""
+"""Calibration files, TOML: parameters, scatter and the fitted data, with units and versions."""
 
 import os
 import tomllib
@@ -18,12 +18,12 @@ UNITS = {"modulus": "MPa", "ratio": "1", "standard_error": "1", "variance": "rel
 PARAMETERS = ["rigid_ratio", "log(half_modulus / MPa)", "soft_ratio"]
 SCATTER = ["touch_variance", "touch_freedom", "specimen_variance", "specimen_freedom", "specimen_share", "misfit"]
 DATA = {"moduli": "moduli_MPa", "ratios": "ratios", "standard_errors": "standard_errors", "touches": "touches"}
-_LARGEST = 10_000_000  # bytes; a calibration has some thousand
-_RANGE = 1e30  # of a number: its fourth powers, of which an interval is made, stay finite
+_LARGEST = 10_000_000  # bytes; a calibration file has some thousand bytes
+_RANGE = 1e30  # limit of a number: its fourth power, needed for an interval, stays finite
 
 
 def save(path: Path, document: Mapping[str, Any]) -> None:
-    """Write a document; the file is there whole, or as it was."""
+    """Write a document; the file is replaced atomically."""
     text = need("tomli_w", "science").dumps(document)
     beside = path.with_name(path.name + ".part")
     beside.write_text(text, encoding="utf-8")
@@ -33,7 +33,7 @@ def save(path: Path, document: Mapping[str, Any]) -> None:
 def document(
     fit: Fit, probe: Elasticity, verdict: str, data: Mapping[str, Any], about: Mapping[str, str], version: str
 ) -> dict[str, Any]:
-    """Return what is written: `data` are the arrays ratios, moduli, standard_errors and touches."""
+    """Return the contents of the file; `data`: the arrays ratios, moduli, standard_errors and touches."""
     return {
         "schema": SCHEMA,
         "palpate": version,
@@ -87,7 +87,7 @@ def _arguments(read: dict[str, Any]) -> dict[str, Any]:
     arrays = {name: _array(data, key, size) for name, key in DATA.items()}
     for name in ("moduli", "touches"):
         if not (arrays[name].size and (arrays[name] > 0).all()):
-            raise ValueError(f"{DATA[name]}: got a value that is not positive, or none, allowed: positive numbers")
+            raise ValueError(f"{DATA[name]}: got no value, or a value that is not positive, allowed: positive numbers")
     about = {str(key): str(value) for key, value in dict(read["about"]).items()}
     return {"fitted": fit, **arrays, "about": about, "version": str(read["palpate"])}
 
@@ -103,7 +103,7 @@ def _check(fit: Fit) -> None:
         np.linalg.eigvalsh(covariance)[0] if np.allclose(covariance, covariance.T, rtol=1e-9, atol=0) else -np.inf
     )
     if smallest < -1e-9 * np.trace(covariance):
-        raise ValueError("covariance: got a matrix that is not one, allowed: symmetric and positive")
+        raise ValueError("covariance: got an invalid matrix, allowed: symmetric and positive semidefinite")
 
 
 def _array(table: dict[str, Any], name: str, shape: tuple[int, ...]) -> Any:

@@ -1,13 +1,13 @@
-"""From a ratio to the moduli that agree with it: the calibration curve read backwards, with everything that is uncertain.
+"""Interval of the modulus for a measured ratio: the inverse of the calibration curve, with all uncertainties.
 
-The set of all E whose predicted ratio is within t standard deviations of the measured one. Its variance is
-that of a new measurement, at the E in question: the ratio's own standard error, the scatter from touch to
-touch and from object to object, and the error of the fitted curve. Whatever E is, the measured ratio is within t
-standard deviations of its prediction with the probability asked for, so the set holds the true E as often, near
-the rigid end too, where it is not symmetric, or has no upper end. (The delta method, sigma dE/dr, fails there.)
+The interval is the set of all E whose predicted ratio is within t standard deviations of the measured ratio. The
+variance is that of a new measurement at this E: the standard error of the ratio, the scatter from touch to touch and
+from object to object, and the error of the fitted curve. For every E the measured ratio is within t standard deviations
+of its prediction with the given probability; so the set contains the true E with this probability, also near the rigid
+ratio, where the interval is not symmetric or has no upper end. (The delta method, sigma dE/dr, fails there.)
 
-t is Student's, with Welch and Satterthwaite's degrees of freedom: each variance counts with those it was
-estimated from, the standard error as known.
+t is the quantile of Student's distribution, with the degrees of freedom of Welch and Satterthwaite: each variance has
+the degrees of freedom of its estimate; the standard error is taken as exact.
 """
 
 from dataclasses import dataclass
@@ -19,13 +19,13 @@ from palpate.calibration.curve_fit import Fit, curve, gradient
 from palpate.extras import need
 
 Array = NDArray[np.float64]
-_REACH = 40.0  # log(E / half_modulus): beyond it the curve is at its end, to the last digit
+_REACH = 40.0  # log(E / half_modulus): beyond it the curve is constant in double precision
 _STEPS = 401
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A ratio to be read backwards: the mean of `touches` touches, its standard error, and the level of confidence."""
+    """A measured ratio: the mean of `touches` touches, its standard error, and the confidence level."""
 
     ratio: float
     standard_error: float = 0.0
@@ -34,9 +34,9 @@ class Measured:
 
 
 def bounds(fit: Fit, measured: Measured) -> tuple[float, float]:
-    """Return the ends of the set of log(E / MPa) that agree with a ratio; nan, nan where none does.
+    """Return the lowest and highest log(E / MPa) that agree with a ratio; nan, nan if none agrees.
 
-    -inf and inf where softer and stiffer objects agree without end.
+    -inf: all softer objects agree; inf: all stiffer objects agree.
     """
     log_half = fit.parameters[1]
     inner = log_half + np.linspace(-_REACH, _REACH, _STEPS)
@@ -52,7 +52,7 @@ def bounds(fit: Fit, measured: Measured) -> tuple[float, float]:
 
 
 def _best(fit: Fit, ratio: float) -> float:
-    """Return log E of the ratio; infinite beyond the ends of the curve."""
+    """Return log E for a ratio; infinite beyond the ends of the curve."""
     rigid, log_half, soft = fit.parameters
     if not soft < ratio < rigid:
         return np.inf if ratio >= rigid else -np.inf
@@ -60,19 +60,21 @@ def _best(fit: Fit, ratio: float) -> float:
 
 
 def _distance(fit: Fit, measured: Measured, x: Array) -> Array:
-    """Ratio less its prediction at x, in units of what the level allows: falls with x."""
+    """Return ratio minus prediction at x, in units of `allowance`; it decreases with x."""
     return np.asarray((measured.ratio - curve(fit.parameters, x)) / allowance(fit, measured, x))
 
 
 def allowance(fit: Fit, measured: Measured, x: Array) -> Array:
-    """Return how far from the curve at x = log(E / MPa) a measured ratio may be: t times its standard deviation."""
+    """Return t standard deviations of a measured ratio around the curve at x = log(E / MPa)."""
     level = curve(fit.parameters, x)
     slopes = gradient(fit.parameters, x)
     touch = fit.touch_variance * level**2 / measured.touches
     specimen = fit.specimen_variance * level**2
     fitted = np.einsum("i...,ij,j...->...", slopes, fit.covariance, slopes)
-    total = measured.standard_error * measured.standard_error + touch + specimen + fitted  # ** refuses to overflow
-    # What rests on one estimate goes up and down together; the curve's error rests on both.
+    total = (
+        measured.standard_error * measured.standard_error + touch + specimen + fitted
+    )  # not **, which raises an error at overflow
+    # Terms from the same estimate are fully correlated; the error of the curve comes from both estimates.
     by_specimen = specimen + fit.specimen_share * fitted if fit.touch_freedom else touch + fitted
     by_touch = touch + specimen + fitted - by_specimen
     parts = by_touch**2 / max(fit.touch_freedom, 1) + by_specimen**2 / fit.specimen_freedom
@@ -83,7 +85,7 @@ def allowance(fit: Fit, measured: Measured, x: Array) -> Array:
 
 
 def _crossing(fit: Fit, measured: Measured, *, inside: float, outside: float) -> float:
-    """Where the distance passes 1, or -1, between a point that agrees and one that does not."""
+    """Return x at which the distance is 1 or -1, between a point inside the interval and one outside."""
     if not (np.isfinite(inside) and np.isfinite(outside)):
         return inside if np.isfinite(inside) else outside  # beyond _REACH
     side = np.sign(_distance(fit, measured, np.array(outside)))

@@ -1,4 +1,4 @@
-"""What a ratio says of the object: a modulus with an interval, only a bound, or nothing, with the reason."""
+"""The result of a calibration for one ratio: a modulus with an interval, a bound, or the reason why there is none."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -6,24 +6,30 @@ from math import exp, inf, isfinite, isnan, nan
 
 from palpate.elasticity import Elasticity
 
-_LARGEST = 690.0  # exp of it is still a number
+_LARGEST = 690.0  # exp of it is still finite
 
 
 @dataclass(frozen=True)
 class Modulus:
-    """The modulus that a ratio stands for; unpacks as value, low, high.
+    """Modulus of an object with its interval; unpacks as value, low, high.
 
     Attributes
     ----------
     value : float, MPa
-        By eq. (2); nan where it has no answer.
+        By eq. (2); nan if the ratio is outside the range of the curve.
     low, high : float, MPa
-        Ends of the interval; high is inf where stiffer objects agree without end, low is 0 where softer ones do; both
-        nan where no object agrees.
+        Ends of the interval. high is inf if all stiffer moduli agree with the ratio, low is 0 if all softer ones do;
+        both are nan if no modulus agrees.
     reason : str
-        Why value is nan; empty where it is not.
+        Why value is nan; else empty.
     extrapolated : bool
-        Whether the value, or what is known of it, lies beyond the calibrated moduli.
+        Whether the value is unknown or outside the calibrated moduli.
+
+    Examples
+    --------
+    >>> value, low, high = Modulus(1.1, 1.0, 1.3)
+    >>> print(Modulus(value, low, high))
+    1.1 MPa (1 to 1.3)
     """
 
     value: float
@@ -33,23 +39,23 @@ class Modulus:
     extrapolated: bool = False
 
     def __iter__(self) -> Iterator[float]:
-        """Value, low, high."""
+        """Iterate over value, low, high."""
         return iter((self.value, self.low, self.high))
 
     def as_dict(self) -> dict[str, float | str | bool | None]:
-        """Every field, in MPa where it is a modulus, and the text; nan and inf as None."""
+        """Return all fields (moduli in MPa) and the text; nan and inf as None."""
         numbers = {"value_MPa": self.value, "low_MPa": self.low, "high_MPa": self.high}
         plain = {name: number if isfinite(number) else None for name, number in numbers.items()}
         return {**plain, "text": str(self), "reason": self.reason, "extrapolated": self.extrapolated}
 
     def __str__(self) -> str:
-        """As a person would say it."""
+        """Return the modulus as text: a value with its interval, or a bound."""
         if self.high == inf and self.low > 0:
             return f"stiffer than {self.low:.3g} MPa"
         if self.low == 0 and self.high < inf:
             return f"softer than {self.high:.3g} MPa"
         if not self.low > 0:
-            return "no object" if self.low != 0 else "any object"
+            return "no modulus agrees with this ratio" if self.low != 0 else "every modulus agrees with this ratio"
         if not isfinite(self.value):
             return f"{self.low:.3g} to {self.high:.3g} MPa"
         return f"{self.value:.3g} MPa ({self.low:.3g} to {self.high:.3g})"
@@ -58,7 +64,7 @@ class Modulus:
     def of(
         cls, probe: Elasticity, ratio: float, bounds: tuple[float, float], calibrated: tuple[float, float]
     ) -> "Modulus":
-        """Put together what a ratio says: by eq. (2), the ends of the set of log(E / MPa), and the calibrated moduli."""
+        """Make a result from a ratio, the interval of log(E / MPa), and the range of the calibrated moduli, MPa."""
         low, high = (_exp(x) for x in bounds)
         reason = _reason(probe, ratio, agrees=not isnan(low))
         value = nan if reason else probe.modulus(ratio)
@@ -66,11 +72,11 @@ class Modulus:
 
 
 def _reason(probe: Elasticity, ratio: float, *, agrees: bool) -> str:
-    far = "" if agrees else ", by more than its uncertainty"
+    far = "" if agrees else "; the difference is larger than the uncertainty"
     if ratio < probe.soft_ratio:
-        return f"the ratio is below {probe.soft_ratio:.4g}, that of an infinitely soft object{far}"
+        return f"the ratio is below {probe.soft_ratio:.4g}, the ratio of an infinitely soft object{far}"
     if ratio >= probe.rigid_ratio:
-        return f"the ratio is not below {probe.rigid_ratio:.4g}, that of a rigid object{far}"
+        return f"the ratio is not below {probe.rigid_ratio:.4g}, the ratio of a rigid object{far}"
     return ""
 
 

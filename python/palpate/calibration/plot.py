@@ -1,4 +1,4 @@
-"""A calibration as a picture: touches, specimens, the curve and where the next touch will lie."""
+"""Plot of a calibration: touches, specimens, curve, and the band for the next touch."""
 
 from io import StringIO
 from pathlib import Path
@@ -15,7 +15,7 @@ _POINTS = 400
 
 
 def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD, label: str = "eq. (2), fitted") -> None:
-    """Draw the curve, with its band for a single touch, over the logarithm of the modulus."""
+    """Draw the curve and the band for a single touch, over a logarithmic axis of moduli."""
     low, high = calibration.range
     x = np.linspace(np.log(low / 2), np.log(high * 4), _POINTS)
     level = curve(calibration.fitted.parameters, x)
@@ -30,7 +30,7 @@ def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD, label: st
 
 
 def moduli_axis(ax: Any) -> None:
-    """Make the horizontal axis one of moduli: logarithmic, in plain numbers."""
+    """Set up the horizontal axis for moduli: logarithmic, with plain numbers."""
     ax.set_xscale("log")
     ax.xaxis.set_major_formatter("{x:g}")
     ax.set_xlabel("Young's modulus, MPa")
@@ -59,7 +59,7 @@ def _figure(figure: Any, calibration: Calibration) -> None:
 
 
 def save(calibration: Calibration, path: Path) -> None:
-    """Write the plot; the format is the suffix's: .png, .pdf, .svg.
+    """Write the plot; the suffix selects the format: .png, .pdf, .svg.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def save(calibration: Calibration, path: Path) -> None:
 
 
 def svg(calibration: Calibration) -> str:
-    """Return the plot as an SVG element, to stand in a page."""
+    """Return the plot as an SVG element for an HTML page."""
     text = StringIO()
     with sheet(1.6 * COLUMN_IN, 1.4 * COLUMN_IN) as figure:
         _figure(figure, calibration)

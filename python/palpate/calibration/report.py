@@ -1,4 +1,4 @@
-"""A calibration in tables: for the terminal, as JSON, and as an HTML page that stands alone."""
+"""Tables of a calibration: for the terminal, as JSON, and as a self-contained HTML page."""
 
 from collections.abc import Sequence
 from html import escape
@@ -20,7 +20,7 @@ RATIOS = {
 
 
 def specimen_records(specimens: Sequence[Specimen]) -> list[dict[str, Any]]:
-    """Return a record for each specimen; a ratio is None where no touch can be chosen so."""
+    """Return a record for each specimen; a ratio is None if no touch is usable for it."""
     return [
         {
             "specimen": specimen.name,
@@ -79,7 +79,7 @@ $plot
 <table><tr><th>parameter<th>value<th>95 % interval</tr>$parameters</table>
 <h2>Specimens</h2>
 <p>Ratios of the touch with the smallest covariance P (the paper's choice), the smallest standard error, the one
-nearest to the mean, and the mean; their spread from touch to touch. The last row: whether they rise with the modulus.</p>
+nearest to the mean, and the mean; spread from touch to touch. Last row: does the column rise with the modulus?</p>
 <table><tr>$head</tr>$specimens</table>
 <h2>Distance from the curve</h2>
 <table><tr><th>MPa<th>touches<th>ratio<th>curve<th>distance<th>in std. errors</tr>$residuals</table>
@@ -89,7 +89,7 @@ nearest to the mean, and the mean; their spread from touch to touch. The last ro
 
 
 def html(calibration: Calibration, specimens: Sequence[Specimen]) -> str:
-    """Return the whole as one HTML page, which asks for nothing from elsewhere."""
+    """Return the report as one HTML page without external files."""
     head, *rows = specimen_rows(specimens)
     residuals = [
         (f"{r.modulus:g}", str(r.touches), f"{r.ratio:.4f}", f"{r.fitted:.4f}", f"{100 * r.relative:+.2f} %",

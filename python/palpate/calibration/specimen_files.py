@@ -1,4 +1,4 @@
-"""Which recording is of which specimen, and of what modulus: a table of moduli, and the files' names."""
+"""Assigns recordings to specimens: reads a table of moduli, compares file names with specimen names."""
 
 import csv
 import re
@@ -12,12 +12,12 @@ from palpate.samples import Block
 
 
 def read_moduli(path: Path) -> dict[str, float]:
-    """Read a table of moduli.
+    """Return the moduli from a table.
 
     Parameters
     ----------
     path : pathlib.Path
-        Two columns with a header row: the specimen's name, and its modulus in MPa. Comma, semicolon or tab.
+        A header row, then two columns: name of the specimen and modulus in MPa, separated by comma, semicolon or tab.
 
     Returns
     -------
@@ -27,7 +27,7 @@ def read_moduli(path: Path) -> dict[str, float]:
     Raises
     ------
     CalibrationError
-        Not such a table: with the line and the reason.
+        Not such a table; the message has the line and the reason.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
@@ -41,18 +41,18 @@ def read_moduli(path: Path) -> dict[str, float]:
         if any(cells):
             name, modulus = _row(f"{path}, line {number}", cells)
             if _bare(name) in map(_bare, moduli):
-                raise CalibrationError(f"{path}, line {number}: {name!r} stands there twice")
+                raise CalibrationError(f"{path}, line {number}: {name!r} appears twice")
             moduli[name] = modulus
     if not moduli:
         raise CalibrationError(
-            f"{path}: no specimens in it; expected a header row, then rows of name and modulus in MPa"
+            f"{path}: no specimens found; expected a header row, then rows of name and modulus in MPa"
         )
     return moduli
 
 
 def _row(place: str, cells: list[str]) -> tuple[str, float]:
     if len(cells) < 2 or not cells[0]:
-        raise CalibrationError(f"{place}: got {len(cells)} cells, allowed: the specimen's name and its modulus in MPa")
+        raise CalibrationError(f"{place}: got {len(cells)} cells, allowed: name of the specimen and modulus in MPa")
     try:
         modulus = to_number(cells[1])
     except ValueError:
@@ -63,15 +63,15 @@ def _row(place: str, cells: list[str]) -> tuple[str, float]:
 
 
 def assign(files: Sequence[Path], moduli: Mapping[str, float]) -> dict[str, list[Path]]:
-    """Sort recordings by specimen.
+    """Return the recordings of each specimen.
 
-    A file belongs to the specimen whose name its own name is, or begins with before a space, hyphen, underscore or
-    dot: `30 OO.csv`, `30OO-2.csv`, `30oo_monday.csv` are all of `30 OO`.
+    The file name is the name of the specimen, or begins with it, followed by a space, hyphen, underscore or dot:
+    `30 OO.csv`, `30OO-2.csv` and `30oo_monday.csv` belong to `30 OO`.
 
     Raises
     ------
     CalibrationError
-        A file of no specimen.
+        A file name does not begin with the name of a specimen.
 
     Examples
     --------
@@ -86,7 +86,9 @@ def assign(files: Sequence[Path], moduli: Mapping[str, float]) -> dict[str, list
         ends = [len(stem), *(match.start() for match in reversed(list(re.finditer(r"[-_ .]", stem))))]
         name = next((names[_bare(stem[:end])] for end in ends if _bare(stem[:end]) in names), None)
         if name is None:
-            raise CalibrationError(f"{file}: of no specimen; its name has to begin with one of {', '.join(moduli)}")
+            raise CalibrationError(
+                f"{file}: no specimen has this name, allowed: a name that begins with one of {', '.join(moduli)}"
+            )
         found[name].append(file)
     return found
 
@@ -96,17 +98,17 @@ def _bare(name: str) -> str:
 
 
 def write_session(folder: Path, recordings: Mapping[str, Block], moduli: Mapping[str, float]) -> list[Path]:
-    """Write recordings, a file for each specimen, and their moduli as `moduli.csv`.
+    """Write a recording for each specimen, and the moduli as `moduli.csv`; return the paths.
 
     Raises
     ------
     FileExistsError
-        One of the files is there already; none is written then.
+        One of the files already exists; then no file is written.
     """
     paths = {name: folder / f"{name.replace(' ', '')}.csv" for name in recordings}
     table = folder / "moduli.csv"
     if there := [path for path in [*paths.values(), table] if path.exists()]:
-        raise FileExistsError(f"{there[0]} exists already")
+        raise FileExistsError(f"{there[0]} already exists")
     folder.mkdir(parents=True, exist_ok=True)
     for name, path in paths.items():
         path.write_bytes(HEADER.encode() + format_rows(recordings[name]))

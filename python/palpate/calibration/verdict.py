@@ -1,4 +1,4 @@
-"""How good a fit is: the specimens' distance from the curve, and what follows from it, in plain words."""
+"""Assessment of a fit: distances of the specimens from the curve, objections, and a verdict as text."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -10,23 +10,29 @@ from palpate.calibration.curve_fit import Fit, Rows, curve, means
 from palpate.extras import need
 
 Array = NDArray[np.float64]
-DOUBT = 0.01  # probability below which a misfit is not taken for chance
+DOUBT = 0.01  # probability below which a misfit is significant
 LOOSE = 0.1  # relative standard error above which a parameter counts as not determined
 
 
 @dataclass(frozen=True)
 class Residual:
-    """One specimen against the curve.
+    """Distance of one specimen from the fitted curve.
 
     Attributes
     ----------
     modulus : float, MPa
     touches : int
-        Rows of data, or touches they are the mean of.
+        Number of touches in the data.
     ratio, fitted : float
-        Weighted mean of what was measured, and the curve's.
+        Weighted mean of the measured ratios, and the ratio of the curve.
     standard_error : float
-        Of the mean, with every scatter.
+        Standard error of the mean, including the scatter of touches and specimens.
+
+    Examples
+    --------
+    >>> one = Residual(modulus=1.0, touches=4, ratio=4.2, fitted=4.0, standard_error=0.1)
+    >>> round(one.relative, 3), round(one.standardised, 1)
+    (0.05, 2.0)
     """
 
     modulus: float
@@ -37,7 +43,7 @@ class Residual:
 
     @property
     def relative(self) -> float:
-        """Distance from the curve, relative to it."""
+        """Distance from the curve, relative to the curve."""
         return self.ratio / self.fitted - 1
 
     @property
@@ -47,7 +53,7 @@ class Residual:
 
 
 def residuals(fit: Fit, ratios: Array, moduli: Array, standard_errors: Array, touches: Array) -> list[Residual]:
-    """Return how far each specimen is off the curve, in order of modulus."""
+    """Return the distance of each specimen from the curve, in order of modulus."""
     known, specimen = np.unique(moduli, return_inverse=True)
     mean, variance = means(Rows(ratios, standard_errors, touches, specimen), fit.touch_variance)
     level = curve(fit.parameters, np.log(known))
@@ -58,15 +64,15 @@ def residuals(fit: Fit, ratios: Array, moduli: Array, standard_errors: Array, to
 
 
 def objections(fit: Fit, rows: list[Residual]) -> list[str]:
-    """Return what speaks against a calibration; empty where nothing does."""
+    """Return the objections against a fit; empty if there are none."""
     found = []
     misfit = _misfit_probability(fit)
     if misfit < DOUBT:
         worst = max(rows, key=lambda row: abs(row.standardised))
         found.append(
-            f"The curve does not fit: the specimens are {100 * fit.specimen_variance**0.5:.2g} % off it beyond what the "
-            f"touches' scatter explains (probability {misfit:.1g}); the farthest, of {worst.modulus:g} MPa, by "
-            f"{100 * worst.relative:+.2g} %. A wrong modulus, or a soft ratio that is not {fit.parameters[2]:.3g}?"
+            f"The curve does not fit: the specimens scatter by a further {100 * fit.specimen_variance**0.5:.2g} % around "
+            f"it (probability by chance {misfit:.1g}); the largest distance is {100 * worst.relative:+.2g} %, at "
+            f"{worst.modulus:g} MPa. Check the moduli, and whether the soft ratio is {fit.parameters[2]:.3g}."
         )
     error = float(fit.covariance[0, 0] ** 0.5)
     if error > LOOSE * fit.parameters[0]:
@@ -83,30 +89,29 @@ def objections(fit: Fit, rows: list[Residual]) -> list[str]:
 
 
 def verdict(fit: Fit, rows: list[Residual], count: int) -> str:
-    """Return the whole verdict, one sentence after the other."""
+    """Return the complete verdict as text."""
     against = objections(fit, rows)
     spread = f"{100 * fit.touch_variance**0.5:.2g} %"
     if fit.touch_freedom:
-        off = (
-            f"{100 * fit.specimen_variance**0.5:.2g} % off the curve beyond"
+        more = (
+            f"the specimens scatter by a further {100 * fit.specimen_variance**0.5:.2g} % around the curve"
             if fit.specimen_variance
-            else "no farther off than"
+            else "the scatter of the specimens around the curve is not larger than this explains"
         )
         scatter = (
-            f"From touch to touch the ratio scatters by {spread} ({fit.touch_freedom} degrees of freedom); the specimens "
-            f"are {off} what this explains."
+            f"From touch to touch the ratio scatters by {spread} ({fit.touch_freedom} degrees of freedom); {more}."
         )
     else:
         scatter = (
-            f"About the curve the ratios scatter by {spread} of one touch; with one value a specimen the scatter of the "
-            "touches and the misfit of the curve cannot be told apart."
+            f"The ratios scatter around the curve by {spread} (as for one touch); with one value for each specimen the "
+            "scatter of the touches and the misfit of the curve cannot be separated."
         )
-    opening = "This calibration is not to be relied on." if against else "The curve fits."
+    opening = "This calibration is not reliable." if against else "The curve fits."
     return " ".join([f"{opening} {len(rows)} specimens, {count} values.", scatter, *against])
 
 
 def _misfit_probability(fit: Fit) -> float:
-    """Probability of so large a misfit by chance; 1 where it cannot be told."""
+    """Return the probability of such a misfit by chance; 1 if it is unknown."""
     if not fit.touch_freedom:
         return 1.0
     return float(need("scipy.special", "science").fdtrc(fit.specimen_freedom, fit.touch_freedom, fit.misfit))

@@ -1,6 +1,6 @@
 """The command line. Results go to standard output, everything else to standard error.
 
-Exit codes: 0 done, 1 unexpected, or the reader of a pipe has closed it, 2 usage, 3 no device or no permission, 4 bad or
+Exit codes: 0 done, 1 unexpected error or closed pipe, 2 usage, 3 no device or no permission, 4 bad or
 truncated data, or a file that cannot be written, 5 measured but not reliable, 6 an extra is missing, 130 interrupted.
 """
 
@@ -14,19 +14,19 @@ from palpate.cli.group import Commands, debug_option
 
 COMMANDS = {
     "live": "Watch a measurement in the browser.",
-    "record": "Record from SOURCE, and print one row a touch as it ends.",
-    "replay": "Send a recording through the estimator again: one row a touch.",
-    "check": "Tell whether recordings are complete, have gaps, are clipped.",
-    "convert": "Write a recording as Parquet, or as palpate's own.",
-    "devices": "List the sources that are plugged in.",
+    "record": "Record from SOURCE and print one row for each touch as it ends.",
+    "replay": "Send a recording through the estimator again: one row for each touch.",
+    "check": "Check that recordings are complete, without gaps and not saturated.",
+    "convert": "Convert a recording to Parquet, or to palpate's own CSV.",
+    "devices": "List the connected devices.",
     "simulate": "Write simulated recordings of touches on known objects.",
     "calibrate": "Fit a calibration to recordings of touches on known objects.",
     "figures": "Draw the figures of the paper from simulated data.",
-    "bench": "Error against run time, on simulated touches with known truth.",
-    "doctor": "Tell what is installed, plugged in, allowed, and what to type.",
-    "completion": "Print what makes a shell complete commands, options, sources.",
+    "bench": "Compare estimators on simulated touches: error and run time.",
+    "doctor": "Check installation, board and permissions, and print what to type.",
+    "completion": "Print a script for shell completion of commands, options and sources.",
 }
-"""Each command is the function of its name in the module of its name, imported when it is asked for."""
+"""Help line of each command. The module palpate.cli.NAME has the function NAME; it is imported when it is used."""
 
 
 def _tell(text: str) -> Callable[[click.Context, click.Parameter, bool], None]:
@@ -42,11 +42,11 @@ def _tell(text: str) -> Callable[[click.Context, click.Parameter, bool], None]:
              context_settings={"help_option_names": ["-h", "--help"], "auto_envvar_prefix": "PALPATE"})  # fmt: skip
 @click.version_option(__version__, prog_name="palpate")
 @click.option("--includes", is_flag=True, is_eager=True, expose_value=False, callback=_tell(f"-I{get_include()}"),
-              help="Print what a C++ compiler needs to find the headers, and exit.")  # fmt: skip
+              help="Print the compiler flag for the headers, and exit.")  # fmt: skip
 @click.option("--cmakedir", is_flag=True, is_eager=True, expose_value=False, callback=_tell(get_cmake_dir()),
-              help="Print the folder for CMake's palpate_DIR or add_subdirectory, and exit.")  # fmt: skip
+              help="Print the folder for CMake (palpate_DIR or add_subdirectory), and exit.")  # fmt: skip
 @click.option("--config", type=click.Path(exists=True, dir_okay=False, path_type=Path),
-              help="Defaults, in place of palpate.toml here and in your configuration folder.")  # fmt: skip
+              help="File with defaults, instead of palpate.toml here and in your configuration folder.")  # fmt: skip
 @debug_option
 @click.pass_context
 def main(context: click.Context, config: Path | None) -> None:
@@ -60,7 +60,7 @@ def main(context: click.Context, config: Path | None) -> None:
       palpate record sim:four-specimens -o run.csv
       palpate replay run.csv
     """  # noqa: D301
-    if context.invoked_subcommand != "doctor":  # which looks at the files, whatever is in them
+    if context.invoked_subcommand != "doctor":  # doctor reports errors in these files itself
         from palpate.cli.config import load
 
         load(context, config, COMMANDS)

@@ -1,4 +1,4 @@
-"""`palpate bench`: error against run time."""
+"""`palpate bench`: error and run time of the estimators."""
 
 import json
 import math
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.option("--seeds", default=20, show_default=True, type=click.IntRange(min=1), help="Recordings of each scenario.")
-@click.option("--scenario", "names", multiple=True, metavar="NAME", help="Only this one; may be repeated.")
+@click.option("--scenario", "names", multiple=True, metavar="NAME", help="Only this scenario; may be repeated.")
 @json_option
 def bench(seeds: int, names: tuple[str, ...], as_json: bool) -> None:
-    """Error against run time, on simulated touches with known truth.
+    """Compare estimators on simulated touches: error and run time.
 
-    The whole bench, with other libraries, the cost of each stage and a figure, is in bench/ of the source.
+    The full benchmark (other libraries, cost of each stage, a figure) is in the folder bench/ of the source.
 
     \b
     Example:

@@ -1,4 +1,4 @@
-"""The command that fits a calibration to recordings."""
+"""`palpate calibrate`: fits a calibration to recordings."""
 
 import json
 import sys
@@ -22,13 +22,19 @@ _input = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 @click.command()
 @click.argument("files", nargs=-1, required=True, type=_input)
-@click.option("--moduli", required=True, type=_input, help="Table: the specimen's name, its modulus in MPa.")
-@click.option("-o", "output", required=True, type=_file, help="Where to write the calibration, TOML.")
-@click.option("--plot", type=_file, help="Draw it: .png, .pdf or .svg.")
-@click.option("--report", type=_file, help="Table, fit and plot as one HTML page.")
-@click.option("--by", default="all", show_default=True, help="Fit every touch, or mean, weighted, agreement, "
-              "standard_error, covariance.")  # fmt: skip
-@click.option("--free-soft-ratio", is_flag=True, help="Fit the ratio on an infinitely soft object too: gains differ.")
+@click.option(
+    "--moduli", required=True, type=_input, help="Table with two columns: name of the specimen, modulus in MPa."
+)
+@click.option("-o", "output", required=True, type=_file, help="The calibration file to write, TOML.")
+@click.option("--plot", type=_file, help="File for a plot: .png, .pdf or .svg.")
+@click.option("--report", type=_file, help="File for a report with table, fit and plot, HTML.")
+@click.option("--by", default="all", show_default=True, help="Values to fit: all touches, or for each "
+              "specimen one of mean, weighted, agreement, standard_error, covariance.")  # fmt: skip
+@click.option(
+    "--free-soft-ratio",
+    is_flag=True,
+    help="Fit the ratio on an infinitely soft object, too: for channels with different gains.",
+)
 @recording_options
 @json_option
 def calibrate(
@@ -44,9 +50,9 @@ def calibrate(
 ) -> None:
     """Fit a calibration to recordings of touches on known objects.
 
-    A recording may hold several touches, all on one specimen: that with whose name its own begins (30OO-2.csv
-    is of "30 OO"). Touches with a flag are left out. Exit codes: 4, not a recording, not a table of moduli, or no
-    calibration possible; 5, written, but not to be relied on (the verdict says why).
+    A recording may hold several touches, all on one specimen; the file name begins with the name of the specimen
+    (30OO-2.csv belongs to "30 OO"). Touches with a flag are left out. Exit codes: 4, not a recording, not a table of
+    moduli, or no calibration possible; 5, written, but not reliable (the verdict says why).
 
     \b
     Example:
@@ -79,7 +85,7 @@ def _specimens(files: Sequence[Path], moduli: Path, how: dict[str, Any]) -> "lis
         if flagged:
             click.echo(f"{specimen.name}: {flagged} of {len(specimen.touches)} touches have a flag: left out", err=True)
         if flagged == len(specimen.touches):
-            why = "no touch without a flag" if assigned[specimen.name] else "no recording of it"
+            why = "no touch without a flag" if assigned[specimen.name] else "no recording"
             click.echo(f"{specimen.name}: {why}: the specimen is left out", err=True)
         else:
             kept.append(specimen)

@@ -1,4 +1,4 @@
-"""`palpate check`: whether recordings are whole."""
+"""`palpate check`: checks whether recordings are complete."""
 
 import json
 import sys
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @reading_options
-@click.option("--repair", is_flag=True, help="After an unclean stop: cut off a torn row, and write the end.")
+@click.option("--repair", is_flag=True, help="After an unclean stop: remove an incomplete last row, and write the end.")
 @json_option
 def check(
     files: tuple[Path, ...], columns: dict[str, str] | None, unit: str | None, repair: bool, as_json: bool
 ) -> None:
-    """Tell whether recordings are complete, have gaps, are clipped.
+    """Check that recordings are complete, without gaps and not saturated.
 
-    Exit codes: 4, one is not a recording, or not complete; 5, samples are missing or have no usable value.
+    Exit codes: 4, a file is not a recording, or not complete; 5, samples are missing or have no usable value.
 
     \b
     Example:

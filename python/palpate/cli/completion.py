@@ -1,4 +1,4 @@
-"""`palpate completion`: what a shell has to read once to complete."""
+"""`palpate completion`: the script for shell completion."""
 
 import json
 
@@ -10,7 +10,7 @@ _VARIABLE = "_PALPATE_COMPLETE"
 _BASH = """\
 %(complete_func)s() {
     local IFS=$'\\n' words=() word completion type value current after=no
-    # bash cuts words at a colon, which is a part of a source's name: they are put together again.
+    # bash splits words at a colon, but a colon is part of the name of a source: join them again.
     for word in "${COMP_WORDS[@]:0:COMP_CWORD+1}"; do
         if [[ $word == : || $after == yes ]]; then
             words[${#words[@]}-1]+=$word
@@ -48,7 +48,7 @@ _HOW = {
 @json_option
 @click.pass_context
 def completion(context: click.Context, shell: str, as_json: bool) -> None:
-    """Print what makes a shell complete commands, options, sources.
+    """Print a script for shell completion of commands, options and sources.
 
     \b
     Example:

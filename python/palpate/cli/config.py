@@ -1,7 +1,7 @@
 """Defaults of options: from palpate.toml, and from the environment.
 
-What is given on the command line wins over the environment, that over palpate.toml in the working folder, and that over
-the one in the user's configuration folder.
+Priority, highest first: the command line, the environment, palpate.toml in the working folder, palpate.toml in the
+user's configuration folder.
 """
 
 import os
@@ -12,22 +12,22 @@ from typing import Any
 import click
 
 NAME = "palpate.toml"
-_FILES = "palpate.files"  # in the context's meta: command to the files and variables that have defaults for it
+_FILES = "palpate.files"  # key in context.meta: command -> files and variables with defaults for it
 
 
 def places() -> list[Path]:
-    """Return where palpate.toml is looked for, the strongest last."""
+    """Return the paths of palpate.toml, the one with the highest priority last."""
     return [Path(click.get_app_dir("palpate")) / NAME, Path(NAME)]
 
 
 def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -> None:
-    """Give a group's context the defaults out of the files that are there.
+    """Read the defaults from the files into the context of a group.
 
     Raises
     ------
     click.UsageError
-        A file that cannot be one; for the command that is run, an unknown key or variable, with those that are
-        allowed, or a value that no option has.
+        The file is not valid. For the command that runs: an unknown key or variable (the message lists the allowed
+        ones), or a value that the option does not accept.
     """
     merged: dict[str, dict[str, Any]] = {}
     files: dict[str, list[Path]] = {}
@@ -52,7 +52,7 @@ def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
     Raises
     ------
     click.UsageError
-        Not TOML, a table that is of no command, or something else than tables.
+        Not TOML, a table with an unknown command, or an entry that is not a table.
     """
     import tomllib
 
@@ -68,7 +68,7 @@ def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
 
 
 def keys(command: click.Command) -> dict[str, click.Parameter]:
-    """Return what may have a default elsewhere: long options without their dashes, and a source."""
+    """Return the parameters that can have a default: long options without dashes, and the source."""
     found: dict[str, click.Parameter] = {}
     for parameter in command.params:
         long = [name[2:] for name in parameter.opts if name.startswith("--") and len(name) > 3]
@@ -80,18 +80,18 @@ def keys(command: click.Command) -> dict[str, click.Parameter]:
 
 
 def take_from_environment(command: click.Command) -> None:
-    """Name the variable of each option as the option is named."""
+    """Set the environment variable of each option: PALPATE_COMMAND_OPTION."""
     for key, parameter in keys(command).items():
         parameter.envvar = parameter.envvar or _variable(command, key)
 
 
 def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dict[str, Any]:
-    """Return a command's table by the names of click's parameters.
+    """Return the table of a command with the names of click's parameters as keys.
 
     Raises
     ------
     click.UsageError
-        A key that is of no option, with those that are allowed, or a value that no option has.
+        An unknown key (the message lists the allowed ones), or a table in place of a value.
     """
     allowed = keys(command)
     for key, value in table.items():

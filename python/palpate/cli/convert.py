@@ -1,4 +1,4 @@
-"""`palpate convert`: a recording as Parquet, or as palpate's own."""
+"""`palpate convert`: a recording to Parquet, or to palpate's own CSV."""
 
 import json
 from pathlib import Path
@@ -19,13 +19,15 @@ _input = click.Path(exists=True, dir_okay=False, path_type=Path)
 @click.command()
 @click.argument("file", type=_input)
 @click.option("-o", "output", required=True, type=click.Path(dir_okay=False, path_type=Path),
-              help="NAME.parquet, or NAME.csv for a recording of palpate's own.")  # fmt: skip
+              help="NAME.parquet, or NAME.csv for palpate's own format.")  # fmt: skip
 @reading_options
-@click.option("--soft", type=_input, help="The soft channel's file, where FILE is a Binary Data.txt of the hard one.")
 @click.option(
-    "--period", type=click.FloatRange(min=0, min_open=True), help="Seconds from row to row: files without times."
+    "--soft", type=_input, help="File of the soft channel, if FILE is the Binary Data.txt of the hard channel."
 )
-@click.option("--force", is_flag=True, help="Replace what is there.")
+@click.option(
+    "--period", type=click.FloatRange(min=0, min_open=True), help="Seconds from row to row, for files without times."
+)
+@click.option("--force", is_flag=True, help="Replace an existing file.")
 @json_option
 def convert(
     file: Path,
@@ -37,12 +39,12 @@ def convert(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Write a recording as Parquet, or as palpate's own.
+    """Convert a recording to Parquet, or to palpate's own CSV.
 
-    FILE is a recording, another logger's table, or the "Binary Data.txt" of Analog Devices' program for the kit,
-    which has one channel: name the other's by --soft. Every row is kept: one without a value is marked lost. A
-    Parquet file has the sidecar in its metadata, under the key palpate. Exit codes: 4, not a recording, or the file is
-    there already; 6, Parquet needs the extra export.
+    FILE is a recording, a table of another logger, or a "Binary Data.txt" of Analog Devices' program for the kit. That
+    file has one channel: give the file of the other channel with --soft. Every row is kept; a row without a value is
+    marked as lost. A Parquet file has the sidecar in its metadata, under the key palpate. Exit codes: 4, not a
+    recording, or the output exists; 6, Parquet needs the extra export.
 
     \b
     Example:
@@ -80,7 +82,9 @@ def _opened(
     if soft is None and (columns or unit or is_own(file) or not is_binary_data(file)):
         return recorded(file, columns=columns, unit=unit)
     if columns or unit:
-        raise ValueError("--soft: got it with --map or --unit, allowed: for files of codes, which need neither")
+        raise ValueError(
+            "--soft: got it together with --map or --unit, allowed: --soft for files of codes, the others for tables"
+        )
     return BinaryData(file, soft, period)
 
 
@@ -93,9 +97,9 @@ def _notes(recording: "Recorded | Foreign | BinaryData", columns: dict[str, str]
     refused = recording.survey.refused
     notes = [note for note in recording.notes if "have no value in a channel" not in note]
     if refused:
-        notes.append(f"{refused} of {recording.survey.rows} rows have no usable value: kept, marked as such")
+        notes.append(f"{refused} of {recording.survey.rows} rows have no usable value: kept, marked as lost")
     if isinstance(recording, Foreign) and (unused := export.unused_columns(recording, columns)):
         notes.append(f"columns left out: {', '.join(unused)}")
     if isinstance(recording, Recorded) and is_locked(recording.path):
-        notes.append("still being recorded: what there is now was converted")
+        notes.append("still being recorded: only the rows written until now were converted")
     return notes

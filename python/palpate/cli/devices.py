@@ -1,4 +1,4 @@
-"""`palpate devices`: what is plugged in."""
+"""`palpate devices`: the connected devices."""
 
 import json
 import sys
@@ -12,9 +12,9 @@ from palpate.cli.options import json_option
 @click.command()
 @json_option
 def devices(as_json: bool) -> None:
-    """List the sources that are plugged in.
+    """List the connected devices.
 
-    As `record` takes them; opens none. Exit code 3: there is none. `sim:` needs none.
+    Prints the names for `palpate record`. No device is opened. Exit code 3: no device found. `sim:` needs no device.
 
     \b
     Example:
@@ -30,7 +30,7 @@ def devices(as_json: bool) -> None:
         for device in found:
             click.echo(f"{device.uri:{width}}  {device.what}")
     for note in notes:
-        click.echo(f"not looked for: {note}", err=True)
+        click.echo(f"not searched: {note}", err=True)
     if not found:
-        click.echo("no device found; a simulated board is always there: sim:four-specimens", err=True)
+        click.echo("no device found; use a simulated board: sim:four-specimens", err=True)
         sys.exit(NO_DEVICE)

@@ -1,4 +1,4 @@
-"""What `palpate doctor` looks at, a function each."""
+"""The checks of `palpate doctor`, one function each."""
 
 import os
 import platform
@@ -18,17 +18,17 @@ from palpate.cli.exit import MISSING_EXTRA, NO_DEVICE, UNEXPECTED, USAGE, code_o
 
 
 class Finding(NamedTuple):
-    """One line of the doctor's.
+    """One line of the output of `palpate doctor`.
 
     Attributes
     ----------
     what, text : str
     state : str
-        "ok"; "free": something that not everybody needs is not there; "wrong".
+        "ok"; "free": missing, but optional; "wrong".
     do : str
-        What to type, or to do; empty where there is nothing.
+        What to type or to do; empty: nothing.
     code : int
-        The exit code where it is wrong.
+        The exit code, if the state is "wrong".
     """
 
     what: str
@@ -39,7 +39,7 @@ class Finding(NamedTuple):
 
 
 def installation() -> Iterator[Finding]:
-    """Look at palpate itself and what it cannot do without."""
+    """Check palpate and the packages that it always needs."""
     system = f"Python {platform.python_version()}, {platform.system()} {platform.machine()}"
     installed = metadata.version("palpate")
     if installed == __version__:
@@ -51,7 +51,7 @@ def installation() -> Iterator[Finding]:
 
 
 def extras() -> Iterator[Finding]:
-    """Look which extras are installed."""
+    """Check which extras are installed."""
     for extra, packages in _extras().items():
         found = {package: _version(package) for package in packages}
         missing = [package for package, version in found.items() if version is None]
@@ -62,7 +62,7 @@ def extras() -> Iterator[Finding]:
             yield Finding(f"extra {extra}", "ok", ", ".join(f"{p} {version}" for p, version in found.items()))
 
 
-_LEFT_OUT = {"test", "docs", "all"}  # of no use to who measures, or no more than the others
+_LEFT_OUT = {"test", "docs", "all"}  # for developers, or the sum of the others
 
 
 def _extras() -> dict[str, list[str]]:
@@ -82,7 +82,7 @@ def _version(package: str) -> str | None:
 
 
 def usb() -> Iterator[Finding]:
-    """Look for libusb, the board, the permission to open it, and its firmware."""
+    """Check libusb, the board, the permission to open it, and its firmware."""
     try:
         from palpate.ad7746.evalkit import find
 
@@ -104,13 +104,11 @@ def _boards(boards: list[Any], backend: Any) -> Iterator[Finding]:
     from palpate.ad7746.evalkit.permission import may_open
 
     if not boards:
-        yield Finding(
-            "board", "free", "no evaluation kit is plugged in", "palpate record sim:four-specimens -o run.csv"
-        )
+        yield Finding("board", "free", "no evaluation kit is connected", "palpate record sim:four-specimens -o run.csv")
         yield from _rule(needed=False)
     for board in boards:
         if may_open(board) is False:
-            yield Finding(f"board usb:{board}", "wrong", "plugged in, no permission to open it", code=NO_DEVICE)
+            yield Finding(f"board usb:{board}", "wrong", "connected, but no permission to open it", code=NO_DEVICE)
             yield from _rule(needed=True)
         else:
             yield _open(board, backend)
@@ -129,10 +127,10 @@ def _rule(*, needed: bool) -> Iterator[Finding]:
     if files:
         yield Finding("permission", "ok", f"udev rule in {', '.join(map(str, files))}")
     elif needed or rules_matter():
-        text = "no udev rule names the board: only root may open it"
+        text = "no udev rule for the board: only root can open it"
         yield Finding("permission", "wrong" if needed else "free", text, do, NO_DEVICE if needed else 0)
     else:
-        yield Finding("permission", "ok", "this user needs no udev rule; others would:", do)
+        yield Finding("permission", "ok", "this user needs no udev rule; other users need:", do)
 
 
 def _open(board: Any, backend: Any) -> Finding:
@@ -143,7 +141,7 @@ def _open(board: Any, backend: Any) -> Finding:
         EvalKit(board.bus, board.address, backend=backend).close()
     except PalpateError as error:
         return Finding(what, "wrong", str(error), "", code_of(error))
-    return Finding(what, "ok", "opened, its firmware answers")
+    return Finding(what, "ok", "can be opened, firmware is running")
 
 
 def _firmware() -> Finding:
@@ -151,7 +149,7 @@ def _firmware() -> Finding:
 
     path = os.environ.get("PALPATE_FIRMWARE")
     if not path:
-        text = "PALPATE_FIRMWARE is not set; the kit needs the file at every plug-in"
+        text = "PALPATE_FIRMWARE is not set; the kit needs the firmware file each time it is plugged in"
         return Finding("firmware", "free", text, "export PALPATE_FIRMWARE=.../Icv_usb.hex")
     try:
         size = sum(map(len, read_hex(Path(path)).values()))
@@ -161,7 +159,7 @@ def _firmware() -> Finding:
 
 
 def others() -> Iterator[Finding]:
-    """List what else is plugged in."""
+    """List the other connected devices."""
     from palpate.sources.devices import devices
 
     found = [device for device in devices()[0] if not device.uri.startswith("usb:")]
@@ -170,7 +168,7 @@ def others() -> Iterator[Finding]:
 
 
 def files(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
-    """Read each palpate.toml, every table of it."""
+    """Check every table of each palpate.toml."""
     for path in filter(Path.is_file, config.places()):
         try:
             tables = config.read(path, commands)
@@ -183,7 +181,7 @@ def files(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
 
 
 def speed() -> Iterator[Finding]:
-    """Time the estimators, after a look at their answer."""
+    """Check the result of the estimators, then measure their speed."""
     import numpy as np
 
     from palpate import AdaptiveRls, HandoverRls
@@ -196,14 +194,14 @@ def speed() -> Iterator[Finding]:
         name = f"speed, {made.__name__}"
         if abs(ratio - 3.0) > 1e-6:
             do = "pip install --force-reinstall --no-binary palpate palpate"
-            yield Finding(name, "wrong", f"a ratio of 3 is estimated as {ratio}", do, UNEXPECTED)
+            yield Finding(name, "wrong", f"self-test failed: ratio 3 is estimated as {ratio}", do, UNEXPECTED)
         else:
             yield Finding(name, "ok", f"{nanoseconds(run, len(regressor)):.1f} ns an update")
 
 
 def all_of(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
-    """Look at everything; a look that fails is a finding."""
-    looks: list[tuple[str, Callable[[], Iterator[Finding]]]] = [
+    """Run all checks; a check that raises an error is a finding, too."""
+    checks: list[tuple[str, Callable[[], Iterator[Finding]]]] = [
         ("installation", installation),
         ("extras", extras),
         ("defaults", lambda: files(commands)),
@@ -211,9 +209,9 @@ def all_of(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
         ("other devices", others),
         ("speed", speed),
     ]
-    for what, look in looks:
+    for what, check in checks:
         try:
-            yield from look()
-        except Exception as error:  # noqa: BLE001 (the other looks are worth having)
-            text = f"could not be looked at: {type(error).__name__}: {error}"
+            yield from check()
+        except Exception as error:  # noqa: BLE001 (the other checks shall still run)
+            text = f"check failed: {type(error).__name__}: {error}"
             yield Finding(what, "wrong", text, f"{sys.executable} -m palpate --debug doctor", UNEXPECTED)

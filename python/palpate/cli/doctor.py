@@ -1,4 +1,4 @@
-"""`palpate doctor`: whether everything is there, and what to type."""
+"""`palpate doctor`: checks of the installation, the board and the permissions."""
 
 import json
 import sys
@@ -15,11 +15,11 @@ _MARKS = {"ok": "ok", "free": "--", "wrong": "!!"}
 @json_option
 @click.pass_context
 def doctor(context: click.Context, as_json: bool) -> None:
-    """Tell what is installed, plugged in, allowed, and what to type.
+    """Check installation, board and permissions, and print what to type.
 
-    A board is opened for a moment. "ok": nothing to do; "--": not there, and not everybody needs it; "!!": wrong. Exit codes: that of the first
-    line that is wrong: 1, a damaged installation; 2, a palpate.toml; 3, a board that may not be opened; 6, no libusb for
-    pyusb. Without a board, and with nothing wrong, 0.
+    A board is opened for a moment. "ok": nothing to do; "--": missing, but optional; "!!": wrong. Exit codes: 0,
+    nothing is wrong (a missing board is not wrong); else that of the first wrong line: 1, damaged installation; 2,
+    error in a palpate.toml; 3, no permission to open the board; 6, no libusb for pyusb.
 
     \b
     Example:

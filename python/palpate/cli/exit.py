@@ -1,4 +1,4 @@
-"""How a command ends: exit codes, and errors as sentences."""
+"""How a command ends: exit codes, and errors as one line."""
 
 from palpate import DeviceNotFound, MissingExtra, PalpateError, SourceTimeout
 

@@ -1,4 +1,4 @@
-"""The command that draws the paper's figures."""
+"""`palpate figures`: draws the figures of the paper."""
 
 import json
 from pathlib import Path
@@ -9,13 +9,15 @@ from palpate.cli.options import json_option
 
 
 @click.command()
-@click.option("-o", "folder", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder for them.")
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Of the simulation.")
+@click.option(
+    "-o", "folder", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder for the figures."
+)
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Seed of the simulation.")
 @json_option
 def figures(folder: Path, seed: int, as_json: bool) -> None:
     """Draw the figures of the paper from simulated data.
 
-    Fig. 6, 7, 9, 10, 11 and 12: PDF, PNG, and the numbers as CSV.
+    Fig. 6, 7, 9, 10, 11 and 12, each as PDF and PNG, with its numbers as CSV.
 
     \b
     Example:

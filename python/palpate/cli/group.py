@@ -1,4 +1,4 @@
-"""The group of commands: each imported when it is named, its end a sentence and an exit code."""
+"""The group of commands: imports a command when it is used, and ends it with one line and an exit code."""
 
 import errno
 import sys
@@ -19,19 +19,19 @@ def _remember(context: click.Context, _parameter: click.Parameter, asked: bool) 
 
 _C = TypeVar("_C", bound=Callable[..., Any])
 debug_option: Callable[[_C], _C] = click.option(
-    "--debug", is_flag=True, expose_value=False, callback=_remember, help="After an error print where it arose."
+    "--debug", is_flag=True, expose_value=False, callback=_remember, help="After an error print the traceback."
 )
 
 
 class Commands(click.Group):
-    """A group of commands in modules of their own.
+    """A group of commands, each in its own module.
 
     Parameters
     ----------
     commands_in : str
-        The package that has a module for each, and in it a command of the same name.
+        Package with one module for each command; the command has the name of the module.
     short_helps : mapping
-        Of each command, so that a list of them imports none.
+        Help line of each command: listing the commands imports none of them.
     """
 
     def __init__(self, *args: Any, commands_in: str, short_helps: Mapping[str, str], **kwargs: Any) -> None:
@@ -40,11 +40,11 @@ class Commands(click.Group):
         self._short_helps = short_helps
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return their names."""
+        """Return the names of the commands."""
         return list(self._short_helps)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a command; every one has --debug, and defaults from the environment."""
+        """Import a command; add --debug and the defaults from the environment."""
         if cmd_name not in self._short_helps:
             return None
         if cmd_name not in self.commands:
@@ -56,12 +56,12 @@ class Commands(click.Group):
         return self.commands[cmd_name]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List them."""
+        """List the commands."""
         with formatter.section("Commands"):
             formatter.write_dl(list(self._short_helps.items()))
 
     def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
-        """Read the group's own options."""
+        """Parse the options of the group itself."""
         try:
             return super().make_context(*args, **kwargs)
         except click.UsageError as error:
@@ -70,7 +70,7 @@ class Commands(click.Group):
             _interrupted()
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command; end it with a sentence and an exit code where it fails."""
+        """Run a command; if it fails, end with one line and an exit code."""
         try:
             return super().invoke(ctx)
         except click.UsageError as error:
@@ -79,7 +79,7 @@ class Commands(click.Group):
             raise
         except Exception as error:
             if isinstance(error, OSError) and error.errno == errno.EPIPE:
-                raise  # click ends without a word
+                raise  # click ends without a message
             _end(error, debug="palpate.debug" in ctx.meta)
         except KeyboardInterrupt:
             _interrupted()
@@ -91,7 +91,7 @@ def _interrupted() -> NoReturn:
 
 
 def _one_line(error: click.UsageError, files: list[Path]) -> click.UsageError:
-    """Say what is wrong, where the command's defaults are from, and where more is said; palpate alone shows its help."""
+    """Return the error with the source of the defaults and the help command; `palpate` alone shows its help."""
     if error.ctx is None or isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):  # new in click 8.2
         return error
     message = error.format_message().rstrip(".")
@@ -106,6 +106,6 @@ def _end(error: Exception, *, debug: bool) -> NoReturn:
 
         click.echo("".join(format_exception(error)), err=True, nl=False)
     code = code_of(error)
-    more = "; please report it, with what --debug adds" if code == UNEXPECTED and not debug else ""
+    more = "; please report it with the output of --debug" if code == UNEXPECTED and not debug else ""
     click.echo(f"Error: {said_of(error)}{more}", err=True)
     sys.exit(code)

@@ -28,15 +28,20 @@ _PORT = 8746
 @click.command()
 @click.argument("source", type=SourceType(), required=False)
 @click.option("--record", "file", type=click.Path(dir_okay=False, path_type=Path),
-              help="NAME.csv: record there, at once. The page's button goes on with NAME-2.csv, and so on.")  # fmt: skip
+              help="NAME.csv: record to this file from the start. The button Record continues with NAME-2.csv ...")  # fmt: skip
 @click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
-              help="What `calibrate` wrote: shows the modulus, with its interval.")  # fmt: skip
-@click.option("--firmware", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Of the evaluation kit.")
+              help="Calibration file from `calibrate`: shows the modulus with its interval.")  # fmt: skip
+@click.option(
+    "--firmware",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Firmware file of the evaluation kit.",
+)
 @estimating_options
-@click.option("--port", default=_PORT, show_default=True, type=click.IntRange(0, 65535), help="0: any that is free.")
+@click.option("--port", default=_PORT, show_default=True, type=click.IntRange(0, 65535), help="0: any free port.")
 @click.option("--host", default="127.0.0.1", show_default=True,
-              help="Another than this machine's own: others on the network can reach the page, with a token.")  # fmt: skip
-@click.option("--no-open", is_flag=True, help="Only print the address; open no browser.")
+              help="Address to listen at. With another address than 127.0.0.1 others on the network can open the page, "
+              "with a token.")  # fmt: skip
+@click.option("--no-open", is_flag=True, help="Print the address, do not open a browser.")
 @json_option
 def live(
     source: str | None,
@@ -53,10 +58,10 @@ def live(
 ) -> None:
     """Watch a measurement in the browser.
 
-    Ratio, uncertainty and touches, as they come. SOURCE is as in `palpate record`; without one, the board that is
-    plugged in, or a simulated one. The page is served on this machine alone, needs no network, and nothing is written
-    but where --record says. Ends with Ctrl-C (exit code 130; a recording is closed properly). Exit codes: 3, no device;
-    4, a file cannot be written; 6, an extra is missing.
+    The page shows ratio, uncertainty and touches while you measure. SOURCE: as in `palpate record`; without it, the
+    connected board, or a simulated one. Only this machine can open the page; it needs no network. It writes a file
+    only with --record. Ends with Ctrl-C (exit code 130; a recording is closed properly). Exit codes: 3, no device; 4, a
+    file cannot be written; 6, an extra is missing.
 
     \b
     Example:
@@ -95,19 +100,19 @@ def _require() -> None:
 
 
 def _plugged_in() -> str:
-    """Return the board, or a simulated one; say which."""
+    """Return the connected board, or a simulated one, and print which."""
     from palpate.sources.devices import boards
 
     found, notes = boards()
     for note in [] if found else notes:
-        click.echo(f"not looked for: {note}", err=True)
+        click.echo(f"not searched: {note}", err=True)
     uri = found[0].uri if found else SIMULATED
-    click.echo(f"{uri}: {found[0].what}" if found else f"no board is plugged in: a simulated one, {uri}", err=True)
+    click.echo(f"{uri}: {found[0].what}" if found else f"no board found; using a simulated one: {uri}", err=True)
     return uri
 
 
 def _opener(source: str, firmware: Path | None) -> "Callable[[], Source]":
-    """Return what opens the source; a simulation and a file run at their own pace unless the name says otherwise."""
+    """Return a function that opens the source; simulations and files run in real time unless `speed` is given."""
     from palpate import sources
     from palpate.sources.options import split
 
@@ -122,10 +127,12 @@ def _calibration(path: Path, scene: str) -> "Calibration":
     from palpate.calibration import Calibration
 
     found = Calibration.load(path)
-    found.modulus(found.probe.soft_ratio)  # what is missing for it is told now
+    found.modulus(found.probe.soft_ratio)  # raises MissingExtra now, not during the measurement
     made_by = found.about.get("scene", scene)
     if made_by != scene:
-        click.echo(f"{path}: made by scene {made_by}, not {scene}: the moduli may be off", err=True)
+        click.echo(
+            f"{path}: was made with scene {made_by}, but this is scene {scene}: the moduli may be wrong", err=True
+        )
     return found
 
 
@@ -135,7 +142,7 @@ def _token(host: str) -> str | None:
     if is_loopback(host):
         return None
     click.echo(
-        f"Warning: others on the network can reach {host}. Who has the address below can watch, tare and record; "
+        f"Warning: others on the network can reach {host}. Anyone with the address below can watch, tare and record; "
         "it is not encrypted.",
         err=True,
     )
@@ -156,7 +163,7 @@ def _has_screen() -> bool:
 
 @contextmanager
 def _ending(session: "Session") -> Iterator[None]:
-    """Close the session however the server ends; SIGTERM ends it as Ctrl-C does."""
+    """Close the session when the server ends, also after an error; SIGTERM acts like Ctrl-C."""
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt

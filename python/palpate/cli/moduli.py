@@ -1,4 +1,4 @@
-"""What replay adds with a calibration: the modulus of each touch's object, and of all if they are on one."""
+"""`palpate replay --calibration`: the modulus for each touch, and for the mean of all touches."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Moduli:
-    """A calibration as `replay` uses it."""
+    """Moduli of the touches of a recording, by a calibration."""
 
     def __init__(self, path: Path, scene: str) -> None:
         from palpate import Calibration
@@ -22,15 +22,17 @@ class Moduli:
         self._calibration = Calibration.load(path)
         made_by = self._calibration.about.get("scene", scene)
         if made_by != scene:
-            click.echo(f"{path}: made by scene {made_by}, not {scene}: the moduli may be off", err=True)
+            click.echo(
+                f"{path}: was made with scene {made_by}, but this is scene {scene}: the moduli may be wrong", err=True
+            )
 
     def of(self, touch: Touch) -> "Modulus":
-        """Modulus of one touch's object."""
+        """Return the modulus of the object of one touch."""
         error = touch.standard_error
         return self._calibration.modulus(touch.ratio, error if math.isfinite(error) else None)
 
     def together(self, touches: Sequence[Touch]) -> "Modulus | None":
-        """Modulus by the mean of several touches; None for fewer than two without a flag."""
+        """Return the modulus for the mean of several touches; None for fewer than two without a flag."""
         from palpate.calibration.characterise import choose
 
         if sum(not touch.flags for touch in touches) < 2:
@@ -39,7 +41,7 @@ class Moduli:
         return self._calibration.modulus(mean.ratio, mean.standard_error, touches=mean.touches)
 
     def table(self, table: str, touches: Sequence[Touch]) -> str:
-        """Return the table of touches with a column for the modulus, and a line for all of them."""
+        """Return the table of touches with a column for the modulus, and a line for their mean."""
         head, *rows = table.splitlines()
         moduli = [self.of(touch) for touch in touches]
         width = max(len(line) for line in table.splitlines())
@@ -50,7 +52,7 @@ class Moduli:
             lines.append(f"{row:{width}}  {modulus}{reason}{beyond}")
         together = self.together(touches)
         if together:
-            lines.append(f"their mean, if they are on one object: {together}")
+            lines.append(f"mean, if all touches are on one object: {together}")
         return "\n".join(lines) + "\n"
 
     def add(self, document: dict[str, Any], touches: Sequence[Touch]) -> None:

@@ -1,4 +1,4 @@
-"""What several commands have in common: the options of how a recording is read and estimated."""
+"""Options that several commands share: how a recording is read, and how it is estimated."""
 
 import re
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from palpate._core import scenes
 
 
 def columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
-    """hard=COL,soft=COL[,time=COL]; a name may hold commas."""
+    """Parse hard=COL,soft=COL[,time=COL]; a name may contain commas."""
     if text is None:
         return None
     parts = re.split(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=", text)
@@ -20,34 +20,34 @@ def columns(_context: click.Context, _parameter: click.Parameter, text: str | No
 
 
 def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
-    """NAME=VALUE, several times."""
+    """Parse NAME=VALUE, given any number of times."""
     found = {}
     for text in texts:
         name, _, value = text.partition("=")
         try:
             found[name.strip()] = float(value)
         except ValueError:
-            raise click.BadParameter(f"got {text!r}, allowed: NAME=NUMBER, as threshold=6") from None
+            raise click.BadParameter(f"got {text!r}, allowed: NAME=NUMBER, for example threshold=6") from None
     return found
 
 
 json_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
-    "--json", "as_json", is_flag=True, help="One JSON document on standard output instead."
+    "--json", "as_json", is_flag=True, help="Print one JSON document instead."
 )
 """Adds as_json to a command."""
 
 _READING = [
     click.option("--map", "columns", callback=columns, metavar="hard=COL,soft=COL",
-                 help="Columns of a table from another logger: names, or positions counted from 1; also time=COL."),
-    click.option("--unit", help="Unit of the capacitances, aF to F.  [default: the header's, else pF]"),
+                 help="Columns of a table of another logger: names, or positions counted from 1; also time=COL."),
+    click.option("--unit", help="Unit of the capacitances, aF to F.  [default: from the header, else pF]"),
 ]  # fmt: skip
-_SCENES = f"How to estimate: {', '.join(scenes)}."
+_SCENES = f"Method of estimation: {', '.join(scenes)}."
 _SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES)
-_SCENE_AGAIN = click.option("--scene", help=f"{_SCENES}  [default: the recording's own, else handheld]")
+_SCENE_AGAIN = click.option("--scene", help=f"{_SCENES}  [default: from the recording, else handheld]")
 _ESTIMATING = [
-    click.option("--samples", type=click.IntRange(min=1), help="Samples a touch, at most.  [default: the scene's]"),
+    click.option("--samples", type=click.IntRange(min=1), help="Most samples of a touch.  [default: from the scene]"),
     click.option("--set", "settings", callback=settings, multiple=True, metavar="NAME=VALUE",
-                 help="A parameter of the estimator, as threshold=6; may be repeated. A wrong NAME lists the scene's."),
+                 help="A setting of the estimator, as threshold=6; may be repeated. A wrong NAME lists all."),
 ]  # fmt: skip
 
 
@@ -67,4 +67,4 @@ estimating_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding
 recording_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE, *_ESTIMATING])
 """Adds columns, unit, scene, samples and settings."""
 replaying_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE_AGAIN, *_ESTIMATING])
-"""The same, the scene None where none is asked for."""
+"""Adds the same; scene is None if it is not given."""

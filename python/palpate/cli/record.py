@@ -29,10 +29,14 @@ _PROGRESS_S = 0.2
 @click.command()
 @click.argument("source", type=SourceType())
 @click.option("-o", "file", required=True, type=click.Path(dir_okay=False, path_type=Path), help="NAME.csv")
-@click.option("--touches", type=click.IntRange(min=1), help="Stop after so many touches.")
-@click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after so many seconds.")
-@click.option("--note", "notes", multiple=True, metavar="TEXT", help="Kept in the sidecar; may be repeated.")
-@click.option("--firmware", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Of the evaluation kit.")
+@click.option("--touches", type=click.IntRange(min=1), help="Stop after this number of touches.")
+@click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after this time, s.")
+@click.option("--note", "notes", multiple=True, metavar="TEXT", help="A note for the sidecar; may be repeated.")
+@click.option(
+    "--firmware",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Firmware file of the evaluation kit.",
+)
 @estimating_options
 @json_option
 def record(
@@ -47,12 +51,12 @@ def record(
     settings: dict[str, float],
     as_json: bool,
 ) -> None:
-    """Record from SOURCE, and print one row a touch as it ends.
+    """Record from SOURCE and print one row for each touch as it ends.
 
-    SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices`, and
-    help(palpate.open). Ends with Ctrl-C, too: the file is closed properly. Exit codes: 3, no device, or it was
-    unplugged and did not come back; 4, it gives nonsense, or the file cannot be written; 5, fewer touches
-    than asked for; 130, Ctrl-C.
+    SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices` and
+    help(palpate.open). Ctrl-C ends the recording, too; the file is closed properly. Exit codes: 3, no device, or it was
+    unplugged and not connected again; 4, the device sends invalid data, or the file cannot be written; 5, fewer touches
+    than --touches; 130, Ctrl-C.
 
     \b
     Example:
@@ -82,12 +86,12 @@ def record(
     if signals:
         sys.exit(INTERRUPTED)
     if touches and len(stream.touches) < touches:
-        click.echo(f"{len(stream.touches)} touches, {touches} were wanted", err=True)
+        click.echo(f"{len(stream.touches)} of {touches} touches were measured", err=True)
         sys.exit(NOT_RELIABLE)
 
 
 class _Session:
-    """One run: what is printed, and when it is enough."""
+    """One measurement: prints the touches, stops after --touches or --seconds."""
 
     def __init__(self, stream: "Stream", touches: int | None, seconds: float | None, *, quiet: bool) -> None:
         self._stream = stream
@@ -100,7 +104,7 @@ class _Session:
         self._progress = _Progress()
 
     def run(self) -> None:
-        """Measure until it is enough."""
+        """Measure until the stop condition or the end of the source."""
         with self._stream:
             for batch in self._stream.batches():
                 self._count(batch)
@@ -111,7 +115,7 @@ class _Session:
         self._print_new()
 
     def report(self, file: Path, as_json: bool, failure: PalpateError | None) -> None:
-        """Say what is in the file."""
+        """Print the number of rows and of missing samples."""
         self._progress.clear()
         counters = self._stream.counters
         if as_json:
@@ -124,11 +128,11 @@ class _Session:
             "late": counters.late,
             "not written": counters.unrecorded,
             "not estimated": counters.dropped,
-            "without a value": counters.refused,
+            "samples without a value": counters.refused,
             "saturated": counters.saturated,
         }
         told = "".join(f", {count} {what}" for what, count in parts.items() if count)
-        click.echo(f"{file}: {counters.recorded} rows{told}; closed", err=True)
+        click.echo(f"{file}: {counters.recorded} rows{told}; file closed", err=True)
 
     def _count(self, batch: "Batch") -> None:
         if len(batch.samples):
@@ -155,7 +159,7 @@ class _Session:
 
 
 class _Progress:
-    """One line on a terminal that is written again and again; nothing elsewhere."""
+    """A status line on a terminal, updated in place; no output if stderr is not a terminal."""
 
     def __init__(self) -> None:
         self._terminal = sys.stderr.isatty()
@@ -176,7 +180,7 @@ class _Progress:
 
 @contextmanager
 def _interruptible(stream: "Stream") -> Iterator[list[int]]:
-    """Let Ctrl-C and SIGTERM end the measurement, not the program; return a list of those that came."""
+    """Let Ctrl-C and SIGTERM end the measurement, not the program; yield the list of received signals."""
     came: list[int] = []
 
     def handle(number: int, _: object) -> None:

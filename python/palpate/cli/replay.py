@@ -1,4 +1,4 @@
-"""`palpate replay`: a recording through the estimator again."""
+"""`palpate replay`: sends a recording through the estimator again."""
 
 import json
 import math
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @replaying_options
 @click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
-              help="What `calibrate` wrote: adds the modulus, with its interval, to each touch.")  # fmt: skip
+              help="Calibration file from `calibrate`: adds the modulus with its interval to each touch.")  # fmt: skip
 @json_option
 def replay(
     file: Path,
@@ -36,11 +36,11 @@ def replay(
     calibration: Path | None,
     as_json: bool,
 ) -> None:  # \b below is click's mark for lines that it must not join
-    """Send a recording through the estimator again: one row a touch.
+    """Send a recording through the estimator again: one row for each touch.
 
-    Without --scene a recording of palpate's own is measured as it was live, with the same digits. Flags: short,
-    saturated, refused, unsettled, unexcited; see help(palpate.Touch.flags). Exit codes: 4, not a recording; 5, no touch
-    in it.
+    Without --scene a recording made by palpate is estimated with the scene and settings of the live measurement and
+    gives exactly the same results. Flags: short, saturated, refused, unsettled, unexcited; see
+    help(palpate.Touch.flags). Exit codes: 4, not a recording; 5, no touch found.
 
     \b
     Example:
@@ -74,8 +74,8 @@ def _table(found: "list[Touch]", moduli: Moduli | None) -> str:
 def _why_not(recording: "Recorded | Foreign") -> str:
     spans = [f"{name} {high - low:.3g} pF" for name, (low, high) in recording.survey.spans_pF.items()]
     if len(spans) < 2:
-        return "a channel has no value at all"
-    return f"nothing rose out of the idle noise for long enough. The channels span {', '.join(spans)}; see --unit"
+        return "a channel has no values"
+    return f"no change was above the idle noise for long enough. The channels span {', '.join(spans)}; check --unit"
 
 
 def _json(

@@ -1,4 +1,4 @@
-"""The command that writes simulated recordings."""
+"""`palpate simulate`: writes simulated recordings."""
 
 import json
 import math
@@ -10,7 +10,7 @@ from palpate.cli.options import json_option
 
 
 def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
-    """NAME=MPA, several times."""
+    """Parse NAME=MPA, given any number of times."""
     found = {}
     for text in texts:
         name, _, value = text.partition("=")
@@ -19,22 +19,32 @@ def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[
         except ValueError:
             found[name.strip()] = math.nan
         if not (name.strip() and 0 < found[name.strip()] < math.inf) or set(name) & set("/\\"):
-            raise click.BadParameter(f"got {text!r}, allowed: NAME=MPA, as gel=1.1")
+            raise click.BadParameter(f"got {text!r}, allowed: NAME=MPA, for example gel=1.1")
     return found
 
 
 @click.command()
-@click.option("-o", "folder", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder.")
+@click.option(
+    "-o", "folder", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder for the recordings."
+)
 @click.option("--object", "objects", multiple=True, callback=_objects, metavar="NAME=MPA",
-              help="An object and its modulus; again for more.  [default: the ten specimens of the paper's Table I]")  # fmt: skip
+              help="An object and its modulus; may be repeated.  [default: ten specimens, Table I of the paper]")  # fmt: skip
 @click.option("--touches", default=4, show_default=True, type=click.IntRange(1, 100), help="Touches on each object.")
-@click.option("--oblique", default=0.03, show_default=True, type=click.FloatRange(0, 0.5), help="Scatter of the ratio.")
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="The same gives the same.")
+@click.option(
+    "--oblique",
+    default=0.03,
+    show_default=True,
+    type=click.FloatRange(0, 0.5),
+    help="Scatter of the ratio from touch to touch, relative.",
+)
+@click.option(
+    "--seed", default=0, show_default=True, type=click.IntRange(min=0), help="The same seed gives the same files."
+)
 @json_option
 def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: float, seed: int, as_json: bool) -> None:
     """Write simulated recordings of touches on known objects.
 
-    To try `calibrate` without a probe. A file for each object, and moduli.csv with what is true.
+    Use it to try `calibrate` without a probe. Writes a file for each object, and moduli.csv with the true moduli.
 
     \b
     Example:

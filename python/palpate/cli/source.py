@@ -1,4 +1,4 @@
-"""SOURCE as an argument: what a shell may offer for it."""
+"""The argument SOURCE, with shell completion."""
 
 from typing import TYPE_CHECKING
 
@@ -11,10 +11,10 @@ _SCHEMES = ("usb:", "sim:", "i2c:", "iio:", "serial:")
 
 
 class SourceType(click.types.StringParamType):
-    """The name of a source; checked where it is opened."""
+    """The name of a source; it is checked when the source is opened."""
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> "list[CompletionItem]":
-        """Offer schemes, then scenarios or what is plugged in, and files."""
+        """Return schemes; after a scheme, scenarios or connected devices; else files."""
         from click.shell_completion import CompletionItem
 
         scheme, colon, _ = incomplete.partition(":")

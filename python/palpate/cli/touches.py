@@ -10,7 +10,7 @@ HEADER = "touch   start_s  samples     ratio  std. error  covariance  alarm  fla
 
 
 def row(number: int, touch: "Touch") -> str:
-    """Return one line, numbered from 1."""
+    """Return one touch as a line of the table; the numbers begin at 1."""
     start = "-" if math.isnan(touch.start_s) else f"{touch.start_s:.3f}"
     error = "-" if math.isnan(touch.standard_error) else f"{touch.standard_error:.2g}"
     return (
@@ -20,6 +20,6 @@ def row(number: int, touch: "Touch") -> str:
 
 
 def table(touches: "list[Touch]") -> str:
-    """Return a header and a line for each; nothing where there is none."""
+    """Return a header and a line for each touch; an empty text without touches."""
     lines = [HEADER, *(row(number, touch) for number, touch in enumerate(touches, 1))]
     return "\n".join(lines) + "\n" if touches else ""

@@ -1,4 +1,4 @@
-"""The paper's figures, from the simulation."""
+"""Figures of the paper, from simulated data."""
 
 from palpate.figures.drawings import FIGURES, draw
 

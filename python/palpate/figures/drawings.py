@@ -1,4 +1,4 @@
-"""The paper's Fig. 6, 7, 9, 10, 11 and 12, from the simulation: PDF, PNG and the numbers behind each."""
+"""Fig. 6, 7, 9, 10, 11 and 12 of the paper from simulated data: PDF, PNG, and the numbers as CSV."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from palpate.figures import session, touch
 
 @dataclass(frozen=True)
 class Drawing:
-    """One figure: what it shows, how large, and how it is made from its data."""
+    """One figure: caption, size, and the functions that make its data, drawing and columns."""
 
     caption: str
     size_in: tuple[float, float]
@@ -53,7 +53,7 @@ FIGURES = {
     ),
     10: Drawing(
         "Ratio against modulus, four touches on each of ten specimens, by the paper's algorithm: mean and standard "
-        "deviation, as in the paper's Fig. 10; the inset with logarithmic moduli.",
+        "deviation, as in the paper's Fig. 10; inset: logarithmic moduli.",
         (COLUMN_IN, 3.0),
         session.ten_specimens,
         session.figure_10,
@@ -76,11 +76,28 @@ FIGURES = {
         session.columns_12,
     ),
 }
-"""By the number in the paper. Its Fig. 1 to 5 and 8 are drawings and photographs."""
+"""Figures by their number in the paper. Fig. 1 to 5 and 8 of the paper are drawings and photographs."""
 
 
 def caption(number: int, seed: int) -> str:
-    """Return the caption of a figure."""
+    """Return the caption of a figure.
+
+    Parameters
+    ----------
+    number : int
+        Number in the paper, a key of `FIGURES`.
+    seed : int
+        Seed of the simulation.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> caption(9, seed=0)[:22]
+    'Fig. 9. Four specimens'
+    """
     return (
         f"Fig. {number}. {FIGURES[number].caption} Simulated data (palpate.simulation, seed {seed}), not a measurement."
     )
@@ -92,9 +109,9 @@ def draw(folder: Path, *, seed: int = 0) -> list[Path]:
     Parameters
     ----------
     folder : pathlib.Path
-        Made where it is not there.
+        Created if it does not exist.
     seed : int
-        Of the simulation.
+        Seed of the simulation, 0 or more.
 
     Returns
     -------
@@ -104,7 +121,12 @@ def draw(folder: Path, *, seed: int = 0) -> list[Path]:
     Raises
     ------
     MissingExtra
-        Without matplotlib and scipy: `pip install 'palpate[science]'`.
+        matplotlib or scipy is missing; type: pip install 'palpate[science]'.
+
+    Examples
+    --------
+    >>> draw(Path("figures"))  # doctest: +SKIP
+    [PosixPath('figures/fig06.pdf'), ...]
     """
     folder.mkdir(parents=True, exist_ok=True)
     made: dict[Callable[[int], Any], Any] = {}

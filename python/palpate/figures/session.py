@@ -1,4 +1,4 @@
-"""Fig. 10, 11 and 12 of the paper: ten specimens by four touches, and the curve through them."""
+"""Fig. 10, 11 and 12 of the paper: four touches on each of ten specimens, and the fitted curve."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TenSpecimens:
-    """The same recordings through two scenes, and what is fitted to them."""
+    """The same recordings estimated by two scenes, and a calibration of each."""
 
     paper: list[Specimen]
     handheld: list[Specimen]
-    smallest_p: Calibration  # as the paper: the touch with the smallest P of each specimen
+    smallest_p: Calibration  # as in the paper: for each specimen the touch with the smallest P
     every_touch: Calibration  # by the handheld scene
 
 
 def ten_specimens(seed: int) -> TenSpecimens:
-    """Simulate ten specimens by four touches."""
+    """Simulate four touches on each of ten specimens."""
     runs = session(seed)
 
     def through(scene: "_Scene") -> list[Specimen]:
@@ -41,7 +41,7 @@ def ten_specimens(seed: int) -> TenSpecimens:
 
 
 def columns_10(s: TenSpecimens) -> dict[str, list[Any]]:
-    """Return every touch, by both scenes."""
+    """Return the numbers of Fig. 10: every touch, by both scenes."""
     pairs: list[tuple[Specimen, int, Touch, Touch]] = [
         (one, number, a, b)
         for one, other in zip(s.paper, s.handheld, strict=True)
@@ -60,7 +60,7 @@ def columns_10(s: TenSpecimens) -> dict[str, list[Any]]:
 
 
 def columns_11(s: TenSpecimens) -> dict[str, list[Any]]:
-    """Return what is chosen for each specimen."""
+    """Return the numbers of Fig. 11: the chosen and the mean ratio of each specimen."""
     return {
         "specimen": [one.name for one in s.paper],
         "modulus_MPa": [one.modulus for one in s.paper],
@@ -73,7 +73,7 @@ def columns_11(s: TenSpecimens) -> dict[str, list[Any]]:
 
 
 def columns_12(s: TenSpecimens) -> dict[str, list[Any]]:
-    """Return the fitted parameters, their intervals, and the truth."""
+    """Return the numbers of Fig. 12: fitted parameters, their intervals, and the true values."""
     rows = []
     for name, fitted in (("smallest P, paper", s.smallest_p), ("every touch, handheld", s.every_touch)):
         for parameter, (low, high) in fitted.parameter_intervals().items():
@@ -84,7 +84,7 @@ def columns_12(s: TenSpecimens) -> dict[str, list[Any]]:
 
 
 def figure_10(figure: Any, s: TenSpecimens) -> None:
-    """Ratio against modulus, mean and standard deviation of four touches; the inset with logarithmic moduli."""
+    """Draw ratio against modulus: mean and standard deviation of four touches; inset: logarithmic moduli."""
     ax = figure.subplots()
     inset = ax.inset_axes((0.46, 0.19, 0.51, 0.44))
     moduli = [one.modulus for one in s.paper]
@@ -108,7 +108,7 @@ def figure_10(figure: Any, s: TenSpecimens) -> None:
 
 
 def figure_11(figure: Any, s: TenSpecimens) -> None:
-    """Two ways of choosing a touch against the mean."""
+    """Draw two ways to choose a touch, compared with the mean."""
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2.2, 1])
     columns = columns_11(s)
     moduli, truth = np.array(columns["modulus_MPa"]), np.array(columns["true_ratio"])
@@ -130,7 +130,7 @@ def figure_11(figure: Any, s: TenSpecimens) -> None:
 
 
 def figure_12(figure: Any, s: TenSpecimens) -> None:
-    """Eq. (2) fitted: as in the paper, and to every touch with its band."""
+    """Draw eq. (2) fitted as in the paper, and fitted to every touch, with bands."""
     for ax, fitted, colour, title in zip(
         figure.subplots(1, 2, sharey=True),
         (s.smallest_p, s.every_touch),

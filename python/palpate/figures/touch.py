@@ -1,4 +1,4 @@
-"""Fig. 6, 7 and 9 of the paper: readouts and estimates during touches, and the handheld scene on the same data."""
+"""Fig. 6, 7 and 9 of the paper: readouts and estimates during touches; the handheld scene on the same data."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,16 +14,16 @@ from palpate.simulation.scenarios import PROBE
 
 Array = NDArray[Any]
 START_S = 3.9  # contact at about the 150th sample
-SETTLED = 50  # samples after contact: what comes later counts as settled
+SETTLED = 50  # samples after contact; later samples count as settled
 _DRIFT_PF, _THRESHOLD_PF = 0.01, 0.05  # the paper's alarm
 
 
 @dataclass(frozen=True)
 class Traces:
-    """Everything that the figures show of one recording, arrays of shape (n,); nan outside the touches.
+    """All curves of one recording for the figures: arrays of shape (n,), nan outside touches.
 
-    The ordinary and the adaptive estimators are the paper's: changes from the mean without contact, 250 samples from
-    contact on, beginning at a ratio of 1. The handheld scene gets the readings as they are.
+    The ordinary and adaptive estimators run as in the paper: input are the changes from the mean before contact, for
+    250 samples from contact on; the initial ratio is 1. The handheld scene gets the unchanged readings.
     """
 
     hard: Array  # changes, pF
@@ -39,7 +39,7 @@ class Traces:
     alarm: Array  # of the handheld scene
 
     def columns(self) -> dict[str, Array]:
-        """Return the numbers behind a figure."""
+        """Return the numbers of a figure as named columns."""
         names = {"hard": "hard_pF", "soft": "soft_pF", "innovation": "innovation_pF", "statistic": "alarm_signal_pF"}
         names |= {
             "slow": "ratio_0.995",
@@ -57,7 +57,7 @@ def one_touch(specimen: str, seed: int, *, tremor: float) -> Traces:
 
 
 def four_touches(seed: int) -> Traces:
-    """Simulate four specimens touched one after the other, soft to hard."""
+    """Simulate touches on four specimens, one after the other, from soft to hard."""
     presses = [
         Press(2.0 + 9.5 * i, [(0.0, PROBE.ratio(SORBOTHANE_MPA[name]))], depth_pF=0.2) for i, name in enumerate(FOUR)
     ]
@@ -69,7 +69,7 @@ FOUR = ("30 OO", "70 OO", "40 A", "70 A")
 
 
 def traces(run: Simulation) -> Traces:
-    """Run every estimator over a recording."""
+    """Return the estimates of all estimators for a recording."""
     idle = run.t_hard_s < run.presses[0].start_s - 0.2
     hard, soft = run.hard - run.hard[idle].mean(), run.soft - run.soft[idle].mean()
     paper = Tracker("paper")
@@ -126,7 +126,7 @@ def _errors(ax: Any, t: Traces, names: dict[str, tuple[str, str]]) -> None:
 
 
 def figure_6(figure: Any, t: Traces) -> None:
-    """Ordinary RLS with two forgetting factors on one specimen."""
+    """Draw ordinary RLS with two forgetting factors on one specimen."""
     axes = figure.subplots(2, 2, sharex=True)
     _readouts_and_ratio(axes[0, 0], t, t.slow, SLOW, r"ratio, $\lambda$ = 0.995")
     _readouts_and_ratio(axes[1, 0], t, t.fast, FAST, r"ratio, $\lambda$ = 0.9")
@@ -138,7 +138,7 @@ def figure_6(figure: Any, t: Traces) -> None:
 
 
 def figure_7(figure: Any, t: Traces) -> None:
-    """RLS with adaptive forgetting: estimate, innovation with alarm signal, comparison."""
+    """Draw RLS with adaptive forgetting: estimate, innovation with alarm signal, comparison."""
     axes = figure.subplots(3, 2, sharex=True)
     _readouts_and_ratio(axes[0, 0], t, t.adaptive, PAPER, "ratio, adaptive")
     _alarm(axes[1, 0], t)
@@ -162,7 +162,7 @@ def figure_7(figure: Any, t: Traces) -> None:
 
 
 def figure_9(figure: Any, t: Traces) -> None:
-    """Four specimens one after the other."""
+    """Draw touches on four specimens, one after the other."""
     axes = figure.subplots(3, 2, sharex=True)
     for ax in axes[0]:
         _readouts(ax, t)

@@ -1,4 +1,4 @@
-"""Samples and estimates as the page takes them: the tracker's own bits, column by column."""
+"""Binary frames of samples and estimates for the page: the exact values of the tracker, column by column."""
 
 import struct
 from collections.abc import Sequence
@@ -12,17 +12,17 @@ from palpate.samples import refused, saturated
 from palpate.stream.estimate import Batch
 
 Rows = NDArray[np.void]
-"""What a page draws, shape (n,), of `ROW`."""
+"""Rows that a page draws: shape (n,), dtype `ROW`."""
 FIELDS = ("t_s", "hard", "soft", "ratio", "standard_error", "statistic")
 ROW = np.dtype([(name, "<f8") for name in FIELDS] + [("flags", "u1")])
 KEPT = 16384
-"""Samples that a page which comes later is given: 160 s at 100 pairs a second, 16 s at 1,000."""
+"""Samples that are kept for a page that is opened later: 160 s at 100 pairs per second, 16 s at 1,000."""
 HEADER = struct.Struct("<4I")
 VERSION = 1
 
 
 class Flag(IntFlag):
-    """What a page knows of a sample beside its numbers."""
+    """Flags of a row."""
 
     CONTACT = 1
     MEASURED = 2
@@ -32,11 +32,10 @@ class Flag(IntFlag):
 
 
 def rows_of(batch: Batch) -> Rows:
-    """Return what a page draws of a batch.
+    """Return the rows that a page draws for a batch.
 
-    The changes of both capacitances, pF, from the baselines that the tracker had at each sample; nan where a sample has
-    no value or there is no baseline yet. Ratio, standard error and statistic: of the touch that is measured; nan where
-    none is.
+    hard, soft: changes of the capacitances, pF, from the tracker's baselines at that sample; nan for a sample without a
+    value, or before the first baseline. ratio, standard_error, statistic: of the current touch; nan outside touches.
 
     Examples
     --------
@@ -71,9 +70,10 @@ def joined(parts: Sequence[Rows]) -> Rows:
 
 
 def pack(number: int, rows: Rows, *, past: bool = False) -> bytes:
-    """Return a frame: version, number, samples, whether it is the past, each uint32; columns of float64; flags, uint8.
+    """Return a frame as bytes.
 
-    Little-endian. The header is 16 bytes, so that a browser may look at the columns where they lie.
+    Little-endian: version, number, number of samples, past (0 or 1), each uint32; then the columns, float64; then the
+    flags, uint8. The header has 16 bytes: the columns are aligned, and a browser reads them without a copy.
 
     Examples
     --------
@@ -86,13 +86,13 @@ def pack(number: int, rows: Rows, *, past: bool = False) -> bytes:
 
 
 class History:
-    """The newest rows, never more than `KEPT`."""
+    """The newest rows, at most `KEPT`."""
 
     def __init__(self) -> None:
         self._rows, self._used = np.empty(2 * KEPT, ROW), 0
 
     def add(self, rows: Rows) -> None:
-        """Take rows, and let go of the oldest."""
+        """Add rows, and remove the oldest ones."""
         rows = rows[-KEPT:]
         if self._used + len(rows) > len(self._rows):
             kept = self.rows
@@ -103,5 +103,5 @@ class History:
 
     @property
     def rows(self) -> Rows:
-        """The newest, oldest first; a view."""
+        """The rows in order of time; a view."""
         return self._rows[max(self._used - KEPT, 0) : self._used]

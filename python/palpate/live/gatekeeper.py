@@ -1,4 +1,4 @@
-"""Who may ask: this machine, under its own name, from the page itself; from elsewhere only with the token."""
+"""Access control: requests from this machine by the page itself; from other machines only with the token."""
 
 import ipaddress
 import secrets
@@ -23,7 +23,7 @@ _ANYWHERE = ("0.0.0.0", "::")
 
 
 def is_loopback(host: str) -> bool:
-    """Tell whether only this machine can reach a host.
+    """Return whether only this machine can reach a host.
 
     Examples
     --------
@@ -37,21 +37,22 @@ def is_loopback(host: str) -> bool:
 
 
 def new_token() -> str:
-    """Return a secret for an address that others can reach."""
+    """Return a random secret, for an address that other machines can reach."""
     return secrets.token_urlsafe(24)
 
 
 class Gatekeeper:
-    """Refuses requests that are not the page's own.
+    """Refuses requests that do not come from the page.
 
-    Host must be the server's own (another name that leads here is DNS rebinding), Origin that of the page where a
-    browser sends one, and always for the web socket. With a token it must be in the query once; a cookie then keeps it.
+    Host must be the server's own address; another name for it is a sign of DNS rebinding. Origin must be that of the
+    page, if the browser sends one; the web socket always needs it. A token must be in the query of the first request;
+    then a cookie stores it.
 
     Parameters
     ----------
     app : ASGI application
     host : str
-        Where the server listens.
+        Address at which the server listens.
     port : int
     token : str, optional
     """
@@ -61,7 +62,7 @@ class Gatekeeper:
         self._cookie = f"palpate-{port}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on, or refuse it."""
+        """Forward a request, or refuse it."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
@@ -95,7 +96,7 @@ class Gatekeeper:
         return name == self._host or (is_loopback(self._host) and name in _LOOPBACK) or self._reached_by(name)
 
     def _reached_by(self, name: str) -> bool:
-        """Where it listens on every address, any address is its own; a name is not: it may be another's."""
+        """If the server listens at every address, any IP address is valid; a name is not: anyone can register one."""
         return self._host in _ANYWHERE and (name == "localhost" or _is_address(name))
 
     def _asked(self, scope: Scope) -> bool:

@@ -1,4 +1,4 @@
-"""From the measurement to the pages: a frame thirty times a second, to each page as fast as it can take it."""
+"""Sends the measurement to the pages: 30 frames per second, fewer to a page that reads slowly."""
 
 import asyncio
 from collections import deque
@@ -11,28 +11,28 @@ from palpate.live.session import Session
 from palpate.live.summary import Summary
 
 FRAMES_PER_S = 30
-AHEAD = 30  # frames sent that a page has not yet said to have seen: more would only fill buffers, and be shown late
+AHEAD = 30  # sent frames that a page has not confirmed; more would only fill buffers and be shown late
 WAITING = 30
-"""Frames that wait for a page; beyond that it loses the oldest."""
+"""Frames in the queue of a page; if there are more, the oldest is dropped."""
 PAGES = 16
 _STATES_PER_S = 5
 _ANSWERS = 32
 
 
 class Sending(Protocol):
-    """What a page needs of a web socket."""
+    """The methods of a web socket that a page needs."""
 
     def send_text(self, data: str) -> Awaitable[None]: ...  # noqa: D102
     def send_bytes(self, data: bytes) -> Awaitable[None]: ...  # noqa: D102
 
 
 class Page:
-    """One page that is open, and what waits for it: never more than a second of frames, and the newest of all else.
+    """One open page and its queue: at most 1 s of frames, and the newest message of each kind.
 
     Attributes
     ----------
     sent, lost : int
-        Frames.
+        Numbers of frames sent and dropped.
     """
 
     def __init__(self, socket: Sending) -> None:
@@ -46,7 +46,7 @@ class Page:
         self._something = asyncio.Event()
 
     def offer(self, number: int, frame: bytes) -> None:
-        """Give it a frame; the oldest that waits goes where it is too slow."""
+        """Queue a frame; if the page is too slow, drop the oldest one."""
         if len(self._waiting) >= WAITING:
             self._waiting.popleft()
             self.lost += 1
@@ -54,27 +54,27 @@ class Page:
         self._something.set()
 
     def tell(self, kind: str, message: str) -> None:
-        """Give it a message; one of the same kind that still waits is replaced."""
+        """Queue a message; it replaces a message of the same kind that is still in the queue."""
         self._latest[kind] = message
         self._something.set()
 
     def answer(self, message: str) -> None:
-        """Give it the answer to what it said."""
+        """Queue the answer to a command of the page."""
         self._answers.append(message)
         self._something.set()
 
-    def begin_anew(self) -> None:
-        """Let go of the frames of the measurement before."""
+    def begin_again(self) -> None:
+        """Remove the frames of the previous measurement."""
         self._waiting.clear()
 
     def seen(self, number: int) -> None:
-        """Take its word for which frames it has."""
+        """Confirm all frames up to this number."""
         while self._unseen and self._unseen[0] <= number:
             self._unseen.popleft()
         self._something.set()
 
     async def send(self) -> None:
-        """Send what there is, for ever."""
+        """Send the queue, until cancelled."""
         while True:
             self._something.clear()
             await self._send_waiting()
@@ -82,7 +82,7 @@ class Page:
 
     async def _send_waiting(self) -> None:
         while self._answers or self._latest or (self._waiting and len(self._unseen) < AHEAD):
-            if self._latest:  # before an answer: who reads that has the state it speaks of, and presses a button by it
+            if self._latest:  # the state before the answer, so that the page shows it when the answer arrives
                 await self._socket.send_text(self._latest.pop(next(iter(self._latest))))
             elif self._answers:
                 await self._socket.send_text(self._answers.popleft())
@@ -94,14 +94,14 @@ class Page:
 
 
 class Hub:
-    """All pages of a session; lives in the server's event loop.
+    """All pages of a session; runs in the event loop of the server.
 
     Parameters
     ----------
     session : Session
     summary : Summary
     source : str
-        As the user named it.
+        Name of the source, as given by the user.
     """
 
     def __init__(self, session: Session, summary: Summary, source: str) -> None:
@@ -112,7 +112,7 @@ class Hub:
         self._told: dict[str, str] = {}
 
     def join(self, page: Page) -> None:
-        """Take a page in: it is told everything from the beginning."""
+        """Add a page and send it everything."""
         self._greet(page)
         for kind, message in self._told.items():
             page.tell(kind, message)
@@ -120,7 +120,7 @@ class Hub:
         self.pages.add(page)
 
     async def run(self) -> None:
-        """Send frames and states, for ever."""
+        """Send frames and states, until cancelled."""
         loop = asyncio.get_running_loop()
         due, tick = loop.time(), 0
         while True:
@@ -132,7 +132,7 @@ class Hub:
             await asyncio.sleep(due - loop.time())
 
     def send_state(self) -> None:
-        """Tell every page how things stand, and what has changed besides."""
+        """Send the state to every page, and the touches and marks if they have changed."""
         self._announce("touches", told("touches", **self._summary.touches()))
         self._announce("marks", told("marks", **self._summary.marks()))
         state = self._summary.now()
@@ -151,7 +151,7 @@ class Hub:
         number, parts = self._session.number, self._session.take()
         if number != self._measurement:
             self._measurement, self._history = number, History()
-            self._for_all(Page.begin_anew)
+            self._for_all(Page.begin_again)
             self._for_all(self._greet)
         if len(rows := joined(parts)):
             self._history.add(rows)

@@ -1,4 +1,4 @@
-"""What a page may say, and how it is said to a page. Everything from outside is refused unless it is one of these."""
+"""Messages from a page and to a page. Every other message is refused."""
 
 import json
 import math
@@ -8,11 +8,11 @@ from typing import Any, NoReturn
 LONGEST = 4096  # bytes of a message
 LONGEST_TEXT = 200  # characters of a mark
 PLAIN = ("tare", "record", "stop", "again")
-"""Commands without anything else: measure the baseline anew, begin and end a recording, measure again from the start."""
+"""Commands without parameters: measure the baseline again, begin and end a recording, start a new measurement."""
 
 
 class Refused(ValueError):
-    """A message that is not one of a page's; the text says what it may be."""
+    """The message is not valid, or not possible now. The text says what is allowed."""
 
 
 @dataclass(frozen=True)
@@ -24,9 +24,9 @@ class Command:
     do : str
         One of `PLAIN`, "mark", or "seen".
     text : str
-        Of a mark.
+        Text of a mark.
     frame : int
-        The newest frame that the page has.
+        Number of the newest frame that the page has received.
     """
 
     do: str
@@ -35,12 +35,12 @@ class Command:
 
 
 def parse(message: str | bytes) -> Command:
-    """Read a message.
+    """Return the command of a message.
 
     Raises
     ------
     Refused
-        It is anything else.
+        The message is not a valid command.
 
     Examples
     --------
@@ -61,12 +61,12 @@ def parse(message: str | bytes) -> Command:
     else:
         _refuse("do", do, ", ".join((*PLAIN, "mark", "seen")))
     if given:
-        _refuse("message", min(given), f"nothing beside what belongs to {do}")
+        _refuse("message", min(given), f"no further names for {do}")
     return command
 
 
 def told(kind: str, **what: Any) -> str:
-    """Return a message to a page: JSON, where what is not finite is null.
+    """Return a message to a page: JSON, with null for nan and inf.
 
     Examples
     --------
@@ -86,7 +86,7 @@ def _object(message: str | bytes) -> dict[str, Any]:
     except (ValueError, RecursionError):
         _refuse("message", message, "JSON")
     if not isinstance(given, dict):
-        _refuse("message", given, 'an object, as {"do": "tare"}')
+        _refuse("message", given, 'an object, for example {"do": "tare"}')
     return given
 
 
@@ -105,8 +105,8 @@ def _frame(frame: Any) -> int:
 def _refuse(name: str, value: Any, allowed: str) -> NoReturn:
     try:
         shown = ascii(value)
-    except (ValueError, RecursionError):  # a number of too many digits
-        shown = "something without end"
+    except (ValueError, RecursionError):  # a number with too many digits
+        shown = "a value too long to show"
     shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
     raise Refused(f"{name}: got {shown}, allowed: {allowed}")
 

@@ -1,4 +1,4 @@
-"""Where recordings go: to the name the user gave, and to numbered ones beside it. Nowhere else."""
+"""Names of the recordings: the name from the user, then the same name with a number. No other file is written."""
 
 from pathlib import Path
 
@@ -6,12 +6,12 @@ from palpate.recording.sidecar import sidecar_path
 
 
 class Recordings:
-    """The recordings of one run of the page.
+    """The recordings of one run of `palpate live`.
 
     Parameters
     ----------
     first : path-like or None
-        NAME.csv; those that follow are NAME-2.csv, NAME-3.csv, ... None: nothing may be recorded.
+        NAME.csv; the next ones are NAME-2.csv, NAME-3.csv, ... None: recording is not allowed.
 
     Raises
     ------
@@ -35,24 +35,24 @@ class Recordings:
 
     @property
     def allowed(self) -> bool:
-        """Whether the user has said where."""
+        """Whether recording is allowed: the user has given a name."""
         return self._first is not None
 
     @property
     def names(self) -> list[str]:
-        """Of those that were made, in order of time."""
+        """Names of the recordings made, in order of time."""
         return [path.name for path in self._made]
 
     def next(self) -> Path:
-        """Return the next name that is free, and remember it. The first is as given, whatever is there.
+        """Return the next free name, and remember it. The first is the given name, even if that file exists.
 
         Raises
         ------
         ValueError
-            The user has not said where.
+            The user has not given a name.
         """
         if self._first is None:
-            raise ValueError("record: got no name, allowed: a recording where `palpate live` has --record NAME.csv")
+            raise ValueError("record: no file name; start palpate live with --record NAME.csv to allow it")
         path, number = self._first, len(self._made) + 1
         while number > 1:
             path = self._first.with_name(f"{self._first.stem}-{number}{self._first.suffix}")
@@ -63,10 +63,10 @@ class Recordings:
         return path
 
     def forget(self, path: Path) -> None:
-        """Take back the last name: nothing was made."""
+        """Remove a name: its recording was not made."""
         self._made.remove(path)
 
     def find(self, name: str) -> Path | None:
-        """Return where a recording of this run is, or its sidecar, by its bare name; None for any other name."""
+        """Return the path of a recording of this run, or of its sidecar; None for any other name."""
         files = {file.name: file for path in self._made for file in (path, sidecar_path(path))}
         return files.get(name)

@@ -1,4 +1,4 @@
-"""A socket to listen at, its address, and the server that runs there until it is told to end."""
+"""The socket, its address, and the server, which runs until SIGINT or SIGTERM."""
 
 import errno
 import socket
@@ -9,22 +9,22 @@ from starlette.types import ASGIApp
 from palpate.live.protocol import LONGEST
 
 _GRACE_S = 1
-_NOWHERE = ("192.0.2.1", 9)  # RFC 5737: an address that is nobody's; connecting a datagram socket sends nothing
+_NOWHERE = ("192.0.2.1", 9)  # RFC 5737: an address without a host; connecting a datagram socket sends nothing
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a socket that listens.
+    """Return a listening socket.
 
     Parameters
     ----------
     host : str
     port : int
-        0 for any that is free.
+        0: any free port.
 
     Raises
     ------
     ValueError
-        There is no such host here, or the port is not free.
+        The host is not an address of this machine, or the port is in use.
     """
     try:
         [(family, *_, address), *_] = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
@@ -39,12 +39,14 @@ def listen(host: str, port: int) -> socket.socket:
         listening.close()
         if error.errno == errno.EADDRNOTAVAIL:
             raise ValueError(f"host: got {host!r}: {error.strerror}, allowed: an address of this machine") from error
-        raise ValueError(f"port: got {port} at {host}: {error.strerror}, allowed: a free one; 0 for any") from error
+        raise ValueError(
+            f"port: got {port} at {host}: {error.strerror}, allowed: a free port; 0 takes any free one"
+        ) from error
     return listening
 
 
 def address_of(listening: socket.socket, host: str, token: str | None = None) -> str:
-    """Return what to type into a browser."""
+    """Return the address of the page."""
     name = host if host not in ("0.0.0.0", "::") else _own_address()
     name = f"[{name}]" if ":" in name else name
     query = f"?token={token}" if token else ""
@@ -52,7 +54,7 @@ def address_of(listening: socket.socket, host: str, token: str | None = None) ->
 
 
 def serve(app: ASGIApp, listening: socket.socket) -> None:
-    """Serve until SIGINT or SIGTERM; their handlers run when the last page is closed."""
+    """Serve until SIGINT or SIGTERM; their previous handlers run after the last page is closed."""
     config = uvicorn.Config(
         app,
         http="h11",
@@ -71,7 +73,7 @@ def serve(app: ASGIApp, listening: socket.socket) -> None:
 
 
 def _own_address() -> str:
-    """Return this machine's address as others see it; the loopback's where it has no other."""
+    """Return the address of this machine in the network; without a network, the loopback address."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(_NOWHERE)

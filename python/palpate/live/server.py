@@ -1,4 +1,4 @@
-"""The page's server: its files, the web socket, the downloads; nothing else is there."""
+"""The server of the page: its files, the web socket and the downloads."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -27,7 +27,7 @@ _PART = 1 << 16
 
 
 def page_files() -> dict[str, tuple[bytes, str]]:
-    """Return the page: path in the address, content, type. The files are listed once; no request names one."""
+    """Return the files of the page: URL path -> content, type. Requests never open a file by its name."""
     found = {}
     for folder, prefix in (
         (files("palpate.live") / "page", "/"),
@@ -42,15 +42,15 @@ def page_files() -> dict[str, tuple[bytes, str]]:
 
 
 class Server:
-    """The application of one session.
+    """The web application of one session.
 
     Parameters
     ----------
     session : Session
-        Begun; the server does not close it.
+        A started session; the server does not close it.
     summary : Summary
     source : str
-        As the user named it.
+        Name of the source, as given by the user.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Server:
         self.hub: Hub = Hub(session, summary, source)
 
     def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
-        """Return the application, guarded, for this address."""
+        """Return the application for this address, with access control."""
         routes: list[BaseRoute] = [Route(path, partial(_file, *content)) for path, content in page_files().items()]
         routes += [Route("/recording/{name}", self._download), WebSocketRoute("/ws", self._page)]
         return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token)
@@ -79,7 +79,7 @@ class Server:
         name = request.path_params["name"]
         path = self._session.recordings.find(name)
         if path is None or not path.is_file():
-            return PlainTextResponse("no such recording of this run\n", 404)
+            return PlainTextResponse("this run has no such recording\n", 404)
         kind = "text/csv" if path.suffix.lower() == ".csv" else "application/json"
         size = path.stat().st_size
         headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}", "Content-Length": str(size)}
@@ -87,7 +87,7 @@ class Server:
 
     async def _page(self, socket: WebSocket) -> None:
         if len(self.hub.pages) >= PAGES:
-            await socket.close(1013, f"pages: got one more, allowed: {PAGES} at a time")
+            await socket.close(1013, f"too many open pages, allowed: {PAGES}; close one")
             return
         await socket.accept()
         page = Page(socket)
@@ -135,7 +135,7 @@ async def _file(content: bytes, kind: str, _: Request) -> Response:
 
 
 async def _parts(path: Path, size: int) -> AsyncIterator[bytes]:
-    """Read a file, no further than it reached when it was asked for."""
+    """Yield a file in parts, up to its size at the time of the request."""
     with path.open("rb") as file:
         while size > 0 and (part := await asyncio.to_thread(file.read, min(size, _PART))):
             size -= len(part)

@@ -1,4 +1,4 @@
-"""The measurement behind the page: in a thread of its own, which no page can make wait."""
+"""The measurement behind the page: in its own thread, which never waits for a page."""
 
 import time
 from collections.abc import Callable
@@ -14,13 +14,13 @@ from palpate.sources import Source
 from palpate.stream import Stream
 from palpate.stream.estimate import Batch, StreamCounters
 
-_PAUSE_S = 1 / 60  # from batch to batch: a page is drawn half as often
-_UNREAD = 4096  # batches: a minute of a server that stands still
+_PAUSE_S = 1 / 60  # between two batches: a page is drawn at half this rate
+_UNREAD = 4096  # batches: covers a minute in which the server does not read
 _MESSAGES = 8
 
 
 class Moment(NamedTuple):
-    """What the tracker said last: its state ("ended" after it), ratio, standard error; an alarm since the last time."""
+    """State of the tracker ("ended" after the measurement), ratio, standard error, and alarm in the last batch."""
 
     state: str = "baseline"
     ratio: float = nan
@@ -29,28 +29,28 @@ class Moment(NamedTuple):
 
 
 class Session:
-    """One measurement after another, on one source.
+    """Consecutive measurements with one source.
 
     Parameters
     ----------
     open_source : callable
-        Returns the source, opened anew.
+        Opens the source and returns it.
     recordings : Recordings
     how : dict
-        `Stream`'s scene and settings.
+        Scene and settings of `Stream`.
 
     Attributes
     ----------
     number : int
-        Which measurement it is, counted from 1.
+        Number of the measurement, counted from 1.
     stream : Stream
     touches : list of Touch
-        Those that have ended.
+        The completed touches.
     moment : Moment
     error : str
-        Why the measurement ended, where that was not asked for.
+        The error that ended the measurement; empty without an error.
     messages : list of str
-        What the source had to tell, newest last.
+        Messages of the source, newest last.
     marks : list of (float, str)
         Time, s, and text.
     """
@@ -70,7 +70,7 @@ class Session:
         self._last_s = 0.0
 
     def start(self) -> None:
-        """Begin to measure; where a recording is allowed, begin to record.
+        """Start to measure and, if recording is allowed, to record.
 
         Raises
         ------
@@ -95,24 +95,24 @@ class Session:
         self._thread.start()
 
     def close(self) -> None:
-        """Stop measuring; close the recording."""
+        """Stop the measurement and close the recording."""
         with self._commands:
             self.stream.stop()
             self._thread.join()
 
     def take(self) -> list[Rows]:
-        """Return what has been measured since the last call."""
+        """Return the rows measured since the last call."""
         with self._batches:
             unread, self._unread = self._unread, []
             return unread
 
     def do(self, command: Command) -> str:
-        """Obey a page; return what was done, as a sentence. May wait for a disk.
+        """Run a command of the page; return a message. May wait for the disk.
 
         Raises
         ------
         Refused
-            Not now; the text says why.
+            Not possible now; the text says why.
         ValueError, PalpateError
             As `Stream` does.
         """
@@ -122,17 +122,17 @@ class Session:
 
     @property
     def running(self) -> bool:
-        """Whether it measures."""
+        """Whether the measurement runs."""
         return self.moment.state != "ended"
 
     @property
     def counters(self) -> StreamCounters:
-        """What became of the samples."""
+        """Numbers of samples read, used, dropped and lost."""
         return self.stream.counters
 
     def _require_running(self, what: str) -> None:
         if not self.running:
-            raise Refused(f"{what}: got a measurement that has ended, allowed: while it runs")
+            raise Refused(f"{what}: the measurement has ended; press Measure again first")
 
     def _pressed(self) -> bool:
         return self.moment.state in ("contact", "adapting", "done")
@@ -140,13 +140,13 @@ class Session:
     def _do_tare(self) -> str:
         self._require_running("tare")
         self._tare.set()
-        warning = " It was in contact: lift the probe, and tare again." if self._pressed() else ""
-        return "The baseline is measured anew: touch nothing." + warning
+        warning = " The probe was in contact: lift it and tare again." if self._pressed() else ""
+        return "Measuring the baseline: do not touch anything." + warning
 
     def _do_mark(self, text: str) -> str:
         self._require_running("mark")
         if not self.stream.recorder:
-            raise Refused("mark: got no recording, allowed: while one is made")
+            raise Refused("mark: no recording is running; press Record first")
         self.stream.mark(text)
         with self._batches:
             self.marks = [*self.marks, (self._last_s, text)][-200:]
@@ -155,28 +155,28 @@ class Session:
     def _do_record(self) -> str:
         self._require_running("record")
         if self.stream.recorder:
-            raise Refused("record: got a second recording, allowed: one at a time")
+            raise Refused("record: a recording is already running; stop it first")
         path = self.recordings.next()
         try:
             self.stream.start_recording(path)
         except BaseException:
             self.recordings.forget(path)
             raise
-        warning = ", begun in contact: its replay has no baseline for this touch" if self._pressed() else ""
+        warning = "; it starts during contact, so a replay has no baseline for this touch" if self._pressed() else ""
         return f"Recording to {path}{warning}"
 
     def _do_stop(self) -> str:
         recorder = self.stream.stop_recording()
         if recorder is None:
-            raise Refused("stop: got no recording, allowed: while one is made")
-        return f"{recorder.path.name}: {recorder.rows} rows; closed"
+            raise Refused("stop: no recording is running")
+        return f"{recorder.path.name}: {recorder.rows} rows; file closed"
 
     def _do_again(self) -> str:
         if self.running:
-            raise Refused("again: got a measurement that runs, allowed: when it has ended")
+            raise Refused("again: the measurement still runs")
         self._thread.join()
         self.start()
-        return "Measuring again, from the start."
+        return "A new measurement has started."
 
     def _note(self, message: str) -> None:
         self.messages = [*self.messages, message][-_MESSAGES:]
@@ -192,7 +192,7 @@ class Session:
     def _attempt(step: Callable[[], None]) -> str:
         try:
             step()
-        except Exception as error:  # noqa: BLE001  whatever a source raises is the user's to see
+        except Exception as error:  # noqa: BLE001  the page shows any error of a source
             return str(error) or type(error).__name__
         return ""
 

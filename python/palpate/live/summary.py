@@ -1,4 +1,4 @@
-"""What a page is told of the measurement, beside the samples: plain values, ready for JSON."""
+"""The state of the measurement for the page, without the samples: plain values, ready for JSON."""
 
 import math
 import time
@@ -10,19 +10,19 @@ from palpate.calibration import Calibration
 from palpate.live.session import Moment, Session
 from palpate.touch import most_reliable
 
-_RATE_S = 2.0  # pairs per second are counted over so long
-_SHOWN = 200  # touches, the newest
+_RATE_S = 2.0  # pairs per second: mean over this time
+_SHOWN = 200  # the newest touches
 STATES = {"baseline": "baseline", "waiting": "no contact", "done": "done", "ended": "ended"}
 
 
 class Summary:
-    """A session in words and numbers.
+    """Summarises a session for the page.
 
     Parameters
     ----------
     session : Session
     calibration : Calibration, optional
-        For the modulus.
+        To show moduli.
     """
 
     def __init__(self, session: Session, calibration: Calibration | None = None) -> None:
@@ -32,7 +32,7 @@ class Summary:
         self._rows: list[dict[str, Any]] = []
 
     def instrument(self, source: str) -> dict[str, Any]:
-        """Return what does not change while it measures."""
+        """Return the values that do not change during a measurement."""
         tracker, device = self._session.stream.tracker, self._session.stream.source.describe()
         return {
             "measurement": self._session.number,
@@ -46,12 +46,12 @@ class Summary:
         }
 
     def now(self) -> dict[str, Any]:
-        """Return what does."""
+        """Return the values that change during a measurement."""
         session = self._session
         moment, recorder = session.moment, session.stream.recorder if session.running else None
         measured = moment.state in ("contact", "done")
         ratio, error = (moment.ratio, moment.standard_error) if measured else (math.nan, math.nan)
-        self._begin_anew()
+        self._begin_again()
         return {
             "state": self._state(moment),
             "ratio": ratio,
@@ -66,17 +66,17 @@ class Summary:
         }
 
     def touches(self) -> dict[str, Any]:
-        """Return a row for each touch that has ended, and which is the most reliable."""
-        self._begin_anew()
+        """Return a row for each completed touch, and the number of the most reliable one."""
+        self._begin_again()
         found = self._session.touches
         self._rows += [self._row(number, touch) for number, touch in enumerate(found) if number >= len(self._rows)]
         return {"rows": self._rows[-_SHOWN:], "most_reliable": _most_reliable(found)}
 
     def marks(self) -> dict[str, Any]:
-        """Return the marks that were made."""
+        """Return the marks of the recording."""
         return {"rows": [{"t_s": t_s, "text": text} for t_s, text in self._session.marks]}
 
-    def _begin_anew(self) -> None:
+    def _begin_again(self) -> None:
         if self._measurement != self._session.number:
             self._measurement = self._session.number
             self._reads.clear()
@@ -98,7 +98,7 @@ class Summary:
         return self._calibration.modulus(ratio, error if math.isfinite(error) else None).as_dict()
 
     def _rate(self, read: int) -> float:
-        """Return pairs per second; nan before that is known."""
+        """Return pairs per second; nan until it is known."""
         now = time.monotonic()
         self._reads.append((now, read))
         while now - self._reads[0][0] > _RATE_S and len(self._reads) > 2:
@@ -108,7 +108,7 @@ class Summary:
 
 
 def _most_reliable(touches: list[Touch]) -> int | None:
-    """Return its number, counted from 1; None where none can be trusted."""
+    """Return its number, counted from 1; None if all touches have a flag."""
     try:
         return touches.index(most_reliable(touches)) + 1
     except ValueError:

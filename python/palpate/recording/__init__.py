@@ -1,4 +1,4 @@
-"""Recordings: written, read, verified, converted; palpate's own files and other loggers' tables."""
+"""Write, read, check and convert recordings: palpate's own files, and tables of other loggers."""
 
 from palpate.recording.foreign import recorded
 from palpate.recording.recording import Recording, read

@@ -1,6 +1,6 @@
-"""What the program of the evaluation kit saves as "Binary Data.txt": codes of one channel, in hex. Not tried on one of its files.
+"""Reader of "Binary Data.txt" of the evaluation kit's program: hex codes of one channel. Not tested with a real file.
 
-The file has cells `key: value` with tabs between them, then rows of the capacitance's code and the temperature's.
+The header has cells `key: value`, separated by tabs. Each row has a capacitance code and a temperature code.
 """
 
 import re
@@ -24,16 +24,16 @@ _TIME = re.compile(r"([\d.,]+)\s*(ms|s)$")
 
 @dataclass(frozen=True, eq=False)
 class ChannelFile:
-    """One file: its header, and the codes of its rows.
+    """Header and codes of one file.
 
     Attributes
     ----------
     header : dict of str to str
     codes : numpy.ndarray of int32, shape (n,)
     temperatures : int
-        Rows that also have a code of the temperature, which a recording does not keep.
+        Number of rows with a temperature code; a recording does not store temperatures.
     torn : bool
-        The last row had lost a part, and is left out.
+        The last row is incomplete and left out.
     """
 
     path: Path
@@ -44,7 +44,7 @@ class ChannelFile:
 
     @property
     def period_s(self) -> float | None:
-        """The conversion time of the header; None where it has none."""
+        """The conversion time from the header, s; None if the header has none."""
         for key, value in self.header.items():
             match = _TIME.search(value)
             if "conv" in key.lower() and "time" in key.lower() and match:
@@ -53,7 +53,7 @@ class ChannelFile:
 
 
 def is_binary_data(path: Path) -> bool:
-    """Tell whether the first row below the header is one of codes, and the header one of `key: value`."""
+    """Return whether a file has a header with `key: value` and then a row of codes."""
     try:
         lines = path.read_text(encoding="latin-1").splitlines()
     except OSError as error:
@@ -63,12 +63,12 @@ def is_binary_data(path: Path) -> bool:
 
 
 def read_channel(path: Path) -> ChannelFile:
-    """Read one file.
+    """Return the header and codes of one file.
 
     Raises
     ------
     RecordingError
-        No row of codes, or a line below the first of them that is none: with its number.
+        No row of codes, or a later line that is not a row: with its line number.
     """
     text = path.read_text(encoding="latin-1")
     lines = text.splitlines()
@@ -76,7 +76,7 @@ def read_channel(path: Path) -> ChannelFile:
     torn = bool(rows) and not text.endswith(("\n", "\r")) and not _whole(rows[-1], len(_cells(rows[0])))
     parsed = [_row(path, len(header) + 1 + i, line) for i, line in enumerate(rows[: len(rows) - torn]) if line.strip()]
     if not parsed:
-        raise RecordingError(path, "no row of codes in it: six hex digits, a tab, six hex digits")
+        raise RecordingError(path, "no row of codes found; expected six hex digits, a tab, six hex digits")
     cells = [cell for line in header for cell in line.split("\t") if ":" in cell]
     named = {key.strip(): value.strip() for key, _, value in (cell.partition(":") for cell in cells)}
     codes = np.array([row[0] for row in parsed], np.int32)
@@ -99,7 +99,9 @@ def _whole(line: str, least: int = 1) -> bool:
 
 def _row(path: Path, number: int, line: str) -> list[int]:
     if not _whole(line):
-        raise RecordingError(path, f"{line[:40]!r} is not a row of codes, which are six hex digits", number)
+        raise RecordingError(
+            path, f"{line[:40]!r} is not a row of codes; expected six hex digits, a tab, six hex digits", number
+        )
     return [int(cell, 16) for cell in _cells(line)]
 
 
@@ -111,21 +113,29 @@ def _saturated(codes: NDArray[np.int32]) -> NDArray[np.bool_]:
 
 
 class BinaryData:
-    """One file, or one for each channel, as a run of blocks.
+    r"""The "Binary Data.txt" files of Analog Devices' program, one for each channel.
 
     Parameters
     ----------
     hard, soft : path-like
-        Without `soft`, the soft channel has no value in any row.
+        The files. Without `soft`, the soft channel has no values.
     period_s : float, optional
-        Time from row to row, where the header has no conversion time.
+        Time from row to row, above 0; needed if the header has no conversion time.
 
     Raises
     ------
     RecordingError
-        As `read_channel`; conversion times that differ.
+        As in `read_channel`, or the two files have different conversion times.
     ValueError
-        No conversion time, and no period.
+        No conversion time in the header, and no `period_s`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "Binary Data.txt"
+    >>> _ = path.write_text("Conversion time: 11 ms\n800000\t812345\n")
+    >>> [block["hard"].tolist() for block in BinaryData(path).blocks()]
+    [[0.0]]
     """
 
     document = None
@@ -141,31 +151,35 @@ class BinaryData:
         self.settings: dict[str, Any] = {}
         periods = {channel.period_s for channel in self.channels}
         if len(periods) > 1:
-            raise RecordingError(self.path, f"and {soft}: the conversion times differ: they are not of one measurement")
+            raise RecordingError(
+                self.path, f"and {soft}: the conversion times differ: the files do not belong together"
+            )
         self.period_s: float | None = period_s or periods.pop()
         if not self.period_s:
-            raise ValueError(f"period: got none, allowed: seconds, as {hard} has no conversion time in its header")
+            raise ValueError(
+                f"period: got none, allowed: seconds from row to row; {hard} has no conversion time in its header"
+            )
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader of the results should know."""
+        """Remarks on the data."""
         lengths = [len(channel.codes) for channel in self.channels]
         general = {
-            f"times are counted in steps of {self.period_s:g} s: the file has none": True,
-            "the soft channel has no file: every row is marked lost": len(lengths) == 1,
-            "one file a channel: that both were measured at the same time is taken for granted": len(lengths) == 2,
-            f"the files have {' and '.join(map(str, lengths))} rows: what one lacks is marked lost": len({*lengths})
+            f"the file has no times: rows are {self.period_s:g} s apart": True,
+            "no file for the soft channel: every row is marked as lost": len(lengths) == 1,
+            "one file for each channel: it is assumed that both were measured at the same time": len(lengths) == 2,
+            f"the files have {' and '.join(map(str, lengths))} rows: missing rows are marked as lost": len({*lengths})
             > 1,
         }
         return (
             *(note for note, holds in general.items() if holds),
-            *(f"{c.path}: {c.temperatures} temperatures left out: a recording has none" for c in self.channels
+            *(f"{c.path}: {c.temperatures} temperatures left out: recordings have none" for c in self.channels
               if c.temperatures),
-            *(f"{c.path}: the last row is torn: left out" for c in self.channels if c.torn),
+            *(f"{c.path}: the last row is incomplete: left out" for c in self.channels if c.torn),
         )  # fmt: skip
 
     def describe(self) -> dict[str, Any]:
-        """Return what the headers say."""
+        """Return the contents of the headers."""
         files = [{"file": channel.path.name, "header": channel.header} for channel in self.channels]
         return {
             "name": "AD7746, saved by Analog Devices' program",
@@ -175,7 +189,7 @@ class BinaryData:
         }
 
     def blocks(self) -> Iterator[Block]:
-        """Return all rows, as one block."""
+        """Yield all rows as one block."""
         block = np.zeros(max(len(channel.codes) for channel in self.channels), DTYPE)
         block["seq"] = np.arange(len(block))
         block["t_hard_ns"] = block["t_soft_ns"] = np.rint(block["seq"] * (self.period_s or 0.0) * 1e9)

@@ -1,4 +1,4 @@
-"""A recording written again: as palpate's own, or as Parquet. Whole or not at all."""
+"""Convert a recording to palpate's own CSV, or to Parquet. The output file is complete, or not written."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,7 +23,7 @@ from palpate.samples import DTYPE, Block, Status
 SUFFIXES = (".parquet", ".csv")
 _UNITS = {"t_hard_ns": "ns", "t_soft_ns": "ns", "hard_raw": "code", "soft_raw": "code", "hard": "pF", "soft": "pF"}
 _MEANT = {
-    "seq": "number of the sample; what is left out was lost",
+    "seq": "number of the sample; missing numbers are lost samples",
     "t_hard_ns": "middle of the hard channel's conversion",
     "t_soft_ns": "middle of the soft channel's conversion",
     "hard_raw": "24-bit code, -1: none",
@@ -35,7 +35,7 @@ _MEANT = {
 
 
 class _OwnWriter:
-    """Rows as text; the sidecar at the end."""
+    """Writes rows as text, and the sidecar at the end."""
 
     def __init__(self, path: Path, target: Path) -> None:
         self._file = path.open("wb")
@@ -57,7 +57,7 @@ class _OwnWriter:
 
 
 class _ParquetWriter:
-    """Columns with their unit; the sidecar as JSON under the key `palpate`."""
+    """Writes columns with their unit, and the sidecar as JSON under the key `palpate`."""
 
     def __init__(self, path: Path, _target: Path) -> None:
         self._arrow, parquet = need("pyarrow", "export"), need("pyarrow.parquet", "export")
@@ -90,38 +90,48 @@ class _ParquetWriter:
 def convert(
     recording: Recorded | Foreign | BinaryData, target: Path, *, force: bool = False, period_s: float | None = None
 ) -> int:
-    """Write a recording again.
+    """Write a recording to another format: Parquet, or palpate's own CSV.
 
     Parameters
     ----------
     recording : Recorded, Foreign or BinaryData
     target : pathlib.Path
-        NAME.parquet or NAME.csv, the latter with a sidecar NAME.json.
+        NAME.parquet, or NAME.csv, which gets a sidecar NAME.json.
     force : bool
-        Replace what is there.
+        Replace an existing file.
     period_s : float, optional
-        Time from row to row, for a table without times.
+        Time from row to row, above 0; only for a table without times.
 
     Returns
     -------
     int
-        Rows written. Every row that was read is written; one without a value has the status of a lost one.
+        Number of rows written: all rows. A row without a value gets the status LOST.
 
     Raises
     ------
     ValueError
-        Another kind of file; no times and no period, or both.
+        The suffix is not .parquet or .csv; neither times nor `period_s`, or both.
     RecordingError
-        A file that is there already, or is the one that is read, or cannot be written; a line that is not a row.
+        The target exists, is the input, or cannot be written; or a line of the input is not a row.
     MissingExtra
-        No pyarrow.
+        pyarrow is not installed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from palpate.recording import recorded
+    >>> target = Path(tempfile.mkdtemp()) / "run.csv"
+    >>> convert(recorded("tests/data/four-specimens.csv"), target) == len(target.read_text().splitlines()) - 1
+    True
     """
     if target.suffix not in SUFFIXES:
         raise ValueError(f"-o: got {target.name!r}, allowed: a name that ends in {' or '.join(SUFFIXES)}")
     if not recording.timed and period_s is None:
-        raise ValueError("period: got none for a table without times, allowed: seconds from row to row, or time=COLUMN")
+        raise ValueError(
+            "period: got none for a table without times, allowed: seconds from row to row, or name the column with time=COL"
+        )
     if recording.timed and period_s is not None and not isinstance(recording, BinaryData):
-        raise ValueError(f"period: got {period_s} for a file with times, allowed: none")
+        raise ValueError(f"period: got {period_s} for a file that has times, allowed: no period")
     _check_free(recording, target, force=force)
     rows = 0
     with _whole(target) as path, _writer(target)(path, target) as writer:
@@ -133,7 +143,7 @@ def convert(
 
 
 def unused_columns(recording: Foreign, columns: dict[str, str] | None) -> list[str]:
-    """Return the columns of a table that no recording keeps, as a user may name them."""
+    """Return the names (or positions, from 1) of the columns that a recording does not store."""
     wanted = columns or OWN_COLUMNS
     table = read_table(recording.path)
     used = {table.column(name) for name in wanted.values()}
@@ -151,16 +161,16 @@ def _check_free(recording: Recorded | Foreign | BinaryData, target: Path, *, for
     inputs = [channel.path for channel in recording.channels] if isinstance(recording, BinaryData) else [recording.path]
     for path in filter(Path.exists, targets):
         if any(path.samefile(read) for read in inputs):
-            raise RecordingError(path, "is a file that is read: choose another name")
+            raise RecordingError(path, "is an input file: choose another name")
         if is_locked(path):
             raise RecordingError(path, "is still being recorded: choose another name")
         if not force:
-            raise RecordingError(path, "exists already: choose another name, or --force")
+            raise RecordingError(path, "already exists: choose another name, or use --force")
 
 
 @contextmanager
 def _whole(target: Path) -> Iterator[Path]:
-    """Give a name beside the target, which takes its place when all is written."""
+    """Yield a temporary name; rename it to the target when everything is written."""
     beside = target.with_name(target.name + ".new")
     try:
         yield beside
@@ -183,7 +193,7 @@ def _document(recording: Recorded | Foreign | BinaryData, rows: int) -> dict[str
     document = dict(known) if known else sidecar.fresh(recording.describe(), {}, [])
     made = f"converted from {recording.path.name} by palpate {__version__}"
     document["notes"] = [*document.get("notes", []), *([] if known else recording.notes), made]
-    unclean = {"rows": rows, "dropped": 0, "clean": False, "repaired": "converted from a recording without its end"}
+    unclean = {"rows": rows, "dropped": 0, "clean": False, "repaired": "converted from a recording without an end"}
     own = isinstance(recording, Recorded)
     document["end"] = document.get("end", unclean if own else {"rows": rows, "dropped": 0, "clean": True})
     return document

@@ -1,22 +1,22 @@
-"""The mark of a recording that is still being made: a lock on its file, which ends with the process, however that ends."""
+"""Marks a recording in progress by a lock on its file; the lock ends with the process, also if that is killed."""
 
 from pathlib import Path
 from typing import IO, Any
 
 try:
     import fcntl
-except ImportError:  # pragma: no cover: Windows has none, and a recording there looks finished or torn
+except ImportError:  # pragma: no cover: not on Windows: there a recording in progress looks complete or torn
     fcntl = None  # type: ignore[assignment]
 
 
 def lock(file: IO[Any]) -> None:
-    """Mark an open file as being written."""
+    """Lock an open file: it is being written."""
     if fcntl is not None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def is_locked(path: Path) -> bool:
-    """Tell whether someone has marked a file."""
+    """Return whether a process is writing the file; False where the system has no locks."""
     if fcntl is None:
         return False
     with path.open("rb") as file:

@@ -1,4 +1,4 @@
-"""Any recording as a run of blocks: palpate's own in parts, another logger's table as one."""
+"""Any recording as a sequence of blocks: palpate's own in parts, a table of another logger as one block."""
 
 import os
 from collections.abc import Iterator, Mapping
@@ -14,19 +14,26 @@ from palpate.samples import DTYPE, Block
 
 
 class Foreign:
-    """Another logger's table, as the same run of blocks.
+    """A table of another logger, read as one block.
 
     Parameters
     ----------
     path : path-like
     columns : mapping, optional
+        Columns of "hard", "soft", "time", as in `palpate.read`.
     unit : str, optional
-        As in `palpate.read`.
+        Unit of the capacitances, as in `palpate.read`.
 
     Raises
     ------
     RecordingError, ValueError
         As in `palpate.read`.
+
+    Examples
+    --------
+    >>> table = Foreign("tests/data/four-specimens.csv", columns={"hard": "hard_pF", "soft": "soft_pF"})
+    >>> [len(block) for block in table.blocks()] == [table.survey.rows]
+    True
     """
 
     document = None
@@ -49,11 +56,11 @@ class Foreign:
         self.settings: dict[str, Any] = {}
 
     def describe(self) -> dict[str, Any]:
-        """Return the file's name: nothing else is known."""
+        """Return the file name and full scale; nothing else is known."""
         return {"name": "table of another logger", "file": self.path.name, "full_scale_pF": self.full_scale_pF}
 
     def blocks(self) -> Iterator[Block]:
-        """Return all samples, as one block; without times in steps of 1 ms."""
+        """Yield all samples as one block; without times, samples are 1 ms apart."""
         recording = self._recording
         block = np.zeros(len(recording.hard), DTYPE)
         block["seq"] = np.arange(len(block))
@@ -70,22 +77,23 @@ class Foreign:
 def recorded(
     path: str | os.PathLike[str], *, columns: Mapping[str, str | int] | None = None, unit: str | None = None
 ) -> Recorded | Foreign:
-    """Open a recording to be read in parts: for files that are longer than the memory.
+    """Open a recording of any length, to read it in blocks.
 
     Parameters
     ----------
     path, columns, unit
-        As in `palpate.read`. Another logger's table is read at once all the same.
+        As in `palpate.read`. A table of another logger is still read as a whole.
 
     Returns
     -------
     Recorded or Foreign
-        What `palpate.touches` takes, with `blocks()`, and with `settings` and `describe()` of the sidecar.
+        An input for `palpate.touches`: `blocks()` yields arrays of samples; `settings` and `describe()` are those of
+        the sidecar.
 
     Raises
     ------
     RecordingError, ValueError
-        As `palpate.read`.
+        As in `palpate.read`.
 
     Examples
     --------

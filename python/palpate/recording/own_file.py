@@ -1,4 +1,4 @@
-"""A recording as a run of blocks: however long the file is, only a part of it is in memory."""
+"""A recording as a sequence of blocks: only a part of the file is in memory."""
 
 import math
 import os
@@ -20,7 +20,7 @@ _CHUNK = 1 << 20  # bytes: some 10,000 rows
 
 
 class Recorded:
-    """One of palpate's own recordings.
+    """A recording made by palpate, read in blocks.
 
     Parameters
     ----------
@@ -30,18 +30,24 @@ class Recorded:
     ----------
     path : pathlib.Path
     document : dict or None
-        The sidecar.
+        The sidecar; None without one.
     survey : Survey
-        Of the blocks that the last `blocks` has handed out.
+        Counts over the blocks of the last `blocks()`.
     torn_bytes : int
-        What the last `blocks` found after the last whole row: the end of an unclean stop.
+        Bytes after the last complete row, after `blocks()`: the recording was not closed.
     checksum : int
-        CRC-32 of what the last `blocks` found up to there.
+        CRC-32 of the complete rows, after `blocks()`.
 
     Raises
     ------
     RecordingError
-        No such file, or not one of palpate's own; from `blocks`: a line that is not a row.
+        The file does not exist or is not a recording made by palpate; from `blocks()`: a line is not a row.
+
+    Examples
+    --------
+    >>> recording = Recorded("tests/data/four-specimens.csv")
+    >>> sum(len(block) for block in recording.blocks()) == recording.survey.rows
+    True
     """
 
     timed = True
@@ -58,11 +64,13 @@ class Recorded:
         except RecordingError as error:
             self._notes.append(f"sidecar not used: {error}")
         if not is_own(self.path):
-            raise RecordingError(self.path, f"not a recording of palpate's own, which begins with {HEADER.strip()}")
+            raise RecordingError(
+                self.path, f"not a recording made by palpate; its first line would be {HEADER.strip()}"
+            )
 
     @property
     def full_scale_pF(self) -> float:
-        """What the source said; without a sidecar the AD7746's, where the first row has a code."""
+        """Full scale from the sidecar, pF; without one that of the AD7746 if the first row has a code, else inf."""
         if self.document is not None:
             return float(self.document["device"].get("full_scale_pF", math.inf))
         first = next(self._parsed(4096), None)
@@ -70,39 +78,39 @@ class Recorded:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """Scene and settings with which it was measured live; empty where it was not."""
+        """Scene and settings of the live measurement; empty if unknown."""
         return sidecar.settings_of(self.document or {})
 
     @property
     def tares(self) -> frozenset[int]:
-        """Numbers of the samples after which the baseline was measured anew: each is the last of a block."""
+        """Numbers of the samples after which the baseline was measured again; each is the last of a block."""
         return sidecar.tares_of(self.document or {})
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader of the results should know, when the blocks have gone by."""
+        """Remarks on the data; complete after `blocks()`."""
         survey = self.survey
         notes = {
             f"{survey.refused} of {survey.rows} rows have no value in a channel: left out": survey.refused,
             f"{survey.lost} samples are missing {survey.in_gaps}": survey.lost,
-            f"time goes back at {survey.backward} of {survey.rows} rows: they are taken in the order of the file": (
+            f"time goes back at {survey.backward} of {survey.rows} rows: the order of the file is used": (
                 survey.backward
             ),
-            "the last row has no line end and may be torn: left out": self.torn_bytes,
+            "the last row is incomplete (no line end): left out": self.torn_bytes,
         }
         told = [str(note) for note in (self.document or {}).get("notes", []) if str(note).startswith(sidecar.BEGUN)]
         return (*self._notes, *told, *(note for note, holds in notes.items() if holds))
 
     def describe(self) -> dict[str, Any]:
-        """Return what the sidecar says of the instrument."""
+        """Return the description of the instrument from the sidecar."""
         return dict(self.document["device"]) if self.document else {"name": "recording", "file": self.path.name}
 
     def blocks(self) -> Iterator[Block]:
-        """Read the samples, some thousand at a time.
+        """Yield the samples in blocks of some thousand.
 
-        Returns
-        -------
-        iterator of numpy.ndarray of `palpate.SampleRing.dtype`
+        Yields
+        ------
+        numpy.ndarray, shape (n,), of `palpate.SampleRing.dtype`
         """
         self.survey = Survey()
         tares = sorted(self.tares)
@@ -129,7 +137,7 @@ class Recorded:
             self.checksum = zlib.crc32(header[:taken])
             rest, zero = b"", b""
             while not zero and (data := file.read(chunk)):
-                data, zero, _ = (rest + data).partition(b"\0")  # as a power cut leaves them where a file ends
+                data, zero, _ = (rest + data).partition(b"\0")  # a power cut can leave zeros at the end of a file
                 whole, end, rest = data.rpartition(b"\n")
                 taken += len(whole + end)
                 self.checksum = zlib.crc32(whole + end, self.checksum)
@@ -149,7 +157,7 @@ class Recorded:
 
 
 def is_own(path: Path) -> bool:
-    """Tell whether a file is one of palpate's own recordings: its first line, or its sidecar, says so."""
+    """Return whether a file is a recording made by palpate, from its first line or its sidecar."""
     try:
         with path.open("rb") as file:
             line = file.readline(2 * len(HEADER))
@@ -157,5 +165,5 @@ def is_own(path: Path) -> bool:
         raise RecordingError(path, f"cannot be read: {error.strerror}") from error
     if line.rstrip(b"\r\n") == HEADER.strip().encode():
         return True
-    # Stopped before the first row was there.
+    # Stopped before the first row was written.
     return HEADER.encode().startswith(line) and path.suffix == ".csv" and sidecar.sidecar_path(path).is_file()

@@ -1,6 +1,6 @@
-"""Writes a recording while it is made: in a thread of its own, so that no disk makes a source wait.
+"""Writes a recording during the measurement, in its own thread: a slow disk does not delay the source.
 
-What was flushed has left the process: killing it loses nothing of that. Each second it is also on the disk.
+Rows are flushed every 0.1 s; they survive if the process is killed. Each second they are synced to the disk.
 """
 
 import os
@@ -23,33 +23,33 @@ from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import DTYPE, Block, Sample
 
 FLUSH_S, SYNC_S = 0.1, 1.0
-CAPACITY = 8192  # samples: minutes of a disk that hangs
+CAPACITY = 8192  # samples: buffer for a disk that hangs for about a minute
 
 
 class Recorder:
-    """One recording, open for writing.
+    """Writes a recording while it is measured.
 
     Parameters
     ----------
     path : path-like
         NAME.csv; the sidecar becomes NAME.json.
     device : dict
-        `Source.describe`.
+        Description of the instrument, from `Source.describe`.
     settings : dict
-        The tracker's, with its scene.
+        Scene and settings of the tracker.
     notes : list of str
 
     Attributes
     ----------
     rows : int
-        Rows that have left the process.
+        Number of rows written.
     error : RecordingError or None
-        Why nothing can be written any more.
+        The error that stopped the recorder.
 
     Raises
     ------
     RecordingError
-        One of the two files is there already, or cannot be made.
+        One of the two files already exists, or cannot be written.
     ValueError
         The name does not end in ".csv".
 
@@ -87,16 +87,16 @@ class Recorder:
 
     @property
     def dropped(self) -> int:
-        """Samples that are not in the file: no room, as the disk hung for minutes, or no disk any more."""
+        """Number of samples that are not in the file, because the disk was too slow or failed."""
         return self._ring.dropped + self._unwritten + (len(self._ring) if self.error else 0)
 
     @property
     def is_behind(self) -> bool:
-        """Whether who can wait should, until more has been written."""
+        """Whether a source that can wait should wait for the disk."""
         return self.error is None and 2 * len(self._ring) > CAPACITY
 
     def push(self, sample: Sample) -> bool:
-        """Take a sample, from one thread; return whether there was room."""
+        """Add a sample; return whether there was room. To be called from one thread only."""
         taken = self._ring.push(sample)
         if self.is_behind:
             self._wake.set()
@@ -112,14 +112,14 @@ class Recorder:
         self._add("marks", {**where, "text": text, **more})
 
     def close(self, counters: Callable[[], dict[str, int]] = dict, error: str | None = None) -> None:
-        """Write what is left, and the end of the sidecar.
+        """Write the remaining samples and the end of the sidecar, and close the file.
 
         Parameters
         ----------
         counters : callable
-            Returns what is kept there, when all is written.
+            Returns the counters for the sidecar; called when all rows are written.
         error : str, optional
-            Why the source ended, where it was a failure.
+            The error that ended the source.
         """
         if self._closing:
             return
@@ -137,13 +137,13 @@ class Recorder:
         self._save_or_fail()
 
     def _create(self) -> FileIO:
-        """Make the sidecar, then the file: whenever it is killed, no rows are without their sidecar."""
+        """Create the sidecar, then the file: rows always have a sidecar, even if the process is killed."""
         if self.path.exists():
-            raise RecordingError(self.path, "exists already: choose another name")
+            raise RecordingError(self.path, "already exists: choose another name")
         try:
-            self._sidecar.open("x").close()  # whoever makes it owns the name
+            self._sidecar.open("x").close()  # the process that creates it owns the name
         except FileExistsError as error:
-            raise RecordingError(self._sidecar, "exists already: choose another name") from error
+            raise RecordingError(self._sidecar, "already exists: choose another name") from error
         except OSError as error:
             raise self._unwritable(error) from error
         try:
@@ -215,7 +215,7 @@ class Recorder:
 
 
 def _write(file: FileIO, data: bytes) -> int:
-    """Write all of it: a raw file may take a part."""
+    """Write all bytes: one write to a raw file may write only a part."""
     left = memoryview(data)
     while left:
         left = left[file.write(left) or 0 :]
@@ -223,5 +223,5 @@ def _write(file: FileIO, data: bytes) -> int:
 
 
 def sync(file: FileIO) -> None:
-    """Have the file's data on the disk."""
+    """Sync the data of the file to the disk."""
     getattr(os, "fdatasync", os.fsync)(file.fileno())

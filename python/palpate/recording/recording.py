@@ -1,4 +1,4 @@
-"""Both channels as arrays, from palpate's own files and from other loggers' tables."""
+"""Recordings in memory: both channels as arrays, from palpate's own files or from tables of other loggers."""
 
 import math
 import os
@@ -24,18 +24,24 @@ _TIMES |= {"date", "datetime", "clock"}
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Both channels of a probe.
+    """A recording in memory: times and capacitances of both channels.
 
     Attributes
     ----------
     t_hard_s, t_soft_s : numpy.ndarray, shape (n,)
-        Time of each channel's reading, s; nan where the file has no times, the same where it has one.
+        Times of the readings of each channel, s; nan if the file has no times, equal if it has one time for both.
     hard, soft : numpy.ndarray, shape (n,)
-        Capacitances, pF, baseline included; nan where the file has no value.
+        Capacitances, pF, baseline included; nan for a missing value.
     notes : tuple of str
-        What a reader of the results should know: rows without a value, a torn end, times that go back.
+        Remarks on the data: rows without a value, an incomplete last row, times that go back.
     full_scale_pF : float
-        A reading of this size is saturated: the AD7746's in palpate's own files, inf elsewhere.
+        Readings of this magnitude are saturated: that of the AD7746 in palpate's own files, else inf.
+
+    Examples
+    --------
+    >>> recording = read("tests/data/four-specimens.csv")
+    >>> recording.hard.shape == recording.t_soft_s.shape, recording.notes
+    (True, ())
     """
 
     t_hard_s: NDArray[np.float64]
@@ -46,7 +52,7 @@ class Recording:
     full_scale_pF: float = math.inf
 
     def __post_init__(self) -> None:
-        """Make arrays of what was given, and check them."""
+        """Convert the fields to arrays, and check them."""
         size = np.size(self.hard)
         for name in ("t_hard_s", "t_soft_s", "hard", "soft"):
             given: Any = getattr(self, name)
@@ -64,18 +70,18 @@ def read(
     columns: Mapping[str, str | int] | None = None,
     unit: str | None = None,
 ) -> Recording:
-    """Read a recording.
+    """Read a recording into memory.
 
     Parameters
     ----------
     path : path-like
-        A text table: comma, semicolon, tab, bar or blanks between the cells; any number of header rows.
+        A text table: cells separated by comma, semicolon, tab, | or blanks; any number of header rows.
     columns : mapping, optional
-        Which columns hold "hard", "soft" and, where it is not found by its name, "time" (and
-        "soft_time", where the soft channel has its own): a name in one of the header rows, or a
-        position counted from 1. Not needed for palpate's own files.
+        Columns of "hard", "soft" and, if it is not found by its name, "time"; also "soft_time", if the soft channel
+        has its own times. A column is a name in one of the header rows, or a position counted from 1. Not needed for
+        palpate's own files.
     unit : str, optional
-        Unit of both capacitances, aF to F. Taken from the header where it names one; pF otherwise.
+        Unit of both capacitances, aF to F. Default: the unit in the header, else pF.
 
     Returns
     -------
@@ -86,7 +92,7 @@ def read(
     RecordingError
         The file is not a recording: with the line and the reason.
     ValueError
-        A column that is not there, or a unit that is not one of capacitance.
+        The column does not exist, or the unit is not a unit of capacitance.
 
     Examples
     --------
@@ -100,7 +106,7 @@ def read(
     own = {name for column in range(table.width) for name in table.names(column)} >= set(OWN_COLUMNS.values())
     if columns is None and not own:
         raise ValueError(
-            f"columns: got none for a table that is not palpate's own, allowed: hard and soft out of {table.describe()}"
+            f"columns: got none for a table of another logger, allowed: hard and soft, two of {table.describe()}"
         )
     if own and not {"time", "soft_time"} & set(wanted):
         wanted |= {key: OWN_COLUMNS[key] for key in ("time", "soft_time")}
@@ -110,7 +116,7 @@ def read(
     t_soft_s = _times(table, wanted["soft_time"]) if "soft_time" in wanted else t_hard_s
     notes = _notes(table, t_hard_s, hard, soft)
     if unit is None and not table.unit(table.column(wanted["hard"]), PICOFARADS):
-        notes.append("no unit in the header: pF is assumed")
+        notes.append("no unit in the header: pF assumed")
     full_scale = SATURATED_PF if columns is None else math.inf
     return Recording(t_hard_s, t_soft_s, hard, soft, tuple(notes), full_scale)
 
@@ -137,7 +143,9 @@ def _capacitance(table: Table, wanted: str | int, unit: str | None) -> NDArray[n
     column = table.column(wanted)
     named = table.unit(column, PICOFARADS)
     if unit is None and named == "%":
-        raise ValueError(f"column: got {wanted!r}, which is in per cent, allowed: a capacitance (or state its unit)")
+        raise ValueError(
+            f"column: got {wanted!r}, which is in per cent, allowed: a capacitance; if it is one, give its unit"
+        )
     factor = PICOFARADS[unit or named or "pF"]
     values = np.empty(len(table.rows))
     for row, (line, _) in enumerate(table.rows):
@@ -168,16 +176,18 @@ def _times(table: Table, wanted: str | int | None) -> NDArray[np.float64]:
     values -= values[0] if values[0] > _EPOCH else 0.0
     if (np.abs(values) >= _LATEST_S).any():
         line = table.rows[int(np.argmax(np.abs(values) >= _LATEST_S))][0]
-        raise RecordingError(table.path, "a time more than 292 years from the first: no ns in 64 bits", line)
+        raise RecordingError(
+            table.path, "this time is more than 292 years after the first one: too large for 64-bit nanoseconds", line
+        )
     return values
 
 
-_EPOCH = 1e9  # a date and time, not a time since the start
+_EPOCH = 1e9  # s; larger first times are dates (since 1970), not times since the start
 _LATEST_S = 2**63 / 1e9
 
 
 def _seconds(cell: str, factor: float) -> float:
-    """Seconds: a number, a date and time, or a time of day."""
+    """Return seconds, from a number, a date with time, or a time of day."""
     try:
         return to_number(cell) * factor
     except ValueError:
@@ -190,7 +200,7 @@ def _seconds(cell: str, factor: float) -> float:
 
 
 def time_column(table: Table) -> int | None:
-    """Return the column (from 0) that holds times by its name; None where there is none."""
+    """Return the column (from 0) with a name for times; None without one."""
     for column in range(table.width):
         if _TIMES & {bare_name(name) for name in table.names(column)}:
             return column
@@ -205,9 +215,9 @@ def _notes(
     back = int(np.count_nonzero(np.diff(time_s) < 0))
     notes = {
         f"{missing} of {len(hard)} rows have no value in a channel: left out": missing,
-        f"time goes back at {back} of {len(hard)} rows: they are taken in the order of the file": back,
-        f"{above} rows of numbers stand above the names: taken for a part of the header": above,
-        "the last row has no line end and may be torn: left out": table.torn,
+        f"time goes back at {back} of {len(hard)} rows: the order of the file is used": back,
+        f"{above} rows of numbers are above the column names: treated as part of the header": above,
+        "the last row is incomplete (no line end): left out": table.torn,
         "no column of times found: start_s is unknown": bool(len(time_s)) and bool(np.isnan(time_s).all()),
     }
     return [note for note, holds in notes.items() if holds]

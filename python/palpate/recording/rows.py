@@ -1,4 +1,4 @@
-"""The text of a recording: one line a sample, in bytes that every program reads, and back with the same bits."""
+"""Samples as text, one line for each sample, and back: without any loss of digits."""
 
 import re
 from contextlib import suppress
@@ -14,12 +14,12 @@ from palpate.samples import DTYPE, Block, Status
 COLUMNS = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "status")
 HEADER = ",".join(COLUMNS) + "\n"
 LARGEST_CODE, LARGEST_STATUS = LAST_CODE, int(Status.LOST)
-"""The status is the last column, one digit: a line that lost its end shows it."""
+"""The status is the last column and has one digit: so an incomplete line is always recognised."""
 
-# Two roundings of 2**-53 each: below this time the nearest ns is the one that was written.
+# Two roundings of 2**-53 each: below this time rounding to the nearest ns is exact.
 _EXACT_S = 2**51 / 1e9
-_LATEST_S = 1e10  # ns in 64 bits hold a little less: 292 years
-_LONGEST = 31  # characters of a time; numpy would cut off what is longer without a word
+_LATEST_S = 1e10  # a little more than 64-bit nanoseconds can hold (292 years)
+_LONGEST = 31  # characters of a time; numpy would silently truncate longer text
 
 _TEXT = [
     ("seq", "i8"),
@@ -32,12 +32,12 @@ _TEXT += [("hard", "f8"), ("soft", "f8"), ("status", "u1")]
 
 
 class RowError(ValueError):
-    """A line that is not a row.
+    """A line is not a row of a recording.
 
     Parameters
     ----------
     number : int
-        Which, counted from 0.
+        Number of the line, counted from 0.
     reason : str
     """
 
@@ -47,7 +47,7 @@ class RowError(ValueError):
 
 
 def format_rows(block: Block) -> bytes:
-    r"""Return samples as lines: times in s with every ns, capacitances with every bit.
+    r"""Return samples as lines: times in s with 9 decimals, capacitances with all digits.
 
     Examples
     --------
@@ -68,7 +68,7 @@ def _seconds(ns: int) -> str:
 
 
 def parse_rows(lines: list[str]) -> Block:
-    """Return lines as samples; capacitances come from the codes, where there are any.
+    """Return lines as samples; capacitances are computed from the codes, if a row has codes.
 
     Raises
     ------
@@ -91,12 +91,12 @@ def parse_rows(lines: list[str]) -> Block:
         _explain(lines)
 
 
-_EMPTY = re.compile(",(?=,)")  # how spreadsheets write nan
+_EMPTY = re.compile(",(?=,)")  # spreadsheets write nan as an empty cell
 
 
 def _parsed(lines: list[str]) -> Block:
     if "" in lines:
-        raise ValueError("a line without anything")
+        raise ValueError("an empty line")
     text = np.loadtxt(lines, dtype=_TEXT, delimiter=",", comments=None, ndmin=1)
     if len(text) != len(lines) or (text["status"] > LARGEST_STATUS).any() or (text["seq"] < 0).any():
         raise ValueError
@@ -110,7 +110,7 @@ def _parsed(lines: list[str]) -> Block:
 
 
 def capacitances(codes: NDArray[np.integer], written: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the capacitances of codes, and what was written where there is no code; pF. Every nan has the same bits."""
+    """Return the capacitances of the codes, pF; without a code the written value. All nan have the same bits."""
     readings = np.where(codes >= 0, (codes.astype(np.int64) - ZERO_CODE) / CODES_PER_PF, written)
     readings[np.isnan(readings)] = np.nan
     return readings
@@ -133,7 +133,7 @@ def _exactly(text: str) -> int:
 
 
 def is_whole(line: str) -> bool:
-    """Tell whether a line without its end has lost nothing but it.
+    """Return whether a line without a line end is still a complete row.
 
     Examples
     --------
@@ -145,14 +145,14 @@ def is_whole(line: str) -> bool:
 
 
 def _explain(lines: list[str]) -> NoReturn:
-    """Find what `parse_rows` stumbled over."""
+    """Raise the error for the first line that is not a row."""
     for number, line in enumerate(lines):
         cells = line.split(",")
         if len(cells) != len(COLUMNS):
-            raise RowError(number, f"{len(cells)} cells, {len(COLUMNS)} are needed")
+            raise RowError(number, f"got {len(cells)} cells, allowed: {len(COLUMNS)}")
         for name, cell in zip(COLUMNS, cells, strict=True):
             if not _fits(name, cell):
-                raise RowError(number, f"{cell!r} in column {name} is not a value of it")
+                raise RowError(number, f"{cell!r} is not a valid value for column {name}")
     raise RowError(0, "not rows of a recording")
 
 

@@ -1,4 +1,4 @@
-"""What stands beside a recording's rows: NAME.json, replaced as a whole or not at all."""
+"""The sidecar NAME.json of a recording: device, settings, notes, end. It is replaced atomically."""
 
 import json
 import math
@@ -14,12 +14,12 @@ from palpate._core import __version__
 from palpate.errors import RecordingError
 
 BEGUN = "begun after "
-"""How the note begins that a recording did not begin with the measurement."""
+"""First words of the note that a recording was started later than the measurement."""
 SCHEMA = "palpate-recording-1"
 
 
 def sidecar_path(path: Path) -> Path:
-    """Return where the sidecar of a recording is.
+    """Return the path of the sidecar of a recording.
 
     Raises
     ------
@@ -37,7 +37,7 @@ def sidecar_path(path: Path) -> Path:
 
 
 def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) -> dict[str, Any]:
-    """Return the sidecar of a recording that begins now."""
+    """Return the sidecar of a new recording."""
     return {
         "schema": SCHEMA,
         "versions": {"palpate": __version__, "python": platform.python_version(), "system": platform.system()},
@@ -50,7 +50,7 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
 
 
 def save(path: Path, document: dict[str, Any]) -> None:
-    """Write or replace a sidecar: who reads it sees the old one or the new one, whatever happens."""
+    """Write or replace a sidecar atomically: a reader sees the old text or the new one."""
     text = text_of(document) + "\n"
     beside = path.with_name(path.name + ".new")
     try:
@@ -71,7 +71,7 @@ def text_of(document: dict[str, Any]) -> str:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Have the names in a folder on the disk, too, where the system can."""
+    """Sync the names in a folder to the disk, if the system can."""
     with suppress(OSError):
         opened = os.open(folder, os.O_RDONLY)
         try:
@@ -81,17 +81,17 @@ def _sync_folder(folder: Path) -> None:
 
 
 def load(path: Path) -> dict[str, Any] | None:
-    """Return a recording's sidecar; None where there is none.
+    """Return the sidecar of a recording; None without one.
 
     Parameters
     ----------
     path : pathlib.Path
-        Of the recording.
+        Path of the recording.
 
     Raises
     ------
     RecordingError
-        A file is there that is no sidecar of a recording.
+        The file exists, but is not a sidecar.
     """
     if path.suffix.lower() != ".csv" or not (beside := sidecar_path(path)).is_file():
         return None
@@ -109,7 +109,7 @@ def load(path: Path) -> dict[str, Any] | None:
 
 
 def _wrong(document: dict[str, Any]) -> Iterator[str]:
-    """Say which of the parts that are computed with cannot be what was written."""
+    """Yield the first invalid one of the parts that are used in computations."""
     missing: dict[str, Any] = {"end": {}}
     for name, kind in {"device": dict, "settings": dict, "notes": list, "marks": list, "end": dict}.items():
         if not isinstance(document.get(name, missing.get(name)), kind):
@@ -122,13 +122,13 @@ def _wrong(document: dict[str, Any]) -> Iterator[str]:
 
 
 def tares_of(document: dict[str, Any]) -> frozenset[int]:
-    """Return the numbers of the samples after which the baseline was measured anew."""
+    """Return the numbers of the samples after which the baseline was measured again."""
     marks = [mark for mark in document.get("marks", []) if isinstance(mark, dict) and mark.get("tare") is True]
     return frozenset(mark["seq"] for mark in marks if isinstance(mark.get("seq"), int))
 
 
 def settings_of(document: dict[str, Any]) -> dict[str, Any]:
-    """Return the tracker's settings, scene included, as numbers again."""
+    """Return the settings of the tracker and its scene, with inf and -inf as numbers."""
     return {name: _INFINITE.get(str(value), value) for name, value in document.get("settings", {}).items()}
 
 
@@ -136,7 +136,7 @@ _INFINITE = {"inf": math.inf, "-inf": -math.inf}
 
 
 def _plain(value: Any) -> Any:
-    """JSON has no infinity: its name, as Python writes it."""
+    """Return a value as JSON can store it: infinity becomes text, "inf" or "-inf"."""
     if isinstance(value, dict):
         return {str(name): _plain(inner) for name, inner in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""What can be said of a recording when all its samples have gone by, block after block."""
+"""Counts over a recording, summed block by block."""
 
 from dataclasses import dataclass, field
 
@@ -10,26 +10,36 @@ from palpate.samples import Block, Status, refused
 
 @dataclass
 class Survey:
-    """Counts over the blocks that were added.
+    """Counts of rows, lost samples and faults in a recording.
 
     Attributes
     ----------
     rows : int
+        Number of rows.
     first_seq, last_seq : int or None
+        Numbers of the first and last sample.
     gaps, lost : int
-        Places where numbers are left out, and how many are.
+        Number of gaps in `seq`, and of samples missing in them.
     disordered : int
-        Rows whose number is not above the one before.
+        Rows whose `seq` is not above that of the row before.
     backward : int
-        Rows whose time is before that of the row above.
+        Rows whose time is before that of the row before.
     refused, excitation, hard_saturated, soft_saturated : int
-        Rows without a usable value, those of them with the converter's EXCERR, and rows beyond its range.
+        Rows without a usable value; those of them with EXCERR of the converter; rows with a saturated channel.
     miscoded : int
         Rows with a code of more than 24 bits.
     seconds : float
-        From the first row to the last.
+        Time from the first row to the last, s.
     spans_pF : dict
-        Lowest and highest value of the hard and the soft channel, where there is any.
+        (lowest, highest) value of "hard" and "soft", pF; no entry for a channel without values.
+
+    Examples
+    --------
+    >>> from palpate.samples import Sample, block_of
+    >>> survey = Survey()
+    >>> survey.add(block_of([Sample(0, 0, 0, -1, -1, 1.0, 2.0, 0), Sample(3, 0, 0, -1, -1, 1.5, 2.0, 0)]))
+    >>> survey.rows, survey.lost, survey.spans_pF["hard"]
+    (2, 2, (1.0, 1.5))
     """
 
     rows: int = 0
@@ -50,11 +60,11 @@ class Survey:
 
     @property
     def in_gaps(self) -> str:
-        """Where samples are lost, for a sentence."""
+        """Number of gaps as text: "in 1 gap", "in 2 gaps"."""
         return "in 1 gap" if self.gaps == 1 else f"in {self.gaps} gaps"
 
     def add(self, block: Block) -> None:
-        """Take the next samples."""
+        """Add the next block of samples."""
         if not len(block):
             return
         if self.first_seq is None:
@@ -66,12 +76,12 @@ class Survey:
 
     @property
     def seconds(self) -> float:
-        """Time from the first row to the last."""
+        """Time from the first row to the last, s."""
         return (self.last_ns - self.first_ns) / 1e9
 
     @property
     def period_s(self) -> float:
-        """Mean time from pair to pair, lost ones included; nan below two rows."""
+        """Mean time between pairs, lost ones included, s; nan below two rows."""
         pairs = self.rows - 1 + self.lost
         return self.seconds / pairs if pairs > 0 else float("nan")
 
@@ -82,7 +92,9 @@ class Survey:
         self.lost += sum(gaps) - len(gaps)
         self.disordered += int(np.count_nonzero(steps < 1))
         times = np.append(np.array([self.last_ns] if self.rows else [], np.int64), block["t_hard_ns"])
-        self.backward += int(np.count_nonzero(times[1:] < times[:-1]))  # their difference may not be one of 64 bits
+        self.backward += int(
+            np.count_nonzero(times[1:] < times[:-1])
+        )  # compared, not subtracted: the difference can overflow 64 bits
 
     def _add_values(self, block: Block) -> None:
         status = block["status"]

@@ -1,4 +1,4 @@
-"""Text tables as loggers write them: delimiter, encoding, header rows, units, cells without a value."""
+"""Text tables of loggers: finds delimiter, encoding, header rows, units and cells without a value."""
 
 import csv
 import math
@@ -13,10 +13,10 @@ _MARKS = """
     INF +INF -INF #N/A #NUM! #VALUE! #DIV/0!
 """
 NO_VALUE = frozenset({"", *_MARKS.split()})
-"""Cells, in upper case, with which loggers and spreadsheets say that there is no value."""
+"""Cells (upper case) that mean "no value" in the files of loggers and spreadsheets."""
 
 OVERLOAD = 1e30
-"""Numbers of this size say that there is no value: SCPI instruments send 9.9E+37."""
+"""Numbers of this magnitude mean "no value": SCPI instruments send 9.9E+37."""
 
 PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "µF": 1e6, "μF": 1e6, "mF": 1e9, "F": 1e12}
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "min": 60.0}
@@ -24,22 +24,21 @@ SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-
 _UNIT = re.compile(r"(?:^|[\s_(\[/])(%|[A-Za-zµμ]{1,3})[)\]]?$")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
 _DELIMITERS = "\t;|,"
-_SAMPLE = 64  # lines that are looked at to find the delimiter
+_SAMPLE = 64  # lines used to find the delimiter
 
 
 @dataclass(frozen=True)
 class Table:
-    """A text table, its columns not yet interpreted.
+    """A text table: header rows, and rows of cells as text.
 
     Attributes
     ----------
     header : list of list of str
         The rows before the first row of numbers.
     rows : list of (int, list of str)
-        The rest: line number, counted from 1, and cells.
+        The other rows: line number, counted from 1, and cells.
     torn : bool
-        Whether the file ends without a line end: its last row may have lost digits, and is not among
-        the rows.
+        Whether the file ends without a line end: then the last row may be incomplete, and is left out.
     """
 
     path: Path
@@ -53,7 +52,7 @@ class Table:
         return len(self.rows[0][1])
 
     def names(self, column: int) -> list[str]:
-        """Every name of a column (from 0): its header cells, then all of them joined.
+        """Return all names of a column (from 0): its header cells, then all of them joined.
 
         A blank cell of an upper header row belongs to the name on its left.
         """
@@ -63,12 +62,12 @@ class Table:
         return [name for name in dict.fromkeys([*cells, joined]) if name]
 
     def column(self, wanted: str | int) -> int:
-        """Index (from 0) of the column with this name, or at this position (from 1).
+        """Return the index (from 0) of the column with this name, or at this position (from 1).
 
         Raises
         ------
         ValueError
-            No such column, or several of the name.
+            No column, or several columns have this name.
         """
         text = str(wanted).strip()
         if text.isdecimal():
@@ -83,19 +82,21 @@ class Table:
                 return found[0]
             if found:
                 positions = ", ".join(str(c + 1) for c in found)
-                raise ValueError(f"column: got {text!r}, which is at positions {positions}; give one of these")
+                raise ValueError(
+                    f"column: got {text!r}, the name of several columns, allowed: one of the positions {positions}"
+                )
         raise ValueError(f"column: got {text!r}, allowed: {self.describe()}")
 
     def _require_header_as_wide_as_rows(self) -> None:
         width = len(self.header[-1])
         if width != self.width and any(self.header[-1][self.width :] + self.rows[0][1][width:]):
             raise ValueError(
-                f"column: the header has {width} cells and the rows have {self.width}, so that names may belong to "
-                "other columns; allowed: positions"
+                f"column: the header has {width} cells, but the rows have {self.width}: a name may belong to another "
+                "column; allowed: positions, counted from 1"
             )
 
     def describe(self) -> str:
-        """Return the columns as a user may name them: positions and names."""
+        """Return positions and names of all columns as text."""
         return ", ".join(f"{c + 1} ({self.names(c)[-1]})" if self.names(c) else str(c + 1) for c in range(self.width))
 
     def unit(self, column: int, units: dict[str, float]) -> str | None:
@@ -115,11 +116,11 @@ class Table:
         Raises
         ------
         RecordingError
-            A row that is too short.
+            The row is too short.
         """
         line, cells = self.rows[row]
         if column >= len(cells):
-            raise RecordingError(self.path, f"{len(cells)} cells, column {column + 1} is needed", line)
+            raise RecordingError(self.path, f"got {len(cells)} cells, but column {column + 1} is needed", line)
         return cells[column]
 
 
@@ -151,10 +152,10 @@ def read_table(path: Path) -> Table:
 
 
 def _why_no_data(split: list[tuple[int, list[str]]]) -> tuple[str, int]:
-    """Reason and line: the row that comes nearest to being one of numbers."""
+    """Return a reason and a line: those of the row with the most numbers."""
     best = max(split, key=lambda row: sum(map(_is_number, row[1])), default=(1, [""]))
     wrong = next((cell for cell in best[1] if not _is_number(cell)), best[1][0])
-    return f"no row of numbers in it: not a recording; {wrong[:40]!r} is not a number", best[0]
+    return f"not a recording: no row of numbers; {wrong[:40]!r} is not a number", best[0]
 
 
 def _is_number(cell: str) -> bool:
@@ -165,7 +166,7 @@ def _is_number(cell: str) -> bool:
 
 
 def to_number(cell: str) -> float:
-    """Return the value of a cell, nan where the cell says that there is none.
+    """Return the value of a cell; nan if it is one of `NO_VALUE`.
 
     Raises
     ------
@@ -184,15 +185,13 @@ def to_number(cell: str) -> float:
 def _text(path: Path) -> str:
     raw = path.read_bytes()
     if raw.startswith(b"PAR1"):
-        raise RecordingError(
-            path, "a Parquet table: palpate writes them for other programs; give it the CSV it was made from"
-        )
+        raise RecordingError(path, "a Parquet table: palpate cannot read Parquet; use the CSV from which it was made")
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         encodings = ["utf-16"]
     else:
         if b"\0" in raw:
             line = raw[: raw.index(b"\0")].count(b"\n") + 1
-            raise RecordingError(path, "a zero byte: not text, not a recording", line)
+            raise RecordingError(path, "not a recording: a zero byte, so this is not a text file", line)
         encodings = ["utf-8-sig", "latin-1"]
     for encoding in encodings:
         try:
@@ -203,7 +202,7 @@ def _text(path: Path) -> str:
 
 
 def _delimiter(lines: list[str]) -> str | None:
-    """Return the first candidate by which the most lines below the header are rows of numbers; None for blanks."""
+    """Return the delimiter with which most lines are rows of numbers; None for blanks."""
     body = lines[len(lines) // 2 :][:_SAMPLE]
 
     def rows(candidate: str | None) -> int:
@@ -223,7 +222,7 @@ def _cells(line: str, delimiter: str | None) -> list[str]:
 
 
 def is_data(cells: list[str]) -> bool:
-    """More than half of the filled cells hold numbers or say that there is none; at least one is a number."""
+    """Return whether more than half of the filled cells are numbers or "no value", and at least one is a number."""
     filled = [cell for cell in cells if cell]
     marks = sum(cell.upper() in NO_VALUE for cell in filled)
     numbers = sum(map(_is_number, filled))
@@ -231,7 +230,7 @@ def is_data(cells: list[str]) -> bool:
 
 
 def bare_name(name: str) -> str:
-    """Return a name without its unit and in lower case: 'C (pF)', 'c_pF' and 'C' are the same."""
+    """Return a name in lower case and without its unit: 'C (pF)', 'c_pF' and 'C' are equal."""
     match = _UNIT.search(name)
     known = match and (match[1] in PICOFARADS or match[1] in SECONDS or match[1] == "%")
     return (name[: match.start()] if match and known else name).strip(" _/").casefold()

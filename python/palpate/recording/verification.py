@@ -1,4 +1,4 @@
-"""What is wrong with a recording: whether it is whole, and what its samples lack."""
+"""Checks whether a recording is complete, and whether samples are missing or saturated."""
 
 import os
 from collections.abc import Iterator
@@ -22,17 +22,23 @@ class Verification:
     ----------
     path : pathlib.Path
     survey : Survey
-        Of its rows.
+        Counts over its rows.
     clean : bool or None
-        Whether the recorder ended it properly; None where nobody can know: another logger's table.
+        Whether the recorder closed it properly; None: unknown, for a table of another logger.
     running : bool
-        It is still being recorded.
+        Whether it is still being recorded.
     repaired : bool
-        An unclean stop was repaired, now or before.
+        Whether an unclean stop was repaired, now or earlier.
     faults : tuple of str
-        Why it cannot be trusted to be what was recorded.
+        Why the file may differ from the measured samples.
     findings : tuple of str
-        What is missing or clipped in it, truly recorded.
+        Lost, refused or saturated samples in the measurement itself.
+
+    Examples
+    --------
+    >>> found = check("tests/data/four-specimens.csv")
+    >>> found.survey.lost, found.running
+    (0, False)
     """
 
     path: Path
@@ -44,7 +50,7 @@ class Verification:
     findings: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values."""
+        """Return the fields as plain values, for JSON."""
         survey = self.survey
         numbers = {name: value for name, value in asdict(survey).items() if isinstance(value, int)}
         return {
@@ -60,14 +66,14 @@ class Verification:
 
 
 def check(path: str | os.PathLike[str], *, repair: bool = False, **table: Any) -> Verification:
-    """Read a recording to its end and say what is wrong with it.
+    """Check whether a recording is complete, and whether samples are missing or saturated.
 
     Parameters
     ----------
     path : path-like
     repair : bool
-        Where an unclean stop left it without its end: cut off what is not a whole row, and write the
-        end. Nothing else is changed, and nothing while it is still being recorded.
+        If the recording was not closed: remove an incomplete last row, and write the end into the sidecar. A file that
+        is still being recorded is not changed.
     **table
         `columns` and `unit`, as in `palpate.read`.
 
@@ -78,7 +84,12 @@ def check(path: str | os.PathLike[str], *, repair: bool = False, **table: Any) -
     Raises
     ------
     RecordingError
-        Not a recording, or a line in it that is not a row.
+        Not a recording, or a line is not a row.
+
+    Examples
+    --------
+    >>> check("tests/data/four-specimens.csv").survey.lost
+    0
     """
     recording = recorded(path, **table)
     for _ in recording.blocks():
@@ -98,15 +109,15 @@ def check(path: str | os.PathLike[str], *, repair: bool = False, **table: Any) -
 
 def _faults(recording: Recorded, end: dict[str, Any]) -> Iterator[str]:
     if recording.document is None:
-        yield "no sidecar beside it, or none of a recording: the device and the end are not known"
+        yield "no valid sidecar: device and end of the recording are unknown"
     elif not end:
-        yield "no end in the sidecar: an unclean stop, or it is still being recorded; --repair writes an end"
+        yield "no end in the sidecar: the recording was not closed, or is still running; --repair writes an end"
     else:
         yield from _wrong_end(recording, end)
     survey = recording.survey
     counts = {
-        f"{recording.torn_bytes} bytes after the last whole row": recording.torn_bytes,
-        f"{survey.disordered} rows out of order: their numbers do not rise": survey.disordered,
+        f"{recording.torn_bytes} bytes after the last complete row": recording.torn_bytes,
+        f"{survey.disordered} rows out of order: their seq does not rise": survey.disordered,
         f"time goes back at {survey.backward} rows": survey.backward,
         f"{survey.miscoded} rows have codes of more than 24 bits": survey.miscoded,
     }
@@ -116,17 +127,17 @@ def _faults(recording: Recorded, end: dict[str, Any]) -> Iterator[str]:
 def _wrong_end(recording: Recorded, end: dict[str, Any]) -> Iterator[str]:
     rows = recording.survey.rows
     if end.get("rows") != rows:
-        yield f"{rows} rows, {end.get('rows')} were written"
+        yield f"{rows} rows in the file, but {end.get('rows')} were written"
     elif end.get("crc32", recording.checksum) != recording.checksum:
-        yield "not what was written: the rows were changed, or the sidecar is of another recording"
+        yield "checksum differs: the rows were changed, or the sidecar belongs to another recording"
     if not end.get("clean") and "repaired" not in end:
-        yield f"the recorder gave up: {end.get('error')}"
+        yield f"the recorder stopped with an error: {end.get('error')}"
 
 
 def _findings(survey: Survey, end: dict[str, Any] | None = None) -> Iterator[str]:
     end = end or {}
     if "repaired" in end:
-        yield f"its end was written later: {end['repaired']}"
+        yield f"repaired: {end['repaired']}"
     elif end.get("error"):
         yield f"the source ended with an error: {end['error']}"
     counts = {
@@ -134,21 +145,21 @@ def _findings(survey: Survey, end: dict[str, Any] | None = None) -> Iterator[str
         f"{end.get('dropped')} samples read but not written": end.get("dropped"),
         f"{survey.refused} rows without a usable value": survey.refused,
         f"{survey.excitation} of them with the excitation shorted or overloaded": survey.excitation,
-        f"clipped: {survey.hard_saturated} rows in the hard channel": survey.hard_saturated,
-        f"clipped: {survey.soft_saturated} rows in the soft channel": survey.soft_saturated,
+        f"saturated: {survey.hard_saturated} rows in the hard channel": survey.hard_saturated,
+        f"saturated: {survey.soft_saturated} rows in the soft channel": survey.soft_saturated,
         "no rows": survey.rows == 0,
     }
     yield from (text for text, holds in counts.items() if holds)
 
 
 def _repair(recording: Recorded) -> None:
-    """Make an unclean stop's file whole: what was never a row goes, the sidecar gets its end."""
+    """Repair a recording that was not closed: remove the incomplete row, write the end into the sidecar."""
     try:
         if recording.torn_bytes:
             size = recording.path.stat().st_size - recording.torn_bytes
             os.truncate(recording.path, size)
         survey = recording.survey
-        what = f"{recording.torn_bytes} bytes of a torn row cut off"
+        what = f"removed {recording.torn_bytes} bytes of an incomplete row"
         end = {"rows": survey.rows, "dropped": 0, "clean": False, "repaired": what, "crc32": recording.checksum}
         sidecar.save(sidecar.sidecar_path(recording.path), {**(recording.document or {}), "end": end})
     except OSError as error:

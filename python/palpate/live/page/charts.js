@@ -5,7 +5,7 @@ import { ALARM } from "./store.js";
 const uPlot = window.uPlot;
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 const HEIGHTS = [128, 176, 112];
-const GAP_S = 0.5; // between samples further apart than this no line is drawn
+const GAP_S = 0.5; // samples further apart are not joined by a line
 
 export class Charts {
   constructor(places) {
@@ -17,7 +17,7 @@ export class Charts {
     new ResizeObserver(() => this.fit()).observe(places.changes);
   }
 
-  // (Re)build: on a change of theme, too, as a canvas keeps its colours.
+  // Builds the charts; again after a change of theme, because a canvas keeps its colours.
   build() {
     this.plots.forEach((plot) => plot.destroy());
     const line = (name, more = {}) => ({ stroke: colour(name), width: 1.6, points: { show: false }, ...more });
@@ -118,8 +118,8 @@ function upward(high) {
   return [0, Math.max(high ?? 0, 1e-6) * 1.15];
 }
 
-// The range of the ratios whose standard error is known, the outermost 2 % left out: the first ratios of a touch may be
-// far from all others.
+// Range of the ratios with a known standard error, without the lowest and highest 2 %: the first ratios of a touch can
+// be far from all others.
 function middle(ratios, lows) {
   let kept = ratios.filter((value, i) => value !== null && lows[i] !== null);
   if (kept.length < 8) kept = ratios.filter((value) => value !== null);

@@ -1,4 +1,4 @@
-// The web socket: opens again by itself, and says what the page has seen, so that a slow page is sent less.
+// The web socket: connects again after a failure. The page confirms each frame, so that a slow page gets fewer.
 
 const WAITS_MS = [250, 500, 1000, 2000];
 

@@ -1,10 +1,10 @@
-// Numbers and rows as people read them.
+// Formats numbers and table rows.
 
 export function short(value, digits = 3) {
   return value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString();
 }
 
-// As many digits as the standard error leaves, two of it shown; 4 where it is not known.
+// Rounds a value to two digits of its standard error; to 5 digits if the standard error is not known.
 export function precise(value, error) {
   if (value === null || value === undefined) return "–";
   if (!error) return Math.abs(value) < 1e6 ? value.toPrecision(5) : value.toExponential(3);

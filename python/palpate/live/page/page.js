@@ -1,4 +1,4 @@
-// What the page shows and what its buttons do. The measurement does not wait for any of it.
+// Display and buttons of the page. The measurement never waits for the page.
 
 import { Charts } from "./charts.js";
 import { Connection } from "./connection.js";
@@ -12,7 +12,7 @@ let hello = {}, state = {}, changed = false, past = [];
 
 const connection = new Connection({
   up: () => setLink(true, "connected"),
-  down: (reason) => setLink(false, reason || "no server: trying again"),
+  down: (reason) => setLink(false, reason || "no connection: trying again"),
   frame: (buffer) => {
     connection.say({ do: "seen", frame: store.take(buffer) });
     changed = true;
@@ -54,11 +54,11 @@ const tell = {
 };
 
 const ADVICE = {
-  "baseline": "measuring the baseline: touch nothing",
+  "baseline": "measuring the baseline: do not touch anything",
   "no contact": "press the probe on an object",
   "contact": "measuring",
-  "adapting": "the ratio changes, or is not yet known",
-  "done": "has its samples: lift the probe",
+  "adapting": "the ratio changes, or is not known yet",
+  "done": "touch complete: lift the probe",
 };
 
 function showState() {
@@ -70,7 +70,7 @@ function showState() {
   const [ratio, error] = now ? [state.ratio, state.standard_error] : [last?.ratio ?? null, last?.standard_error ?? null];
   $("ratio").textContent = precise(ratio, error);
   $("ratio").parentElement.classList.toggle("past", !now);
-  $("error").textContent = [ratio === null ? "no touch yet" : error === null ? "standard error not yet known" : `± ${short(error, 2)} standard error`,
+  $("error").textContent = [ratio === null ? "no touch yet" : error === null ? "standard error not known yet" : `± ${short(error, 2)} standard error`,
                             !now && last ? `touch ${last.number}` : ""].filter(Boolean).join(", ");
   const modulus = now ? state.modulus : last?.modulus;
   $("modulus").textContent = modulus?.value_MPa != null ? `${short(modulus.value_MPa)} MPa` : "–";
@@ -81,7 +81,7 @@ function showState() {
 function showCounters() {
   $("rate").textContent = state.pairs_per_s === null || state.state === "ended" ? "–" : state.pairs_per_s.toFixed(1);
   $("counters").textContent = counted(state.counters);
-  $("frames").textContent = `This page: ${state.frames.sent} frames, ${state.frames.lost} left out as it was too slow.`;
+  $("frames").textContent = `This page: ${state.frames.sent} frames, ${state.frames.lost} skipped because it was too slow.`;
   $("told").textContent = state.messages.at(-1) ?? "";
 }
 
@@ -92,7 +92,7 @@ function showRecording() {
   $("record").disabled = !running || !hello.may_record;
   $("record").title = hello.may_record ? (recording ? `${recording.name}: ${recording.rows} rows` : "") : "Start palpate live with --record NAME.csv to allow it";
   $("mark").disabled = !running || !recording;
-  $("mark").title = recording ? "" : "Marks go into a recording: none is made";
+  $("mark").title = recording ? "" : "Marks are stored in a recording: press Record first";
   $("tare").disabled = !running;
   $("again").hidden = running;
   const names = state.recordings.join(" ");
@@ -107,7 +107,7 @@ function download(name) {
   anchor.href = `/recording/${encodeURIComponent(name)}`;
   anchor.download = name;
   anchor.textContent = `↓ ${name}`;
-  anchor.title = name.endsWith(".json") ? "Download what was measured with, and the notes" : "Download the samples";
+  anchor.title = name.endsWith(".json") ? "Download the settings, device and notes" : "Download the samples";
   return anchor;
 }
 
@@ -124,12 +124,12 @@ function say(text, bad = false) {
 function setLink(up, text) {
   $("link").textContent = text;
   $("link").dataset.up = document.body.dataset.up = up ? "yes" : "no";
-  if (!up) $("advice").textContent = "not connected: this is how it was";
+  if (!up) $("advice").textContent = "not connected: last known values";
   for (const id of ["tare", "mark", "record", "again"]) $(id).disabled = !up;
 }
 
 function command(message) {
-  if (!connection.say(message)) say("Not connected: nothing was done.", true);
+  if (!connection.say(message)) say("Not connected: the command was not sent.", true);
 }
 
 const DO = {

@@ -1,8 +1,8 @@
-// The samples that the page has: one typed array for each column, of fixed size, the newest last.
+// The samples of the page: one typed array of fixed size for each column, the newest sample last.
 
 export const FIELDS = ["t", "hard", "soft", "ratio", "error", "statistic"];
 export const MEASURED = 2, ALARM = 4;
-const KEPT = 16384; // 160 s at 100 pairs a second, 16 s at 1,000
+const KEPT = 16384; // 160 s at 100 pairs per second, 16 s at 1,000
 const HEADER = 16, VERSION = 1;
 
 export class Store {
@@ -17,10 +17,10 @@ export class Store {
     this.origin = null; // time of the first sample, s
   }
 
-  // A frame as live/feed.py packs it. Returns its number.
+  // Adds a frame from live/feed.py. Returns its number.
   take(buffer) {
     const [version, number, size, past] = new Uint32Array(buffer, 0, 4);
-    if (version !== VERSION) throw new Error(`frame: got version ${version}, allowed: ${VERSION}; load the page anew`);
+    if (version !== VERSION) throw new Error(`frame: got version ${version}, allowed: ${VERSION}; reload the page`);
     if (past) this.clear();
     const kept = Math.min(size, KEPT), from = size - kept;
     this.makeRoom(kept);
