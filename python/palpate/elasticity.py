@@ -141,7 +141,7 @@ class Elasticity:
         return self.half_modulus * ((ratio - self.soft_ratio) / (self.rigid_ratio - ratio))
 
     def slope(self, ratio: float) -> float:
-        """Return the derivative of the modulus with respect to the ratio, MPa; it grows without limit at the rigid ratio.
+        """Return the derivative of the modulus with respect to the ratio, MPa; infinite at the rigid ratio.
 
         Parameters
         ----------

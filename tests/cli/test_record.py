@@ -104,7 +104,7 @@ def test_so_many_seconds_and_fewer_touches_than_asked_for(tmp_path: Path) -> Non
         (["sim:", "-o", "nowhere/x.csv"], 4, "cannot be written: No such file"),
         (["sim:", "-o", "there.csv"], 4, "there.csv: exists already"),
         (["nowhere.csv", "-o", "x.csv"], 4, "nowhere.csv: cannot be read"),
-        (["iio:/nowhere", "-o", "x.csv"], 3, "not there"),
+        (["iio:/nowhere", "-o", "x.csv"], 3, "not found"),
     ],
 )
 def test_how_it_ends(

@@ -222,5 +222,5 @@ def _same(wanted: bytes, image: bytes) -> None:
     if register is not None:
         raise ProtocolError(
             f"register 0x{register:02X}: got 0x{image[register]:02X}, wrote "
-            f"0x{wanted[register - datasheet.CAP_SETUP]:02X}: another program uses the board, or the chip lost its supply"
+            f"0x{wanted[register - datasheet.CAP_SETUP]:02X}: another program uses the board, or the chip had no supply"
         )

@@ -173,7 +173,7 @@ class EvalKit:
     def _load(self) -> None:
         if self._firmware is None:
             raise DeviceRefused(
-                f"the board at {self._board} has no firmware (it is lost when the board is unplugged): give the path of "
+                f"the board at {self._board} has no firmware (unplugging the board erases it): give the path of "
                 "Icv_usb.hex, which Analog Devices' software for the kit installs: --firmware PATH, or "
                 "PALPATE_FIRMWARE. If it was already loaded, unplug the board for a moment"
             )
@@ -186,7 +186,7 @@ class EvalKit:
                 return
             self._clock.sleep(_AGAIN_S)
         raise DeviceRefused(
-            f"the firmware was loaded into the board at {self._board} but does not answer: check that the file is for it"
+            f"the firmware was loaded into the board at {self._board} but does not answer: check the file"
         )
 
     def _load_chunk(self, address: int, data: bytes) -> None:
@@ -231,6 +231,6 @@ def _on_bus(i2c_address: int) -> int:
     """Return wValue of a transfer, for the only allowed address."""
     if i2c_address != datasheet.I2C_ADDRESS:
         raise ValueError(
-            f"i2c_address: got 0x{i2c_address:02X}, allowed: 0x48; the memory with the identity of the board is at 0x50 to 0x57"
+            f"i2c_address: got 0x{i2c_address:02X}, allowed: 0x48; 0x50 to 0x57 is the memory with the board's identity"
         )
     return i2c_address << 1
