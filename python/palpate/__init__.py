@@ -1,6 +1,6 @@
 """Real-time estimation of a capacitance ratio, and from it of elasticity.
 
-The estimators come from the compiled core at once; what needs numpy comes with its first use.
+The estimators of the compiled core are imported at once; everything that needs numpy is imported at its first use.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from palpate.errors import (
     SourceTimeout,
 )
 
-TYPE_CHECKING = False  # for a checker True; importing typing would take longer than all the rest
+TYPE_CHECKING = False  # True for a type checker; importing typing would take longer than all the rest
 if TYPE_CHECKING:
     from typing import Any
 
@@ -119,7 +119,7 @@ _MODULES = {
     "stream",
     "touch",
 }
-"""No module has the name of a function above: its import would take the function's place."""
+"""No module may have the name of a function above: its import would replace the function."""
 
 
 def __getattr__(name: str) -> Any:
@@ -137,14 +137,38 @@ def __dir__() -> list[str]:
 
 
 def get_include() -> str:
-    """Return the folder to pass to a C++ compiler for ``#include <palpate/palpate.hpp>``."""
+    """Return the folder to pass to a C++ compiler for ``#include <palpate/palpate.hpp>``.
+
+    Returns
+    -------
+    str
+        Absolute path, for the option ``-I``.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> (Path(get_include()) / "palpate" / "palpate.hpp").exists()
+    True
+    """
     from pathlib import Path
 
     return str(Path(__file__).parent / "include")
 
 
 def get_cmake_dir() -> str:
-    """Return the folder for CMake's ``find_package(palpate)`` (as ``palpate_DIR``) and ``add_subdirectory``."""
+    """Return the folder for CMake's ``find_package(palpate)`` (as ``palpate_DIR``) and ``add_subdirectory``.
+
+    Returns
+    -------
+    str
+        Absolute path.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> Path(get_cmake_dir()).parts[-2:]
+    ('cmake', 'palpate')
+    """
     from pathlib import Path
 
     return str(Path(__file__).parent / "lib" / "cmake" / "palpate")

@@ -1,4 +1,4 @@
-"""The paper's specimens, and what a probe shows on an object of known modulus: eq. (2) as in palpate/elasticity.hpp."""
+"""Conversion between ratio and modulus, eq. (2) as in palpate/elasticity.hpp, and the specimens of the paper."""
 
 from dataclasses import dataclass
 from math import isfinite
@@ -15,26 +15,37 @@ SORBOTHANE_MPA = {
     "60 A": 3.46,
     "70 A": 8.68,
 }
-"""Table I of the paper: Young's modulus in MPa of its sorbothane specimens (McMaster-Carr 8450K3), by Shore scale.
+"""Table I of the paper: Shore hardness -> Young's modulus, MPa, of the sorbothane specimens (McMaster-Carr 8450K3).
 
-Measured by the paper's authors with a rheometer (Rheometrics RMS 800); the paper states no error.
+Measured by the authors of the paper with a rheometer (Rheometrics RMS 800); the paper gives no uncertainty.
 """
 
 
 @dataclass(frozen=True)
 class Elasticity:
-    """The parameters of eq. (2) for an object that is much larger than the bumps.
+    """Conversion between ratio and modulus, equation (2), for an object much larger than the bumps.
 
-    The same, bit for bit, as `palpate::Elasticity<double>`.
+    The results have the same bits as those of `palpate::Elasticity<double>`.
 
     Attributes
     ----------
     rigid_ratio : float, above soft_ratio
         Ratio on a rigid object, k_h / k_s.
     half_modulus : float, MPa, above 0
-        Modulus of the object at which the ratio is half-way between soft_ratio and rigid_ratio.
+        Modulus of an object with a ratio half-way between soft_ratio and rigid_ratio.
     soft_ratio : float
-        Ratio on an infinitely soft object: 1, or the ratio of the channels' gains.
+        Ratio on an infinitely soft object: 1, or the ratio of the gains of the channels.
+
+    Raises
+    ------
+    ValueError
+        A value is outside its range.
+
+    Examples
+    --------
+    >>> probe = Elasticity(rigid_ratio=8.0, half_modulus=1.0)
+    >>> probe.ratio(1.0), probe.modulus(4.5)
+    (4.5, 1.0)
     """
 
     rigid_ratio: float = 10.0
@@ -54,7 +65,17 @@ class Elasticity:
 
     @classmethod
     def of_stiffness(cls, hard_stiffness: float, soft_stiffness: float) -> "Elasticity":
-        """Return the probe whose "modulus" is the object's stiffness k_o, in the unit of the bumps' own: (2) as printed.
+        """Return a probe that converts ratios to stiffness in place of modulus: equation (2) as printed.
+
+        Parameters
+        ----------
+        hard_stiffness, soft_stiffness : float, above 0
+            Stiffness of the bumps, k_h > k_s, in any unit.
+
+        Returns
+        -------
+        Elasticity
+            Its `modulus` is the stiffness k_o of the object, in the same unit.
 
         Examples
         --------
@@ -64,7 +85,22 @@ class Elasticity:
         return cls(hard_stiffness / soft_stiffness, hard_stiffness)
 
     def ratio(self, modulus: float) -> float:
-        """Return the ratio on an object of this modulus (MPa, inf for a rigid one): eq. (2), inverted.
+        """Return the ratio on an object with this modulus: the inverse of equation (2).
+
+        Parameters
+        ----------
+        modulus : float, MPa, 0 or more
+            inf: a rigid object.
+
+        Returns
+        -------
+        float
+            soft_ratio to rigid_ratio.
+
+        Raises
+        ------
+        ValueError
+            `modulus` is negative or nan.
 
         Examples
         --------
@@ -79,7 +115,22 @@ class Elasticity:
         return self.rigid_ratio - span * (self.half_modulus / (modulus + self.half_modulus))
 
     def modulus(self, ratio: float) -> float:
-        """Return the modulus (MPa) of the object on which the probe shows this ratio: eq. (2).
+        """Return the modulus of an object with this ratio, MPa: equation (2).
+
+        Parameters
+        ----------
+        ratio : float
+            soft_ratio <= ratio < rigid_ratio.
+
+        Returns
+        -------
+        float
+            Modulus, MPa.
+
+        Raises
+        ------
+        ValueError
+            `ratio` is outside this range: no modulus corresponds to it.
 
         Examples
         --------
@@ -90,7 +141,22 @@ class Elasticity:
         return self.half_modulus * ((ratio - self.soft_ratio) / (self.rigid_ratio - ratio))
 
     def slope(self, ratio: float) -> float:
-        """Return the derivative of the modulus to the ratio, MPa: without limit towards the rigid ratio.
+        """Return the derivative of the modulus with respect to the ratio, MPa; infinite at the rigid ratio.
+
+        Parameters
+        ----------
+        ratio : float
+            soft_ratio <= ratio < rigid_ratio.
+
+        Returns
+        -------
+        float
+            Derivative, MPa.
+
+        Raises
+        ------
+        ValueError
+            `ratio` is outside this range.
 
         Examples
         --------

@@ -1,7 +1,7 @@
-"""Readings of both channels, one or an array of them, and how they reach a tracker.
+"""Samples (readings of both channels), arrays of them, and how a tracker gets them.
 
-Sources give samples, recordings keep them, the ring carries them; live and replayed they are fed alike, so that the bits
-are the same.
+Sources, recordings and the ring use the same samples. A live measurement and its replay send them to the tracker in
+the same way, so the results have the same bits.
 """
 
 import math
@@ -16,13 +16,30 @@ from palpate._core import SampleRing, Tracker
 
 
 class Status(IntFlag):
-    """What stands against a sample; one digit, 0 to 8. A sample that is not OK is never fed to an estimator."""
+    """Quality of a sample, as a sum of flags from 0 to 8. Only a sample with status OK reaches an estimator.
+
+    Attributes
+    ----------
+    OK
+        0: both readings are valid.
+    HARD_SATURATED, SOFT_SATURATED
+        1, 2: the channel is at an end of the converter's range.
+    EXCITATION
+        4: bit EXCERR of the converter: excitation shorted or overloaded.
+    LOST
+        8: a channel has no value; never together with another flag.
+
+    Examples
+    --------
+    >>> Status(3) == Status.HARD_SATURATED | Status.SOFT_SATURATED
+    True
+    """
 
     OK = 0
     HARD_SATURATED = 1
     SOFT_SATURATED = 2
-    EXCITATION = 4  # the converter's EXCERR: excitation shorted or overloaded
-    LOST = 8  # a channel has no value; stands alone
+    EXCITATION = 4
+    LOST = 8
 
 
 class Sample(NamedTuple):
@@ -31,15 +48,20 @@ class Sample(NamedTuple):
     Attributes
     ----------
     seq : int
-        Counted by the source from 0; a gap is samples lost before they were read.
+        Number from the source, from 0; a gap means samples that were lost before they were read.
     t_hard_ns, t_soft_ns : int
-        Middle of each channel's conversion, ns since the source was opened.
+        Middle of the conversion of each channel, ns since the source was opened.
     hard_raw, soft_raw : int
-        24-bit codes; -1 where there is none (a lost conversion, or a source that has no codes).
+        24-bit codes, 0 to 0xFFFFFF; -1: no code (lost conversion, or a source without codes).
     hard, soft : float
-        Capacitances, pF, baseline included; nan where lost.
+        Capacitances, pF, with the baseline; nan if lost.
     status : int
         See `Status`.
+
+    Examples
+    --------
+    >>> Sample(0, 0, 13_000_000, -1, -1, 1.5, 2.5).status == Status.OK
+    True
     """
 
     seq: int
@@ -53,15 +75,23 @@ class Sample(NamedTuple):
 
 
 Block = NDArray[np.void]
-"""Samples, shape (n,), of `DTYPE`."""
+"""Array of samples, shape (n,), with dtype `DTYPE`."""
 DTYPE = SampleRing(2).dtype
-"""The fields of `Sample`, in its order."""
+"""numpy dtype with the fields of `Sample`, in the same order."""
 REFUSED = Status.EXCITATION | Status.LOST
 SATURATED = Status.HARD_SATURATED | Status.SOFT_SATURATED
 
 
 def block_of(samples: Iterable[Sample]) -> Block:
-    """Return samples as an array.
+    """Convert samples to an array.
+
+    Parameters
+    ----------
+    samples : iterable of Sample
+
+    Returns
+    -------
+    numpy.ndarray of `DTYPE`, shape (n,)
 
     Examples
     --------
@@ -75,7 +105,15 @@ def block_of(samples: Iterable[Sample]) -> Block:
 
 
 def samples_of(block: Block) -> list[Sample]:
-    """Return an array as samples.
+    """Convert an array to samples.
+
+    Parameters
+    ----------
+    block : numpy.ndarray of `DTYPE`, shape (n,)
+
+    Returns
+    -------
+    list of Sample
 
     Examples
     --------
@@ -87,29 +125,29 @@ def samples_of(block: Block) -> list[Sample]:
 
 
 def refused(block: Block) -> NDArray[np.bool_]:
-    """Tell which samples have no value that may be estimated from: not converted, or not converted well."""
+    """Return which samples have no valid value: lost, with an excitation error, or not finite; bool, shape (n,)."""
     known = np.isfinite(block["hard"]) & np.isfinite(block["soft"])
     return np.asarray(((block["status"] & int(REFUSED)) != 0) | ~known)
 
 
 def saturated(block: Block) -> NDArray[np.bool_]:
-    """Tell which samples left the converter's range in a channel."""
+    """Return which samples are saturated in a channel; bool, shape (n,)."""
     return np.asarray((block["status"] & int(SATURATED)) != 0)
 
 
 def usable(block: Block, full_scale_pF: float = math.inf) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return what a tracker may see of the hard and the soft channel.
+    """Return the readings of the hard and the soft channel that a tracker may use.
 
     Parameters
     ----------
     block : numpy.ndarray of `DTYPE`, shape (n,)
     full_scale_pF : float
-        The tracker's: it knows a reading of this size as saturated.
+        `full_scale` of the tracker: it recognises readings from this size on as saturated, pF.
 
     Returns
     -------
     (numpy.ndarray, numpy.ndarray), shape (n,), pF
-        nan where the status forbids a value, and where it says saturated and the tracker would not see it.
+        nan for samples with an error status, and for saturated samples that the tracker would not recognise.
 
     Examples
     --------
@@ -123,6 +161,17 @@ def usable(block: Block, full_scale_pF: float = math.inf) -> tuple[NDArray[np.fl
 
 
 def feed(tracker: Tracker, block: Block) -> NDArray[Any]:
-    """Send a block through a tracker; return `Tracker.process`'s rows."""
+    """Send samples to a tracker and return the rows of `Tracker.process`.
+
+    Parameters
+    ----------
+    tracker : Tracker
+    block : numpy.ndarray of `DTYPE`, shape (n,)
+
+    Returns
+    -------
+    numpy.ndarray, shape (n,)
+        State of the tracker after each sample.
+    """
     hard, soft = usable(block, tracker.settings["full_scale"])
     return tracker.process(block["t_hard_ns"], block["t_soft_ns"], hard, soft)

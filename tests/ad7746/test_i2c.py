@@ -62,7 +62,7 @@ def test_a_bus_that_cannot_be_opened(bus: Bus, number: int, error: type[SourceEr
     ("number", "error", "text"),
     [
         (errno.EREMOTEIO, ProtocolError, "not acknowledged"),
-        (errno.ETIMEDOUT, SourceTimeout, "the bus is held"),
+        (errno.ETIMEDOUT, SourceTimeout, "the bus is blocked"),
         (errno.EIO, ProtocolError, "failed"),
     ],
 )

@@ -41,7 +41,7 @@ def test_one_of_two_boards() -> None:
     with Bench() as bench:
         bench.another()
         backend, clock = bench.carrier.backend(), bench.carrier.clock
-        with pytest.raises(DeviceNotFound, match="2 boards are plugged in: name one of usb:"):
+        with pytest.raises(DeviceNotFound, match="found 2 boards: choose one of usb:"):
             palpate.open("usb:", backend=backend, clock=clock)
         with palpate.open("usb:1/2", backend=backend, clock=clock) as source:
             assert source.describe()["device"]["address"] == 2

@@ -96,7 +96,7 @@ def test_silence_is_said(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:
     with palpate.open(f"serial:{port.link}", baud=9600) as source:
         source.notify = lambda text: (said.append(text), source.interrupt())  # type: ignore[assignment,func-returns-value]
         assert list(source) == []
-    assert said == [f"{port.link} is silent: is 9600 the right baud?"]
+    assert said == [f"{port.link} sends nothing: check the baud rate, 9600"]
 
 
 def test_half_a_pair_is_a_lost_sample(port: Port) -> None:

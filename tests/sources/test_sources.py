@@ -58,7 +58,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         ("serial:", {}, "serial's port: got nothing"),
         ("serial:x?unit=pf", {}, "unit: got 'pf', allowed: aF, fF, pF"),
         ("serial:x?pattern=(", {}, "pattern: got '\\(', allowed: a regular expression"),
-        ("serial:x?pattern=(?P<hard>1)", {}, r"pattern: got groups \['hard'\], allowed: \(\?P<hard>"),
+        ("serial:x?pattern=(?P<hard>1)", {}, r"pattern: got groups \['hard'\], allowed: both \(\?P<hard>"),
         ("run.csv", {"speed": 0}, "speed: got 0"),
         ("run.csv", {"seed": 1}, "file: got option 'seed', allowed: columns, unit, speed"),
     ],
@@ -199,7 +199,7 @@ def test_iio(tree: Path) -> None:
 
 
 def test_iio_errors(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(DeviceNotFound, match=r"0 of .* are an ad7746"):
+    with pytest.raises(DeviceNotFound, match=r"0 devices in .* are an ad7746"):
         palpate.open("iio:", root=tree / "nothing")
     with pytest.raises(DeviceNotFound, match="is 'bme280', not an ad7746"):
         palpate.open(f"iio:{tree}/iio:device0")
@@ -213,7 +213,7 @@ def test_iio_errors(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             next(samples)
         assert source.counters == {"errors": 3}
     (folder / "in_capacitance1_raw").unlink()
-    with pytest.raises(DeviceNotFound, match="not there"), palpate.open(f"iio:{folder}") as source:
+    with pytest.raises(DeviceNotFound, match="not found"), palpate.open(f"iio:{folder}") as source:
         next(iter(source))
 
     def fail(number: int) -> None:

@@ -226,7 +226,7 @@ def test_notes_and_marks(tmp_path: Path) -> None:
 
 
 def test_arguments(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="settings: got drift beside a tracker"):
+    with pytest.raises(ValueError, match="settings: got drift together with a tracker"):
         Stream("sim:", Tracker(), drift=1.0)
     with pytest.raises(ValueError, match="scene: got 'moon'"):
         Stream("sim:", scene="moon")  # type: ignore[arg-type]
@@ -234,7 +234,7 @@ def test_arguments(tmp_path: Path) -> None:
         Stream("sim:", capacity=1)
     stream = Stream("sim:")
     assert stream.counters.read == 0
-    with pytest.raises(ValueError, match="stream: got no `with`"):
+    with pytest.raises(ValueError, match="stream: not started"):
         next(iter(stream))
     stream.close()
     (tmp_path / "run.csv").write_text("precious")
@@ -251,7 +251,7 @@ def test_arguments(tmp_path: Path) -> None:
         ({"scene": "moon"}, "scene: got 'moon'"),
         ({"capacity": 1}, "capacity: got 1"),
         ({"record": "run.txt"}, "run.txt"),
-        ({"tracker": Tracker(), "drift": 1.0}, "settings: got drift beside a tracker"),
+        ({"tracker": Tracker(), "drift": 1.0}, "settings: got drift together with a tracker"),
     ],
 )
 def test_a_stream_that_cannot_be_made_closes_its_source(wrong: dict[str, Any], message: str) -> None:
@@ -298,7 +298,7 @@ def test_closed_before_it_began_a_stream_closes_its_source_and_does_not_begin() 
 
 def test_one_recording_at_a_time(tmp_path: Path) -> None:
     with Stream(Scripted(four()), record=tmp_path / "run.csv") as stream:
-        with pytest.raises(ValueError, match="record: got a second one"):
+        with pytest.raises(ValueError, match="record: already recording"):
             stream.start_recording(tmp_path / "run-2.csv")
         list(stream)
         assert stream.stop_recording()
@@ -367,7 +367,7 @@ def test_a_recording_that_began_later_says_so(tmp_path: Path) -> None:
             if k == 60:
                 break
     [note] = recorded(tmp_path / "late.csv").notes
-    assert "whose baseline a replay does not have" in note
+    assert "a replay has no baseline from them" in note
 
 
 def test_a_batch_costs_the_same_after_many_touches() -> None:

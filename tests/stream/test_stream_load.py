@@ -137,7 +137,7 @@ def test_a_source_that_returns_late(tmp_path: Path, at: int, tally: Tally) -> No
     stream.__enter__()
     while stream.counters.recorded < at:
         threading.Event().wait(0.01)
-    with pytest.raises(SourceTimeout, match="left behind"):
+    with pytest.raises(SourceTimeout, match="still runs"):
         stream.close()
     rows = check(path)
     assert rows.clean

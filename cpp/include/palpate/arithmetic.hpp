@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What every header of the core rests on: IEEE arithmetic, one rounding for each operation that is written.
+// Basis of all headers: IEEE arithmetic, with one rounding for each written operation.
 
 #include <type_traits>
 
@@ -15,7 +15,7 @@
 #if defined(__GNUC__) || defined(__clang__)
 #define PALPATE_RESTRICT __restrict__
 #if defined(__OPTIMIZE_SIZE__) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
-#define PALPATE_COLD  // a call would cost a stack frame, and there is no speculation that it could protect
+#define PALPATE_COLD  // a call needs a stack frame, and without speculation it has no advantage
 #else
 #define PALPATE_COLD [[gnu::cold, gnu::noinline]]
 #endif
@@ -30,10 +30,9 @@
 #define PALPATE_UNLIKELY(condition) (condition)
 #endif
 
-// Where the processor can fuse a product into a sum, and no one promises that the compiler is told not to
-// (PALPATE_CONTRACTION_OFF, which the CMake target defines with -ffp-contract=off): the register class that hides a
-// product from the compiler. g++ 12 loses __builtin_assoc_barrier when it vectorises; clang ignores its pragma under
-// -ffp-contract=fast.
+// The register class that hides a product from the compiler: needed if the processor can fuse a product into a sum, and
+// PALPATE_CONTRACTION_OFF (which the CMake target defines together with -ffp-contract=off) is not defined. g++ 12 loses
+// __builtin_assoc_barrier when it vectorises; clang ignores its pragma under -ffp-contract=fast.
 #if !defined(PALPATE_CONTRACTION_OFF) && (defined(__GNUC__) || defined(__clang__))
 #if defined(__FMA__) || defined(__FMA4__)
 #define PALPATE_HIDING_REGISTER "+x"
@@ -86,7 +85,7 @@ constexpr Real magnitude(Real value) noexcept {
 #endif
 }
 
-/// value where it is above 0, else 0; for a pack, too. One instruction, where compilers do not find it by themselves.
+/// value if it is above 0, otherwise 0; also for a pack. One instruction, which compilers do not find by themselves.
 template <class Value>
 constexpr Value positive_part(Value value) noexcept {
 #if defined(__AVX__)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Many streams at once, each with an Rls of its own: bit for bit what as many single estimators give.
+// Many streams at once, each with its own Rls: the same bits as the same number of single estimators.
 
 #include <cstdint>
 #include <limits>
@@ -10,11 +10,11 @@
 
 namespace palpate {
 
-/// The states of `streams` estimators of type Core, a structure of arrays in memory of the caller's, and how many
-/// samples of each were refused. All have the parameters of one Core.
+/// Updates many estimators of type Core. Their states, with the number of refused samples of each, are a structure of
+/// arrays in the caller's memory. All have the parameters of one Core.
 ///
-/// Packs of streams go through the same operations as one stream in Rls, with selects in the place of its branches. A
-/// pack with a sample that Rls would refuse is done again stream by stream.
+/// Packs of streams use the same operations as one stream in Rls, with selects in place of its branches. A pack with a
+/// sample that Rls would refuse is computed again, stream by stream.
 template <class Core>
 class Lanes {
   static_assert(std::is_same_v<typename Core::check_type, Checked>,
@@ -41,8 +41,8 @@ class Lanes {
         detector_(core.detector()),
         bound_(core.bound()) {}
 
-  /// `frames` samples of each stream: sample k of stream s at [k * streams + s], its ratio, too. `ratios` may be null,
-  /// or `output` or `regressor` itself.
+  /// `frames` samples of each stream: sample k of stream s is at [k * streams + s], and so is its ratio. `ratios` may
+  /// be null, or the same array as `output` or `regressor`.
   void process(const State& state, const Real* output, const Real* regressor, Real* ratios, std::size_t streams,
                std::size_t frames) const noexcept {
     for (std::size_t first = 0; first < streams; first += tile) {
@@ -57,13 +57,13 @@ class Lanes {
   /// One sample of each stream.
   void update(const State state, const Real* output, const Real* regressor, Real* ratios,
               std::size_t streams) const noexcept {
-    const Lanes lanes = *this;  // what is stored could otherwise be a parameter, for all that the compiler knows
+    const Lanes lanes = *this;  // a copy: otherwise the compiler must assume that a store changes a parameter
     constexpr std::size_t width = sizeof(Pack<Real>) / sizeof(Real);
     const std::size_t whole = streams - streams % (2 * width);
     for (std::size_t i = 0; i < whole; i += 2 * width) {
       const auto first = lanes.template next<Pack<Real>>(state, output, regressor, i);
       const auto second = lanes.template next<Pack<Real>>(state, output, regressor, i + width);
-      // Where the sum overflows, the streams decide one by one. The ratios come last, as they are known last.
+      // If the sum overflows, the streams are checked one by one. The ratios are added last, since they are ready last.
       const auto sum = first.known_early() + second.known_early() + first.ratio + second.ratio;
       if (PALPATE_UNLIKELY(
               !holds_everywhere<Real>(magnitude(sum) <= Pack<Real>{} + std::numeric_limits<Real>::max()))) {
@@ -76,7 +76,7 @@ class Lanes {
     lanes.one_by_one(state, output, regressor, ratios, whole, streams);
   }
 
-  /// Streams whose state stays in the second-level cache from frame to frame.
+  /// Number of streams whose state stays in the second-level cache from frame to frame.
   static constexpr std::size_t tile = 1024;
 
  private:
@@ -126,7 +126,7 @@ class Lanes {
   std::decay_t<decltype(std::declval<Core>().bound())> bound_;
 };
 
-/// Streams many estimators of type Core, an Rls of any policies that is Checked, memory and all.
+/// `Streams` estimators of type Core, an Rls with any policies that is Checked, with their memory.
 template <class Core, std::size_t Streams>
 class Bank {
   static_assert(Streams > 0, "palpate::Bank: Streams must be 1 or more");
@@ -142,7 +142,7 @@ class Bank {
     }
   }
 
-  /// One sample of each stream; `ratios`, if given, takes the Streams new ratios.
+  /// One sample of each stream; `ratios`, if not null, receives the new ratios.
   void update(const Real* output, const Real* regressor, Real* ratios = nullptr) noexcept {
     lanes_.update({ratio_, information_, statistic_, rejected_}, output, regressor, ratios, Streams);
   }
@@ -156,7 +156,7 @@ class Bank {
 
  private:
   Lanes<Core> lanes_;
-  // A pack that lies in two cache lines takes twice as long.
+  // Access to a pack that crosses two cache lines takes twice as long.
   alignas(64) Real ratio_[Streams];
   alignas(64) Real information_[Streams];
   alignas(64) Real statistic_[Streams] = {};

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// From the ratio to the object: eq. (2) of the paper, its inverse, its derivative, and where it has no answer.
+// From the ratio to the modulus of the object: eq. (2) of the paper, its inverse, its derivative and its range.
 
 #include <limits>
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
 
-/// What a ratio says about the object.
+/// Whether eq. (2) has a modulus for a ratio.
 enum class Reach : unsigned char {
   unknown,    ///< not a number
-  too_soft,   ///< below the ratio of an infinitely soft object: none shows it
+  too_soft,   ///< below the ratio of an infinitely soft object: no object has it
   within,     ///< (2) has an answer
-  too_stiff,  ///< the ratio of a rigid object, or above: stiffer than this probe can tell
+  too_stiff,  ///< the ratio of a rigid object, or above: too stiff for this probe
 };
 
-/// A probe: what its ratio is on a soft and on a rigid object, and where it is half-way.
+/// A probe: its ratio on an infinitely soft and on a rigid object, and the modulus half-way between them.
 ///
 /// (2) says k_o = k_h k_s (r - 1) / (k_h - r k_s). Divided through by k_s, with r_rigid = k_h/k_s and a = k_h:
 ///   k_o = a (r - 1) / (r_rigid - r),   and for an object much larger than the bumps, where k_o is proportional to E,
@@ -26,10 +26,11 @@ template <class Real>
 struct Elasticity {
   static_assert(is_real<Real>, "float or double");
   Real rigid_ratio = Real(10);
-  Real half_modulus = Real(2);  // MPa, or what else the modulus is wanted in
+  Real half_modulus = Real(2);  // MPa, or any unit for the modulus
   Real soft_ratio = Real(1);
 
-  /// The same for the object's stiffness in place of its modulus, from the bumps' own (k_s < k_h): (2) as printed.
+  /// The same for the stiffness of the object in place of its modulus; the arguments are the stiffnesses of the bumps,
+  /// k_s < k_h: (2) as printed.
   static constexpr Elasticity of_stiffness(Real hard_stiffness, Real soft_stiffness) noexcept {
     return {hard_stiffness / soft_stiffness, hard_stiffness, Real(1)};
   }
@@ -41,7 +42,7 @@ struct Elasticity {
     return ratio < soft_ratio ? Reach::too_soft : ratio < rigid_ratio ? Reach::within : Reach::too_stiff;
   }
 
-  /// E(r); NaN where reach() is not within.
+  /// E(r); NaN if reach() is not within.
   constexpr Real modulus(Real ratio) const noexcept {
     if (reach(ratio) != Reach::within) {
       return std::numeric_limits<Real>::quiet_NaN();
@@ -49,8 +50,8 @@ struct Elasticity {
     return product(half_modulus, (ratio - soft_ratio) / (rigid_ratio - ratio));
   }
 
-  /// dE/dr = a (r_rigid - r_soft) / (r_rigid - r)^2, divided twice: the square overflows and underflows where dE/dr
-  /// does not. First order only: near r_rigid it is no measure of the error. NaN where reach() is not within.
+  /// dE/dr = a (r_rigid - r_soft) / (r_rigid - r)^2, divided twice: the square can overflow or underflow when
+  /// dE/dr does not. First order only: near r_rigid it does not describe the error. NaN if reach() is not within.
   constexpr Real slope(Real ratio) const noexcept {
     if (reach(ratio) != Reach::within) {
       return std::numeric_limits<Real>::quiet_NaN();
@@ -59,7 +60,7 @@ struct Elasticity {
     return product(half_modulus, (rigid_ratio - soft_ratio) / left) / left;
   }
 
-  /// r(E), the inverse, for 0 <= E <= infinity; NaN below 0. Counted from the nearer end, so that neither cancels.
+  /// r(E), the inverse, for 0 <= E <= infinity; NaN below 0. Computed from the nearer end, so nothing cancels.
   constexpr Real ratio(Real modulus) const noexcept {
     if (!(modulus >= 0)) {
       return std::numeric_limits<Real>::quiet_NaN();

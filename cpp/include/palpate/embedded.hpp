@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The estimators and scenes as a small processor wants them: every setting is a constant, its default. The same bits.
+// The estimators and scenes for small processors: every setting is a compile-time constant. The results have the same
+// bits as with settings in objects.
 
 #include <palpate/gated_estimator.hpp>
 #include <palpate/settings.hpp>
@@ -16,16 +17,16 @@ using Detector = Constant<defaults<Cusum<Real>>>;
 template <class Real>
 using Bound = Constant<defaults<BoundedCovariance<Real>>>;
 
-/// The least there is, ratio and information: neither checked nor bounded. For a loop whose samples are finite, and
-/// whose regressor is not 0 for so long that the information fades away.
+/// The smallest estimator, with ratio and information only, without check and bound. For a loop whose samples are
+/// finite, and whose regressor is never 0 for so long that the information decays to 0.
 template <class Real>
 using FixedRls = Rls<Real, Constant<defaults<FixedForgetting<Real>>>, NoDetector<Real>, Unbounded<Real>, Unchecked>;
 
-/// The paper's estimator, as it is printed: neither checked nor bounded.
+/// The estimator of the paper as printed, without check and bound.
 template <class Real>
 using PaperRls = Rls<Real, Forgetting<Real>, Detector<Real>, Unbounded<Real>, Unchecked>;
 
-/// palpate::AdaptiveRls, with its safety.
+/// As palpate::AdaptiveRls, with check and bound.
 template <class Real>
 using AdaptiveRls = Rls<Real, Forgetting<Real>, Detector<Real>, Bound<Real>>;
 
@@ -39,7 +40,8 @@ using Baseline = palpate::Baseline<Real, 32, Constant<defaults<BaselineSettings<
 template <class Real, class Ticks>
 using Align = palpate::Align<Real, Ticks, 4, Constant<defaults<AlignSettings<Ticks>>>>;
 
-/// Gate, window and the paper's estimator; GatedEstimator has checked its samples, and there is none without contact.
+/// Gate and the estimator of the paper, which needs no check: GatedEstimator checks the samples, and there are none
+/// without contact.
 template <class Real>
 using GatedRls = GatedEstimator<palpate::Contact<Real, Constant<defaults<ContactSettings<Real>>>, false>,
                                 PaperRls<Real>, Constant<defaults<GatedSettings<PaperRls<Real>>>>>;

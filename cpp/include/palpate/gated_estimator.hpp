@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Touches for a loop that has its baseline already: the gate, and an estimator for so many samples from contact.
+// Touches for a loop that subtracts the baseline itself: the gate, and an estimator for the first samples of a contact.
 
 #include <palpate/tracker.hpp>
 
@@ -11,7 +11,7 @@ template <class Estimator>
 struct GatedSettings {
   using Real = typename Estimator::real_type;
   Real noise = Real(1e-4);      // standard deviation of the sum of the two changes, pF
-  Real full_scale = Real(1e9);  // changes whose sum is of this size, or not finite, are refused
+  Real full_scale = Real(1e9);  // changes are refused if their sum has this size or more, or is not finite
   Real initial_ratio = Real(1), initial_covariance = Estimator::default_covariance;
   std::uint32_t samples = 250;  // of a touch
 
@@ -25,7 +25,7 @@ struct GatedSettings {
   }
 };
 
-/// What Tracker does, without its stages before the gate and without its counts.
+/// As Tracker, without the stages before the gate and without counts.
 template <class ContactStage, class Estimator, class Settings = Kept<GatedSettings<Estimator>>>
 class GatedEstimator : public Settings {
  public:
@@ -36,7 +36,7 @@ class GatedEstimator : public Settings {
   ContactStage gate;
   Estimator estimator;
 
-  /// The changes of the two channels. finished: the touch has its samples, or has been released.
+  /// Takes the changes of both channels. finished: the touch has all its samples, or was released.
   constexpr Report<Real> feed(Real hard, Real soft) noexcept {
     const Real change = magnitude(hard + soft);
     if (PALPATE_UNLIKELY(!(change < settings.full_scale))) {
@@ -58,7 +58,7 @@ class GatedEstimator : public Settings {
     return {estimator.ratio(), false, false, true};
   }
 
-  /// Samples of the running touch that are still to come; 0 where none is running.
+  /// Number of samples that the running touch still needs; 0: no touch is running.
   constexpr std::uint32_t wanted() const noexcept { return wanted_; }
 
  private:

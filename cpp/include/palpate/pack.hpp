@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// As many numbers as a SIMD register holds, with the operators of one number: the compilers' vector extensions, so that
-// nothing depends on what an optimiser makes of a loop. One number where the compiler has none.
+// A pack: the numbers of one SIMD register, with the operators of one number. It uses the vector extensions of the
+// compilers, so that nothing depends on the optimisation of a loop. Without these extensions a pack is one number.
 
 #include <cstddef>
 #include <palpate/arithmetic.hpp>

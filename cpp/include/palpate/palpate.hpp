@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Everything: #include <palpate/palpate.hpp>.
+// All headers: #include <palpate/palpate.hpp>.
 
 #include <palpate/bank.hpp>
 #include <palpate/elasticity.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// From one producer to one consumer, without locks: an interrupt or a reader thread pushes, the estimating loop pops.
+// A queue from one producer to one consumer, without locks: an interrupt or a thread pushes, the estimating loop pops.
 
 #include <atomic>
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-/// Storage of a Ring inside the object. Another one offers the same two functions; its capacity is a power of two, too.
+/// Storage of a Ring inside the object. Other storages have the same two functions; their capacity is a power of two.
 template <class Item, std::size_t Capacity>
 class FixedStorage {
   static_assert(Capacity >= 2 && (Capacity & (Capacity - 1)) == 0, "palpate::Ring: Capacity must be a power of two");
@@ -24,13 +24,13 @@ class FixedStorage {
   Item items_[Capacity] = {};
 };
 
-/// Where the two sides run on processors with caches, what each of them writes lies in a line of its own.
+/// On processors with caches each side writes to its own cache line.
 inline constexpr std::size_t ring_alignment = sizeof(void*) < 8 ? alignof(std::atomic<std::size_t>) : 64;
 
-/// A queue of fixed capacity. When it is full the newest items are dropped and counted: what is inside stays in order.
-/// push and try_push belong to one thread, pop and try_pop to one other; the rest may be asked from anywhere.
-/// Positions count every item ever accepted and wrap with std::size_t. Each side keeps a copy of the other's position
-/// and asks for the real one only when that copy says full, or empty (E. Rigtorp's SPSCQueue).
+/// A queue of fixed capacity. If it is full, new items are dropped and counted: the items inside stay in order.
+/// Only one thread may call push and try_push, and only one pop and try_pop; all others may be called from any thread.
+/// Positions count all accepted items and wrap with std::size_t. Each side keeps a copy of the other side's position,
+/// and reads the real one only if the ring is full, or empty, according to the copy (as SPSCQueue of E. Rigtorp).
 template <class Storage>
 class BasicRing : Storage {
  public:
@@ -53,7 +53,7 @@ class BasicRing : Storage {
     return true;
   }
 
-  /// Push up to `count` items and return how many were accepted: the first ones. The others are counted as dropped.
+  /// Push up to `count` items and return the number of accepted items, the first ones; the others are dropped, counted.
   std::size_t push(const Item* items, std::size_t count) noexcept {
     const std::size_t position = producer_.position.load(std::memory_order_relaxed);
     const std::size_t accepted = space(position, count);
@@ -77,7 +77,7 @@ class BasicRing : Storage {
     return true;
   }
 
-  /// Pop up to `count` items, the oldest first, and return how many there were.
+  /// Pop up to `count` items, the oldest first, and return their number.
   std::size_t pop(Item* items, std::size_t count) noexcept {
     const std::size_t position = consumer_.position.load(std::memory_order_relaxed);
     const std::size_t taken = there(position, count);
@@ -88,25 +88,25 @@ class BasicRing : Storage {
     return taken;
   }
 
-  /// Items inside: exact for either of the two sides as far as its own calls go, a moment's view for others.
+  /// Number of items inside. Another thread may change it at any time; own calls are always included.
   std::size_t size() const noexcept {
     const std::size_t consumed = consumer_.position.load(std::memory_order_acquire);
     return producer_.position.load(std::memory_order_acquire) - consumed;
   }
   constexpr std::size_t capacity() const noexcept { return Storage::capacity(); }
 
-  /// How many items were dropped because the ring was full.
+  /// Number of items that were dropped because the ring was full.
   std::size_t dropped() const noexcept { return dropped_.load(std::memory_order_acquire); }
-  /// How many items had been accepted when the first one was dropped; means nothing while dropped() is 0.
+  /// Number of items accepted before the first one was dropped; valid only if dropped() is not 0.
   std::size_t first_dropped() const noexcept { return first_dropped_.load(std::memory_order_relaxed); }
 
  private:
   struct alignas(ring_alignment) Side {
     std::atomic<std::size_t> position{0};
-    std::size_t other = 0;  // the other side's position when it was last asked for
+    std::size_t other = 0;  // position of the other side when it was last read
   };
 
-  // Room for how many of `count` items, and how many of `count` are there: as far as this side must know.
+  // Free places, and items inside, at most `count`; the other side's position is read only if necessary.
   std::size_t space(std::size_t position, std::size_t count) noexcept {
     if (capacity() - (position - producer_.other) < count) {
       producer_.other = consumer_.position.load(std::memory_order_acquire);
@@ -122,7 +122,7 @@ class BasicRing : Storage {
     return count < inside ? count : inside;
   }
 
-  // How many of `count` items lie before the end of the storage.
+  // Number of the `count` items before the end of the storage.
   std::size_t run_of(std::size_t position, std::size_t count) const noexcept {
     const std::size_t to_end = capacity() - (position & (capacity() - 1));
     return count < to_end ? count : to_end;

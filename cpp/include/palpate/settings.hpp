@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Where settings are: in the object, or in the program, as constants. Constant takes a constexpr object:
+// Settings as members of the object, or as compile-time constants. Constant takes a constexpr object:
 // defaults<ContactSettings<float>>, or one of your own at namespace scope,
 //   constexpr palpate::SwitchedForgetting<float> mine{0.99f, 0.8f};    palpate::Constant<mine>
 
@@ -13,19 +13,19 @@ namespace palpate {
 template <class Values>
 inline constexpr Values defaults = Values();
 
-/// Settings that an object keeps: they may differ from object to object, and change. They begin as `first`.
+/// Settings as a member: each object has its own, and may change them. Their initial value is `first`.
 template <class Values, const Values& first = defaults<Values>>
 struct Kept {
   Values settings = first;
 };
 
-/// Settings that the compiler knows: no byte of state, no load. It stands in the place of Kept, and of a policy of Rls.
+/// Settings as a compile-time constant: no byte of state, no load. Use it in place of Kept, or of a policy of Rls.
 template <const auto& values>
 struct Constant {
   static constexpr const auto& settings = values;
 };
 
-/// The policy that `policy` is, or names.
+/// The policy itself, or the one that a Constant names.
 template <class Policy>
 constexpr const Policy& policy_in(const Policy& policy) noexcept {
   return policy;

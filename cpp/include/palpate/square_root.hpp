@@ -5,8 +5,8 @@
 
 namespace palpate {
 
-/// Square root by Newton's iteration on arithmetic alone: the same bits at compile time, on a host and without an FPU.
-/// 0 for what is negative; infinity and NaN stay what they are.
+/// Square root by Newton's iteration, with basic arithmetic only: the same bits at compile time, on a host and without
+/// an FPU. 0 for a negative value; infinity and NaN stay unchanged.
 template <class Real>
 constexpr Real square_root(Real value) noexcept {
   if (!(value > 0) || !is_finite(value)) {

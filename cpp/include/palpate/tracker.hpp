@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The way of a sample, from two readings to the result of a touch, and the scenes: which stages it passes.
+// Tracker: all stages from two readings to the result of a touch; and the scenes: which stages each one has.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +15,7 @@
 namespace palpate {
 
 struct Counts {
-  std::size_t start = 0;  // the reading with which the touch began, counted from 0
+  std::size_t start = 0;  // index of the first reading of the touch, from 0
   std::uint32_t samples = 0, alarms = 0, saturated = 0, refused = 0;
 };
 
@@ -34,7 +34,7 @@ struct Report {
   bool finished;  // touch() is new
 };
 
-/// Only Handover knows how sure it is.
+/// Only Handover has a standard error.
 template <class Estimator>
 inline constexpr bool knows_its_error = false;
 template <class Real, class Parameters>
@@ -44,8 +44,8 @@ template <class Estimator>
 struct TrackerSettings {
   using Real = typename Estimator::real_type;
   Real initial_ratio = Real(1), initial_covariance = Estimator::default_covariance;
-  std::uint32_t samples = 250;                              // of a touch; 0: a touch ends by its release only
-  Real full_scale = std::numeric_limits<Real>::infinity();  // a reading of this size is saturated
+  std::uint32_t samples = 250;                              // of a touch; 0: a touch ends only by its release
+  Real full_scale = std::numeric_limits<Real>::infinity();  // readings from this size on are saturated
 
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
@@ -56,8 +56,8 @@ struct TrackerSettings {
   }
 };
 
-/// Stages in the order in which a reading passes them. The baseline and the gate see it as it was read: the noise of
-/// the baseline is that of the channel, and the gate need not wait for the alignment.
+/// All stages of a scene, in order. The baseline and the gate get the readings before alignment: so the noise of the
+/// baseline is that of the channel, and the gate does not wait for the alignment.
 template <class Real, class AlignStage, class BaselineStage, class ContactStage, class Estimator,
           class Settings = Kept<TrackerSettings<Estimator>>>
 class Tracker : public Settings {
@@ -91,7 +91,7 @@ class Tracker : public Settings {
     return {estimator.ratio(), alarm, gate.contact(), finished};
   }
 
-  /// End a touch that is still running, as at the end of a recording. False where there is none.
+  /// End a touch that is still running, for example at the end of a recording. False: there is no such touch.
   constexpr bool finish() noexcept {
     if (!running_) {
       return false;
@@ -101,7 +101,7 @@ class Tracker : public Settings {
     return true;
   }
 
-  /// Measure the baseline anew, with nothing touched: after it has jumped, which the gate takes for a touch without
+  /// Measure the baseline again, without contact. Needed after a jump of the baseline, which looks like a touch without
   /// end.
   constexpr void tare() noexcept {
     finish();
@@ -111,20 +111,21 @@ class Tracker : public Settings {
     soft_baseline.reset();
   }
 
-  /// The last touch, to be read before the next one begins.
+  /// The last touch; read it before the next one begins.
   constexpr Touch<Real> touch() const noexcept {
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
     const bool any = counts_.samples > 0;
     return {counts_, any ? estimator.ratio() : nan, any ? estimator.covariance() : nan, standard_error_};
   }
   constexpr bool open() const noexcept { return open_; }
-  /// The reading with which the running touch, or the last one, began.
+  /// Index of the first reading of the running touch, or of the last one.
   constexpr std::size_t started() const noexcept { return counts_.start; }
   constexpr bool ready() const noexcept { return hard_baseline.ready() && soft_baseline.ready(); }
   constexpr std::size_t readings() const noexcept { return readings_; }
 
-  /// Of the estimator's noise and the baselines' errors, which all samples of a touch share; NaN before it means
-  /// something. A baseline's error moves the ratio by its quotient with the mean regressor, sqrt(R / W).
+  /// Standard error from the noise of the estimator and from the errors of the baselines, which are common to all
+  /// samples of a touch; NaN until it is known. An error of a baseline changes the ratio by this error divided by the
+  /// mean regressor, sqrt(R / W), W being the count.
   constexpr Real standard_error() const noexcept {
     if constexpr (!knows_its_error<Estimator>) {
       return std::numeric_limits<Real>::quiet_NaN();
@@ -159,7 +160,7 @@ class Tracker : public Settings {
     }
   }
 
-  // A touch that follows the last so soon that no new baseline could be measured rests on the old one.
+  // A touch that begins before a new baseline is measured uses the old baseline.
   constexpr void collect(Real hard, Real soft, Real change) noexcept {
     if (gate.update_between(change)) {
       hard_baseline.keep();
@@ -180,7 +181,7 @@ class Tracker : public Settings {
     }
   }
 
-  // sqrt(a^2 + b^2) to 4 %, from above at most 12 %: a threshold needs no more.
+  // sqrt(a^2 + b^2), at most 4 % too small and 12 % too large: enough for a threshold.
   constexpr Real noise() const noexcept {
     const Real a = hard_baseline.noise(), b = soft_baseline.noise();
     return a > b ? a + product(Real(0.42), b) : b + product(Real(0.42), a);
@@ -205,20 +206,20 @@ class Tracker : public Settings {
   }
 
   std::size_t readings_ = 0;
-  bool open_ = false;     // samples are wanted
-  bool running_ = false;  // a touch has begun and its result is not out
+  bool open_ = false;     // the touch takes samples
+  bool running_ = false;  // a touch has begun, and its result is not yet reported
   Counts counts_;
   Real standard_error_ = std::numeric_limits<Real>::quiet_NaN();
 };
 
-/// A touch ends by its release only.
+/// Settings with which a touch ends only by its release.
 template <class Estimator>
 inline constexpr TrackerSettings<Estimator> unlimited = [] {
   TrackerSettings<Estimator> settings;
   settings.samples = 0;
   return settings;
 }();
-/// The height varies: a release is below 0.3 of the highest value.
+/// Contact settings for sliding. The height varies, so a release is below 0.3 of the highest value.
 template <class Real>
 inline constexpr ContactSettings<Real> sliding_contact = [] {
   ContactSettings<Real> settings;
@@ -226,17 +227,17 @@ inline constexpr ContactSettings<Real> sliding_contact = [] {
   return settings;
 }();
 
-/// A loop that feeds clean changes, as one touch without an end: the smallest thing.
+/// Scene "fixed": for a loop that supplies changes without faults, as one endless touch. The smallest scene.
 template <class Real, class Ticks = std::int64_t>
 using FixedTracker = Tracker<Real, NoAlign<Real, Ticks>, NoBaseline<Real>, AlwaysContact<Real>, FixedRls<Real>,
                              Kept<TrackerSettings<FixedRls<Real>>, unlimited<FixedRls<Real>>>>;
-/// The paper: 250 samples from contact.
+/// Scene "paper": the estimator of the paper, 250 samples from contact.
 template <class Real, class Ticks = std::int64_t>
 using PaperTracker = Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, AdaptiveRls<Real>>;
-/// A probe in a hand.
+/// Scene "handheld": a probe held in the hand.
 template <class Real, class Ticks = std::int64_t>
 using HandheldTracker = Tracker<Real, Align<Real, Ticks, 4>, Baseline<Real>, Contact<Real>, Handover<Real>>;
-/// Scanning over tissue.
+/// Scene "sliding": a probe that slides over tissue.
 template <class Real, class Ticks = std::int64_t>
 using SlidingTracker = Tracker<Real, Align<Real, Ticks, 4>, Baseline<Real>,
                                Contact<Real, Kept<ContactSettings<Real>, sliding_contact<Real>>>, Handover<Real>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The only place where the version is written: pyproject.toml, CMakeLists.txt and the extension read it from here.
+// The only place of the version: pyproject.toml, CMakeLists.txt and the extension read it from here.
 #define PALPATE_VERSION "0.1.0"

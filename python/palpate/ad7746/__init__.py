@@ -1,1 +1,1 @@
-"""The AD7746 and the ways to its registers: data sheet, driver, the evaluation kit and a bus of Linux, and twins of both."""
+"""Driver of the AD7746: data sheet, conversions, the evaluation kit on USB, a Linux I2C bus, and simulated devices."""

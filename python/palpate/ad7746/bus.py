@@ -1,4 +1,4 @@
-"""What carries the AD7746's registers, and the count of how it went."""
+"""Access to the registers of the AD7746, with repetitions, and the counters of errors."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ T = TypeVar("T")
 
 
 class RegisterBus(Protocol):
-    """A way to the registers: the kit's USB, a Linux I2C bus.
+    """Access to the registers of the chip: over USB (`EvalKit`) or over a Linux I2C bus (`I2cBus`).
 
-    Each call is one access. It raises SourceTimeout or ProtocolError where it failed and may be repeated,
-    DeviceNotFound where the device is gone. Repeating and waiting is the driver's.
+    Each call is one access. It raises SourceTimeout or ProtocolError if it failed and may be repeated, and
+    DeviceNotFound if the device was unplugged. The driver repeats accesses and waits.
     """
 
     def read(self, register: int, count: int) -> bytes:
@@ -25,42 +25,42 @@ class RegisterBus(Protocol):
         ...
 
     def write(self, register: int, data: bytes) -> int:
-        """Write registers from `register` on; return when the last byte was written, ns of the clock."""
+        """Write registers from `register` on; return the time when the last byte was written, ns of the clock."""
         ...
 
     def ready(self) -> bool:
-        """Tell whether a conversion has ended, without reading data."""
+        """Return whether a conversion has ended, without reading data."""
         ...
 
     def reset(self) -> None:
-        """Reset the chip; it is silent for `ad7746.RESET_S` then."""
+        """Reset the chip; it does not answer during the next `datasheet.RESET_S`."""
         ...
 
     def reopen(self) -> None:
-        """Open the device again: the same one, or the one plugged in its place."""
+        """Open the device again: the same one, or its replacement."""
         ...
 
     def close(self) -> None:
-        """Give the device back; may be called twice."""
+        """Close the device; may be called twice."""
         ...
 
     def describe(self) -> dict[str, Any]:
-        """Return the device's identity."""
+        """Return the identity of the device."""
         ...
 
 
 @dataclass
 class Counters:
-    """What a driver has done; `pairs + lost` is the number after the last sample's.
+    """Counters of a driver; `pairs + lost` is the sequence number after the last sample.
 
     Attributes
     ----------
     pairs, lost : int
-        Samples handed on with both values, and those without or never read.
+        Samples with both values, and samples without a value or never read.
     errors, retries : int
-        Accesses that failed (a RDY# pin that is found stuck is one), and those of them that were repeated.
+        Failed accesses (a stuck RDY# pin counts as one), and those of them that were repeated.
     reopened, reconnects : int
-        After too many lost pairs, and after an unplugging.
+        How often the device was opened again after too many lost pairs, and after it was unplugged.
     """
 
     pairs: int = 0
@@ -72,17 +72,27 @@ class Counters:
 
 
 def repeated(act: Callable[[], T], counters: Counters, clock: Clock, check: Callable[[], None]) -> T:
-    """Access the device, `TRIES` times at most.
+    """Access the device, up to `TRIES` times.
 
     Parameters
     ----------
     act : callable
         One access.
     counters : Counters
-        `errors` and `retries` are counted up.
+        Its `errors` and `retries` are increased.
     clock : Clock
     check : callable
-        Called before each try; what it raises ends the matter.
+        Called before each try; an exception that it raises ends the repetitions.
+
+    Returns
+    -------
+    object
+        The result of `act`.
+
+    Raises
+    ------
+    SourceTimeout, ProtocolError
+        The error of the last try.
     """
     for left in reversed(range(TRIES)):
         check()

@@ -1,28 +1,33 @@
-"""Time as drivers and their twins see it: real, faster than real, or made up."""
+"""Clocks of drivers and simulated devices: real time, faster than real time, or virtual time."""
 
 import time
 from typing import Protocol
 
 
 class Clock(Protocol):
-    """What a driver needs of time."""
+    """The interface of a clock: read the time and wait."""
 
     def now_ns(self) -> int:
-        """Return the time, ns; never goes back."""
+        """Return the time, ns; it never decreases."""
         ...
 
     def sleep(self, seconds: float) -> None:
-        """Let that much time pass."""
+        """Wait for this time."""
         ...
 
 
 class RealClock:
-    """The computer's.
+    """The monotonic clock of the computer, optionally faster.
 
     Parameters
     ----------
     speed : float
-        Seconds of this clock in a second, above 0; other than 1 only where a twin shares the clock.
+        Seconds of this clock per real second, above 0; other than 1 only if a simulated device uses the same clock.
+
+    Raises
+    ------
+    ValueError
+        `speed` is not above 0 or not finite.
     """
 
     def __init__(self, speed: float = 1.0) -> None:
@@ -36,12 +41,12 @@ class RealClock:
         return now if self._speed == 1 else round(now * self._speed)
 
     def sleep(self, seconds: float) -> None:
-        """Let that much time pass."""
+        """Wait for this time."""
         time.sleep(max(seconds, 0.0) / self._speed)
 
 
 class VirtualClock:
-    """Stands still until someone sleeps.
+    """A clock that advances only in `sleep`, without waiting.
 
     Examples
     --------
@@ -59,5 +64,5 @@ class VirtualClock:
         return self._now_ns
 
     def sleep(self, seconds: float) -> None:
-        """Let that much time pass at once."""
+        """Advance by this time at once."""
         self._now_ns += max(round(seconds * 1e9), 0)

@@ -1,4 +1,4 @@
-"""What the AD7746 is to do: checked when it is made, before a byte of it is written."""
+"""Configuration of the AD7746: checked when it is created, before it is written to the chip."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -7,26 +7,38 @@ from typing import Any
 from palpate.ad7746 import datasheet
 
 HARD, SOFT = 0, 1
-"""The two channels, in the order in which a pair is read."""
+"""Numbers of the two channels, in the order in which a pair is read."""
 NAMES = ("hard", "soft")
 
-# What a register must read back as: a mode returns to idle by itself when a conversion ends.
+# Bits that must read back as written: the mode returns to idle by itself when a conversion ends.
 _MASK = bytes([0xFF, 0xFF, 0xFF, 0xF8, 0xFF, 0xFF, 0xFF, 0xFF])
 
 
 @dataclass(frozen=True)
 class Channel:
-    """What belongs to one bump. The converter has one set of it: it is written anew where the channels differ.
+    """Settings of one channel.
+
+    The chip has one set of these registers; the driver rewrites them for each channel if the settings differ.
 
     Attributes
     ----------
     capdac : int
-        -127 to 127 steps of about 0.164 pF that move the range towards the idle signal; see
+        -127 to 127 steps of about 0.164 pF. They move the range of +-4.096 pF to the idle signal; see
         `Ad7746.auto_capdac`.
     offset : int
-        CAP_OFFSET, 0 to 0xFFFF, 31.25 aF a step from 0x8000.
+        Register CAP_OFFSET, 0 to 0xFFFF; 0x8000 is zero, one step is 31.25 aF.
     excitation : str
-        Pins that are driven: "A", "B" or "AB".
+        Driven excitation pins: "A", "B" or "AB".
+
+    Raises
+    ------
+    ValueError
+        A value is outside its range.
+
+    Examples
+    --------
+    >>> Channel(capdac=5).range_registers.hex()
+    '85008000'
     """
 
     capdac: int = 0
@@ -43,27 +55,33 @@ class Channel:
 
     @property
     def range_registers(self) -> bytes:
-        """CAPDAC_A, CAPDAC_B and CAP_OFFSET."""
+        """Bytes of the registers CAPDAC_A, CAPDAC_B and CAP_OFFSET."""
         return datasheet.dac_registers(self.capdac) + self.offset.to_bytes(2, "big")
 
 
 @dataclass(frozen=True)
 class Configuration:
-    """Everything that is written to the converter.
+    """All settings of the converter.
 
     Attributes
     ----------
     capf : int
-        Speed, 0 (11 ms a conversion) to 7 (110 ms); 4 (62 ms) rejects mains.
+        Speed, 0 (11 ms for a conversion) to 7 (110 ms); 4 (62 ms) rejects mains frequency.
     hard, soft : Channel
+        Settings of the two channels.
     hard_input : int
-        Where the hard bump is connected: 1 (CIN1) or 2 (CIN2); the soft one is on the other.
+        Input of the hard bump: 1 (CIN1) or 2 (CIN2); the soft bump uses the other one.
     level : int
-        Excitation, 0 to 3: +-VDD/8, VDD/4, 3/8 VDD, VDD/2.
+        Excitation voltage, 0 to 3: +-VDD/8, VDD/4, 3/8 VDD, VDD/2.
     chop : bool
-        CAPCHOP.
+        Bit CAPCHOP: chopping of the capacitive channel.
     vtf : int
         Speed of a temperature reading, 0 (20 ms) to 3 (122 ms).
+
+    Raises
+    ------
+    ValueError
+        A value is outside its range.
 
     Examples
     --------
@@ -81,7 +99,7 @@ class Configuration:
     vtf: int = 0
 
     def __post_init__(self) -> None:
-        """Check the ranges, and each burst as it will be written."""
+        """Check the ranges, and each register write."""
         for name, allowed in (("capf", range(8)), ("hard_input", range(1, 3)), ("level", range(4)), ("vtf", range(4))):
             if getattr(self, name) not in allowed:
                 raise ValueError(f"{name}: got {getattr(self, name)!r}, allowed: {allowed[0]} to {allowed[-1]}")
@@ -96,12 +114,12 @@ class Configuration:
         return (self.hard, self.soft)[number]
 
     def with_capdac(self, number: int, steps: int) -> "Configuration":
-        """Return the same with other CAPDAC steps of one channel."""
+        """Return a copy with other CAPDAC steps of one channel."""
         channel = replace(self.channel(number), capdac=steps)
         return replace(self, hard=channel) if number == HARD else replace(self, soft=channel)
 
     def registers(self, number: int) -> tuple[bytes, bytes]:
-        """Return 0x07 to 0x0A and 0x0B to 0x0E for one conversion of a channel."""
+        """Return the bytes of registers 0x07 to 0x0A and 0x0B to 0x0E for one conversion of a channel."""
         channel = self.channel(number)
         second = (self.hard_input == 2) != (number == SOFT)
         setup = datasheet.CAPEN | (datasheet.CIN2 if second else 0) | (datasheet.CAPCHOP if self.chop else 0)
@@ -110,7 +128,7 @@ class Configuration:
 
     @property
     def temperature_registers(self) -> bytes:
-        """0x07 to 0x0A for one reading of the temperature."""
+        """Bytes of registers 0x07 to 0x0A for one temperature reading."""
         return bytes([0, datasheet.VTEN | datasheet.VTCHOP, self.level, self._config])
 
     @property
@@ -119,26 +137,31 @@ class Configuration:
 
     @property
     def conversion_s(self) -> float:
-        """Time of a conversion."""
+        """Duration of a conversion, s."""
         return datasheet.CONVERSION_S[self.capf]
 
     @property
     def temperature_s(self) -> float:
-        """Time of a reading of the temperature."""
+        """Duration of a temperature reading, s."""
         return datasheet.VT_CONVERSION_S[self.vtf]
 
     def as_dict(self) -> Mapping[str, Any]:
-        """Return what a recording keeps."""
+        """Return all settings, for the description in a recording."""
         return asdict(self)
 
 
 def differs(wanted: bytes, found: bytes) -> int | None:
-    """Compare registers from 0x07 on as they should be with what was read, a mode aside.
+    """Return the first register that differs from the wanted value; the mode bits are not compared.
+
+    Parameters
+    ----------
+    wanted, found : bytes
+        Register values from 0x07 on.
 
     Returns
     -------
     int or None
-        The first register that differs.
+        Address of the register; None: no difference.
 
     Examples
     --------

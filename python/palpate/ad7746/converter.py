@@ -1,9 +1,9 @@
-"""One conversion of the AD7746 at a time, over any bus. Not tried on hardware.
+"""Single conversions of the AD7746, over any bus. Not tried on hardware.
 
-The step of a conversion: CAPDACs and offset where they differ from what the chip has; then 0x07 to 0x0A in one
-burst, CONFIG last; wait for RDY; then all of 0x00 to 0x0E in one transaction. That is more than the data: the
-registers beside it tell whether they are those of the channel that was asked for. Another program, or a
-supply that failed for a moment, may have changed them, and the data would be another channel's.
+The steps of a conversion: write CAPDACs and offset if they differ from those in the chip; write 0x07 to 0x0A in one
+burst, CONFIG last; wait for RDY; read 0x00 to 0x0E in one transaction. That is more than the data: the other
+registers show whether the data belong to the requested channel. Another program, or a short failure of the supply,
+may have changed the registers, and then the data would be from another channel.
 """
 
 from collections.abc import Callable
@@ -17,16 +17,16 @@ from palpate.errors import ProtocolError, SourceTimeout
 from palpate.samples import Status
 
 _POLL_S = 0.00025
-_EARLY = 0.98  # share of a conversion's nominal time after which RDY is looked at
-_LATE_S = 0.02  # what a conversion may take beyond one and a half times its nominal time
-_PATIENCE = 3  # conversions, where a single value is wanted
+_EARLY = 0.98  # fraction of the nominal conversion time after which RDY is polled
+_LATE_S = 0.02  # a conversion is overdue after 1.5 times its nominal time plus this
+_PATIENCE = 3  # tries of a conversion in the CAPDAC search
 _SATURATED = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
 
 T = TypeVar("T")
 
 
 class Reading(NamedTuple):
-    """One conversion: its middle in ns of the clock, code, pF, `Status`."""
+    """Result of one conversion: time of its middle (ns of the clock), code, capacitance (pF), `Status`."""
 
     t_ns: int
     raw: int
@@ -35,11 +35,11 @@ class Reading(NamedTuple):
 
 
 class Overdue(SourceTimeout):
-    """The device answers, but not in time for this conversion."""
+    """The device answers, but this conversion is too late."""
 
 
 class _Span(NamedTuple):
-    """When a conversion began, at the earliest and at the latest, how long it took, ns; the registers after it."""
+    """Earliest and latest start of a conversion, its duration (ns), and the registers after it."""
 
     earliest: int
     latest: int
@@ -47,32 +47,36 @@ class _Span(NamedTuple):
     image: bytes
 
     def middle_ns(self) -> int:
-        """Return the middle. Normally the begin is known to within a transfer; a busy computer may blur it."""
+        """Return the time of the middle, ns.
+
+        Normally the start is known to within one transfer; on a busy computer it is less certain.
+        """
         if self.latest - self.earliest > self.nominal:
             raise Overdue(
-                f"when a conversion began is not known to within {(self.latest - self.earliest) / 1e9:.3f} s, more than "
-                "it takes: the computer is too busy, or the board answers late"
+                f"the start of a conversion is uncertain by {(self.latest - self.earliest) / 1e9:.3f} s, more than its "
+                "duration: the computer is too busy, or the board answers late"
             )
         return self.latest + self.nominal // 2
 
 
 class Converter:
-    """The chip and its configuration.
+    """Converts one channel at a time, with a configuration.
 
     Parameters
     ----------
     bus : RegisterBus
     configuration : Configuration
     clock : Clock
-        The bus's.
+        The clock of the bus.
     counters : Counters
+        Counts failed and repeated accesses.
     check : callable
-        Called before each access; what it raises ends it.
+        Called before each access; an exception that it raises ends the method.
 
     Raises
     ------
     SourceError
-        From every method that speaks to the chip, after the repetitions of `palpate.ad7746.bus.repeated`.
+        From every method that accesses the chip, after the repetitions of `palpate.ad7746.bus.repeated`.
     """
 
     def __init__(
@@ -89,11 +93,11 @@ class Converter:
         self._clock = clock
         self._counters = counters
         self._check = check
-        self._range = b""  # what is in CAPDAC_A to CAP_OFFSET, if known
+        self._range = b""  # content of CAPDAC_A to CAP_OFFSET; empty: unknown
         self._trust_pin = True
 
     def set_up(self) -> None:
-        """Reset the chip, write the configuration, idle, and see that it is kept."""
+        """Reset the chip, write the configuration in idle mode, and check that it reads back the same."""
         self._range, self._trust_pin = b"", True
         self._access(self._bus.reset)
         self._clock.sleep(2 * datasheet.RESET_S)
@@ -118,11 +122,11 @@ class Converter:
         return Reading(span.middle_ns(), raw, datasheet.capacitance_pF(raw), status)
 
     def forget(self) -> None:
-        """Write everything anew at the next conversion."""
+        """Write all registers again before the next conversion."""
         self._range = b""
 
     def temperature(self) -> float:
-        """Measure the chip's own temperature, degrees Celsius."""
+        """Measure the temperature of the chip, degrees Celsius."""
         setup = self.configuration.temperature_registers
         image = self._run(setup, b"", round(self.configuration.temperature_s * 1e9), datasheet.RDYVT).image
         return datasheet.temperature_C(int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big"))
@@ -144,12 +148,12 @@ class Converter:
             if not reading.status and abs(reading.capacitance) <= 0.75 * datasheet.DAC_STEP_PF:
                 return
             low, high = (steps, high) if reading.capacitance > 0 else (low, steps)
-            # A saturated code tells the direction only: halve. Another tells the distance, to 20 %.
+            # A saturated code shows only the direction: bisect. Any other code shows the distance, to 20 %.
             move = reading.capacitance / datasheet.DAC_STEP_PF
             steps = (low + high + (move > 0)) // 2 if reading.status else min(max(steps + round(move), low), high)
         raise ProtocolError(
             f"{NAMES[channel]}: no CAPDAC setting brings the idle signal into the range: the input has more than "
-            "17 pF, is shorted, or changes all the time; look at the probe's cable"
+            "17 pF, is shorted, or changes all the time; check the cable of the probe"
         )
 
     def _patiently(self, channel: int) -> Reading:
@@ -173,13 +177,15 @@ class Converter:
 
     def _not_new(self, *, repeated: bool) -> NoReturn:
         if repeated:
-            raise ProtocolError("a transfer with data was damaged, and the AD7746 gives them as new only once")
-        self._trust_pin = False  # from now on STATUS is asked, before data are touched
+            raise ProtocolError(
+                "a transfer with data was damaged; the AD7746 marks data as new only once, so they cannot be read again"
+            )
+        self._trust_pin = False  # from now on read STATUS instead, before the data
         self._counters.errors += 1
-        raise ProtocolError("RDY# said that a conversion had ended, STATUS that it had not: the pin is stuck low")
+        raise ProtocolError("the RDY# pin shows the end of a conversion, STATUS does not: the pin is stuck low")
 
     def _wait(self, asked: int, begun: int, nominal: int, bit: int) -> tuple[int, int]:
-        """Return when a conversion was last seen not to have ended, and first seen to have."""
+        """Return two times, ns: the last poll that found the conversion running, the first that found it ended."""
         self._clock.sleep((asked + _EARLY * nominal - self._clock.now_ns()) / 1e9)
         busy = asked
         while True:
@@ -198,7 +204,7 @@ class Converter:
                 f"a conversion did not end within {waited_s:.3f} s: it was lost, or the chip is not clocked; "
                 "if it happens again, unplug the board for a moment"
             )
-        self._trust_pin = False  # stuck high: STATUS is asked from now on
+        self._trust_pin = False  # stuck high: from now on read STATUS instead
         self._counters.errors += 1
 
     def _ready(self, bit: int) -> bool:
@@ -215,6 +221,6 @@ def _same(wanted: bytes, image: bytes) -> None:
     register = differs(wanted, image[datasheet.CAP_SETUP :])
     if register is not None:
         raise ProtocolError(
-            f"register 0x{register:02X} holds 0x{image[register]:02X}, written was "
-            f"0x{wanted[register - datasheet.CAP_SETUP]:02X}: another program uses the board, or the chip lost its supply"
+            f"register 0x{register:02X}: got 0x{image[register]:02X}, wrote "
+            f"0x{wanted[register - datasheet.CAP_SETUP]:02X}: another program uses the board, or the chip had no supply"
         )

@@ -1,6 +1,6 @@
 """The AD7746 capacitance-to-digital converter: facts of its data sheet, rev. 0, as pure functions.
 
-Nothing here speaks to a chip; see `palpate.ad7746.driver`. Not tried on hardware.
+Nothing here accesses a chip; see `palpate.ad7746.driver`. Not tried on hardware.
 """
 
 from typing import Final
@@ -21,12 +21,12 @@ CAP_OFFSET: Final = 0x0D
 CAP_GAIN: Final = 0x0F
 VOLT_GAIN: Final = 0x11
 REGISTERS: Final = 0x13
-"""How many registers there are."""
+"""Number of registers."""
 RESET_POINTER: Final = 0xBF
-"""Written in place of a register's address it resets the chip, which is then silent for up to `RESET_S`."""
+"""This byte in place of a register address resets the chip; then it does not answer for up to `RESET_S`."""
 RESET_S: Final = 200e-6
 RESET_VALUES: Final = bytes([0x07, 0, 0, 0, 0, 0, 0, 0, 0, 0x03, 0xA0, 0, 0, 0x80, 0x00])
-"""STATUS to CAP_OFFSET after a reset; what follows is set in the factory."""
+"""STATUS to CAP_OFFSET after a reset; the registers after them are set in the factory."""
 
 # STATUS: a RDY bit that is 0 means ready.
 EXCERR: Final = 0x08
@@ -50,47 +50,47 @@ IDLE, CONTINUOUS, SINGLE, POWER_DOWN = range(4)
 DAC_ENABLE: Final = 0x80
 DAC_STEPS: Final = 127
 DAC_STEP_PF: Final = 0.164
-"""Typical; +-20 % from chip to chip, not calibrated: the sum of reading and CAPDAC is no measurement."""
+"""Typical; differs by +-20 % between chips and is not calibrated: do not add it to a reading."""
 OFFSET_ZERO: Final = 0x8000
 OFFSET_STEP_PF: Final = 31.25e-6
 
 CONVERSION_S: Final = (0.0110, 0.0119, 0.0200, 0.0380, 0.0620, 0.0770, 0.0920, 0.1096)
-"""Conversion time by the AD7746's setting CAPF, 0 to 7 (data sheet, rev. 0)."""
+"""Conversion time, s, for the setting CAPF, 0 to 7 (data sheet, rev. 0)."""
 NOISE_PF: Final = (40.0e-6, 27.3e-6, 12.2e-6, 7.3e-6, 5.4e-6, 4.9e-6, 4.4e-6, 4.2e-6)
-"""Noise of a conversion, rms, by CAPF (data sheet, rev. 0)."""
+"""Noise of a conversion, pF rms, for CAPF 0 to 7 (data sheet, rev. 0)."""
 NOISE_PEAK_PF: Final = (212.4e-6, 137.7e-6, 82.5e-6, 50.3e-6, 33.7e-6, 28.3e-6, 27.8e-6, 27.3e-6)
-"""Noise of a conversion, peak to peak, by CAPF (data sheet, rev. 0)."""
+"""Noise of a conversion, pF peak to peak, for CAPF 0 to 7 (data sheet, rev. 0)."""
 VT_CONVERSION_S: Final = (0.0201, 0.0321, 0.0621, 0.1221)
-"""Conversion time of voltage and temperature by VTF, 0 to 3 (data sheet, rev. 0)."""
+"""Conversion time of voltage and temperature, s, for VTF 0 to 3 (data sheet, rev. 0)."""
 MAINS_CAPF: Final = 4
-"""The only CAPF at which 50 and 60 Hz are rejected; at faster ones they alias."""
+"""The only CAPF that rejects 50 and 60 Hz; at faster settings they alias."""
 FULL_SCALE_PF: Final = 4.096
 CODES_PER_PF: Final = 2**24 / (2 * FULL_SCALE_PF)
 ZERO_CODE: Final = 0x800000
 LAST_CODE: Final = 0xFFFFFF
 SATURATED_CODES: Final = 500
-"""A code so near to either end of the range is saturated."""
+"""A code nearer than this to either end of the range is saturated."""
 SATURATED_PF: Final = FULL_SCALE_PF - SATURATED_CODES / CODES_PER_PF
-"""The same as a capacitance: a tracker's `full_scale`."""
+"""Largest capacitance that is not saturated: the `full_scale` of a tracker."""
 
 
 def capacitance_pF(code: int) -> float:
-    """Convert a code to what it stands for.
+    """Convert a 24-bit code to pF.
 
     Parameters
     ----------
     code : int
-        24-bit, 0 to 0xFFFFFF.
+        0 to 0xFFFFFF.
 
     Returns
     -------
     float
-        pF, relative to what the CAPDACs take away: -4.096 to 4.096.
+        Capacitance after the compensation by the CAPDACs, -4.096 to 4.096 pF.
 
     Raises
     ------
     ValueError
-        The code has more than 24 bits.
+        The code is outside 0 to 0xFFFFFF.
 
     Examples
     --------
@@ -101,7 +101,17 @@ def capacitance_pF(code: int) -> float:
 
 
 def code_of(capacitance_pF: float) -> int:
-    """Return the nearest code, the first or last one beyond the range, as the converter does.
+    """Convert pF to the nearest code; outside the range, to the first or last code, as the chip does.
+
+    Parameters
+    ----------
+    capacitance_pF : float
+        Capacitance, pF; codes cover -4.096 to 4.096.
+
+    Returns
+    -------
+    int
+        0 to 0xFFFFFF.
 
     Examples
     --------
@@ -112,7 +122,21 @@ def code_of(capacitance_pF: float) -> int:
 
 
 def saturated(code: int) -> bool:
-    """Tell whether a code is too near to an end of the range to be a measurement.
+    """Return whether a code is saturated: too near to an end of the range.
+
+    Parameters
+    ----------
+    code : int
+        0 to 0xFFFFFF.
+
+    Returns
+    -------
+    bool
+
+    Raises
+    ------
+    ValueError
+        The code is outside 0 to 0xFFFFFF.
 
     Examples
     --------
@@ -124,6 +148,21 @@ def saturated(code: int) -> bool:
 
 def temperature_C(code: int) -> float:
     """Convert a code of the internal temperature sensor to degrees Celsius.
+
+    Parameters
+    ----------
+    code : int
+        0 to 0xFFFFFF.
+
+    Returns
+    -------
+    float
+        -4096 to 4096; the sensor is specified for -40 to 85.
+
+    Raises
+    ------
+    ValueError
+        The code is outside 0 to 0xFFFFFF.
 
     Examples
     --------
@@ -145,8 +184,18 @@ def dac_registers(steps: int) -> bytes:
     Parameters
     ----------
     steps : int
-        Steps of `DAC_STEP_PF`, -127 to 127: above zero CAPDAC_A takes them away from the input, below
-        zero CAPDAC_B adds them, at zero both are off.
+        Steps of `DAC_STEP_PF`, -127 to 127. Above zero CAPDAC_A subtracts them from the input, below zero
+        CAPDAC_B adds them; at zero both are off.
+
+    Returns
+    -------
+    bytes
+        CAPDAC_A and CAPDAC_B.
+
+    Raises
+    ------
+    ValueError
+        `steps` is outside -127 to 127.
 
     Examples
     --------
@@ -159,33 +208,34 @@ def dac_registers(steps: int) -> bytes:
     return bytes([code, 0] if steps > 0 else [0, code])
 
 
-# Bits that the data sheet keeps at zero, by register.
+# Register -> bits that must be zero (data sheet).
 _RESERVED = {CAP_SETUP: 0x1E, VT_SETUP: 0x0C, EXC_SETUP: 0x00, CONFIG: 0x00}
 _MODES = (IDLE, CONTINUOUS, SINGLE, POWER_DOWN)
 
 
 def check_write(register: int, data: bytes) -> None:
-    """Refuse a write that the chip would take amiss.
+    """Raise ValueError for a register write that the chip does not allow.
 
     Parameters
     ----------
     register : int
-        The first one; the others follow.
+        Address of the first register.
     data : bytes
+        Values of this register and the following ones.
 
     Raises
     ------
     ValueError
-        A register that is read-only or set in the factory; a reserved bit or mode; voltage or
-        temperature without VTCHOP; CONFIG and a CAPDAC in one burst, where the conversion would start
-        before the CAPDACs are loaded.
+        A register is read-only or set in the factory; a reserved bit or mode is used; voltage or temperature is
+        measured without VTCHOP; CONFIG and a CAPDAC are in one burst: the conversion would start before the CAPDACs
+        are loaded.
 
     Examples
     --------
     >>> check_write(CAP_SETUP, bytes([CAPEN, 0, 0x0B, SINGLE]))
     >>> check_write(VT_SETUP, bytes([VTEN]))
     Traceback (most recent call last):
-    ValueError: VT_SETUP: got 0x80, allowed: VTCHOP (bit 0) set where VTEN (bit 7) is
+    ValueError: VT_SETUP: got 0x80, allowed: VTCHOP (bit 0) set if VTEN (bit 7) is set
     """
     end = register + len(data)
     if not (data and register >= CAP_SETUP and end <= CAP_GAIN):
@@ -197,6 +247,6 @@ def check_write(register: int, data: bytes) -> None:
         if written.get(reserved, 0) & bits:
             raise ValueError(f"0x{reserved:02X}: got 0x{written[reserved]:02X}, allowed: bits 0x{bits:02X} clear")
     if written.get(VT_SETUP, 0) & (VTEN | VTCHOP) == VTEN:
-        raise ValueError(f"VT_SETUP: got 0x{written[VT_SETUP]:02X}, allowed: VTCHOP (bit 0) set where VTEN (bit 7) is")
+        raise ValueError(f"VT_SETUP: got 0x{written[VT_SETUP]:02X}, allowed: VTCHOP (bit 0) set if VTEN (bit 7) is set")
     if written.get(CONFIG, 0) & 7 not in _MODES:
         raise ValueError(f"CONFIG: got mode {written[CONFIG] & 7}, allowed: {_MODES[0]} to {_MODES[-1]}")

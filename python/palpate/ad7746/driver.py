@@ -1,16 +1,16 @@
-"""The AD7746 as a reader of pairs that lives through faults. Not tried on hardware.
+"""Driver of the AD7746: reads pairs, retries after errors, waits for an unplugged board. Not tried on hardware.
 
-What is repeated, and when it is given up:
+What happens after an error:
 
 1. An access that fails (no answer, refused, too short, not acknowledged) is repeated twice. Each failed try
    is counted in `errors`, each repetition in `retries`.
 2. A conversion is not repeated. If it does not end, if an access of it failed for good, or if the registers read
-   with its data are not those that were written, the pair is LOST and counted in `lost`; nothing of it is handed on.
+   with its data are not those that were written, the pair is LOST and counted in `lost`; neither value is used.
 3. After `STREAK` lost pairs in a row, or as soon as an access got no answer in any of its tries, the device is
-   opened anew (firmware included, where its path is known) and configured anew, counted in `reopened`; after
-   `STREAK` more the last error is raised.
-4. A device that is unplugged is waited for, `replug_s` at most; the pairs that the gap would have held are
-   counted in `lost`, and their numbers are left out.
+   opened and configured again (with the firmware, if its path is known), counted in `reopened`; after `STREAK`
+   more lost pairs the last error is raised.
+4. If the device is unplugged, the driver waits for it, up to `replug_s`. The pairs that the gap would have held
+   are counted in `lost`, and their sequence numbers are skipped.
 """
 
 import math
@@ -27,33 +27,33 @@ from palpate.samples import Sample, Status
 
 STREAK = 3
 BUS_S = 0.002
-"""What bus and USB add to a conversion, about."""
+"""Approximate time that the bus and USB add to a conversion, s."""
 _REPLUG_POLL_S = 0.1
 
 
 class _Interrupted(Exception):
-    """Someone called `interrupt`."""
+    """`interrupt` was called."""
 
 
 class Ad7746:
-    """Reads the two bumps in turn.
+    """Driver of the AD7746: reads the hard and the soft channel one after the other.
 
     Parameters
     ----------
     bus : RegisterBus
-        Open; `close` closes it.
+        An open bus; `close` closes it.
     configuration : Configuration, optional
     clock : Clock, optional
-        The bus's.
+        The clock of the bus.
     replug_s : float
-        How long an unplugged device is waited for, at most.
+        Longest time to wait for an unplugged device, s.
     notify : callable, optional
-        Called with a sentence when the device is lost and when it is back.
+        Called with a message when the device is unplugged and when it is back.
 
     Raises
     ------
     SourceError
-        From every method that speaks to the device, as the module describes.
+        From every method that accesses the device; the text at the top of this module lists when.
 
     Examples
     --------
@@ -90,12 +90,12 @@ class Ad7746:
 
     @property
     def configuration(self) -> Configuration:
-        """What is written to the chip, CAPDACs as found by `auto_capdac`."""
+        """Configuration in the chip, with the CAPDAC steps that `auto_capdac` found."""
         return self._converter.configuration
 
     @property
     def period_s(self) -> float:
-        """Time from pair to pair, about."""
+        """Approximate time from one pair to the next, s."""
         return 2 * (self.configuration.conversion_s + BUS_S)
 
     def start(self) -> None:
@@ -104,15 +104,15 @@ class Ad7746:
         self._start_ns = self._last_ns = self._clock.now_ns()
 
     def interrupt(self) -> None:
-        """Make a `read_pair` that runs in another thread, and every later one, return None soon."""
+        """Stop reading, from another thread: a running `read_pair` and all later ones return None."""
         self._interrupted.set()
 
     def close(self) -> None:
-        """Give the device back."""
+        """Close the device."""
         self._bus.close()
 
     def describe(self) -> dict[str, Any]:
-        """Return what a recording keeps of the instrument; speaks to nobody."""
+        """Return the description for the recording, without accessing the device."""
         return {
             "converter": "AD7746",
             "note": "driver not tried on hardware",
@@ -125,7 +125,7 @@ class Ad7746:
         }
 
     def auto_capdac(self) -> tuple[int, int]:
-        """Choose each channel's CAPDAC so that its present, idle signal lies in the middle of the range.
+        """Set the CAPDAC of each channel so that its present, idle signal is in the middle of the range.
 
         Returns
         -------
@@ -136,11 +136,11 @@ class Ad7746:
         return self.configuration.hard.capdac, self.configuration.soft.capdac
 
     def read_temperature(self) -> float:
-        """Measure the chip's own temperature, degrees Celsius: between touches, as it takes 20 ms or more."""
+        """Measure the temperature of the chip, degrees Celsius; use it between touches, it takes 20 ms or more."""
         return self._converter.temperature()
 
     def read_channel(self, channel: int) -> Reading:
-        """Convert one channel only, `HARD` or `SOFT`; a conversion that is lost is an error here."""
+        """Convert one channel only, `HARD` or `SOFT`; a lost conversion raises an error here."""
         reading = self._converter.convert(channel)
         return reading._replace(t_ns=reading.t_ns - self._start_ns)
 
@@ -150,12 +150,12 @@ class Ad7746:
         Parameters
         ----------
         seq : int
-            The first number that is free.
+            Sequence number of the next sample.
 
         Returns
         -------
         Sample or None
-            Its number is above `seq` by the pairs that were lost before it. None after `interrupt`.
+            Its number is `seq`, or larger by the pairs that were lost before it. None after `interrupt`.
         """
         try:
             while True:
@@ -194,7 +194,7 @@ class Ad7746:
             self._converter.set_up()
 
     def _wait_for_replug(self, gone: DeviceNotFound) -> int:
-        self._notify(f"{gone} Waiting for it, {self._replug_s:g} s at most.")
+        self._notify(f"{gone} Waiting for it, up to {self._replug_s:g} s.")
         deadline = self._clock.now_ns() + self._replug_s * 1e9
         while not self._is_back():
             if self._clock.now_ns() > deadline:

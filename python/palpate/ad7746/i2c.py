@@ -1,4 +1,4 @@
-"""The AD7746 on a Linux I2C bus, as of a Raspberry Pi: a register bus over i2c-dev. Not tried on hardware."""
+"""The AD7746 on a Linux I2C bus, for example of a Raspberry Pi, through i2c-dev. Not tried on hardware."""
 
 import errno
 from collections.abc import Iterator
@@ -16,22 +16,29 @@ except ImportError as _missing:  # pragma: no cover
 
 
 class I2cBus:
-    """The chip at 0x48.
+    """The AD7746 on a Linux I2C bus, at address 0x48.
 
     Parameters
     ----------
     path : str
-        As "/dev/i2c-1".
+        Device file of the bus, for example "/dev/i2c-1".
     clock : Clock, optional
+        Clock of the write times.
     open_bus : callable, optional
-        smbus2.SMBus, or what stands for it.
+        smbus2.SMBus, or an object with the same methods.
 
     Raises
     ------
     DeviceNotFound
-        No such bus.
+        There is no such bus.
     DeviceRefused
-        No permission.
+        No permission to open it.
+
+    Examples
+    --------
+    >>> bus = I2cBus("/dev/i2c-77")
+    Traceback (most recent call last):
+    palpate.errors.DeviceNotFound: /dev/i2c-77: there is no such bus; on a Raspberry Pi `sudo raspi-config` turns it on.
     """
 
     def __init__(self, path: str, clock: Clock | None = None, open_bus: Any = SMBus) -> None:
@@ -51,13 +58,13 @@ class I2cBus:
         return bytes(data)
 
     def write(self, register: int, data: bytes) -> int:
-        """Write registers; return when they were written, ns of the clock."""
+        """Write registers; return the time when they were written, ns of the clock."""
         datasheet.check_write(register, data)
         self._transfer(f"writing register 0x{register:02X}", i2c_msg.write(datasheet.I2C_ADDRESS, [register, *data]))
         return self._clock.now_ns()
 
     def ready(self) -> bool:
-        """Look at STATUS: there is no wire for RDY#."""
+        """Return whether a conversion has ended, from STATUS: there is no wire for RDY#."""
         return not self.read(datasheet.STATUS, 1)[0] & datasheet.RDY
 
     def reset(self) -> None:
@@ -71,13 +78,13 @@ class I2cBus:
             self._bus = self._open_bus(self._path)
 
     def close(self) -> None:
-        """Give the bus back."""
+        """Close the bus."""
         if self._bus is not None:
             self._bus.close()
             self._bus = None
 
     def describe(self) -> dict[str, Any]:
-        """Return which bus it is; the chip has no identity."""
+        """Return the name of the bus; the chip has no serial number."""
         return {"name": "AD7746 on an I2C bus", "bus": self._path, "address": datasheet.I2C_ADDRESS}
 
     def _transfer(self, what: str, *messages: Any) -> None:
@@ -100,10 +107,16 @@ def _error(what: str, error: OSError) -> SourceError:
         case errno.ENOENT | errno.ENODEV:
             return DeviceNotFound(f"{what}: there is no such bus; on a Raspberry Pi `sudo raspi-config` turns it on.")
         case errno.EACCES | errno.EPERM:
-            return DeviceRefused(f"{what}: no permission to open it; `sudo usermod -aG i2c $USER`, then log in anew")
+            return DeviceRefused(
+                f"{what}: no permission to open it; `sudo usermod -aG i2c $USER`, then log out and in again"
+            )
         case errno.EREMOTEIO | errno.ENXIO:
-            return ProtocolError(f"{what}: not acknowledged: is the AD7746 wired to this bus, and supplied?")
+            return ProtocolError(
+                f"{what}: not acknowledged: check that the AD7746 is wired to this bus and has its supply"
+            )
         case errno.ETIMEDOUT:
-            return SourceTimeout(f"{what}: the bus is held: a wire is shorted, or the chip hangs; switch it off and on")
+            return SourceTimeout(
+                f"{what}: the bus is blocked: a wire is shorted, or the chip hangs; switch it off and on"
+            )
         case _:
             return ProtocolError(f"{what}: {error.strerror}")

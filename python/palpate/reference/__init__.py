@@ -1,6 +1,7 @@
-"""The estimators in plain Python and numpy: slow, obvious, and sharing no code with the core.
+"""Reference implementations of the estimators in plain Python and numpy: slow, simple, without code of the core.
 
-`adaptive_rls` and `rls` are the paper's equations as they are printed; `handover_rls` is the estimator for a probe in a hand.
+`adaptive_rls` and `rls` follow the equations of the paper as printed; `handover_rls` is the estimator of the scene
+"handheld".
 """
 
 from palpate.reference.handover import HandoverTrace, handover_rls

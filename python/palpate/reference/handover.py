@@ -1,6 +1,6 @@
-"""The estimator for a probe in a hand: instrumental variables, a CUSUM in units of its own scale, a hand-over.
+"""Reference of the estimator "handheld": instrumental variables, a two-sided CUSUM, a hand-over at an alarm.
 
-Where the core keeps sums since a CUSUM was last 0, this keeps the samples, and adds them up anew at an alarm.
+The core keeps sums since a CUSUM side was last 0; this keeps the samples, and adds them up at an alarm.
 """
 
 from collections.abc import Callable
@@ -10,14 +10,33 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-WARM_UP = 8  # samples before the detector watches
-TRANSIENT = 3  # innovations that speak of the initial ratio
-SETTLED = 16  # samples since the last change for a standard error
-FEWEST = 32  # innovations for a standard error, and the most that the long-run variance differs from the variance by
+WARM_UP = 8  # samples before the detector starts
+TRANSIENT = 3  # first innovations, dominated by the error of the initial ratio
+SETTLED = 16  # fewest samples since the last change for a standard error
+FEWEST = 32  # fewest innovations for a standard error; also limits the factor from variance to long-run variance
 
 
 class HandoverTrace(NamedTuple):
-    """The state after each sample, as arrays of shape (n,); the standard error is nan where it is not yet known."""
+    """State of `handover_rls` after each sample, as arrays of shape (n,).
+
+    Attributes
+    ----------
+    ratio : numpy.ndarray, shape (n,)
+    covariance : numpy.ndarray, shape (n,), 1/pF^2
+        Inverse of the information.
+    innovation : numpy.ndarray, shape (n,), pF
+        Output minus its prediction with the ratio before the sample.
+    statistic : numpy.ndarray, shape (n,)
+        Larger of the two CUSUM sides, in units of the scale of the innovations.
+    standard_error : numpy.ndarray, shape (n,)
+        Of the ratio; nan until it is known.
+    alarm : numpy.ndarray of bool, shape (n,)
+
+    Examples
+    --------
+    >>> handover_rls([0.5, 0.52], [0.25, 0.26]).alarm
+    array([False, False])
+    """
 
     ratio: NDArray[Any]
     covariance: NDArray[Any]
@@ -29,7 +48,7 @@ class HandoverTrace(NamedTuple):
 
 @dataclass
 class _Side:
-    """One side of the CUSUM, and the (weight, output, regressor) of each sample since it was last 0."""
+    """A CUSUM side, with the (weight, output, regressor) of each sample since it was last 0."""
 
     statistic: Any = 0
     samples: list[tuple[Any, Any, Any]] = field(default_factory=list)
@@ -41,10 +60,10 @@ class _Side:
 
 @dataclass
 class _Noise:
-    """What the innovations say about themselves."""
+    """Noise model: scale and autocorrelation of the innovations."""
 
     number: Callable[[Any], Any]
-    magnitude: Any  # running mean of |news|
+    magnitude: Any  # running mean of |whitened innovation|
     lag0: Any  # weighted sums of e(k)^2, e(k) e(k-1), e(k) e(k-2), and of 1
     lag1: Any
     lag2: Any
@@ -57,12 +76,15 @@ class _Noise:
     due: int = WARM_UP - TRANSIENT  # samples until rho is estimated again
 
     def scale(self, output: Any) -> Any:
-        """Return the standard deviation of the news, sqrt(pi / 2) times the mean magnitude; never less than rounding."""
+        """Return the standard deviation of the whitened innovation: sqrt(pi / 2) times its mean magnitude.
+
+        It is never less than the rounding error.
+        """
         rounding = (abs(output) + self.number(1e-18)) * self.number(1e-15)
         return max(self.number(1.2533141) * self.magnitude, rounding)
 
     def add(self, e: Any, steady: Any) -> bool:
-        """Take an innovation; return whether the ratio drifts away from the estimate."""
+        """Add an innovation; return whether the ratio drifts away from the estimate."""
         self.offset += (e - self.offset) / 32
         self.roughness += (abs(e - self.before) - self.roughness) / 32
         self.lag0 = steady * self.lag0 + e * e
@@ -79,7 +101,7 @@ class _Noise:
         return (self.lag1 / self.lag0, self.lag2 / self.lag0) if self.lag0 > 0 else (0 * self.lag0, 0 * self.lag0)
 
     def corrected(self, correlation: Any) -> Any:
-        """Return a correlation without Kendall's bias, -(1 + 3 r1) / n with n samples, within what n samples can tell."""
+        """Return a correlation corrected for Kendall's bias, -(1 + 3 r1) / n, within +-(FEWEST - 1) / (FEWEST + 1)."""
         limit = self.number(FEWEST - 1) / self.number(FEWEST + 1)
         return min(max(correlation + (1 + 3 * self.correlations()[0]) / self.weight, -limit), limit)
 
@@ -88,14 +110,14 @@ class _Noise:
         self.rho = self.corrected(self.correlations()[0])
 
     def long_run_variance(self) -> Any:
-        """Return n times the variance of a mean of n innovations, n large."""
+        """Return n times the variance of the mean of n innovations, for large n."""
         r1, r2 = self.correlations()
         variance = self.lag0 / self.weight
         partial = (r2 - r1 * r1) / (1 - r1 * r1) if r1 * r1 < 1 else 0
         if self.weight * partial**2 < self.number(6.63):  # chi-squared, 1 %: not significant, AR(1)
             return variance * (1 + self.rho) / (1 - self.rho)
         r1, r2 = self.corrected(r1), self.corrected(r2)
-        # Yule and Walker's coefficients of AR(2)
+        # Yule-Walker coefficients of AR(2)
         first, second = r1 * (1 - r2) / (1 - r1 * r1), (r2 - r1 * r1) / (1 - r1 * r1)
         gap = 1 - first - second
         if gap <= 0:
@@ -131,14 +153,14 @@ class _Handover:
 
     def update(self, output: Any, regressor: Any) -> tuple[Any, ...]:
         e = output - regressor * self.ratio
-        # The mean of the regressors before; this one, where that mean is more than 4 times larger or smaller.
+        # The mean of the earlier regressors; the regressor itself if the two differ by more than a factor of 4.
         size, x = abs(self.instrument), abs(regressor)
         leads = self.instrument * regressor > 0 and size < 4 * x and x < 4 * size
         w = self.instrument if leads else regressor
-        news, scale = e - self.noise.rho * self.noise.before, self.noise.scale(output)
+        whitened, scale = e - self.noise.rho * self.noise.before, self.noise.scale(output)
         watching = self.seen >= WARM_UP
-        outlier = watching and abs(news) > self.clip * scale
-        clipped = min(max(news, -self.clip * scale), self.clip * scale) if watching else news
+        outlier = watching and abs(whitened) > self.clip * scale
+        clipped = min(max(whitened, -self.clip * scale), self.clip * scale) if watching else whitened
         if self.alarm():
             self.up, self.down = _Side(), _Side()
         if watching:
@@ -154,14 +176,14 @@ class _Handover:
         return self.ratio, 1 / self.information, e, self.statistic(), self.standard_error(), self.alarm()
 
     def _follow(self, w: Any, regressor: Any, e: Any) -> None:
-        """Follow R' = lambda R + w x and r' = r + (w / R') e."""
+        """Update the information and the ratio: R' = lambda R + w x, r' = r + (w / R') e."""
         self.information = self._bounded(self.steady * self.information + w * regressor)
         self.ratio += w / self.information * e
         self.squares = self.steady**2 * self.squares + w * w
         self.weight = self.steady * self.weight + 1
 
     def _hand_over(self) -> None:
-        """Estimate anew from the samples since the CUSUM of the side that alarms was last 0."""
+        """Estimate again, from the samples since the CUSUM side with the alarm was last 0."""
         samples = (self.up if self.up.statistic > self.down.statistic else self.down).samples
         self.squares = sum((w * w for w, _, _ in samples), self.number(0))
         self.information = self._bounded(sum((w * x for w, _, x in samples), self.number(0)))
@@ -177,22 +199,22 @@ class _Handover:
         if outlier:
             noise.remember(noise.rho * noise.before + clipped)
         else:
-            lags = noise.add(e, self.steady)
+            drifts = noise.add(e, self.steady)
             noise.due -= 1
             if noise.due <= 0:
                 noise.update_forecast(self.seen)
-            if lags and self.weight > SETTLED:
+            if drifts and self.weight > SETTLED:
                 self._forget_half()
         if self.alarm():
             noise.before = noise.before_that = noise.offset = self.number(0)
 
     def _forget_half(self) -> None:
-        """Shorten the memory, as the ratio drifts."""
+        """Halve the information, since the ratio drifts."""
         self.information = self._bounded(self.information / 2)
         self.weight, self.squares, self.noise.offset = self.weight / 2, self.squares / 4, self.noise.offset / 2
 
     def _remember(self, regressor: Any) -> None:
-        """Take the mean of the first 1 / smoothing regressors, then an exponential one."""
+        """Update the instrument: the mean of the first 1 / smoothing regressors, then an exponential mean."""
         self.instrument += max(self.smoothing, 1 / self.number(self.seen)) * (regressor - self.instrument)
 
     def _bounded(self, information: Any) -> Any:
@@ -219,7 +241,7 @@ def handover_rls(
     max_covariance: float = 1e12,
     number: Callable[[Any], Any] = np.float64,
 ) -> HandoverTrace:
-    """Recursive instrumental variables with a hand-over at a change, as `palpate.HandoverRls`.
+    """Recursive instrumental variables with a hand-over at a change: reference of `palpate.HandoverRls`.
 
     Parameters
     ----------
@@ -228,7 +250,7 @@ def handover_rls(
     steady, drift, threshold, clip, smoothing, initial_ratio, initial_covariance, max_covariance : float
         As in `palpate.HandoverRls`.
     number : callable
-        The type that everything is computed in: numpy.float64, decimal.Decimal.
+        Type of all calculations: numpy.float64 or decimal.Decimal.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""The paper in plain numpy, equation by equation: slow, obvious, and sharing no code with the core.
+"""The equations of the paper in plain numpy: slow, simple, without code of the core.
 
-Its eq. (3) with steps 1-4, and its change detection, in the covariance form as it is printed, whose
-subtraction cancels; the compiled core uses the equivalent information form.
+Eq. (3) with steps 1-4, and the change detection, in the covariance form as printed. Its subtraction loses digits
+by cancellation; the compiled core uses the equivalent information form.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,23 @@ from numpy.typing import ArrayLike, NDArray
 
 
 class Trace(NamedTuple):
-    """The state after each sample, as arrays of shape (n,)."""
+    """State of `adaptive_rls` or `rls` after each sample, as arrays of shape (n,).
+
+    Attributes
+    ----------
+    ratio : numpy.ndarray, shape (n,)
+    covariance : numpy.ndarray, shape (n,), 1/pF^2
+    innovation : numpy.ndarray, shape (n,), pF
+        Output minus its prediction with the ratio before the sample.
+    statistic : numpy.ndarray, shape (n,), pF
+        CUSUM statistic.
+    alarm : numpy.ndarray of bool, shape (n,)
+
+    Examples
+    --------
+    >>> adaptive_rls([0.5, 0.52], [0.25, 0.26]).alarm
+    array([ True,  True])
+    """
 
     ratio: NDArray[Any]
     covariance: NDArray[Any]
@@ -43,7 +59,7 @@ def adaptive_rls(
     steady, alarmed, drift, threshold, initial_ratio, initial_covariance, max_covariance : float
         As in `palpate.AdaptiveRls`.
     number : callable
-        The type that everything is computed in: numpy.float64, numpy.float32, decimal.Decimal.
+        Type of all calculations: numpy.float64, numpy.float32 or decimal.Decimal.
 
     Returns
     -------
@@ -83,7 +99,7 @@ def adaptive_rls(
         # lambda(k) = 0.9 if alarm(k) else 0.995
         forgetting = alarmed if alarm else steady
 
-        # Not in the paper: lambda is raised where P(k-1) / lambda would exceed the bound on P
+        # Not in the paper: lambda is raised if P(k-1) / lambda would exceed the bound on P
         forgetting = max(forgetting, covariance / bound)
 
         # Step 3: K(k) = P(k-1) C2(k) / (lambda + C2(k) P(k-1) C2(k))
@@ -103,7 +119,7 @@ def adaptive_rls(
 
 
 def rls(output: ArrayLike, regressor: ArrayLike, *, forgetting: float = 0.995, **settings: Any) -> Trace:
-    """Recursive least squares with one forgetting factor: `adaptive_rls` whose two are the same.
+    """Recursive least squares with one forgetting factor.
 
     Parameters
     ----------
@@ -117,7 +133,18 @@ def rls(output: ArrayLike, regressor: ArrayLike, *, forgetting: float = 0.995, *
     Returns
     -------
     Trace
-        As `adaptive_rls`; statistic 0 and alarm False, as there is no detector.
+        As for `adaptive_rls`; statistic 0 and alarm False, since there is no detector.
+
+    Raises
+    ------
+    ValueError
+        A sample that is not finite, or arrays of different lengths.
+
+    Examples
+    --------
+    >>> from palpate.reference import rls
+    >>> rls([0.5, 0.52], [0.25, 0.26]).ratio.round(4)
+    array([1.9984, 1.9992])
     """
     trace = adaptive_rls(output, regressor, steady=forgetting, alarmed=forgetting, **settings)
     return trace._replace(statistic=0 * trace.statistic, alarm=np.zeros_like(trace.alarm))

@@ -1,6 +1,7 @@
-"""Touches with known truth: what a hand-held probe with one converter delivers, and named scenarios of it."""
+"""Simulation of a hand-held probe with one converter and a known true ratio, and named scenarios."""
 
-from palpate.simulation.probe import Press, Scenario, Simulation, simulate
+from palpate.simulation.press import Press
+from palpate.simulation.probe import Scenario, Simulation, simulate
 from palpate.simulation.scenarios import SCENARIOS, run
 
 __all__ = ["SCENARIOS", "Press", "Scenario", "Simulation", "run", "simulate"]

@@ -1,4 +1,4 @@
-"""A simulated scenario under the board's twin, and the real driver over it."""
+"""A simulated scenario as input of the simulated board, read by the real driver."""
 
 from collections.abc import Callable
 
@@ -16,7 +16,7 @@ from palpate.simulation.probe import Scenario, Truth
 from palpate.simulation.scenarios import SCENARIOS
 
 PARASITIC_PF = (6.3, 5.1)
-"""What lies beside the hard and the soft bump's own capacitance, for the CAPDACs to take away."""
+"""Parasitic capacitance of the two inputs, hard and soft, pF, which the CAPDACs compensate."""
 
 
 def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
@@ -25,9 +25,15 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
     Parameters
     ----------
     scenario : Scenario
-        Its times and bus are the driver's; its lost conversions and spikes happen here.
+        Its presses, drift, lost conversions and spikes are used; the times of the samples follow from the driver.
     clock : Clock
+        The clock of the driver.
     seed : int
+        The same seed gives the same readings.
+
+    Returns
+    -------
+    KitTwin
     """
     random = np.random.default_rng(seed)
     chip = ChipTwin(_pins(Truth(scenario, random), clock.now_ns() / 1e9), seed=seed)
@@ -60,25 +66,30 @@ def simulated(
     configuration: Configuration | None = None,
     notify: Callable[[str], None] = lambda _: None,
 ) -> Ad7746:
-    """Plug a board that follows a scenario into a simulated USB, and open it with the real driver.
+    """Return the real driver with a simulated board that follows a scenario.
 
     Parameters
     ----------
     scenario : str or Scenario
-        One of `palpate.simulation.scenarios.SCENARIOS`, or one's own.
+        A name from `palpate.simulation.scenarios.SCENARIOS`, or a scenario of your own.
     seed : int
-        The same seed gives the same session, where the clock is virtual.
+        With the virtual clock the same seed gives the same readings.
     speed : float, optional
-        1 in real time, 10 ten times as fast; None: as fast as the computer can, on a virtual clock.
+        1: real time; 10: ten times as fast; None: as fast as possible, with a virtual clock.
     configuration : Configuration, optional
-        By default the scenario's `capf`.
+        Default: the `capf` of the scenario.
     notify : callable, optional
         As in `Ad7746`.
 
     Returns
     -------
     Ad7746
-        Open, not started. The scenario's time runs from now on.
+        Open, not started. The time of the scenario starts now.
+
+    Raises
+    ------
+    ValueError
+        `scenario` is not a known name.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""How a hand touches an object several times: no two presses are alike. Simulated, with known truth."""
+"""Simulation of a hand that touches an object several times, each time differently."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,29 +6,30 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.simulation.probe import Press, Scenario, Simulation, simulate
+from palpate.simulation.press import Press
+from palpate.simulation.probe import Scenario, Simulation, simulate
 from palpate.simulation.scenarios import PROBE
 
-FIRST_S, EVERY_S, LAST_S = 1.5, 8.9, 0.6  # the first touch starts; one after the other; idle after the last
-SLIP_S = 3.2  # after the start of a touch: half-way
+FIRST_S, EVERY_S, LAST_S = 1.5, 8.9, 0.6  # start of the first touch; from start to start; idle after the last
+SLIP_S = 3.2  # time of a slip after the start of a touch: half-way
 
 
 @dataclass(frozen=True)
 class Hand:
-    """What differs from touch to touch.
+    """Statistics of the touches of one hand.
 
     Attributes
     ----------
     press_pF : float
-        Median of the press: change of the hard and the soft channel together, as a hand governs the force.
+        Median of the change of the hard plus the soft channel (a hand controls the force, not the depth).
     press_spread : float
-        Standard deviation of its logarithm; a press is between 1/20 and 2.2 times the median.
+        Standard deviation of the logarithm of the press; a press is limited to 1/20 to 2.2 times the median.
     oblique : float
-        Standard deviation of a factor on the ratio, new for each touch: oblique contact.
+        Standard deviation of a random factor on the ratio, one for each touch: oblique contact.
     firm : float
-        Exponent with which the oblique scatter falls for a firm press: scatter times (press / press_pF) ** -firm.
+        Exponent: a firm press has less oblique scatter, oblique * (press / press_pF) ** -firm.
     slips : float
-        Share of the touches in which the probe slips half-way: another oblique factor from then on.
+        Fraction of the touches in which the probe slips half-way; from then on it has another oblique factor.
     tremor, nonlinearity : float
         As in `palpate.simulation.probe.Scenario`.
     """
@@ -42,7 +43,7 @@ class Hand:
     nonlinearity: float = 0.005
 
     def touches(self, ratio: float, count: int, random: np.random.Generator) -> Scenario:
-        """Return the scenario of several touches on an object with this ratio."""
+        """Return a scenario of `count` random touches on an object with this ratio."""
         share = np.clip(np.exp(self.press_spread * random.standard_normal(count)), 0.05, 2.2)
         scatter = self.oblique * share**-self.firm
         factors = np.maximum(1 + scatter * random.standard_normal((2, count)), 0.1)
@@ -67,25 +68,30 @@ def session(
     touches: int = 4,
     probe: Elasticity = PROBE,
 ) -> dict[str, Simulation]:
-    """Simulate a session: several touches on each of some objects.
+    """Simulate several touches on each of several objects.
 
     Parameters
     ----------
     seed : int
         The same seed gives the same recordings.
     hand : Hand, optional
-        `Hand()` by default.
+        Default: `Hand()`.
     moduli : mapping of str to float, MPa
-        The objects; Table I of the paper by default.
+        Name -> modulus of each object. Default: Table I of the paper.
     touches : int
-        On each object.
+        Number of touches on each object, 1 or more.
     probe : Elasticity
-        Its true parameters.
+        The true parameters of the probe.
 
     Returns
     -------
     dict of str to Simulation
-        A recording for each object, in the order given.
+        Name -> recording, in the order of `moduli`.
+
+    Raises
+    ------
+    ValueError
+        `touches` is below 1, or a modulus is negative.
 
     Examples
     --------

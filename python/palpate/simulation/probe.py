@@ -1,9 +1,9 @@
-"""What a hand-held probe with one converter delivers, with the truth beside it.
+"""Simulation of a hand-held probe with one converter, together with the true ratio.
 
-A force profile (presses, tremor) acts on both bumps; each channel's capacitance change is proportional to
-its force, with the ratio that eq. (2) gives for the object under the probe. The AD7746 converts the two
-channels in turn, each conversion being an average over its time, with the data sheet's noise, and
-rounds to a 24-bit code. Everything random comes from one seed.
+A force profile (presses, tremor) acts on both bumps. The capacitance change of each channel is proportional to
+its force; the ratio of the two follows from the object under the probe, eq. (2). The AD7746 converts the two
+channels one after the other. A conversion is an average over its duration, with the noise of the data sheet, and
+is rounded to a 24-bit code. All random numbers come from one seed.
 """
 
 from collections.abc import Sequence
@@ -14,86 +14,53 @@ from numpy.typing import ArrayLike, NDArray
 
 from palpate.ad7746.datasheet import CODES_PER_PF, CONVERSION_S, NOISE_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
 from palpate.samples import DTYPE, Block, Status
+from palpate.simulation.press import Press
 from palpate.simulation.tremor import Tremor
 
-# Gauss-Legendre points of a conversion's time, in halves of it: exact for the press and the tremor to 1e-9.
+# Gauss-Legendre points in units of half a conversion time: exact to 1e-9 for the press and the tremor.
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
 @dataclass(frozen=True)
-class Press:
-    """One touch.
-
-    Attributes
-    ----------
-    start_s : float
-        Where the capacitances begin to rise.
-    ratios : sequence of (float, float)
-        (seconds since start_s, ratio from then on): one pair for one material, several for sliding.
-    depth_pF : float
-        Change of the soft channel when held.
-    rise_s, hold_s, fall_s : float
-        Approach and release follow half a cosine.
-    creep : float
-        Relative change of depth over the hold.
-    """
-
-    start_s: float
-    ratios: Sequence[tuple[float, float]]
-    depth_pF: float = 0.25
-    rise_s: float = 0.3
-    hold_s: float = 6.6
-    fall_s: float = 0.25
-    creep: float = 0.0
-
-    @property
-    def stop_s(self) -> float:
-        """End of the release."""
-        return self.start_s + self.rise_s + self.hold_s + self.fall_s
-
-    def profile(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the press without tremor, 0 to 1, at times t."""
-        since = t - self.start_s
-        rise = np.clip(since / self.rise_s, 0, 1)
-        fall = np.clip((self.stop_s - t) / self.fall_s, 0, 1)
-        creep = 1 + self.creep * np.clip((since - self.rise_s) / self.hold_s, 0, 1)
-        return np.asarray(0.5 * (1 - np.cos(np.pi * np.minimum(rise, fall))) * creep)
-
-    def ratio(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the ratio under the probe at times t."""
-        starts = self.start_s + np.array([after for after, _ in self.ratios])
-        values = np.array([value for _, value in self.ratios])
-        return np.asarray(values[np.clip(np.searchsorted(starts, t, "right") - 1, 0, None)])
-
-
-@dataclass(frozen=True)
 class Scenario:
-    """Everything that is done to the probe and goes wrong with it.
+    """Settings of a simulation: presses, tremor, noise, drift, faults.
 
     Attributes
     ----------
     presses : sequence of Press
     duration_s : float
+        Length of the simulation.
     tremor : float
-        Hand tremor, rms, relative to the press.
+        Hand tremor, rms, relative to the force of the press.
     tremor_record : sequence of (time s, value), optional
-        A real accelerometer record in place of the made-up spectrum; scaled to `tremor`.
+        A measured accelerometer record instead of the random spectrum; scaled to `tremor`.
     ratio_drift : float
         Relative change of the ratio per second of a touch.
     oblique : float
-        Standard deviation of a factor on the ratio, new for each touch (oblique contact).
+        Standard deviation of a random factor on the ratio, one for each press (oblique contact).
     nonlinearity : float, 1/pF
-        c = f (1 + nonlinearity f) for a force that alone would give f pF.
+        c = f (1 + nonlinearity f), where f is the capacitance change of a linear gauge, pF.
     capf : int
-        The converter's speed, 0 to 7.
+        Speed of the converter, 0 to 7.
     bus_s, jitter_s : float
         Time between two conversions, and its random part.
     baseline_pF, drift_pF_per_s : (float, float)
-        Hard and soft channel without contact, and its drift.
+        Capacitance of the hard and the soft channel without contact, and its drift.
     spikes_per_s, spike_pF : float
-        EMI: conversions hit, and the size of the hit (of either sign).
+        Electromagnetic interference: number of disturbed conversions per second, and the size (of either sign).
     lost : float
-        Share of conversions lost.
+        Fraction of lost conversions, 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        A value is outside its range.
+
+    Examples
+    --------
+    >>> light = Scenario(presses=[Press(1.0, [(0.0, 2.5)], depth_pF=0.02)], duration_s=9.0, lost=0.01)
+    >>> simulate(light).hard.shape
+    (346,)
     """
 
     presses: Sequence[Press] = ()
@@ -113,7 +80,7 @@ class Scenario:
     lost: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check what has a range."""
+        """Check the ranges."""
         if not 0 <= self.capf < len(CONVERSION_S):
             raise ValueError(f"capf: got {self.capf}, allowed: 0 to {len(CONVERSION_S) - 1}")
         for name in ("tremor", "oblique", "spikes_per_s", "spike_pF", "lost", "jitter_s", "bus_s", "duration_s"):
@@ -123,23 +90,29 @@ class Scenario:
 
 @dataclass(frozen=True)
 class Simulation:
-    """What the converter delivered, and what was true.
+    """Simulated readings of both channels, with the true ratio.
 
     Attributes
     ----------
     t_hard_s, t_soft_s : numpy.ndarray, shape (n,)
         Middle of each conversion.
     hard, soft : numpy.ndarray, shape (n,), pF
-        As converted; nan where the conversion was lost.
+        Readings; nan if the conversion was lost.
     hard_raw, soft_raw : numpy.ndarray of int, shape (n,)
-        24-bit codes; -1 where lost.
+        24-bit codes; -1 if lost.
     status : numpy.ndarray of int, shape (n,)
         `palpate.Status` of each pair.
     true_ratio : numpy.ndarray, shape (n,)
-        Ratio under the probe at t_hard_s; nan without contact. Of the forces: with a nonlinearity the
-        ratio of the capacitances is another.
+        Ratio of the forces at t_hard_s; nan without contact. With a nonlinearity the ratio of the capacitances
+        is different.
     presses : tuple of Press
-        The touches, their ratios with the factor of oblique contact.
+        The presses, with the factor of oblique contact in their ratios.
+
+    Examples
+    --------
+    >>> run = simulate(Scenario(presses=[Press(2.0, [(0.0, 2.5)])]), seed=1)
+    >>> run.t_hard_s.shape, len(run.block()), float(run.true_ratio[200])
+    ((384,), 384, 2.5)
     """
 
     t_hard_s: NDArray[np.float64]
@@ -154,11 +127,11 @@ class Simulation:
 
     @property
     def full_scale_pF(self) -> float:
-        """Smallest reading that counts as saturated, pF."""
+        """Smallest absolute reading that counts as saturated, pF."""
         return SATURATED_PF
 
     def block(self) -> Block:
-        """Return the pairs as samples; where one channel was lost, neither has a value."""
+        """Return the pairs as samples; if one channel was lost, neither has a value."""
         block = np.zeros(len(self.hard), DTYPE)
         block["seq"] = np.arange(len(block))
         block["status"] = self.status
@@ -171,18 +144,18 @@ class Simulation:
 
 
 class Truth:
-    """The capacitances of the two bumps, as functions of time, without converter and noise.
+    """True capacitances of the two bumps as functions of time, without converter and noise.
 
     Parameters
     ----------
     scenario : Scenario
     random : numpy.random.Generator
-        Of what a scenario leaves to chance: the oblique contact, the tremor's phases.
+        For the factors of oblique contact and the phases of the tremor.
 
     Attributes
     ----------
     presses : tuple of Press
-        The touches, their ratios with the factor of oblique contact.
+        The presses, with the factor of oblique contact in their ratios.
     """
 
     def __init__(self, scenario: Scenario, random: np.random.Generator) -> None:
@@ -193,7 +166,7 @@ class Truth:
         self._tremor = Tremor(scenario.tremor, scenario.tremor_record, random)
 
     def mean_pF(self, channel: int, middles: NDArray[np.float64], span_s: float) -> NDArray[np.float64]:
-        """Return the mean capacitance over a conversion's time.
+        """Return the mean capacitance during each conversion.
 
         Parameters
         ----------
@@ -202,7 +175,7 @@ class Truth:
         middles : numpy.ndarray, shape (n,)
             Middles of the conversions, s.
         span_s : float
-            Their length.
+            Duration of a conversion, s.
 
         Returns
         -------
@@ -215,7 +188,7 @@ class Truth:
 
 
 def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
-    """Run a scenario.
+    """Simulate the readings of a scenario.
 
     Parameters
     ----------

@@ -1,16 +1,17 @@
-"""Named scenarios, each the smallest that shows one difficulty."""
+"""Named scenarios; each is a minimal example of one difficulty."""
 
 from dataclasses import replace
 
 from palpate.ad7746.datasheet import NOISE_PF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.simulation.probe import Press, Scenario, Simulation, simulate
+from palpate.simulation.press import Press
+from palpate.simulation.probe import Scenario, Simulation, simulate
 
 PROBE = Elasticity()
-"""The probe of every scenario: ratio 10 on a rigid object."""
+"""The probe of all scenarios: ratio 10 on a rigid object."""
 
 _SOFT, _MIDDLE, _STIFF = (PROBE.ratio(SORBOTHANE_MPA[name]) for name in ("30 OO", "70 OO", "70 A"))
-_START_S, _STEP_S = 2.0, 4.0  # the touch starts; the ratio steps so long after it
+_START_S, _STEP_S = 2.0, 4.0  # start of the touch; from there to the step of the ratio
 _NOISE = NOISE_PF[0]
 
 
@@ -30,7 +31,7 @@ def _sliding() -> Scenario:
 
 
 def _all() -> Scenario:
-    """Return five touches with every difficulty but saturation at once."""
+    """Return five touches with all difficulties except saturation."""
     rigid = PROBE.rigid_ratio
     ratios = [
         [(0.0, _SOFT)],
@@ -84,10 +85,14 @@ def run(name: str, seed: int = 0) -> Simulation:
     seed : int
         The same seed gives the same recording.
 
+    Returns
+    -------
+    Simulation
+
     Raises
     ------
     ValueError
-        An unknown name.
+        `name` is not in `SCENARIOS`.
 
     Examples
     --------

@@ -1,14 +1,23 @@
-"""A hand's tremor: made up from its spectrum, or taken from an accelerometer's record."""
+"""Hand tremor: random with a known spectrum, or from a record of an accelerometer."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 
 class Tremor:
-    """Hand tremor, rms `rms`: tones around two frequencies between 3 and 12 Hz, each with a width.
+    """Hand tremor as a function of time: sines with frequencies around two peaks between 3 and 12 Hz.
 
-    The frequencies of physiological tremor: 8-12 Hz neurogenic, 3-5 Hz of the loaded wrist (Elble and
-    Koller, Tremor, 1990).
+    Frequencies of physiological tremor: 8-12 Hz neurogenic, 3-5 Hz of the loaded wrist (Elble and Koller, Tremor,
+    1990).
+
+    Parameters
+    ----------
+    rms : float
+        Relative to the force of the press.
+    record : (time s, value), optional
+        A measured record, repeated and scaled to `rms`, instead of the sines.
+    random : numpy.random.Generator
+        For frequencies, phases and amplitudes.
     """
 
     def __init__(self, rms: float, record: tuple[ArrayLike, ArrayLike] | None, random: np.random.Generator) -> None:

@@ -1,4 +1,4 @@
-"""Where samples come from: boards, the kernel's driver, serial lines, files, a simulated board."""
+"""Sources of samples: boards, the driver of the Linux kernel, serial ports, files, a simulated board."""
 
 from palpate.sources.base import Source
 from palpate.sources.uri import GROUP, open, schemes

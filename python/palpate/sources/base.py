@@ -1,4 +1,4 @@
-"""What every source of samples is."""
+"""The interface of all sources of samples."""
 
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping
@@ -8,23 +8,23 @@ from palpate.samples import Sample
 
 
 def _silent(_: str) -> None:
-    """Tell nobody."""
+    """Ignore the message."""
 
 
 @runtime_checkable
 class Source(Protocol):
-    """Something that gives samples: hardware, a simulated board, a file.
+    """A source of samples: hardware, a simulated board, or a file.
 
-    A context manager and an iterator. Its own thread may be another than the one that closes it: `interrupt`
-    is called from there. To write one, derive from this class and give it `__iter__` and `describe`; an entry
-    point of the group ``palpate.sources`` makes its scheme known, as a function of address and options.
+    It is a context manager and an iterable. One thread may iterate and another one close it; the latter calls
+    `interrupt` first. To write a source, derive from this class and define `__iter__` and `describe`. To register its
+    scheme, add an entry point of the group ``palpate.sources``: a function of address and options.
 
     Attributes
     ----------
     live : bool
-        Time runs by itself: who does not keep up loses samples. Otherwise the source waits.
+        True: samples arrive in real time, and are lost if the reader is too slow. False: the source waits.
     notify : callable
-        Called with a sentence when something happens that a user should know; to be set by who listens.
+        Called with a message for the user; set it to receive the messages.
 
     Examples
     --------
@@ -43,36 +43,36 @@ class Source(Protocol):
     notify: Callable[[str], None] = staticmethod(_silent)
 
     def __enter__(self) -> Self:
-        """Begin to measure."""
+        """Begin the measurement."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Give everything back."""
+        """Close the source."""
         self.close()
 
     @abstractmethod
     def __iter__(self) -> Iterator[Sample]:
-        """Return the samples, numbers rising; SourceError where there will be no more for a reason."""
+        """Return the samples, with increasing numbers; raises SourceError if the source fails."""
         ...
 
     @abstractmethod
     def describe(self) -> dict[str, Any]:
-        """Return what a recording keeps of the instrument.
+        """Return a description of the instrument, which is stored with a recording.
 
-        `full_scale_pF` (a reading of this size is saturated) and `period_s` (time from pair to pair) have a meaning
-        to `palpate.Stream`.
+        `palpate.Stream` uses two of its keys: `full_scale_pF` (readings from this size on are saturated) and
+        `period_s` (time from one pair to the next).
         """
         ...
 
     @property
     def counters(self) -> Mapping[str, int]:
-        """What went wrong so far: `errors`, `reconnects`."""
+        """Numbers of `errors` and `reconnects` so far."""
         return {}
 
     def interrupt(self) -> None:
-        """Make an iteration that runs in another thread end within 0.3 s."""
+        """Stop an iteration in another thread; it ends within 0.3 s."""
         return
 
     def close(self) -> None:
-        """Give everything back; may be called twice."""
+        """Release everything; may be called twice."""
         return

@@ -1,4 +1,4 @@
-"""The AD7746 behind its driver: `usb:` and `i2c:`. Not tried on hardware."""
+"""The AD7746 as a source: `usb:` (evaluation kit) and `i2c:`. Not tried on hardware."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -19,20 +19,20 @@ CONVERTER: dict[str, Check] = {
     "hard_input": number(1, 2, whole=True),
     "replug": number(0, 86400),
 }
-"""Speed; where the hard bump is connected; seconds that an unplugged device is waited for."""
+"""Options: speed; input of the hard bump; longest time to wait for an unplugged device, s."""
 
 
 class BoardSource(Source):
-    """Pairs of the converter's two channels, until it is interrupted.
+    """Pairs of both channels of the AD7746, until it is interrupted.
 
     Parameters
     ----------
     bus : RegisterBus
-        Open.
+        An open bus.
     options : mapping
-        Of `CONVERTER`, checked.
+        Checked options, as in `CONVERTER`.
     clock : Clock
-        The bus's.
+        The clock of the bus.
     """
 
     def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock) -> None:
@@ -47,7 +47,7 @@ class BoardSource(Source):
         self._started = False
 
     def __enter__(self) -> Self:
-        """Configure the converter and bring both idle signals into its range."""
+        """Configure the converter, and set the CAPDACs so that both idle signals are in its range."""
         try:
             self.driver.start()
             self.driver.auto_capdac()
@@ -68,24 +68,24 @@ class BoardSource(Source):
 
     @property
     def counters(self) -> dict[str, int]:
-        """The driver's."""
+        """Counters of the driver."""
         return asdict(self.driver.counters)
 
     def describe(self) -> dict[str, Any]:
-        """Return the driver's description, and the converter's range."""
+        """Return the description of the driver, with the range of the converter."""
         return {**self.driver.describe(), "full_scale_pF": SATURATED_PF}
 
     def interrupt(self) -> None:
-        """Make the iteration end."""
+        """Stop the iteration."""
         self.driver.interrupt()
 
     def close(self) -> None:
-        """Give the device back."""
+        """Close the device."""
         self.driver.close()
 
 
 def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
-    """Open `usb:` or `usb:BUS/ADDRESS`, the evaluation kit."""
+    """Return the source of `usb:` or `usb:BUS/ADDRESS`, the evaluation kit."""
     from palpate.ad7746.evalkit.board import EvalKit
 
     given = checked("usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything})
@@ -99,12 +99,12 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
 
 
 def open_i2c(address: str, options: Mapping[str, Any]) -> BoardSource:
-    """Open `i2c:/dev/i2c-N`."""
+    """Return the source of `i2c:/dev/i2c-N`."""
     from palpate.ad7746.i2c import I2cBus
 
     given = checked("i2c", options, {**CONVERTER, "open_bus": anything, "clock": anything})
     if not address:
-        raise ValueError("i2c: got no address, allowed: a bus, as i2c:/dev/i2c-1")
+        raise ValueError("i2c: got no address, allowed: a bus, for example i2c:/dev/i2c-1")
     clock = given.pop("clock", None) or RealClock()
     opener = {"open_bus": given.pop("open_bus")} if "open_bus" in given else {}
     return BoardSource(I2cBus(address, clock, **opener), given, clock)

@@ -1,4 +1,4 @@
-"""What is plugged in, under the names by which `palpate.open` takes it."""
+"""Search for connected devices; their names are those for `palpate.open`."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,33 +8,39 @@ from palpate.errors import MissingExtra, SourceError
 
 
 class Found(NamedTuple):
-    """A source that could be opened, and what it is."""
+    """A device that was found: its name for `palpate.open`, and a description."""
 
     uri: str
     what: str
 
 
 def devices() -> tuple[list[Found], list[str]]:
-    """Look for devices; opens none.
+    """Return the connected devices, without opening one.
 
     Returns
     -------
     list of Found, list of str
-        The devices, and why some could not be looked for.
+        The devices, and messages about searches that were not possible.
+
+    Examples
+    --------
+    >>> found, notes = devices()
+    >>> all(device.uri.split(":")[0] in {"usb", "iio", "i2c", "serial"} for device in found)
+    True
     """
     return _look_for(_boards, _iio, _i2c, _ports)
 
 
 def boards() -> tuple[list[Found], list[str]]:
-    """Look for an AD7746 alone, as `devices` does: the evaluation kit, and the kernel's driver."""
+    """Return the connected AD7746 only, in the same form as `devices`: evaluation kits, and those of the kernel."""
     return _look_for(_boards, _iio)
 
 
-def _look_for(*looks: Callable[[], list[Found]]) -> tuple[list[Found], list[str]]:
+def _look_for(*searches: Callable[[], list[Found]]) -> tuple[list[Found], list[str]]:
     found, notes = [], []
-    for look in looks:
+    for search in searches:
         try:
-            found += look()
+            found += search()
         except (SourceError, MissingExtra) as error:
             notes.append(str(error))
     return found, notes

@@ -1,4 +1,4 @@
-"""A recording as a source: palpate's own, or another logger's table."""
+"""A recording as a source: a recording made by palpate, or a table of another logger."""
 
 import time
 from collections.abc import Iterator, Mapping
@@ -14,15 +14,16 @@ from palpate.sources.options import anything, checked, choice, number
 
 
 class FileSource(Source):
-    """The samples of a file, as fast as they are wanted, or at their own pace.
+    """The samples of a file, as fast as possible or with the timing of the recording.
 
     Parameters
     ----------
     path : str
+        File to read.
     columns, unit
         As in `palpate.read`.
     speed : float, optional
-        1: as they were recorded; 10: ten times as fast; None: at once.
+        1: the timing of the recording; 10: ten times as fast; None: as fast as possible.
 
     Attributes
     ----------
@@ -36,7 +37,7 @@ class FileSource(Source):
         self._stopped = Event()
 
     def __iter__(self) -> Iterator[Sample]:
-        """Return the samples, from the first."""
+        """Return the samples, from the first one."""
         begun, first = time.monotonic(), None
         for block in self.recording.blocks():
             for sample in samples_of(block):
@@ -49,16 +50,16 @@ class FileSource(Source):
                 yield sample
 
     def describe(self) -> dict[str, Any]:
-        """Return what the sidecar says of the instrument."""
+        """Return the description of the instrument from the sidecar."""
         return {**self.recording.describe(), "full_scale_pF": self.full_scale_pF}
 
     def interrupt(self) -> None:
-        """Make the iteration end."""
+        """Stop the iteration."""
         self._stopped.set()
 
     @property
     def full_scale_pF(self) -> float:
-        """A reading of this size is saturated."""
+        """Smallest absolute reading that counts as saturated, pF."""
         return self.recording.full_scale_pF
 
     @property
@@ -68,15 +69,15 @@ class FileSource(Source):
 
     @property
     def tares(self) -> frozenset[int]:
-        """As the recording's."""
+        """As `tares` of the recording."""
         return self.recording.tares
 
     def blocks(self) -> Iterator[Block]:
-        """Return the samples as arrays, some thousand at a time; what `palpate.touches` reads."""
+        """Return the samples as arrays of some thousand; `palpate.touches` reads these."""
         return self.recording.blocks()
 
 
 def open_file(address: str, options: Mapping[str, Any]) -> FileSource:
-    """Open a path."""
+    """Return the source of a path."""
     allowed = {"columns": anything, "unit": choice(*PICOFARADS), "speed": number(0, above=True)}
     return FileSource(address, **checked("file", options, allowed))

@@ -1,6 +1,6 @@
-"""The AD7746 behind the Linux kernel's own driver: `iio:`, plain files in sysfs. Not tried on hardware.
+"""The AD7746 with the driver of the Linux kernel: `iio:`, files in sysfs. Not tried on hardware.
 
-There is no buffer: reading a channel's file waits for one conversion of it.
+There is no buffer: reading the file of a channel waits for one conversion of this channel.
 """
 
 import errno
@@ -37,16 +37,16 @@ def devices(root: Path = DEVICES) -> list[Path]:
 
 
 class IioSource(Source):
-    """Pairs, one file after the other.
+    """Pairs of both channels, read from two files one after the other.
 
     Parameters
     ----------
     path : pathlib.Path
-        The device's folder.
+        Folder of the device in sysfs.
     hard_input : int
-        1: the hard bump is channel 0; 2: channel 1.
+        1: the hard bump is channel 0; 2: it is channel 1.
     clock_ns : callable
-        Time in ns.
+        Returns the time, ns.
     """
 
     def __init__(self, path: Path, hard_input: int = 1, clock_ns: Any = time.monotonic_ns) -> None:
@@ -58,7 +58,7 @@ class IioSource(Source):
         self._described = self._identity()
 
     def __iter__(self) -> Iterator[Sample]:
-        """Return the pairs; what cannot be read is LOST, several in a row are an error."""
+        """Return the pairs; a pair that cannot be read is LOST, and `STREAK` of them in a row are an error."""
         start_ns, seq, streak = self._clock_ns(), 0, 0
         while not self._stopped.is_set():
             try:
@@ -75,15 +75,15 @@ class IioSource(Source):
 
     @property
     def counters(self) -> dict[str, int]:
-        """Pairs that could not be read."""
+        """Number of pairs that could not be read, as `errors`."""
         return {"errors": self._errors}
 
     def describe(self) -> dict[str, Any]:
-        """Return the device's folder, and what its files say of range and speed."""
+        """Return the folder of the device, with its files about range and speed."""
         return self._described
 
     def interrupt(self) -> None:
-        """Make the iteration end after the pair that is being read."""
+        """Stop the iteration after the present pair."""
         self._stopped.set()
 
     def _identity(self) -> dict[str, Any]:
@@ -109,7 +109,7 @@ class IioSource(Source):
         begun = self._clock_ns()
         text = self._text(file.name)
         try:
-            code = int(text) + datasheet.ZERO_CODE  # the kernel has subtracted it
+            code = int(text) + datasheet.ZERO_CODE  # the kernel subtracts it
             datasheet.capacitance_pF(code)
         except ValueError as error:
             raise ProtocolError(f"{file}: got {text!r}, allowed: -8388608 to 8388607") from error
@@ -130,14 +130,16 @@ def _sample(seq: int, hard: tuple[int, int], soft: tuple[int, int]) -> Sample:
 
 def _error(path: Path, error: OSError) -> SourceError:
     if error.errno in _GONE:
-        return DeviceNotFound(f"{path}: not there: is the kernel's driver ad7746 loaded, and bound to the chip?")
+        return DeviceNotFound(
+            f"{path}: not found: check that the kernel's driver ad7746 is loaded and bound to the chip"
+        )
     if error.errno in (errno.EACCES, errno.EPERM):
         return DeviceRefused(f"{path}: no permission to read it")
     return ProtocolError(f"{path}: {error.strerror}")
 
 
 def open_iio(address: str, options: Mapping[str, Any]) -> IioSource:
-    """Open `iio:`, the only AD7746 there is, or `iio:PATH`."""
+    """Return the source of `iio:`, the only AD7746, or of `iio:PATH`."""
     allowed = {"hard_input": number(1, 2, whole=True), "root": anything, "clock_ns": anything}
     given = checked("iio", options, allowed)
     root = Path(given.pop("root", DEVICES))
@@ -146,5 +148,7 @@ def open_iio(address: str, options: Mapping[str, Any]) -> IioSource:
     found = devices(root)
     if len(found) != 1:
         there = ", ".join(f"iio:{path}" for path in found)
-        raise DeviceNotFound(f"{len(found)} of {root} are an {NAME}" + (f": name one of {there}" if there else ""))
+        raise DeviceNotFound(
+            f"{len(found)} devices in {root} are an {NAME}" + (f": choose one of {there}" if there else "")
+        )
     return IioSource(found[0], **given)

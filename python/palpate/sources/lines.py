@@ -1,4 +1,4 @@
-"""Lines of text on a serial port, as a microcontroller prints them: `serial:`."""
+"""Lines of text on a serial port, for example from a microcontroller: `serial:`."""
 
 import math
 import os
@@ -21,30 +21,36 @@ except ImportError as _missing:  # pragma: no cover
 
 NUMBER = r"[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?|[-+]?OV?LD?|nan"
 PATTERN = rf"(?P<hard>{NUMBER})\s*[a-zA-Z]*[\s,;|]+(?P<soft>{NUMBER})"
-"""Two numbers in a line, the hard channel first, a unit after each allowed."""
+"""Two numbers in a line, the hard channel first; a unit may follow each number."""
 _TIMEOUT_S = 0.1
 _AGAIN_S = 0.1
-_LONGEST = 1000  # bytes of a line: more is no text
+_LONGEST = 1000  # longest line, bytes: anything longer is not text
 _SILENCE_S = 10.0
 
 
 class SerialSource(Source):
-    """Pairs out of lines.
+    """Pairs from lines of text on a serial port.
 
-    A line may hold both channels, or one of them: then a pair is a hard value and the soft one after it. The time
-    of a value is that of its line's arrival.
+    A line has the values of both channels, or of one: then a pair is a hard value and the soft value after it. The
+    time of a value is the arrival of its line.
 
     Parameters
     ----------
     port : str
-        As "/dev/ttyACM0" or "COM3".
+        For example "/dev/ttyACM0" or "COM3".
     pattern : str
         Regular expression with groups `hard` and `soft`, searched in each line.
     unit : str
-        Of the numbers, aF to F.
+        Unit of the numbers, aF to F.
     baud : int
+        Bits per second.
     replug : float
-        Seconds that an unplugged port is waited for.
+        Longest time to wait for an unplugged port, s.
+
+    Raises
+    ------
+    DeviceNotFound, DeviceRefused
+        The port cannot be opened.
     """
 
     def __init__(
@@ -61,7 +67,7 @@ class SerialSource(Source):
         self._port = self._open()
 
     def __iter__(self) -> Iterator[Sample]:
-        """Return the pairs; lines that do not fit the pattern are counted as errors."""
+        """Return the pairs; lines that do not match the pattern are counted as errors."""
         start_ns, seq, hard = time.monotonic_ns(), 0, None
         for skipped, line in self._lines():
             now = time.monotonic_ns() - start_ns
@@ -81,23 +87,23 @@ class SerialSource(Source):
 
     @property
     def counters(self) -> dict[str, int]:
-        """Lines that did not fit, reconnections, pairs lost with half of them missing or in a gap."""
+        """Lines that do not match (`errors`), `reconnects`, and `lost` pairs: incomplete, or in a gap."""
         return self._counters
 
     def describe(self) -> dict[str, Any]:
-        """Return the settings."""
+        """Return the settings of the port."""
         return {"name": "serial port", **self._settings, "clock": "arrival of a line, ns since the start"}
 
     def interrupt(self) -> None:
-        """Make the iteration end."""
+        """Stop the iteration."""
         self._stopped.set()
 
     def close(self) -> None:
-        """Give the port back."""
+        """Close the port."""
         self._port.close()
 
     def _lines(self) -> Iterator[tuple[int, str]]:
-        """Return the pairs that a gap before it cost, and each line; the first one is only the end of one."""
+        """Return each line, with the number of pairs lost in a gap before it; the incomplete first line is skipped."""
         whole, skipped, heard = False, 0, time.monotonic()
         while not self._stopped.is_set():
             try:
@@ -109,19 +115,19 @@ class SerialSource(Source):
             heard = time.monotonic() if data else heard
             if time.monotonic() - heard > _SILENCE_S:
                 heard = time.monotonic()
-                self.notify(f"{self._settings['port']} is silent: is {self._settings['baud']} the right baud?")
+                self.notify(f"{self._settings['port']} sends nothing: check the baud rate, {self._settings['baud']}")
             *lines, self._buffer = (self._buffer + data).replace(b"\r", b"\n").split(b"\n")
             for line in lines:
                 if whole and line.strip():
                     yield skipped, line.decode("latin-1")
                     skipped = 0
                 whole = True
-            if len(self._buffer) > _LONGEST:  # its beginning is given up, so its end is no line
+            if len(self._buffer) > _LONGEST:  # the beginning is dropped, so the end is not a line
                 self._counters["errors"] += whole
                 whole, self._buffer = False, b""
 
     def _values(self, line: str) -> tuple[float | None, float | None]:
-        """Return the hard and the soft value, None where the line has none."""
+        """Return the hard and the soft value of a line; None: not in this line."""
         match = self._pattern.search(line)
         cells = [match[name] for name in ("hard", "soft")] if match else [None, None]
         try:
@@ -145,7 +151,7 @@ class SerialSource(Source):
         begun = time.monotonic()
         self._port.close()
         self._buffer = b""
-        self.notify(f"{self._settings['port']} was unplugged. Waiting for it, {self._replug_s:g} s at most.")
+        self.notify(f"{self._settings['port']} was unplugged. Waiting for it, up to {self._replug_s:g} s.")
         while not self._stopped.wait(_AGAIN_S):
             try:
                 self._port = self._open()
@@ -169,7 +175,9 @@ def _sample(seq: int, hard: tuple[int, float], soft: tuple[int, float]) -> Sampl
 
 def _error(port: str, error: Exception) -> SourceError:
     if "Permission" in str(error):
-        return DeviceRefused(f"{port}: no permission to open it; `sudo usermod -aG dialout $USER`, then log in anew")
+        return DeviceRefused(
+            f"{port}: no permission to open it; `sudo usermod -aG dialout $USER`, then log out and in again"
+        )
     there = "" if os.path.exists(port) or "/" not in port else ": there is no such port; see `palpate devices`"  # noqa: PTH110
     return DeviceNotFound(f"{port} cannot be opened{there or f': {error}'}")
 
@@ -180,7 +188,7 @@ def _pattern(name: str, value: Any) -> str:
     except (re.error, OverflowError, RecursionError) as error:
         raise ValueError(f"{name}: got {value!r}, allowed: a regular expression ({error})") from error
     if not {"hard", "soft"} <= groups:
-        raise ValueError(f"{name}: got groups {sorted(groups)}, allowed: (?P<hard>...) and (?P<soft>...) both in it")
+        raise ValueError(f"{name}: got groups {sorted(groups)}, allowed: both (?P<hard>...) and (?P<soft>...)")
     return str(value)
 
 
@@ -193,6 +201,6 @@ _ALLOWED: dict[str, Check] = {
 
 
 def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:
-    """Open `serial:PORT`."""
+    """Return the source of `serial:PORT`."""
     given = checked("serial", options, _ALLOWED)
     return SerialSource(text("serial's port", address), **given)

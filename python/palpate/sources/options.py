@@ -1,4 +1,4 @@
-"""What may stand behind a scheme: addresses and options, checked where they enter."""
+"""Address and options of a source: parsing and checks."""
 
 import math
 import re
@@ -7,23 +7,27 @@ from typing import Any
 from urllib.parse import unquote
 
 Check = Callable[[str, Any], Any]
-"""Of an option's name and value: returns the value, or raises ValueError."""
+"""(name, value) of an option -> checked value, or ValueError."""
 
 _SCHEME = re.compile(r"([a-z][a-z0-9+.-]+):(.*)", re.DOTALL)  # two letters or more: C:\ is a drive
 
 
 def split(uri: str) -> tuple[str, str, dict[str, str]]:
-    """Take a source's name apart.
+    """Split the name of a source into scheme, address and options.
+
+    Parameters
+    ----------
+    uri : str
 
     Returns
     -------
     scheme, address, options
-        The scheme is empty where the name is a path. %-escapes are resolved in options; a + is a +.
+        The scheme is empty if the name is a path. In options %-escapes are decoded; a + stays a +.
 
     Raises
     ------
     ValueError
-        An option that is not NAME=VALUE, or that is given twice.
+        An option is not NAME=VALUE, or is given twice.
 
     Examples
     --------
@@ -46,12 +50,26 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
 
 
 def checked(scheme: str, given: Mapping[str, Any], allowed: Mapping[str, Check]) -> dict[str, Any]:
-    """Return options with their types, or refuse them.
+    """Return the options converted to their types.
+
+    Parameters
+    ----------
+    scheme : str
+        For the message.
+    given : mapping
+        Name -> value.
+    allowed : mapping
+        Name -> `Check`.
+
+    Returns
+    -------
+    dict
+        Name -> checked value.
 
     Raises
     ------
     ValueError
-        One that is not known, or out of its range.
+        An option is unknown or outside its range.
 
     Examples
     --------
@@ -68,7 +86,7 @@ def checked(scheme: str, given: Mapping[str, Any], allowed: Mapping[str, Check])
 
 
 def number(low: float, high: float = math.inf, *, whole: bool = False, above: bool = False) -> Check:
-    """Allow numbers from `low` to `high`; `above` leaves out `low` itself."""
+    """Return a check for numbers from `low` to `high`; with `above` without `low` itself."""
     kind = "a whole number" if whole else "a number"
     bounds = f"{'above' if above else 'from'} {low:g}" + ("" if math.isinf(high) else f" to {high:g}")
 
@@ -82,7 +100,7 @@ def number(low: float, high: float = math.inf, *, whole: bool = False, above: bo
 
 
 def _number(value: Any, whole: bool) -> Any:
-    """Return the number that was given, nan where it is none; a fraction is no whole number."""
+    """Convert a value to a number; nan: not a number, or a fraction in place of a whole number."""
     try:
         found = int(value) if whole else float(value)
         return found if not whole or isinstance(value, str) or found == value else math.nan
@@ -91,7 +109,7 @@ def _number(value: Any, whole: bool) -> Any:
 
 
 def choice(*allowed: str) -> Check:
-    """Allow these words."""
+    """Return a check for one of these words."""
 
     def check(name: str, value: Any) -> str:
         if value not in allowed:
@@ -102,12 +120,12 @@ def choice(*allowed: str) -> Check:
 
 
 def text(name: str, value: Any) -> str:
-    """Allow any text but none."""
+    """Return the value as text; an empty text is an error."""
     if not str(value):
         raise ValueError(f"{name}: got nothing, allowed: some text")
     return str(value)
 
 
 def anything(_: str, value: Any) -> Any:
-    """Allow an object, as only Python can give it."""
+    """Return any object unchanged, for options that only Python code can pass."""
     return value

@@ -1,4 +1,4 @@
-"""A simulated board: a scenario under the kit's twin, spoken to by the real driver."""
+"""A simulated board as a source: a scenario as its input, read by the real driver."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -19,21 +19,21 @@ _FAULT = re.compile(r"(?P<kind>[^:@]+)(?::(?P<amount>[^@]+))?@(?P<time>.+)")
 
 
 class Incident(NamedTuple):
-    """A fault and its time, s since the scenario's beginning."""
+    """A fault and its time, s after the begin of the scenario."""
 
     time_s: float
     fault: Fault
 
 
 class SimSource(BoardSource):
-    """The pairs of a scenario, until it is over.
+    """The pairs of a simulated scenario, until its end.
 
     Parameters
     ----------
     name : str
-        Of `palpate.simulation.scenarios.SCENARIOS`.
+        Key of `palpate.simulation.scenarios.SCENARIOS`.
     options : mapping
-        Checked: of `CONVERTER`, and seed, speed, fault.
+        Checked options: those of `CONVERTER`, and seed, speed, fault.
     """
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
@@ -51,7 +51,7 @@ class SimSource(BoardSource):
         super().__init__(EvalKit(backend=backend, clock=self.clock), {"capf": scenario.capf, **options}, self.clock)
 
     def __iter__(self) -> Iterator[Sample]:
-        """Return the pairs; let what is due go wrong before each."""
+        """Return the pairs; after each pair inject the faults that are due."""
         for sample in super().__iter__():
             yield sample
             now = self.clock.now_ns()
@@ -61,12 +61,22 @@ class SimSource(BoardSource):
                 return
 
     def describe(self) -> dict[str, Any]:
-        """Return the driver's description, and what was simulated."""
+        """Return the description of the driver, with the settings of the simulation."""
         return {**super().describe(), "simulated": self._simulated}
 
 
 def faults(name: str, value: Any) -> list[Incident]:
-    """Read KIND[:AMOUNT]@SECONDS, with commas between several; a blank in a kind may be a dash.
+    """Parse faults, KIND[:AMOUNT]@SECONDS, separated by commas; a blank in a kind may be a dash.
+
+    Parameters
+    ----------
+    name : str
+        Of the option, for the message.
+    value : str
+
+    Returns
+    -------
+    list of Incident
 
     Examples
     --------
@@ -93,7 +103,7 @@ def _plain(kind: str) -> str:
 
 
 def open_sim(address: str, options: Mapping[str, Any]) -> SimSource:
-    """Open `sim:SCENARIO`."""
+    """Return the source of `sim:SCENARIO`."""
     allowed = {**CONVERTER, "seed": number(0, 2**63, whole=True), "speed": number(0, 1000, above=True), "fault": faults}
     given = checked("sim", options, allowed)
     name = address or DEFAULT

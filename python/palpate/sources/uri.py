@@ -1,4 +1,4 @@
-"""A source from its name: SCHEME:ADDRESS?OPTIONS, or a path."""
+"""Opens a source by its name: SCHEME:ADDRESS?OPTIONS, or a path."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -10,7 +10,7 @@ from palpate.sources.base import Source
 from palpate.sources.options import split
 
 GROUP = "palpate.sources"
-"""Entry points of this group add a scheme: a function of address (str) and options (mapping), giving a `Source`."""
+"""Group of entry points that add a scheme: a function of address (str) and options (mapping) -> `Source`."""
 _OWN = {
     "usb": ("palpate.sources.board", "open_usb"),
     "sim": ("palpate.sources.sim", "open_sim"),
@@ -23,7 +23,18 @@ Factory = Callable[[str, Mapping[str, Any]], Source]
 
 
 def schemes() -> list[str]:
-    """Return the schemes that `open` knows, other packages' included."""
+    """Return the names of all schemes that `open` accepts, with those of other packages.
+
+    Returns
+    -------
+    list of str
+        Sorted, without the colon.
+
+    Examples
+    --------
+    >>> {"usb", "sim", "i2c", "iio", "serial"} <= set(schemes())
+    True
+    """
     return sorted({*_OWN, *(point.name for point in entry_points(group=GROUP))})
 
 
@@ -33,31 +44,31 @@ def open(uri: str, **options: Any) -> Source:
     Parameters
     ----------
     uri : str
-        `usb:` or `usb:BUS/ADDRESS`, the evaluation kit. `sim:SCENARIO`, the same driver over a simulated
-        kit. `i2c:/dev/i2c-N`, the chip on a Linux I2C bus. `iio:` or `iio:PATH`, the kernel's
-        driver. `serial:PORT`, lines of text. A path: a recording, or another logger's table. Options may follow as
-        `?NAME=VALUE&NAME=VALUE`.
+        `usb:` or `usb:BUS/ADDRESS`: the evaluation kit. `sim:SCENARIO`: the same driver with a simulated kit.
+        `i2c:/dev/i2c-N`: the chip on a Linux I2C bus. `iio:` or `iio:PATH`: the chip with the driver of the Linux
+        kernel. `serial:PORT`: lines of text. A path: a recording, or a table of another logger. Options may follow
+        as `?NAME=VALUE&NAME=VALUE`.
     **options
-        The same by keyword. usb: capf (0 to 7), hard_input (1, 2), replug (s), firmware (path), backend. i2c:
-        capf, hard_input, replug. sim: those of usb but the last two, seed, speed (1: real time; left out: as fast as
-        possible), fault (KIND[:AMOUNT]@SECONDS, with commas between several). iio: hard_input. serial: pattern (a regular
-        expression with groups hard and soft), unit, baud, replug. A path: columns, unit, speed.
+        Options as keywords. usb: capf (0 to 7), hard_input (1, 2), replug (s), firmware (path), backend. i2c: capf,
+        hard_input, replug. sim: capf, hard_input, replug, seed, speed (1: real time; default: as fast as possible),
+        fault (KIND[:AMOUNT]@SECONDS, separated by commas). iio: hard_input. serial: pattern (a regular expression
+        with groups hard and soft), unit, baud, replug. A path: columns, unit, speed.
 
     Returns
     -------
     Source
-        Open; to be used as a context manager, and iterated.
+        Use it in a `with` statement, and iterate over it.
 
     Raises
     ------
     ValueError
-        A scheme or an option that is not known, or out of its range.
+        The scheme or an option is unknown, or a value is outside its range.
     SourceError
-        The device is not there, or cannot be used.
+        The device was not found, or cannot be used.
     RecordingError
         The file is not a recording.
     MissingExtra
-        Something optional is needed: with the pip line.
+        An optional package is missing; the message has the pip command that installs it.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""A running measurement: a thread reads the source, the consumer estimates, a file keeps what was read.
+"""A running measurement: one thread reads the source and records, the caller's thread estimates.
 
-In asynchronous code a thread waits for each batch:
+In asynchronous code let a thread wait for each batch:
 
 >>> import asyncio
 >>> async def measure():

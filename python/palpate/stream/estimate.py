@@ -1,4 +1,4 @@
-"""What a stream says after each sample, and the count of what became of them."""
+"""Results of a stream: estimates, batches of them, and counters of samples."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -11,19 +11,27 @@ from palpate.samples import Block, Sample, samples_of
 
 
 class Estimate(NamedTuple):
-    """The state after a sample.
+    """The state of the tracker after a sample.
 
     Attributes
     ----------
     sample : Sample
     ratio, standard_error : float
-        Of the running touch, or of the last one; nan where not known.
+        Of the present touch, or of the last one; nan if unknown.
     alarm, contact : bool
-        A change was detected; something is touched.
+        Whether a change was detected at this sample; whether the probe is in contact.
     touch : int
-        Number of the touch that is measured, from 1; 0 where none is.
+        Number of the present touch, from 1; 0: no touch.
     ended : Touch or None
         The touch that ended with this sample.
+
+    Examples
+    --------
+    >>> from palpate import Stream
+    >>> with Stream("sim:stiff-steady?seed=1") as stream:
+    ...     first = next(iter(stream))
+    >>> first.contact, first.touch, first.ended
+    (False, 0, None)
     """
 
     sample: Sample
@@ -36,17 +44,25 @@ class Estimate(NamedTuple):
 
 
 class Batch(NamedTuple):
-    """Samples that came together.
+    """Several consecutive samples with their estimates, as arrays.
 
     Attributes
     ----------
     samples : numpy.ndarray of `SampleRing.dtype`, shape (n,)
     rows : numpy.ndarray, shape (n,)
-        `Tracker.process`'s of each.
+        Rows of `Tracker.process`, one for each sample.
     touches : sequence of Touch
-        Those that ended in it, or, in a last batch without samples, by the end of the stream.
+        Touches that ended in this batch. The end of the stream may add a last batch: a touch without samples.
     first : int
         Number of the first of these touches.
+
+    Examples
+    --------
+    >>> from palpate import Stream
+    >>> with Stream("sim:stiff-steady?seed=1") as stream:
+    ...     batch = next(stream.batches())
+    >>> len(batch.samples) == len(batch.rows)
+    True
     """
 
     samples: Block
@@ -55,7 +71,7 @@ class Batch(NamedTuple):
     first: int
 
     def estimates(self) -> Iterator[Estimate]:
-        """Return an estimate for each sample."""
+        """Return an `Estimate` for each sample."""
         numbers = self.rows["touch"].tolist()
         last = {number: i for i, number in enumerate(numbers)}
         ended = {last[self.first + k]: touch for k, touch in enumerate(self.touches) if self.first + k in last}
@@ -66,27 +82,27 @@ class Batch(NamedTuple):
 
 @dataclass(frozen=True)
 class StreamCounters:
-    """What became of the samples.
+    """Numbers of samples that a stream read, used, dropped and lost.
 
-    `read + lost` is the number after the last sample's (from the first one's, where a file begins later);
+    `read + lost` is the sequence number after the last sample (minus that of the first one, if a file begins later);
     `read = delivered + dropped + waiting`; with a recording, `read = recorded + unrecorded` when it is closed.
 
     Attributes
     ----------
     read : int
-        Samples that the source has given.
+        Samples read from the source.
     lost : int
-        Numbers that it has left out.
+        Samples lost before they were read (gaps in `seq`).
     late : int
-        Samples that came more than half a period late.
+        Samples that arrived more than half a period too late.
     delivered, dropped, waiting : int
-        Handed to the tracker; not handed to it, as the consumer was too slow; neither yet. None waits at the end.
+        Sent to the tracker; dropped, because the consumer was too slow; still in the queue. At the end none is waiting.
     refused, saturated : int
-        Those of the delivered without a usable value, and beyond the converter's range: not estimated from.
+        Delivered samples that were not used: without a valid value; outside the range of the converter.
     recorded, unrecorded : int
-        In the file; not in it.
+        Samples in the file; samples that are not in it.
     errors, reconnects : int
-        The source's.
+        Errors and reconnections of the source.
     """
 
     read: int = 0
@@ -103,11 +119,22 @@ class StreamCounters:
     reconnects: int = 0
 
     def as_dict(self) -> dict[str, int]:
-        """Return them by name."""
+        """Return the counters by name."""
         return asdict(self)
 
     def since(self, before: "StreamCounters") -> dict[str, int]:
-        """Return by name what has become of the samples read since then, what waited then left out.
+        """Return the counters, by name, of the samples that were read after an earlier state.
+
+        Samples that were waiting in the earlier state are not counted.
+
+        Parameters
+        ----------
+        before : StreamCounters
+            The earlier state.
+
+        Returns
+        -------
+        dict of str to int
 
         Examples
         --------

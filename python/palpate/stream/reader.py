@@ -1,4 +1,4 @@
-"""The thread that reads a source, and keeps neither disk nor consumer waiting for the other."""
+"""The thread that reads a source, independent of the disk and of the consumer."""
 
 import math
 import time
@@ -11,23 +11,23 @@ from palpate.recording.rows import LARGEST_CODE, LARGEST_STATUS
 from palpate.samples import Sample
 from palpate.sources import Source
 
-_AHEAD = 16  # samples that a source which can wait is ahead of the consumer
+_AHEAD = 16  # a source that can wait is at most this many samples ahead of the consumer
 _WAIT_S = 0.0005
-_LATE = 1.5  # periods
+_LATE = 1.5  # periods after the sample before
 
 
 class Reader:
-    """Reads a source into a ring, and into a recorder.
+    """Reads a source in a thread; writes the samples to a ring and a recorder.
 
     Parameters
     ----------
     source : Source
-        Begun.
+        After `__enter__`.
     ring : SampleRing
-        Closed when the source has ended.
+        Closed at the end of the source.
     recorder : Recorder, optional
     period_s : float
-        From pair to pair; nan where not known.
+        Time from one pair to the next; nan: unknown.
 
     Attributes
     ----------
@@ -35,11 +35,11 @@ class Reader:
         As in `StreamCounters`.
     last : Sample or None
     ready : Event
-        Set when there is something new, and at the end.
+        Set after each new sample, and at the end.
     error : BaseException or None
-        Why it ended, where that was not asked for.
+        The error that ended the thread.
     lock : RLock
-        Held while a sample is counted and handed on: who holds it sees whole samples, and may change the recorder.
+        Held while a sample is counted and stored. With it a caller sees complete samples, and may change the recorder.
     recorder : Recorder or None
     """
 
@@ -59,16 +59,16 @@ class Reader:
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
 
     def start(self) -> None:
-        """Begin to read."""
+        """Start the thread."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Ask for the end; returns at once."""
+        """Request the end; returns at once."""
         self._stopping.set()
         self._source.interrupt()
 
     def join(self, timeout_s: float) -> bool:
-        """Wait for the end; return whether it came."""
+        """Wait for the end; return whether the thread has ended."""
         if self._thread.ident is not None:
             self._thread.join(timeout_s)
         return not self._thread.is_alive()
@@ -79,7 +79,7 @@ class Reader:
                 self._take(sample)
                 if self._stopping.is_set():
                     break
-        except BaseException as error:  # noqa: BLE001  whatever a source raises is the consumer's to see
+        except BaseException as error:  # noqa: BLE001  the consumer gets any error of a source
             self.error = error
         finally:
             self._ring.close()
@@ -109,7 +109,7 @@ class Reader:
         self.last = sample
 
     def _has_room(self) -> bool:
-        """Wait until consumer and recorder have room; return whether that came before the end."""
+        """Wait until consumer and recorder have room; False: the end was requested before."""
         most = min(_AHEAD, self._ring.capacity - 1)
         while len(self._ring) > most or self._recorder_is_behind():
             if self._stopping.is_set():
@@ -123,7 +123,7 @@ class Reader:
 
 
 def _check(sample: Sample, last: int) -> None:
-    """Refuse what a recording could not hold."""
+    """Raise ProtocolError for a sample that a recording cannot store."""
     codes = min(sample.hard_raw, sample.soft_raw) >= -1 and max(sample.hard_raw, sample.soft_raw) <= LARGEST_CODE
     if not (codes and last < sample.seq < 2**63 and 0 <= sample.status <= LARGEST_STATUS):
         raise ProtocolError(

@@ -1,4 +1,4 @@
-"""What of a running measurement is written to files: one recording at a time, or none."""
+"""The recordings of a running measurement: one at a time, or none."""
 
 import os
 from collections.abc import Callable
@@ -12,23 +12,23 @@ from palpate.stream.reader import Reader
 
 
 class RecordingSlot:
-    """The place for a stream's recording.
+    """Begins and ends the recordings of a stream.
 
     Parameters
     ----------
     source : Source
     tracker : Tracker
     counters : callable
-        Gives the stream's.
+        Returns the `StreamCounters` of the stream.
     path : path-like, optional
-        Of the first recording, which begins with the measurement.
+        Path of the first recording, which begins with the measurement.
     notes : list of str
-        For it.
+        Notes of the first recording.
 
     Attributes
     ----------
     recorder : Recorder or None
-        The one that is running, or that ran when the stream was closed.
+        The recording that is running, or that was running when the stream was closed.
     """
 
     def __init__(
@@ -45,14 +45,14 @@ class RecordingSlot:
         self._before = StreamCounters()
 
     def first(self) -> None:
-        """Open the recording that begins with the measurement, where one is wanted."""
+        """Open the recording that begins with the measurement, if there is a path for it."""
         path, notes = self._first
         if path is not None:
             self.recorder = self._new(path, notes)
 
     def begin(self, reader: Reader, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
-        """Record from the reader's next sample on."""
-        begun = [f"{BEGUN}{reader.read} pairs, whose baseline a replay does not have"] if reader.read else []
+        """Record from the next sample of the reader on."""
+        begun = [f"{BEGUN}{reader.read} pairs; a replay has no baseline from them"] if reader.read else []
         recorder = self._new(path, [*notes, *begun])
         with reader.lock:
             self._before = self._counters()
@@ -60,7 +60,7 @@ class RecordingSlot:
         return recorder
 
     def end(self, reader: Reader) -> Recorder | None:
-        """Close the recording while the measurement goes on; None where there was none."""
+        """Close the recording and continue the measurement; None: there was no recording."""
         recorder = self.recorder
         if recorder is None:
             return None
@@ -73,7 +73,7 @@ class RecordingSlot:
         return recorder
 
     def close(self, error: BaseException | None) -> None:
-        """Close the recording with the measurement, and say in it what ended that."""
+        """Close the recording at the end of the measurement, and store the error that ended it."""
         if recorder := self.recorder:
             recorder.close(lambda: self._counted(self._counters(), recorder), _told(error))
 
@@ -82,10 +82,10 @@ class RecordingSlot:
         return Recorder(path, self._source.describe(), settings, notes)
 
     def _counted(self, counters: StreamCounters, recorder: Recorder) -> dict[str, int]:
-        """Return what became of the samples since the recording began."""
+        """Return the counters of the samples since the recording began."""
         return counters.since(self._before) | {"recorded": recorder.rows, "unrecorded": recorder.dropped}
 
 
 def _told(error: BaseException | None) -> str | None:
-    """Return what a recording keeps of an error: there are some without a text."""
+    """Return the text of an error for the recording, or its type if it has no text."""
     return (str(error) or type(error).__name__) if error else None

@@ -29,25 +29,24 @@ _POLL_S = 0.1
 
 
 class Stream:
-    """Reads a source in a thread of its own; estimates in the consumer's.
+    """A running measurement: one thread reads the source, the caller's thread estimates.
 
     Parameters
     ----------
     source : str or Source
-        What `palpate.open` takes, or what it returned. The stream closes it, also where it cannot begin.
+        A name for `palpate.open`, or a source. The stream closes it, also if the stream cannot start.
     tracker : Tracker, optional
-        By default ``Tracker(scene, **settings)``, with the source's full scale. Without a full scale one's own
-        takes a saturated sample for a refused one.
+        Default: ``Tracker(scene, **settings)`` with the full scale of the source. A tracker of your own without
+        `full_scale` counts saturated samples as refused.
     scene : str
     record : path-like, optional
-        NAME.csv: everything that is read is written there, whatever the consumer does. NAME.json beside it.
+        NAME.csv: every sample is written there, also if the consumer is too slow. NAME.json has the description.
     capacity : int
-        Samples that may wait for the consumer; beyond that they are dropped, and counted. A source that can
-        wait, as a file, waits.
+        Most samples that wait for the consumer; more are dropped and counted. A file waits for the consumer.
     notes : list of str, optional
-        For the recording.
+        Notes in the recording.
     notify : callable, optional
-        Called with a sentence when a device is lost, or back.
+        Called with a message when a device is unplugged or back.
     **settings
         As in `Tracker`.
 
@@ -59,13 +58,13 @@ class Stream:
     Raises
     ------
     ValueError, SourceError, RecordingError, MissingExtra
-        As `palpate.open` and `Tracker` do; when it is entered, RecordingError where the recording is there
-        already. While it is iterated what the source raised, after the last of its samples.
+        As from `palpate.open` and `Tracker`. `with` raises RecordingError if the recording already exists. The
+        iteration raises the error of the source, after its last sample.
 
     Notes
     -----
-    The recording, sent through `palpate.touches` with the same settings, gives the touches of the stream bit for
-    bit, where nothing was dropped.
+    `palpate.touches` computes from the recording, with the same settings, the same touches as the stream, bit for bit,
+    if no sample was dropped.
 
     Examples
     --------
@@ -92,7 +91,9 @@ class Stream:
             if not isinstance(source, str):
                 on_failure.callback(source.close)
             if tracker is not None and settings:
-                raise ValueError(f"settings: got {', '.join(settings)} beside a tracker, allowed: one of the two")
+                raise ValueError(
+                    f"settings: got {', '.join(settings)} together with a tracker, allowed: only one of them"
+                )
             given: dict[str, Any] = dict(settings)
             self.tracker: Tracker = tracker or Tracker(scene, **given)
             if record is not None:
@@ -114,13 +115,13 @@ class Stream:
         self._ended = self._closed = self._raised = self._begins = self._stop_asked = False
 
     def __enter__(self) -> Self:
-        """Begin to measure."""
+        """Begin the measurement."""
         if self._closed or self._reader:
-            raise ValueError("stream: got a second `with`, or one after close(), allowed: one")
+            raise ValueError("stream: got a second `with`, or one after close(), allowed: one `with` for each stream")
         try:
             self.source.__enter__()
             device = self.source.describe()
-            self._begins = True  # from here on there is something to close
+            self._begins = True  # from here on there may be a recording to close
             self._recordings.first()
         except BaseException:
             self.close()
@@ -132,7 +133,7 @@ class Stream:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Stop, and close the recording."""
+        """Stop, and close the recording and the source."""
         self.close()
 
     def __iter__(self) -> Iterator[Estimate]:
@@ -141,7 +142,7 @@ class Stream:
             yield from batch.estimates()
 
     def batches(self) -> Iterator[Batch]:
-        """Return samples and estimates as arrays: at each step what is there, and waiting where there is nothing."""
+        """Return samples and estimates as arrays: each batch has all samples that wait, or the next ones."""
         reader = self._begun()
         while (batch := self._next(reader)) is not None:
             yield batch
@@ -153,22 +154,22 @@ class Stream:
 
     @property
     def recorder(self) -> Recorder | None:
-        """What writes the recording; None where there is none."""
+        """The recorder; None: no recording."""
         return self._recordings.recorder
 
     @property
     def touches(self) -> list[Touch]:
-        """Every touch that has ended, in order of time."""
+        """All touches that have ended, in order of time."""
         return self.tracker.touches
 
     @property
     def counters(self) -> StreamCounters:
-        """What became of the samples so far; may be read from anywhere."""
+        """Numbers of samples so far; may be read from any thread."""
         reader, recorder, own = self._reader, self.recorder, self.source.counters
         if reader is None:
             return StreamCounters()
         delivered, dropped = self._delivered, self._ring.dropped
-        read = reader.read  # after the others: more may have come, none can have gone
+        read = reader.read  # read last: so `waiting` cannot be negative
         return StreamCounters(
             read=read,
             lost=reader.lost,
@@ -187,25 +188,25 @@ class Stream:
     def start_recording(self, record: str | os.PathLike[str], notes: list[str] | None = None) -> Recorder:
         """Record to NAME.csv from the next sample on; from any thread.
 
-        A replay has to measure the baseline from there, which is known here from before: begin without contact.
+        A replay measures the baseline at the begin of the recording: begin without contact.
 
         Raises
         ------
         ValueError, RecordingError
-            A recording is running; and as on entering.
+            A recording is running, the stream has ended, or the file exists.
         """
         reader = self._begun()
         if self._closed or self.recorder:
-            raise ValueError("record: got a second one, or none can be any more, allowed: one at a time, while it runs")
+            raise ValueError("record: already recording, or the stream has ended; allowed: one recording at a time")
         return self._recordings.begin(reader, record, notes or [])
 
     def stop_recording(self) -> Recorder | None:
-        """Close the recording, and go on without; from any thread. None where there was none.
+        """Close the recording and continue the measurement; from any thread. None: there was no recording.
 
         Raises
         ------
         RecordingError
-            Something that was read could not be recorded.
+            A sample that was read could not be recorded.
         """
         reader = self._begun()
         return None if self._closed else self._recordings.end(reader)
@@ -216,32 +217,32 @@ class Stream:
             self.recorder.note(text)
 
     def mark(self, text: str) -> None:
-        """Add a mark to the recording, at the sample that was read last."""
+        """Add a mark to the recording, at the last sample that was read."""
         if self.recorder:
             self.recorder.mark(text, self._begun().last)
 
     def tare(self) -> None:
-        """Measure the baseline anew, and mark it in the recording; from the thread that iterates."""
+        """Measure the baseline again, and mark it in the recording; from the thread that iterates."""
         self.tracker.tare()
         if self.recorder and self._fed:
             self.recorder.mark("tare", self._fed, tare=True)
 
     def stop(self) -> bool:
-        """End the iteration, after what has been read; from any thread, or a signal handler. False before `with`."""
+        """End the iteration after the samples read so far; from any thread or signal handler. False before `with`."""
         self._stop_asked = self._begins
         if self._reader:
             self._reader.stop()
         return self._begins
 
     def close(self) -> None:
-        """Stop, within 0.5 s; estimate from what is left; close recording and source.
+        """Stop within 0.5 s, estimate from the remaining samples, and close the recording and the source.
 
         Raises
         ------
         RecordingError
-            Something that was read could not be recorded.
+            A sample that was read could not be recorded.
         SourceTimeout
-            The source did not stop; it was left behind.
+            The source did not stop; its thread still runs.
         """
         if self._closed:
             return
@@ -254,7 +255,7 @@ class Stream:
         while self._next(self._reader, wait=False):
             pass
         self._finish()
-        failure = None if stopped else SourceTimeout(f"the source did not stop within {STOP_S} s: it is left behind")
+        failure = None if stopped else SourceTimeout(f"the source did not stop within {STOP_S} s; it still runs")
         try:
             self._recordings.close(failure or self._reader.error)
         finally:
@@ -267,11 +268,11 @@ class Stream:
 
     def _begun(self) -> Reader:
         if self._reader is None:
-            raise ValueError("stream: got no `with`, allowed: with palpate.Stream(...) as stream")
+            raise ValueError("stream: not started, allowed: with palpate.Stream(...) as stream")
         return self._reader
 
     def _next(self, reader: Reader, *, wait: bool = True) -> Batch | None:
-        """Return the next batch; None where none will come."""
+        """Return the next batch; None: there will be no more."""
         waiting = np.empty(_BATCH, DTYPE)
         while True:
             closed = self._ring.closed
@@ -292,7 +293,7 @@ class Stream:
         return Batch(block, rows, self.tracker.touches_since(before), before + 1)
 
     def _finish(self) -> Batch | None:
-        """End a touch that still runs."""
+        """End a touch that is still running; return the last batch."""
         if self._ended:
             return None
         self._ended = True

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The estimator for a probe in a hand: what the paper's lacks, see the class below.
+// The estimator of the scene handheld: instrumental variables, two-sided CUSUM, hand-over at an alarm.
 
 #include <limits>
 #include <palpate/estimator/innovation_noise.hpp>
@@ -13,14 +13,15 @@
 
 namespace palpate {
 
-/// Settings of Handover. drift and threshold in standard deviations of the whitened innovations: see palpate.design.cusum.
+/// Settings of Handover. drift, threshold and clip are in standard deviations of the whitened innovations: see
+/// palpate.design.cusum.
 template <class Real>
 struct HandoverSettings {
-  Real steady = Real(0.995);      // forgetting factor
-  Real drift = Real(0.75);        // slack of the CUSUM
-  Real threshold = Real(8);       // its limit
-  Real clip = Real(3);            // an innovation beyond it counts as this to the CUSUM, and not at all to the ratio
-  Real smoothing = Real(0.0625);  // share of a new regressor in the instrument
+  Real steady = Real(0.995);           // forgetting factor
+  Real drift = Real(0.75);             // slack of the CUSUM
+  Real threshold = Real(8);            // its limit
+  Real clip = Real(3);                 // limits an innovation in the CUSUM; one above it does not change the ratio
+  Real smoothing = Real(0.0625);       // share of a new regressor in the instrument
   Real min_information = Real(1e-12);  // 1 / max_covariance
 
   template <class Visit>
@@ -34,14 +35,14 @@ struct HandoverSettings {
   }
 };
 
-/// Recursive instrumental variables with a change detector that knows when the change came.
+/// Recursive instrumental variables with a change detector that estimates the time of the change.
 ///
 /// With x the regressor, w its instrument, the mean of the regressors before it, and e = output - x r:
 ///   R' = lambda R + w x,  r' = r + (w / R') e.
-/// Where w = x this is least squares. The noise of x is not in w, so r is not drawn to 0 by it; nor does tremor, which
-/// x carries with a slightly smaller amplitude after the alignment, bias r. The detector is a two-sided CUSUM on the
-/// whitened innovations, in units of their own scale: no setting in pF. At an alarm the estimate is handed over to the
-/// samples since that side's CUSUM was last 0: the old ratio is forgotten at once.
+/// With w = x this is least squares. w is independent of the noise of x, so this noise does not bias r towards 0; nor
+/// does tremor, which has a slightly smaller amplitude in x after the alignment. The detector is a two-sided CUSUM on
+/// the whitened innovations, in units of their own scale: no setting is in pF. At an alarm there is a hand-over: the
+/// estimate is computed from the samples since this CUSUM side was last 0, and the old ratio is forgotten at once.
 template <class Real, class Parameters = Kept<HandoverSettings<Real>>>
 class Handover : public Parameters {
   static_assert(is_real<Real>, "palpate::Handover: Real must be float or double");
@@ -50,9 +51,9 @@ class Handover : public Parameters {
   using real_type = Real;
   using Parameters::settings;
   static constexpr Real default_covariance = Real(1e10);
-  static constexpr int warm_up = 8;       // samples before the detector watches
-  static constexpr int transient = 3;     // first innovations, which speak of the initial ratio
-  static constexpr int trustworthy = 16;  // samples since the last change for a standard error
+  static constexpr int warm_up = 8;       // samples before the detector starts
+  static constexpr int transient = 3;     // first innovations, dominated by the error of the initial ratio
+  static constexpr int trustworthy = 16;  // fewest samples since the last change for a standard error
 
   constexpr explicit Handover(const Parameters& parameters = Parameters(), Real ratio = Real(1),
                               Real covariance = default_covariance) noexcept
@@ -99,17 +100,17 @@ class Handover : public Parameters {
   constexpr Real covariance() const noexcept { return Real(1) / sums_.information; }
   constexpr Real statistic() const noexcept { return cusum_.statistic(); }
   constexpr bool alarm() const noexcept { return statistic() > settings.threshold; }
-  /// Sum of lambda^k over the samples that the ratio rests on.
+  /// Sum of lambda^k over the samples from which the ratio was computed.
   constexpr Real count() const noexcept { return sums_.count; }
-  /// Whether standard_error() means something: enough samples, in all and since the last change.
+  /// Whether standard_error() is valid: enough samples, in total and since the last change.
   constexpr bool settled() const noexcept { return noise_.settled() && sums_.count >= trustworthy; }
 
-  /// Variance of the ratio, s^2 sum(w^2) / R^2 with s^2 the long-run variance of the innovations; only where settled().
-  /// Knows of noise and tremor, not of the baseline's error (Tracker adds that).
+  /// Variance of the ratio, s^2 sum(w^2) / R^2 with s^2 the long-run variance of the innovations; only if settled().
+  /// It includes noise and tremor, not the error of the baseline (Tracker adds that).
   constexpr Real variance() const noexcept {
     return product(noise_.long_run_variance(), sums_.squares / sums_.information) / sums_.information;
   }
-  /// NaN where the squares of the innovations are too small, or too large, for Real.
+  /// NaN if the squares of the innovations are too small or too large for Real.
   constexpr Real standard_error() const noexcept {
     const Real square = variance();
     return square > 0 && is_finite(square) ? square_root(square) : std::numeric_limits<Real>::quiet_NaN();
@@ -127,13 +128,13 @@ class Handover : public Parameters {
     Real gain;
   };
 
-  // Products of two such numbers, summed over any touch, stay finite.
+  // Sums of products of two such numbers stay finite over any touch.
   static constexpr bool in_range(Real value) noexcept {
     constexpr Real limit = std::is_same_v<Real, float> ? Real(1e16) : Real(1e140);
     return magnitude(value) < limit;
   }
 
-  // Data without noise still round: a few eps of the output.
+  // Data without noise still have rounding errors: a few eps of the output.
   static constexpr Real least_scale(Real scale, Real output) noexcept {
     const Real least = product(magnitude(output) + Real(1e-18), std::is_same_v<Real, float> ? Real(1e-6) : Real(1e-15));
     return scale > least ? scale : least;
@@ -148,7 +149,7 @@ class Handover : public Parameters {
     return {clipped, scale, watched, watched && magnitude(whitened) > limit};
   }
 
-  /// The detector after this sample. It starts anew after an alarm.
+  /// The detector after this sample. It starts again after an alarm.
   constexpr TwoSidedCusum<Real> watch(const Judged& judged, const WeightedSample<Real>& sample) const noexcept {
     TwoSidedCusum<Real> cusum = alarm() ? TwoSidedCusum<Real>() : cusum_;
     if (judged.watched) {
@@ -168,14 +169,14 @@ class Handover : public Parameters {
     return {ratio_ + product(gain, innovation), {information, squares, product(steady, sums_.count) + 1}, gain};
   }
 
-  /// The ratio of the samples since the change: sum(w y) / sum(w x).
+  /// Hand-over: the ratio from the samples since the change, sum(w y) / sum(w x).
   constexpr Estimate handed_over(const CusumSide<Real>& side) const noexcept {
     Sums<Real> sums = side.sums;
     sums.information = bounded(sums.information);
     return {side.weighted_output / sums.information, sums, Real(0)};
   }
 
-  /// The noise from this innovation; and a shorter memory, where the ratio drifts away from the estimate.
+  /// Update the noise model; halve the information if the ratio drifts away from the estimate.
   constexpr void learn(Real innovation, const Judged& judged, bool change) noexcept {
     seen_ += 1;
     if (seen_ > transient) {

@@ -1,39 +1,39 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What the innovations say about themselves: their scale, and how each resembles the ones before it.
+// Noise model: scale and autocorrelation of the innovations.
 
 #include <palpate/estimator/instrument.hpp>
 
 namespace palpate {
 
-/// Innovations e(k) as an autoregression: their mean square, their autocorrelation at lags 1 and 2, the forecast
-/// rho e(k-1), and the scale of what it leaves, the whitened innovations. Sums are exponentially weighted, with the
-/// count weighted alike.
+/// Autoregressive model of the innovations e(k): their mean square, their autocorrelation at lags 1 and 2, the forecast
+/// rho e(k-1), and the scale of the whitened innovations e(k) - rho e(k-1). All sums have exponential weights, and the
+/// count has the same weights.
 template <class Real>
 class InnovationNoise {
  public:
-  /// The fewest innovations that a standard error may rest on. So few tell no correlation that lasts longer than they
-  /// do, and no tone that cancels itself better: the long-run variance stays within this factor of the variance.
+  /// Fewest innovations for a standard error. So few cannot show a correlation over more samples than that, nor how far
+  /// an oscillation cancels: so the long-run variance is limited to within this factor of the variance.
   static constexpr int fewest = 32;
 
-  /// The first forecast is made from so many innovations.
+  /// `first_forecast`: number of innovations for the first estimate of rho.
   constexpr explicit InnovationNoise(Real first_forecast = 5) noexcept : until_forecast_(first_forecast) {}
 
-  /// What the forecast leaves of an innovation.
+  /// The innovation minus its forecast.
   constexpr Real whitened(Real innovation) const noexcept { return innovation - product(rho_, before_); }
 
-  /// Standard deviation of whitened innovations: sqrt(pi / 2) times the mean magnitude for a normal distribution. No
-  /// square root.
+  /// Standard deviation of the whitened innovations: for a normal distribution sqrt(pi / 2) times the mean magnitude.
+  /// This needs no square root.
   constexpr Real scale() const noexcept { return product(Real(1.2533141), mean_magnitude_); }
 
-  /// The n-th whitened innovation, clipped; a memory of about 100.
+  /// Add the n-th whitened innovation, clipped; a memory of about 100, 2 / 0.02.
   constexpr void add_magnitude(Real clipped, Real n) noexcept {
     mean_magnitude_ += product(mean_share(n, Real(0.02)), magnitude(clipped) - mean_magnitude_);
   }
 
-  /// An innovation; rho is estimated anew once in `interval` of them. Returns whether the ratio drifts away from the
-  /// estimate.
+  /// Add an innovation; rho is estimated again after every `interval` innovations. Returns whether the ratio drifts away
+  /// from the estimate.
   constexpr bool add(Real innovation, Real forgetting, Real interval) noexcept {
     const bool drifts = follow_offset(innovation);
     lag0_ = product(forgetting, lag0_) + product(innovation, innovation);
@@ -49,27 +49,27 @@ class InnovationNoise {
     return drifts;
   }
 
-  /// In the place of an outlier: its forecast, and what it counts as beyond that.
+  /// Add the forecast plus the clipped whitened innovation, in place of an outlier.
   constexpr void skip(Real clipped) noexcept { remember(product(rho_, before_) + clipped); }
 
-  /// The ratio is a new one: what comes next does not resemble what was.
+  /// Start again after a hand-over: the next innovations are independent of the earlier ones.
   constexpr void restart() noexcept { before_ = before_that_ = offset_ = 0; }
 
-  /// The ratio has been brought half-way to where the innovations have no offset.
+  /// Halve the offset: half of the information was forgotten, so the ratio adapts faster.
   constexpr void halve_offset() noexcept { offset_ /= 2; }
 
-  /// Whether long_run_variance() means something.
+  /// Whether long_run_variance() is valid.
   constexpr bool settled() const noexcept { return count_ >= fewest; }
 
-  /// Variance of a long mean of innovations, times their number: that of an AR(2) process where the second
-  /// coefficient is significant (tremor: a tone cancels itself), of an AR(1) process elsewhere. By Yule and Walker,
+  /// Variance of the mean of many innovations, times their number. It is that of an AR(2) process if the second
+  /// coefficient is significant (tremor: an oscillation cancels), otherwise of an AR(1) process. Yule-Walker:
   ///   AR(2): gamma(0) (1 - f1 r1 - f2 r2) / (1 - f1 - f2)^2,   AR(1): gamma(0) (1 + r1) / (1 - r1).
   constexpr Real long_run_variance() const noexcept {
     const Real variance = lag0_ / count_;
     const Real r1 = correlation(lag1_), r2 = correlation(lag2_);
     const Real rest = 1 - product(r1, r1);
     const Real partial = rest > 0 ? (r2 - product(r1, r1)) / rest : Real(0);  // correlation at lag 2, given lag 1
-    // n partial^2 is chi-squared with one degree of freedom where there is no second coefficient: 1 % is above 6.63.
+    // If the second coefficient is 0, n partial^2 is chi-squared with one degree of freedom: 1 % is above 6.63.
     if (product(count_, product(partial, partial)) < Real(6.63)) {
       return product(variance, (1 + rho_) / (1 - rho_));
     }
@@ -91,9 +91,9 @@ class InnovationNoise {
   }
 
  private:
-  // The ratio drifts where e(k) keeps an offset that no correlated noise of this roughness has. Both are running means
-  // over 32 innovations, the roughness of |e(k) - e(k-1)|, 0.8 standard deviations of a step. An AR(1) with rho = 0.8
-  // has an offset of 0.6 standard deviations of its steps; this asks for 2.
+  // The ratio drifts if e(k) has an offset that is too large for correlated noise of this roughness. Both are running
+  // means over 32 innovations, the roughness of |e(k) - e(k-1)|, 0.8 standard deviations of a step. An AR(1) with
+  // rho = 0.8 has an offset of 0.6 standard deviations of its steps; the limit is 2.
   constexpr bool follow_offset(Real innovation) noexcept {
     offset_ += product(innovation - offset_, Real(0.03125));
     roughness_ += product(magnitude(innovation - before_) - roughness_, Real(0.03125));
@@ -107,7 +107,8 @@ class InnovationNoise {
 
   constexpr Real correlation(Real lag) const noexcept { return lag0_ > 0 ? lag / lag0_ : Real(0); }
 
-  // A correlation estimated from n values, their mean taken out, is low by (1 + 3 r1) / n (Kendall, Biometrika 41, 1954).
+  // A correlation estimated from n values after subtracting their mean is too low by (1 + 3 r1) / n (Kendall,
+  // Biometrika 41, 1954).
   constexpr Real bias(Real r1) const noexcept { return (1 + product(Real(3), r1)) / count_; }
   constexpr Real corrected(Real r1) const noexcept { return limited(r1 + bias(r1)); }
 

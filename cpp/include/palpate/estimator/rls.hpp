@@ -2,7 +2,7 @@
 #pragma once
 
 // Recursive least squares for one parameter, output(k) = ratio * regressor(k) + e(k), with exponential forgetting.
-// No function throws, allocates, or keeps anything outside the object.
+// No function throws, allocates memory, or stores anything outside the object.
 
 #include <palpate/policy/acceptance.hpp>
 #include <palpate/policy/bound.hpp>
@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-/// What one sample did. accepted is false where it was refused: then nothing but this value records it.
+/// Result of one sample. accepted is false if the sample was refused: then the state did not change.
 template <class Real>
 struct Step {
   Real ratio;
@@ -23,7 +23,7 @@ struct Step {
 };
 
 namespace detail {
-// A base of its own, so that ratio and information are not neighbours in memory: g++ would keep two neighbours in one
+// A separate base class, so that ratio and information are not neighbours in memory: g++ would keep neighbours in one
 // SIMD register, and every sample would wait for both.
 template <class Real>
 struct RatioOf {
@@ -31,7 +31,7 @@ struct RatioOf {
   Real ratio_;
 };
 
-/// A detector's statistic; no byte where there is no detector.
+/// Statistic of a detector; zero bytes without a detector.
 template <class Real, bool kept>
 struct StatisticOf {
   Real statistic_ = 0;
@@ -47,9 +47,9 @@ struct StatisticOf<Real, false> {
 ///   R' = lambda R + x^2      its P(k) = P / (lambda + x^2 P), inverted: a sum of positive terms, no cancellation
 ///   K  = x / R'              its K(k) = P x / (lambda + x P x), as lambda/P + x^2 = R'
 ///   r' = r + K e             step 4
-/// A sample after which any of ratio, information or statistic would not be finite (NaN, infinity, overflow of x^2) is
-/// refused, and the state stays bit for bit as it was.
-/// Forgetting, Detector and Bound are policies, whose parameters the object keeps, or Constant policies: settings.hpp.
+/// If the ratio, information or statistic would not be finite after a sample (NaN, infinity, overflow of x^2), the
+/// sample is refused and the state keeps the same bits.
+/// Forgetting, Detector and Bound are policies with their parameters in the object, or Constant policies: settings.hpp.
 template <class Real, class Forgetting = NoForgetting<Real>, class Detector = NoDetector<Real>,
           class Bound = Unbounded<Real>, class Check = Checked>
 class Rls : detail::RatioOf<Real>,
@@ -94,14 +94,14 @@ class Rls : detail::RatioOf<Real>,
     return {ratio, innovation, gain, alarm, true};
   }
 
-  /// Forget every sample; the policies' parameters stay.
+  /// Forget all samples; the parameters of the policies stay.
   constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {
     ratio_ = ratio;
     information_ = Real(1) / covariance;
     set_statistic(Real(0));
   }
 
-  /// Give every number of the state to `visit`, by reference: to save it, and to continue from it.
+  /// Call `visit` with a reference to each number of the state: to save it, or to restore it.
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
     visit(ratio_);
@@ -121,7 +121,7 @@ class Rls : detail::RatioOf<Real>,
   constexpr const auto& bound() const noexcept { return policy_in(static_cast<const Bound&>(*this)); }
 
  private:
-  // Out of line, so that no compiler turns the check into a select of old and new state: see SwitchedForgetting.
+  // Not inlined, so that no compiler makes a select of old and new state from the check: see SwitchedForgetting.
   PALPATE_COLD static constexpr Step<Real> refusal(Real ratio, Real innovation, bool alarm) noexcept {
     return {ratio, innovation, Real(0), alarm, false};
   }
@@ -144,7 +144,7 @@ class Rls : detail::RatioOf<Real>,
   Real information_;
 };
 
-/// The paper's estimator with its parameters as defaults; ordinary RLS with the same safety.
+/// The estimator of the paper with its parameters as defaults; and below it ordinary RLS with the same checks.
 template <class Real>
 using AdaptiveRls = Rls<Real, SwitchedForgetting<Real>, Cusum<Real>, BoundedCovariance<Real>>;
 template <class Real>

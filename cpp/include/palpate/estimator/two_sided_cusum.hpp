@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// A change detector that knows when the change came, and what has been measured since.
+// A change detector that estimates the time of the change, and keeps the sums of the samples since then.
 
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
 
-/// A sample with its weight w: output y, regressor x.
+/// A sample: its weight w, output y and regressor x.
 template <class Real>
 struct WeightedSample {
   Real weight, output, regressor;
 };
 
-/// What a ratio rests on.
+/// Sums over the samples from which a ratio was computed.
 template <class Real>
 struct Sums {
   Real information = 0;  // of w x
@@ -29,7 +29,7 @@ struct Sums {
 };
 
 /// One side of Page's CUSUM on a whitened innovation z in units of its scale, g' = max(0, g + z - drift), with the sums
-/// since g was last 0: the maximum-likelihood guess of when the change came, if one came (Page 1954; Basseville and
+/// since g was last 0: this is the maximum-likelihood estimate of the time of a change (Page 1954; Basseville and
 /// Nikiforov 1993).
 template <class Real>
 struct CusumSide {
@@ -37,7 +37,7 @@ struct CusumSide {
   Real weighted_output = 0;  // sum of w y
   Sums<Real> sums;
 
-  // Selects, not a branch: whether noise is above 0 cannot be predicted.
+  // Selects, not a branch: the sign of noise cannot be predicted.
   constexpr void add(Real step, const WeightedSample<Real>& s) noexcept {
     const Real sum = statistic + step;
     const bool keep = sum > 0;
@@ -56,7 +56,7 @@ struct CusumSide {
   }
 };
 
-/// Both sides: for a ratio that has risen, and for one that has fallen.
+/// Both CUSUM sides: one for a rise of the ratio, one for a fall.
 template <class Real>
 struct TwoSidedCusum {
   CusumSide<Real> up, down;

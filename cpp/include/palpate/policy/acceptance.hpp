@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-/// The null policy: every sample is taken. For samples that something else has checked already, as they must be finite,
-/// and their squares, too: one NaN, or an infinity, and the estimator has no ratio before its next reset.
+/// The null policy: every sample is accepted. For samples that were checked before: they and their squares must be
+/// finite. After one NaN or infinity the ratio is NaN until the next reset.
 struct Unchecked {
   template <class Real>
   static constexpr bool passes(Real, Real, Real) noexcept {
@@ -16,7 +16,7 @@ struct Unchecked {
   }
 };
 
-/// Only a sample after which ratio, information and statistic are finite.
+/// Accepts a sample only if ratio, information and statistic are finite after it.
 struct Checked {
   template <class Real>
   static constexpr bool passes(Real ratio, Real information, Real statistic) noexcept {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Bounds on the covariance: without excitation (regressor 0) the information decays as lambda^k and P = 1/R would grow
-// without limit (covariance wind-up), on its way through the subnormal numbers, where arithmetic is slow.
+// Bounds on the covariance: without excitation (regressor 0) the information R decays as lambda^k and P = 1/R would
+// grow without limit (covariance wind-up), and R would reach subnormal numbers, where arithmetic is slow.
 
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
 
-/// The null policy. For regressors that never stay at 0 for long.
+/// The null policy, for regressors that are never 0 for long.
 template <class Real>
 struct Unbounded {
   using real_type = Real;
@@ -18,7 +18,7 @@ struct Unbounded {
   }
 };
 
-/// P / lambda <= 1 / min_information before each sample is taken in, so P never exceeds it either.
+/// P / lambda <= 1 / min_information before each sample, so P never exceeds this limit either.
 /// Equivalent to a forgetting factor raised to lambda' = max(lambda, P min_information): see palpate.reference.
 template <class Real>
 struct BoundedCovariance {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Change detectors: watch the innovation e(k), raise an alarm when the ratio has changed.
+// Change detectors: raise an alarm when the innovations e(k) show that the ratio has changed.
 
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
 
-/// The null policy: no alarm, ever. `Value` is a Real, or a pack of them: see bank.hpp.
+/// The null policy: never an alarm. `Value` is a Real, or a pack of them: see bank.hpp.
 template <class Real>
 struct NoDetector {
   using real_type = Real;
@@ -20,7 +20,7 @@ struct NoDetector {
   static constexpr Real limit() noexcept { return Real(0); }
 };
 
-/// The paper's cumulative sum of |e|, two-sided by the absolute value:
+/// The cumulative sum of |e| of the paper, two-sided because of the absolute value:
 ///   g(k) = max(0, g(k-1) + |e(k)| - d),  alarm(k) = g(k) > h.
 /// drift d and threshold h in the unit of the output (pF). Page, Biometrika 41 (1954). The estimator keeps g.
 template <class Real>
@@ -33,7 +33,7 @@ struct Cusum {
   /// g(k) from g(k-1) and e(k).
   template <class Value>
   constexpr Value next(Value statistic, Value innovation) const noexcept {
-    // |e| - d first: when |e| <= d that difference is not positive, so rounding cannot make g rise.
+    // |e| - d first: if |e| <= d, this difference is not positive, so rounding cannot increase g.
     return positive_part(statistic + (magnitude(innovation) - drift));
   }
   constexpr Real limit() const noexcept { return threshold; }

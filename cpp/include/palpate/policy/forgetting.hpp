@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Forgetting policies: how much of the information R = 1/P gathered so far still counts at the next sample.
+// Forgetting policies: the fraction lambda of the information R = 1/P that remains at the next sample.
 // A memory of about 2 / (1 - lambda) samples: 400 at 0.995, 20 at 0.9 (the paper's rule).
 
 #include <palpate/arithmetic.hpp>
 
 namespace palpate {
 
-/// The null policy, lambda = 1: every sample counts the same for ever. In float, R stops growing at 2^24 x^2 and
-/// samples after that number count too much: for so many take double. See bench/accuracy/stability.py.
+/// The null policy, lambda = 1: all samples have the same weight for ever. In float, R stops growing at 2^24 x^2, and
+/// later samples have too much weight: for so many samples use double. See bench/accuracy/stability.py.
 template <class Real>
 struct NoForgetting {
   using real_type = Real;
@@ -25,22 +25,22 @@ struct FixedForgetting {
 
   constexpr Real discount(Real information, bool /*alarm*/) const noexcept { return product(forgetting, information); }
   constexpr Real factor(bool /*alarm*/) const noexcept { return forgetting; }
-  /// Give the name of each setting, and the member, to `visit`.
+  /// Call `visit` with the name of each setting and a pointer to the member.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("forgetting", &FixedForgetting::forgetting);
   }
 };
 
-/// The paper's: lambda = alarmed while the detector's alarm is on, steady otherwise.
+/// The policy of the paper: lambda = alarmed during an alarm of the detector, otherwise steady.
 template <class Real>
 struct SwitchedForgetting {
   using real_type = Real;
   Real steady = Real(0.995);
   Real alarmed = Real(0.9);
 
-  // A branch that is predicted, not a select: a select would put the detector and the division of every sample on the
-  // path from one ratio to the next, three times as long.
+  // A predicted branch, not a select: with a select every ratio would wait for the detector and the division, and take
+  // three times as long.
   constexpr Real discount(Real information, bool alarm) const noexcept {
     if (PALPATE_UNLIKELY(alarm)) {
       return product(alarmed, information);

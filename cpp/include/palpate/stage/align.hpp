@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// One converter reads the two channels in turn: the soft channel is interpolated to the hard channel's instants.
+// One converter reads the two channels one after the other: the soft channel is interpolated to the times of the hard
+// channel.
 // Times are integer ticks of any unit; only their differences become Real.
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 
 namespace palpate {
 
-/// Both channels at one instant; valid is false where they could not be brought together.
+/// Both channels at one time; valid is false if there is no pair.
 template <class Real>
 struct Pair {
   Real hard;
@@ -19,7 +20,7 @@ struct Pair {
   bool valid;
 };
 
-/// The null stage: the two values as they came.
+/// The null stage: both values unchanged.
 template <class Real, class Ticks>
 struct NoAlign {
   using ticks_type = Ticks;
@@ -29,13 +30,13 @@ struct NoAlign {
   constexpr void reset() noexcept {}
 };
 
-/// Times are counted: a float32 time is wrong after a minute.
+/// Times are integers: a time in float32 is too inexact after a minute.
 template <class Ticks>
 inline constexpr bool is_ticks = std::is_integral_v<Ticks> && sizeof(Ticks) >= 4;
 
 template <class Ticks>
 struct AlignSettings {
-  // Between two soft values: no interpolation over more. 1 s, where ticks of 64 bits are nanoseconds, others
+  // Longest time between two soft values for an interpolation: 1 s, if ticks of 64 bits are nanoseconds and others are
   // microseconds.
   Ticks max_gap = static_cast<Ticks>(sizeof(Ticks) >= 8 ? 1000000000 : 1000000);
 
@@ -45,9 +46,9 @@ struct AlignSettings {
   }
 };
 
-/// Lagrange interpolation through Order soft values around a hard one, on their real times; Order 2, 4 or 6. Costs
-/// Order / 2 - 1 pairs of delay (one more where the soft channel is read first). What is left of a tone whose phase
-/// turns by a between two soft values is 1 - (9 cos(a / 2) - cos(3 a / 2)) / 8 for Order 4: 5 % at 8 Hz and 26 ms.
+/// Lagrange interpolation through Order soft values around a hard one, with their real times; Order 2, 4 or 6. The
+/// delay is Order / 2 - 1 pairs (one more if the soft channel is read first). For Order 4 the relative error of a sine
+/// whose phase changes by a between two soft values is 1 - (9 cos(a / 2) - cos(3 a / 2)) / 8: 5 % at 8 Hz and 26 ms.
 template <class Real, class Ticks, int Order = 4, class Settings = Kept<AlignSettings<Ticks>>>
 class Align : public Settings {
   static_assert(Order == 2 || Order == 4 || Order == 6, "palpate::Align: Order must be 2, 4 or 6");
@@ -58,7 +59,7 @@ class Align : public Settings {
   using ticks_type = Ticks;
   using Settings::settings;
 
-  /// One reading of each channel, either of which may be missing (NaN). Returns the pair that it completes.
+  /// Takes one reading of each channel; NaN: a missing reading. Returns the pair that is complete with it.
   constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft) noexcept {
     if (is_finite(soft)) {
       push_soft(soft_time, soft);
@@ -74,7 +75,7 @@ class Align : public Settings {
  private:
   constexpr void push_soft(Ticks time, Real value) noexcept {
     if (soft_filled_ > 0 && !(difference(time, soft_time_[Order - 1]) > 0)) {
-      reset();  // the clock went back, or stood: start again
+      reset();  // the time decreased, or did not change: start again
     }
     for (int i = 1; i < Order; ++i) {
       soft_time_[i - 1] = soft_time_[i];
@@ -111,7 +112,7 @@ class Align : public Settings {
     return {hard_[0], soft_[Order - 1], false};
   }
 
-  // Loops over the sequence I are unrolled by every compiler: they would cost three times their work.
+  // Folds over the sequence I are unrolled by every compiler; loops would take three times as long.
   template <int... I>
   constexpr Real interpolated(Ticks time, std::integer_sequence<int, I...> all) const noexcept {
     const Real node[] = {difference(soft_time_[I], soft_time_[half])...};
@@ -129,15 +130,15 @@ class Align : public Settings {
     return above / below;
   }
 
-  // Through unsigned ticks, which may wrap.
+  // Computed with unsigned ticks, which may wrap.
   static constexpr auto apart(Ticks later, Ticks earlier) noexcept {
     using Unsigned = std::make_unsigned_t<Ticks>;
     const auto wrapped = static_cast<Unsigned>(static_cast<Unsigned>(later) - static_cast<Unsigned>(earlier));
     return static_cast<std::make_signed_t<Ticks>>(wrapped);
   }
 
-  // In 2^24 ticks, which is exact, and near 1 for milliseconds in nanoseconds: no product of five leaves the range of
-  // float.
+  // In units of 2^24 ticks: this scaling is exact, and near 1 for milliseconds in nanoseconds, so that products of five
+  // stay in the range of float.
   static constexpr Real difference(Ticks later, Ticks earlier) noexcept {
     return product(static_cast<Real>(apart(later, earlier)), Real(1) / Real(16777216));
   }

@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-/// The null stage: the values are changes already.
+/// The null stage: the values are already changes.
 template <class Real>
 struct NoBaseline {
   constexpr void collect(Real) noexcept {}
@@ -27,9 +27,9 @@ struct NoBaseline {
 
 template <class Real>
 struct BaselineSettings {
-  Real clip = Real(3);            // standard deviations by which one value counts at most
+  Real clip = Real(3);            // limits the deviation of one value, standard deviations
   Real longest = Real(64);        // memory of the running mean, values
-  Real least_noise = Real(1e-6);  // pF: data that do not tremble still have codes
+  Real least_noise = Real(1e-6);  // pF: lower limit, for data without visible noise
 
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
@@ -39,8 +39,8 @@ struct BaselineSettings {
   }
 };
 
-/// From the first Size values, the mean of those that lie near their median: up to a quarter of them may belong to a
-/// touch that began too early, or be spikes. Then a clipped running mean, for the time without contact.
+/// Level: first the mean of those of the first Size values that are near their median; up to a quarter of them may be
+/// spikes, or of a touch that began too early. Then a clipped running mean, during the time without contact.
 template <class Real, int Size = 32, class Settings = Kept<BaselineSettings<Real>>>
 class Baseline : public Settings {
   static_assert(Size >= 8 && Size < 256, "palpate::Baseline: Size must be from 8 to 255");
@@ -48,7 +48,7 @@ class Baseline : public Settings {
  public:
   using Settings::settings;
 
-  /// One of the first Size values, kept sorted.
+  /// Add one of the first Size values; they are kept sorted.
   constexpr void collect(Real value) noexcept {
     int i = filled_++;
     for (; i > 0 && values_[i - 1] > value; --i) {
@@ -60,7 +60,7 @@ class Baseline : public Settings {
     }
   }
 
-  /// A later value without contact.
+  /// Add a later value without contact.
   constexpr void follow(Real value) noexcept {
     now_.count += now_.count < settings.longest ? Real(1) : Real(0);
     const Real limit = product(settings.clip, now_.noise);
@@ -72,8 +72,8 @@ class Baseline : public Settings {
     set_noise(now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, share), values_[noise_floor]);
   }
 
-  /// Remember this moment, and go back to it: when it turns out that a touch had begun after it.
-  /// Only while ready().
+  /// Save the present state; rewind() goes back to it when a touch has begun after it.
+  /// Only if ready().
   constexpr void mark() noexcept {
     values_[marked_level] = now_.level;
     values_[marked_noise] = now_.noise;
@@ -85,7 +85,7 @@ class Baseline : public Settings {
   }
 
   constexpr void reset() noexcept { filled_ = 0; }
-  /// Stop collecting: the level from before reset() stands.
+  /// Stop collecting, and keep the level from before reset().
   constexpr void keep() noexcept {
     filled_ = Size;
     values_[noise_floor] = settings.least_noise;
@@ -95,12 +95,12 @@ class Baseline : public Settings {
   constexpr Real level() const noexcept { return now_.level; }
   /// Standard deviation of one value.
   constexpr Real noise() const noexcept { return now_.noise; }
-  /// Variance of the level itself: the noise's, times the sum of the squared weights of the values.
+  /// Variance of the level: that of the noise times the sum of the squared weights of the values.
   constexpr Real variance() const noexcept { return product(product(now_.noise, now_.noise), now_.squares); }
 
  private:
   constexpr void establish() noexcept {
-    // A code is 3.5 standard deviations of its rounding wide; half of it is on the safe side.
+    // A step between codes is 3.5 standard deviations of the rounding; half a step is a safe lower limit.
     Real step = std::numeric_limits<Real>::max();
     for (int i = 1; i < Size; ++i) {
       const Real difference = values_[i] - values_[i - 1];
@@ -109,7 +109,7 @@ class Baseline : public Settings {
     const bool coded = step > 2 * settings.least_noise && step < std::numeric_limits<Real>::max();
     const Real floor = coded ? step / 2 : settings.least_noise;
     const Real median = values_[Size / 2 - 1] / 2 + values_[Size / 2] / 2;  // their sum may be too large
-    // The quartiles of a normal distribution, each one value towards the middle, are 1.25 standard deviations apart.
+    // The quartiles of a normal distribution, each moved to the middle by one value, differ by 1.25 standard deviations.
     set_noise((values_[3 * Size / 4 - 1] - values_[Size / 4]) / Real(1.25), floor);
     const Real limit = product(settings.clip, now_.noise);
     int begin = 0, end = Size;
@@ -136,7 +136,7 @@ class Baseline : public Settings {
     Real level = 0, noise = 0, count = 0, squares = 0;
   };
 
-  // The values are needed while they are collected, sorted; what else has to be kept, only afterwards, in their place.
+  // The sorted values are needed only while collecting; after that the same memory has these numbers.
   enum Place : int { marked_level, marked_noise, marked_count, marked_squares, noise_floor };
   Real values_[Size] = {};
   Moment now_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Where a touch begins and ends.
+// Contact: the begin and the end of a touch.
 
 #include <cstdint>
 #include <palpate/arithmetic.hpp>
@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-/// The null stage: always in contact. The end of one touch is the beginning of the next.
+/// The null stage: always in contact. The next touch begins at the end of the last one.
 template <class Real>
 struct AlwaysContact {
   static constexpr bool releases = false;
@@ -24,15 +24,15 @@ struct AlwaysContact {
 
 template <class Real>
 struct ContactSettings {
-  Real slack = Real(1.5);  // the mean size of noise is 0.8
-  Real quiet = Real(1.2);  // noise exceeds it four times in a row once in 360 starts
+  Real slack = Real(1.5);  // the mean magnitude of noise is 0.8
+  Real quiet = Real(1.2);  // noise is above it four times in a row in 1 of 360 starts
   Real limit = Real(16);
   Real clip = Real(6);
   Real release = Real(0.5);
   Real idle_share = Real(0.1);
   int confirm = 3;  // below 256
 
-  /// As FixedForgetting::visit_fields, in every settings struct.
+  /// As FixedForgetting::visit_fields; every settings struct has it.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("slack", &ContactSettings::slack);
@@ -45,24 +45,24 @@ struct ContactSettings {
   }
 };
 
-/// A Page test on the size of the change, in standard deviations of the idle noise: contact when the sum of what
-/// exceeds slack reaches limit. A value counts clip at most, so contact takes limit / (clip - slack) values, 4: no
-/// spike is one. The start is dated back to the first value after the last quiet one. The end: below release of the
-/// highest value, confirm times in a row; the channel is idle again below idle_share of it.
-/// Without Dates it leaves out the start.
+/// One-sided CUSUM (Page's test) of the magnitude of the change, in standard deviations of the idle noise:
+///   g' = max(0, g + min(|change| / noise, clip) - slack),   contact when g >= limit.
+/// So contact needs at least limit / (clip - slack) = 4 values: one spike is not a contact. The start of a touch is the
+/// first value after the last one below quiet. The end: below release times the highest value, confirm times in a row;
+/// the channel is idle again below idle_share times the highest value. Without Dates the start is not computed.
 template <class Real, class Settings = Kept<ContactSettings<Real>>, bool Dates = true>
 class Contact : public Settings {
  public:
   using Settings::settings;
   static constexpr bool releases = true;
 
-  /// One change (magnitude, any unit) and the noise of the same. Returns contact().
+  /// Takes the magnitude of one change and its noise, in the same unit. Returns contact().
   constexpr bool update(Real change, Real noise) noexcept {
     return state_ == State::idle ? approach(change, noise) : leave(change, noise);
   }
 
-  /// One change from the old baseline, while a new one is measured after a touch. Returns contact(): the next touch has
-  /// begun where more than `confirm` in a row are of twice idle_share of the last one's height.
+  /// Takes one change from the old baseline, while a new one is measured after a touch. Returns contact(): the next
+  /// touch has begun if more than `confirm` changes in a row are above 2 * idle_share times the height of the last one.
   constexpr bool update_between(Real change) noexcept {
     const bool high = peak_ > 0 && change > 2 * product(settings.idle_share, peak_);
     if (count_in_a_row(high) > settings.confirm) {
@@ -82,18 +82,18 @@ class Contact : public Settings {
 
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
-  /// While idle: values since the last quiet one; in contact: what that was when contact was found.
+  /// While idle: number of values since the last one below quiet; in contact: this number when the contact was found.
   constexpr int age() const noexcept { return age_; }
 
  private:
   enum class State : std::uint8_t { contact, released, idle };
 
   constexpr bool approach(Real change, Real noise) noexcept {
-    // 0 / 0, no change without noise, is no number, and the sum starts again: it is above 0 for no number.
+    // 0 / 0, no change and no noise, is NaN, which is not above 0: the sum starts again from 0.
     const Real size = change / noise;
     sum_ += (size > settings.clip ? settings.clip : size) - settings.slack;
     sum_ = sum_ > 0 ? sum_ : Real(0);
-    if (Dates) {  // noise does not exceed quiet 65536 times in a row
+    if (Dates) {  // noise is never above quiet 65536 times in a row
       age_ = static_cast<std::uint16_t>(size >= settings.quiet ? age_ + 1 : 0);
     }
     if (sum_ >= settings.limit) {
@@ -106,7 +106,7 @@ class Contact : public Settings {
     const bool touching = contact();
     peak_ = touching && change > peak_ ? change : peak_;
     const Real least = product(touching ? settings.release : settings.idle_share, peak_);
-    const Real noise_limit = product(settings.slack + 1, noise);  // a touch of a few noises has no tenth
+    const Real noise_limit = product(settings.slack + 1, noise);  // a tenth of a very light touch is below the noise
     if (count_in_a_row(change < (least > noise_limit ? least : noise_limit)) != settings.confirm) {
       return touching;
     }

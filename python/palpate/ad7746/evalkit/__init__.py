@@ -1,1 +1,1 @@
-"""The evaluation kit: an FX2 on USB, found, opened, given its firmware, and asked for the chip's registers."""
+"""The evaluation kit: an FX2 on USB that reads and writes the registers of the AD7746."""

@@ -1,6 +1,6 @@
 """The AD7746 evaluation kit on USB: a register bus over its firmware's vendor requests. Not tried on hardware.
 
-The interface is claimed as a lock between programs; the requests themselves would go through without.
+Claiming the interface locks the board against other programs; the requests themselves do not need it.
 """
 
 import os
@@ -22,39 +22,54 @@ except ImportError as _missing:  # pragma: no cover
 TIMEOUT_MS = 200
 TRANSFER_BYTES = 64
 PORTS, I2C_PLAIN, I2C, ERROR_COUNT, RAM = 0xDB, 0xDC, 0xDD, 0xDF, 0xA0
-"""Vendor requests; the last is the FX2 chip's own."""
+"""Numbers of the vendor requests; RAM is of the FX2 chip itself, without firmware."""
 IN, OUT = 0xC0, 0x40
 CPUCS = 0xE600
-"""Address in the RAM request: 1 holds the board's processor in reset, 0 lets it run."""
+"""Address for the RAM request: 1 keeps the processor of the board in reset, 0 starts it."""
 RDY_PIN = 0x08
-"""Of port A; low: ready."""
-_SETTLE_S = 2.0  # after a plug, until permissions are set
-_STARTING_S, _AGAIN_S = 1.0, 0.1  # after a firmware load, until it runs
+"""Bit of port A; low: ready."""
+_SETTLE_S = 2.0  # after the board is plugged in, until the permissions are set
+_STARTING_S, _AGAIN_S = 1.0, 0.1  # longest start of the firmware after loading; poll interval
 
 
 class EvalKit:
-    """One board, claimed.
+    """One evaluation kit on USB, opened.
 
     Parameters
     ----------
     bus, address : int, optional
-        Which board, where there are several.
+        Which board, if there are several.
     firmware : path-like, optional
-        Intel HEX file that is loaded where the board has none; otherwise PALPATE_FIRMWARE names it.
+        Intel HEX file, loaded if the board has no firmware. Default: the file that PALPATE_FIRMWARE names.
     backend : usb.backend.IBackend, optional
-        A twin's; otherwise the system's libusb.
+        Backend of a simulated board. Default: libusb of the system.
     clock : Clock, optional
+        Clock of the write times.
 
     Raises
     ------
     DeviceNotFound
-        No such board, or several to choose from.
+        No such board, or several boards and none was named.
     DeviceRefused
         No permission, used by another program, or no firmware.
     MissingExtra
         No libusb.
     ProtocolError
-        A firmware file that is none.
+        The firmware file is not valid Intel HEX.
+
+    Examples
+    --------
+    >>> from palpate.ad7746.clock import VirtualClock
+    >>> from palpate.ad7746.twin.usb import TwinBackend
+    >>> from palpate.simulation.board import kit_of
+    >>> from palpate.simulation.scenarios import SCENARIOS
+    >>> clock = VirtualClock()
+    >>> backend = TwinBackend(clock)  # a simulated board; leave it out for a real one
+    >>> port = backend.plug(kit_of(SCENARIOS["tremor"], clock))
+    >>> kit = EvalKit(backend=backend, clock=clock)
+    >>> kit.read(0, 1).hex()
+    '07'
+    >>> kit.close()
     """
 
     def __init__(
@@ -77,7 +92,7 @@ class EvalKit:
         self._take()
 
     def read(self, register: int, count: int, i2c_address: int = datasheet.I2C_ADDRESS) -> bytes:
-        """Return registers; the board's error counter is asked, as all FF is also what nobody answers."""
+        """Return registers. All FF can mean "no answer", so the error counter of the board is read, too."""
         value = _on_bus(i2c_address)
         if not 1 <= count <= TRANSFER_BYTES:
             raise ValueError(f"count: got {count}, allowed: 1 to {TRANSFER_BYTES}")
@@ -95,7 +110,7 @@ class EvalKit:
         return written
 
     def ready(self) -> bool:
-        """Look at the RDY# pin; no I2C."""
+        """Return whether a conversion has ended, from the RDY# pin; without I2C."""
         return not self._in(PORTS, 0, 0, 1)[0] & RDY_PIN
 
     def reset(self) -> None:
@@ -104,7 +119,7 @@ class EvalKit:
         self._check_acknowledged("resetting the AD7746")
 
     def reopen(self) -> None:
-        """Open the board again: at the same ports where it was named, else the only one there is."""
+        """Open the board again: the one at the same ports if it was named, otherwise the only one."""
         self.close()
         self._backend = fresh(self._backend)
         found = [d for d in devices(self._backend) if not self._named or board_of(d)[::2] == self._board[::2]]
@@ -122,13 +137,13 @@ class EvalKit:
         self._refused_ns = None
 
     def close(self) -> None:
-        """Give the board back."""
+        """Close the board."""
         if self._device is not None:
             usb.util.dispose_resources(self._device)
             self._device = None
 
     def describe(self) -> dict[str, Any]:
-        """Return the board's identity; it has no serial number."""
+        """Return the identity of the board; it has no serial number."""
         return {
             "name": "AD7746 evaluation kit",
             "usb": f"{VENDOR:04x}:{PRODUCT:04x}",
@@ -148,7 +163,7 @@ class EvalKit:
             raise
 
     def _runs(self) -> bool:
-        """Ask for the error counter, which only the firmware has; that also clears it."""
+        """Return whether the firmware runs: only it answers to the error counter. Reading also clears the counter."""
         try:
             self._in(ERROR_COUNT, 0, 0, 1)
         except (SourceTimeout, ProtocolError):
@@ -158,9 +173,9 @@ class EvalKit:
     def _load(self) -> None:
         if self._firmware is None:
             raise DeviceRefused(
-                f"the board at {self._board} has no firmware, which it loses with its supply: give the path of "
+                f"the board at {self._board} has no firmware (unplugging the board erases it): give the path of "
                 "Icv_usb.hex, which Analog Devices' software for the kit installs: --firmware PATH, or "
-                "PALPATE_FIRMWARE. If it had been loaded, unplug the board for a moment"
+                "PALPATE_FIRMWARE. If it was already loaded, unplug the board for a moment"
             )
         self._out(RAM, CPUCS, 0, b"\1")
         for address, data in self._firmware.items():
@@ -171,7 +186,7 @@ class EvalKit:
                 return
             self._clock.sleep(_AGAIN_S)
         raise DeviceRefused(
-            f"the firmware was loaded into the board at {self._board} but does not answer: is it this board's file?"
+            f"the firmware was loaded into the board at {self._board} but does not answer: check the file"
         )
 
     def _load_chunk(self, address: int, data: bytes) -> None:
@@ -179,26 +194,30 @@ class EvalKit:
             chunk = data[start : start + TRANSFER_BYTES]
             self._out(RAM, address + start, 0, chunk)
             if self._in(RAM, address + start, 0, len(chunk)) != chunk:
-                raise ProtocolError(f"firmware: what was written at 0x{address + start:04X} reads back otherwise")
+                raise ProtocolError(
+                    f"firmware: verification failed at 0x{address + start:04X}: the value read back differs"
+                )
 
     def _in(self, request: int, value: int, index: int, count: int) -> bytes:
         with translated(f"request 0x{request:02X}"):
             data = bytes(self._opened.ctrl_transfer(IN, request, value, index, count, TIMEOUT_MS))
         if len(data) != count:
-            raise ProtocolError(f"request 0x{request:02X}: got {len(data)} bytes, allowed: {count}; a damaged transfer")
+            raise ProtocolError(f"request 0x{request:02X}: got {len(data)} bytes, allowed: {count}: damaged transfer")
         return data
 
     def _out(self, request: int, value: int, index: int, data: bytes) -> None:
         with translated(f"request 0x{request:02X}"):
             count = self._opened.ctrl_transfer(OUT, request, value, index, data, TIMEOUT_MS)
         if count != len(data):
-            raise ProtocolError(f"request 0x{request:02X}: {count} bytes of {len(data)} were taken; a damaged transfer")
+            raise ProtocolError(
+                f"request 0x{request:02X}: the board accepted {count} bytes of {len(data)}: damaged transfer"
+            )
 
     def _check_acknowledged(self, what: str) -> None:
         if errors := self._in(ERROR_COUNT, 0, 0, 1)[0]:
             raise ProtocolError(
-                f"{what}: not acknowledged, errors counted by the board: {errors}; if it happens again and again, its "
-                "firmware has locked: unplug the board for a moment"
+                f"{what}: not acknowledged, errors counted by the board: {errors}; if it happens repeatedly, its "
+                "firmware hangs: unplug the board for a moment"
             )
 
     @property
@@ -209,9 +228,9 @@ class EvalKit:
 
 
 def _on_bus(i2c_address: int) -> int:
-    """Return a transfer's wValue for the only address that is allowed."""
+    """Return wValue of a transfer, for the only allowed address."""
     if i2c_address != datasheet.I2C_ADDRESS:
         raise ValueError(
-            f"i2c_address: got 0x{i2c_address:02X}, allowed: 0x48; at 0x50 to 0x57 is the memory of the board's identity"
+            f"i2c_address: got 0x{i2c_address:02X}, allowed: 0x48; 0x50 to 0x57 is the memory with the board's identity"
         )
     return i2c_address << 1

@@ -1,4 +1,4 @@
-"""Which evaluation kits are plugged in, and through which library they are spoken to."""
+"""Search for evaluation kits on USB, and for the USB library."""
 
 from contextlib import suppress
 from typing import Any, NamedTuple
@@ -12,28 +12,32 @@ except ImportError as _missing:  # pragma: no cover
     raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from _missing
 
 VENDOR, PRODUCT = 0x0456, 0xB481
-"""The same before and after the firmware is loaded."""
+"""USB identity, the same before and after the firmware is loaded."""
 
 
 class Board(NamedTuple):
-    """Where a board is plugged in: bus and address as `lsusb` shows them, and the ports that lead to it."""
+    """Place of a board: bus and address as `lsusb` shows them, and the chain of ports."""
 
     bus: int
     address: int
     ports: tuple[int, ...]
 
     def __str__(self) -> str:
-        """Return "bus/address", as `usb:` takes it."""
+        """Return "bus/address", as in `usb:bus/address`."""
         return f"{self.bus}/{self.address}"
 
 
 def boards(backend: Any = None) -> list[Board]:
-    """List the boards that are plugged in; opens none.
+    """Return the connected boards, without opening one.
 
     Parameters
     ----------
     backend : usb.backend.IBackend, optional
-        A twin's; otherwise `system_backend`.
+        Backend of a simulated board. Default: `system_backend`.
+
+    Returns
+    -------
+    list of Board
 
     Raises
     ------
@@ -44,25 +48,25 @@ def boards(backend: Any = None) -> list[Board]:
 
 
 def devices(backend: Any) -> list[Any]:
-    """Return pyusb's devices."""
+    """Return the devices of pyusb that are evaluation kits."""
     with translated("looking for boards"):
         found = [_device(raw, backend) for raw in backend.enumerate_devices()]
     return [device for device in found if (device.idVendor, device.idProduct) == (VENDOR, PRODUCT)]
 
 
 def _device(raw: Any, backend: Any) -> Any:
-    # libusb crashes where a device is given back after its context; pyusb does not hold the one for the other.
+    # libusb crashes if a device is freed after its context, and pyusb does not keep the context: keep it here.
     raw.backend = backend
     return usb.core.Device(raw, backend)
 
 
 def board_of(device: Any) -> Board:
-    """Return where a device is plugged in."""
+    """Return the place of a device."""
     return Board(device.bus, device.address, tuple(device.port_numbers or ()))
 
 
 def choose(backend: Any, bus: int | None, address: int | None) -> Any:
-    """Return the device that was named, or the only one."""
+    """Return the device with this bus and address, or the only one."""
     found = devices(backend)
     named = [d for d in found if bus in (None, d.bus) and address in (None, d.address)]
     if len(named) == 1:
@@ -70,15 +74,15 @@ def choose(backend: Any, bus: int | None, address: int | None) -> Any:
     places = ", ".join(f"usb:{board_of(device)}" for device in found)
     if not found:
         raise DeviceNotFound(
-            f"no AD7746 evaluation kit ({VENDOR:04x}:{PRODUCT:04x}) is plugged in: check the cable, and `lsusb`"
+            f"no AD7746 evaluation kit ({VENDOR:04x}:{PRODUCT:04x}) found: check the cable, and `lsusb`"
         )
     if not named:
-        raise DeviceNotFound(f"no board at {bus}/{address}: plugged in are {places}")
-    raise DeviceNotFound(f"{len(named)} boards are plugged in: name one of {places}")
+        raise DeviceNotFound(f"no board at {bus}/{address}, found: {places}")
+    raise DeviceNotFound(f"found {len(named)} boards: choose one of {places}")
 
 
 def system_backend() -> Any:
-    """Return pyusb's libusb-1.0, the system's first: the first one that is loaded is the one that is kept."""
+    """Return libusb-1.0 for pyusb; first that of the system, since pyusb keeps the first one that is loaded."""
     from ctypes.util import find_library
 
     from usb.backend import libusb1
@@ -94,5 +98,5 @@ def system_backend() -> Any:
 
 
 def fresh(backend: Any) -> Any:
-    """Return a backend with a new context: without udev a libusb context never sees a device come or go."""
+    """Return a backend with a new context: without udev a libusb context never notices plugging and unplugging."""
     return type(backend)(backend.lib) if hasattr(backend, "lib") else backend

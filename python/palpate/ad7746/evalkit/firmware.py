@@ -1,7 +1,7 @@
-"""Intel HEX files, checked before a byte reaches the board.
+"""Intel HEX files, checked completely before they are written to the board.
 
-The board's firmware (`Icv_usb.hex`) has no licence that lets anyone pass it on: it comes with Analog
-Devices' own software for the kit, and the user names its path.
+The licence of the firmware (`Icv_usb.hex`) does not allow to distribute it: it comes with the software of Analog
+Devices for the kit, and the user gives its path.
 """
 
 from pathlib import Path
@@ -9,7 +9,7 @@ from pathlib import Path
 from palpate.errors import ProtocolError
 
 RAM_BYTES = 0x4000
-"""FX2LP: program and data RAM from address 0."""
+"""Size of the program and data RAM of the FX2LP, from address 0."""
 _DATA, _END = 0, 1
 
 
@@ -23,19 +23,19 @@ def read_hex(path: Path) -> dict[int, bytes]:
     Returns
     -------
     dict of int to bytes
-        Address to what stands there, in the file's order.
+        Address -> bytes, in the order of the file.
 
     Raises
     ------
     ProtocolError
-        Not an Intel HEX file, or one that does not fit the board.
+        The file is not valid Intel HEX, or does not fit the board.
     """
     try:
         text = path.read_text(encoding="ascii")
     except OSError as error:
         raise ProtocolError(f"firmware {path}: {error.strerror}: check the path") from error
     except UnicodeDecodeError as error:
-        raise ProtocolError(f"firmware {path}: not a text, so no Intel HEX file") from error
+        raise ProtocolError(f"firmware {path}: not a text file, so not Intel HEX") from error
     try:
         return parse_hex(text)
     except ValueError as error:
@@ -45,10 +45,19 @@ def read_hex(path: Path) -> dict[int, bytes]:
 def parse_hex(text: str) -> dict[int, bytes]:
     """Parse Intel HEX: records of type 0 (data) and 1 (end).
 
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    dict of int to bytes
+        Address -> bytes, in the order of the text.
+
     Raises
     ------
     ValueError
-        What is wrong, and in which line.
+        The text is not valid Intel HEX; the message names the line.
 
     Examples
     --------
@@ -69,9 +78,9 @@ def parse_hex(text: str) -> dict[int, bytes]:
             _check_room(range(address, address + len(data)), used, number)
             image[address] = data
     if not ended:
-        raise ValueError("got no end record, allowed: one (the file was cut off)")
+        raise ValueError("no end record: the file is incomplete")
     if 0 not in used:
-        raise ValueError("got nothing at address 0, allowed: an image that starts there, where the processor does")
+        raise ValueError("no data at address 0, where the processor starts")
     return image
 
 
@@ -90,7 +99,7 @@ def _record(line: str, number: int) -> tuple[int, int, bytes]:
         raw = b""
     if not line.startswith(":") or len(raw) < 5 or len(raw) != raw[0] + 5:
         raise ValueError(
-            f"line {number}: got {line[:20]!r}, allowed: a colon and as many hex digits as the record says"
+            f"line {number}: got {line[:20]!r}, allowed: a colon and the number of hex digits that the record gives"
         )
     if sum(raw) & 0xFF:
         wanted = -sum(raw[:-1]) & 0xFF

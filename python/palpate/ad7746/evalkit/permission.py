@@ -1,4 +1,4 @@
-"""Whether a user may open the board on this system, asked without opening it."""
+"""Permission to open the board, checked without opening it."""
 
 import os
 import re
@@ -15,7 +15,7 @@ USBFS = Path("/dev/bus/usb")
 
 
 def may_open(board: Board, usbfs: Path = USBFS) -> bool | None:
-    """Tell whether the system lets this user open a board; None where it cannot be known without trying.
+    """Return whether this user may open a board; None: unknown without trying.
 
     Examples
     --------
@@ -27,7 +27,7 @@ def may_open(board: Board, usbfs: Path = USBFS) -> bool | None:
 
 
 def rule_files(folders: Iterable[Path] | None = None) -> list[Path]:
-    """Return the udev rules that name the board.
+    """Return the files of udev rules that name the board.
 
     Examples
     --------
@@ -46,7 +46,7 @@ def rule_files(folders: Iterable[Path] | None = None) -> list[Path]:
 
 
 def rules_matter() -> bool:
-    """Tell whether this user needs a rule: on Linux, unless it is root."""
+    """Return whether this user needs a udev rule: on Linux, except root."""
     return sys.platform == "linux" and os.geteuid() != 0
 
 

@@ -1,1 +1,1 @@
-"""Twins of the chip, of the kit's board and of its USB: the driver runs without hardware, and every fault on demand."""
+"""Twins (simulated devices with the same interface) of the chip, the board and USB, with faults on demand."""

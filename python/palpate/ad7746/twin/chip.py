@@ -1,6 +1,6 @@
-"""A register-level AD7746: what the chip does with I2C bytes, in time.
+"""Twin of the AD7746: a simulated chip with the registers and the timing of the data sheet.
 
-All times are ns of whatever clock the caller has; nothing here waits.
+All times are ns of the caller's clock; nothing here waits.
 """
 
 import random
@@ -12,16 +12,16 @@ from typing import NamedTuple
 from palpate.ad7746 import datasheet
 
 FACTORY = bytes([0x66, 0xCC, 0x5C, 0x90])
-"""CAP_GAIN and VOLT_GAIN of this one."""
+"""CAP_GAIN and VOLT_GAIN of this chip."""
 _ALL_READY = datasheet.RDY | datasheet.RDYVT | datasheet.RDYCAP
 _CAP_BYTES, _VT_BYTES = range(1, 4), range(4, 7)
 
 Pins = Callable[[int, float, float], float]
-"""Mean capacitance, pF, at pin CIN1 or CIN2 (1, 2) from one time to another, s."""
+"""(pin, begin, end) -> mean capacitance, pF, at CIN1 or CIN2 (pin 1 or 2) between two times, s."""
 
 
 class Conversion(NamedTuple):
-    """One that ended: CIN 1 or 2, begin and end in ns, code; lost ones included."""
+    """A finished conversion: pin (CIN) 1 or 2, begin and end in ns, code, and whether it was lost."""
 
     pin: int
     begin: int
@@ -32,7 +32,7 @@ class Conversion(NamedTuple):
 
 @dataclass
 class Running:
-    """One that has not ended: with the registers as they were when it began."""
+    """A running conversion, with the registers at its begin."""
 
     begin: int
     end: int
@@ -40,22 +40,23 @@ class Running:
 
 
 class ChipTwin:
-    """The chip.
+    """A simulated AD7746.
 
     Parameters
     ----------
     pins : Pins
+        Capacitance at the two inputs.
     seed : int
-        Of the noise.
+        Seed of the noise.
     dac_step_pF : (float, float)
-        What a step of CAPDAC_A and CAPDAC_B is on this chip: not what is typical.
+        Step of CAPDAC_A and of CAPDAC_B on this chip, pF: other than the typical value.
     noisy : bool
-        With the noise of the data sheet.
+        Whether to add the noise of the data sheet.
 
     Attributes
     ----------
     conversions : deque of Conversion
-        The last ones that ended.
+        The last finished conversions, at most 4096.
     """
 
     def __init__(
@@ -69,9 +70,10 @@ class ChipTwin:
         self.conversions: deque[Conversion] = deque(maxlen=4096)
         self.temperature_C: float = 25.0
         self.present = True
-        self.lose: int = 0  # conversions that are yet to be lost
-        self.garble: int = 0  # ... of the other input
-        self.short: int = 0  # ... with EXCERR
+        # Number of the next conversions that are lost, are of the other input, have EXCERR.
+        self.lose: int = 0
+        self.garble: int = 0
+        self.short: int = 0
         self.overload_pF: float = 0.0
         self.pace: float = 1.0  # a conversion's time, relative to the data sheet's
         self.disturb: Callable[[], float] = lambda: 0.0  # pF, for each conversion
@@ -85,7 +87,7 @@ class ChipTwin:
         self.registers: bytearray = bytearray(datasheet.RESET_VALUES + FACTORY)
 
     def acknowledges(self, now: int) -> bool:
-        """Tell whether the chip answers to its address."""
+        """Return whether the chip acknowledges its address."""
         return self.present and now >= self._silent_until
 
     def power_on(self, now: int) -> None:
@@ -95,7 +97,7 @@ class ChipTwin:
         self._silent_until = now + round(datasheet.RESET_S * 1e9)
 
     def write(self, data: bytes, now: int) -> None:
-        """Take what is written after the address: a pointer, and registers."""
+        """Process the bytes after the address: a register pointer, then values."""
         self._advance(now)
         if data[:1] == bytes([datasheet.RESET_POINTER]):
             return self.power_on(now)
@@ -105,7 +107,7 @@ class ChipTwin:
         return None
 
     def read(self, count: int, now: int, lasting: int = 0) -> bytes:
-        """Give registers from the pointer on; the transfer lasts from `now` on.
+        """Return registers from the pointer on; the transfer starts at `now` and takes `lasting`.
 
         A conversion that ends while its data are being read is lost (data sheet, "Data registers").
         """

@@ -1,7 +1,8 @@
-"""The evaluation kit without the kit: the AD7746's twin behind the board's vendor requests.
+"""Twin of the evaluation kit: a simulated board that answers the vendor requests, with a simulated AD7746.
 
-Not tried against hardware: it does what `palpate.ad7746.evalkit.board` was told that the board does, and what is marked [?]
-is inferred. Faults happen on demand. Carriers bring it to the driver: `palpate.ad7746.twin.usb` inside this process.
+Not compared with hardware: it follows the same description of the board as `palpate.ad7746.evalkit.board`; what is
+marked [?] is an assumption. Faults happen on demand. `palpate.ad7746.twin.usb` connects it to the driver inside this
+process.
 """
 
 import errno
@@ -29,27 +30,27 @@ from palpate.ad7746.evalkit.firmware import RAM_BYTES
 from palpate.ad7746.twin.chip import ChipTwin
 
 TRANSFER_NS = 150_000
-"""A control transfer [?]."""
+"""Duration of a control transfer [?]."""
 I2C_BYTE_NS = 22_500
-"""Nine bits at 400 kHz [?]."""
+"""Duration of nine bits at 400 kHz [?]."""
 _I2C_WIDE = 0xDE
 _EEPROM = range(0x50, 0x58)
 
 
 @dataclass(frozen=True)
 class Reply:
-    """What comes back for a request.
+    """Answer of the board to a request.
 
     Attributes
     ----------
     data : bytes
-        To the host.
+        Bytes sent to the host.
     error : int
-        errno that the transfer ends with, 0 for none.
+        errno at the end of the transfer; 0: no error.
     lasting_ns : int or None
-        Until the transfer ends; None: never, the board does not answer.
+        Duration of the transfer; None: the board does not answer.
     taken : int
-        Bytes taken from the host.
+        Number of bytes accepted from the host.
     """
 
     data: bytes = b""
@@ -60,20 +61,20 @@ class Reply:
 
 @dataclass
 class Fault:
-    """One thing that goes wrong.
+    """A simulated fault.
 
     Attributes
     ----------
     kind : str
         One of `FAULTS`.
     amount : float
-        Of what the kind says: seconds, bytes, conversions, pF.
+        Size of the fault; the unit depends on the kind: seconds, bytes, conversions, pF.
     skip : int
-        So many requests go well before it.
+        Number of requests without the fault before it.
     request : int, optional
-        Only requests of this number are counted and hit.
+        Only requests with this number are counted and affected.
     times : float
-        So many requests in a row are hit; may be infinity.
+        Number of affected requests in a row; may be infinity.
     """
 
     kind: str
@@ -84,30 +85,32 @@ class Fault:
 
 
 class KitTwin:
-    """The board.
+    """A simulated board.
 
     Parameters
     ----------
     chip : ChipTwin
+        The chip on the board.
     clock : Clock
+        The clock of the driver.
     loaded : bool
-        With firmware. Without, it answers to the RAM request alone, until an image was written and started.
+        Whether it has firmware. Without, it answers only the RAM request, until an image is written and started.
 
     Attributes
     ----------
     faults : deque of Fault
-        Those to come, in order.
+        The next faults, in order.
     on_unplug : callable
-        Set by a carrier; called with the seconds until the board is plugged in again, or infinity.
+        Set by the USB backend; called with the seconds until the board is plugged in again, or infinity.
     eeprom_touched : bool
-        Someone addressed the memory of the board's identity.
+        Whether the memory with the identity of the board was addressed.
     """
 
     def __init__(self, chip: ChipTwin, clock: Clock, *, loaded: bool = True) -> None:
         self.chip = chip
         self.loaded: bool = loaded
-        self.keeps_firmware = True  # over an unplugging; a real board, which the cable supplies, does not
-        self.stuck: bool | None = None  # level of the RDY# pin, where it does not follow the chip
+        self.keeps_firmware = True  # after unplugging; a real board, supplied by the cable, does not
+        self.stuck: bool | None = None  # level of a stuck RDY# pin; None: it follows the chip
         self.locked: bool = False
         self.eeprom_touched: bool = False
         self.faults: deque[Fault] = deque()
@@ -122,7 +125,7 @@ class KitTwin:
         self._nak_after: int | None = None
 
     def plugged(self) -> None:
-        """Power on."""
+        """Reset everything, as at power-on."""
         self._errors, self.locked, self._held = 0, False, False
         self.loaded = self.loaded and self.keeps_firmware
         self.chip.power_on(self._clock.now_ns())
@@ -135,7 +138,11 @@ class KitTwin:
         kind, request, value, index, length : int
             bmRequestType, bRequest, wValue, wIndex, wLength.
         data : bytes
-            From the host, for OUT.
+            Bytes from the host, for OUT.
+
+        Returns
+        -------
+        Reply
         """
         fault = self._due(request)
         prepared = _FAULTS[fault.kind](self, fault.amount) if fault else None
@@ -221,11 +228,11 @@ class KitTwin:
         return Reply(taken=len(data))
 
     def device_descriptor(self) -> bytes:
-        """Return what the board says of itself; it has no strings."""
+        """Return the USB device descriptor; the board has no strings."""
         return struct.pack("<BBHBBBBHHHBBBB", 18, 1, 0x0200, 0xFF, 0xFF, 0xFF, 64, VENDOR, PRODUCT, 0, 0, 0, 0, 1)
 
     def configuration_descriptor(self) -> bytes:
-        """Return one configuration, one interface; its endpoints are not used."""
+        """Return the descriptor of the only configuration, with one interface; its endpoints are not used."""
         interface = struct.pack("<9B", 9, 4, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0)
         return struct.pack("<BBHBBBBB", 9, 2, 9 + len(interface), 1, 1, 0, 0x80, 50) + interface
 
@@ -265,4 +272,4 @@ _FAULTS: dict[str, Callable[[KitTwin, float], Effect]] = {
     "RDY# stuck low": lambda kit, amount: kit._set(stuck=False),
 }
 FAULTS = tuple(_FAULTS)
-"""Every `Fault.kind`."""
+"""All allowed values of `Fault.kind`."""

@@ -1,6 +1,6 @@
-"""A pyusb backend with twins plugged in: the whole driver runs, without libusb, in this process.
+"""A pyusb backend with simulated boards: the complete driver runs in this process, without libusb.
 
-It raises what pyusb raises over libusb; `tests/ad7746/test_evalkit_board.py` runs the same cases over both.
+It raises the same errors as pyusb with libusb; `tests/ad7746/test_evalkit_board.py` runs the same cases over both.
 """
 
 import array
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 else:
     _Backend = usb.backend.IBackend
 
-# errno of a transfer to libusb's error, as libusb's Linux part translates it.
 _MOST_OWED_NS = 2_000_000
+# errno of a transfer -> error of libusb, as libusb translates it on Linux.
 _ERRORS = {
     errno.EPIPE: libusb1.LIBUSB_ERROR_PIPE,
     errno.EPROTO: libusb1.LIBUSB_ERROR_IO,
@@ -35,7 +35,7 @@ _DEVICE_FIELDS += "idProduct,bcdDevice,iManufacturer,iProduct,iSerialNumber,bNum
 
 
 class Port:
-    """A board while it is plugged in."""
+    """A USB port with a board in it."""
 
     def __init__(self, kit: KitTwin, address: int, number: int) -> None:
         self.kit = kit
@@ -47,24 +47,24 @@ class Port:
 
 
 class Handle:
-    """One opening of a port."""
+    """Handle of an opened device."""
 
     def __init__(self, port: Port) -> None:
         self.port = port
 
 
 class TwinBackend(_Backend):
-    """What pyusb finds devices with.
+    """Backend for pyusb with simulated boards.
 
     Parameters
     ----------
     clock : Clock
-        The twins'.
+        The clock of the boards.
 
     Attributes
     ----------
     opened : int
-        Handles that were opened and not closed.
+        Number of handles that are open.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -101,12 +101,12 @@ class TwinBackend(_Backend):
             self.plug(kit, number)
 
     def enumerate_devices(self) -> Any:
-        """Return what is plugged in now."""
+        """Return the boards that are plugged in now."""
         self._settle()
         return iter(list(self._ports))
 
     def get_device_descriptor(self, port: Port) -> Any:
-        """Return a device's descriptor, and where it is plugged in."""
+        """Return the descriptor of a device, with its bus, address and port."""
         values = struct.unpack("<BBHBBBBHHHBBBB", port.kit.device_descriptor())
         place = {"bus": 1, "address": port.address, "port_number": port.number, "port_numbers": (port.number,)}
         return SimpleNamespace(**dict(zip(_DEVICE_FIELDS.split(","), values, strict=True)), **place, speed=3)
@@ -115,7 +115,7 @@ class TwinBackend(_Backend):
         """Return nothing: the hub is not shown."""
 
     def open_device(self, port: Port) -> Handle:
-        """Open; EACCES and ENODEV as the system would."""
+        """Open a device; EACCES and ENODEV as on a real system."""
         _present(port)
         if not port.allowed:
             _fail(libusb1.LIBUSB_ERROR_ACCESS)
@@ -123,27 +123,27 @@ class TwinBackend(_Backend):
         return Handle(port)
 
     def close_device(self, handle: Handle) -> None:
-        """Close; gives up what was claimed."""
+        """Close a device and release its interface."""
         self.opened -= 1
         if handle.port.claimed_by is handle:
             handle.port.claimed_by = None
 
     def claim_interface(self, handle: Handle, interface: int) -> None:
-        """Claim; EBUSY where another handle has."""
+        """Claim an interface; EBUSY if another handle has it."""
         _present(handle.port)
         if handle.port.claimed_by not in (None, handle):
             _fail(libusb1.LIBUSB_ERROR_BUSY)
         handle.port.claimed_by = handle
 
     def release_interface(self, handle: Handle, interface: int) -> None:
-        """Give up."""
+        """Release an interface."""
         _present(handle.port)
         handle.port.claimed_by = None
 
     def ctrl_transfer(
         self, handle: Handle, kind: int, request: int, value: int, index: int, data: Any, timeout: int
     ) -> int:
-        """Carry one control transfer, and let its time pass."""
+        """Do one control transfer, and wait for its duration."""
         _present(handle.port)
         sent = b"" if kind & 0x80 else data.tobytes()
         reply = handle.port.kit.control(kind, request, value, index, len(data) * data.itemsize, sent)
@@ -159,7 +159,7 @@ class TwinBackend(_Backend):
         return len(reply.data)
 
     def _let_pass(self, lasting_ns: int) -> None:
-        """Wait; what the computer slept too long is taken off the next waits, so that transfers last what they should."""
+        """Wait; if the computer slept too long, shorten the next waits, so that the mean duration is right."""
         begun = self._clock.now_ns()
         self._clock.sleep(max(lasting_ns - self._owed_ns, 0) / 1e9)
         self._owed_ns = min(self._owed_ns + self._clock.now_ns() - begun - lasting_ns, _MOST_OWED_NS)
@@ -171,6 +171,6 @@ def _present(port: Port) -> None:
 
 
 def _fail(code: int) -> NoReturn:
-    """Raise what pyusb raises for a libusb error."""
+    """Raise the exception of pyusb for an error of libusb."""
     kind = USBTimeoutError if code == libusb1.LIBUSB_ERROR_TIMEOUT else USBError
     raise kind(libusb1._str_error_map[code], code, libusb1._libusb_errno[code])
