@@ -79,7 +79,7 @@ def touches(
     True
     """
     if not hasattr(recording, "full_scale_pF"):
-        raise TypeError(f"recording: got {recording!r:.60}, allowed: what palpate.read or palpate.recorded returns")
+        raise TypeError(f"recording: got {recording!r:.60}, allowed: the result of palpate.read or palpate.recorded")
     given: dict[str, Any] = {"full_scale": recording.full_scale_pF, **settings}
     tracker = Tracker(scene, **given)
     timed = _send(tracker, recording)

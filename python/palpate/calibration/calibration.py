@@ -107,7 +107,7 @@ class Calibration:
         least = 3 if soft_ratio is not None else 4
         if len(known) < least:
             raise CalibrationError(
-                f"moduli: got {len(known)} specimens, allowed: {least} or more (the number of parameters and one)"
+                f"moduli: got {len(known)} specimens, allowed: {least} or more, one more than the parameters"
             )
         rows = Rows(data["ratios"], data["standard_errors"], data["touches"], specimen)
         return cls(fit(np.log(known), rows, soft_ratio), **data, about=dict(about or {}), version=_version())

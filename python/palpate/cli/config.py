@@ -99,7 +99,7 @@ def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dic
             raise click.UsageError(f"{where}: [{command.name}]: got {key!r}, allowed: {', '.join(allowed)}")
         if isinstance(value, dict):
             raise click.UsageError(
-                f"{where}: [{command.name}]: {key}: got a table, allowed: a value, or a list of them"
+                f"{where}: [{command.name}]: {key}: got a table, allowed: a value or a list of values"
             )
     return {allowed[key].name or key: value for key, value in table.items()}
 

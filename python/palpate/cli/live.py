@@ -37,7 +37,9 @@ _PORT = 8746
     help="Firmware file of the evaluation kit.",
 )
 @estimating_options
-@click.option("--port", default=_PORT, show_default=True, type=click.IntRange(0, 65535), help="0: any free port.")
+@click.option(
+    "--port", default=_PORT, show_default=True, type=click.IntRange(0, 65535), help="Port of the page; 0: any."
+)
 @click.option("--host", default="127.0.0.1", show_default=True,
               help="Address to listen at. With another address than 127.0.0.1 others on the network can open the page, "
               "with a token.")  # fmt: skip
@@ -59,9 +61,9 @@ def live(
     """Watch a measurement in the browser.
 
     The page shows ratio, uncertainty and touches while you measure. SOURCE: as in `palpate record`; without it, the
-    connected board, or a simulated one. Only this machine can open the page; it needs no network. It writes a file
-    only with --record. Ends with Ctrl-C (exit code 130; a recording is closed properly). Exit codes: 3, no device; 4, a
-    file cannot be written; 6, an extra is missing.
+    connected board, or a simulated one. By default only this machine can open the page; it needs no network. A file is
+    written only with --record. Ends with Ctrl-C (exit code 130; a recording is closed properly). Exit codes: 3, no
+    device; 4, a file cannot be written; 6, an extra is missing.
 
     \b
     Example:

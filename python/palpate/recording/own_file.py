@@ -65,7 +65,7 @@ class Recorded:
             self._notes.append(f"sidecar not used: {error}")
         if not is_own(self.path):
             raise RecordingError(
-                self.path, f"not a recording made by palpate; its first line would be {HEADER.strip()}"
+                self.path, f"not a recording made by palpate; its first line has to be {HEADER.strip()}"
             )
 
     @property
