@@ -10,6 +10,9 @@ if TYPE_CHECKING:
 class PalpateError(Exception):
     """Base class of all errors of palpate."""
 
+    def __init__(self, *message: object) -> None:  # without it, inspect.signature knows none
+        super().__init__(*message)
+
 
 class MissingExtra(PalpateError, ImportError):
     """An optional package is missing. The message has the pip command that installs it."""

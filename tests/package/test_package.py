@@ -122,6 +122,14 @@ def test_public_names() -> None:
         _ = palpate.nothing
 
 
+@pytest.mark.parametrize("name", [n for n in palpate.__all__ if callable(getattr(palpate, n))])
+def test_everything_public_has_a_signature(name: str) -> None:
+    value = getattr(palpate, name)
+    assert inspect.signature(value)
+    methods = [getattr(value, n) for n in (vars(value) if inspect.isclass(value) else ()) if not n.startswith("_")]
+    assert all(inspect.signature(method) for method in methods if inspect.isroutine(method))
+
+
 def test_the_version_is_written_once() -> None:
     version = re.search(r'PALPATE_VERSION "(.*)"', (HEADERS / "version.hpp").read_text())
     assert version

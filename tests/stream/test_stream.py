@@ -226,7 +226,7 @@ def test_notes_and_marks(tmp_path: Path) -> None:
 
 
 def test_arguments(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="settings: got drift together with a tracker"):
+    with pytest.raises(ValueError, match="settings: got drift and a tracker"):
         Stream("sim:", Tracker(), drift=1.0)
     with pytest.raises(ValueError, match="scene: got 'moon'"):
         Stream("sim:", scene="moon")  # type: ignore[arg-type]
@@ -251,7 +251,7 @@ def test_arguments(tmp_path: Path) -> None:
         ({"scene": "moon"}, "scene: got 'moon'"),
         ({"capacity": 1}, "capacity: got 1"),
         ({"record": "run.txt"}, "run.txt"),
-        ({"tracker": Tracker(), "drift": 1.0}, "settings: got drift together with a tracker"),
+        ({"tracker": Tracker(), "drift": 1.0}, "settings: got drift and a tracker"),
     ],
 )
 def test_a_stream_that_cannot_be_made_closes_its_source(wrong: dict[str, Any], message: str) -> None:

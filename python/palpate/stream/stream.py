@@ -91,9 +91,7 @@ class Stream:
             if not isinstance(source, str):
                 on_failure.callback(source.close)
             if tracker is not None and settings:
-                raise ValueError(
-                    f"settings: got {', '.join(settings)} together with a tracker, allowed: only one of them"
-                )
+                raise ValueError(f"settings: got {', '.join(settings)} and a tracker, allowed: only one of them")
             given: dict[str, Any] = dict(settings)
             self.tracker: Tracker = tracker or Tracker(scene, **given)
             if record is not None:
