@@ -1,4 +1,4 @@
-"""What users of other libraries write for the same job: (output, regressor) -> (ratio, alarm)."""
+"""The same estimation with other libraries: (output, regressor) -> (ratio, alarm)."""
 
 from typing import Any
 
@@ -39,7 +39,7 @@ def filterpy_kalman(output: Any, regressor: Any) -> Any:
 
 
 def lfilter_ratio(output: Any, regressor: Any, forgetting: float = 0.995) -> Any:
-    """Estimate with two of scipy's filters: fixed forgetting only."""
+    """Estimate with two filters of scipy: fixed forgetting only."""
     from scipy.signal import lfilter
 
     numerator = lfilter([1.0], [1.0, -forgetting], output * regressor)
@@ -47,14 +47,14 @@ def lfilter_ratio(output: Any, regressor: Any, forgetting: float = 0.995) -> Any
 
 
 def numpy_loop(output: Any, regressor: Any) -> Any:
-    """Estimate with the paper's equations, sample by sample, on numpy's scalars."""
+    """Estimate with the equations of the paper, sample by sample, with numpy scalars."""
     from palpate.reference import adaptive_rls
 
     return adaptive_rls(output, regressor).ratio, np.zeros(len(output), bool)
 
 
 def paper_literally(output: Any, regressor: Any) -> Any:
-    """Estimate with the paper's eq. (3) and steps 1-4 in float64 as they are printed."""
+    """Estimate with eq. (3) and steps 1-4 of the paper, in float64, as printed."""
     r, p, g, ratio = np.float64(1), np.float64(1e4), np.float64(0), np.empty(len(output))
     for k, (y, x) in enumerate(zip(output, regressor, strict=True)):
         e = y - x * r
@@ -68,7 +68,7 @@ def paper_literally(output: Any, regressor: Any) -> Any:
 
 
 def numba_step() -> Any:
-    """Return AdaptiveRls's step as a function of its state (ratio, information, statistic) and two floats, by numba."""
+    """Return the step of AdaptiveRls by numba, as a function of (ratio, information, statistic) and two floats."""
     from numba import njit
 
     @njit  # type: ignore[untyped-decorator, unused-ignore]

@@ -1,9 +1,9 @@
-"""Error against run time: every estimator on every scenario, what each stage costs and buys, and what has to hold.
+"""Error against run time of all estimators on all scenarios, cost and benefit of each stage, and required results.
 
     python -m bench.accuracy.error_vs_time [--seeds 200] [--out bench/results]
 
 Prints the tables; writes error_vs_time.json and error_vs_time.png to the folder. Needs a C++ compiler (for
-the cost of each stage) and matplotlib; uses scipy, padasip, river and filterpy where they are installed.
+the cost of each stage) and matplotlib; uses scipy, padasip, river and filterpy if they are installed.
 """
 
 import argparse
@@ -45,7 +45,7 @@ def stage_costs(compiler: str) -> dict[str, dict[str, float]]:
 
 
 def stage_table(costs: dict[str, dict[str, float]]) -> str:
-    """Show what a reading costs in each composition."""
+    """Print the time for a reading in each composition of stages."""
     paper = costs["AdaptiveRls"]["min_ns"]
     lines = [f"{'composition':47} min ns  median  / AdaptiveRls  state bytes"]
     for name, c in costs.items():
@@ -55,7 +55,7 @@ def stage_table(costs: dict[str, dict[str, float]]) -> str:
 
 
 def without_stages(seeds: int) -> str:
-    """Show what leaving a stage out costs: the median of the steady rms error, per cent."""
+    """Print the error without each stage: the median of the steady rms error, per cent."""
     hand, bare = palpate.HandoverRls, benchmark.bare_trace
 
     def estimate(output: Any, regressor: Any) -> Any:
@@ -77,7 +77,7 @@ def without_stages(seeds: int) -> str:
 
 
 def since_contact(seeds: int) -> dict[str, list[float]]:
-    """Return the median size of the relative error at SINCE_S after contact, on the tremor scenario."""
+    """Return the median absolute relative error at SINCE_S after contact, in the scenario "tremor"."""
     runs = [scenarios.run("tremor", seed) for seed in range(seeds)]
     found = {}
     for scene in ("paper", "handheld"):
@@ -90,7 +90,7 @@ def since_contact(seeds: int) -> dict[str, list[float]]:
 
 
 def contacts(seeds: int) -> tuple[int, int, int, list[int]]:
-    """Count touches: true, lost, invented; and the errors of their starts, pairs (light touches apart: last)."""
+    """Count true, missed and false touches, with the errors of their starts in pairs (light touches separately)."""
     true = lost = invented = 0
     errors = []
     for name, scenario in scenarios.SCENARIOS.items():
@@ -123,7 +123,7 @@ def ar1_coverage(runs: int) -> dict[float, float]:
 
 
 def must_hold(rows: list[benchmark.Row], stages: dict[str, dict[str, float]], seeds: int) -> list[str]:
-    """Return the list of what has to hold, each with its number and a verdict."""
+    """Return the required results, each with its number and a verdict."""
     by = {(r.scenario, r.estimator): r for r in rows}
 
     def verdict(holds: bool, text: str) -> str:
@@ -181,7 +181,7 @@ def must_hold(rows: list[benchmark.Row], stages: dict[str, dict[str, float]], se
 
 
 def figure(rows: list[benchmark.Row], path: Path) -> None:
-    """Draw error against run time, a panel for each of four scenarios."""
+    """Plot error against run time, one panel for each of four scenarios."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -211,7 +211,7 @@ def figure(rows: list[benchmark.Row], path: Path) -> None:
 
 
 def machine(compiler: str) -> dict[str, str]:
-    """Return what the numbers were measured on."""
+    """Return the machine and the versions of the measurement."""
     cpu = next(
         (line.split(":")[1].strip() for line in _lines("/proc/cpuinfo") if "model name" in line), platform.processor()
     )
@@ -259,7 +259,7 @@ def main() -> None:
 
 
 def peer_rows(peers: dict[str, Any], seeds: int) -> list[benchmark.Row]:
-    """Run other libraries: fewer seeds, as they take microseconds a sample."""
+    """Run other libraries: with fewer seeds, since they take microseconds for each sample."""
     rows = []
     for name, peer in peers.items():
         runs = {scenario: [scenarios.run(scenario, seed) for seed in range(seeds)] for scenario in benchmark.SINGLE}

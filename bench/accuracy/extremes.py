@@ -1,9 +1,9 @@
-"""Stiff and extreme inputs, each with what must come of it: for stability.py and tests/core/test_extremes.py.
+"""Stiff and extreme inputs with the required result: for stability.py and tests/core/test_extremes.py.
 
-Exact values are the reference's, in so many digits that its own cancellation is seen through (700: a regressor of 1e153
-takes a covariance of 1e4 to 1e-306). An estimator of ours ends a case in one of these ways, never in
-another: right (within so many eps), or refused (samples counted, the state as it was), or unexcited (the regressor is so
-small that the prior outweighs it: the ratio is the initial one, and the covariance says so by staying near its start).
+Exact values are from the reference, with so many digits that its cancellation does not matter (700: a regressor of
+1e153 changes a covariance from 1e4 to 1e-306). Each estimator of palpate must end a case in one of these ways: right
+(within a number of eps), refused (samples counted, the state unchanged), or unexcited (the regressor is so small that
+the prior dominates: the ratio is the initial one, and the covariance stays near its initial value).
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Case:
-    """Samples, the settings to run them with, and how far off rounding may be, eps."""
+    """Samples, the settings for them, and the largest allowed rounding error, eps."""
 
     name: str
     output: Array
@@ -32,20 +32,20 @@ class Case:
 
 
 def press(size: int, ratio: float = 2.5, scale: float = 1.0, noise: float = 1e-4, seed: int = 1) -> tuple[Array, Array]:
-    """Make a held press with tremor."""
+    """Return a held press with tremor."""
     rng = np.random.default_rng(seed)
     regressor = 0.25 * (1 + 0.03 * np.sin(1.3 * np.arange(size)))
     return (ratio * regressor + noise * rng.standard_normal(size)) * scale, regressor * scale
 
 
 def scaled(name: str, regressor: Array, seed: int = 2, **more: Any) -> Case:
-    """Make a case of ratio 2.5 with a relative noise of 1e-4 on a given regressor, in units of any size."""
+    """Return a case of ratio 2.5 with a relative noise of 1e-4 on a given regressor, in units of any size."""
     noise = 1 + 1e-4 * np.random.default_rng(seed).standard_normal(len(regressor))
     return Case(name, 2.5 * regressor * noise, regressor, **more)
 
 
 def ordinary() -> list[Case]:
-    """Return presses as they come, and ratios of every size."""
+    """Return ordinary presses, and ratios of every size."""
     cases = [Case("ordinary press", *press(400))]
     for ratio in (0.0, -3.0, 1e6, 1 + 1e-9, 11.06):
         cases.append(Case(f"ratio {ratio:.10g}", *press(300, ratio, noise=1e-4 * max(abs(ratio), 1))))
@@ -57,8 +57,8 @@ def stiff() -> list[Case]:
     rng = np.random.default_rng(3)
     jump = np.where(np.arange(600) % 2, 1e4, 1e-4)
     decades = 10 ** rng.uniform(-3, 3, 600)
-    # After a large x the information is x^2, and what a small one adds is lost in rounding: the error of the sums grows
-    # with the memory, not with the span.
+    # After a large x the information is x^2, and the contribution of a small x is lost by rounding: the error of the
+    # sums grows with the memory, not with the range of x.
     return [
         scaled("regressor 1e4 and 1e-4 in turn", jump, ratio_eps=64, covariance_eps=128),
         scaled("regressor over six decades", decades, ratio_eps=64, covariance_eps=128),
@@ -76,7 +76,7 @@ def priors() -> list[Case]:
 
 
 def alarms() -> list[Case]:
-    """Return data that switch the alarm on and off."""
+    """Return data that turn the alarm on and off."""
     output, regressor = press(400)
     flicker = output + np.where(np.arange(400) % 2, 0.06, -0.06)
     return [
@@ -86,7 +86,7 @@ def alarms() -> list[Case]:
 
 
 def units() -> list[Case]:
-    """Return presses in units in which they are not meant: farads, and the ends of the range."""
+    """Return presses in unsuitable units: farads, and the ends of the range."""
     return [
         Case("farads instead of picofarads", *press(300, scale=1e-12), ends="unexcited"),
         Case("1e-30 pF", *press(300, scale=1e-30), ends="unexcited"),
@@ -115,14 +115,14 @@ def long_idle(size: int = 1_000_000) -> Case:
 
 
 def exact_cases(kind: Any) -> list[Case]:
-    """Return every case that is short enough for the reference."""
+    """Return all cases that are short enough for the reference."""
     makers: list[Callable[[], list[Case]]] = [ordinary, stiff, priors, alarms, units]
     return [case for make in makers for case in make()] + ends_of(kind)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How an estimator came out of a case. Errors in eps of its type, the largest on the way."""
+    """Result of an estimator in a case. Errors in eps of its type, the largest of all samples."""
 
     ends: str
     ratio: float
@@ -132,7 +132,7 @@ class Outcome:
 
 
 def settings_for(kind: Any, estimator: Any, case: Case) -> dict[str, float]:
-    """Return the settings as the type has them."""
+    """Return the settings, rounded to the type."""
     return {name: float(kind(value)) for name, value in {**estimator().settings, **case.settings}.items()}
 
 

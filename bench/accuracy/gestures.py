@@ -1,8 +1,8 @@
-"""Real recordings through two scenes: a line for each gesture, its ratio's median and interquartile range.
+"""Real recordings in two scenes: for each gesture the median and the interquartile range of the ratio.
 
     python -m bench.accuracy.gestures ../shared/recordings/cord
 
-The recordings (a braided capacitive cord, pressed by hand at several places, 15 files a place) are
+The recordings (a braided capacitive cord, pressed by hand at several places, 15 files for each place) are
 not part of the project.
 """
 
@@ -17,7 +17,7 @@ GESTURES = {"h": "pinch, place h", "l": "pinch, place l", "m": "pinch, place m",
 
 
 def ratios(folder: Path, gesture: str, scene: Any) -> list[float]:
-    """Return the ratio of every touch in the 15 files of a gesture."""
+    """Return the ratios of all touches in the 15 files of a gesture."""
     found = []
     for path in sorted(folder.glob(f"{gesture}[0-9]*.csv")):
         recording = palpate.read(path, columns={"soft": 4, "hard": 8})

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// lambda = 1 for a very long time, the ratio stepping half-way: what each type can do, and what compensated sums would
-// buy. Prints JSON; the number of samples is the argument.
+// lambda = 1 for a very long time, with a step of the ratio half-way: the error of each type and of compensated sums.
+// Prints JSON; the number of samples is the argument.
 
 #include <cmath>
 #include <cstdio>
@@ -29,7 +29,7 @@ struct Compensated {
   Real information() const { return information_; }
 };
 
-// Regressors 1/4 and 3/8, outputs exact: ratio 2, then 3; least squares says 2.5 at the end.
+// Regressors 1/4 and 3/8, outputs exact: ratio 2, then 3; the least-squares result at the end is 2.5.
 template <class Estimator, class Real>
 void run(const char* name, long long samples, const char* end) {
   Estimator estimator;

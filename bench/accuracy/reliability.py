@@ -1,11 +1,11 @@
-"""Which of four touches to trust: the order of ten specimens and the error of a modulus, by the way of choosing.
+"""Choice of one ratio from four touches: order of ten specimens, and error of a modulus, for each method.
 
     python -m bench.accuracy.reliability [--seeds 1000] [--out bench/results]
 
 A characterisation is the ten specimens of the paper's Table I and an eleventh object of random modulus (0.2 to
-6 MPa), touched four times each by a simulated hand. The order is right where the ten chosen ratios rise with the
-modulus; the modulus of the eleventh is by a calibration on the ten, everything chosen in the same way. Prints the
-table, writes it with a figure; needs scipy and matplotlib.
+6 MPa), touched four times each by a simulated hand. The order is right if the ten chosen ratios increase with the
+modulus; the modulus of the eleventh object is from a calibration on the ten, with the same method. Prints the table,
+and writes it with a figure; needs scipy and matplotlib.
 """
 
 import argparse
@@ -33,7 +33,7 @@ HANDS = {
     "1 %, light presses": Hand(oblique=0.01, press_pF=0.02, press_spread=1.2),
     "3 %, one in four slips": Hand(oblique=0.03, slips=0.25),
 }
-"""Scatter of the ratio from touch to touch, and what else the hand does."""
+"""A simulated hand: scatter of the ratio between touches, and its other settings."""
 NAMES = {
     "mean": "mean of four",
     "covariance": "smallest P (the paper)",
@@ -47,17 +47,17 @@ UNKNOWN = "eleventh"
 
 @dataclass(frozen=True)
 class Outcome:
-    """One characterisation by one way of choosing."""
+    """One characterisation with one method."""
 
     rises: bool
-    error: float  # log(estimated / true modulus) of the eleventh; nan where there is no value
+    error: float  # log(estimated / true modulus) of the eleventh object; nan: no value
     covered: bool
     width: float  # log(high / low)
 
 
 @dataclass(frozen=True)
 class Row:
-    """All characterisations by one hand and one way of choosing."""
+    """All characterisations with one hand and one method."""
 
     hand: str
     by: str
@@ -70,7 +70,7 @@ class Row:
 
 
 def characterisation(hand: Hand, seed: int) -> dict[str, Outcome | None]:
-    """Return the outcome by each way of choosing; None where an object had no touch to choose from."""
+    """Return the outcome for each method; None: an object has no touch to choose from."""
     modulus = math.exp(np.random.default_rng([seed, 99]).uniform(math.log(0.2), math.log(6.0)))
     runs = session(seed, hand=hand, moduli={**SORBOTHANE_MPA, UNKNOWN: modulus})
     touches = {name: palpate.touches(run) for name, run in runs.items()}
@@ -138,7 +138,7 @@ def table(rows: Iterable[Row]) -> str:
 
 
 def figure(rows: list[Row], path: Path, seeds: int) -> None:
-    """Draw order and error side by side."""
+    """Plot order and error side by side."""
     import matplotlib as mpl
 
     mpl.use("Agg")

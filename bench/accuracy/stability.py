@@ -1,9 +1,9 @@
-"""Stiff and extreme cases: what each estimator makes of them, in eps, beside what is written elsewhere for the same job.
+"""Stiff and extreme cases: errors of each estimator in eps, and results of other libraries for comparison.
 
     python -m bench.accuracy.stability [--samples 1000000000]
 
-Prints the tables. Needs a C++ compiler; uses padasip, river and filterpy where they are installed. A peer's entry is its
-last ratio's distance from the exact one, in per cent, or what became of it.
+Prints the tables. Needs a C++ compiler; uses padasip, river and filterpy if they are installed. For another library the
+table has the distance of its last ratio from the exact one, per cent, or how it failed.
 """
 
 import argparse
@@ -36,7 +36,7 @@ ESTIMATORS = (
 
 
 def far_from(estimate: Callable[[Any, Any], Any], case: Case, exact: float) -> str:
-    """Return how far a peer ends from the exact ratio."""
+    """Return the distance of the last ratio of another library from the exact ratio."""
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -49,12 +49,12 @@ def far_from(estimate: Callable[[Any, Any], Any], case: Case, exact: float) -> s
 
 
 def peers() -> dict[str, Callable[[Any, Any], Any]]:
-    """Return the paper's printed form, and those that are installed."""
+    """Return the printed form of the paper, and the other libraries that are installed."""
     return {"as printed": paper_literally, **{name: PEERS[name] for name in PEERS if find_spec(name)}}
 
 
 def case_table() -> Iterator[str]:
-    """Show each case: ours in float64 and float32, then the peers."""
+    """Print each case: palpate in float64 and float32, then the other libraries."""
     others = peers()
     heads = "".join(f"{name:>13}" for name in others)
     yield f"{'case':32} {'float64: ratio':>14} {'covar.':>7} {'float32: ratio':>15} {'covar.':>7}  {'ends':10}{heads}"
@@ -72,7 +72,7 @@ def case_table() -> Iterator[str]:
 
 
 def no_excitation() -> Iterator[str]:
-    """Show what a million samples without a regressor leave, for each estimator."""
+    """Print the state of each estimator after a million samples with regressor 0."""
     case = long_idle()
     yield "after a press and 1e6 samples of regressor 0, lambda 0.9: ratio kept, covariance, ratio 20 samples into the next"
     output, regressor = press(20, 4.0)
@@ -88,7 +88,7 @@ def no_excitation() -> Iterator[str]:
 
 
 def noise_only(size: int) -> Iterator[str]:
-    """Show what nothing but noise leaves: no alarm without end, no ratio that runs away."""
+    """Print the state after noise only: required are no endless alarm and no diverging ratio."""
     rng = np.random.default_rng(5)
     yield f"noise of 4e-5 pF in both channels for {size:.0e} samples: largest |ratio|, alarm share, refused"
     output, regressor = 4e-5 * rng.standard_normal((2, size))
@@ -102,7 +102,7 @@ def noise_only(size: int) -> Iterator[str]:
 
 
 def long_run(samples: int) -> Iterator[str]:
-    """Show lambda = 1 for a very long time."""
+    """Print the result of lambda = 1 for a very long time."""
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / "long_run"
         flags = ["-O2", "-std=c++17", "-ffp-contract=off", f"-I{palpate.get_include()}"]
@@ -117,7 +117,7 @@ def long_run(samples: int) -> Iterator[str]:
 
 
 def main() -> None:
-    """Print everything."""
+    """Print all tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--samples", type=int, default=1_000_000_000, help="of the long run")
     options = parser.parse_args()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The results on a Cortex-M, and what each subject costs there: instructions a reading, on average and at most, and
+// The results on a Cortex-M, and the costs of each subject there: instructions for each reading, mean and maximum, and
 // bytes of stack.
 
 #include <initializer_list>
@@ -13,12 +13,12 @@
 
 namespace {
 
-// The processor's clock, under QEMU's -icount shift=0: one tick in a fixed number of instructions.
+// The clock of the processor; with -icount shift=0 of QEMU, one tick is a fixed number of instructions.
 volatile std::uint32_t& control = *reinterpret_cast<volatile std::uint32_t*>(0xE000E010);
 volatile std::uint32_t& reload = *reinterpret_cast<volatile std::uint32_t*>(0xE000E014);
 volatile std::uint32_t& current = *reinterpret_cast<volatile std::uint32_t*>(0xE000E018);
 
-// The same call, of a function that only returns.
+// The same call of a function that only returns.
 template <class Result, class... Values>
 [[gnu::naked]] Result nothing(Values...) {
   __asm__("bx lr");
@@ -42,7 +42,7 @@ struct Meter {
     return (start - current) & 0xFFFFFF;
   }
 
-  /// Bytes below this function's frame that a call writes to.
+  /// Number of bytes below the frame of this function that a call writes to.
   [[gnu::noipa]] static std::uint32_t stack(Function* function, State state, const Reading& reading) {
     constexpr std::uint32_t paint = 0xA5A5A5A5, words = 256;
     std::uint32_t* top = nullptr;
@@ -65,8 +65,8 @@ auto nothing_like(Result (*)(Values...)) {
   return nothing<Result, Values...>;
 }
 
-/// A line: cost NAME, readings, ticks of all of them, of the dearest one of a touch and which it is, of the dearest
-/// other one, stack, state.
+/// Prints a line: cost NAME, number of readings, ticks of all, ticks and index of the most expensive reading of a
+/// touch, ticks of the most expensive other one, stack, state.
 template <class Subject>
 void measure(const char* name) {
   using M = Meter<Subject>;

@@ -10,7 +10,7 @@ from pathlib import Path
 
 HERE = Path(__file__).parent
 INCLUDE = HERE.parents[1] / "cpp" / "include"
-# What the CMake target palpate::palpate says, and the least that a microcontroller's project says.
+# The options of the CMake target palpate::palpate, and the usual ones for a microcontroller.
 FLAGS: tuple[str, ...] = (
     "-std=c++17",
     "-ffp-contract=off",
@@ -21,23 +21,23 @@ FLAGS: tuple[str, ...] = (
 FLAGS += ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror", "-Wno-psabi")
 FREESTANDING = ("-ffreestanding", "-ffunction-sections", "-fdata-sections", "-fno-asynchronous-unwind-tables")
 
-# A header of the C++ library, and how far above it the folder is.
+# A header of the C++ library, and the number of folders from it up to the include folder.
 HEADER_FOLDERS = (("/atomic", 0), ("/bits/c++config.h", 1))
 
 
 @dataclass(frozen=True)
 class Target:
-    """A processor: its compiler, and how QEMU runs it."""
+    """A processor, with its compiler and the machine for QEMU."""
 
     name: str
     compiler: tuple[str, ...]
-    machine: str = ""  # of QEMU; none: compiled only
-    tick: float = 0.0  # instructions a tick of SysTick, under -icount shift=0
-    repeats: int = 0  # of each reading: tick / repeats is the resolution
+    machine: str = ""  # for QEMU; empty: compiled only
+    tick: float = 0.0  # instructions for each tick of SysTick, with -icount shift=0
+    repeats: int = 0  # of each reading: the resolution is tick / repeats
 
     @property
     def tools(self) -> str:
-        """The prefix of its binutils."""
+        """Prefix of the binutils."""
         return self.compiler[0].removesuffix("g++")
 
 
@@ -57,32 +57,32 @@ TARGETS = {
 
 @dataclass(frozen=True)
 class Cost:
-    """What a subject needs on a target; instructions a reading, the return included."""
+    """Costs of a subject on a target; instructions for each reading, including the return."""
 
     mean: float
     worst: float  # of a touch
-    dearest: int  # which reading that is, counted from 0
-    idle: float  # the worst of the others: the last one of the baseline
+    dearest: int  # index of this reading, from 0
+    idle: float  # the largest of the other readings: the last one of the baseline
     stack: int
     state: int
 
 
 def subjects() -> list[str]:
-    """Return the names of what is measured, as subjects.hpp lists them."""
+    """Return the names of the subjects, from subjects.hpp."""
     return re.findall(r'visit\("(\w+)"', (HERE / "subjects.hpp").read_text())
 
 
 def run(*command: str | Path) -> str:
-    """Run a program and return what it printed; RuntimeError with its words if it fails."""
+    """Run a program and return its output; RuntimeError with its messages if it fails."""
     words = [str(c) for c in command]
     done = subprocess.run(words, capture_output=True, text=True, check=False, stdin=subprocess.DEVNULL)
     if done.returncode:
         raise RuntimeError(f"{' '.join(words)}\n{done.stdout}{done.stderr}")
-    return done.stdout or done.stderr  # QEMU's semihosting writes to the second
+    return done.stdout or done.stderr  # semihosting of QEMU writes to stderr
 
 
 def library_headers(target: Target) -> list[str]:
-    """Return flags for the freestanding C++ headers, where a compiler comes without: the ARM compiler's fit others."""
+    """Return flags for freestanding C++ headers if a compiler has none: those of the ARM compiler can be used."""
     if target.machine or not target.tools:
         return []
     used = run("arm-none-eabi-g++", "-M", "-x", "c++", "-include", "atomic", "/dev/null").split()
@@ -91,7 +91,7 @@ def library_headers(target: Target) -> list[str]:
 
 
 def compile_subject(target: Target, subject: str, optimise: str, folder: Path) -> Path:
-    """Compile one subject by itself."""
+    """Compile one subject separately."""
     made = folder / f"{subject}{optimise}.o"
     flags = (*FLAGS, *FREESTANDING, *library_headers(target), optimise, f"-I{INCLUDE}", f"-DSUBJECT={subject}")
     run(*target.compiler, *flags, "-c", HERE / "subject.cpp", "-o", made)
@@ -99,24 +99,24 @@ def compile_subject(target: Target, subject: str, optimise: str, folder: Path) -
 
 
 def compile_subjects(target: Target, optimise: str, folder: Path) -> dict[str, Path]:
-    """Compile every subject."""
+    """Compile all subjects."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         made = pool.map(lambda s: compile_subject(target, s, optimise, folder), subjects())
         return dict(zip(subjects(), made, strict=True))
 
 
 def text_bytes(target: Target, compiled: Path) -> int:
-    """Bytes of code and constants, without the compiler's own library."""
+    """Bytes of code and constants, without the library of the compiler."""
     return int(run(f"{target.tools}size", compiled).splitlines()[1].split()[0])
 
 
 def undefined(target: Target, compiled: Path) -> list[str]:
-    """Symbols that must come from elsewhere."""
+    """Undefined symbols."""
     return run(f"{target.tools}nm", "-u", compiled).replace(" U ", " ").split()
 
 
 def link_firmware(target: Target, optimise: str, compiled: Sequence[Path], folder: Path) -> Path:
-    """Link the image that prints every subject's results and costs."""
+    """Link the image that prints results and costs of all subjects."""
     made = folder / "firmware.elf"
     sources = [HERE / f"{name}.cpp" for name in ("startup", "results", "firmware")]
     flags = (*FLAGS, *FREESTANDING, optimise, f"-I{INCLUDE}", f"-DREPEATS={target.repeats}")
@@ -126,7 +126,7 @@ def link_firmware(target: Target, optimise: str, compiled: Sequence[Path], folde
 
 
 def run_firmware(target: Target, image: Path) -> list[str]:
-    """Run an image under QEMU and return its lines."""
+    """Run an image in QEMU and return its lines."""
     quiet = ("-nographic", "-monitor", "none", "-serial", "none", "-semihosting-config", "enable=on,target=native")
     return run("qemu-system-arm", "-M", target.machine, *quiet, "-icount", "shift=0", "-kernel", image).splitlines()
 
@@ -137,20 +137,20 @@ def results(lines: Sequence[str]) -> list[str]:
 
 
 def costs(target: Target, lines: Sequence[str]) -> dict[str, Cost]:
-    """Return what each subject costs."""
+    """Return the costs of each subject."""
     found = {}
     scale = target.tick / target.repeats
     for line in lines:
         if line.startswith("cost "):
             name, *numbers = line.split()[1:]
             count, total, worst, dearest, idle, stack, state = map(int, numbers)
-            # The function with which each is compared is one instruction.
+            # The empty function, which is subtracted, is one instruction.
             found[name] = Cost(total * scale / count + 1, worst * scale + 1, dearest, idle * scale + 1, stack, state)
     return found
 
 
 def host_results(compiler: str, folder: Path, *flags: str) -> list[str]:
-    """Build the same for this machine, and return its lines."""
+    """Build and run the same program on this machine, and return its lines."""
     target = Target("host", (compiler, *flags))
     compiled = compile_subjects(target, "-O2", folder)
     program = folder / "host"

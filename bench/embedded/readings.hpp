@@ -10,9 +10,8 @@ struct Reading {
   float hard, soft;
 };
 
-/// Two touches by a trembling hand, with what costs most: a spike, a value that is none, a change of the ratio (and so
-/// an alarm), an end by count and one by release. Integers scaled by powers of two, which every processor computes
-/// alike.
+/// Two touches with tremor and with the most expensive events: a spike, a NaN, a change of the ratio (and so an alarm),
+/// an end by count and one by release. Integers scaled by powers of two, so that every processor computes the same.
 class Readings {
  public:
   static constexpr int size = 640;

@@ -21,7 +21,7 @@ struct Hash {
   void add(bool flag) { add(std::uint32_t{flag}); }
 };
 
-// The numbers of a state that anyone may ask for.
+// The public numbers of a state.
 template <class Estimator>
 auto add_state(Hash& hash, const Estimator& e, const void*) -> decltype(e.information(), void()) {
   hash.add(e.ratio());

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What a subject makes of the readings, as bits.
+// Results of a subject for the readings, as bits.
 
-/// Text to whoever listens.
+/// Print a text: each program defines it.
 void put(const char* text);
-/// All that a program prints.
+/// Print all results.
 void run();
-/// A line for each subject, a hash of every state on the way, and one for each touch.
+/// Print a line for each subject, with a hash of all its states, and a line for each touch.
 void print_results();

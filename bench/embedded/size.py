@@ -1,8 +1,8 @@
-"""What the headers cost on a microcontroller: bytes, instructions and stack of each scene, estimator and stage.
+"""Cost of the headers on a microcontroller: bytes, instructions and stack of each scene, estimator and stage.
 
     python -m bench.embedded.size [--target m4f ...] [--json FILE]
 
-Compiles every subject of subjects.hpp by itself, in float, with -Os and -O2, links and runs the -Os image under QEMU,
+Compiles each subject of subjects.hpp separately, in float, with -Os and -O2, links and runs the -Os image in QEMU,
 and compares its results with those of this machine. Needs arm-none-eabi-g++ with libstdc++ and newlib,
 qemu-system-arm, a C++ compiler; for rv32imafc, which is compiled only, riscv64-unknown-elf-g++.
 """
@@ -17,18 +17,18 @@ from typing import Any
 from bench.embedded import firmware
 from bench.embedded.firmware import TARGETS, Cost, Target
 
-# What compiled code may ask for: memory functions, which every C library has, and arithmetic of single precision.
+# Symbols that compiled code may use: memory functions, which every C library has, and single-precision arithmetic.
 MEMORY = {"memcpy", "memset", "memmove"}
 HELPERS = ("__aeabi_f", "__aeabi_i2f", "__aeabi_ui2f", "__aeabi_uldiv", "__aeabi_idiv", "__aeabi_uidiv", "__gnu_thumb1")
 
 
 def foreign(symbols: list[str]) -> list[str]:
-    """Return what no scene may need: heap, unwinder, double arithmetic, anything that is not known here."""
+    """Return the symbols that no scene may use: heap, unwinder, double arithmetic, and all unknown ones."""
     return [s for s in symbols if s not in MEMORY and not s.startswith(HELPERS)]
 
 
 def measure(target: Target, host: list[str]) -> dict[str, Any]:
-    """Return a target's table: for each subject its bytes, symbols and costs; and whether the results are the host's."""
+    """Return bytes, symbols and costs of each subject on a target, and whether the results are those of the host."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         compiled = {o: firmware.compile_subjects(target, o, folder) for o in ("-Os", "-O2")}
@@ -53,7 +53,7 @@ def measure(target: Target, host: list[str]) -> dict[str, Any]:
 
 
 def cells(row: dict[str, Any]) -> str:
-    """Show one subject."""
+    """Print one subject."""
     bytes_ = f"{row['text']['-Os']:8d} {row['text']['-O2']:8d}"
     if "mean" not in row:
         return bytes_
@@ -63,7 +63,7 @@ def cells(row: dict[str, Any]) -> str:
 
 
 def show(name: str, table: dict[str, Any]) -> str:
-    """Show a target's table."""
+    """Print the table of a target."""
     costs = "  state  stack      mean    worst  dearest    idle" if "results" in table else ""
     lines = [f"{name:18} text -Os      -O2{costs}  needs"]
     for subject, row in table["subjects"].items():

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a Cortex-M does before main, and the way of text to the host: semihosting, as QEMU and debuggers offer it.
+// Startup code of a Cortex-M, and output of text to the host by semihosting, which QEMU and debuggers have.
 
 #include <cstdint>
 

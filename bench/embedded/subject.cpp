@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One subject alone: -DSUBJECT=Handheld.
+// A single subject: -DSUBJECT=Handheld.
 
 #include "subjects.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What is compared and measured: scenes, estimators and stages in float, each a state and what one reading does to it.
+// The subjects: scenes, estimators and stages in float, each with its state and a function for one reading.
 
 #include <palpate/embedded.hpp>
 
@@ -12,7 +12,7 @@ namespace subjects {
 using namespace palpate;
 using Ticks = std::uint32_t;
 
-/// An estimator: the two channels' changes.
+/// An estimator: takes the changes of both channels.
 template <class Estimator>
 struct Changes {
   using State = Estimator;
@@ -29,7 +29,7 @@ struct PaperSafe : Changes<embedded::AdaptiveRls<float>> {};
 struct PaperRuntime : Changes<AdaptiveRls<float>> {};
 struct HandoverEstimator : Changes<embedded::Handover<float>> {};
 
-/// The gate and the window of samples before an estimator, for a loop that has its baseline already.
+/// The gate and the window of samples before an estimator, for a loop that subtracts the baseline itself.
 struct Gated {
   using State = embedded::GatedRls<float>;
   static bool take(State& state, float output, float regressor) { return state.feed(output, regressor).finished; }
@@ -39,7 +39,7 @@ struct Gated {
   }
 };
 
-/// A whole scene: the two readings.
+/// A whole scene: takes both readings.
 template <class Scene>
 struct Whole {
   using State = Scene;
@@ -91,14 +91,14 @@ struct ContactStage {
   }
 };
 
-/// What takes every sample may be given none that is not finite.
+/// For estimators without check: only finite samples.
 template <class Subject>
 bool accepts(const Reading& r) {
   return !(std::is_same_v<Subject, Fixed> || std::is_same_v<Subject, Paper>) ||
          (is_finite(r.hard) && is_finite(r.soft));
 }
 
-/// The one function of a subject, compiled by itself: subject.cpp.
+/// The function of a subject, compiled separately: subject.cpp.
 template <class Subject, class Function = decltype(Subject::take)>
 struct Entry;
 template <class Subject, class Result, class... Values>
@@ -107,7 +107,7 @@ struct Entry<Subject, Result(Values...)> {
   static Result feed(Values... values);
 };
 
-/// Calls visit(name, Subject()) for each.
+/// Calls visit(name, Subject()) for each subject.
 template <class Visit>
 void for_each(Visit visit) {
   visit("Fixed", Fixed());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Samples through the ring and the tracker, from one thread to another, for a very long time: the memory stays as it
-// is. Prints JSON: the resident set at the start, at each quarter and at the end, and the counts. The argument is the
+// Samples through the ring and the tracker, from one thread to another, for a very long time: the memory must not
+// grow. Prints JSON: the resident set at the start, at each quarter and at the end, and the counts. The argument is the
 // number of samples.
 
 #include <array>
@@ -19,7 +19,7 @@ struct Pair {
   double hard, soft;
 };
 
-// A press of 200 samples each 400, with noise of some 1e-5 pF, 26 ms from pair to pair.
+// A press of 200 samples in every 400, with noise of about 1e-5 pF, 26 ms from pair to pair.
 Pair pair(std::uint64_t i) {
   const auto t = static_cast<std::int64_t>(i) * 26000000;
   const double press = i % 400 < 200 ? 0.25 : 0.0;
@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
       while (count < ready.size() && i < samples) {
         ready[count++] = pair(i++);
       }
-      while (ring->size() + count > 1024) {  // one producer: what is free stays free
+      while (ring->size() + count > 1024) {  // one producer: free places stay free
         std::this_thread::yield();
       }
       ring->push(ready.data(), count);

@@ -1,9 +1,9 @@
-"""Samples through the ring and the tracker for a long time, and what that does to the memory.
+"""Memory use of the ring and the tracker over a long time.
 
     python -m bench.soak.memory [--native 1000000000] [--samples 50000000]
 
-Prints the resident set at the start, at each quarter and at the end: of a native program, two threads, sample by sample;
-and of Python, `SampleRing` and `Tracker.process` in blocks. Needs a C++ compiler and Linux's /proc.
+Prints the resident set at the start, at each quarter and at the end: of a native program with two threads, sample by
+sample; and of Python with `SampleRing` and `Tracker.process`, in blocks. Needs a C++ compiler and /proc of Linux.
 """
 
 import argparse
@@ -34,7 +34,7 @@ def native(samples: int) -> dict[str, Any]:
 
 
 def resident_kb() -> int:
-    """Return this process's resident set."""
+    """Return the resident set of this process."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") // 1024
 
@@ -49,7 +49,7 @@ def _presses() -> Any:
 
 
 def python(samples: int) -> dict[str, Any]:
-    """Push and pop blocks, and process what came. A tracker keeps its touches, so there is a new one now and then."""
+    """Push, pop and process blocks. A tracker keeps its touches, so from time to time a new tracker is used."""
     rows, taken = _presses(), np.empty(_BLOCK, palpate.SampleRing().dtype)
     ring, resident, touches, received = palpate.SampleRing(2 * _BLOCK), [], 0, 0
     tracker = palpate.Tracker()
@@ -71,7 +71,7 @@ def python(samples: int) -> dict[str, Any]:
 
 
 def growth_kb(found: dict[str, Any]) -> int:
-    """Return by how much the resident set grew after the start."""
+    """Return the growth of the resident set since the start."""
     return int(max(found["resident_kB"]) - found["resident_kB"][0])
 
 

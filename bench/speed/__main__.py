@@ -1,10 +1,10 @@
-"""Speed, with the error beside it: calls, blocks, streams and the ring, and what else does the same job.
+"""Speed and error: calls, blocks, streams and the ring, in comparison with other libraries.
 
     python -m bench.speed [--rounds 100] [--out bench/results/speed.json]   measure, print, write (docs/speed.md, too)
-    python -m bench.speed --table                                           print the table of docs/speed.md from the file
+    python -m bench.speed --table                                           print the table of docs/speed.md
 
-Everything is timed in turn in one run; what counts are ratios. Needs cmake and a C++ compiler; uses scipy, numba,
-padasip, river and filterpy where they are installed.
+All items are timed alternately in one run; the quotients are the result. Needs cmake and a C++ compiler; uses scipy,
+numba, padasip, river and filterpy if they are installed.
 """
 
 import argparse
@@ -54,11 +54,11 @@ LIMITS: list[tuple[str, str, str, float]] = [
     ("AdaptiveRls.update / numba, a call", "Python update", "numba, a call", 0.2),
     ("Python Rls.process / scipy lfilter, block", "Python Rls process, 10000", "scipy lfilter", 1.0),
 ]
-"""What is compared, and what the quotient is wished to be at most."""
+"""Comparisons: a name, two figures, and the wanted upper limit of their quotient."""
 
 
 def run(*command: str | Path) -> str:
-    """Run a program and return what it prints."""
+    """Run a program and return its output."""
     return subprocess.run([str(c) for c in command], check=True, capture_output=True, text=True).stdout
 
 
@@ -77,7 +77,7 @@ def measure_native(rounds: int) -> Figures:
 
 
 def processor() -> str:
-    """Return the processor's name."""
+    """Return the name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
@@ -86,7 +86,7 @@ def processor() -> str:
 
 
 def commit() -> str:
-    """Return the commit that was measured; with a plus where there are changes on top."""
+    """Return the measured commit; with a plus if there are uncommitted changes."""
     try:
         return run("git", "-C", HERE, "describe", "--always", "--dirty=+").strip()
     except (OSError, subprocess.CalledProcessError):
@@ -94,7 +94,7 @@ def commit() -> str:
 
 
 def table(figures: Figures) -> str:
-    """Show each figure: ns, cycles, and the error of what was computed."""
+    """Print each figure: ns, cycles, and the error of the result."""
     cycle = figures["cycle"]
     lines = [f"{'ns a sample, a call or an item':46} {'min':>9} {'p10':>9} {'median':>9} {'cycles':>8}  error"]
     for name, ns in figures.items():
@@ -108,7 +108,7 @@ def table(figures: Figures) -> str:
 
 
 def limits(figures: Figures) -> str:
-    """Show each quotient of minima, of medians, and what was wished for."""
+    """Print the quotients of minima and of medians, and the wanted limits."""
     lines = [f"{'quotient':52} {'of minima':>9} {'medians':>9} {'at most':>8}"]
     for name, one, other, limit in LIMITS:
         if one in figures and other in figures:
@@ -146,13 +146,13 @@ def short_table(figures: Figures) -> str:
 
 
 def with_table(text: str, figures: Figures) -> str:
-    """Put the table between its two marks in the page."""
+    """Replace the table between its two marks in the page."""
     before, _, rest = text.partition(MARK)
     return f"{before}{MARK}\n{short_table(figures)}\n{END}{rest.partition(END)[2]}"
 
 
 def main() -> None:
-    """Measure, print and write; or print the table of what was measured."""
+    """Measure, print and write; or print the table of the last measurement."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--rounds", type=int, default=100, help="repeats of everything")
     parser.add_argument("--out", type=Path, default=RESULTS, help="where the figures go")

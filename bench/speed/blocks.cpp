@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One stream in blocks, and many streams: ns a sample, with the error of what was computed. Prints JSON.
+// One stream in blocks, and many streams: ns for each sample, with the error of the result. Prints JSON.
 
 #include <cstdlib>
 #include <memory>
@@ -19,7 +19,7 @@ constexpr double truth = 2.5;
 struct Data {
   std::vector<double> output, regressor;
 
-  // A held press with tremor and converter noise. flicker: bursts that switch the paper's alarm on and off.
+  // A held press with tremor and converter noise. flicker: bursts that turn the alarm of the paper on and off.
   Data(std::size_t size, bool flicker = false, bool idle = false) {
     std::uint32_t state = 1;
     for (std::size_t i = 0; i < size; ++i) {

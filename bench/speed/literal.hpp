@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-/// The paper's equations as they are printed.
+/// The equations of the paper as printed.
 struct Literal {
   double r = 1, p = 1e4, g = 0;
 

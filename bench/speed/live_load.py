@@ -1,8 +1,8 @@
-"""What the live page costs: the server's share of a core, and frames a second, at 100 and 1,000 pairs a second.
+"""Cost of the live page: the server's share of a core, and frames per second, at 100 and 1,000 pairs per second.
 
     python -m bench.speed.live_load [--seconds 10]
 
-The page is a client that takes every frame, in this process; the server has a process of its own. Linux: reads /proc.
+The page is a client in this process that receives all frames; the server is a separate process. Needs /proc of Linux.
 """
 
 import argparse
@@ -30,7 +30,7 @@ HOST = "127.0.0.1"
 
 
 class Held(Source):
-    """A press that does not end, at so many pairs a second."""
+    """A source of an endless press, with a given number of pairs per second."""
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
@@ -62,13 +62,13 @@ def run_server(rate: float) -> None:
 
 
 def cpu_s(pid: int) -> float:
-    """Return the processor time that a process has taken, s."""
+    """Return the processor time of a process, s."""
     fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def watch(page: ClientConnection | None, seconds: float) -> tuple[int, dict[str, dict[str, int]]]:
-    """Take what comes; return the number of frames, and the last state."""
+    """Receive frames; return their number, and the last state."""
     frames, end = 0, time.monotonic() + seconds
     state: dict[str, dict[str, int]] = {"counters": {"dropped": 0}, "frames": {"lost": 0}}
     while page is None and time.monotonic() < end:
@@ -84,7 +84,7 @@ def watch(page: ClientConnection | None, seconds: float) -> tuple[int, dict[str,
 
 
 def measure(rate: float, seconds: float, *, watched: bool) -> dict[str, float]:
-    """Run a server, with one page or none; return its share of a core, frames and pairs a second."""
+    """Run a server, with or without a page; return its share of a core, and frames and pairs per second."""
     server = subprocess.Popen([sys.executable, __file__, "--serve", str(rate)], stdout=subprocess.PIPE, text=True)
     assert server.stdout
     address = server.stdout.readline().strip().rstrip("/")

@@ -1,4 +1,4 @@
-"""The Python half of `python -m bench.speed`: calls, blocks and the ring, and other libraries on the same job."""
+"""The Python part of `python -m bench.speed`: calls, blocks and the ring, and the same with other libraries."""
 
 import math
 import time
@@ -20,7 +20,7 @@ Work = tuple[str, int, Callable[[], Any]]
 
 
 def press(size: int) -> tuple[Array, Array]:
-    """Make a held press with tremor and converter noise, as blocks.cpp does."""
+    """Return a held press with tremor and converter noise, as in blocks.cpp."""
     regressor = 0.25 * (1 + 0.03 * np.sin(1.3 * np.arange(size)))
     noise = np.random.default_rng(1).uniform(-0.7e-4, 0.7e-4, size)
     return TRUTH * regressor + noise, regressor
@@ -33,7 +33,7 @@ def error_of(ratio: Any) -> float:
 
 
 def repeated(call: Callable[[float, float], Any], count: int = 2000) -> Callable[[], None]:
-    """Make a loop of calls with two floats: what a call from Python costs, with its share of the loop."""
+    """Return a loop of calls with two floats: the cost of a call from Python, with its share of the loop."""
 
     def loop() -> None:
         a, b = 0.625, 0.25
@@ -45,7 +45,7 @@ def repeated(call: Callable[[float, float], Any], count: int = 2000) -> Callable
 
 
 def numba_loop(step: Any, state: Array) -> Callable[[], None]:
-    """Make the same loop for a function that is given its state."""
+    """Return the same loop for a function with its state as arguments."""
 
     def loop() -> None:
         a, b = 0.625, 0.25
@@ -57,7 +57,7 @@ def numba_loop(step: Any, state: Array) -> Callable[[], None]:
 
 
 def ring_work() -> list[Work]:
-    """Make 250 samples go from a numpy array into a queue, and from there into another array."""
+    """Return functions that copy 250 samples from a numpy array through a queue into another array."""
     ring, queue, simple = palpate.SampleRing(512), deque[Any](), SimpleQueue[Any]()
     rows, out = np.zeros(250, ring.dtype), np.empty(250, ring.dtype)
     rows["seq"] = range(250)
@@ -89,7 +89,7 @@ def ring_work() -> list[Work]:
 
 
 def block_work() -> tuple[list[Work], dict[str, float]]:
-    """Make blocks through the estimators, and the error of each."""
+    """Return functions that process blocks with the estimators, and the error of each."""
     (y, x), (y250, x250) = press(10000), press(250)
     out, out250, rows = np.empty(10000), np.empty(250), palpate.AdaptiveRls().trace(y, x)
     adaptive, fixed, handover, bank = (
@@ -119,14 +119,14 @@ def block_work() -> tuple[list[Work], dict[str, float]]:
 
 
 def handover_trace(y: Array, x: Array) -> Callable[[], Any]:
-    """Make a trace with standard errors."""
+    """Return a function that computes a trace with standard errors."""
     estimator = palpate.HandoverRls()
     rows = estimator.trace(y, x)
     return lambda: estimator.trace(y, x, rows)
 
 
 def peer_work() -> tuple[list[Work], dict[str, float]]:
-    """Make the same job for other libraries, where they are installed, and the error of each."""
+    """Return functions for the same task with other installed libraries, and the error of each."""
     y, x = press(500)
     work: list[Work] = [("numpy loop", 500, lambda: numpy_loop(y, x))]
     errors = {"error, numpy loop": error_of(numpy_loop(y, x)[0])}
@@ -146,7 +146,7 @@ def peer_work() -> tuple[list[Work], dict[str, float]]:
 
 
 def call_work() -> tuple[list[Work], dict[str, float]]:
-    """Make single calls."""
+    """Return functions with single calls."""
     y, x = press(500)
     estimators = {"Python update": palpate.AdaptiveRls, "Python HandoverRls update": palpate.HandoverRls}
     work: list[Work] = [(name, 2000, repeated(make().update)) for name, make in estimators.items()]
@@ -158,7 +158,7 @@ def call_work() -> tuple[list[Work], dict[str, float]]:
 
 
 def timed(work: Iterable[Work], rounds: int) -> dict[str, dict[str, float]]:
-    """Time every piece of work in turn; minimum, tenth and median, ns an item."""
+    """Time all functions alternately; return minimum, 10th percentile and median, ns for each item."""
     pieces = list(work)
     found: dict[str, list[float]] = {name: [] for name, _, _ in pieces}
     for _ in range(rounds):
@@ -173,7 +173,7 @@ def timed(work: Iterable[Work], rounds: int) -> dict[str, dict[str, float]]:
 
 
 def measure_python(rounds: int) -> dict[str, Any]:
-    """Time everything."""
+    """Time all functions."""
     blocks, block_errors = block_work()
     calls, call_errors = call_work()
     peers, peer_errors = peer_work()

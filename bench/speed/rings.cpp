@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The ring against a queue behind a mutex and against two bare flags, on two threads. Prints JSON.
+// The ring in comparison with a queue with a mutex and with two flags only, on two threads. Prints JSON.
 
 #include <atomic>
 #include <cstdlib>
@@ -37,7 +37,7 @@ struct MutexQueue {
   }
 };
 
-/// Two places for one item each, and two flags: the least that a round trip can cost.
+/// Two places for one item each, and two flags: the lower limit for a round trip.
 struct Flags {
   alignas(64) std::atomic<bool> full{false};
   Item item{};
@@ -61,7 +61,7 @@ struct Flags {
 };
 
 using Ring = palpate::Ring<Item, 1024>;
-/// One thread pushes, the other pops, as fast as they can: ns an item.
+/// One thread pushes, the other pops, as fast as possible: ns for each item.
 template <class Queue>
 double stream(std::uint64_t items) {
   Queue queue;
@@ -84,7 +84,7 @@ double stream(std::uint64_t items) {
   return sum == items * (items - 1) / 2 ? ns : -1;  // every item, once
 }
 
-/// Push one, pop one, on one thread: ns a pair.
+/// Push one, pop one, on one thread: ns for each pair.
 template <class Queue>
 double pairs(std::uint64_t items) {
   Queue queue;
@@ -100,7 +100,7 @@ double pairs(std::uint64_t items) {
   return sum == items * (items - 1) / 2 ? ns : -1;
 }
 
-/// There and back between two threads, each time in turn: every trip's ns, sorted.
+/// Round trips between two threads: the times of all trips, ns, sorted.
 template <class Queue>
 std::vector<double> round_trips(int trips) {
   Queue there, back;

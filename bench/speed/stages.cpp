@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What each stage costs: ns a reading and bytes of state, side by side in one run. Prints JSON.
+// Cost of each stage: ns for each reading and bytes of state, measured alternately in one run. Prints JSON.
 
 #include <algorithm>
 #include <chrono>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Timing of short work: chunks of some 50 us, many repeats, and every item of one run in turn, so that a slow moment of
-// the machine falls on all of them.
+// Timing of short functions: chunks of about 50 us, many repeats, and all items of a run alternately, so that a slow
+// moment of the machine affects all of them.
 
 #include <algorithm>
 #include <chrono>
@@ -18,7 +18,7 @@ inline double ns_since(Clock::time_point start) {
   return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
 }
 
-/// ns of one integer multiplication that waits for the one before it: 3 cycles on x86-64.
+/// ns of one integer multiplication that depends on the one before it: 3 cycles on x86-64.
 inline double multiply_ns() {
   constexpr int steps = 3000;
   double best = 1e9;
@@ -36,7 +36,7 @@ inline double multiply_ns() {
   return value == 0 ? 0 : best;
 }
 
-/// Pieces of work, timed in turn.
+/// Functions that are timed alternately.
 class Bench {
  public:
   void add(std::string name, double items, std::function<void()> work) {

@@ -1,4 +1,4 @@
-"""Programs run, and projects built, by tests."""
+"""Functions for tests that run programs and build projects."""
 
 import subprocess
 import sys
@@ -10,7 +10,7 @@ STRICT = ("-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsha
 
 
 def run(*command: str | Path) -> str:
-    """Run a program, which must succeed, and return what it printed."""
+    """Run a program, which must succeed, and return its output."""
     done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
     return done.stdout
@@ -23,12 +23,12 @@ def configure(cmake: str, source: Path, build: Path, *options: str) -> None:
 
 
 def asked(option: str) -> str:
-    """Ask the installed package, from elsewhere than the sources."""
+    """Return the output of the installed command `palpate` with this option."""
     return run(sys.executable, "-m", "palpate", option).strip()
 
 
 def compiles(compiler: str, text: str, folder: Path) -> None:
-    """Have a compiler read a program of so many lines."""
+    """Check that a compiler accepts a program, with all warnings as errors."""
     source = folder / "block.cpp"
     source.write_text(text)
     run(need(compiler), *STRICT, asked("--includes"), "-fsyntax-only", source)

@@ -1,4 +1,4 @@
-"""How much a test that draws its cases tries: as much as a commit may wait for, or ten times that in a night.
+"""Number of examples of property tests: for a commit, or ten times that for the nightly run.
 
 `.ci/nightly` sets PALPATE_NIGHTLY=1.
 """
@@ -12,5 +12,5 @@ TIMES = 10 if NIGHTLY else 1
 
 
 def examples(count: int) -> settings:
-    """Return hypothesis's settings for so many examples, times what the night allows."""
+    """Return hypothesis settings for this number of examples, ten times as many in the nightly run."""
     return settings(max_examples=count * TIMES)

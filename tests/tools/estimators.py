@@ -1,4 +1,4 @@
-"""Every estimator of the package, for the tests that hold for all of them."""
+"""All estimators of the package, for tests that are the same for all of them."""
 
 import palpate
 import pytest

@@ -1,4 +1,4 @@
-"""Print what became of recordings and streams under each fault: tries, rows that were acknowledged, rows lost.
+"""Print the effect of each fault on recordings and streams: tries, acknowledged rows, lost rows.
 
     python tests/tools/fault_table.py [--moments 200]
 
@@ -21,7 +21,7 @@ FILES = (
 
 
 def main() -> int:
-    """Run them; the table is pytest's summary."""
+    """Run the tests; the table is in the summary of pytest."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--moments", type=int, default=200, help="random moments at which a recording is killed")
     os.environ["PALPATE_MOMENTS"] = str(parser.parse_args().moments)

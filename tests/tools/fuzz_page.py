@@ -1,4 +1,4 @@
-"""What the live page hears, as functions of bytes: messages on its web socket, and requests."""
+"""Fuzz targets of the live page, functions of bytes: messages on its web socket, and requests."""
 
 from collections.abc import Coroutine
 from contextlib import suppress
@@ -12,7 +12,7 @@ OWN = {f"{name}:{PORT}" for name in (HOST, "localhost", "::1")}
 
 
 def message(data: bytes) -> None:
-    """Read a message: a command, or a refusal that can be shown."""
+    """Parse a message: a command, or an error that can be shown."""
     try:
         said: Command | str = parse(data.decode("utf-8", "replace"))
     except Refused as refusal:
@@ -25,9 +25,9 @@ def message(data: bytes) -> None:
 
 
 def request(data: bytes) -> None:
-    """Ask for the page or its web socket: a query on the first line, headers on the others.
+    """Request the page or its web socket: a query on the first line, headers on the others.
 
-    Nobody comes in without the token where there is one, nor under a name or from a page that is not its own.
+    No access without the token if there is one, nor with another host name, nor from a page of another origin.
     """
     query, *lines = data.split(b"\n")
     headers = [(name.strip().lower(), value.strip()) for name, _, value in (line.partition(b"=") for line in lines)]
@@ -53,14 +53,14 @@ def _passed(scope: dict[str, Any], token: str | None) -> bool:
         return {"type": "http.request"}
 
     async def send(_: Any) -> None:
-        """Nobody listens."""
+        """Ignore the message."""
 
     _run(Gatekeeper(page, HOST, PORT, token)(scope, receive, send))
     return passed
 
 
 def _run(asked: Coroutine[Any, Any, None]) -> None:
-    """Nothing in it waits, so that no loop is needed."""
+    """Run a coroutine that never waits, so without an event loop."""
     with suppress(StopIteration):
         asked.send(None)
         raise AssertionError("it waited")

@@ -1,7 +1,7 @@
-"""What reads text and bytes from outside, each as a function of bytes that may raise its documented errors only.
+"""Fuzz targets of all parsers: functions of bytes that may raise only the documented errors.
 
-Whatever it accepts has to make sense as well. `python tests/tools/fuzz_parsers.py TARGET FOLDER... [libFuzzer's options]` lets
-atheris look for bytes that it does not stand; `tests/fuzz/test_corpus.py` runs the corpus, and what was found.
+Accepted input must give a valid result. `python tests/tools/fuzz_parsers.py TARGET FOLDER... [libFuzzer's options]`
+searches with atheris for bytes that break a target; `tests/fuzz/test_corpus.py` runs the corpus and earlier findings.
 """
 
 import contextlib
@@ -22,7 +22,7 @@ FOLDER = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) 
 
 @contextlib.contextmanager
 def _instrumented() -> Iterator[None]:
-    """Have atheris see which branch of the package is taken, where it is atheris that runs this."""
+    """Instrument the package for atheris, if atheris runs this."""
     if "atheris" not in sys.modules:
         yield
         return
@@ -60,7 +60,7 @@ def _file(name: str, data: bytes) -> Path:
 
 
 def own_file(data: bytes) -> None:
-    """Rows of a recording of palpate's own: what is read, is written as the same bits again."""
+    """Parse rows of a recording by palpate; written again, they have the same bits."""
     path = _file("own.csv", HEADER.encode() + data)
     with suppress(RecordingError):
         report = check(path)
@@ -74,7 +74,7 @@ def own_file(data: bytes) -> None:
 
 
 def table(data: bytes) -> None:
-    """Read another logger's table; the first byte says how."""
+    """Parse a table of another logger; the first byte selects the options."""
     how = data[0] if data else 0
     columns: dict[str, str | int] = {"hard": "hard", "soft": "soft"} if how & 1 else {"hard": 2, "soft": 3}
     columns |= {"time": 1} if how & 2 else {}
@@ -88,7 +88,7 @@ def table(data: bytes) -> None:
 
 
 def sidecar_of(data: bytes) -> None:
-    """Read what stands beside a recording: whatever it is, the rows come out."""
+    """Parse a sidecar: with any content, the rows of the recording can be read."""
     path = _file("run.csv", (HEADER + ROWS).encode())
     sidecar.sidecar_path(path).write_bytes(data)
     report = check(path)
@@ -98,13 +98,13 @@ def sidecar_of(data: bytes) -> None:
     assert recording.full_scale_pF > 0
     with palpate.open(str(path)) as source:
         assert isinstance(source.describe(), dict)
-    with suppress(ValueError, TypeError):  # settings of the right form that no tracker has
+    with suppress(ValueError, TypeError):  # valid form, but not settings of a tracker
         palpate.touches(recording, **recording.settings)
     check(path, repair=True)
 
 
 def calibration(data: bytes) -> None:
-    """Read a calibration; one that is taken answers."""
+    """Parse a calibration; an accepted one converts ratios."""
     path = _file("probe.toml", data)
     with suppress(CalibrationError):
         found = palpate.Calibration.load(path)
@@ -113,7 +113,7 @@ def calibration(data: bytes) -> None:
 
 
 def moduli(data: bytes) -> None:
-    """Read a table of moduli."""
+    """Parse a table of moduli."""
     with suppress(CalibrationError):
         found = read_moduli(_file("moduli.csv", data))
         assert all(0 < value < math.inf for value in found.values())
@@ -121,7 +121,7 @@ def moduli(data: bytes) -> None:
 
 
 def firmware(data: bytes) -> None:
-    """Read an Intel HEX file: what is taken, fits the board."""
+    """Parse an Intel HEX file; an accepted one fits the board."""
     with suppress(ProtocolError):
         image = read_hex(_file("firmware.hex", data))
         assert all(at >= 0 and at + len(part) <= RAM_BYTES for at, part in image.items())
@@ -129,7 +129,7 @@ def firmware(data: bytes) -> None:
 
 
 class ChunkedPort:
-    r"""A serial port that gives these bytes, at once what stands between two \xff, and then is gone."""
+    r"""A serial port that sends these bytes and is then unplugged; \xff separates the bytes of one read."""
 
     def __init__(self, data: bytes) -> None:
         self._chunks = data.split(b"\xff")
@@ -144,14 +144,14 @@ class ChunkedPort:
         raise OSError("gone")
 
     def close(self) -> None:
-        """Nothing to give back."""
+        """Do nothing."""
 
 
 class ChunkedLines(serial_lines.SerialSource):
-    """Lines of such a port."""
+    """A serial source with such a port."""
 
     def _open(self) -> Any:
-        """Nothing: the port is set by who makes this."""
+        """Do nothing: the caller sets the port."""
 
     def _wait_for_replug(self, gone: Exception) -> int:
         self.interrupt()
@@ -159,7 +159,7 @@ class ChunkedLines(serial_lines.SerialSource):
 
 
 def lines(data: bytes) -> None:
-    r"""Bytes on a serial port; \xff stands between what arrives at once."""
+    r"""Parse bytes on a serial port; \xff separates the bytes of one read."""
     source = ChunkedLines("fuzz")
     source._port = ChunkedPort(b"\n" + data)
     last = -1
@@ -172,13 +172,13 @@ def lines(data: bytes) -> None:
 
 
 def uri(data: bytes) -> None:
-    """Read names of sources, and their options, up to where a device would be opened."""
+    """Parse names of sources with options, until a device would be opened."""
     text = data.decode("utf-8", "replace")
     with suppress(ValueError):
         split(text)
     refused = (ValueError, SourceError, RecordingError)
     with patch("serial.Serial", side_effect=OSError("no port")), warnings.catch_warnings():
-        warnings.simplefilter("ignore", FutureWarning)  # what Python says of a pattern with [[
+        warnings.simplefilter("ignore", FutureWarning)  # warning of Python for a pattern with [[
         for prefix in ("sim:", "serial:", "i2c:nowhere?", "iio:/nowhere?", "nowhere:", "/nowhere/"):
             with suppress(*refused):
                 palpate.open(prefix + text).close()

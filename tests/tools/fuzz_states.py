@@ -1,4 +1,4 @@
-"""States of estimators and touches as a function of bytes: what a pickle of another's may hold."""
+"""Fuzz target of pickled states: estimators and touches, as a function of bytes."""
 
 import copy
 import functools
@@ -33,13 +33,13 @@ _VALUES: list[Callable[[bytes], Any]] = [
 
 
 def state(data: bytes) -> None:
-    """Set states as a pickle of another's might: a valid one with other values at places that the bytes name."""
+    """Set states as an untrusted pickle could: a valid state with other values at places that the bytes select."""
     kind, valid = _states()[data[0] % len(_states()) if data else 0]
     for at in range(1, len(data) - 10, 11):
         where, path, what = data[at : at + 3]
         valid = _replaced(valid, [where, path], _VALUES[what % len(_VALUES)](data[at + 3 : at + 11]))
     made, taken = kind.__new__(kind), False
-    # AttributeError: attributes of a subclass, given to what is none.
+    # AttributeError: attributes of a subclass, for an object that is not of a subclass.
     with suppress(ValueError, TypeError, AttributeError), np.errstate(over="ignore"):
         made.__setstate__(valid)
         taken = True
@@ -48,7 +48,7 @@ def state(data: bytes) -> None:
 
 
 def _use(made: Any) -> None:
-    """Whatever was taken works, and is the same again."""
+    """Check that an accepted state works, and that its pickle gives the same state."""
     assert repr(made)
     assert copy.deepcopy(made) is not made
     if isinstance(made, palpate.Touch):
@@ -64,7 +64,7 @@ def _use(made: Any) -> None:
 
 @functools.cache
 def _states() -> list[tuple[Any, Any]]:
-    """Classes, and a state of each."""
+    """Return the classes with a valid state of each."""
     found: list[tuple[Any, Any]] = []
     for name in _PICKLED:
         kind = getattr(palpate, name)

@@ -1,4 +1,4 @@
-"""What smbus2 is to the driver over I2C, with the chip's twin behind it."""
+"""A replacement of smbus2 for the I2C driver, with a simulated chip."""
 
 import errno
 from typing import Any
@@ -10,7 +10,7 @@ BYTE_S = 22.5e-6
 
 
 class Bus:
-    """What smbus2.SMBus is to `I2cBus`."""
+    """A replacement of smbus2.SMBus for `I2cBus`."""
 
     def __init__(self, chip: ChipTwin, clock: VirtualClock) -> None:
         self.chip, self.clock = chip, clock

@@ -1,4 +1,4 @@
-"""A twin on a carrier, and the driver over it."""
+"""A simulated board on a carrier, with the driver, for tests."""
 
 import math
 from contextlib import AbstractContextManager
@@ -18,16 +18,16 @@ from usb_carriers import Carrier, carrier
 SLOPE_PF_PER_S = 0.02
 IDLE_PF = (6.92, 4.69)
 CENTRED = Configuration(hard=Channel(capdac=41), soft=Channel(capdac=27))
-"""What `auto_capdac` finds on this chip, about."""
+"""Approximate result of `auto_capdac` on this chip."""
 
 
 def pins(pin: int, begin_s: float, end_s: float) -> float:
-    """Two ramps that are far apart, over a minute that begins anew."""
+    """Two ramps with very different values, which start again every minute."""
     return IDLE_PF[pin - 1] + SLOPE_PF_PER_S * (((begin_s + end_s) / 2) % 60.0)
 
 
 class Bench(AbstractContextManager["Bench"]):
-    """Holds what a test needs; closes it and sees that nothing was left open."""
+    """All objects of a test; closes them and checks that nothing is left open."""
 
     def __init__(self, *, plugged: bool = True, loaded: bool = True, seed: int = 0) -> None:
         self.carrier: Carrier = carrier()
@@ -47,14 +47,14 @@ class Bench(AbstractContextManager["Bench"]):
         return kit
 
     def open_kit(self, bus: int | None = None, address: int | None = None) -> EvalKit:
-        """Open the board itself."""
+        """Open the board, without a driver."""
         where = {"bus": bus, "address": address}
         kit = EvalKit(**where, firmware=self.firmware, backend=self.carrier.backend(), clock=self.carrier.clock)
         self._open.append(kit)
         return kit
 
     def open(self, configuration: Configuration = CENTRED, **where: int) -> Ad7746:
-        """Open and configure."""
+        """Open and configure the driver."""
         kit, clock = self.open_kit(**where), self.carrier.clock
         driver = Ad7746(kit, configuration, clock, replug_s=self.replug_s, notify=self.notes.append)
         driver.start()
@@ -62,7 +62,7 @@ class Bench(AbstractContextManager["Bench"]):
         return driver
 
     def read(self, driver: Ad7746, count: int) -> list[Sample]:
-        """Read pairs, numbered on from the last."""
+        """Read pairs; their numbers continue."""
         for _ in range(count):
             sample = driver.read_pair(self.samples[-1].seq + 1 if self.samples else 0)
             assert sample is not None
@@ -70,13 +70,13 @@ class Bench(AbstractContextManager["Bench"]):
         return self.samples
 
     def fail(self, kind: str, amount: float = 1.0, **when: Any) -> None:
-        """Let something go wrong."""
+        """Add a fault."""
         self.kit.faults.append(Fault(kind, amount, **when))
 
     def check_samples(self, driver: Ad7746, *, failed: bool = False) -> None:
-        """Every value that was handed on was a conversion of that input then; every pair is accounted for.
+        """Check that each value was a conversion of that input at that time, and that all pairs are counted.
 
-        Where it ended in an error, pairs may have been lost after the last that was handed on.
+        If reading ended with an error, pairs may have been lost after the last sample.
         """
         ended = {(c.pin, c.code): (c.begin + c.end) / 2 for c in self.kit.chip.conversions if not c.lost}
         for sample in self.samples:
@@ -98,7 +98,7 @@ class Bench(AbstractContextManager["Bench"]):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close everything."""
+        """Close driver and carrier."""
         for each in self._open:
             each.close()
         self.carrier.close()

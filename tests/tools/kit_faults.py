@@ -1,4 +1,4 @@
-"""Everything that can go wrong with the board, and what the user sees. `python tests/tools/kit_faults.py` prints it."""
+"""All faults of the board, and the message for the user. `python tests/tools/kit_faults.py` prints the table."""
 
 import math
 import re
@@ -17,31 +17,31 @@ from palpate.samples import Status
 
 FOREVER = math.inf
 PAIRS, ENOUGH = 2, 20
-"""Read after the fault, where the driver goes on, and until it raises."""
+"""Numbers of pairs to read after a fault: if the driver must continue, and at most until it must raise."""
 ANY = -1
-"""A count that depends on the time it took."""
+"""Any count: it depends on the timing."""
 IMAGE = ":03000000020100FA\n:00000001FF\n"
 
 
 @dataclass(frozen=True)
 class Row:
-    """One fault.
+    """A fault while reading.
 
     Attributes
     ----------
     name : str
     arrange : callable
-        Makes it happen, given a bench whose driver is open and has read a pair.
+        Function of a bench, with an open driver that has read a pair: adds the fault.
     error : type, optional
-        What the driver raises in the end; None where it goes on.
+        Error of the driver in the end; None: it continues.
     text : str
-        Part of the error's text.
+        Part of the error message.
     counters : dict
-        What the driver counted, where it goes on; `pairs` and what is 0 aside.
+        Counters of the driver if it continues, without `pairs` and zeros.
     flags : Status
-        Of any of the samples.
+        Status flags of all samples together.
     replug_s : float
-        How long the driver waits for a board.
+        Longest time that the driver waits for a board, s.
     """
 
     name: str
@@ -101,7 +101,7 @@ RUNNING = (
 
 @dataclass(frozen=True)
 class Opening:
-    """One fault that keeps the board from being opened: a context around the attempt."""
+    """A fault while opening the board: a context around the attempt."""
 
     name: str
     attempt: Callable[[], Iterator[Bench]]
@@ -173,7 +173,7 @@ OPENING = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the user saw."""
+    """The result for the user."""
 
     error: SourceError | None
     counters: dict[str, int]
@@ -181,7 +181,7 @@ class Outcome:
 
 
 def run(row: Row) -> Outcome:
-    """Open, read a pair, let it happen, read on."""
+    """Open, read a pair, add the fault, continue reading."""
     with Bench() as bench:
         bench.replug_s = row.replug_s
         driver = bench.open(CENTRED)
@@ -204,7 +204,7 @@ def _counted(driver: Ad7746) -> dict[str, int]:
 
 
 def attempt(opening: Opening) -> SourceError | None:
-    """Try to open; return what was raised."""
+    """Try to open the board; return the error."""
     with contextmanager(opening.attempt)() as bench:
         try:
             bench.open_kit(**opening.where)
@@ -214,7 +214,7 @@ def attempt(opening: Opening) -> SourceError | None:
 
 
 def table() -> str:
-    """Return the whole table as text."""
+    """Return the table as text."""
     lines = []
     for opening in OPENING:
         raised = attempt(opening)

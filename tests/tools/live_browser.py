@@ -1,6 +1,6 @@
 """A running `palpate live`, and headless Chromium on its page.
 
-python tests/tools/live_browser.py FOLDER      takes the screenshots of the documentation: contact, four touches, a phone
+python tests/tools/live_browser.py FOLDER      takes the screenshots for docs: contact, four touches, a phone
 """
 
 import json
@@ -20,11 +20,11 @@ from selenium.webdriver.support.ui import WebDriverWait
 
 SOURCE = "sim:four-specimens?seed=1"
 PATIENCE_S = 90
-"""A busy machine is slow; nothing is gained by giving up early."""
+"""Long, since a busy machine is slow."""
 
 
 class Live:
-    """A server in a process of its own."""
+    """A server in a separate process."""
 
     def __init__(self, *options: str, source: str = SOURCE, port: int = 0) -> None:
         command = [
@@ -45,20 +45,20 @@ class Live:
 
     @property
     def port(self) -> int:
-        """Where it listens."""
+        """Port of the server."""
         return int(self.address.rstrip("/").rsplit(":", 1)[1])
 
     def __enter__(self) -> Self:
-        """Return itself."""
+        """Return the server."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """End it, whatever has failed."""
+        """End the server, also after an error."""
         if self.process.poll() is None:
             self.end(signal.SIGKILL)
 
     def end(self, how: int = signal.SIGINT) -> int:
-        """End it; return its exit code."""
+        """End the server; return its exit code."""
         self.process.send_signal(how)
         if self.process.stdout:
             self.process.stdout.close()
@@ -72,31 +72,31 @@ class Browser:
         self.driver = driver
 
     def __getitem__(self, name: str) -> Any:
-        """Return the element of this id."""
+        """Return the element with this id."""
         return self.driver.find_element(By.ID, name)
 
     def text(self, name: str) -> str:
-        """Return what an element shows."""
+        """Return the text of an element."""
         return str(self[name].text)
 
     def until(self, holds: Any) -> None:
-        """Wait for something."""
+        """Wait for a condition."""
         WebDriverWait(self.driver, PATIENCE_S, 0.1).until(lambda _: holds())
 
     def theme(self, name: str) -> None:
-        """Choose the colours."""
+        """Select light or dark colours."""
         while self.text("theme") != f"Theme: {name}":
             self["theme"].click()
 
     def shoot(self, path: Path) -> None:
-        """Take a screenshot of what is in the window."""
+        """Take a screenshot of the window."""
         self.driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
         self.driver.save_screenshot(str(path))
 
 
 @contextmanager
 def browser(downloads: Path, size: tuple[int, int] = (1280, 1180)) -> Iterator[Browser]:
-    """Start Chromium; what it downloads goes to a folder."""
+    """Start Chromium; its downloads go to a folder."""
     options = webdriver.ChromeOptions()
     options.binary_location = need("chromium")
     for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):

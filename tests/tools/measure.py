@@ -1,7 +1,7 @@
-"""The one error measure, and the bound that rounding may reach, for every test and bench that compares with the reference.
+"""The error measure, and bounds of rounding errors, for all tests and benches that compare with the reference.
 
 Deviations are counted in eps of the type under test, relative to the exact value. Rules: two NaNs, or
-two infinities of one sign, are equal; NaN or infinity against anything else is infinitely wrong; below the
+two infinities of one sign, are equal; NaN or infinity in comparison with anything else has an infinite error; below the
 smallest normal number the unit is eps times that number, so that zero and subnormals have a unit.
 """
 
@@ -30,7 +30,7 @@ PRECISIONS = {
 
 
 def bits(array: Any) -> bytes:
-    """Return the bytes of an array's values, field by field: numpy's copies do not keep the padding between fields."""
+    """Return the bytes of the values of an array, field by field: numpy does not copy the padding between fields."""
     array = np.asarray(array)
     names = array.dtype.names
     return b"".join(array[name].tobytes() for name in names) if names else array.tobytes()
@@ -46,7 +46,7 @@ def deviation(actual: float, exact: Decimal | float, precision: Precision) -> fl
 
 @dataclass(frozen=True)
 class Bounds:
-    """What rounding can do to each value after each sample, absolute; shape (n,) each."""
+    """Bounds of the absolute rounding error of each value after each sample, each of shape (n,)."""
 
     ratio: np.ndarray[Any, np.dtype[np.float64]]
     covariance: np.ndarray[Any, np.dtype[np.float64]]
@@ -59,17 +59,17 @@ def rounding_bounds(
 ) -> Bounds:
     r"""Bound the rounding of the information form along an exact trace.
 
-    To first order in u = eps / 2, each operation being off by a factor (1 + u) at most, with x the
+    To first order in u = eps / 2, each operation having a relative error of at most u, with x the
     regressor, R = 1/P, w = 1 - x^2 P(k) = lambda R(k-1) / R(k) the weight of the past, and in units of u:
 
     - information, relative: R' = lambda R + x^2 has a product (1) on each side and a sum (1), so
       D' = w (D + 1) + (1 - w) 1 + 1 = w D + 2; D(0) = 1, from 1 / initial_covariance. The bound on
-      the covariance replaces lambda R by a constant that was rounded once: no more than that.
+      the covariance replaces lambda R by a constant that was rounded once: not more error than that.
     - covariance 1/R': D' + 1.
     - innovation e = y - x r, absolute: A = |x| E + |x r| + |e|, from the error E of r, the product, the sum.
-    - ratio r' = r + K e, absolute. K = x / R' is off by D' + 1, the product by 1, the sum by |r'|; the
-      error of r comes back through 1 - K x = w:  E' = w E + |K| (|x r| + |e|) + |K e| (D' + 2) + |r'|.
-    - statistic g' = max(0, g + (|e| - d)), absolute: G' = G + A + | |e| - d | + |g'|; max takes nothing away.
+    - ratio r' = r + K e, absolute. K = x / R' has the error D' + 1, the product 1, the sum |r'|; the
+      error of r returns through 1 - K x = w:  E' = w E + |K| (|x r| + |e|) + |K e| (D' + 2) + |r'|.
+    - statistic g' = max(0, g + (|e| - d)), absolute: G' = G + A + | |e| - d | + |g'|; max does not reduce it.
 
     The second order, and the arithmetic of the bounds themselves, are covered by a factor of 1.01.
     """

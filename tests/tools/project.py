@@ -1,4 +1,4 @@
-"""Where the project lies, and the programs that its tests need."""
+"""Folder of the project, and the programs that its tests need."""
 
 import os
 import shutil
@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def need(tool: str) -> str:
-    """Path of a program that a test cannot do without: missing, it is a skip, or a failure where all must run."""
+    """Return the path of a program. If it is missing, the test is skipped, or fails if no test may be skipped."""
     path = shutil.which(tool)
     if path is None:
         message = f"{tool} is not installed"

@@ -1,4 +1,4 @@
-"""Samples and recordings for the tests of what is written and read."""
+"""Samples and recordings for tests of writing and reading."""
 
 import math
 import time
@@ -13,7 +13,7 @@ from palpate.recording.rows import HEADER
 
 
 def sample(seq: int, *, status: int = Status.OK) -> Sample:
-    """Return a sample whose every field follows from its number."""
+    """Return a sample with all fields computed from its number."""
     t_ns = seq * 26_000_000 + seq % 7
     if status == Status.LOST:
         return Sample(seq, t_ns, t_ns + 13_000_000, -1, -1, math.nan, math.nan, status)
@@ -23,7 +23,7 @@ def sample(seq: int, *, status: int = Status.OK) -> Sample:
 
 
 class Scripted(Source):
-    """Gives what it was told to, and raises what it was told to."""
+    """A source with a script of samples and errors."""
 
     def __init__(self, script: list[Sample | Exception], *, live: bool = False, **described: Any) -> None:
         self.live = live
@@ -33,7 +33,7 @@ class Scripted(Source):
         self._described = {"name": "script", **described}
 
     def __iter__(self) -> Iterator[Sample]:
-        """Follow the script."""
+        """Return the samples of the script; raise its errors."""
         for item in self.script:
             if isinstance(item, Exception):
                 raise item
@@ -51,7 +51,7 @@ class Scripted(Source):
 
 
 def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any) -> Path:
-    """Write a recording; without `end` as it would be after a kill."""
+    """Write a recording; without `end`, as after a kill of the process."""
     recorder = Recorder(path, device, {}, [])
     for each in samples:
         while recorder.is_behind:
@@ -67,7 +67,7 @@ def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any
 
 
 def tear(path: Path, count: int) -> None:
-    """Cut the last bytes off."""
+    """Remove the last bytes of a file."""
     data = path.read_bytes()
     path.write_bytes(data[:-count])
     assert len(data) - count > len(HEADER)

@@ -1,7 +1,7 @@
-"""Records, and says how many rows have left it, until something ends it; run with a way, a folder and a count.
+"""A process that records and prints the number of written rows until it ends; arguments: mode, folder, count.
 
-The children are forks of one process: what they import is imported once. `endless`: until it is killed. `shutdown`: until
-its main thread ends in mid-stream, nothing closed. `command`: `palpate record`, until it is interrupted.
+The children are forks of one process, so imports are done once. `endless`: until it is killed. `shutdown`: until its
+main thread ends without closing anything. `command`: `palpate record`, until it is interrupted.
 """
 
 import itertools
@@ -23,10 +23,10 @@ assert sim.DEFAULT  # imported here, once
 
 
 class Endless(Source):
-    """Some thousand samples a second."""
+    """A source of some thousand samples per second."""
 
     def __iter__(self) -> Iterator[Sample]:
-        """Return samples for ever."""
+        """Return samples without end."""
         for seq in itertools.count():
             yield sample(seq)
             time.sleep(0.0003)
@@ -36,7 +36,7 @@ class Endless(Source):
 
 
 def measure(path: Path, output: int, until_s: float) -> None:
-    """Record, and acknowledge; return without closing anything."""
+    """Record, and print the written rows; return without closing anything."""
     stream = Stream(Endless(), record=path)
     stream.__enter__()
     assert stream.recorder
@@ -47,14 +47,14 @@ def measure(path: Path, output: int, until_s: float) -> None:
 
 
 def command(path: Path, output: int) -> NoReturn:
-    """Record with the command; what it prints is kept."""
+    """Record with the command; keep its output."""
     os.dup2(output, 2)
     palpate_command(["record", "sim:four-specimens?speed=1", "-o", str(path)])
     raise AssertionError("the command ends with an exit")
 
 
 def child(way: str, folder: Path, number: int, ready: int) -> None:
-    """Do what the way says, after telling that from now on a signal ends it as it should."""
+    """Run a child in the given mode, and write to `ready` when a signal would end it as it should."""
     output = os.open(folder / f"{number}.acknowledged", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     if way == "command":
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -73,7 +73,7 @@ def main(way: str, folder: Path, count: int) -> None:
     for number in range(count):
         if not (process := os.fork()):
             child(way, folder, number, ready)
-            return  # and through the interpreter's own end
+            return  # with the shutdown of the interpreter
         children.append(process)
     for _ in children:
         os.read(told, 1)

@@ -1,4 +1,4 @@
-"""What the property tests draw: parameters and samples that are exact in the type under test."""
+"""Strategies for property tests: parameters and samples that are exact in the type under test."""
 
 from typing import Any
 
@@ -7,16 +7,16 @@ from hypothesis import strategies as st
 
 
 def reals(low: float, high: float, width: Any) -> st.SearchStrategy[float]:
-    """Floats of a width within [low, high], whose ends it may not be able to hold; 0 for what is below 2^-40.
+    """Floats of a width within [low, high]; 0 in place of values below 2^-40. The ends need not be exact in this width.
 
-    So that no product is subnormal, and powers of two scale every result exactly. core/test_extremes.py has the others.
+    So no product is subnormal, and powers of two scale all results exactly. core/test_extremes.py has the other values.
     """
     return st.floats(low, high, width=width, allow_subnormal=False).map(lambda v: v if abs(v) >= 2.0**-40 else 0.0)
 
 
 @st.composite
 def adaptive_settings(draw: st.DrawFn, width: int) -> dict[str, float]:
-    """Parameters of AdaptiveRls, the whole range that makes sense for data of the order of 1 pF."""
+    """Parameters of AdaptiveRls, the complete useful range for data of about 1 pF."""
     steady = draw(reals(0.5, 1.0, width))
     return {
         "steady": steady,
@@ -31,7 +31,7 @@ def adaptive_settings(draw: st.DrawFn, width: int) -> dict[str, float]:
 
 @st.composite
 def any_samples(draw: st.DrawFn, width: int, max_size: int = 40) -> tuple[list[float], list[float]]:
-    """Arbitrary outputs and regressors: unrelated, of both signs, over six decades, with idle stretches."""
+    """Arbitrary outputs and regressors: independent, of both signs, over six decades, with zeros in between."""
     regressor = st.one_of(st.just(0.0), reals(2.0**-10, 2.0**10, width), reals(-(2.0**10), -(2.0**-10), width))
     pairs = draw(st.lists(st.tuples(reals(-(2.0**10), 2.0**10, width), regressor), min_size=1, max_size=max_size))
     return [output for output, _ in pairs], [x for _, x in pairs]
@@ -39,7 +39,7 @@ def any_samples(draw: st.DrawFn, width: int, max_size: int = 40) -> tuple[list[f
 
 @st.composite
 def touch_samples(draw: st.DrawFn, width: int) -> tuple[list[float], list[float]]:
-    """Draw a press as a probe gives it: a ratio of 1 to 8 that may step once, and noise of up to 2 per cent."""
+    """Draw a realistic press: a ratio of 1 to 8 with at most one step, and noise of up to 2 per cent."""
     size = draw(st.integers(20, 120))
     ratios = draw(st.tuples(reals(1.0, 8.0, width), reals(1.0, 8.0, width)))
     step = draw(st.integers(0, size))

@@ -1,4 +1,4 @@
-"""What tests found beyond passed or failed, over a whole session and all of its workers."""
+"""Numbers that tests collect in addition to pass or fail, over a whole session and all its workers."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -6,7 +6,7 @@ from typing import Any
 
 
 class Tally:
-    """Examples run, the largest deviations seen, and what became of rows under each fault."""
+    """Number of examples, largest deviations, and rows written and lost for each fault."""
 
     def __init__(self) -> None:
         self.examples: Counter[str] = Counter()
@@ -15,19 +15,19 @@ class Tally:
         self.said: list[str] = []
 
     def say(self, line: str) -> None:
-        """Have a line printed at the end: what workers print, nobody sees."""
+        """Add a line to the output at the end: the output of workers is not visible."""
         self.said.append(line)
 
     def count(self, what: str) -> None:
-        """Note one example of a property."""
+        """Count one example of a property."""
         self.examples[what] += 1
 
     def note(self, what: str, value: float) -> None:
-        """Keep the largest value of its name; a float of Python's, since workers can send no other."""
+        """Keep the largest value of a name, as a Python float: workers can send no other type."""
         self.largest[what] = max(float(value), self.largest.get(what, 0.0))
 
     def fault(self, what: str, rows: int, lost: int) -> None:
-        """Note one try of a fault: rows that were acknowledged by then, and those of them that were lost."""
+        """Count one try of a fault: acknowledged rows, and how many of them were lost."""
         self._add_fault(what, [1, int(rows), max(int(lost), 0)])
 
     def _add_fault(self, what: str, counts: list[int]) -> None:
@@ -35,11 +35,11 @@ class Tally:
         self.faults[what] = [old + new for old, new in zip(known, counts, strict=True)]
 
     def sent(self) -> dict[str, Any]:
-        """Return it as plain values, as a worker sends it."""
+        """Return the numbers as plain values, which a worker can send."""
         return {"examples": dict(self.examples), "largest": self.largest, "faults": self.faults, "said": self.said}
 
     def add(self, sent: dict[str, Any]) -> None:
-        """Add what a worker sent."""
+        """Add the numbers of a worker."""
         self.examples.update(sent["examples"])
         self.said += sent["said"]
         for what, value in sent["largest"].items():

@@ -1,4 +1,4 @@
-"""Simulated touches through a tracker."""
+"""Simulated touches, processed by a tracker."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What brings the kit's twin to the driver: one test file runs over each.
+"""Carriers: they connect the simulated board to the driver. The same tests run with each of them.
 
 PALPATE_CARRIER names it: "process" (a pyusb backend, virtual time, the default), "usbfs" (the real libusb under umockdev's
 preload library), "vhci" (a real Linux kernel, see tests/tools/usb_guest).
@@ -20,11 +20,11 @@ NOBODY = 65534
 
 
 class Carrier(Protocol):
-    """A place to plug boards into, and the time that passes there, which is real or made up."""
+    """USB ports for simulated boards, with a real or virtual clock."""
 
     real: bool
     timely: bool
-    """Fast enough for the kit's own rate."""
+    """Whether it is fast enough for the sampling rate of the kit."""
     clock: Clock
 
     def plug(self, kit: KitTwin, number: int = 1) -> None:
@@ -32,24 +32,24 @@ class Carrier(Protocol):
         ...
 
     def unplug(self, kit: KitTwin) -> None:
-        """Pull it out."""
+        """Unplug a board."""
         ...
 
     def backend(self) -> Any:
-        """Return a pyusb backend that sees what is plugged in now."""
+        """Return a pyusb backend that finds the boards that are plugged in now."""
         ...
 
     def denied(self, kit: KitTwin) -> Any:
-        """Return a context in which there is no permission to open a board."""
+        """Return a context without permission to open a board."""
         ...
 
     def close(self) -> None:
-        """Pull everything out."""
+        """Unplug all boards."""
         ...
 
 
 class ProcessCarrier:
-    """No libusb, no waiting."""
+    """Carrier without libusb, with a virtual clock."""
 
     real = False
     timely = True
@@ -79,7 +79,7 @@ class ProcessCarrier:
 
 
 class UsbfsCarrier:
-    """The real libusb, real time."""
+    """Carrier with the real libusb, in real time."""
 
     real = timely = True
 
@@ -119,7 +119,7 @@ def _tree() -> Any:
 
 
 def carrier() -> Carrier:
-    """Return the one that PALPATE_CARRIER names."""
+    """Return the carrier that PALPATE_CARRIER names."""
     name = os.environ.get("PALPATE_CARRIER", "process")
     if name == "process":
         return ProcessCarrier()

@@ -1,4 +1,4 @@
-"""Twins plugged into a real Linux kernel: vhci_hcd, fed over a socket pair with the USB/IP protocol.
+"""Simulated boards on a real Linux kernel: vhci_hcd, over a socket pair with the USB/IP protocol.
 
 Needs root and the modules usbip-core and vhci-hcd; `usb_guest/run` starts a guest that has both.
 """
@@ -40,7 +40,7 @@ class _Pending:
 
 
 class _Cable:
-    """One plugging: a thread that answers the kernel."""
+    """A board that is plugged in: a thread that answers the kernel."""
 
     def __init__(self, kit: KitTwin, port: int) -> None:
         self.kit = kit
@@ -52,7 +52,7 @@ class _Cable:
         kernels.close()
 
     def pull(self) -> None:
-        """Unplug."""
+        """Unplug the board."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
 
@@ -109,7 +109,7 @@ class _Cable:
 
 
 def _standard(kit: KitTwin, request: int, value: int, length: int) -> Reply:
-    """Answer what every USB device answers."""
+    """Answer a standard request, as every USB device."""
     get_status, get_descriptor, get_configuration = 0, 6, 8
     descriptors = {1: kit.device_descriptor, 2: kit.configuration_descriptor}
     if request == get_descriptor:
@@ -119,7 +119,7 @@ def _standard(kit: KitTwin, request: int, value: int, length: int) -> Reply:
 
 
 class VhciCarrier:
-    """A real kernel, the real libusb, real time, on an emulated processor."""
+    """Carrier with a real kernel and the real libusb, in real time, on an emulated processor."""
 
     real = True
     timely = False
@@ -166,7 +166,7 @@ class VhciCarrier:
 
 
 def _is_free(port: int) -> bool:
-    """Look whether the kernel has let go of a port: "hub port sta spd dev sockfd local_busid", one a line."""
+    """Return whether the kernel has released a port. Each line: "hub port sta spd dev sockfd local_busid"."""
     for line in (_VHCI / "status").read_text().splitlines()[1:]:
         hub, number, state, *_ = line.split()
         if hub == "hs" and int(number) == port:

@@ -1,6 +1,6 @@
-"""The other end of umockdev's preload library: Linux's usbdevfs for one device node, answered by a twin.
+"""Server for the preload library of umockdev: usbdevfs of Linux for one device node, with a simulated board.
 
-The library sends each ioctl on the node to a Unix socket, and lets the other end read and write the caller's memory
+The library sends each ioctl on the node to a Unix socket, and the server can read and write the memory of the caller
 meanwhile. Its format is that of libumockdev-preload.c, "struct ioctl_request": three 64-bit numbers.
 """
 
@@ -31,7 +31,7 @@ _DONE: Result = (0, 0)
 
 
 class Node:
-    """A device node: a FIFO, kept full, so that libusb's wait for POLLOUT ends when a transfer has, and a socket.
+    """A device node: a socket, and a FIFO that is kept full, so that POLLOUT for libusb means the end of a transfer.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class Node:
         threading.Thread(target=self._accept, daemon=True).start()
 
     def wake(self, on: bool = True) -> None:
-        """Let a wait for POLLOUT end, or begin."""
+        """Switch POLLOUT on or off."""
         with self.lock:
             if on and not self._awake:
                 os.read(self._fifo, 1)
@@ -71,7 +71,7 @@ class Node:
             self._awake = on
 
     def unplug(self) -> None:
-        """Go; transfers in flight end."""
+        """Unplug the device; running transfers end."""
         with self.lock:
             self.path.unlink()
             self.attached = False
@@ -85,7 +85,7 @@ class Node:
 
 @dataclass
 class _Flying:
-    """A transfer that was submitted and not reaped."""
+    """A transfer that was submitted and not yet reaped."""
 
     due: float
     urb: int
@@ -125,7 +125,7 @@ class _Caller:
             self._node.claims = {k: v for k, v in self._node.claims.items() if v is not self}
 
     def _wake_in_time(self) -> None:
-        """Wait for the next request, or until a transfer ends and the caller has to know."""
+        """Wait for the next request, or for the end of a transfer that the caller waits for."""
         due = min((flying.due for flying in self._flying), default=float("inf"))
         if due == float("inf"):
             return

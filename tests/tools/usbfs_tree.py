@@ -1,6 +1,6 @@
-"""A /sys and /dev with USB devices in it, for a process under umockdev's preload library.
+"""Folders /sys and /dev with USB devices, for a process with the preload library of umockdev.
 
-libusb finds the devices there; what it asks of a device's node goes to `usbfs_server`.
+libusb finds the devices there; `usbfs_server` answers the requests to the node of a device.
 """
 
 import math
@@ -17,12 +17,12 @@ _HUB = bytes.fromhex("12010002090001406b1d020000010302010109021900010100e0000904
 
 
 class Tree:
-    """Owns a folder; plugs twins into it.
+    """A folder with simulated boards.
 
     Parameters
     ----------
     root : pathlib.Path
-        UMOCKDEV_DIR; short, as a Unix socket's path ends at 108 bytes.
+        UMOCKDEV_DIR; a short path, since the path of a Unix socket has at most 108 bytes.
     """
 
     def __init__(self, root: Path) -> None:
@@ -46,7 +46,7 @@ class Tree:
         self._add_device(f"1-{number}", f"usb1/1-{number}", self._address, descriptors)
 
     def unplug(self, kit: KitTwin, back_after_s: float = math.inf) -> None:
-        """Pull a board out, and plug it in again later."""
+        """Unplug a board, and plug it in again later."""
         if kit not in self._plugged:
             return
         node, number = self._plugged.pop(kit)
@@ -58,11 +58,11 @@ class Tree:
             threading.Timer(back_after_s, self.plug, (kit, number)).start()
 
     def node_of(self, kit: KitTwin) -> Path:
-        """Return a board's device node."""
+        """Return the device node of a board."""
         return self._plugged[kit][0].path
 
     def clear(self) -> None:
-        """Pull everything out."""
+        """Unplug all boards."""
         for kit in list(self._plugged):
             self.unplug(kit)
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// What loop.cpp asks of a board, and what the board has to call. Fill it with your vendor's drivers.
+// Functions of the board that loop.cpp calls, and functions that the board must call. Write them with the drivers of
+// your vendor.
 
 #include <cstddef>
 #include <cstdint>
@@ -9,7 +10,7 @@
 
 namespace hal {
 
-/// A clock in us that runs on and wraps after 2^32.
+/// A clock in us that never stops and wraps after 2^32.
 std::uint32_t now_us();
 
 /// Start an I2C transfer from or to registers of the device at 0x48 and return; `bytes` stays until it is done. Its
@@ -17,19 +18,19 @@ std::uint32_t now_us();
 void read(std::uint8_t first_register, std::uint8_t* bytes, std::size_t count);
 void write(std::uint8_t first_register, const std::uint8_t* bytes, std::size_t count);
 
-/// Sleep until an interrupt (WFI). False: switch off.
+/// Sleep until an interrupt (WFI). False: the program ends.
 bool wait();
 
-/// What the instrument is for.
+/// Report a result.
 void report(const palpate::Touch<float>& touch, std::size_t dropped);
 
 }  // namespace hal
 
-/// The pin RDY# of the AD7746 has fallen.
+/// To be called when the pin RDY# of the AD7746 falls.
 void conversion_ready();
-/// A transfer has ended; acknowledged is false where the device did not answer.
+/// To be called at the end of a transfer; acknowledged is false if the device did not answer.
 void read_done(bool acknowledged);
 void write_done(bool acknowledged);
 
-/// Never returns, unless wait() says so.
+/// The main loop; returns only if wait() returns false.
 void measure();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A whole instrument: the AD7746 converts the two gauges in turn, interrupts carry the codes into a ring, the main loop
-// estimates. The interrupts and the loop share the ring and nothing else. Registers: AD7746 data sheet, rev. 0. Not
+// A complete instrument: the AD7746 converts the two gauges one after the other, interrupts write the codes to a ring,
+// the main loop estimates. The interrupts and the loop share only the ring. Registers: AD7746 data sheet, rev. 0. Not
 // tried on hardware.
 
 #include <limits>
@@ -25,9 +25,9 @@ struct Codes {
   std::uint32_t time[2];
   std::int32_t code[2];
 };
-palpate::Ring<Codes, 16> ring;  // 0.4 s: as long as a report may take
+palpate::Ring<Codes, 16> ring;  // 0.4 s: the longest time for a report
 
-/// What belongs to the interrupts.
+/// The state of the interrupts.
 struct {
   Codes codes;
   int channel;
@@ -47,7 +47,7 @@ void start_conversion(int channel) {
 void take(std::int32_t code) {
   converter.codes.code[converter.channel] = code;
   if (converter.channel == 1) {
-    ring.try_push(converter.codes);  // counts what it has to drop
+    ring.try_push(converter.codes);  // counts the dropped ones
   }
   start_conversion(1 - converter.channel);
 }
@@ -73,14 +73,14 @@ void conversion_ready() {
   hal::read(status, converter.received, sizeof converter.received);
 }
 
-// A transfer that fails gives a value that is none: the tracker counts it, and goes on.
+// A failed transfer gives NaN: the tracker counts it and continues.
 void read_done(bool acknowledged) {
   const std::uint8_t* const r = converter.received;
   const std::int32_t code = r[1] << 16 | r[2] << 8 | r[3];
   take(acknowledged && !(r[0] & not_ready) ? code : no_code);
 }
 
-// Where the device does not answer there will be no conversion to wait for. After a quiet second a board resets the
+// If the device does not answer, no conversion will end. After a second without interrupts a board should reset the
 // bus.
 void write_done(bool acknowledged) {
   if (!acknowledged) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A board that is not there: the AD7746's registers, a hand that presses twice, a bus that fails once, where the
-// reading is none. Prints what is reported.
+// A simulated board: the registers of the AD7746, a hand that presses twice, a bus that fails once, which gives a NaN.
+// Prints the reports.
 
 #include <cstdio>
 #include <cstring>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Every operator of the core becomes one of these; the one whose number PALPATE_MUTANT holds does the opposite. So one
-// build holds all mutants. In a constant expression none is on.
+// Every operator of the core becomes one of these; the one with the number in PALPATE_MUTANT does the opposite. So one
+// build has all mutants. In constant expressions no mutant is active.
 
 #include <cstdlib>
 

@@ -1,9 +1,9 @@
-"""Mutation score of the core: flips one operator after the other and shows which the tests do not notice.
+"""Mutation score of the core: flips one operator after another, and prints the flips that no test detects.
 
     python tests/tools/mutation/run.py [--count 80] [--seed 1] [--all]
 
-Builds the extension and the native tests once, with every operator of the headers able to flip, and runs them for each
-flip with PALPATE_MUTANT=number until one fails. Needs libclang (pip install libclang) and what the tests need.
+Builds the extension and the native tests once, with headers in which every operator can be flipped, and runs them for
+each flip with PALPATE_MUTANT=number until one fails. Needs libclang (pip install libclang) and the test environment.
 """
 
 import argparse
@@ -35,26 +35,26 @@ TESTS = (
     "core/touches core/handheld binding/calls binding/pickle core/properties core/extremes"
 )
 COMPILES = "tests/core/test_extremes.py::test_lambda_1_for_ten_million_samples"
-"""Builds a program of its own from the headers, without the flips."""
+"""Not run: it builds its own program from the headers, without the flips."""
 NATIVE_S, LIMIT_S = 60, 900
-"""A mutant that hangs is noticed. Without one the native tests take two seconds, those in Python a minute."""
+"""Time limits, s: they detect a mutant that hangs. Normally the native tests take 2 s, those in Python a minute."""
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """A flip and where it is."""
+    """A flip and its place."""
 
     header: str
     site: Site
 
     def __str__(self) -> str:
-        """Show the line and the flip."""
+        """Return the line and the flip as text."""
         line = (ROOT / "cpp/include/palpate" / f"{self.header}.hpp").read_text().splitlines()[self.site.line - 1]
         return f"{self.header}.hpp:{self.site.line}: {self.site.operator} -> {FLIPPED[self.site.operator]}   {line.strip()}"
 
 
 def mutated(copy: Path) -> list[Mutant]:
-    """Rewrite the headers of a copy of the project; return every flip."""
+    """Rewrite the headers of a copy of the project; return all flips."""
     include = copy / "cpp" / "include"
     found = {name: sites(include / "palpate" / f"{name}.hpp", include) for name in HEADERS.split()}
     mutants: list[Mutant] = []
@@ -99,7 +99,7 @@ def build(copy: Path, target: Path) -> None:
 
 
 def notices(package: Path, number: int) -> bool:
-    """Return whether a test fails, or hangs, for a mutant; -1 is none."""
+    """Return whether a test fails or hangs for a mutant; -1: no mutant."""
     natives = [[str(package / name)] for name in NATIVE.split()]
     return any(fails(native, package, number, NATIVE_S) for native in natives) or fails(
         pytest_command(), package, number, LIMIT_S
@@ -107,7 +107,7 @@ def notices(package: Path, number: int) -> bool:
 
 
 def pytest_command() -> list[str]:
-    """Return what runs the tests in Python, up to the first that fails."""
+    """Return the command of the Python tests, until the first failure."""
     files = (Path(name) for name in TESTS.split())
     tests = [str(ROOT / "tests" / file.parent / f"test_{file.name}.py") for file in files]
     return [
@@ -127,7 +127,7 @@ def pytest_command() -> list[str]:
 
 
 def fails(command: list[str], package: Path, number: int, limit_s: int) -> bool:
-    """Run a command with one flip on; return whether it fails."""
+    """Run a command with one flip; return whether it fails."""
     environment = os.environ | {"PYTHONPATH": str(package), "PALPATE_MUTANT": str(number)}
     try:
         done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=limit_s, check=False)

@@ -1,4 +1,4 @@
-"""Operators in a C++ header, found by clang, and the header with each of them replaced by a call that can flip it."""
+"""Finds the operators in a C++ header with clang, and replaces each by a call that can flip it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -27,7 +27,7 @@ CONSTANT = {"STATIC_ASSERT", "TEMPLATE_TYPE_PARAMETER", "TEMPLATE_NON_TYPE_PARAM
 
 @dataclass
 class Site:
-    """One operator: where it begins and ends, its operands, and the sites inside."""
+    """An operator: its begin and end, its operands, and the sites inside it."""
 
     operator: str
     line: int
@@ -39,7 +39,7 @@ class Site:
 
 
 def sites(header: Path, include: Path) -> list[Site]:
-    """Return the outermost sites of a header, others inside them."""
+    """Return the outermost sites of a header; they contain the others."""
     unit = cindex.Index.create().parse(str(header), args=["-x", "c++", "-std=c++17", f"-I{include}"])
     text = header.read_bytes()
     found = {
@@ -83,7 +83,7 @@ def _site(node: Any, text: bytes) -> Site | None:
 
 
 def rewritten(text: bytes, top: list[Site]) -> bytes:
-    """Return the header with every site replaced by its call."""
+    """Return the header with all sites replaced by calls."""
     return _within(text, 0, len(text), top)
 
 

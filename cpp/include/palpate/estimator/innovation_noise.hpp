@@ -32,8 +32,8 @@ class InnovationNoise {
     mean_magnitude_ += product(mean_share(n, Real(0.02)), magnitude(clipped) - mean_magnitude_);
   }
 
-  /// Add an innovation; rho is estimated again after every `interval` innovations. Returns whether the ratio drifts away
-  /// from the estimate.
+  /// Add an innovation; rho is estimated again after every `interval` innovations. Returns whether the ratio drifts
+  /// away from the estimate.
   constexpr bool add(Real innovation, Real forgetting, Real interval) noexcept {
     const bool drifts = follow_offset(innovation);
     lag0_ = product(forgetting, lag0_) + product(innovation, innovation);

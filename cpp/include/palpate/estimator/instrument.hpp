@@ -24,10 +24,10 @@ class Instrument {
  public:
   /// The weight w of a sample: the mean if it is a forecast of x; otherwise x itself (least squares).
   ///
-  /// With a mean of the other sign, or much smaller or larger than x, the sum of w x could cancel and the ratio
-  /// diverge. So w x > 0 always, R' = lambda R + w x is a sum of positive terms, and 0 < (w / R') x <= 1: an error of the
-  /// ratio never grows; and since w < 4 x, one sample changes the ratio by at most 4 e / w. (4 and 8 give the same errors
-  /// in all scenarios; 2 excludes useful means, and increases the error by a quarter under strong tremor.)
+  /// With a mean of the other sign, or of a very different size, the sum of w x could cancel and the ratio diverge. So
+  /// w x > 0 always, R' = lambda R + w x is a sum of positive terms, and 0 < (w / R') x <= 1: an error of the ratio
+  /// never grows; and since w < 4 x, one sample changes the ratio by at most 4 e / w. (4 and 8 give the same errors in
+  /// all scenarios; 2 excludes useful means, and increases the error by a quarter under strong tremor.)
   constexpr Real weight(Real regressor) const noexcept {
     const Real w = magnitude(mean_), x = magnitude(regressor);
     return product(mean_, regressor) > 0 && w < 4 * x && x < 4 * w ? mean_ : regressor;

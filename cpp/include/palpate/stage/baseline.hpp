@@ -109,7 +109,7 @@ class Baseline : public Settings {
     const bool coded = step > 2 * settings.least_noise && step < std::numeric_limits<Real>::max();
     const Real floor = coded ? step / 2 : settings.least_noise;
     const Real median = values_[Size / 2 - 1] / 2 + values_[Size / 2] / 2;  // their sum may be too large
-    // The quartiles of a normal distribution, each moved to the middle by one value, differ by 1.25 standard deviations.
+    // The quartiles of a normal distribution, each moved inwards by one value, differ by 1.25 standard deviations.
     set_noise((values_[3 * Size / 4 - 1] - values_[Size / 4]) / Real(1.25), floor);
     const Real limit = product(settings.clip, now_.noise);
     int begin = 0, end = Size;
