@@ -3,7 +3,7 @@
 
 // Noise model: scale and autocorrelation of the innovations.
 
-#include <palpate/estimator/instrument.hpp>
+#include <palpate/estimator/running_mean.hpp>
 
 namespace palpate {
 

@@ -3,19 +3,9 @@
 
 // Instrumental variable: the weight of a sample in place of the regressor, whose noise would bias the ratio.
 
-#include <palpate/arithmetic.hpp>
+#include <palpate/estimator/running_mean.hpp>
 
 namespace palpate {
-
-/// Share of the n-th value in a running mean. First 1 / n, which gives the mean of all values; as soon as that is below
-/// `smoothing`, `smoothing`, which gives an exponential memory of about 1 / smoothing values.
-template <class Real>
-constexpr Real mean_share(Real n, Real smoothing) noexcept {
-  if (PALPATE_UNLIKELY(product(n, smoothing) < 1)) {
-    return 1 / n;
-  }
-  return smoothing;
-}
 
 /// Instrument of a regressor x: the running mean of the regressors before it, which is independent of the noise of x
 /// (Soderstrom and Stoica 1983).
