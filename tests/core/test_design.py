@@ -96,7 +96,7 @@ def test_bad_wishes() -> None:
         ({"false_alarm_interval": 1e3, "smallest_shift": 7.0}, r"smallest_shift: got 7.0, allowed: .* \(4.5\)"),
         (
             {"false_alarm_interval": 1e9, "smallest_shift": 1e-3},
-            "smallest_shift: got 0.001, allowed: one whose threshold",
+            "smallest_shift: got 0.001, allowed: a larger shift",
         ),
         ({"false_alarm_interval": 1e3, "smallest_shift": 1.0, "clip": 0.0}, "clip: got 0.0, allowed: 1 to 100"),
         ({"false_alarm_interval": 1e3, "smallest_shift": 1.0, "clip": float("nan")}, "clip: got nan"),
