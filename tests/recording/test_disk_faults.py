@@ -71,8 +71,8 @@ def acknowledge(path: Path, limit: int, *before: str) -> dict[str, object]:
         assert done.returncode == 0, done.stdout + done.stderr
         if done.stdout:
             break
-        path.unlink()
-        path.with_suffix(".json").unlink()
+        path.unlink(missing_ok=True)
+        path.with_suffix(".json").unlink(missing_ok=True)
     said = json.loads(done.stdout)
     assert isinstance(said, dict)
     return said
@@ -167,7 +167,7 @@ def test_a_sidecar_that_is_missing_or_of_another_recording(tmp_path: Path, tally
         ("of another of this length", other, "the sidecar belongs to another recording"),
     ):
         path = record(tmp_path / f"{name}.csv", [sample(i) for i in range(100)])
-        path.with_suffix(".json").unlink()
+        path.with_suffix(".json").unlink(missing_ok=True)
         if side:
             shutil.copy(side.with_suffix(".json"), path.with_suffix(".json"))
         report = check(path)
