@@ -149,5 +149,5 @@ def test_the_four_specimens_are_told_apart() -> None:
 
 
 def test_a_path_is_not_a_recording() -> None:
-    with pytest.raises(TypeError, match=r"recording: got 'run\.csv', allowed: what palpate\.read"):
+    with pytest.raises(TypeError, match=r"recording: got 'run\.csv', allowed: the result of palpate\.read"):
         palpate.touches("run.csv")  # type: ignore[arg-type]
