@@ -152,9 +152,9 @@ struct View {
   char* data = nullptr;
   py::ssize_t stride = 0, size = -1;
 
-  Item& operator[](py::ssize_t i) const { return *reinterpret_cast<Item*>(data + i * stride); }
+  Item& operator[](py::ssize_t i) const { return *static_cast<Item*>(static_cast<void*>(data + i * stride)); }
   bool dense() const { return stride == static_cast<py::ssize_t>(sizeof(Item)) || size < 2; }
-  Item* items() const { return reinterpret_cast<Item*>(data); }
+  Item* items() const { return static_cast<Item*>(static_cast<void*>(data)); }
 
   static View of(const py::array& array) {
     return {const_cast<char*>(static_cast<const char*>(array.data())), array.strides(0), array.shape(0)};

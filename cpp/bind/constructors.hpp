@@ -91,6 +91,7 @@ struct Constructor {
       } else if (places == 2) {
         given.first = py::reinterpret_borrow<py::object>(arguments[1]);
       }
+      // cppcheck-suppress returnDanglingLifetime ; the object itself is returned
       construct<T>(arguments[0], [&] { return Make(given); });
       Py_RETURN_NONE;
     });

@@ -62,7 +62,7 @@ class Rls : detail::RatioOf<Real>,
                     std::is_same_v<Real, typename policy_type<Detector>::real_type> &&
                     std::is_same_v<Real, typename policy_type<Bound>::real_type>,
                 "palpate::Rls: Forgetting, Detector and Bound must be of the same Real as the estimator");
-  static constexpr bool has_statistic = policy_type<Detector>::has_statistic;
+  static constexpr bool keeps_statistic = policy_type<Detector>::has_statistic;
 
  public:
   using real_type = Real;
@@ -106,7 +106,7 @@ class Rls : detail::RatioOf<Real>,
   constexpr void visit_state(Visit&& visit) noexcept {
     visit(ratio_);
     visit(information_);
-    if constexpr (has_statistic) {
+    if constexpr (keeps_statistic) {
       visit(statistic_);
     }
   }
@@ -127,20 +127,20 @@ class Rls : detail::RatioOf<Real>,
   }
 
   constexpr bool exceeds([[maybe_unused]] Real statistic) const noexcept {
-    if constexpr (has_statistic) {
+    if constexpr (keeps_statistic) {
       return statistic > detector().limit();
     } else {
       return false;
     }
   }
   constexpr void set_statistic([[maybe_unused]] Real statistic) noexcept {
-    if constexpr (has_statistic) {
+    if constexpr (keeps_statistic) {
       statistic_ = statistic;
     }
   }
 
   using detail::RatioOf<Real>::ratio_;
-  using detail::StatisticOf<Real, has_statistic>::statistic_;
+  using detail::StatisticOf<Real, keeps_statistic>::statistic_;
   Real information_;
 };
 
