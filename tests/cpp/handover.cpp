@@ -99,4 +99,10 @@ static_assert(noise_skips_an_outlier());
 
 }  // namespace
 
-int main() { return 0; }
+// The same again at run time, where a flipped operator is noticed.
+int main() {
+  return instrument_is_the_mean() && instrument_gives_way() && cusum_knows_when() && noise_learns_a_correlation() &&
+                 noise_sees_an_offset() && noise_skips_an_outlier()
+             ? 0
+             : 1;
+}
