@@ -68,7 +68,7 @@ def test_what_handheld_may_cost_on_a_cortex_m4f(folder: Path) -> None:
     assert row["state"] <= 512
     assert row["text"]["-Os"] <= 4800
     assert row["worst"] <= 880
-    assert row["stack"] <= 264
+    assert row["stack"] <= 256
 
 
 def test_what_paper_may_cost_without_an_fpu(folder: Path) -> None:

@@ -150,7 +150,7 @@ class Handover : public Parameters {
   }
 
   /// The detector after this sample. It starts again after an alarm.
-  constexpr TwoSidedCusum<Real> watch(const Judged& judged, const WeightedSample<Real>& sample) const noexcept {
+  constexpr TwoSidedCusum<Real> watch(Judged judged, WeightedSample<Real> sample) const noexcept {
     TwoSidedCusum<Real> cusum = alarm() ? TwoSidedCusum<Real>() : cusum_;
     if (judged.watched) {
       cusum.add(judged.clipped / judged.scale, settings.drift, sample);
