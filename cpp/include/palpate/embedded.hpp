@@ -6,7 +6,7 @@
 
 #include <palpate/gated_estimator.hpp>
 #include <palpate/settings.hpp>
-#include <palpate/tracker.hpp>
+#include <palpate/scenes.hpp>
 
 namespace palpate::embedded {
 
