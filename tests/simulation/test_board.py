@@ -28,12 +28,12 @@ def test_the_board_has_the_effect(name: str) -> None:
 
 
 def test_the_board_has_noise_bursts() -> None:
-    faults = Faults(bursts_per_s=1e3, burst_s=60.0, burst_factor=5.0)  # all the time
+    faults = Faults(bursts_per_s=1e3, burst_s=60.0, burst_factor=2.0)  # all the time
     clock = VirtualClock()
     chip = kit_of(Scenario(duration_s=60.0, faults=faults), clock, 1).chip
     clock.sleep(1.0)
     noise = [chip.disturb() for _ in range(4000)]
-    expected = np.sqrt(5.0**2 - 1) * NOISE_PF[0]  # the chip adds its own
+    expected = np.sqrt(2.0**2 - 1) * NOISE_PF[0]  # the chip adds its own
     assert np.std(noise) == pytest.approx(expected, rel=5 / np.sqrt(8000))
 
 
