@@ -262,8 +262,7 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
       if (Extra::reviser.waits() && estimator.mean_regressor() != 0) {
         const Real size = square_root(estimator.information() / estimator.count());
         const Real mean = estimator.mean_regressor() > 0 ? size : -size;
-        Extra::revision =
-            Extra::reviser.result(hard_baseline, soft_baseline, readings_, estimator.ratio(), mean);
+        Extra::revision = Extra::reviser.result(hard_baseline, soft_baseline, readings_, estimator.ratio(), mean);
         const bool moved = Extra::revision.significant;  // then it explains a drift
         const Real open = Extra::fitted.open + Extra::revision.open + (moved ? Real(0) : Extra::fitted.open_drift);
         standard_error_ = error_of(Extra::revision.variance, open);

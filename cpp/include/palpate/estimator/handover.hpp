@@ -70,7 +70,9 @@ class Handover : public Parameters {
     const Judged judged = judge(innovation, output);
     const TwoSidedCusum<Real> cusum = watch(judged, sample);
     const bool change = cusum.statistic() > settings.threshold;
-    const Estimate next = change ? handed_over(cusum.larger(), sample) : judged.outlier ? same() : followed(sample, innovation);
+    const Estimate next = change           ? handed_over(cusum.larger(), sample)
+                          : judged.outlier ? same()
+                                           : followed(sample, innovation);
     if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
       return refusal(ratio_, innovation, alarm());
     }
@@ -188,7 +190,8 @@ class Handover : public Parameters {
   /// Hand-over: the ratio from the samples since the change, sum(w y) / sum(w x); at least from the last one.
   constexpr Estimate handed_over(const CusumSide<Real>& side, const WeightedSample<Real>& s) const noexcept {
     const bool any = side.sums.count > 0;
-    Sums<Real> sums = any ? side.sums : Sums<Real>{product(s.weight, s.regressor), product(s.weight, s.weight), Real(1)};
+    Sums<Real> sums =
+        any ? side.sums : Sums<Real>{product(s.weight, s.regressor), product(s.weight, s.weight), Real(1)};
     sums.information = bounded(sums.information);
     return {(any ? side.weighted_output : product(s.weight, s.output)) / sums.information, sums, Real(0)};
   }

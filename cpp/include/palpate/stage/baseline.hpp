@@ -52,7 +52,8 @@ struct BaselineSettings {
 /// noise.
 template <class Real, int Size = 32, class Settings = Kept<BaselineSettings<Real>>>
 class Baseline : public Settings {
-  static_assert(Size >= 16 && Size < 256 && Size % 4 == 0, "palpate::Baseline: Size must be a multiple of 4, 16 to 252");
+  static_assert(Size >= 16 && Size < 256 && Size % 4 == 0,
+                "palpate::Baseline: Size must be a multiple of 4, 16 to 252");
   static constexpr Real share = Real(1) / Real(Size);
   static constexpr Real lag = Real(Size - 1);
   static constexpr Real proven = Real(5 * Size);  // values after which the first slope is forgotten
@@ -81,7 +82,8 @@ class Baseline : public Settings {
     now_.mean += product(taken - now_.mean, part);
     now_.squares = product(product(rest, rest), now_.squares) + product(part, part);
     now_.age = product(rest, now_.age + 1);
-    set_noise(now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, part), halves_.value(noise_floor));
+    set_noise(now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, part),
+              halves_.value(noise_floor));
     if (!(now_.count < proven)) {
       const Real trend = now_.fast - now_.slow;
       now_.drifts = product(trend, trend) > product(4 * share, product(now_.noise, now_.noise));

@@ -18,11 +18,11 @@ enum Misfit : std::uint8_t { misfit_offset = 1, misfit_drift = 2, misfit_lag = 4
 /// The sizes of what the model leaves out.
 template <class Real>
 struct Fitted {
-  Real offset = 0;  // the soft bump is reached first, by this share of the mean depth
-  Real drift = 0;   // change of the ratio, or of a baseline, during the touch, share of the mean output
-  Real lag = 0;     // of the soft channel behind the hard one, pairs
-  Real curve = 0;   // output at twice the mean depth, above the straight line, share of the mean output
-  Real open = 0;    // variance of the ratio that these leave open, without the drift
+  Real offset = 0;      // the soft bump is reached first, by this share of the mean depth
+  Real drift = 0;       // change of the ratio, or of a baseline, during the touch, share of the mean output
+  Real lag = 0;         // of the soft channel behind the hard one, pairs
+  Real curve = 0;       // output at twice the mean depth, above the straight line, share of the mean output
+  Real open = 0;        // variance of the ratio that these leave open, without the drift
   Real open_drift = 0;  // the same by the drift
   Real offset_ratio = std::numeric_limits<Real>::quiet_NaN();  // if only the offset contradicts: of y = r x + c
   Real offset_error = std::numeric_limits<Real>::quiet_NaN();  // its standard error
@@ -118,8 +118,8 @@ class Fit : public Settings {
     }
     pairs_ += 1;
     const Real time = product(static_cast<Real>(number_ - begin_), unit_time);
-    const Real values[columns] = {s.x, Real(1), time, (after - before) / 2, product(s.x, s.x),
-                                  s.y - product(first_, s.x)};
+    const Real values[columns] = {
+        s.x, Real(1), time, (after - before) / 2, product(s.x, s.x), s.y - product(first_, s.x)};
     sums_.add(values);
     latest_ = time;
   }
@@ -168,8 +168,8 @@ class Fit : public Settings {
     return product(spread, spread) > 2 * fourth;
   }
 
-  constexpr void weigh(const Sweep<Real, columns>& all, Real free, Real ratio, Real m, Real hard, Real soft, bool varies,
-                       bool whole, Fitted<Real>& found) const noexcept {
+  constexpr void weigh(const Sweep<Real, columns>& all, Real free, Real ratio, Real m, Real hard, Real soft,
+                       bool varies, bool whole, Fitted<Real>& found) const noexcept {
     const Real mean = magnitude(product(ratio, m)), s2 = residual(all.at(y, y) / free, ratio, hard, soft);
     const auto size = [&](Real value, Real error, Real least, std::uint8_t flag) {
       const Real ratio2 = product(value, value), limit = product(product(error, s2), Real(1));

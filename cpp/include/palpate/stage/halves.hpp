@@ -33,8 +33,8 @@ class Halves {
   constexpr Summary summary(Real clip, Real least_noise) const noexcept {
     Summary found{};
     const Ranks ranks = merged();
-    found.floor = ranks.step > 2 * least_noise && ranks.step < std::numeric_limits<Real>::max() ? ranks.step / 2
-                                                                                               : least_noise;
+    found.floor =
+        ranks.step > 2 * least_noise && ranks.step < std::numeric_limits<Real>::max() ? ranks.step / 2 : least_noise;
     // The quartiles of a normal distribution, each moved inwards by one value, differ by 1.25 standard deviations.
     const Real wide = (ranks.upper - ranks.lower) / Real(1.25);
     found.noise = wide > found.floor ? wide : found.floor;

@@ -15,6 +15,15 @@ struct MatchedPairSettings {
   Real slow_hard_side = Real(0.22142), slow_soft_side = Real(0.05300);  // for pairs of 31.5 ms
   Ticks longest = ticks_per_second<Ticks> / 10000 * 285;
   Ticks slow_longest = ticks_per_second<Ticks> / 1000 * 40;
+
+  /// The coefficients only; the periods belong to them.
+  template <class Visit>
+  static constexpr void visit_fields(Visit&& visit) noexcept {
+    visit("hard_side", &MatchedPairSettings::hard_side);
+    visit("soft_side", &MatchedPairSettings::soft_side);
+    visit("slow_hard_side", &MatchedPairSettings::slow_hard_side);
+    visit("slow_soft_side", &MatchedPairSettings::slow_soft_side);
+  }
 };
 
 /// Interpolation of one channel is a low-pass filter of that channel alone. Instead, with h and s on an even grid, s
@@ -82,7 +91,8 @@ class MatchedPair : public Settings {
     const Real a1 = grid.slow ? settings.slow_hard_side : settings.hard_side;
     const Real b2 = grid.slow ? settings.slow_soft_side : settings.soft_side;
     const Real before = readings_.hard[i + 1], now = readings_.hard[i], after = readings_.hard[i - 1];
-    const Real sides = (before - product(grid.hard_before, now - before)) + (after - product(grid.hard_after, after - now));
+    const Real sides =
+        (before - product(grid.hard_before, now - before)) + (after - product(grid.hard_after, after - now));
     const Real* s = readings_.soft;
     const Real inner = (s[1] + s[2]) - (product(grid.soft[1], s[2] - s[0]) + product(grid.soft[2], s[3] - s[1])) / 2;
     const Real outer = (s[0] + s[3]) - (product(grid.soft[0], s[1] - s[0]) + product(grid.soft[3], s[3] - s[2]));
@@ -92,7 +102,8 @@ class MatchedPair : public Settings {
   // Windows that are not whole are left out, unless there are no others.
   constexpr Pair<Real> interpolated(int i) noexcept {
     uneven_ = static_cast<std::uint8_t>(uneven_ + (uneven_ < patience));
-    const bool valid = uneven_ == patience && readings_.gap() <= static_cast<std::make_signed_t<Ticks>>(ticks_per_second<Ticks>);
+    const bool valid =
+        uneven_ == patience && readings_.gap() <= static_cast<std::make_signed_t<Ticks>>(ticks_per_second<Ticks>);
     return {readings_.hard[i], readings_.soft_at(readings_.hard_time[i]), valid};
   }
 

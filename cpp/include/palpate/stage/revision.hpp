@@ -39,7 +39,8 @@ class Reviser {
   constexpr bool waits() const noexcept { return waits_; }
 
   template <class Baseline>
-  constexpr Result result(const Baseline& hard, const Baseline& soft, std::size_t reading, Real ratio, Real mean) noexcept {
+  constexpr Result result(const Baseline& hard, const Baseline& soft, std::size_t reading, Real ratio,
+                          Real mean) noexcept {
     waits_ = false;
     const Real rise_hard = hard.level() - hard_.level, rise_soft = soft.level() - soft_.level;
     const Real part = when(reading, hard.age());
@@ -48,7 +49,8 @@ class Reviser {
     const Real before = hard_.variance + product(product(ratio, ratio), soft_.variance);
     const Real after = hard.variance() + product(product(ratio, ratio), soft.variance());
     const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean), rest = 1 - part;
-    const Real moved = product(found.shift, found.shift), noise = product(product(part, part), before + after) / product(mean, mean);
+    const Real moved = product(found.shift, found.shift),
+               noise = product(product(part, part), before + after) / product(mean, mean);
     found.significant = moved > 64 * noise;
     if (fall > product(Real(0.05), height)) {
       found.kind = Revision::baseline;
