@@ -10,6 +10,7 @@ FEW = 3
 """Significant digits of a value of unknown uncertainty."""
 _MOST_PLACES = 8  # decimals; more are written with a power of ten, and so is what is larger than the next two
 _LARGEST, _LARGEST_ROUNDED = 1e9, 1e6  # a rounded one ends in zeros that mean nothing
+_SYMMETRIC = 3  # the longer side of an interval over the shorter one
 _DOUBLE = 15  # decimals of a mantissa: what a double has
 
 
@@ -70,8 +71,8 @@ def plus_minus(value: float, uncertainty: float, unit: str = "") -> str:
 def between(value: float, low: float, high: float) -> tuple[str, str, str]:
     """Return a value and the ends of its interval as text.
 
-    Each end is rounded to two digits of its distance from the value, but has two significant digits at least; the value
-    is rounded to two digits of the shorter distance.
+    All are rounded to two digits of half the interval. In an interval that is not nearly symmetric each end is rounded to
+    two digits of its distance from the value, and the value to those of the shorter one; an end above 0 stays above 0.
 
     Examples
     --------
@@ -79,9 +80,10 @@ def between(value: float, low: float, high: float) -> tuple[str, str, str]:
     (('1.09', '0.96', '1.25'), ('0.50', '0.0010', '20'), ('1.00', '1.00', '1.00'))
     """
     below, above = value - low, high - value
+    if known(below) and known(above) and max(below, above) <= _SYMMETRIC * min(below, above):
+        below = above = (below + above) / 2
     shorter = min((reach for reach in (below, above) if known(reach)), default=nan)
-    ends = (number(end, min(reach, abs(end) or inf)) for end, reach in ((low, below), (high, above)))
-    return number(value, shorter), *ends
+    return number(value, shorter), number(low, min(below, abs(low) or inf)), number(high, min(above, abs(high) or inf))
 
 
 def known(uncertainty: float) -> bool:

@@ -30,6 +30,14 @@ function written(value, last, top) {
   return value === 0 || digits < 0 ? "0" : value.toExponential(Math.min(digits, DOUBLE)).replace("e+", "e");
 }
 
+// Returns the headline of a modulus, and its interval.
+export function modulusOf(modulus) {
+  if (!modulus) return ["–", ""];
+  const [, value, interval] = modulus.text.match(/^(.*) MPa \((.*)\)$/) ?? [];
+  const more = modulus.extrapolated ? ", extrapolated" : "";
+  return value ? [`${value} MPa`, `${interval} MPa, 95 %${more}`] : ["–", modulus.text + more];
+}
+
 export function bySource({ source, device, scene }) {
   return [source, device, `scene ${scene}`].filter(Boolean).join(" · ");
 }
