@@ -118,7 +118,8 @@ def verdict(fit: Fit, rows: list[Residual], count: int) -> str:
 
 
 def _soft(fit: Fit) -> str:
-    return digits.number(float(fit.parameters[2]), float(fit.covariance[2, 2]) ** 0.5)
+    ratio, error = float(fit.parameters[2]), float(fit.covariance[2, 2]) ** 0.5
+    return digits.number(ratio, error) if error else f"{ratio:g}"  # given, not fitted
 
 
 def _misfit_probability(fit: Fit) -> float:
