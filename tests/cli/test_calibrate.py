@@ -146,6 +146,11 @@ def test_specimens_without_a_recording_and_touches_with_a_flag(folder: Path, tmp
     weighed = run("calibrate", *files(folder), "--moduli", table, "-o", tmp_path / "r.toml", *short)
     assert (weighed.exit_code, weighed.stderr) == (0, "")
     assert "10 specimens, 40 values" in weighed.stdout
+    short += ["--scene", "paper", "--accept", "short", "--accept", "shrot"]
+    accepted = run("calibrate", *files(folder), "--moduli", table, "-o", tmp_path / "s.toml", *short)
+    assert accepted.exit_code == 0
+    assert accepted.stderr == "--accept shrot: no touch has this flag; those found: short\n"
+    assert palpate.Calibration.load(tmp_path / "s.toml").about["accepted flags"] == "short shrot"
 
 
 def test_several_objects_have_no_mean(folder: Path) -> None:

@@ -17,7 +17,7 @@ from palpate import digits
 from palpate.live.server import page_files
 from palpate.simulation.probe import Truth
 from palpate.simulation.scenarios import SCENARIOS
-from project import need
+from project import ROOT, need
 from selenium.webdriver.common.keys import Keys
 from tally import Tally
 
@@ -126,6 +126,16 @@ def test_a_page_that_stands_still_does_not_slow_the_measurement(
     assert counters.startswith("0 dropped")
     recording = palpate.read(folder / "still.csv")
     assert max(recording.t_hard_s[1:] - recording.t_hard_s[:-1]) < 1
+
+
+def test_touches_that_differ_have_no_best(page: Browser) -> None:
+    with Live(source=str(ROOT / "tests" / "data" / "four-specimens.csv")) as live:
+        page.driver.get(live.address)
+        page.until(lambda: len(page.driver.find_elements("css selector", "#rows tr.best")) == 1)
+        assert page.text("together") == ""
+        page.until(lambda: "differ" in page.text("together"))
+        assert page.driver.find_elements("css selector", "#rows tr.best") == []
+        assert page["together"].get_attribute("data-agree") == "no"
 
 
 def test_the_page_rounds_as_python_does(page: Browser) -> None:

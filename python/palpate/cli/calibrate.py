@@ -84,12 +84,17 @@ def _specimens(files: Sequence[Path], moduli: Path, how: dict[str, Any], accept:
 
     known = read_moduli(moduli)
     assigned = assign([file for file in files if file.resolve() != moduli.resolve()], known)
-    kept = []
+    kept, carried = [], set[str]()
     for name in sorted(known, key=lambda name: known[name]):
         found = {file: _touches(file, how) for file in assigned[name]}
         specimen = Specimen(name, known[name], [touch for touches in found.values() for touch in touches], accept)
+        carried |= {flag for touch in specimen.touches for flag in touch.flags}
         if _tell(name, found, accept):
             kept.append(specimen)
+    for flag in set(accept) - carried:
+        click.echo(
+            f"--accept {flag}: no touch has this flag; those found: {' '.join(sorted(carried)) or 'none'}", err=True
+        )
     return kept
 
 
