@@ -154,7 +154,9 @@ class _Session:
 
     def _line(self) -> str:
         counters, tracker = self._stream.counters, self._stream.tracker
-        ratio = f", ratio {digits.plus_minus(tracker.ratio, tracker.standard_error)}" if tracker.state == "contact" else ""
+        ratio = (
+            f", ratio {digits.plus_minus(tracker.ratio, tracker.standard_error)}" if tracker.state == "contact" else ""
+        )
         return f"{self._elapsed_s:.1f} s, {counters.read} pairs, {counters.lost} lost, {tracker.state}{ratio}"
 
 
