@@ -1,5 +1,6 @@
 """Design of the filters that align the channels."""
 
+import cmath
 import math
 
 import numpy as np
@@ -10,11 +11,14 @@ from palpate.pair_filter import PairFilter, matched_pair
 
 def responses(found: PairFilter, f: float) -> tuple[complex, complex]:
     """Return the response of each filter, from its impulse response at the real times of its readings."""
-    at = lambda t: np.exp(2j * math.pi * f * t * found.period_s)  # noqa: E731
+
+    def at(t: float) -> complex:
+        return cmath.exp(2j * math.pi * f * t * found.period_s)
+
     a1, b2 = found.hard_side, found.soft_side
     hard = (1 - 2 * a1) * at(0) + a1 * (at(-1) + at(1))
     soft = (0.5 - b2) * (at(-0.5) + at(0.5)) + b2 * (at(-1.5) + at(1.5))
-    return complex(hard), complex(soft)
+    return hard, soft
 
 
 def difference(found: PairFilter, f: float) -> float:
