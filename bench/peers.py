@@ -1,4 +1,4 @@
-"""The same estimation with other libraries: (output, regressor) -> (ratio, alarm)."""
+"""The same estimation with other libraries and methods: (output, regressor) -> (ratio, alarm) if not said otherwise."""
 
 from typing import Any
 
@@ -74,6 +74,29 @@ def awtls(output: Any, regressor: Any, output_noise: float, regressor_noise: flo
     cost = (c4 * q**4 - 2 * c5 * q**3 + (c1 + c6) * q**2 - 2 * c2 * q + c3) / (1 + q**2) ** 2
     best = q[np.nanargmin(cost, axis=0), np.arange(len(x))]
     return best * scale, np.zeros(len(x), bool)
+
+
+def spline_ratio(run: Any, *, after: bool) -> float:
+    """Return the ratio of one press, offline: least squares on a cubic spline through all readings of the soft channel.
+
+    It knows when the press begins and ends. `after`: the baseline is a line between before and after the press.
+    """
+    from scipy.interpolate import CubicSpline
+
+    press, channels = run.presses[0], []
+    for times, values in ((run.t_hard_s, run.hard), (run.t_soft_s, run.soft)):
+        known = np.isfinite(values)
+        t, c = times[known], values[known]
+        before, behind = t < press.start_s, t > press.stop_s
+        base = np.full(len(t), c[before].mean())
+        if after:
+            ends = [[part.mean() for part in (t[side], c[side])] for side in (before, behind)]
+            base = np.interp(t, *np.transpose(ends))
+        channels.append((t, c - base))
+    (t, hard), soft = channels
+    inside = (t >= press.start_s) & (t <= press.stop_s)
+    regressor = CubicSpline(*soft)(t[inside])
+    return float(hard[inside] @ regressor / (regressor @ regressor))
 
 
 def paper_literally(output: Any, regressor: Any) -> Any:
