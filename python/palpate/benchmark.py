@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from palpate._core import AdaptiveRls, Rls, Tracker
 from palpate.simulation import scenarios
-from palpate.simulation.probe import Scenario, Simulation, simulate
+from palpate.simulation.probe import Simulation, simulate
+from palpate.simulation.scenario import Scenario
 
 if TYPE_CHECKING:
     from palpate._core import _Scene
@@ -196,7 +197,7 @@ def summarise(scenario: str, estimator: str, traces: Iterable[ErrorTrace], ns: f
 
 
 SINGLE = [
-    name for name, s in scenarios.SCENARIOS.items() if len(s.presses) == 1 and name not in ("sliding", "saturating")
+    name for name, s in scenarios.FOLLOWING.items() if len(s.presses) == 1 and name not in ("sliding", "saturating")
 ]
 """The scenarios with one press and one true ratio."""
 

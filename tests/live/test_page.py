@@ -10,8 +10,8 @@ import numpy as np
 import palpate
 import pytest
 from live_browser import Browser, Live, browser
-from palpate.simulation.probe import Truth
 from palpate.simulation.scenarios import SCENARIOS
+from palpate.simulation.truth import Truth
 from project import need
 from selenium.webdriver.common.keys import Keys
 from tally import Tally

@@ -8,7 +8,7 @@ import pytest
 from palpate import Status
 from palpate.ad7746.datasheet import CODES_PER_PF, NOISE_PF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.simulation import Press, Scenario, scenarios, simulate
+from palpate.simulation import Converter, Faults, Press, Record, Scenario, scenarios, simulate
 
 QUIET = Scenario(presses=[Press(2.0, [(0.0, 2.5)])], tremor=0.0)
 
@@ -21,14 +21,14 @@ def test_the_same_seed_gives_the_same_recording() -> None:
 
 
 def test_the_channels_are_read_in_turn() -> None:
-    run = simulate(replace(QUIET, jitter_s=0.0))
+    run = simulate(replace(QUIET, converter=Converter(jitter_s=0.0)))
     assert np.diff(run.t_hard_s) == pytest.approx(0.026)
     assert run.t_soft_s - run.t_hard_s == pytest.approx(0.013)
 
 
 @pytest.mark.parametrize("capf", range(8))
 def test_noise_and_codes_are_the_converters(capf: int) -> None:
-    run = simulate(Scenario(duration_s=400.0, capf=capf, tremor=0.0), seed=1)
+    run = simulate(Scenario(duration_s=400.0, converter=Converter(capf=capf), tremor=0.0), seed=1)
     # rms of n values: a relative standard deviation of 1 / sqrt(2 n); 5 of them.
     tolerance = 5 / np.sqrt(2 * len(run.hard))
     assert np.std(run.hard) == pytest.approx(NOISE_PF[capf], rel=tolerance)
@@ -49,7 +49,7 @@ def test_a_quiet_press_has_its_ratio() -> None:
 
 def test_a_conversion_is_an_average_dated_at_its_middle() -> None:
     """On a ramp of half a cosine, symmetric around its middle, the average is the value at the middle up to the curvature."""
-    scenario = replace(QUIET, jitter_s=0.0)
+    scenario = replace(QUIET, converter=Converter(jitter_s=0.0))
     run, press = simulate(scenario, seed=3), scenario.presses[0]
     rising = (run.t_soft_s > 2.0) & (run.t_soft_s < 2.3)
     expected = press.depth_pF * press.profile(run.t_soft_s[rising])
@@ -72,7 +72,7 @@ def test_tremor_has_its_size_and_its_band() -> None:
 def test_a_real_tremor_record_can_drive_the_press(recordings: Path) -> None:
     table = np.genfromtxt(recordings / "tremor" / "tremor1.csv", delimiter=";", skip_header=1, usecols=(0, 1))
     press = Press(0.0, [(0.0, 2.0)], hold_s=60.0)
-    run = simulate(Scenario(presses=[press], duration_s=55.0, tremor=0.05, tremor_record=(table[:, 0], table[:, 1])))
+    run = simulate(Scenario(presses=[press], duration_s=55.0, tremor=0.05, spectrum=Record(table[:, 0], table[:, 1])))
     held = run.t_soft_s > 1
     assert np.std(run.soft[held] + 0.41) / 0.25 == pytest.approx(0.05, rel=0.3)
 
@@ -92,9 +92,11 @@ def test_faults_are_marked_as_in_samples() -> None:
 
 def test_what_is_out_of_range_is_refused() -> None:
     with pytest.raises(ValueError, match="capf: got 8, allowed: 0 to 7"):
-        replace(QUIET, capf=8)
-    with pytest.raises(ValueError, match=r"lost: got -1\.0, allowed: 0 or more"):
-        replace(QUIET, lost=-1.0)
+        Converter(capf=8)
+    with pytest.raises(ValueError, match=r"lost: got -1\.0, allowed: 0 to 1"):
+        Faults(lost=-1.0)
+    with pytest.raises(ValueError, match=r"tremor: got nan, allowed: 0 or more"):
+        replace(QUIET, tremor=float("nan"))
     with pytest.raises(ValueError, match="scenario: got 'moon', allowed: soft-steady"):
         scenarios.run("moon")
 

@@ -25,9 +25,9 @@ class SourceType(click.types.StringParamType):
 
 def _addresses(scheme: str) -> list[str]:
     if scheme == "sim":
-        from palpate.simulation.scenarios import SCENARIOS
+        from palpate.simulation.board import known
 
-        return [f"sim:{name}" for name in SCENARIOS]
+        return [f"sim:{name}" for name in known()]
     if f"{scheme}:" in _SCHEMES:
         from palpate.sources.devices import devices
 

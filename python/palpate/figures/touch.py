@@ -10,7 +10,8 @@ from palpate._core import AdaptiveRls, Rls, Tracker
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.figure_style import FAST, HANDHELD, HARD, PAPER, SLOW, SOFT, TRUTH
 from palpate.simulation.press import Press
-from palpate.simulation.probe import Scenario, Simulation, simulate
+from palpate.simulation.probe import Simulation, simulate
+from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import PROBE
 
 Array = NDArray[Any]

@@ -1,22 +1,49 @@
 """A simulated scenario as input of the simulated board, read by the real driver."""
 
 from collections.abc import Callable
+from dataclasses import replace
+from math import sqrt
 
 import numpy as np
 
 from palpate.ad7746.clock import Clock, RealClock, VirtualClock
 from palpate.ad7746.configuration import Configuration
-from palpate.ad7746.datasheet import CONVERSION_S
+from palpate.ad7746.datasheet import NOISE_PF
 from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.evalkit.board import EvalKit
 from palpate.ad7746.twin.chip import ChipTwin, Pins
 from palpate.ad7746.twin.kit import KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
-from palpate.simulation.probe import Scenario, Truth
+from palpate.simulation.converter import Converter, Stamps
+from palpate.simulation.faults import Faults
+from palpate.simulation.ranges import stream
+from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import SCENARIOS
+from palpate.simulation.truth import Truth
 
 PARASITIC_PF = (6.3, 5.1)
 """Parasitic capacitance of the two inputs, hard and soft, pF, which the CAPDACs compensate."""
+
+
+def foreign(scenario: Scenario) -> str:
+    """Return what of a scenario the simulated board cannot have, because it is the AD7746 and its driver; "": nothing.
+
+    Parameters
+    ----------
+    scenario : Scenario
+
+    Returns
+    -------
+    str
+    """
+    own = replace(scenario.converter, capf=0, bus_s=Converter.bus_s, jitter_s=Converter.jitter_s)
+    found = {"another converter": own != Converter(), "wrong time stamps": scenario.stamps != Stamps()}
+    return " and ".join(what for what, has in found.items() if has)
+
+
+def known() -> list[str]:
+    """Return the names of the scenarios that the simulated board can follow."""
+    return [name for name, scenario in SCENARIOS.items() if not foreign(scenario)]
 
 
 def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
@@ -25,7 +52,7 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
     Parameters
     ----------
     scenario : Scenario
-        Its presses, drift, lost conversions and spikes are used; the times of the samples follow from the driver.
+        Its bus and jitter are not used: the times of the samples follow from the driver.
     clock : Clock
         The clock of the driver.
     seed : int
@@ -34,20 +61,47 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
     Returns
     -------
     KitTwin
-    """
-    random = np.random.default_rng(seed)
-    chip = ChipTwin(_pins(Truth(scenario, random), clock.now_ns() / 1e9), seed=seed)
 
-    step_s = CONVERSION_S[scenario.capf] + scenario.bus_s
+    Raises
+    ------
+    ValueError
+        The scenario has another converter than the AD7746, or wrong time stamps.
+    """
+    if foreign(scenario):
+        raise ValueError(f"scenario: got {foreign(scenario)}, allowed on a board: its own; use palpate.simulation.run")
+    random = np.random.default_rng(seed)
+    start_s = clock.now_ns() / 1e9
+    chip = ChipTwin(_pins(Truth(scenario, random, seed), start_s), seed=seed)
+    faults = scenario.faults
+    if faults.lost or faults.spikes_per_s or faults.bursts_per_s:
+        chip.disturb = _disturbance(scenario, chip, random, lambda: clock.now_ns() / 1e9 - start_s, seed)
+    return KitTwin(chip, clock)
+
+
+def _disturbance(
+    scenario: Scenario, chip: ChipTwin, random: np.random.Generator, since_s: Callable[[], float], seed: int
+) -> Callable[[], float]:
+    faults, step_s = scenario.faults, scenario.converter.step_s
+    noise_factor = faults.burst_noise(scenario.duration_s, stream(seed, "bursts"))
+    noise = stream(seed, "burst noise")
 
     def disturbance() -> float:
-        chip.lose += random.random() < scenario.lost
-        hit = random.random() < scenario.spikes_per_s * step_s
-        return float(hit * scenario.spike_pF * random.choice([-1.0, 1.0]))
+        chip.lose += _newly_lost(faults, chip.lose, random)
+        hit = random.random() < faults.spikes_per_s * step_s
+        spike = float(hit * faults.spike_pF * random.choice([-1.0, 1.0]))
+        factor = float(noise_factor(np.array([since_s()]))[0]) if faults.bursts_per_s else 1.0
+        # The chip adds its own noise: the rest of a variance of factor^2.
+        rest = sqrt(max(factor**2 - 1, 0)) * NOISE_PF[scenario.converter.capf]
+        return spike + (rest * noise.standard_normal() if rest else 0.0)
 
-    if scenario.lost or scenario.spikes_per_s:
-        chip.disturb = disturbance
-    return KitTwin(chip, clock)
+    return disturbance
+
+
+def _newly_lost(faults: Faults, waiting: int, random: np.random.Generator) -> int:
+    if not faults.lost_run:
+        return int(random.random() < faults.lost)
+    begins = not waiting and random.random() < faults.begin_run
+    return int(random.geometric(1 / faults.lost_run)) if begins else 0
 
 
 def _pins(truth: Truth, start_s: float) -> Pins:
@@ -77,7 +131,7 @@ def simulated(
     speed : float, optional
         1: real time; 10: ten times as fast; None: as fast as possible, with a virtual clock.
     configuration : Configuration, optional
-        Default: the `capf` of the scenario.
+        Default: with the `capf` of the scenario's converter.
     notify : callable, optional
         As in `Ad7746`.
 
@@ -89,7 +143,7 @@ def simulated(
     Raises
     ------
     ValueError
-        `scenario` is not a known name.
+        `scenario` is not a known name, or one that the board cannot follow.
 
     Examples
     --------
@@ -100,11 +154,11 @@ def simulated(
     >>> driver.close()
     """
     if isinstance(scenario, str):
-        if scenario not in SCENARIOS:
-            raise ValueError(f"scenario: got {scenario!r}, allowed: {', '.join(SCENARIOS)}")
+        if scenario not in known():
+            raise ValueError(f"scenario: got {scenario!r}, allowed: {', '.join(known())}")
         scenario = SCENARIOS[scenario]
     clock: Clock = VirtualClock() if speed is None else RealClock(speed)
     backend = TwinBackend(clock)
     backend.plug(kit_of(scenario, clock, seed))
     kit = EvalKit(backend=backend, clock=clock)
-    return Ad7746(kit, configuration or Configuration(capf=scenario.capf), clock, notify=notify)
+    return Ad7746(kit, configuration or Configuration(capf=scenario.converter.capf), clock, notify=notify)

@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
+from palpate.simulation.bumps import Gauge
 from palpate.simulation.press import Press
-from palpate.simulation.probe import Scenario, Simulation, simulate
+from palpate.simulation.probe import Simulation, simulate
+from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import PROBE
 
 FIRST_S, EVERY_S, LAST_S = 1.5, 8.9, 0.6  # start of the first touch; from start to start; idle after the last
@@ -30,8 +32,10 @@ class Hand:
         Exponent: a firm press has less oblique scatter, oblique * (press / press_pF) ** -firm.
     slips : float
         Fraction of the touches in which the probe slips half-way; from then on it has another oblique factor.
-    tremor, nonlinearity : float
-        As in `palpate.simulation.probe.Scenario`.
+    tremor : float
+        As in `palpate.simulation.scenario.Scenario`.
+    nonlinearity : float, 1/pF
+        `quadratic_per_pF` of both gauges, with a calibration in the limit of small forces.
     """
 
     press_pF: float = 1.0
@@ -57,7 +61,8 @@ class Hand:
             for i in range(count)
         ]
         duration = FIRST_S + EVERY_S * (count - 1) + (presses[-1].stop_s - presses[-1].start_s) + LAST_S
-        return Scenario(presses=presses, duration_s=duration, tremor=self.tremor, nonlinearity=self.nonlinearity)
+        gauge = Gauge(quadratic_per_pF=self.nonlinearity)
+        return Scenario(presses=presses, duration_s=duration, tremor=self.tremor, gauges=(gauge, gauge))
 
 
 def session(

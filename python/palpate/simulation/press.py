@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.simulation.ranges import positive, within
+
 
 @dataclass(frozen=True)
 class Press:
@@ -23,6 +25,13 @@ class Press:
         Duration of rise, hold and fall; rise and fall are half a cosine.
     creep : float
         Relative change of the depth during the hold.
+    relaxes, relaxation_s : float
+        The object relaxes: from contact on the ratio falls by this share, exponentially with this time constant, s.
+
+    Raises
+    ------
+    ValueError
+        A value is outside its range.
 
     Examples
     --------
@@ -37,6 +46,13 @@ class Press:
     hold_s: float = 6.6
     fall_s: float = 0.25
     creep: float = 0.0
+    relaxes: float = 0.0
+    relaxation_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        within(self, -np.inf, 1, "relaxes")
+        positive(self, "rise_s", "hold_s", "fall_s", "relaxation_s")
 
     @property
     def stop_s(self) -> float:
@@ -55,4 +71,7 @@ class Press:
         """Return the ratio of this press at times t, s."""
         starts = self.start_s + np.array([after for after, _ in self.ratios])
         values = np.array([value for _, value in self.ratios])
-        return np.asarray(values[np.clip(np.searchsorted(starts, t, "right") - 1, 0, None)])
+        ratio = values[np.clip(np.searchsorted(starts, t, "right") - 1, 0, None)]
+        if self.relaxes:
+            ratio = ratio * (1 + self.relaxes * np.expm1(-np.maximum(t - self.start_s, 0) / self.relaxation_s))
+        return np.asarray(ratio)

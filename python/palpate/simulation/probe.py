@@ -1,91 +1,24 @@
 """Simulation of a hand-held probe with one converter, together with the true ratio.
 
-A force profile (presses, tremor) acts on both bumps. The capacitance change of each channel is proportional to
-its force; the ratio of the two follows from the object under the probe, eq. (2). The AD7746 converts the two
-channels one after the other. A conversion is an average over its duration, with the noise of the data sheet, and
-is rounded to a 24-bit code. All random numbers come from one seed.
+A force profile (presses, tremor) acts on both bumps. The capacitance change of each channel follows its force; the
+ratio of the forces follows from the object under the probe, eq. (2). The AD7746 converts the two channels one after
+the other. A conversion is an average over its duration, with the noise of the data sheet, and is rounded to a 24-bit
+code. All random numbers come from one seed.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from palpate.ad7746.datasheet import CODES_PER_PF, CONVERSION_S, NOISE_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
+from palpate.ad7746.datasheet import CODES_PER_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
 from palpate.samples import DTYPE, Block, Status
 from palpate.simulation.press import Press
-from palpate.simulation.tremor import Tremor
+from palpate.simulation.ranges import stream
+from palpate.simulation.scenario import Scenario
+from palpate.simulation.truth import Truth
 
-# Gauss-Legendre points in units of half a conversion time: exact to 1e-9 for the press and the tremor.
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
-
-
-@dataclass(frozen=True)
-class Scenario:
-    """Settings of a simulation: presses, tremor, noise, drift, faults.
-
-    Attributes
-    ----------
-    presses : sequence of Press
-    duration_s : float
-        Length of the simulation.
-    tremor : float
-        Hand tremor, rms, relative to the force of the press.
-    tremor_record : sequence of (time s, value), optional
-        A measured accelerometer record instead of the random spectrum; scaled to `tremor`.
-    ratio_drift : float
-        Relative change of the ratio per second of a touch.
-    oblique : float
-        Standard deviation of a random factor on the ratio, one for each press (oblique contact).
-    nonlinearity : float, 1/pF
-        c = f (1 + nonlinearity f), where f is the capacitance change of a linear gauge, pF.
-    capf : int
-        Speed of the converter, 0 to 7.
-    bus_s, jitter_s : float
-        Time between two conversions, and its random part.
-    baseline_pF, drift_pF_per_s : (float, float)
-        Capacitance of the hard and the soft channel without contact, and its drift.
-    spikes_per_s, spike_pF : float
-        Electromagnetic interference: number of disturbed conversions per second, and the size (of either sign).
-    lost : float
-        Fraction of lost conversions, 0 to 1.
-
-    Raises
-    ------
-    ValueError
-        A value is outside its range.
-
-    Examples
-    --------
-    >>> light = Scenario(presses=[Press(1.0, [(0.0, 2.5)], depth_pF=0.02)], duration_s=9.0, lost=0.01)
-    >>> simulate(light).hard.shape
-    (346,)
-    """
-
-    presses: Sequence[Press] = ()
-    duration_s: float = 10.0
-    tremor: float = 0.01
-    tremor_record: tuple[ArrayLike, ArrayLike] | None = None
-    ratio_drift: float = 0.0
-    oblique: float = 0.0
-    nonlinearity: float = 0.0
-    capf: int = 0
-    bus_s: float = 0.002
-    jitter_s: float = 0.0002
-    baseline_pF: tuple[float, float] = (0.62, -0.41)
-    drift_pF_per_s: tuple[float, float] = (0.0, 0.0)
-    spikes_per_s: float = 0.0
-    spike_pF: float = 0.0
-    lost: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Check the ranges."""
-        if not 0 <= self.capf < len(CONVERSION_S):
-            raise ValueError(f"capf: got {self.capf}, allowed: 0 to {len(CONVERSION_S) - 1}")
-        for name in ("tremor", "oblique", "spikes_per_s", "spike_pF", "lost", "jitter_s", "bus_s", "duration_s"):
-            if not getattr(self, name) >= 0:
-                raise ValueError(f"{name}: got {getattr(self, name)}, allowed: 0 or more")
+_Lost = tuple[NDArray[np.bool_], NDArray[np.bool_]]
 
 
 @dataclass(frozen=True)
@@ -95,16 +28,17 @@ class Simulation:
     Attributes
     ----------
     t_hard_s, t_soft_s : numpy.ndarray, shape (n,)
-        Middle of each conversion.
+        Reported middle of each conversion: with the errors of `Scenario.stamps`.
     hard, soft : numpy.ndarray, shape (n,), pF
-        Readings; nan if the conversion was lost.
+        Readings; nan if the conversion of this channel was lost.
     hard_raw, soft_raw : numpy.ndarray of int, shape (n,)
         24-bit codes; -1 if lost.
     status : numpy.ndarray of int, shape (n,)
-        `palpate.Status` of each pair.
+        `palpate.Status` of each pair; LOST if one channel or both were lost.
     true_ratio : numpy.ndarray, shape (n,)
-        Ratio of the forces at t_hard_s; nan without contact. With a nonlinearity the ratio of the capacitances
-        is different.
+        Ratio of the forces on level bumps at the real time of the hard conversion, with tilt and relaxation; nan
+        without contact. It is the result that an ideal probe gives: bumps that are not level or bottom out, gauges,
+        creep, lag, cross-talk, baselines and converter add errors to it.
     presses : tuple of Press
         The presses, with the factor of oblique contact in their ratios.
 
@@ -131,60 +65,15 @@ class Simulation:
         return SATURATED_PF
 
     def block(self) -> Block:
-        """Return the pairs as samples; if one channel was lost, neither has a value."""
+        """Return the pairs as samples; if one channel was lost, the other keeps its value, with status LOST."""
         block = np.zeros(len(self.hard), DTYPE)
         block["seq"] = np.arange(len(block))
         block["status"] = self.status
-        lost = self.status == int(Status.LOST)
         for name, seconds in (("hard", self.t_hard_s), ("soft", self.t_soft_s)):
             block[f"t_{name}_ns"] = np.rint(seconds * 1e9)
-            block[f"{name}_raw"] = np.where(lost, -1, getattr(self, f"{name}_raw"))
-            block[name] = np.where(lost, np.nan, getattr(self, name))
+            block[f"{name}_raw"] = getattr(self, f"{name}_raw")
+            block[name] = getattr(self, name)
         return block
-
-
-class Truth:
-    """True capacitances of the two bumps as functions of time, without converter and noise.
-
-    Parameters
-    ----------
-    scenario : Scenario
-    random : numpy.random.Generator
-        For the factors of oblique contact and the phases of the tremor.
-
-    Attributes
-    ----------
-    presses : tuple of Press
-        The presses, with the factor of oblique contact in their ratios.
-    """
-
-    def __init__(self, scenario: Scenario, random: np.random.Generator) -> None:
-        self.presses: tuple[Press, ...] = tuple(
-            _oblique(press, 1 + scenario.oblique * random.standard_normal()) for press in scenario.presses
-        )
-        self._scenario = scenario
-        self._tremor = Tremor(scenario.tremor, scenario.tremor_record, random)
-
-    def mean_pF(self, channel: int, middles: NDArray[np.float64], span_s: float) -> NDArray[np.float64]:
-        """Return the mean capacitance during each conversion.
-
-        Parameters
-        ----------
-        channel : int
-            0 hard, 1 soft.
-        middles : numpy.ndarray, shape (n,)
-            Middles of the conversions, s.
-        span_s : float
-            Duration of a conversion, s.
-
-        Returns
-        -------
-        numpy.ndarray, shape (n,), pF
-        """
-        points = middles[:, None] + span_s / 2 * _POINTS
-        change = _change(self._scenario, self.presses, points, self._tremor, hard=channel == 0) @ _WEIGHTS / 2
-        base = self._scenario.baseline_pF[channel] + self._scenario.drift_pF_per_s[channel] * middles
-        return np.asarray(base + change)
 
 
 def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
@@ -194,8 +83,9 @@ def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
     ----------
     scenario : Scenario
         See `palpate.simulation.scenarios` for named ones.
-    seed : int
-        The same seed gives the same recording.
+    seed : int, 0 or more
+        The same seed gives the same recording. Noise and times stay the same when an effect is switched on, so that
+        two simulations differ by the effect alone.
 
     Returns
     -------
@@ -209,57 +99,52 @@ def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
     2.5
     """
     random = np.random.default_rng(seed)
-    step = CONVERSION_S[scenario.capf] + scenario.bus_s
-    pairs = int(scenario.duration_s / (2 * step))
-    steps = step + scenario.jitter_s * random.uniform(-1, 1, 2 * pairs)
-    middles = np.cumsum(steps) - CONVERSION_S[scenario.capf] / 2
-    truth = Truth(scenario, random)
-    channels = []
-    for channel, times in enumerate((middles[0::2], middles[1::2])):
-        mean = truth.mean_pF(channel, times, CONVERSION_S[scenario.capf])
-        noise = NOISE_PF[scenario.capf] * random.standard_normal(pairs)
-        hits = random.random(pairs) < scenario.spikes_per_s * step
-        spikes = hits * scenario.spike_pF * random.choice([-1.0, 1.0], pairs)
-        channels.append((times, mean + noise + spikes, random.random(pairs) < scenario.lost))
-    return _converted(channels, truth.presses, scenario)
+    converter, faults = scenario.converter, scenario.faults
+    times = converter.middles(scenario.duration_s, random)
+    pairs = len(times[0])
+    truth = Truth(scenario, random, seed)
+    noise_factor = faults.burst_noise(scenario.duration_s, stream(seed, "bursts"))
+    values, alone = [], []
+    for channel, middles in enumerate(times):
+        noise = converter.rms_pF * random.standard_normal(pairs) * noise_factor(middles)
+        hits = random.random(pairs) < faults.spikes_per_s * converter.step_s
+        spikes = hits * faults.spike_pF * random.choice([-1.0, 1.0], pairs)
+        values.append(truth.mean_pF(channel, middles, converter.span_s) + noise + spikes)
+        alone.append(random.random(pairs) < faults.lost)
+    lost = (alone[0], alone[1])
+    if faults.lost_run:
+        both = faults.lost_in_runs(2 * pairs, stream(seed, "lost"))
+        lost = (both[0::2], both[1::2])
+    t_hard, t_soft = scenario.stamps.reported(*times, stream(seed, "stamps"))
+    raws = (converter.codes(values[0]), converter.codes(values[1]))
+    return Simulation(
+        t_hard,
+        t_soft,
+        hard=_reading(raws[0], lost[0]),
+        soft=_reading(raws[1], lost[1]),
+        hard_raw=np.where(lost[0], -1, raws[0]),
+        soft_raw=np.where(lost[1], -1, raws[1]),
+        status=_status(raws, lost),
+        true_ratio=_true_ratio(truth, times[0]),
+        presses=truth.presses,
+    )
 
 
-def _converted(
-    channels: list[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]],
-    presses: tuple[Press, ...],
-    scenario: Scenario,
-) -> Simulation:
-    raws, values = [], []
-    status = np.zeros(len(channels[0][0]), int)
-    for (_, capacitance, lost), flag in zip(channels, (Status.HARD_SATURATED, Status.SOFT_SATURATED), strict=True):
-        raw = np.clip(np.rint(capacitance * CODES_PER_PF).astype(int) + ZERO_CODE, 0, 2**24 - 1)
+def _reading(raw: NDArray[np.int64], lost: NDArray[np.bool_]) -> NDArray[np.float64]:
+    return np.where(lost, np.nan, (raw - ZERO_CODE) / CODES_PER_PF)
+
+
+def _status(raws: tuple[NDArray[np.int64], NDArray[np.int64]], lost: _Lost) -> NDArray[np.int64]:
+    status = np.zeros(len(raws[0]), int)
+    for raw, flag in zip(raws, (Status.HARD_SATURATED, Status.SOFT_SATURATED), strict=True):
         status[(raw < SATURATED_CODES) | (raw >= 2**24 - SATURATED_CODES)] |= int(flag)
-        raws.append(np.where(lost, -1, raw))
-        values.append(np.where(lost, np.nan, (raw - ZERO_CODE) / CODES_PER_PF))
-    status[channels[0][2] | channels[1][2]] = int(Status.LOST)
-    times = channels[0][0]
-    truth = np.full(len(times), np.nan)
-    for press in presses:
+    status[lost[0] | lost[1]] = int(Status.LOST)
+    return status
+
+
+def _true_ratio(truth: Truth, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    ratio = np.full(len(times), np.nan)
+    for press in truth.presses:
         inside = (times >= press.start_s) & (times <= press.stop_s)
-        truth[inside] = _ratio(scenario, press, times[inside])
-    return Simulation(times, channels[1][0], values[0], values[1], raws[0], raws[1], status, truth, presses)
-
-
-def _oblique(press: Press, factor: float) -> Press:
-    return Press(**{**press.__dict__, "ratios": tuple((after, ratio * factor) for after, ratio in press.ratios)})
-
-
-def _ratio(scenario: Scenario, press: Press, t: NDArray[np.float64]) -> NDArray[np.float64]:
-    return press.ratio(t) * (1 + scenario.ratio_drift * np.clip(t - press.start_s, 0, None))
-
-
-def _change(
-    scenario: Scenario, presses: tuple[Press, ...], t: NDArray[np.float64], tremor: Tremor, *, hard: bool
-) -> NDArray[np.float64]:
-    total = np.zeros_like(t)
-    shaken = 1 + tremor(t)
-    for press in presses:
-        force = press.depth_pF * press.profile(t) * shaken
-        force *= _ratio(scenario, press, t) if hard else 1.0
-        total += force * (1 + scenario.nonlinearity * force)
-    return total
+        ratio[inside] = truth.ratio(press, times[inside])
+    return ratio

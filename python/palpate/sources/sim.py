@@ -9,7 +9,7 @@ from palpate.ad7746.evalkit.board import EvalKit
 from palpate.ad7746.twin.kit import FAULTS, Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.samples import Sample
-from palpate.simulation.board import kit_of
+from palpate.simulation.board import kit_of, known
 from palpate.simulation.scenarios import SCENARIOS
 from palpate.sources.board import CONVERTER, BoardSource
 from palpate.sources.options import checked, number
@@ -31,7 +31,7 @@ class SimSource(BoardSource):
     Parameters
     ----------
     name : str
-        Key of `palpate.simulation.scenarios.SCENARIOS`.
+        Key of `palpate.simulation.scenarios.SCENARIOS` that the board can follow.
     options : mapping
         Checked options: those of `CONVERTER`, and seed, speed, fault.
     """
@@ -48,7 +48,9 @@ class SimSource(BoardSource):
         self._simulated = {"scenario": name, "seed": seed, "speed": speed or "as fast as possible"}
         backend = TwinBackend(self.clock)
         backend.plug(self.kit)
-        super().__init__(EvalKit(backend=backend, clock=self.clock), {"capf": scenario.capf, **options}, self.clock)
+        super().__init__(
+            EvalKit(backend=backend, clock=self.clock), {"capf": scenario.converter.capf, **options}, self.clock
+        )
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the pairs; after each pair inject the faults that are due."""
@@ -107,6 +109,6 @@ def open_sim(address: str, options: Mapping[str, Any]) -> SimSource:
     allowed = {**CONVERTER, "seed": number(0, 2**63, whole=True), "speed": number(0, 1000, above=True), "fault": faults}
     given = checked("sim", options, allowed)
     name = address or DEFAULT
-    if name not in SCENARIOS:
-        raise ValueError(f"sim: got scenario {name!r}, allowed: {', '.join(SCENARIOS)}")
+    if name not in known():
+        raise ValueError(f"sim: got scenario {name!r}, allowed: {', '.join(known())}")
     return SimSource(name, given)
