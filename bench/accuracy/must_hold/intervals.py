@@ -11,7 +11,7 @@ from palpate.simulation.faults import Faults
 
 from bench.accuracy.must_hold.physics import flags
 from bench.accuracy.must_hold.presses import coverage_of, held, recordings, result
-from bench.accuracy.must_hold.row import Row
+from bench.accuracy.must_hold.row import Row, between
 
 TOUCHES = 10  # for each seed
 FULL_PAIRS, FEWEST_PAIRS = 40, 3
@@ -22,10 +22,10 @@ def rows(seeds: int) -> Iterator[Row]:
     found = [result(healthy(seed)) for seed in range(TOUCHES * seeds)]
     flagged = 100 * float(np.mean([bool(r.flags) for r in found]))
     coverage, count = coverage_of(found)
-    name = f"healthy touches of {FULL_PAIRS} pairs and more, {count} without a flag: 95 % intervals hold"
     yield Row(f"flags on {len(found)} healthy touches", flagged, 0.5, beside=f"flags: {flags(found)}")
-    yield Row(name, 100 * coverage, 92.0, at_least=True, coverage=coverage, intervals=count)
-    yield Row("the same", 100 * coverage, 99.0, coverage=coverage, intervals=count)
+    yield from between(
+        f"95 % intervals, {count} healthy touches of {FULL_PAIRS} pairs and more: hold", coverage, 92, 99
+    )
     lengths = [(touch.samples, touch.standard_error) for seed in range(seeds) for touch in palpate.touches(brief(seed))]
     without = [not math.isfinite(error) for samples, error in lengths if samples >= FEWEST_PAIRS]
     name = f"touches of {FEWEST_PAIRS} to {max(lengths)[0]} pairs without a standard error"

@@ -7,7 +7,7 @@ line of 3 to 7 Hz and one of 7 to 12 Hz, with a width, and sway. The same seed i
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import palpate
@@ -16,6 +16,9 @@ from palpate.simulation import Press, Scenario, Simulation, simulate
 from palpate.simulation.tremor import Lines
 
 from bench.accuracy.must_hold.row import Row
+
+if TYPE_CHECKING:
+    from palpate._core import _Scene
 
 Array = NDArray[np.float64]
 RATIO, DEPTH_PF, START_S, PAIR_S = 2.8, 0.25, 2.0, 0.026
@@ -79,12 +82,12 @@ def found(run: Simulation) -> palpate.Touch | None:
     return max(inside, key=lambda touch: touch.samples, default=None)
 
 
-def running(run: Simulation, moments: Sequence[float]) -> list[Result]:
+def running(run: Simulation, moments: Sequence[float], scene: "_Scene" = "handheld") -> list[Result]:
     """Return what the last whole pair at each time since contact says."""
-    rows = palpate.Tracker("handheld").process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
+    rows = palpate.Tracker(scene).process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
     last = np.searchsorted(run.t_soft_s - run.presses[0].start_s, moments, "right") - 1
     return [
-        Result(row["ratio"] / truth - 1, row["standard_error"] / truth) if row["touch"] == 1 else LOST
+        Result(row["ratio"] / truth - 1, row["standard_error"] / truth) if row["touch"] > 0 else LOST
         for row, truth in zip(rows[last], run.true_ratio[last], strict=True)
     ]
 

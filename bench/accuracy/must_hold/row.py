@@ -1,8 +1,9 @@
 """One required result: its value, its limit, and what is printed beside it."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -40,10 +41,10 @@ class Row:
     @property
     def holds(self) -> bool:
         """Whether the value keeps its limit."""
-        return self.value >= self.limit if self.at_least else self.value <= self.limit
+        return bool(self.value >= self.limit if self.at_least else self.value <= self.limit)
 
 
-HEADER = f"{'':6}{'':64}{'value':>9}  {'limit':>15}  {'efficiency':>10}  {'cover':>7}"
+HEADER = f"{'':6}{'':66}{'value':>9}  {'limit':>18}  {'bound / rmse':>12}  {'cover':>7}"
 
 
 def line(row: Row) -> str:
@@ -57,13 +58,21 @@ def line(row: Row) -> str:
     limit = f"{'at least' if row.at_least else 'at most'} {row.limit:.4g} {row.unit}"
     efficiency = "-" if math.isnan(row.efficiency) else f"{row.efficiency:.2f}"
     cover = "-" if math.isnan(row.coverage) else f"{100 * row.coverage:.1f} %"
-    text = f"{row.name:64}{row.value:>9.3g}  {limit:>18}  {efficiency:>10}  {cover:>7}  {row.beside}"
+    text = f"{row.name:66}{row.value:>9.3g}  {limit:>18}  {efficiency:>12}  {cover:>7}  {row.beside}"
     return f"{'holds' if row.holds else 'FAILS'} {text}".rstrip()
 
 
-def covered(rows: Iterable[Row], enough: int = 20) -> Row:
+def between(name: str, coverage: float, low: float, high: float, **more: Any) -> Iterator[Row]:
+    """Return the two rows of a coverage with a lower and an upper limit, %."""
+    for limit, at_least in ((low, True), (high, False)):
+        yield Row(name, 100 * coverage, limit, at_least=at_least, **more)
+
+
+def covered(theme: str, rows: Iterable[Row], enough: int = 20) -> Row:
     """Return the row of the lowest coverage among rows with enough intervals."""
     counted = [row for row in rows if row.intervals >= enough]
-    worst = min(counted, key=lambda row: row.coverage, default=Row("no row", math.nan, 0.0))
-    name = f"95 % intervals without a flag, lowest of {len(counted)} rows"
-    return Row(name, 100 * worst.coverage, 90.0, at_least=True, beside=worst.name)
+    worst = min(
+        counted, key=lambda row: row.coverage, default=Row("none with intervals enough", math.inf, 0.0, coverage=1.0)
+    )
+    name = f"{theme}: lowest coverage of 95 % intervals without a flag"
+    return Row(name, 100 * worst.coverage, 90.0, at_least=True, beside=f"{worst.name}; {len(counted)} rows")

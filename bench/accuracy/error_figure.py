@@ -1,0 +1,89 @@
+"""Figure of errors: against run time for all estimators, and against the time since contact, with the Fisher bound."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from palpate.benchmark import LENGTH_S, SETTLED_S, STEP_S, Row
+from palpate.figure_style import FAST, HANDHELD, HARD, PAGE_IN, PAPER, SLOW, SOFT, TRUTH, sheet
+from palpate.simulation.scenarios import SCENARIOS
+
+from bench.accuracy.bound import Setup, bound
+from bench.accuracy.since_contact import BOUND, SINCE_S, Curves
+
+SHOWN = ("stiff-steady", "strong-tremor", "light-touch", "step-up")
+MARKS = {
+    "handheld scene": ("o", HANDHELD, 6.0),
+    "sliding scene": ("D", HANDHELD, 4.0),
+    "paper scene": ("o", PAPER, 6.0),
+    "paper": ("s", PAPER, 4.0),
+    "fixed 0.995": ("s", SLOW, 4.0),
+    "fixed 0.9": ("s", FAST, 4.0),
+    "lfilter 0.995": ("^", SLOW, 4.5),
+    "padasip": ("v", HARD, 4.5),
+    "river": ("P", HARD, 4.5),
+    "filterpy": ("X", SOFT, 4.5),
+}
+"""Marker, colour and size of each estimator: circles for scenes of readings, squares for bare estimators of palpate."""
+
+
+def draw(rows: Sequence[Row], since: dict[str, Curves], path: Path) -> None:
+    """Draw both kinds of panels to a PNG file."""
+    with sheet(PAGE_IN, 4.6) as figure:
+        axes = figure.subplots(2, 4, sharey="row")
+        for ax, scenario in zip(axes[0], SHOWN, strict=True):
+            against_run_time(ax, scenario, [r for r in rows if r.scenario == scenario])
+        axes[0, 0].set_ylabel("steady rms error, %")
+        for ax, (tremor, curves) in zip(axes[1], since.items(), strict=False):
+            against_time(ax, tremor, curves)
+        axes[1, 0].set_ylabel("rms error of the running ratio, %")
+        legend(axes)
+        figure.savefig(path, dpi=200)
+
+
+def against_run_time(ax: Any, scenario: str, rows: Sequence[Row]) -> None:
+    """Draw the errors of one scenario, one mark for each estimator."""
+    for row in rows:
+        if math.isfinite(row.ns):
+            marker, colour, size = MARKS[row.estimator]
+            ax.loglog(row.ns, 100 * row.rmse, marker, color=colour, ms=size, mec="white", mew=0.4, label=row.estimator)
+    ax.axhline(100 * steady_bound(scenario), **TRUTH, label=BOUND)
+    ax.set_title(scenario)
+    ax.set_xlabel("run time, ns a pair")
+
+
+def against_time(ax: Any, tremor: str, curves: Curves) -> None:
+    """Draw the errors against the time since contact, one line for each scene."""
+    for name, errors in curves.items():
+        percent = 100 * np.asarray(errors)
+        if name == BOUND:
+            ax.loglog(SINCE_S, percent, **TRUTH)
+        elif name != "sliding scene":  # the same as handheld until its memory ends
+            ax.loglog(SINCE_S, percent, color=MARKS[name][1])
+    ax.set_title(f"tremor {tremor}")
+    ax.set_xlabel("time since contact, s")
+    ax.set_xticks([0.2, 0.5, 1, 2, 5], ["0.2", "0.5", "1", "2", "5"])
+    ax.minorticks_off()
+
+
+def legend(axes: Any) -> None:
+    """Put one legend for all panels in the place of the last one."""
+    axes[1, 3].set_axis_off()
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    order = sorted(range(len(labels)), key=lambda i: [*MARKS, BOUND].index(labels[i]))
+    axes[1, 3].legend([handles[i] for i in order], [labels[i] for i in order], loc="center left")
+
+
+def steady_bound(name: str) -> float:
+    """Return the bound of the steady rms error of a named scenario; after a step the memory begins anew."""
+    scenario = SCENARIOS[name]
+    press = scenario.presses[0]
+    setup = Setup(ratio=press.ratios[0][1], depth_pF=press.depth_pF, rise_s=press.rise_s, tremor=scenario.tremor)
+    end = STEP_S if len(press.ratios) > 1 else LENGTH_S
+    best = bound(setup, np.arange(SETTLED_S, end, 0.5))
+    if len(press.ratios) > 1:
+        after = Setup(**{**setup.__dict__, "ratio": press.ratios[1][1], "rise_s": 1e-3})
+        best = np.concatenate([best, bound(after, np.arange(SETTLED_S, LENGTH_S - STEP_S, 0.5))])
+    return math.sqrt(np.mean(best**2))
