@@ -16,7 +16,7 @@ from bench.accuracy.since_contact import BOUND, SINCE_S, Curves
 SHOWN = ("stiff-steady", "strong-tremor", "light-touch", "step-up")
 MARKS = {
     "handheld scene": ("o", HANDHELD, 6.0),
-    "sliding scene": ("D", HANDHELD, 4.0),
+    "sliding scene": ("D", HANDHELD, 9.0),
     "paper scene": ("o", PAPER, 6.0),
     "paper": ("s", PAPER, 4.0),
     "fixed 0.995": ("s", SLOW, 4.0),
@@ -27,6 +27,7 @@ MARKS = {
     "filterpy": ("X", SOFT, 4.5),
 }
 """Marker, colour and size of each estimator: circles for scenes of readings, squares for bare estimators of palpate."""
+LARGE = 8.0  # a mark above this size is an outline, around another one
 
 
 def draw(rows: Sequence[Row], since: dict[str, Curves], path: Path) -> None:
@@ -48,7 +49,8 @@ def against_run_time(ax: Any, scenario: str, rows: Sequence[Row]) -> None:
     for row in rows:
         if math.isfinite(row.ns):
             marker, colour, size = MARKS[row.estimator]
-            ax.loglog(row.ns, 100 * row.rmse, marker, color=colour, ms=size, mec="white", mew=0.4, label=row.estimator)
+            look = {"mfc": "none", "mew": 0.8} if size > LARGE else {"mec": "white", "mew": 0.4}
+            ax.loglog(row.ns, 100 * row.rms, marker, color=colour, ms=size, label=row.estimator, **look)
     ax.axhline(100 * steady_bound(scenario), **TRUTH, label=BOUND)
     ax.set_title(scenario)
     ax.set_xlabel("run time, ns a pair")

@@ -60,6 +60,8 @@ class Row:
         Pairs after a step until the error stays below 3 %: median and largest over the seeds; nan without a step.
     ns : float
         Run time for each pair, ns, minimum.
+    rms : float
+        Relative rms error of the steady part over all seeds; 1 for a lost press. Above `rmse` where a few seeds are worse.
 
     Examples
     --------
@@ -77,6 +79,7 @@ class Row:
     pairs_to_3_percent: float
     slowest_pairs: float
     ns: float
+    rms: float
 
 
 def _ewma_least_squares(output: Array, regressor: Array, forgetting: float = 0.995) -> Array:
@@ -197,6 +200,7 @@ def summarise(scenario: str, estimator: str, traces: Iterable[ErrorTrace], ns: f
         pairs_to_3_percent=float(np.median(follow)) if follow else math.nan,
         slowest_pairs=float(max(follow)) if follow else math.nan,
         ns=ns,
+        rms=math.sqrt(np.mean(np.square(rmse))),
     )
 
 
@@ -261,7 +265,7 @@ def table(rows: Iterable[Row]) -> str:
 
     Examples
     --------
-    >>> row = Row("tremor", "paper", 0.01, 0.0, 0.5, 0.95, 4.0, 6.0, 20.0)
+    >>> row = Row("tremor", "paper", 0.01, 0.0, 0.5, 0.95, 4.0, 6.0, 20.0, 0.02)
     >>> table([row]).splitlines()[1].split()
     ['tremor', 'paper', '1.0000', '0.0000', '50.0', '95.0', '4', '(6)', '20.0']
     """

@@ -58,8 +58,9 @@ class Result:
 
     @property
     def silent(self) -> bool:
-        """Whether it is wrong by more than 4 standard errors and 0.2 %, without a flag."""
-        return not self.flags and abs(self.error) > max(4 * self.standard_error, 2e-3)
+        """Whether it is wrong by more than 4 standard errors (0 if unknown) and 0.2 %, without a flag."""
+        known = self.standard_error if math.isfinite(self.standard_error) else 0.0
+        return not self.flags and abs(self.error) > max(4 * known, 2e-3)
 
 
 LOST = Result(1.0, math.nan, frozenset({"lost"}))
