@@ -1,5 +1,6 @@
 """The simulation: its truth, its converter, and what a scenario promises."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from palpate import Status
 from palpate.ad7746.datasheet import CODES_PER_PF, NOISE_PF
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.simulation import Converter, Faults, Press, Record, Scenario, scenarios, simulate
+from project import ROOT
 
 QUIET = Scenario(presses=[Press(2.0, [(0.0, 2.5)])], tremor=0.0)
 
@@ -18,6 +20,12 @@ def test_the_same_seed_gives_the_same_recording() -> None:
         first, again, other = scenarios.run(name, 4), scenarios.run(name, 4), scenarios.run(name, 5)
         assert np.array_equal(first.hard_raw, again.hard_raw)
         assert not np.array_equal(first.hard_raw, other.hard_raw)
+
+
+def test_every_scenario_is_on_its_page() -> None:
+    page = (ROOT / "docs" / "simulation.md").read_text(encoding="utf-8")
+    table = "".join(line.split("|")[1] for line in page.splitlines() if line.startswith("| `"))
+    assert sorted(re.findall("`(.*?)`", table)) == sorted(scenarios.SCENARIOS)
 
 
 def test_the_channels_are_read_in_turn() -> None:

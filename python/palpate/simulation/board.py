@@ -15,7 +15,6 @@ from palpate.ad7746.twin.chip import ChipTwin, Pins
 from palpate.ad7746.twin.kit import KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.simulation.converter import Converter, Stamps
-from palpate.simulation.faults import Faults
 from palpate.simulation.ranges import stream
 from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import SCENARIOS
@@ -26,7 +25,7 @@ PARASITIC_PF = (6.3, 5.1)
 
 
 def foreign(scenario: Scenario) -> str:
-    """Return what of a scenario the simulated board cannot have, because it is the AD7746 and its driver; "": nothing.
+    """Return what of a scenario the simulated board, an AD7746 with its driver, cannot have; "": nothing.
 
     Parameters
     ----------
@@ -37,7 +36,11 @@ def foreign(scenario: Scenario) -> str:
     str
     """
     own = replace(scenario.converter, capf=0, bus_s=Converter.bus_s, jitter_s=Converter.jitter_s)
-    found = {"another converter": own != Converter(), "wrong time stamps": scenario.stamps != Stamps()}
+    found = {
+        "another converter": own != Converter(),
+        "wrong time stamps": scenario.stamps != Stamps(),
+        "runs of lost conversions": scenario.faults.lost_run > 0,  # the driver opens the board again, then ends
+    }
     return " and ".join(what for what, has in found.items() if has)
 
 
@@ -65,7 +68,7 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
     Raises
     ------
     ValueError
-        The scenario has another converter than the AD7746, or wrong time stamps.
+        The scenario has another converter than the AD7746, wrong time stamps, or runs of lost conversions.
     """
     if foreign(scenario):
         raise ValueError(f"scenario: got {foreign(scenario)}, allowed on a board: its own; use palpate.simulation.run")
@@ -86,7 +89,7 @@ def _disturbance(
     noise = stream(seed, "burst noise")
 
     def disturbance() -> float:
-        chip.lose += _newly_lost(faults, chip.lose, random)
+        chip.lose += random.random() < faults.lost
         hit = random.random() < faults.spikes_per_s * step_s
         spike = float(hit * faults.spike_pF * random.choice([-1.0, 1.0]))
         factor = float(noise_factor(np.array([since_s()]))[0]) if faults.bursts_per_s else 1.0
@@ -95,13 +98,6 @@ def _disturbance(
         return spike + (rest * noise.standard_normal() if rest else 0.0)
 
     return disturbance
-
-
-def _newly_lost(faults: Faults, waiting: int, random: np.random.Generator) -> int:
-    if not faults.lost_run:
-        return int(random.random() < faults.lost)
-    begins = not waiting and random.random() < faults.begin_run
-    return int(random.geometric(1 / faults.lost_run)) if begins else 0
 
 
 def _pins(truth: Truth, start_s: float) -> Pins:

@@ -26,7 +26,8 @@ class Press:
     creep : float
         Relative change of the depth during the hold.
     relaxes, relaxation_s : float
-        The object relaxes: from contact on the ratio falls by this share, exponentially with this time constant, s.
+        The object relaxes: from contact on the ratio falls by this share (rises if below 0), with this time
+        constant, s.
 
     Raises
     ------
