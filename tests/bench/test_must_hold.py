@@ -121,7 +121,7 @@ def test_pairs_after_a_step(press: Simulation) -> None:
 
 def test_every_effect_changes_the_readings() -> None:
     [plain] = presses.recordings(presses.held(), [4])
-    assert len(physics.effects()) == 14
+    assert len(physics.effects()) == 15
     for name, scene in physics.effects().items():
         [run] = presses.recordings(scene, [4])
         assert run.presses == plain.presses, name

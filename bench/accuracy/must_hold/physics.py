@@ -52,8 +52,8 @@ def effects() -> dict[str, Scenario]:
     for depth, share in (("half", 2.0), ("twice", 0.5)):
         curved = Gauge(exponent=0.9, reference_pF=share * DEPTH_PF)
         found[f"soft gauge ~ F^0.9, {depth} as deep as calibrated"] = held(gauges=(Gauge(), curved))
-    for offset in (0.02, 0.05, 0.10):
-        found[f"one bump reached first, by {100 * offset:g} % of the depth"] = held(bumps=Bumps(offset=offset))
+    for first, offset in (("soft", 0.02), ("soft", 0.05), ("soft", 0.10), ("hard", -0.05)):
+        found[f"{first} bump reached first, by {100 * abs(offset):g} % of the depth"] = held(bumps=Bumps(offset=offset))
     found["soft bump creeps by 5 %, tau 5 s"] = held(gauges=(Gauge(), Gauge(creep=0.05, creep_s=5.0)))
     for channel, drift_fF in (("soft", 0.03), ("soft", 0.1), ("soft", 0.3), ("soft", 1.0), ("hard", 1.0)):
         baselines = changed(channel, drift_pF_per_s=drift_fF * 1e-3, drift_from_s=START_S)

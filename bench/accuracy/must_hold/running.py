@@ -53,7 +53,7 @@ def step(seeds: int, size: float, within: float, usual: float, slowest: float) -
 def follow(run: Simulation, within: float) -> int:
     """Return the pairs after the step until the error stays within a limit."""
     rows = palpate.Tracker("handheld").process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
-    after = (rows["touch"] == 1) & (run.t_hard_s >= run.presses[0].start_s + STEP_S)
+    after = (rows["touch"] > 0) & (run.t_hard_s >= run.presses[0].start_s + STEP_S)
     off = np.abs(rows["ratio"][after] / run.true_ratio[after] - 1) > within
     return int(np.flatnonzero(off)[-1]) + 1 if off.any() else 0
 
