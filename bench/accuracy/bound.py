@@ -90,30 +90,53 @@ def bound(setup: Setup, since_s: ArrayLike) -> Array:
     """
     moments = np.atleast_1d(np.asarray(since_s, float))
     phases = (np.arange(PHASES) + 0.5) / PHASES * setup.pair_s
-    variances = [[_variance(setup, phase, moment) for moment in moments] for phase in phases]
-    return np.asarray(np.sqrt(np.mean(variances, axis=0)))
+    return np.asarray(np.sqrt(np.mean([_variances(setup, phase, moments) for phase in phases], axis=0)))
 
 
-def _variance(setup: Setup, phase_s: float, until_s: float) -> float:
-    soft = np.arange(phase_s, until_s, setup.pair_s)  # the end of a pair: a pair counts when it is whole
+def _variances(setup: Setup, phase_s: float, moments: Array) -> Array:
+    """Return the squared bounds if the first soft reading, the end of a pair, comes at `phase_s`."""
+    soft = np.arange(phase_s, moments.max(), setup.pair_s)
     hard = soft - setup.pair_s / 2
-    return float(np.linalg.inv(information(setup, hard[hard > 0], soft))[0, 0]) / setup.ratio**2
+    hard = hard[hard > 0]
+    times = np.concatenate([hard, soft])
+    order = np.argsort(times)
+    found = information(setup, times[order], order < len(hard))
+    whole = np.flatnonzero(order >= len(hard))[np.searchsorted(soft, moments, "right") - 1]
+    return np.asarray(np.linalg.inv(found[whole])[:, 0, 0] / setup.ratio**2)
 
 
-def information(setup: Setup, hard_s: Array, soft_s: Array) -> Array:
-    """Return the Fisher information of (ratio, depth) in readings at these times since contact, shape (2, 2)."""
-    times = np.concatenate([hard_s, soft_s])
-    is_hard = np.arange(len(times)) < len(hard_s)
+def information(setup: Setup, times: Array, is_hard: NDArray[np.bool_]) -> Array:
+    """Return the Fisher information of (ratio, depth) after each reading, shape (n, 2, 2).
+
+    With C = L L', z_i = L^-1 m_i and A_i = L^-1 C_i L^-T, J_ij = z_i' z_j + sum(A_i A_j) / 2. L^-1 is triangular, so the
+    first n readings need the first n rows and columns of these only.
+
+    Parameters
+    ----------
+    setup : Setup
+    times : numpy.ndarray, shape (n,), s
+        Of the readings since contact, increasing.
+    is_hard : numpy.ndarray of bool, shape (n,)
+        Channel of each reading.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n, 2, 2)
+    """
     shape = 0.5 * (1 - np.cos(np.pi * np.minimum(times / setup.rise_s, 1)))
     mean = np.where(is_hard, setup.ratio, 1.0) * setup.depth_pF * shape
     force = _tremor(setup, times) * np.outer(mean, mean)
     common = (is_hard[:, None] == is_hard) / setup.baseline
-    inverse = np.linalg.inv(force + setup.noise_pF**2 * (np.eye(len(times)) + common))
+    root = np.linalg.cholesky(force + setup.noise_pF**2 * (np.eye(len(times)) + common))
+    inverse = np.linalg.inv(root)
     by = np.stack([is_hard / setup.ratio, np.full(len(times), 1 / setup.depth_pF)])  # d log(mean) by ratio and depth
-    slopes = by * mean
-    turned = [inverse @ (force * (each[:, None] + each)) for each in by]
-    traces = [[np.sum(one * other.T) for other in turned] for one in turned]
-    return np.asarray(slopes @ inverse @ slopes.T + 0.5 * np.array(traces))
+    z = inverse @ (by * mean).T
+    turned = [inverse @ (force * (each[:, None] + each)) @ inverse.T for each in by]
+    found = np.cumsum(z[:, :, None] * z[:, None, :], axis=0)
+    for i, one in enumerate(turned):
+        for j, other in enumerate(turned):
+            found[:, i, j] += 0.5 * np.diag(np.cumsum(np.cumsum(one * other, axis=0), axis=1))
+    return np.asarray(found)
 
 
 def _tremor(setup: Setup, times: Array) -> Array:

@@ -19,6 +19,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import asdict
 from functools import partial
 from importlib.util import find_spec
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -52,11 +53,11 @@ def main() -> None:
     print(stage_table(found["stages"]), found["without_stages"], must_hold.text(holds), sep="\n\n")
     arguments.out.mkdir(parents=True, exist_ok=True)
     document = {"machine": machine(compiler), "seeds": arguments.seeds, "rows": [asdict(r) for r in found["rows"]],
-                "since_contact_s": since_contact.SINCE_S, "since_contact": found["since_contact"],
+                "since_contact_s": since_contact.SINCE_S, "since_contact": found["since_contact"], "bounds": found["bounds"],
                 "stages": found["stages"], "must_hold": [asdict(r) | {"holds": r.holds} for r in holds]}  # fmt: skip
     text = json.dumps(document, indent=1).replace("NaN", "null").replace("Infinity", "null")
     (arguments.out / "error_vs_time.json").write_text(text + "\n")
-    draw(found["rows"], found["since_contact"], arguments.out / "error_vs_time.png")
+    draw(found["rows"], found["bounds"], found["since_contact"], arguments.out / "error_vs_time.png")
     sys.exit(not all(row.holds for row in holds))
 
 
@@ -64,9 +65,11 @@ def measure(seeds: int, compiler: str) -> dict[str, Any]:
     """Return everything that is printed: run times first, one after the other, then the errors."""
     ns = benchmark.costs() | dict(peer_costs())
     stages = stage_costs(compiler)
-    with ProcessPoolExecutor(PROCESSES) as pool:
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # threads of two processes would wait for each other
+    with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool:
         themes = [pool.submit(must_hold.rows_of, theme, seeds) for theme in must_hold.THEMES]
         since = pool.submit(since_contact.since_contact, seeds)
+        bounds = pool.submit(since_contact.steady_bounds)
         without = pool.submit(without_stages, min(seeds, STAGE_SEEDS))
         rows: list[Future[list[benchmark.Row]]] = []
         for name in benchmark.SINGLE:
@@ -75,6 +78,7 @@ def measure(seeds: int, compiler: str) -> dict[str, Any]:
             "must_hold": [row for theme in themes for row in theme.result()],
             "rows": [row for part in rows for row in part.result()],
             "since_contact": since.result(),
+            "bounds": bounds.result(),
             "stages": stages,
             "without_stages": without.result(),
         }

@@ -12,6 +12,8 @@ from bench.accuracy.bound import Line, Setup, bound, information
 Array = NDArray[np.float64]
 HARD = np.arange(0.010, 0.4, 0.026)
 SOFT = HARD + 0.013
+TIMES = np.sort(np.concatenate([HARD, SOFT]))
+IS_HARD = np.arange(len(TIMES)) % 2 == 0
 
 
 def moments(setup: Setup, ratio: float, depth: float) -> tuple[Array, Array]:
@@ -35,13 +37,21 @@ def moments(setup: Setup, ratio: float, depth: float) -> tuple[Array, Array]:
 
 def test_without_tremor_it_is_that_of_least_squares() -> None:
     setup = Setup()
-    found = information(setup, HARD, SOFT)
+    found = information(setup, TIMES, IS_HARD)[-1]
     shape = [0.5 * (1 - np.cos(np.pi * np.minimum(t / setup.rise_s, 1))) for t in (HARD, SOFT)]
     # A channel with amplitude a: J = (sum p^2 - (sum p)^2 / (n0 + n)) / sigma^2, from (I + 11' / n0)^-1.
     hard, soft = ((p @ p - p.sum() ** 2 / (setup.baseline + len(p))) / setup.noise_pF**2 for p in shape)
     # Ratio = a_hard / a_soft: relative variances add.
     expected = 1 / (hard * (setup.ratio * setup.depth_pF) ** 2) + 1 / (soft * setup.depth_pF**2)
     assert np.linalg.inv(found)[0, 0] / setup.ratio**2 == pytest.approx(expected, rel=1e-9)
+
+
+def test_later_readings_change_nothing_before_them() -> None:
+    setup = Setup(tremor=0.08)
+    whole = information(setup, TIMES, IS_HARD)
+    for count in (3, 10, len(TIMES) - 1):
+        part = information(setup, TIMES[:count], IS_HARD[:count])
+        assert part == pytest.approx(whole[:count], rel=1e-9, abs=1e-9 * np.abs(whole[count - 1]).max())
 
 
 def test_the_information_is_the_scatter_of_the_score() -> None:
@@ -64,7 +74,7 @@ def test_the_information_is_the_scatter_of_the_score() -> None:
     )
     score = np.stack([by_ratio / setup.ratio, by_depth / setup.depth_pF]) / (2 * step)
     expected = np.cov(score)
-    found = information(setup, HARD, SOFT)
+    found = information(setup, TIMES, IS_HARD)[-1]
     # A variance of 4,000 samples scatters by sqrt(2 / 4000) = 2.2 %, a covariance by as much of the geometric mean.
     scale = np.sqrt(np.outer(np.diag(found), np.diag(found)))
     assert np.all(np.abs(found - expected) < 0.1 * scale)

@@ -16,9 +16,9 @@ from palpate.simulation.converter import Converter
 from project import ROOT, need
 
 from bench.accuracy import must_hold
-from bench.accuracy.error_figure import steady_bound
 from bench.accuracy.must_hold import alarms, idle, intervals, physics, presses, running
 from bench.accuracy.must_hold.row import Row, between, covered, line
+from bench.accuracy.since_contact import steady_bound
 from bench.peers import spline_ratio
 
 QUIET = Converter(noise_pF=0.0, jitter_s=0.0)
