@@ -75,6 +75,7 @@ struct HandoverKind {
             "0 <= drift < clip (" + number(s["clip"]) + ")");
     require(s["threshold"] > 0, "threshold", s["threshold"], "0 < threshold");
     require_share(s, "smoothing");
+    require(s["guard"] >= 0 && s["guard"] <= 100, "guard", s["guard"], "0 <= guard <= 100");
     check_prior<Real>(s);
   }
   static Core core(const Settings& s) {

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <array>
-#include <palpate/tracker.hpp>
+#include <palpate/scenes.hpp>
+#include <palpate/stage/stamps.hpp>
 #include <variant>
-#include <vector>
 
 #include "arrays.hpp"
 #include "estimator_kinds.hpp"
@@ -37,11 +37,14 @@ template <class Core_>
 struct Run {
   using Core = Core_;
 
-  explicit Run(const Core& made) : core(made) {}
+  explicit Run(const Core& made, bool host_stamps) : core(made), smooths(host_stamps) {}
 
-  /// The touches that it ends are put into `ended`.
-  palpate::Report<double> take(std::int64_t t_hard, std::int64_t t_soft, double hard, double soft,
-                               std::vector<TouchResult>& ended) {
+  /// The touches that it ends are put into `ended`; the number of a touch that it revises, into `revised`.
+  palpate::Report<double> take(std::int64_t t_hard, std::int64_t t_soft, double hard, double soft, Touches& all) {
+    if (smooths) {
+      t_hard = hard_stamps.smooth(t_hard);
+      t_soft = soft_stamps.smooth(t_soft);
+    }
     // Times of the last readings, as many as a touch may be dated back.
     times[core.readings() % times.size()] = t_hard;
     const auto report = core.feed(t_hard, t_soft, hard, soft);
@@ -51,13 +54,19 @@ struct Run {
     }
     was_open = core.open();
     if (report.finished) {
-      ended.push_back(result());
+      all.end(result());
+    } else if (report.revised) {
+      all.revise(result());
     }
     return report;
   }
 
   TouchResult result() const {
-    return {core.touch(), start_s, core.settings.samples, core.settings.initial_covariance,
+    return {core.touch(),
+            start_s,
+            period_s(),
+            core.settings.samples > 0 || core.settings.seconds > 0,
+            core.settings.initial_covariance,
             palpate::knows_its_error<decltype(core.estimator)>};
   }
 
@@ -77,7 +86,16 @@ struct Run {
             {}};
   }
 
+  /// From pair to pair: the mean of the last 16.
+  double period_s() const {
+    const std::size_t last = core.readings() - 1, many = std::min<std::size_t>(last, 16);
+    const auto span = times[last % times.size()] - times[(last - many) % times.size()];
+    return many > 0 ? static_cast<double>(span) * 1e-9 / static_cast<double>(many) : 0.0;
+  }
+
   Core core;
+  palpate::SteadyStamps<double, std::int64_t> hard_stamps, soft_stamps;
+  bool smooths;  // the times are a computer's
   std::array<std::int64_t, 256> times{};
   double start_s = 0;
   bool was_open = false;
@@ -89,14 +107,22 @@ using AnyRun = std::variant<Run<FixedScene>, Run<PaperScene>, Run<HandheldScene>
 template <class Core>
 constexpr bool has_gate = !std::is_same_v<decltype(Core::gate), palpate::AlwaysContact<double>>;
 
+template <class Core>
+constexpr bool is_aligned = std::is_same_v<decltype(Core::align), palpate::MatchedPair<double, std::int64_t>>;
+
 /// A scene's settings are those of its tracker, as the core makes it, and of its estimator.
 template <class Kind, class Core>
 Settings settings_of(const Core& core = Core()) {
   Settings settings;
   settings.add("samples", core.settings.samples);
+  settings.add("seconds", core.settings.seconds);
   settings.add("full_scale", core.settings.full_scale);
   if constexpr (has_gate<Core>) {
     settings.add("release", core.gate.settings.release);
+  }
+  if constexpr (is_aligned<Core>) {
+    settings.add("host_stamps", 0);
+    settings.add_fields<palpate::MatchedPairSettings<double, std::int64_t>>(false);
   }
   settings.add_all(Kind::defaults());
   return settings;
@@ -112,7 +138,15 @@ AnyRun run_of(const Settings& s) {
     require(s["release"] > 0 && s["release"] < 1, "release", s["release"], "0 < release < 1");
     core.gate.settings.release = s["release"];
   }
-  return Run<Core>(core);
+  bool host_stamps = false;
+  if constexpr (is_aligned<Core>) {
+    host_stamps = s["host_stamps"] != 0;
+    for (const char* name : {"hard_side", "soft_side", "slow_hard_side", "slow_soft_side"}) {
+      require(s[name] >= 0 && s[name] <= 0.5, name, s[name], std::string("0 <= ") + name + " <= 0.5");
+    }
+    core.align.settings = s.values<palpate::MatchedPairSettings<double, std::int64_t>>();
+  }
+  return Run<Core>(core, host_stamps);
 }
 
 struct Scene {

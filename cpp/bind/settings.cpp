@@ -7,10 +7,12 @@
 namespace {
 
 bool is_samples(const char* name) { return std::strcmp(name, "samples") == 0; }
+bool is_length(const char* name) { return is_samples(name) || std::strcmp(name, "seconds") == 0; }
+bool is_switch(const char* name) { return std::strcmp(name, "host_stamps") == 0; }
 
 double real_of(const char* name, py::handle value) {
   const auto got = [&] { return std::string(name) + ": got " + py::repr(value).cast<std::string>(); };
-  if (value.is_none() && is_samples(name)) {
+  if (value.is_none() && is_length(name)) {
     return 0;
   }
   const double real = PyFloat_AsDouble(value.ptr());
@@ -46,9 +48,15 @@ bool Settings::operator==(const Settings& other) const {
 py::dict Settings::dict() const {
   py::dict result;
   for (const auto& [name, value] : *this) {
-    const bool any = is_samples(name) && value == 0;
-    const py::object whole = any ? py::object(py::none()) : py::object(py::int_(static_cast<std::uint32_t>(value)));
-    result[name] = is_samples(name) ? whole : py::object(py::float_(value));
+    if (is_length(name) && value == 0) {
+      result[name] = py::none();
+    } else if (is_switch(name)) {
+      result[name] = py::bool_(value != 0);
+    } else if (is_samples(name)) {
+      result[name] = py::int_(static_cast<std::uint32_t>(value));
+    } else {
+      result[name] = py::float_(value);
+    }
   }
   return result;
 }
@@ -69,9 +77,23 @@ Settings Settings::with(const char* owner, const py::dict& given) const {
     if (setting == end()) {
       refuse(owner, name);
     }
-    all.settings_[static_cast<std::size_t>(setting - begin())].value = real_of(setting->name, value);
+    all.set(setting->name, real_of(setting->name, value));
   }
+  all.choose_length(given);
   return all;
+}
+
+// A length in samples or in seconds: the one that is given replaces the scene's own.
+void Settings::choose_length(const py::dict& given) {
+  const bool samples = given.contains("samples"), seconds = given.contains("seconds");
+  if (samples && seconds) {
+    require((*this)["samples"] == 0 || (*this)["seconds"] == 0, "seconds", (*this)["seconds"],
+            "None beside samples (" + number((*this)["samples"]) + "): a touch has one length");
+  } else if (samples && find("seconds") != end()) {
+    set("seconds", 0);
+  } else if (seconds) {
+    set("samples", 0);
+  }
 }
 
 void Settings::refuse(const char* owner, const std::string& name) const {

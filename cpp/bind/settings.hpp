@@ -63,7 +63,7 @@ class Settings {
   py::ssize_t size() const noexcept { return static_cast<py::ssize_t>(size_); }
 
   bool operator==(const Settings& other) const;
-  /// As keywords: {name: value}; samples a whole number, or None for any.
+  /// As keywords: {name: value}; samples a whole number or None, seconds None for any, a switch True or False.
   py::dict dict() const;
   /// "steady=0.995, drift=0.75"
   std::string text() const;
@@ -73,9 +73,13 @@ class Settings {
  private:
   static bool is_bound(const char* name) noexcept { return std::strcmp(name, "min_information") == 0; }
   const Setting* find(const std::string& name) const noexcept;
+  void set(const char* name, double value) noexcept {
+    settings_[static_cast<std::size_t>(find(name) - begin())].value = value;
+  }
+  void choose_length(const py::dict& given);
   [[noreturn]] void refuse(const char* owner, const std::string& name) const;
 
-  std::array<Setting, 16> settings_{};
+  std::array<Setting, 24> settings_{};
   std::size_t size_ = 0;
 };
 

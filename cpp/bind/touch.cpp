@@ -11,18 +11,37 @@
 py::tuple TouchResult::flags() const {
   py::list flags;
   const auto readings = static_cast<double>(samples) + refused + saturated;
-  if (samples < wanted) flags.append("short");
+  if (has_length && !full) flags.append("short");
   if (saturated > 0) flags.append("saturated");
   if (refused > 0.25 * readings) flags.append("refused");
   if (knows_error && std::isnan(standard_error)) flags.append("unsettled");
   if (!(covariance <= 0.1 * initial_covariance)) flags.append("unexcited");
+  if (fitted.flags & palpate::misfit_offset) flags.append("offset");
+  if (fitted.flags & palpate::misfit_drift) flags.append("drift");
+  if (fitted.flags & palpate::misfit_lag) flags.append("lag");
+  if (fitted.flags & palpate::misfit_curve) flags.append("curve");
+  if (revision == palpate::Revision::creep) flags.append("creep");
+  if (revision == palpate::Revision::baseline) flags.append("baseline");
   return py::tuple(flags);
 }
 
+namespace {
+py::object plain(double value) { return std::isnan(value) ? py::object(py::none()) : py::object(py::float_(value)); }
+}  // namespace
+
+py::dict TouchResult::effects() const {
+  py::dict effects;
+  if (knows_error) {
+    effects["offset"] = fitted.offset;
+    effects["drift"] = fitted.drift;
+    effects["lag"] = 1000 * fitted.lag * period_s;
+    effects["curve"] = fitted.curve;
+    effects["shift"] = shift;
+  }
+  return effects;
+}
+
 py::dict TouchResult::as_dict() const {
-  const auto plain = [](double value) {
-    return std::isnan(value) ? py::object(py::none()) : py::object(py::float_(value));
-  };
   py::dict result;
   result["start"] = start;
   result["start_s"] = plain(start_s);
@@ -30,6 +49,12 @@ py::dict TouchResult::as_dict() const {
   result["ratio"] = plain(ratio);
   result["covariance"] = plain(covariance);
   result["standard_error"] = plain(standard_error);
+  result["revised"] = revised();
+  result["first_ratio"] = plain(first_ratio);
+  result["first_standard_error"] = plain(first_standard_error);
+  result["offset_ratio"] = plain(fitted.offset_ratio);
+  result["offset_standard_error"] = plain(fitted.offset_error);
+  result["effects"] = effects();
   result["alarm_share"] = alarm_share();
   result["saturated"] = saturated;
   result["refused"] = refused;
@@ -53,21 +78,36 @@ TouchResult TouchResult::untimed() const {
 
 namespace {
 
+// Every number of a touch, in order: to save it, and to restore it.
+template <class Result, class Visit>
+void visit_numbers(Result& r, Visit&& visit) {
+  const auto all = [&](auto&... numbers) { (visit(numbers), ...); };
+  all(r.start, r.samples, r.alarms, r.saturated, r.refused, r.ratio, r.covariance, r.standard_error, r.first_ratio,
+      r.first_standard_error, r.full, r.shift, r.start_s, r.period_s, r.has_length, r.initial_covariance,
+      r.knows_error);
+  auto& f = r.fitted;
+  all(f.offset, f.drift, f.lag, f.curve, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
+}
+
 py::tuple state(py::handle self) {
   const auto& r = methods::reference<TouchResult>(self);
-  return py::make_tuple(r.start, r.samples, r.alarms, r.saturated, r.refused, r.ratio, r.covariance, r.standard_error,
-                        r.start_s, r.wanted, r.initial_covariance, r.knows_error);
+  py::list numbers;
+  visit_numbers(r, [&](const auto& number) { numbers.append(number); });
+  numbers.append(static_cast<int>(r.revision));
+  return py::tuple(numbers);
 }
 
 TouchResult restored(py::handle, py::handle pickled) {
   return of_pickled(pickled, [](const py::tuple& s) -> TouchResult {
-    const auto count = [&](std::size_t i) { return s[i].cast<std::uint32_t>(); };
-    const auto real = [&](std::size_t i) { return s[i].cast<double>(); };
-    return {{{s[0].cast<std::size_t>(), count(1), count(2), count(3), count(4)}, real(5), real(6), real(7)},
-            real(8),
-            count(9),
-            real(10),
-            s[11].cast<bool>()};
+    TouchResult r{};
+    std::size_t i = 0;
+    visit_numbers(r, [&](auto& number) { number = s[i++].cast<std::decay_t<decltype(number)>>(); });
+    const int kind = s[i].cast<int>();
+    if (s.size() != i + 1 || kind < 0 || kind > static_cast<int>(palpate::Revision::baseline)) {
+      throw py::value_error("Touch: got the state of another version, allowed: that of this one");
+    }
+    r.revision = static_cast<palpate::Revision>(kind);
+    return r;
   });
 }
 
@@ -90,18 +130,36 @@ void bind_touch(py::module_& module) {
   methods::property<&R::start>(type, "start", "Reading with which it began, counted from 0.");
   methods::property<&R::start_s>(type, "start_s", "Time of that reading, s; nan without times.");
   methods::property<&R::samples>(type, "samples", "Number of samples used.");
-  methods::property<&R::ratio>(type, "ratio", "Capacitance ratio, hard / soft, at the end of the touch.");
+  methods::property<&R::ratio>(type, "ratio", "Capacitance ratio, hard / soft: the best that is known; see `revised`.");
   methods::property<&R::covariance>(type, "covariance",
                                     "Unscaled covariance P of the ratio, 1/pF^2: a harder press gives a smaller one.");
   methods::property<&R::standard_error>(type, "standard_error",
-                                        "Standard deviation of the ratio; nan if it is not known.");
+                                        "Standard deviation of the ratio, with what a misfit leaves open; nan if it is "
+                                        "not known.");
+  methods::property<&R::revised>(type, "revised",
+                                 "Whether the baseline after the release is known, and `ratio` corrected for its drift "
+                                 "(with the flag \"creep\" or \"baseline\": known, and not corrected).");
+  methods::property<&R::first_ratio>(type, "first_ratio", "The ratio that was known at the end of the touch.");
+  methods::property<&R::first_standard_error>(type, "first_standard_error", "Its standard deviation.");
+  methods::property<&R::offset_ratio>(
+      type, "offset_ratio",
+      "Ratio of hard = ratio * soft + offset, where the flag \"offset\" is the only misfit and explains it; else nan.");
+  methods::property<&R::offset_error>(type, "offset_standard_error", "Standard deviation of `offset_ratio`.");
+  methods::property<&R::effects>(
+      type, "effects",
+      "Sizes of what the model leaves out, as a dict (empty in a scene without a fit): `offset`, the share of the mean "
+      "depth by which the soft bump is reached first; `drift` during the touch, share of the mean output; `lag` of the "
+      "soft channel, ms; `curve`, share of the mean output; `shift` of the ratio by the revision, share.");
   methods::property<&R::alarm_share>(type, "alarm_share", "Share of the samples with the alarm on.");
   methods::property<&R::saturated>(type, "saturated", "Readings left out as saturated.");
   methods::property<&R::refused>(type, "refused",
                                  "Readings that gave no sample: without a value, or impossible to align.");
   methods::property<&R::flags>(
       type, "flags",
-      "Warnings about the result: \"short\" (fewer samples than `samples`), \"saturated\", \"refused\" (more "
-      "than a quarter of the readings gave no sample), \"unsettled\" (no standard error yet, in a scene that "
-      "has one), \"unexcited\" (the samples hardly moved the initial ratio).");
+      "Warnings about the result; `palpate.advice` says what to do. \"short\" (shorter than `seconds` or `samples`), "
+      "\"saturated\", \"refused\" (more than a quarter of the readings gave no sample), \"unsettled\" (no standard "
+      "error yet, in a scene that has one), \"unexcited\" (the samples hardly moved the initial ratio); the samples "
+      "contradict hard = ratio * soft: \"offset\" (bumps not level), \"drift\" (of a baseline or of the object), "
+      "\"lag\" (of a channel, or wrong times), \"curve\" (a gauge or bump that is not linear); and, known after the "
+      "release: \"creep\" (a channel recovers slowly), \"baseline\" (it was measured in contact).");
 }

@@ -1,23 +1,62 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/tracker.hpp>
+#include <palpate/touch.hpp>
 #include <string>
+#include <vector>
 
 #include "module.hpp"
 
 /// A touch as Python sees it: with its time, and with what the scene promised.
 struct TouchResult : palpate::Touch<double> {
   double start_s;
-  std::uint32_t wanted;  // samples, 0 for any number
+  double period_s;  // from pair to pair
+  bool has_length;  // the scene ends a touch at a length
   double initial_covariance;
   bool knows_error;
 
   double alarm_share() const { return samples > 0 ? static_cast<double>(alarms) / samples : 0.0; }
+  bool revised() const { return revision != palpate::Revision::none; }
   py::tuple flags() const;
+  py::dict effects() const;
   py::dict as_dict() const;
   std::string repr() const;
   TouchResult untimed() const;
+  double offset_ratio() const { return fitted.offset_ratio; }
+  double offset_error() const { return fitted.offset_error; }
 };
 
 bool operator==(const TouchResult& left, const TouchResult& right);
+
+/// The touches that have ended, and the numbers, from 1, of those that were revised, in order of time. Only the last one
+/// can be revised: before the next one begins, or never.
+struct Touches {
+  std::vector<TouchResult> list;
+  std::vector<std::size_t> revisions;
+
+  void end(const TouchResult& touch) { list.push_back(touch); }
+  void revise(const TouchResult& touch) {
+    (list.empty() ? before : list).back() = touch;
+    revisions.push_back(number + list.size());
+  }
+
+  /// Those of a block: how many there were before, and a place for the last one of them.
+  static Touches after(const Touches& all) {
+    Touches block;
+    block.number = all.list.size();
+    block.before.assign(all.list.end() - (all.list.empty() ? 0 : 1), all.list.end());
+    return block;
+  }
+  void append(const Touches& block) {
+    if (!block.before.empty()) {
+      list.back() = block.before.back();
+    }
+    list.insert(list.end(), block.list.begin(), block.list.end());
+    revisions.insert(revisions.end(), block.revisions.begin(), block.revisions.end());
+  }
+  std::size_t count() const { return number + list.size(); }
+
+ private:
+  std::vector<TouchResult> before;
+  std::size_t number = 0;
+};

@@ -53,7 +53,7 @@ class PyTracker {
           return run.take(std::llround(t_hard * 1e9), std::llround(t_soft * 1e9), hard, soft, touches_);
         },
         run_);
-    return report.finished ? py::cast(touches_.back()) : py::none();
+    return report.finished ? py::cast(touches_.list.back()) : py::none();
   }
 
   // Through a copy, as in Estimator: a reader in another thread sees the state before the block or the one after it.
@@ -68,22 +68,22 @@ class PyTracker {
     const auto hards = View<const double>::of(h), softs = View<const double>::of(s);
     require_idle(busy_, "tracker");  // making arrays of the arguments may have run other Python code
     const InUse in_use(busy_);
-    std::vector<TouchResult> ended;
+    Touches block = Touches::after(touches_);
     std::visit(
         [&](auto& run) {
           auto next = run;
           const auto loop = [&] {
             for (py::ssize_t i = 0; i < size; ++i) {
               const auto k = static_cast<std::size_t>(i);
-              const auto report = next.take(th[k], ts[k], hards[i], softs[i], ended);
-              row[i] = next.row(report, touches_.size() + ended.size());
+              const auto report = next.take(th[k], ts[k], hards[i], softs[i], block);
+              row[i] = next.row(report, block.count());
             }
           };
           run_block(size, loop, 1024);
           run = next;
         },
         run_);
-    touches_.insert(touches_.end(), ended.begin(), ended.end());
+    touches_.append(block);
     return rows;
   }
 
@@ -93,27 +93,34 @@ class PyTracker {
         [&](auto& run) {
           const bool done = run.core.finish();
           if (done) {
-            touches_.push_back(run.result());
+            touches_.end(run.result());
           }
           return done;
         },
         run_);
-    return ended ? py::cast(touches_.back()) : py::none();
+    return ended ? py::cast(touches_.list.back()) : py::none();
   }
 
-  void tare() {
+  void tare(py::handle force) {
+    if (!py::bool_(py::reinterpret_borrow<py::object>(force)) && pressed()) {
+      throw std::runtime_error(
+          "tare: got it while the probe is in contact, allowed: without contact. Lift the probe, or force=True");
+    }
     finish();
     std::visit([](auto& run) { run.core.tare(); }, run_);
   }
 
   py::list touches_since(py::handle count) const {
-    const py::ssize_t first = methods::to_size("count", py::reinterpret_borrow<py::object>(count));
-    if (first < 0) {
-      throw py::value_error("count: got " + std::to_string(first) + ", allowed: 0 or more");
-    }
     py::list result;
-    for (auto i = static_cast<std::size_t>(first); i < touches_.size(); ++i) {
-      result.append(py::cast(touches_[i]));
+    for (std::size_t i = first_of(count); i < touches_.list.size(); ++i) {
+      result.append(py::cast(touches_.list[i]));
+    }
+    return result;
+  }
+  py::list revisions_since(py::handle count) const {
+    py::list result;
+    for (std::size_t i = first_of(count); i < touches_.revisions.size(); ++i) {
+      result.append(touches_.revisions[i]);
     }
     return result;
   }
@@ -121,7 +128,11 @@ class PyTracker {
   const char* scene() const { return scene_; }
   py::dict settings_dict() const { return settings_.dict(); }
   py::list touches() const { return touches_since(py::int_(0)); }
-  std::size_t touch_count() const { return touches_.size(); }
+  std::size_t touch_count() const { return touches_.list.size(); }
+  std::size_t revision_count() const { return touches_.revisions.size(); }
+  std::uint32_t retaken() const {
+    return get([](const auto& core) { return core.retaken(); });
+  }
   const char* state() const {
     return get([](const auto& core) {
       return core.open()                               ? "contact"
@@ -145,10 +156,21 @@ class PyTracker {
   }
 
  private:
+  static std::size_t first_of(py::handle count) {
+    const py::ssize_t first = methods::to_size("count", py::reinterpret_borrow<py::object>(count));
+    if (first < 0) {
+      throw py::value_error("count: got " + std::to_string(first) + ", allowed: 0 or more");
+    }
+    return static_cast<std::size_t>(first);
+  }
+  bool pressed() const {
+    return get([](const auto& core) { return core.gate.releases && core.ready() && !core.gate.idle(); });
+  }
+
   const char* scene_;
   Settings settings_;
   AnyRun run_;
-  std::vector<TouchResult> touches_;
+  Touches touches_;
   bool busy_ = false;
 };
 constexpr auto tracker_doc =
@@ -158,12 +180,16 @@ Parameters
 ----------
 scene : str
     "fixed": clean changes of capacitance, always in contact. "paper": baseline, contact, and the
-    paper's estimator for 250 samples. "handheld": the channels aligned, `HandoverRls`.
+    paper's estimator for 250 samples. "handheld": the channels aligned, `HandoverRls`, 6.5 s; a test
+    of the model, and a revised result after the release.
     "sliding": as handheld, but a touch ends at its release only.
 **settings
-    `samples` (int; None: a touch ends at its release only), `full_scale` (pF: a reading of this
-    size is saturated and left out), `release` (share of the press below which a touch ends),
-    and the parameters of the scene's estimator.
+    The length of a touch: `seconds` or `samples` (int), the other is None; None: it ends at its
+    release only. `full_scale` (pF: a reading of this size is saturated and left out), `release`
+    (share of the press below which a touch ends), `host_stamps` (the times are a computer's:
+    smooth them), `hard_side` and `soft_side` (coefficients of the two filters that align the
+    channels, `slow_` for pairs of 28.5 to 40 ms; see `palpate.design.matched_pair`), and the
+    parameters of the scene's estimator.
 
 Raises
 ------
@@ -222,10 +248,26 @@ constexpr auto finish_doc = R"(finish($self)
 
 End the running touch and return it; None if no touch is running.)";
 
-constexpr auto tare_doc = R"(tare($self)
+constexpr auto tare_doc = R"(tare($self, force=False)
 --
 
-Measure the baseline again, with nothing touched: after a jump, which the gate takes for an endless touch.)";
+Measure the baseline again, with nothing touched: after a jump upwards, which the gate takes for an endless touch.
+
+Parameters
+----------
+force : bool
+    Also in contact. A baseline that was measured in contact is noticed at the release, and measured again.
+
+Raises
+------
+RuntimeError
+    The probe is in contact, and `force` is False.
+)";
+
+constexpr auto revisions_since_doc = R"(revisions_since($self, count, /)
+--
+
+Return the numbers, from 1, of the touches that were revised after the first `count` revisions, in order of time.)";
 
 constexpr auto touches_since_doc = R"(touches_since($self, count, /)
 --
@@ -256,6 +298,7 @@ void bind_tracker(py::module_& module) {
   methods::define<&T::finish>(type, finish_doc);
   methods::define<&T::tare>(type, tare_doc);
   methods::define<&T::touches_since>(type, touches_since_doc);
+  methods::define<&T::revisions_since>(type, revisions_since_doc);
   methods::define<&T::repr>(type, "__repr__($self, /)\n--\n\n");
   methods::define<&refuse_pickle>(type, "__reduce_ex__($self, protocol, /)\n--\n\n");
   methods::property<&T::scene>(type, "scene", "Name of the scene.");
@@ -269,6 +312,11 @@ void bind_tracker(py::module_& module) {
   methods::property<&T::readings>(type, "readings", "Readings taken so far.");
   methods::property<&T::touches>(type, "touches", "Every touch that has ended, in order of time.");
   methods::property<&T::touch_count>(type, "touch_count", "How many touches have ended.");
+  methods::property<&T::revision_count>(type, "revision_count", "How many touches were revised after their release.");
+  methods::property<&T::retaken>(
+      type, "retaken",
+      "How often the channels fell far below the baseline, which was then measured again: it "
+      "had been measured in contact, or it jumped.");
   py::list names;
   for (const Scene& scene : scenes()) {
     names.append(scene.name);

@@ -12,6 +12,7 @@ _Scene: TypeAlias = Literal["fixed", "paper", "handheld", "sliding"]
 
 class _FixedSettings(TypedDict, total=False):
     samples: int | None
+    seconds: float | None
     full_scale: float
     forgetting: float
     initial_ratio: float
@@ -20,6 +21,7 @@ class _FixedSettings(TypedDict, total=False):
 
 class _PaperSettings(TypedDict, total=False):
     samples: int | None
+    seconds: float | None
     full_scale: float
     release: float
     steady: float
@@ -32,32 +34,47 @@ class _PaperSettings(TypedDict, total=False):
 
 class _HandheldSettings(TypedDict, total=False):
     samples: int | None
+    seconds: float | None
     full_scale: float
     release: float
+    host_stamps: bool
+    hard_side: float
+    soft_side: float
+    slow_hard_side: float
+    slow_soft_side: float
     steady: float
     drift: float
     threshold: float
     clip: float
     smoothing: float
+    guard: float
     initial_ratio: float
     initial_covariance: float
     max_covariance: float
 
 class _SlidingSettings(TypedDict, total=False):
     samples: int | None
+    seconds: float | None
     full_scale: float
     release: float
+    host_stamps: bool
+    hard_side: float
+    soft_side: float
+    slow_hard_side: float
+    slow_soft_side: float
     steady: float
     drift: float
     threshold: float
     clip: float
     smoothing: float
+    guard: float
     initial_ratio: float
     initial_covariance: float
     max_covariance: float
 
 class _AnySettings(TypedDict, total=False):
     samples: int | None
+    seconds: float | None
     full_scale: float
     forgetting: float
     initial_ratio: float
@@ -68,8 +85,14 @@ class _AnySettings(TypedDict, total=False):
     alarmed: float
     drift: float
     threshold: float
+    host_stamps: bool
+    hard_side: float
+    soft_side: float
+    slow_hard_side: float
+    slow_soft_side: float
     clip: float
     smoothing: float
+    guard: float
 
 class Rls:
     def __init__(
@@ -254,6 +277,7 @@ class HandoverRls:
         threshold: float = 8.0,
         clip: float = 3.0,
         smoothing: float = 0.0625,
+        guard: float = 2.0,
         initial_ratio: float = 1.0,
         initial_covariance: float = 10000000000.0,
         max_covariance: float = 1000000000000.0,
@@ -302,6 +326,7 @@ class HandoverRls32:
         threshold: float = 8.0,
         clip: float = 3.0,
         smoothing: float = 0.0625,
+        guard: float = 2.0,
         initial_ratio: float = 1.0,
         initial_covariance: float = 10000000000.0,
         max_covariance: float = 1000000000000.0,
@@ -363,6 +388,18 @@ class Touch:
     @property
     def standard_error(self) -> float: ...
     @property
+    def revised(self) -> bool: ...
+    @property
+    def first_ratio(self) -> float: ...
+    @property
+    def first_standard_error(self) -> float: ...
+    @property
+    def offset_ratio(self) -> float: ...
+    @property
+    def offset_standard_error(self) -> float: ...
+    @property
+    def effects(self) -> dict[str, float]: ...
+    @property
     def alarm_share(self) -> float: ...
     @property
     def saturated(self) -> int: ...
@@ -383,8 +420,9 @@ class Tracker:
     def feed(self, t_hard: float, t_soft: float, hard: float, soft: float, /) -> Touch | None: ...
     def process(self, t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> NDArray[np.void]: ...
     def finish(self) -> Touch | None: ...
-    def tare(self) -> None: ...
+    def tare(self, force: bool = False) -> None: ...
     def touches_since(self, count: int, /) -> list[Touch]: ...
+    def revisions_since(self, count: int, /) -> list[int]: ...
     def __reduce_ex__(self, protocol: SupportsIndex, /) -> tuple[Any, ...]: ...
     @property
     def scene(self) -> _Scene: ...
@@ -402,6 +440,10 @@ class Tracker:
     def touches(self) -> list[Touch]: ...
     @property
     def touch_count(self) -> int: ...
+    @property
+    def revision_count(self) -> int: ...
+    @property
+    def retaken(self) -> int: ...
 
 class SampleRing:
     def __init__(self, capacity: int = 1024) -> None: ...
@@ -618,6 +660,7 @@ class HandoverRlsBank:
         threshold: float = 8.0,
         clip: float = 3.0,
         smoothing: float = 0.0625,
+        guard: float = 2.0,
         initial_ratio: float = 1.0,
         initial_covariance: float = 10000000000.0,
         max_covariance: float = 1000000000000.0,
@@ -669,6 +712,7 @@ class HandoverRlsBank32:
         threshold: float = 8.0,
         clip: float = 3.0,
         smoothing: float = 0.0625,
+        guard: float = 2.0,
         initial_ratio: float = 1.0,
         initial_covariance: float = 10000000000.0,
         max_covariance: float = 1000000000000.0,

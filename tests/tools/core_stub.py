@@ -28,6 +28,7 @@ NUMBER, COUNT, FLAG = "float", "int", "bool"
 PARAMETERS = {
     "capacity": "int",
     "count": "int",
+    "force": "bool",
     "hard": "ArrayLike",
     "memo": "dict[int, Any]",
     "other": "object",
@@ -60,11 +61,14 @@ METHODS = {
     "pop_many": "int",
     "push": "bool",
     "push_many": "int",
+    "revisions_since": "list[int]",
     "reset": "None",
     "tare": "None",
     "touches_since": "list[Touch]",
     "trace": "NDArray[np.void]",
 }
+SETTINGS = {"samples": "int | None", "seconds": "float | None", "host_stamps": "bool"}
+"""Others are numbers."""
 PROPERTIES = {
     "alarm": FLAG,
     "alarm_share": "float",
@@ -73,13 +77,21 @@ PROPERTIES = {
     "covariance": NUMBER,
     "dropped": "int",
     "dtype": "np.dtype[np.void]",
+    "effects": "dict[str, float]",
     "first_dropped": "int | None",
+    "first_ratio": "float",
+    "first_standard_error": "float",
     "flags": "tuple[str, ...]",
     "innovation": NUMBER,
+    "offset_ratio": "float",
+    "offset_standard_error": "float",
     "ratio": NUMBER,
     "readings": "int",
     "refused": "int",
     "rejected": COUNT,
+    "retaken": "int",
+    "revised": "bool",
+    "revision_count": "int",
     "rows": "int",
     "samples": COUNT,
     "saturated": "int",
@@ -168,7 +180,7 @@ def settings_class(scene: str) -> str:
 
 def settings_type(name: str, settings: Iterable[str]) -> str:
     """Return the class of settings with these names."""
-    fields = (f"    {field}: {'int | None' if field == 'samples' else 'float'}" for field in settings)
+    fields = (f"    {field}: {SETTINGS.get(field, 'float')}" for field in settings)
     return "\n".join([f"class {name}(TypedDict, total=False):", *fields])
 
 

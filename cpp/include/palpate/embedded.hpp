@@ -5,8 +5,8 @@
 // bits as with settings in objects.
 
 #include <palpate/gated_estimator.hpp>
+#include <palpate/scenes.hpp>
 #include <palpate/settings.hpp>
-#include <palpate/tracker.hpp>
 
 namespace palpate::embedded {
 

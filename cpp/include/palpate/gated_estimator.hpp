@@ -3,7 +3,7 @@
 
 // Touches for a loop that subtracts the baseline itself: the gate, and an estimator for the first samples of a contact.
 
-#include <palpate/tracker.hpp>
+#include <palpate/scenes.hpp>
 
 namespace palpate {
 
@@ -38,8 +38,8 @@ class GatedEstimator : public Settings {
 
   /// Takes the changes of both channels. finished: the touch has all its samples, or was released.
   constexpr Report<Real> feed(Real hard, Real soft) noexcept {
-    const Real change = magnitude(hard + soft);
-    if (PALPATE_UNLIKELY(!(change < settings.full_scale))) {
+    const Real change = hard + soft;
+    if (PALPATE_UNLIKELY(!(magnitude(change) < settings.full_scale))) {
       return {estimator.ratio(), false, gate.contact(), false};
     }
     const bool was_in_contact = gate.contact();

@@ -1,38 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Tracker: all stages from two readings to the result of a touch; and the scenes: which stages each one has.
+// Tracker: all stages from two readings to the result of a touch. The scenes, which stages each one has: scenes.hpp.
 
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <palpate/estimator/handover.hpp>
 #include <palpate/settings.hpp>
-#include <palpate/stage/align.hpp>
 #include <palpate/stage/baseline.hpp>
 #include <palpate/stage/contact.hpp>
+#include <palpate/stage/fit.hpp>
+#include <palpate/stage/matched_pair.hpp>
+#include <palpate/stage/revision.hpp>
+#include <palpate/touch.hpp>
 
 namespace palpate {
-
-struct Counts {
-  std::size_t start = 0;  // index of the first reading of the touch, from 0
-  std::uint32_t samples = 0, alarms = 0, saturated = 0, refused = 0;
-};
-
-/// The result of a touch.
-template <class Real>
-struct Touch : Counts {
-  Real ratio = 0, covariance = 0;
-  Real standard_error = std::numeric_limits<Real>::quiet_NaN();
-};
-
-/// The state after a reading.
-template <class Real>
-struct Report {
-  Real ratio;
-  bool alarm, contact;
-  bool finished;  // touch() is new
-};
 
 /// Only Handover has a standard error.
 template <class Estimator>
@@ -44,23 +27,41 @@ template <class Estimator>
 struct TrackerSettings {
   using Real = typename Estimator::real_type;
   Real initial_ratio = Real(1), initial_covariance = Estimator::default_covariance;
-  std::uint32_t samples = 250;                              // of a touch; 0: a touch ends only by its release
+  // Length of a touch; 0: a touch ends only by its release.
+  Real seconds = Real(0);
+  std::uint32_t samples = 250;
   Real full_scale = std::numeric_limits<Real>::infinity();  // readings from this size on are saturated
 
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("initial_ratio", &TrackerSettings::initial_ratio);
     visit("initial_covariance", &TrackerSettings::initial_covariance);
+    visit("seconds", &TrackerSettings::seconds);
     visit("samples", &TrackerSettings::samples);
     visit("full_scale", &TrackerSettings::full_scale);
   }
 };
 
+/// What a tracker with a fit keeps for it; nothing without.
+template <class Real, class FitStage, bool fits = FitStage::fits>
+struct Fitting {
+  FitStage fit;
+  Reviser<Real> reviser;
+  Fitted<Real> fitted;
+  typename Reviser<Real>::Result revision;
+  Real first_ratio = 0, first_error = 0;
+};
+template <class Real, class FitStage>
+struct Fitting<Real, FitStage, false> {};
+
 /// All stages of a scene, in order. The baseline and the gate get the readings before alignment: so the noise of the
 /// baseline is that of the channel, and the gate does not wait for the alignment.
 template <class Real, class AlignStage, class BaselineStage, class ContactStage, class Estimator,
-          class Settings = Kept<TrackerSettings<Estimator>>>
-class Tracker : public Settings {
+          class FitStage = NoFit<Real>, class Settings = Kept<TrackerSettings<Estimator>>>
+class Tracker : public Settings, Fitting<Real, FitStage> {
+  using Extra = Fitting<Real, FitStage>;
+  static constexpr bool fits = FitStage::fits;
+
  public:
   using real_type = Real;
   using Settings::settings;
@@ -74,8 +75,12 @@ class Tracker : public Settings {
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const bool usable = is_finite(hard) && is_finite(soft);
     const bool saturated = usable && !(magnitude(hard) < settings.full_scale && magnitude(soft) < settings.full_scale);
+    bool revised = false;
     if (usable) {
-      gate_with(hard, soft);
+      revised = gate_with(hard, soft);
+    } else if (gate.idle() && !gate.suspects()) {
+      alone(hard_baseline, hard);
+      alone(soft_baseline, soft);
     }
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
     const auto pair = align.feed(hard_time, soft_time, saturated ? nan : hard, saturated ? nan : soft);
@@ -84,11 +89,13 @@ class Tracker : public Settings {
       counts_.saturated += saturated;
       counts_.refused += !saturated && !pair.valid;
       alarm = pair.valid && estimate(pair);
+    } else {
+      before_ = hard_time;
     }
     readings_ += 1;
-    const bool full = settings.samples > 0 && counts_.samples >= settings.samples;
-    const bool finished = running_ && (!open_ || full) && finish();
-    return {estimator.ratio(), alarm, gate.contact(), finished};
+    full_ = full_ || (open_ && is_full(hard_time));
+    const bool finished = running_ && (!open_ || full_) && finish();
+    return {estimator.ratio(), alarm, gate.contact(), finished, revised};
   }
 
   /// End a touch that is still running, for example at the end of a recording. False: there is no such touch.
@@ -97,79 +104,172 @@ class Tracker : public Settings {
       return false;
     }
     running_ = open_ = false;
-    standard_error_ = standard_error();
+    if constexpr (fits) {
+      Extra::fitted = Extra::fit.result(hard_baseline.noise(), soft_baseline.noise());
+      Extra::first_ratio = estimator.ratio();
+      Extra::first_error = error_of(shared_variance(), Extra::fitted.open + Extra::fitted.open_drift);
+      standard_error_ = Extra::first_error;
+    } else {
+      standard_error_ = standard_error();
+    }
     return true;
   }
 
-  /// Measure the baseline again, without contact. Needed after a jump of the baseline, which looks like a touch without
-  /// end.
+  /// Measure the baseline again, without contact. Needed after a jump of the baseline upwards, which looks like a touch
+  /// without end; a baseline that was measured in contact is noticed by itself.
   constexpr void tare() noexcept {
     finish();
     gate.reset();
     align.reset();
-    hard_baseline.reset();
-    soft_baseline.reset();
+    measure_again();
+    if constexpr (fits) {
+      Extra::reviser.drop();
+    }
   }
 
   /// The last touch; read it before the next one begins.
   constexpr Touch<Real> touch() const noexcept {
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
     const bool any = counts_.samples > 0;
-    return {counts_, any ? estimator.ratio() : nan, any ? estimator.covariance() : nan, standard_error_};
+    Touch<Real> result{counts_};
+    result.ratio = result.first_ratio = any ? estimator.ratio() : nan;
+    result.covariance = any ? estimator.covariance() : nan;
+    result.standard_error = result.first_standard_error = standard_error_;
+    result.full = full_;
+    if constexpr (fits) {
+      result.fitted = Extra::fitted;
+      result.first_standard_error = Extra::first_error;
+      result.revision = Extra::revision.kind;
+      result.shift = Extra::revision.shift / estimator.ratio();
+      if (Extra::revision.significant && magnitude(result.shift) > Extra::fit.settings.least) {
+        result.fitted.flags |= misfit_drift;
+      }
+      if (result.revision == Revision::drift) {
+        result.ratio += Extra::revision.shift;
+        if (result.fitted.flags == misfit_offset) {
+          result.fitted.offset_ratio += Extra::revision.shift;
+        }
+      }
+    }
+    return result;
   }
   constexpr bool open() const noexcept { return open_; }
   /// Index of the first reading of the running touch, or of the last one.
   constexpr std::size_t started() const noexcept { return counts_.start; }
   constexpr bool ready() const noexcept { return hard_baseline.ready() && soft_baseline.ready(); }
   constexpr std::size_t readings() const noexcept { return readings_; }
+  /// How often the channels fell far below the baseline, so that it was measured again.
+  constexpr std::uint32_t retaken() const noexcept { return retaken_; }
 
-  /// Standard error from the noise of the estimator and from the errors of the baselines, which are common to all
-  /// samples of a touch; NaN until it is known. An error of a baseline changes the ratio by this error divided by the
-  /// mean regressor, sqrt(R / W), W being the count.
+  /// Standard error of the running touch, from the noise of the readings and of the estimator, and from the errors of
+  /// the baselines, which are common to all samples of a touch; NaN until the first sample.
   constexpr Real standard_error() const noexcept {
     if constexpr (!knows_its_error<Estimator>) {
       return std::numeric_limits<Real>::quiet_NaN();
     } else {
-      if (!estimator.settled()) {
-        return std::numeric_limits<Real>::quiet_NaN();
-      }
-      const Real ratio = estimator.ratio();
-      const Real shared = hard_baseline.variance() + product(product(ratio, ratio), soft_baseline.variance());
-      return square_root(estimator.variance() + product(shared, estimator.count()) / estimator.information());
+      return error_of(shared_variance(), Real(0));
     }
   }
 
  private:
-  constexpr void gate_with(Real hard, Real soft) noexcept {
-    const Real change = magnitude((hard - hard_baseline.level()) + (soft - soft_baseline.level()));
+  // The long-run variance of a sample is at least that of the noise of the readings, since the alignment does not
+  // change a mean. While the innovations are too few to show how they are correlated, that plus 4 times what their
+  // variance has above half of it. An error of a baseline changes the ratio by this error divided by the mean
+  // regressor, sqrt(R / W), W being the count.
+  constexpr Real error_of(Real shared, Real open) const noexcept {
+    const Real readings = of_ratio(product(hard_baseline.noise(), hard_baseline.noise()),
+                                   product(soft_baseline.noise(), soft_baseline.noise()));
+    const Real excess = estimator.innovation_variance() - readings / 2;
+    const Real seen = estimator.settled() ? estimator.long_run_variance() : readings + (excess > 0 ? 4 * excess : 0);
+    const Real own = product(seen > readings ? seen : readings, estimator.leverage());
+    const Real square = own + product(shared, estimator.count()) / estimator.information() + open;
+    return counts_.samples > 0 && square > 0 && is_finite(square) ? square_root(square)
+                                                                  : std::numeric_limits<Real>::quiet_NaN();
+  }
+
+  /// Variance of hard - ratio * soft.
+  constexpr Real of_ratio(Real hard, Real soft) const noexcept {
+    const Real ratio = estimator.ratio();
+    return hard + product(product(ratio, ratio), soft);
+  }
+  constexpr Real shared_variance() const noexcept {
+    return of_ratio(hard_baseline.variance(), soft_baseline.variance());
+  }
+
+  /// Returns whether the last touch is revised.
+  constexpr bool gate_with(Real hard, Real soft) noexcept {
     if (!ready()) {
-      collect(hard, soft, change);
-      return;
+      return collect(hard, soft);
     }
     const bool was_idle = gate.idle(), was_in_contact = gate.contact();
-    gate.update(change, noise());
+    gate.update(change(hard, soft), noise(), running_);
     if (gate.contact() && !(ContactStage::releases ? was_in_contact : running_)) {
       start();
     } else if (was_in_contact && !gate.contact()) {
       open_ = false;
-    } else if (gate.idle() && !was_idle) {
-      hard_baseline.reset();
-      soft_baseline.reset();
+    }
+    if (gate.idle() && !was_idle) {
+      if constexpr (fits) {
+        Extra::reviser.keep(hard_baseline, soft_baseline, counts_.start);
+      }
+      measure_again();
+    } else if (gate.fell()) {
+      retaken_ += 1;
+      gate.reset();
+      measure_again();
     } else if (gate.idle()) {
       follow(hard, soft);
     }
+    return false;
+  }
+
+  constexpr Real change(Real hard, Real soft) const noexcept {
+    return (hard - hard_baseline.expected()) + (soft - soft_baseline.expected());
+  }
+
+  constexpr void measure_again() noexcept {
+    hard_baseline.reset();
+    soft_baseline.reset();
   }
 
   // A touch that begins before a new baseline is measured uses the old baseline.
-  constexpr void collect(Real hard, Real soft, Real change) noexcept {
-    if (gate.update_between(change)) {
+  constexpr bool collect(Real hard, Real soft) noexcept {
+    if (gate.update_between(change(hard, soft), noise())) {
       hard_baseline.keep();
       soft_baseline.keep();
       start();
-      return;
+      return false;
     }
-    hard_baseline.collect(hard);
-    soft_baseline.collect(soft);
+    collect_in(hard_baseline, hard);
+    collect_in(soft_baseline, soft);
+    return ready() && revise();
+  }
+  static constexpr void collect_in(BaselineStage& baseline, Real value) noexcept {
+    if (!baseline.ready()) {
+      baseline.collect(value);
+    }
+  }
+
+  // The other channel has no value.
+  constexpr void alone(BaselineStage& baseline, Real value) noexcept {
+    if (is_finite(value)) {
+      baseline.ready() ? baseline.follow(value) : baseline.collect(value);
+    }
+  }
+
+  constexpr bool revise() noexcept {
+    if constexpr (fits) {
+      if (Extra::reviser.waits() && estimator.mean_regressor() != 0) {
+        const Real size = square_root(estimator.information() / estimator.count());
+        const Real mean = estimator.mean_regressor() > 0 ? size : -size;
+        Extra::revision = Extra::reviser.result(hard_baseline, soft_baseline, readings_, estimator.ratio(), mean);
+        const bool moved = Extra::revision.significant;  // then it explains a drift
+        const Real open = Extra::fitted.open + Extra::revision.open + (moved ? Real(0) : Extra::fitted.open_drift);
+        standard_error_ = error_of(Extra::revision.variance, open);
+        return true;
+      }
+    }
+    return false;
   }
 
   constexpr void follow(Real hard, Real soft) noexcept {
@@ -189,58 +289,57 @@ class Tracker : public Settings {
 
   constexpr void start() noexcept {
     running_ = open_ = true;
+    full_ = false;
     hard_baseline.rewind();
     soft_baseline.rewind();
     estimator.reset(settings.initial_ratio, settings.initial_covariance);
     counts_ = Counts();
     const auto age = static_cast<std::size_t>(gate.age());
     counts_.start = readings_ + 1 > age ? readings_ + 1 - age : 0;
+    if constexpr (fits) {
+      Extra::fit.reset();
+      Extra::reviser.begin();
+      Extra::reviser.drop();
+      Extra::fitted = {};
+      Extra::revision = {};
+    }
   }
 
   constexpr bool estimate(const Pair<Real>& pair) noexcept {
-    const auto step = estimator.update(pair.hard - hard_baseline.level(), pair.soft - soft_baseline.level());
+    const Real hard = pair.hard - hard_baseline.level(), soft = pair.soft - soft_baseline.level();
+    [[maybe_unused]] const Real before = estimator.ratio();
+    const auto step = estimator.update(hard, soft);
     counts_.samples += step.accepted;
     counts_.refused += !step.accepted;
-    counts_.alarms += step.alarm && step.accepted;
+    const bool alarm = step.alarm && step.accepted;
+    counts_.alarms += alarm;
+    if constexpr (fits) {
+      if (step.accepted) {
+        Extra::reviser.follow(readings_, estimator.count(), alarm);
+        if (PALPATE_UNLIKELY(alarm)) {
+          Extra::fit.restart(step.ratio / before - 1);
+        }
+        if (pair.matched) {
+          Extra::fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
+        }
+      }
+    }
     return step.alarm;
   }
 
+  constexpr bool is_full(ticks_type time) const noexcept {
+    return (settings.samples > 0 && counts_.samples >= settings.samples) ||
+           (settings.seconds > 0 && !(seconds_between<Real>(time, before_) < settings.seconds));
+  }
+
   std::size_t readings_ = 0;
+  ticks_type before_ = 0;  // time of the reading before the contact was found
+  std::uint32_t retaken_ = 0;
   bool open_ = false;     // the touch takes samples
   bool running_ = false;  // a touch has begun, and its result is not yet reported
+  bool full_ = false;     // the touch has the wanted length
   Counts counts_;
   Real standard_error_ = std::numeric_limits<Real>::quiet_NaN();
 };
-
-/// Settings with which a touch ends only by its release.
-template <class Estimator>
-inline constexpr TrackerSettings<Estimator> unlimited = [] {
-  TrackerSettings<Estimator> settings;
-  settings.samples = 0;
-  return settings;
-}();
-/// Contact settings for sliding. The height varies, so a release is below 0.3 of the highest value.
-template <class Real>
-inline constexpr ContactSettings<Real> sliding_contact = [] {
-  ContactSettings<Real> settings;
-  settings.release = Real(0.3);
-  return settings;
-}();
-
-/// Scene "fixed": for a loop that supplies changes without faults, as one endless touch. The smallest scene.
-template <class Real, class Ticks = std::int64_t>
-using FixedTracker = Tracker<Real, NoAlign<Real, Ticks>, NoBaseline<Real>, AlwaysContact<Real>, FixedRls<Real>,
-                             Kept<TrackerSettings<FixedRls<Real>>, unlimited<FixedRls<Real>>>>;
-/// Scene "paper": the estimator of the paper, 250 samples from contact.
-template <class Real, class Ticks = std::int64_t>
-using PaperTracker = Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, AdaptiveRls<Real>>;
-/// Scene "handheld": a probe held in the hand.
-template <class Real, class Ticks = std::int64_t>
-using HandheldTracker = Tracker<Real, Align<Real, Ticks, 4>, Baseline<Real>, Contact<Real>, Handover<Real>>;
-/// Scene "sliding": a probe that slides over tissue.
-template <class Real, class Ticks = std::int64_t>
-using SlidingTracker = Tracker<Real, Align<Real, Ticks, 4>, Baseline<Real>,
-                               Contact<Real, Kept<ContactSettings<Real>, sliding_contact<Real>>>, Handover<Real>,
-                               Kept<TrackerSettings<Handover<Real>>, unlimited<Handover<Real>>>>;
 
 }  // namespace palpate

@@ -61,6 +61,8 @@ class InnovationNoise {
   /// Whether long_run_variance() is valid.
   constexpr bool settled() const noexcept { return count_ >= fewest; }
 
+  constexpr Real variance() const noexcept { return count_ > 0 ? lag0_ / count_ : Real(0); }
+
   /// Variance of the mean of many innovations, times their number. It is that of an AR(2) process if the second
   /// coefficient is significant (tremor: an oscillation cancels), otherwise of an AR(1) process. Yule-Walker:
   ///   AR(2): gamma(0) (1 - f1 r1 - f2 r2) / (1 - f1 - f2)^2,   AR(1): gamma(0) (1 + r1) / (1 - r1).

@@ -34,23 +34,27 @@ struct Sums {
 template <class Real>
 struct CusumSide {
   Real statistic = 0;
+  Real age = 0;              // samples since it was last 0
   Real weighted_output = 0;  // sum of w y
-  Sums<Real> sums;
+  Sums<Real> sums;           // of the samples after the first `guard` of them
 
   // Selects, not a branch: the sign of noise cannot be predicted.
-  constexpr void add(Real step, const WeightedSample<Real>& s) noexcept {
+  constexpr void add(Real step, Real guard, const WeightedSample<Real>& s) noexcept {
     const Real sum = statistic + step;
     const bool keep = sum > 0;
     statistic = keep ? sum : Real(0);
-    weighted_output = keep ? weighted_output + product(s.weight, s.output) : Real(0);
-    sums.information = keep ? sums.information + product(s.weight, s.regressor) : Real(0);
-    sums.squares = keep ? sums.squares + product(s.weight, s.weight) : Real(0);
-    sums.count = keep ? sums.count + 1 : Real(0);
+    age = keep ? age + 1 : Real(0);
+    const bool count = age > guard;
+    weighted_output = count ? weighted_output + product(s.weight, s.output) : Real(0);
+    sums.information = count ? sums.information + product(s.weight, s.regressor) : Real(0);
+    sums.squares = count ? sums.squares + product(s.weight, s.weight) : Real(0);
+    sums.count = count ? sums.count + 1 : Real(0);
   }
 
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
     visit(statistic);
+    visit(age);
     visit(weighted_output);
     sums.visit_state(visit);
   }
@@ -61,9 +65,9 @@ template <class Real>
 struct TwoSidedCusum {
   CusumSide<Real> up, down;
 
-  constexpr void add(Real z, Real drift, const WeightedSample<Real>& sample) noexcept {
-    up.add(z - drift, sample);
-    down.add(-z - drift, sample);
+  constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
+    up.add(z - drift, guard, sample);
+    down.add(-z - drift, guard, sample);
   }
   constexpr const CusumSide<Real>& larger() const noexcept { return up.statistic > down.statistic ? up : down; }
   constexpr Real statistic() const noexcept { return larger().statistic; }

@@ -13,24 +13,26 @@ namespace palpate {
 template <class Real>
 struct AlwaysContact {
   static constexpr bool releases = false;
-  constexpr bool update(Real, Real) noexcept { return true; }
+  constexpr bool update(Real, Real, bool) noexcept { return true; }
   constexpr void reset() noexcept {}
   constexpr bool contact() const noexcept { return true; }
   constexpr bool idle() const noexcept { return false; }
   constexpr int age() const noexcept { return 1; }
   constexpr bool suspects() const noexcept { return false; }
-  constexpr bool update_between(Real) noexcept { return false; }
+  constexpr bool update_between(Real, Real) noexcept { return false; }
+  constexpr bool fell() const noexcept { return false; }
 };
 
 template <class Real>
 struct ContactSettings {
-  Real slack = Real(1.5);  // the mean magnitude of noise is 0.8
-  Real quiet = Real(1.2);  // noise is above it four times in a row in 1 of 360 starts
+  Real slack = Real(1.5);
+  Real quiet = Real(1.2);  // noise is above it three times in a row in 1 of 660 starts
   Real limit = Real(16);
   Real clip = Real(6);
   Real release = Real(0.5);
   Real idle_share = Real(0.1);
-  int confirm = 3;  // below 256
+  int confirm = 3;      // below 256
+  int patience = 1024;  // values after the end of a touch until the channels are taken for idle, wherever they are
 
   /// As FixedForgetting::visit_fields; every settings struct has it.
   template <class Visit>
@@ -42,29 +44,33 @@ struct ContactSettings {
     visit("release", &ContactSettings::release);
     visit("idle_share", &ContactSettings::idle_share);
     visit("confirm", &ContactSettings::confirm);
+    visit("patience", &ContactSettings::patience);
   }
 };
 
-/// One-sided CUSUM (Page's test) of the magnitude of the change, in standard deviations of the idle noise:
-///   g' = max(0, g + min(|change| / noise, clip) - slack),   contact when g >= limit.
-/// So contact needs at least limit / (clip - slack) = 4 values: one spike is not a contact. The start of a touch is the
-/// first value after the last one below quiet. The end: below release times the highest value, confirm times in a row;
-/// the channel is idle again below idle_share times the highest value. Without Dates the start is not computed.
+/// Two one-sided CUSUMs (Page's test) of the change, in standard deviations of the idle noise:
+///   g' = max(0, g + min(change / noise, clip) - slack),   contact when g >= limit;
+/// and the same for -change: the channels fell far below the baseline. So contact needs at least limit / (clip - slack)
+/// = 4 values: one spike is not a contact. The start of a touch is the first value after the last one below quiet. The
+/// end: below release times the highest value, confirm times in a row; the channel is idle again below idle_share times
+/// the highest value. Without Dates the start is not computed.
 template <class Real, class Settings = Kept<ContactSettings<Real>>, bool Dates = true>
 class Contact : public Settings {
  public:
   using Settings::settings;
   static constexpr bool releases = true;
 
-  /// Takes the magnitude of one change and its noise, in the same unit. Returns contact().
-  constexpr bool update(Real change, Real noise) noexcept {
-    return state_ == State::idle ? approach(change, noise) : leave(change, noise);
+  /// Takes one change and its noise, in the same unit; and whether a touch still takes samples. Returns contact().
+  constexpr bool update(Real change, Real noise, bool running = true) noexcept {
+    return state_ == State::idle ? approach(change, noise) : leave(change, noise, running);
   }
 
   /// Takes one change from the old baseline, while a new one is measured after a touch. Returns contact(): the next
-  /// touch has begun if more than `confirm` changes in a row are above 2 * idle_share times the height of the last one.
-  constexpr bool update_between(Real change) noexcept {
-    const bool high = peak_ > 0 && change > 2 * product(settings.idle_share, peak_);
+  /// touch has begun if more than `confirm` changes in a row are above 2 * idle_share times the height of the last one,
+  /// and above the noise.
+  constexpr bool update_between(Real change, Real noise) noexcept {
+    const Real least = 2 * product(settings.idle_share, peak_), noise_limit = product(settings.clip, noise);
+    const bool high = peak_ > 0 && change > (least > noise_limit ? least : noise_limit);
     if (count_in_a_row(high) > settings.confirm) {
       age_ = in_a_row_;
       enter(change);
@@ -82,6 +88,8 @@ class Contact : public Settings {
 
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
+  /// Whether the idle channels fell far below the baseline: it was measured in contact, or it jumped.
+  constexpr bool fell() const noexcept { return fall_ >= settings.limit; }
   /// While idle: number of values since the last one below quiet; in contact: this number when the contact was found.
   constexpr int age() const noexcept { return age_; }
 
@@ -91,8 +99,8 @@ class Contact : public Settings {
   constexpr bool approach(Real change, Real noise) noexcept {
     // 0 / 0, no change and no noise, is NaN, which is not above 0: the sum starts again from 0.
     const Real size = change / noise;
-    sum_ += (size > settings.clip ? settings.clip : size) - settings.slack;
-    sum_ = sum_ > 0 ? sum_ : Real(0);
+    sum_ = next(sum_, size);
+    fall_ = next(fall_, -size);
     if (Dates) {  // noise is never above quiet 65536 times in a row
       age_ = static_cast<std::uint16_t>(size >= settings.quiet ? age_ + 1 : 0);
     }
@@ -102,15 +110,22 @@ class Contact : public Settings {
     return contact();
   }
 
-  constexpr bool leave(Real change, Real noise) noexcept {
+  constexpr Real next(Real sum, Real size) const noexcept {
+    sum += (size > settings.clip ? settings.clip : size) - settings.slack;
+    return sum > 0 ? sum : Real(0);
+  }
+
+  constexpr bool leave(Real change, Real noise, bool running) noexcept {
     const bool touching = contact();
     peak_ = touching && change > peak_ ? change : peak_;
     const Real least = product(touching ? settings.release : settings.idle_share, peak_);
     const Real noise_limit = product(settings.slack + 1, noise);  // a tenth of a very light touch is below the noise
-    if (count_in_a_row(change < (least > noise_limit ? least : noise_limit)) != settings.confirm) {
+    waited_ = static_cast<std::uint16_t>(running ? 0 : waited_ + 1);
+    const bool low = change < (least > noise_limit ? least : noise_limit), late = waited_ >= settings.patience;
+    if (count_in_a_row(low) != settings.confirm && !late) {
       return touching;
     }
-    calm_down(touching ? State::released : State::idle);
+    calm_down(touching && !late ? State::released : State::idle);
     return false;
   }
 
@@ -122,8 +137,9 @@ class Contact : public Settings {
 
   constexpr void calm_down(State to) noexcept {
     state_ = to;
-    sum_ = 0;
+    sum_ = fall_ = 0;
     in_a_row_ = 0;
+    waited_ = 0;
     if (Dates) {
       age_ = 0;
     }
@@ -135,8 +151,8 @@ class Contact : public Settings {
     return count;
   }
 
-  Real sum_ = 0, peak_ = 0;
-  std::uint16_t age_ = 0;
+  Real sum_ = 0, fall_ = 0, peak_ = 0;
+  std::uint16_t age_ = 0, waited_ = 0;
   std::uint8_t in_a_row_ = 0;
   State state_ = State::idle;
 };

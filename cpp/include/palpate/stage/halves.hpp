@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Level, slope and noise of a few values, of which some are outliers.
+
+#include <limits>
+#include <palpate/arithmetic.hpp>
+
+namespace palpate {
+
+/// Size values in two halves, the earlier and the later one, each kept sorted.
+template <class Real, int Size>
+class Halves {
+  static constexpr int half = Size / 2;
+
+ public:
+  struct Summary {
+    Real mean, count;   // of the values near the median
+    Real slope;         // from value to value, between the medians of the halves
+    Real noise, floor;  // standard deviation of one value, and its lower limit
+  };
+
+  /// Add the value with this index, from 0.
+  constexpr void add(int index, Real value) noexcept {
+    const int begin = index < half ? 0 : half;
+    int i = index;
+    for (; i > begin && values_[i - 1] > value; --i) {
+      values_[i] = values_[i - 1];
+    }
+    values_[i] = value;
+  }
+
+  constexpr Summary summary(Real clip, Real least_noise) const noexcept {
+    Summary found{};
+    const Ranks ranks = merged();
+    found.floor =
+        ranks.step > 2 * least_noise && ranks.step < std::numeric_limits<Real>::max() ? ranks.step / 2 : least_noise;
+    // The quartiles of a normal distribution, each moved inwards by one value, differ by 1.25 standard deviations.
+    const Real wide = (ranks.upper - ranks.lower) / Real(1.25);
+    found.noise = wide > found.floor ? wide : found.floor;
+    add_near(ranks.median, product(clip, found.noise), found);
+    add_line(found);
+    return found;
+  }
+
+  constexpr Real& value(int i) noexcept { return values_[i]; }
+  constexpr Real value(int i) const noexcept { return values_[i]; }
+
+ private:
+  struct Ranks {
+    Real lower, median, upper, step;
+  };
+
+  // Of all values in order. A step between codes is 3.5 standard deviations of the rounding; half a step is a safe lower
+  // limit of the noise.
+  constexpr Ranks merged() const noexcept {
+    Ranks ranks{0, 0, 0, std::numeric_limits<Real>::max()};
+    Real before = 0;
+    for (int k = 0, i = 0, j = half; k < Size; ++k) {
+      const bool first = j == Size || (i < half && values_[i] <= values_[j]);
+      const Real value = first ? values_[i++] : values_[j++];
+      const Real difference = value - before;
+      ranks.step = k > 0 && difference > 0 && difference < ranks.step ? difference : ranks.step;
+      ranks.lower = k == Size / 4 ? value : ranks.lower;
+      ranks.median = k == half ? before / 2 + value / 2 : ranks.median;  // their sum may be too large
+      ranks.upper = k == 3 * Size / 4 - 1 ? value : ranks.upper;
+      before = value;
+    }
+    return ranks;
+  }
+
+  constexpr void add_near(Real median, Real limit, Summary& found) const noexcept {
+    Real sum = 0;
+    int count = 0;
+    for (const Real value : values_) {
+      const bool near = !(magnitude(value - median) > limit);
+      sum += near ? value - median : Real(0);
+      count += near;
+    }
+    found.count = static_cast<Real>(count);
+    found.mean = median + sum / found.count;
+  }
+
+  // A difference above 10 standard deviations is no drift, but a touch or a jump.
+  constexpr void add_line(Summary& found) const noexcept {
+    const Real rise = middle(half) - middle(0), noise = (width(0) + width(half)) / 2;
+    const bool drifts = magnitude(rise) < 10 * (noise > found.floor ? noise : found.floor);
+    found.slope = drifts ? rise / Real(half) : Real(0);
+  }
+
+  constexpr Real middle(int begin) const noexcept {
+    return values_[begin + half / 2 - 1] / 2 + values_[begin + half / 2] / 2;
+  }
+  // The same for a half, moved inwards by half a value: 1.14 standard deviations for 16 values.
+  constexpr Real width(int begin) const noexcept {
+    return (values_[begin + 3 * half / 4 - 1] - values_[begin + half / 4]) / Real(1.14);
+  }
+
+  Real values_[Size] = {};
+};
+
+}  // namespace palpate

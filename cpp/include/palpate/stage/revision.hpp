@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The baseline after a touch: what the baseline did during the touch, and what that did to the ratio.
+
+#include <palpate/arithmetic.hpp>
+#include <palpate/touch.hpp>
+
+namespace palpate {
+
+/// With D the straight line between the baselines before and after, taken at the mean time of the samples,
+///   r' = r - (D_hard - r D_soft) / x,   x the mean regressor.
+template <class Real>
+class Reviser {
+ public:
+  struct Result {
+    Revision kind = Revision::none;
+    Real shift = 0, variance = 0, open = 0;  // of the ratio; of the baselines at that time; left open, of the ratio
+    bool significant = false;                // the shift
+  };
+
+  constexpr void begin() noexcept { mean_age_ = 0; }
+
+  /// After each sample: the mean age of the samples, with the weights of the estimator, whose sum is `count`.
+  constexpr void follow(std::size_t reading, Real count, bool change) noexcept {
+    mean_age_ = change ? (count - 1) / 2 : product(mean_age_ + 1, 1 - 1 / count);
+    last_ = reading;
+  }
+
+  /// The baselines before the touch, when those after it are about to be measured.
+  template <class Baseline>
+  constexpr void keep(const Baseline& hard, const Baseline& soft, std::size_t start) noexcept {
+    hard_ = {hard.level(), hard.variance(), hard.age(), hard.noise()};
+    soft_ = {soft.level(), soft.variance(), soft.age(), soft.noise()};
+    start_ = start;
+    waits_ = true;
+  }
+  constexpr void drop() noexcept { waits_ = false; }
+  constexpr bool waits() const noexcept { return waits_; }
+
+  template <class Baseline>
+  constexpr Result result(const Baseline& hard, const Baseline& soft, std::size_t reading, Real ratio,
+                          Real mean) noexcept {
+    waits_ = false;
+    const Real rise_hard = hard.level() - hard_.level, rise_soft = soft.level() - soft_.level;
+    const Real part = when(reading, hard.age());
+    Result found;
+    found.shift = product(part, product(ratio, rise_soft) - rise_hard) / mean;
+    const Real before = hard_.variance + product(product(ratio, ratio), soft_.variance);
+    const Real after = hard.variance() + product(product(ratio, ratio), soft.variance());
+    const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean), rest = 1 - part;
+    const Real moved = product(found.shift, found.shift),
+               noise = product(product(part, part), before + after) / product(mean, mean);
+    found.significant = moved > 64 * noise;
+    if (fall > product(Real(0.05), height)) {
+      found.kind = Revision::baseline;
+    } else if (recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_)) {
+      found.kind = Revision::creep;
+    } else {
+      found.kind = Revision::drift;
+      found.variance = product(product(rest, rest), before) + product(product(part, part), after);
+      // A baseline that does not drift evenly: half of the correction is open for a jump, a quarter for an exponential.
+      found.open = moved > 9 * noise ? moved / 16 : Real(0);
+      return found;
+    }
+    found.variance = before;
+    found.open = moved;
+    return found;
+  }
+
+ private:
+  struct Before {
+    Real level, variance, age, noise;
+  };
+
+  // The part of the line at the mean time of the samples.
+  constexpr Real when(std::size_t reading, Real age) const noexcept {
+    const Real touch = static_cast<Real>(last_ - start_) - mean_age_ + hard_.age;
+    const Real all = static_cast<Real>(reading - start_) - age + hard_.age;
+    return touch < all ? touch / all : Real(1);
+  }
+
+  // The slope after the touch is against the rise, by more than 4 of its standard errors.
+  template <class Baseline>
+  constexpr bool recovers(const Baseline& after, Real rise, const Before& before) const noexcept {
+    const Real fall = 16 * after.slope();  // from the median of the earlier 16 values to that of the later ones
+    return product(fall, rise) < 0 && magnitude(fall) > product(Real(1.77), before.noise) &&
+           product(rise, rise) > 16 * (after.variance() + before.variance);
+  }
+
+  Before hard_{}, soft_{};
+  Real mean_age_ = 0;
+  std::size_t last_ = 0, start_ = 0;
+  bool waits_ = false;
+};
+
+}  // namespace palpate

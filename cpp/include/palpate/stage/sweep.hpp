@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Normal equations as sums of products, solved by the sweep operator.
+
+#include <limits>
+#include <palpate/arithmetic.hpp>
+
+namespace palpate {
+
+/// A symmetric matrix of the sums of products of `Columns` variables. After sweep() of some of them, with y another one:
+/// at(i, y) is the coefficient of i, error(i) its variance for noise of variance 1, at(i, j) of two swept ones minus
+/// their covariance, at(y, y) the residual sum of squares (Goodnight, The American Statistician 33, 1979).
+template <class Real, int Columns>
+class Sweep {
+ public:
+  constexpr void add(const Real (&values)[Columns]) noexcept {
+    int k = 0;
+    for (int i = 0; i < Columns; ++i) {
+      for (int j = 0; j <= i; ++j, ++k) {
+        sums_[k] += product(values[i], values[j]);
+      }
+    }
+  }
+
+  constexpr Real at(int i, int j) const noexcept { return sums_[place(i, j)]; }
+  constexpr Real error(int i) const noexcept { return -at(i, i); }
+
+  /// False, without a change: the variable is a combination of those before it, as far as Real can tell.
+  constexpr bool sweep(int k) noexcept {
+    const Real pivot = at(k, k);
+    if (!(pivot > std::numeric_limits<Real>::min())) {
+      return false;
+    }
+    for (int i = 0; i < Columns; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        if (i != k && j != k) {
+          sums_[place(i, j)] -= product(at(i, k), at(k, j)) / pivot;
+        }
+      }
+    }
+    for (int i = 0; i < Columns; ++i) {
+      sums_[place(i, k)] = i == k ? -1 / pivot : at(i, k) / pivot;
+    }
+    return true;
+  }
+
+ private:
+  static constexpr int place(int i, int j) noexcept { return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }
+
+  Real sums_[Columns * (Columns + 1) / 2] = {};
+};
+
+}  // namespace palpate
