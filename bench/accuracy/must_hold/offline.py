@@ -22,14 +22,15 @@ ONE_MEMORY = ("soft-steady", "stiff-steady", "near-rigid", "tremor", "strong-tre
 def rows(seeds: int) -> Iterator[Row]:
     """Return the rows of this theme."""
     for name in ONE_MEMORY:
-        yield compared(name, [simulate(SCENARIOS[name], seed) for seed in range(seeds)])
+        runs = [simulate(SCENARIOS[name], seed) for seed in range(seeds)]
+        yield compared(name, runs, host_stamps=SCENARIOS[name].stamps.host_s > 0)
     for tremor in (0.0, 0.05, 0.08, 0.12):
         yield compared(f"lines, tremor {100 * tremor:g} %", list(recordings(held(tremor), range(seeds))))
 
 
-def compared(name: str, runs: list[Simulation]) -> Row:
+def compared(name: str, runs: list[Simulation], *, host_stamps: bool = False) -> Row:
     """Return the row of one scenario: error of the touch over that of the rival with the better baseline."""
-    ours = rms_row(name, [result(run) for run in runs], inf)
+    ours = rms_row(name, [result(run, host_stamps=host_stamps) for run in runs], inf)
     truth = np.array([run.presses[0].ratios[-1][1] for run in runs])
     before, both = (
         100 * math.sqrt(np.mean((np.array([spline_ratio(run, after=after) for run in runs]) / truth - 1) ** 2))

@@ -66,8 +66,8 @@ def effects() -> dict[str, Scenario]:
 
 
 def results(scene: Scenario, seeds: int) -> list[Result]:
-    """Return the result of each recording of a scenario."""
-    return [result(run) for run in recordings(scene, range(seeds))]
+    """Return the result of each recording of a scenario; the source says if its stamps are the host's."""
+    return [result(run, host_stamps=scene.stamps.host_s > 0) for run in recordings(scene, range(seeds))]
 
 
 def flags(found: Sequence[Result]) -> str:

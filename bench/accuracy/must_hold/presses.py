@@ -66,19 +66,19 @@ class Result:
 LOST = Result(1.0, math.nan, frozenset({"lost"}))
 
 
-def result(run: Simulation) -> Result:
+def result(run: Simulation, *, host_stamps: bool = False) -> Result:
     """Return the best result known of the first press; a press that was short on purpose has no flag for that."""
-    touch = found(run)
+    touch = found(run, host_stamps=host_stamps)
     if touch is None:
         return LOST
     truth = run.presses[0].ratios[-1][1]
     return Result(touch.ratio / truth - 1, touch.standard_error / truth, frozenset(touch.flags) - {"short"})
 
 
-def found(run: Simulation) -> palpate.Touch | None:
+def found(run: Simulation, *, host_stamps: bool = False) -> palpate.Touch | None:
     """Return the longest touch that begins in the first press, or a little before it."""
     press = run.presses[0]
-    touches = palpate.touches(run)
+    touches = palpate.touches(run, host_stamps=host_stamps)
     inside = [touch for touch in touches if press.start_s - EARLY_S < touch.start_s < press.stop_s]
     return max(inside, key=lambda touch: touch.samples, default=None)
 
