@@ -40,6 +40,7 @@ struct FitSettings {
   Real significant = Real(8);  // standard errors
   Real least = Real(0.002);    // smaller effects have no flag
   Real least_lag = Real(0.08);
+  Real least_curved = Real(0.01);  // change of the ratio together with the depth, at a hand-over
   Real noise_gain = Real(0.42);  // of the filters before: variance of a pair for a reading's of 1
   Real bend = Real(0.1);         // pairs are left out where the regressor bends by more than this share of itself
   Real reliable = Real(30);      // the variation of a term over that of its noise
@@ -94,7 +95,7 @@ class Fit : public Settings {
     if (n >= fewest && m > 0) {
       judge(n, m, product(hard_noise, hard_noise), product(soft_noise, soft_noise), found);
     }
-    if (curved_ != 0 && magnitude(curved_) > settings.least) {
+    if (magnitude(curved_) > settings.least_curved) {
       found.curve = curved_;
       found.flags |= misfit_curve;
       found.open += product(curved_, curved_);
