@@ -49,13 +49,15 @@ using GatedRls = GatedEstimator<palpate::Contact<Real, Constant<defaults<Contact
 /// The scenes of palpate::Tracker; `settings` may be a constant of your own.
 template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>,
           const auto& settings = defaults<TrackerSettings<Estimator>>>
-using PaperTracker = Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, Constant<settings>>;
+using PaperTracker =
+    Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, NoFit<Real>, Constant<settings>>;
 template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>,
           const auto& settings = defaults<TrackerSettings<Estimator>>>
-using HandheldTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, Constant<settings>>;
+using HandheldTracker =
+    Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, NoFit<Real>, Constant<settings>>;
 
 template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>>
 using SlidingTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real, sliding_contact<Real>>,
-                               Estimator, Constant<unlimited<Estimator>>>;
+                               Estimator, NoFit<Real>, Constant<unlimited<Estimator>>>;
 
 }  // namespace palpate::embedded

@@ -175,8 +175,8 @@ class Fit : public Settings {
       const Real ratio2 = product(value, value), limit = product(product(error, s2), Real(1));
       const Real share = value / mean;
       if (ratio2 > 16 * limit && flag != misfit_lag) {
-        const Real size = product(magnitude(share) < 1 ? share : Real(1), ratio);
-        (flag == misfit_drift ? found.open_drift : found.open) += product(size, size) / (flag == misfit_drift ? 4 : 1);
+        const Real shift = product(magnitude(share) < 1 ? share : Real(1), ratio);
+        (flag == misfit_drift ? found.open_drift : found.open) += product(shift, shift) / (flag == misfit_drift ? 4 : 1);
       }
       const Real significant = product(settings.significant, settings.significant);
       const Real by = flag == misfit_lag ? value / ratio : share;

@@ -50,14 +50,14 @@ class Readings {
   static constexpr int hards = half + 2;
 
   /// Takes one reading of each channel; NaN: a missing reading. Returns whether there is a soft one, and all Order.
-  constexpr bool add(Ticks hard_time, Ticks soft_time, Real hard, Real soft) noexcept {
-    if (is_finite(soft)) {
-      push_soft(soft_time, soft);
+  constexpr bool add(Ticks at_hard, Ticks at_soft, Real new_hard, Real new_soft) noexcept {
+    if (is_finite(new_soft)) {
+      push_soft(at_soft, new_soft);
     }
-    if (is_finite(hard)) {
-      push_hard(hard_time, hard);
+    if (is_finite(new_hard)) {
+      push_hard(at_hard, new_hard);
     }
-    return is_finite(soft) && soft_filled == Order;
+    return is_finite(new_soft) && soft_filled == Order;
   }
 
   constexpr void reset() noexcept { soft_filled = hard_filled = 0; }
