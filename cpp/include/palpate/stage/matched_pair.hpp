@@ -107,7 +107,7 @@ class MatchedPair : public Settings {
     return {readings_.hard[i], readings_.soft_at(readings_.hard_time[i]), valid};
   }
 
-  Readings<Real, Ticks, 4> readings_;
+  LastReadings<Real, Ticks, 4> readings_;
   std::uint8_t uneven_ = 0;
 };
 

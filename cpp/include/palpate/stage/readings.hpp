@@ -42,7 +42,7 @@ constexpr Real seconds_between(Ticks later, Ticks earlier) noexcept {
 
 /// The last Order soft readings, oldest first, and the last Order / 2 + 1 hard ones, newest first.
 template <class Real, class Ticks, int Order>
-class Readings {
+class LastReadings {
   static_assert(is_ticks<Ticks>, "palpate::Align: Ticks must be an integer of 32 or 64 bits");
 
  public:

@@ -3,10 +3,19 @@
 
 // The baseline after a touch: what the baseline did during the touch, and what that did to the ratio.
 
+#include <cstddef>
+#include <cstdint>
 #include <palpate/arithmetic.hpp>
-#include <palpate/touch.hpp>
 
 namespace palpate {
+
+/// What the baseline after a touch says about it.
+enum class Revision : std::uint8_t {
+  none,      // it is not known
+  drift,     // the ratio is corrected for the change of the baseline
+  creep,     // a channel recovers after the release: the ratio is not corrected
+  baseline,  // the baseline before the touch was measured in contact: the ratio is not corrected
+};
 
 /// With D the straight line between the baselines before and after, taken at the mean time of the samples,
 ///   r' = r - (D_hard - r D_soft) / x,   x the mean regressor.
