@@ -198,11 +198,12 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
 
   /// Returns whether the last touch is revised.
   constexpr bool gate_with(Real hard, Real soft) noexcept {
+    const Real moved = change(hard, soft), spread = noise();
     if (!ready()) {
-      return collect(hard, soft);
+      return collect(hard, soft, moved, spread);
     }
     const bool was_idle = gate.idle(), was_in_contact = gate.contact();
-    gate.update(change(hard, soft), noise(), running_);
+    gate.update(moved, spread, running_);
     if (gate.contact() && !(ContactStage::releases ? was_in_contact : running_)) {
       start();
     } else if (was_in_contact && !gate.contact()) {
@@ -233,8 +234,8 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
   }
 
   // A touch that begins before a new baseline is measured uses the old baseline.
-  constexpr bool collect(Real hard, Real soft) noexcept {
-    if (gate.update_between(change(hard, soft), noise())) {
+  constexpr bool collect(Real hard, Real soft, Real moved, Real spread) noexcept {
+    if (gate.update_between(moved, spread)) {
       hard_baseline.keep();
       soft_baseline.keep();
       start();

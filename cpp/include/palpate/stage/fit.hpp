@@ -176,7 +176,8 @@ class Fit : public Settings {
       const Real share = value / mean;
       if (ratio2 > 16 * limit && flag != misfit_lag) {
         const Real shift = product(magnitude(share) < 1 ? share : Real(1), ratio);
-        (flag == misfit_drift ? found.open_drift : found.open) += product(shift, shift) / (flag == misfit_drift ? 4 : 1);
+        (flag == misfit_drift ? found.open_drift : found.open) +=
+            product(shift, shift) / (flag == misfit_drift ? 4 : 1);
       }
       const Real significant = product(settings.significant, settings.significant);
       const Real by = flag == misfit_lag ? value / ratio : share;

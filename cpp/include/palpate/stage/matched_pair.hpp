@@ -107,7 +107,7 @@ class MatchedPair : public Settings {
     return {readings_.hard[i], readings_.soft_at(readings_.hard_time[i]), valid};
   }
 
-  LastReadings<Real, Ticks, 4> readings_;
+  LastReadings<Real, Ticks, 4, 4> readings_;  // one hard reading more, for the sides of the oldest
   std::uint8_t uneven_ = 0;
 };
 

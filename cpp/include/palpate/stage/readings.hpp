@@ -40,14 +40,13 @@ constexpr Real seconds_between(Ticks later, Ticks earlier) noexcept {
   return static_cast<Real>(ticks_between(later, earlier)) / static_cast<Real>(ticks_per_second<Ticks>);
 }
 
-/// The last Order soft readings, oldest first, and the last Order / 2 + 1 hard ones, newest first.
-template <class Real, class Ticks, int Order>
+/// The last Order soft readings, oldest first, and the last Hards hard ones, newest first.
+template <class Real, class Ticks, int Order, int Hards = Order / 2 + 1>
 class LastReadings {
   static_assert(is_ticks<Ticks>, "palpate::Align: Ticks must be an integer of 32 or 64 bits");
 
  public:
   static constexpr int half = Order / 2;
-  static constexpr int hards = half + 2;
 
   /// Takes one reading of each channel; NaN: a missing reading. Returns whether there is a soft one, and all Order.
   constexpr bool add(Ticks at_hard, Ticks at_soft, Real new_hard, Real new_soft) noexcept {
@@ -88,8 +87,8 @@ class LastReadings {
 
   Ticks soft_time[Order] = {};
   Real soft[Order] = {};
-  Ticks hard_time[hards] = {};
-  Real hard[hards] = {};
+  Ticks hard_time[Hards] = {};
+  Real hard[Hards] = {};
   std::uint8_t soft_filled = 0, hard_filled = 0;
 
  private:
@@ -107,13 +106,13 @@ class LastReadings {
   }
 
   constexpr void push_hard(Ticks time, Real value) noexcept {
-    for (int i = hards - 1; i > 0; --i) {
+    for (int i = Hards - 1; i > 0; --i) {
       hard_time[i] = hard_time[i - 1];
       hard[i] = hard[i - 1];
     }
     hard_time[0] = time;
     hard[0] = value;
-    hard_filled = static_cast<std::uint8_t>(hard_filled + (hard_filled < hards));
+    hard_filled = static_cast<std::uint8_t>(hard_filled + (hard_filled < Hards));
   }
 
   // Folds over the sequence I are unrolled by every compiler; loops would take three times as long.
