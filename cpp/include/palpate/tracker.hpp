@@ -77,8 +77,8 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
     const bool saturated = usable && !(magnitude(hard) < settings.full_scale && magnitude(soft) < settings.full_scale);
     bool revised = false;
     if (usable) {
-      revised = gate_with(hard, soft);
-    } else if (gate.idle() && !gate.suspects()) {
+      revised = gate_with(hard_time, hard, soft);
+    } else if (gate.idle() && !gate.suspects() && !settles_) {
       alone(hard_baseline, hard);
       alone(soft_baseline, soft);
     }
@@ -121,6 +121,7 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
     finish();
     gate.reset();
     align.reset();
+    settles_ = false;
     measure_again();
     if constexpr (fits) {
       Extra::reviser.drop();
@@ -197,10 +198,10 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
   }
 
   /// Returns whether the last touch is revised.
-  constexpr bool gate_with(Real hard, Real soft) noexcept {
+  constexpr bool gate_with(ticks_type time, Real hard, Real soft) noexcept {
     const Real moved = change(hard, soft), spread = noise();
     if (!ready()) {
-      return collect(hard, soft, moved, spread);
+      return !gate_between(moved, spread) && collect(time, hard, soft);
     }
     const bool was_idle = gate.idle(), was_in_contact = gate.contact();
     gate.update(moved, spread, running_);
@@ -214,6 +215,8 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
         Extra::reviser.keep(hard_baseline, soft_baseline, counts_.start);
       }
       measure_again();
+      released_ = time;
+      settles_ = true;
     } else if (gate.fell()) {
       retaken_ += 1;
       gate.reset();
@@ -234,11 +237,20 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
   }
 
   // A touch that begins before a new baseline is measured uses the old baseline.
-  constexpr bool collect(Real hard, Real soft, Real moved, Real spread) noexcept {
-    if (gate.update_between(moved, spread)) {
+  constexpr bool gate_between(Real moved, Real spread) noexcept {
+    const bool begins = gate.update_between(moved, spread);
+    if (begins) {
       hard_baseline.keep();
       soft_baseline.keep();
       start();
+    }
+    return begins;
+  }
+
+  // The last tenth of a release takes time. Returns whether the last touch is revised.
+  constexpr bool collect(ticks_type time, Real hard, Real soft) noexcept {
+    settles_ = settles_ && seconds_between<Real>(time, released_) < Real(0.1);
+    if (settles_) {
       return false;
     }
     collect_in(hard_baseline, hard);
@@ -320,7 +332,7 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
         if (PALPATE_UNLIKELY(alarm)) {
           Extra::fit.restart(step.ratio / before - 1);
         }
-        if (pair.matched) {
+        if (pair.matched && step.gain != 0) {  // no outlier
           Extra::fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
         }
       }
@@ -335,10 +347,12 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
 
   std::size_t readings_ = 0;
   ticks_type before_ = 0;  // time of the reading before the contact was found
+  ticks_type released_ = 0;
   std::uint32_t retaken_ = 0;
   bool open_ = false;     // the touch takes samples
   bool running_ = false;  // a touch has begun, and its result is not yet reported
   bool full_ = false;     // the touch has the wanted length
+  bool settles_ = false;  // a release is not yet over
   Counts counts_;
   Real standard_error_ = std::numeric_limits<Real>::quiet_NaN();
 };
