@@ -66,7 +66,7 @@ class Fit : public Settings {
   /// After a hand-over to a ratio that is changed by this share: the samples before it are forgotten. If the depth
   /// changed, too, the cause may be a curve.
   constexpr void restart(Real change) noexcept {
-    const Real n = sums_.at(one, one), mean = sums_.at(x, one) / n;
+    const Real n = sums_.at(one, one), mean = n > 0 ? sums_.at(x, one) / n : Real(0);
     const bool deeper = n > 0 && !(magnitude(last_[0].x - mean) < magnitude(mean) / 4);
     curved_ = deeper && magnitude(change) > magnitude(curved_) ? change : curved_;
     sums_ = {};
@@ -91,7 +91,7 @@ class Fit : public Settings {
   /// The noise of a reading of the hard and of the soft channel, standard deviations.
   constexpr Fitted<Real> result(Real hard_noise, Real soft_noise) const noexcept {
     Fitted<Real> found;
-    const Real n = sums_.at(one, one), m = sums_.at(x, one) / n;
+    const Real n = sums_.at(one, one), m = n > 0 ? sums_.at(x, one) / n : Real(0);
     if (n >= fewest && m > 0) {
       judge(n, m, product(hard_noise, hard_noise), product(soft_noise, soft_noise), found);
     }
