@@ -41,9 +41,9 @@ struct FitSettings {
   Real least = Real(0.002);    // smaller effects have no flag
   Real least_lag = Real(0.08);
   Real least_curved = Real(0.01);  // change of the ratio together with the depth, at a hand-over
-  Real noise_gain = Real(0.42);  // of the filters before: variance of a pair for a reading's of 1
-  Real bend = Real(0.1);         // pairs are left out where the regressor bends by more than this share of itself
-  Real reliable = Real(30);      // the variation of a term over that of its noise
+  Real noise_gain = Real(0.42);    // of the filters before: variance of a pair for a reading's of 1
+  Real bend = Real(0.1);           // pairs are left out where the regressor bends by more than this share of itself
+  Real reliable = Real(30);        // the variation of a term over that of its noise
 };
 
 /// Least squares for
@@ -66,7 +66,7 @@ class Fit : public Settings {
   /// After a hand-over to a ratio that is changed by this share: the samples before it are forgotten. If the depth
   /// changed, too, the cause may be a curve.
   constexpr void restart(Real change) noexcept {
-    const Real n = sums_.at(one, one), mean = sums_.at(x, one) / n;
+    const Real n = sums_.at(one, one), mean = n > 0 ? sums_.at(x, one) / n : Real(0);
     const bool deeper = n > 0 && !(magnitude(last_[0].x - mean) < magnitude(mean) / 4);
     curved_ = deeper && magnitude(change) > magnitude(curved_) ? change : curved_;
     sums_ = {};
@@ -91,7 +91,7 @@ class Fit : public Settings {
   /// The noise of a reading of the hard and of the soft channel, standard deviations.
   constexpr Fitted<Real> result(Real hard_noise, Real soft_noise) const noexcept {
     Fitted<Real> found;
-    const Real n = sums_.at(one, one), m = sums_.at(x, one) / n;
+    const Real n = sums_.at(one, one), m = n > 0 ? sums_.at(x, one) / n : Real(0);
     if (n >= fewest && m > 0) {
       judge(n, m, product(hard_noise, hard_noise), product(soft_noise, soft_noise), found);
     }
@@ -176,8 +176,9 @@ class Fit : public Settings {
       const Real ratio2 = product(value, value), limit = product(product(error, s2), Real(1));
       const Real share = value / mean;
       if (ratio2 > 16 * limit && flag != misfit_lag && !(found.flags & misfit_lag)) {
-        const Real size = product(magnitude(share) < 1 ? share : Real(1), ratio);
-        (flag == misfit_drift ? found.open_drift : found.open) += product(size, size) / (flag == misfit_drift ? 4 : 1);
+        const Real shift = product(magnitude(share) < 1 ? share : Real(1), ratio);
+        (flag == misfit_drift ? found.open_drift : found.open) +=
+            product(shift, shift) / (flag == misfit_drift ? 4 : 1);
       }
       const Real significant = product(settings.significant, settings.significant);
       const Real by = flag == misfit_lag ? value / ratio : share;

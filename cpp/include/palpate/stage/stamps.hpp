@@ -22,7 +22,7 @@ class SteadyStamps {
       return begin(time, since);
     }
     const Real periods = (since - line_) / period_;
-    const auto whole = static_cast<int>(periods < 1000 ? periods + Real(0.5) : Real(0));
+    const auto whole = static_cast<int>(periods > 0 && periods < 1000 ? periods + Real(0.5) : Real(0));
     const Real error = since - line_ - product(static_cast<Real>(whole), period_);
     if (whole < 1 || (count_ >= 8 && magnitude(error) > period_ / 3)) {
       count_ = 0;
@@ -33,7 +33,8 @@ class SteadyStamps {
     line_ = since - error + product(product(scale, 2 * n - 1), error);
     period_ += product(3 * scale, error);
     const auto whole_ticks = static_cast<std::make_signed_t<Ticks>>(line_);
-    base_ = static_cast<Ticks>(base_ + static_cast<Ticks>(whole_ticks));
+    using Unsigned = std::make_unsigned_t<Ticks>;
+    base_ = static_cast<Ticks>(static_cast<Unsigned>(base_) + static_cast<Unsigned>(whole_ticks));
     line_ -= static_cast<Real>(whole_ticks);
     return base_;
   }
