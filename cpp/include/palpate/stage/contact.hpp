@@ -100,10 +100,11 @@ class Contact : public Settings, Recovery<Real, Recovers> {
 
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
-  /// Whether the idle channels fell far below the baseline: it was measured in contact, or it jumped.
+  /// Whether the idle channels fell far below the baseline: it was measured in contact, or it jumped. Three times the
+  /// limit, at least 11 values: a burst of noise is no fall, and a touch that begins meanwhile would be lost.
   constexpr bool fell() const noexcept {
     if constexpr (Recovers) {
-      return Extra::fall >= settings.limit;
+      return Extra::fall >= 3 * settings.limit;
     } else {
       return false;
     }
@@ -125,7 +126,7 @@ class Contact : public Settings, Recovery<Real, Recovers> {
       age_ = static_cast<std::uint16_t>(size >= settings.quiet ? age_ + 1 : 0);
     }
     if (sum_ >= settings.limit) {
-      enter(Real(0));
+      enter(change);
     }
     return contact();
   }
