@@ -237,7 +237,7 @@ def handover_rls(
     *,
     steady: float = 0.995,
     drift: float = 0.75,
-    threshold: float = 8.0,
+    threshold: float = 10.0,
     clip: float = 3.0,
     smoothing: float = 0.0625,
     guard: int = 2,

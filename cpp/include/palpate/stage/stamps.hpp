@@ -3,6 +3,7 @@
 
 // Times that a computer gave to readings when they arrived, a few milliseconds early or late.
 
+#include <limits>
 #include <palpate/stage/readings.hpp>
 
 namespace palpate {
@@ -24,7 +25,7 @@ class SteadyStamps {
     const Real periods = (since - line_) / period_;
     const auto whole = static_cast<int>(periods > 0 && periods < 1000 ? periods + Real(0.5) : Real(0));
     const Real error = since - line_ - product(static_cast<Real>(whole), period_);
-    if (whole < 1 || (count_ >= 8 && magnitude(error) > period_ / 3)) {
+    if (whole < 1 || !(magnitude(since) < furthest) || (count_ >= 8 && magnitude(error) > period_ / 3)) {
       count_ = 0;
       return begin(time, Real(0));
     }
@@ -40,6 +41,9 @@ class SteadyStamps {
   }
 
  private:
+  // So that the line stays in the range of Ticks.
+  static constexpr Real furthest = static_cast<Real>(std::numeric_limits<std::make_signed_t<Ticks>>::max()) / 4;
+
   constexpr Ticks begin(Ticks time, Real since) noexcept {
     period_ = since;
     line_ = 0;
