@@ -42,9 +42,10 @@ if TYPE_CHECKING:
     from palpate.calibration import Calibration, Modulus
     from palpate.recording import Recording, check, read, recorded
     from palpate.samples import Sample, Status
+    from palpate.several import agreement, most_reliable
     from palpate.sources import Source, open
     from palpate.stream import Stream
-    from palpate.touch import most_reliable, touches
+    from palpate.touch import touches
 
 __all__ = [
     "AdaptiveRls",
@@ -79,6 +80,7 @@ __all__ = [
     "Touch",
     "Tracker",
     "__version__",
+    "agreement",
     "check",
     "get_cmake_dir",
     "get_include",
@@ -97,8 +99,9 @@ _LAZY = {
     "Source": "sources",
     "Status": "samples",
     "Stream": "stream",
+    "agreement": "several",
     "check": "recording",
-    "most_reliable": "touch",
+    "most_reliable": "several",
     "open": "sources",
     "read": "recording",
     "recorded": "recording",
@@ -109,11 +112,13 @@ _MODULES = {
     "benchmark",
     "calibration",
     "design",
+    "digits",
     "elasticity",
     "figures",
     "recording",
     "reference",
     "samples",
+    "several",
     "simulation",
     "sources",
     "stream",

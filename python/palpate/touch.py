@@ -1,7 +1,6 @@
-"""Touches of a recording, and the most reliable one of several touches."""
+"""Touches of a recording."""
 
-from collections.abc import Iterator, Sequence
-from math import inf, isfinite
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Protocol, Unpack, runtime_checkable
 
 import numpy as np
@@ -100,68 +99,3 @@ def _send(tracker: Tracker, recording: Channels | Blocks) -> bool:
     t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed else (rows, rows)
     tracker.process(t_hard, t_soft, recording.hard, recording.soft)
     return timed
-
-
-def usable(touches: Sequence[Touch]) -> list[Touch]:
-    """Return the touches without a flag.
-
-    Raises
-    ------
-    ValueError
-        No touch is without a flag.
-    """
-    kept = [touch for touch in touches if not touch.flags]
-    if not kept:
-        flags = "; ".join(" ".join(touch.flags) for touch in touches) or "no touches"
-        raise ValueError(f"touches: got no touch without a flag ({flags}), allowed: at least one without a flag")
-    return kept
-
-
-def most_reliable(touches: Sequence[Touch], *, by: str = "agreement") -> Touch:
-    """Return the most reliable one of several touches on the same object.
-
-    Parameters
-    ----------
-    touches : sequence of Touch
-    by : str
-        "agreement": among the touches without a flag, the one whose ratio is nearest to their mean; of only two, the
-        one with the smaller standard error. "standard_error": the smallest one among the touches without a flag.
-        "covariance": the smallest one among all touches, the choice of the paper (Sec. IV).
-        bench/accuracy/reliability.py compares them.
-
-    Returns
-    -------
-    Touch
-
-    Raises
-    ------
-    ValueError
-        No usable touch, or an unknown `by`.
-
-    Examples
-    --------
-    >>> import palpate
-    >>> from palpate.simulation import scenarios
-    >>> four = palpate.touches(scenarios.run("four-specimens"))
-    >>> palpate.most_reliable(four, by="covariance") in four
-    True
-    """
-    if by not in _CHOICES:
-        raise ValueError(f"by: got {by!r}, allowed: {', '.join(map(repr, _CHOICES))}")
-    if by == "covariance" and touches:
-        return min(touches, key=lambda touch: touch.covariance)
-    kept = usable(touches)
-    if by == "standard_error":
-        known = [touch for touch in kept if isfinite(touch.standard_error)]
-        if not known:
-            raise ValueError("touches: got no touch with a standard error, allowed: at least one, or another `by`")
-        return min(known, key=lambda touch: touch.standard_error)
-    mean = sum(touch.ratio for touch in kept) / len(kept)
-    return min(kept, key=lambda touch: (len(kept) > 2 and abs(touch.ratio - mean), *_doubt(touch)))
-
-
-_CHOICES = ("agreement", "standard_error", "covariance")
-
-
-def _doubt(touch: Touch) -> tuple[float, float]:
-    return touch.standard_error if isfinite(touch.standard_error) else inf, touch.covariance

@@ -14,7 +14,7 @@ from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from palpate import Calibration, CalibrationError
+from palpate import Calibration, CalibrationError, digits
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 
 PROBE = Elasticity()
@@ -138,8 +138,8 @@ def test_no_answer_has_a_reason(calibration: Calibration) -> None:
     above, far = calibration.modulus(rigid * 1.01), calibration.modulus(rigid * 2)
     assert isnan(above.value)
     assert 0 < above.low < above.high == inf
-    assert above.reason == f"the ratio is not below {rigid:.4g}, the ratio of a rigid object"
-    assert str(above) == f"stiffer than {above.low:.3g} MPa"
+    assert above.reason == f"the ratio is not below {digits.number(rigid)}, the ratio of a rigid object"
+    assert str(above) == f"stiffer than {digits.number(above.low)} MPa"
     assert all(map(isnan, far))
     assert far.reason.endswith("the difference is larger than the uncertainty")
     assert str(far) == "no modulus agrees with this ratio"

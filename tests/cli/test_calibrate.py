@@ -6,9 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import palpate
 import pytest
 from click.testing import CliRunner, Result
 from palpate.cli import main
+from palpate.several import objections
+from project import ROOT
 
 
 def run(*arguments: str | Path) -> Result:
@@ -62,10 +65,12 @@ def test_replay_adds_the_modulus(folder: Path) -> None:
     result = run("replay", folder / "gel" / "gel.csv", "--calibration", folder / "probe.toml")
     assert (result.exit_code, result.stderr) == (0, "")
     lines = result.stdout.splitlines()
-    assert len(lines) == len(plain) + 1 == 6
+    assert len(lines) == len(plain) + 2 == 7
     for before, after in zip(plain, lines, strict=False):
         assert after.startswith(before)
-    together = re.search(r"one object: [\d.]+ MPa \(([\d.]+) to ([\d.]+)\)", lines[-1])
+    assert lines[5].startswith("mean of 4 touches: 4.20")
+    assert re.fullmatch(r"The intervals include the scatter from touch to touch \(2\.\d %\)\.", lines[6])
+    together = re.search(r"one object: [\d.]+ MPa \(([\d.]+) to ([\d.]+)\)", lines[5])
     assert together
     low, high = map(float, together.groups())
     assert low < 1.1 < high
@@ -79,7 +84,9 @@ def test_replay_as_json(folder: Path) -> None:
         modulus = touch["modulus"]
         assert modulus["low_MPa"] < modulus["value_MPa"] < modulus["high_MPa"]
         assert modulus["extrapolated"] is False
-    mean = document["modulus_of_mean"]
+    together, mean = document["agreement"], document["modulus_of_mean"]
+    assert together["agree"] is True
+    assert together["standard_error"] == pytest.approx(together["scatter"] * together["ratio"] / 2, rel=1e-3)
     assert mean["high_MPa"] - mean["low_MPa"] < modulus["high_MPa"] - modulus["low_MPa"]
 
 
@@ -129,11 +136,63 @@ def test_specimens_without_a_recording_and_touches_with_a_flag(folder: Path, tmp
     few = run("calibrate", *files(folder)[:7], "--moduli", table, "-o", tmp_path / "p.toml")
     assert few.stderr.count("the specimen is left out") == 3
     assert "7 specimens, 28 values" in few.stdout
-    flagged = run("calibrate", *files(folder), "--moduli", table, "-o", tmp_path / "q.toml", "--samples", "400")
+    short = ["--samples", "400"]
+    flagged = run("calibrate", *files(folder), "--moduli", table, "-o", tmp_path / "q.toml", *short, "--scene", "paper")
     assert flagged.exit_code == 4
-    assert "4 of 4 touches have a flag" in flagged.stderr
+    assert "30 OO: touch 4 of 30OO.csv is left out: short without a standard error\n" in flagged.stderr
+    assert "30 OO: no usable touch among 4: the specimen is left out\n" in flagged.stderr
     assert "got 0 specimens" in flagged.stderr
     assert not (tmp_path / "q.toml").exists()
+    weighed = run("calibrate", *files(folder), "--moduli", table, "-o", tmp_path / "r.toml", *short)
+    assert (weighed.exit_code, weighed.stderr) == (0, "")
+    assert "10 specimens, 40 values" in weighed.stdout
+    short += ["--scene", "paper", "--accept", "short", "--accept", "shrot"]
+    accepted = run("calibrate", *files(folder), "--moduli", table, "-o", tmp_path / "s.toml", *short)
+    assert accepted.exit_code == 0
+    assert accepted.stderr == "--accept shrot: no touch has this flag; those found: short\n"
+    assert palpate.Calibration.load(tmp_path / "s.toml").about["accepted flags"] == "short shrot"
+
+
+def test_several_objects_have_no_mean(folder: Path) -> None:
+    four = ROOT / "tests" / "data" / "four-specimens.csv"
+    result = run("replay", four, "--calibration", folder / "probe.toml")
+    assert result.exit_code == 0
+    assert "the 4 touches differ" in result.stdout
+    assert "mean of" not in result.stdout
+    document = json.loads(run("replay", four, "--calibration", folder / "probe.toml", "--json").stdout)
+    assert (document["agreement"]["agree"], document["agreement"]["ratio"]) == (False, None)
+    assert document["modulus_of_mean"] is None
+
+
+MODEL = ("offset", "drift", "lag", "curve", "creep")
+
+
+def test_the_cord(recordings: Path, tmp_path: Path) -> None:
+    """Real touches, all of them short: those with a standard error are used; of each other one the flag is printed."""
+    gestures = {"h": 0.3, "l": 1.0, "m": 3.0, "ca": 8.0}  # no moduli: the places have none
+    (tmp_path / "moduli.csv").write_text("place,MPa\n" + "".join(f"{name},{E}\n" for name, E in gestures.items()))
+    files, used = [], 0
+    for name in gestures:
+        for number in range(1, 16):
+            file = tmp_path / f"{name}-{number}.csv"
+            file.symlink_to(recordings / "cord" / f"{name}{number}.csv")
+            files.append(file)
+            found = palpate.touches(palpate.read(file, columns={"hard": 4, "soft": 8}))
+            assert all("short" in touch.flags for touch in found)
+            used += sum(not objections(touch, MODEL) for touch in found)
+    accept = [text for flag in MODEL for text in ("--accept", flag)]
+    result = run(
+        "calibrate", *files, "--moduli", tmp_path / "moduli.csv", "-o", tmp_path / "cord.toml", "--map", "hard=4,soft=8",
+        *accept,
+    )  # fmt: skip
+    assert result.exit_code == 5, result.output  # written; a cord has no modulus, and does not follow eq. (2)
+    assert "This calibration is not reliable. 4 specimens" in result.stdout
+    made = palpate.Calibration.load(tmp_path / "cord.toml")
+    assert len(made.ratios) == used > 30
+    assert (made.standard_errors > 0).all()
+    assert made.accepted == set(MODEL)
+    left_out = re.findall(r"^\w+: touch 1 of \S+ is left out: (.+)$", result.stderr, re.MULTILINE)
+    assert len(left_out) == 60 - used
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from pathlib import Path
 import palpate
 import pytest
 from click.testing import CliRunner, Result
+from palpate import digits
 from palpate.cli import main
 from project import ROOT
 
@@ -35,7 +36,11 @@ def test_replay_prints_one_row_a_touch() -> None:
     assert len(lines) == 5
     touches = palpate.touches(palpate.read(FOUR))
     for line, touch in zip(lines[1:], touches, strict=True):
-        assert line.split()[1:4] == [f"{touch.start_s:.3f}", str(touch.samples), f"{touch.ratio:.4f}"]
+        assert line.split()[1:4] == [
+            f"{touch.start_s:.3f}",
+            str(touch.samples),
+            digits.number(touch.ratio, touch.standard_error),
+        ]
 
 
 def test_replay_as_json_is_one_document_with_every_digit() -> None:

@@ -1,6 +1,9 @@
 """The live page in headless Chromium."""
 
 import json
+import math
+import random
+import re
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -10,9 +13,11 @@ import numpy as np
 import palpate
 import pytest
 from live_browser import Browser, Live, browser
+from palpate import digits
+from palpate.live.server import page_files
 from palpate.simulation.scenarios import SCENARIOS
 from palpate.simulation.truth import Truth
-from project import need
+from project import ROOT, need
 from selenium.webdriver.common.keys import Keys
 from tally import Tally
 
@@ -121,3 +126,32 @@ def test_a_page_that_stands_still_does_not_slow_the_measurement(
     assert counters.startswith("0 dropped")
     recording = palpate.read(folder / "still.csv")
     assert max(recording.t_hard_s[1:] - recording.t_hard_s[:-1]) < 1
+
+
+def test_touches_that_differ_have_no_best(page: Browser) -> None:
+    with Live(source=str(ROOT / "tests" / "data" / "four-specimens.csv")) as live:
+        page.driver.get(live.address)
+        page.until(lambda: len(page.driver.find_elements("css selector", "#rows tr.best")) == 1)
+        assert page.text("together") == ""
+        page.until(lambda: "differ" in page.text("together"))
+        assert page.driver.find_elements("css selector", "#rows tr.best") == []
+        assert page["together"].get_attribute("data-agree") == "no"
+
+
+def test_the_page_rounds_as_python_does(page: Browser) -> None:
+    source = re.sub(r"^export ", "", page_files()["/formatting.js"][0].decode(), flags=re.MULTILINE)
+    draw = random.Random(15)
+    pairs: list[tuple[float, float | None]] = [
+        (0.0996, 0.0996), (9.996, 0.1), (-0.001, 0.12), (0.3, 120.0), (0.0, 0.12), (0.0, 1e-12), (0.0, None),
+        (1e-300, 1e-302), (1e300, 1e298), (1.0, 1e300), (5e-324, 5e-324), (123456.0, 1234.0), (1234567.0, 1234.0),
+    ]  # fmt: skip
+    for _ in range(5000):
+        value = draw.choice([-1, 1]) * 10 ** draw.uniform(-12, 12)
+        pairs.append((value, abs(value) * 10 ** draw.uniform(-8, 3) if draw.random() < 0.8 else None))
+    script = f"{source}; return JSON.parse(arguments[0]).map(([v, u]) => [number(v, u), plusMinus(v, u).join(' ')])"
+    page.driver.get("about:blank")
+    shown = page.driver.execute_script(script, json.dumps(pairs))
+    for (value, uncertainty), (number, both) in zip(pairs, shown, strict=True):
+        assert number == digits.number(value, uncertainty or math.nan)
+        if uncertainty:
+            assert both == digits.plus_minus(value, uncertainty)

@@ -15,6 +15,7 @@ from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate.cli import main
+from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.live.feed import HEADER, KEPT, ROW, History, pack
 from palpate.live.hub import AHEAD, WAITING, Page
 from palpate.live.protocol import Command, Refused, parse
@@ -382,3 +383,31 @@ def test_a_port_that_is_not_free() -> None:
         result = CliRunner().invoke(main, ["live", "sim:four-specimens", "--no-open", "--port", port])
     assert result.exit_code == 2
     assert "not free" in result.stderr or "in use" in result.stderr
+
+
+def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
+    specimens = list(SORBOTHANE_MPA.values())
+    ratios = [Elasticity().ratio(E) * factor for E in specimens for factor in (0.97, 1.03)]
+    calibration = palpate.Calibration.fit(ratios, [E for E in specimens for _ in range(2)])
+    session = begun(tmp_path, speed=None, record=False)
+    while session.running:
+        time.sleep(0.01)
+    plain, calibrated = Summary(session), Summary(session, calibration)
+    for summary in (plain, calibrated):
+        several = summary.touches()
+        assert several["most_reliable"] is None
+        assert several["together"]["agree"] is False
+        assert "differ" in several["together"]["text"]
+        assert (several["together"]["ratio"], several["together"]["modulus"]) == (None, None)
+    assert Summary(session, scatter=1.0).touches()["most_reliable"] in (1, 2, 3, 4)
+    first = session.touches[0]
+    assert plain.touches()["rows"][0]["uncertainty"] == first.standard_error
+    assert calibrated.touches()["rows"][0]["uncertainty"] == calibration.uncertainty(first.ratio, first.standard_error)
+    assert calibrated.instrument("")["scatter"].startswith("scatter from touch to touch (4.")
+    session.touches = [first, first]
+    together = calibrated.touches()["together"]
+    assert together["text"].startswith("mean of 2 touches: ")
+    assert together["modulus"]["low_MPa"] < together["modulus"]["value_MPa"] < together["modulus"]["high_MPa"]
+    session.touches = [first]
+    assert (plain.touches()["most_reliable"], plain.touches()["together"]) == (1, None)
+    session.close()

@@ -1,15 +1,17 @@
 """The calibration curve of a probe, fitted to specimens of known modulus; gives a modulus with an interval."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import exp, isfinite
+from math import exp, hypot, isfinite
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from palpate import digits
+from palpate._core import Touch
 from palpate.calibration import file as calibration_file
 from palpate.calibration import verdict
 from palpate.calibration.curve_fit import Fit, Rows, fit
@@ -18,6 +20,7 @@ from palpate.calibration.modulus import Modulus
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
 from palpate.extras import need
+from palpate.several import Agreement, agreement
 
 Array = NDArray[np.float64]
 
@@ -124,6 +127,19 @@ class Calibration:
         return float(self.fitted.touch_variance**0.5)
 
     @property
+    def scatter(self) -> str:
+        """Scatter from touch to touch as text, and what else it holds."""
+        percent = digits.error(100 * self.touch_spread)
+        if self.fitted.touch_freedom:
+            return f"scatter from touch to touch ({percent} %)"
+        return f"scatter of touches and specimens together ({percent} %; the calibration has one value a specimen)"
+
+    @property
+    def accepted(self) -> frozenset[str]:
+        """Flags of touches that were used for the fit all the same."""
+        return frozenset(self.about.get("accepted flags", "").split())
+
+    @property
     def specimen_spread(self) -> float:
         """Relative standard deviation of the specimens around the curve, without the part of the touches' scatter."""
         return float(self.fitted.specimen_variance**0.5)
@@ -199,6 +215,24 @@ class Calibration:
         _check_measured(ratio, error, touches)
         _check_level(level)
         return Modulus.of(self.probe, ratio, bounds(self.fitted, Measured(ratio, error, touches, level)), self.range)
+
+    def uncertainty(self, ratio: float, standard_error: float) -> float:
+        """Return the standard deviation of the ratio of a touch: its standard error and the scatter together.
+
+        nan if the standard error is nan, which means that it is not known yet.
+        """
+        return hypot(standard_error, self.touch_spread * ratio)
+
+    def agreement(self, touches: Sequence[Touch]) -> Agreement:
+        """Return whether touches agree, and their mean, with the scatter of this calibration.
+
+        Raises
+        ------
+        ValueError
+            No usable touch.
+        """
+        freedom = self.fitted.touch_freedom or self.fitted.specimen_freedom
+        return agreement(touches, scatter=self.touch_spread, freedom=freedom, accept=self.accepted)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the calibration as TOML, with units, versions and the fitted data."""

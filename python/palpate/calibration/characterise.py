@@ -1,6 +1,6 @@
 """Choose one ratio from the touches on a specimen, and fit a calibration to specimens."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate._core import Touch
 from palpate.calibration.calibration import Calibration
-from palpate.touch import most_reliable, usable
+from palpate.several import most_reliable, usable
 
 CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance")
 """Data of a fit: all touches; their mean, plain or weighted by the standard errors; or the most reliable touch."""
@@ -46,6 +46,8 @@ class Specimen:
     name : str
     modulus : float, MPa
     touches : sequence of Touch
+    accept : collection of str
+        Flags that do not exclude a touch.
 
     Examples
     --------
@@ -59,27 +61,40 @@ class Specimen:
     name: str
     modulus: float
     touches: Sequence[Touch]
+    accept: Collection[str] = ()
 
     @property
     def mean(self) -> float:
-        """Mean ratio of the touches without a flag."""
-        return choose(self.touches, "mean").ratio
+        """Mean ratio of the usable touches."""
+        return self.choose("mean").ratio
+
+    @property
+    def usable(self) -> list[Touch]:
+        """The touches without a flag that excludes them."""
+        return usable(self.touches, self.accept)
+
+    def choose(self, by: str) -> Chosen:
+        """Return one ratio for the touches, as `choose` does."""
+        return choose(self.touches, by, self.accept)
 
     @property
     def spread(self) -> float:
         """Standard deviation of these ratios, divided by their mean; nan for one touch."""
-        ratios = [touch.ratio for touch in usable(self.touches)]
+        ratios = [touch.ratio for touch in self.usable]
         return float(np.std(ratios, ddof=1) / np.mean(ratios)) if len(ratios) > 1 else float("nan")
 
 
-def choose(touches: Sequence[Touch], by: str) -> Chosen:
+def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = ()) -> Chosen:
     """Return one ratio for several touches on one object.
 
     Parameters
     ----------
     touches : sequence of Touch
     by : str
-        One of `CHOICES` except "all". A mean uses the touches without a flag; the others as in `palpate.most_reliable`.
+        One of `CHOICES` except "all". A mean uses the usable touches; the others as in `palpate.most_reliable`, without
+        the test whether they agree.
+    accept : collection of str
+        Flags that do not exclude a touch.
 
     Returns
     -------
@@ -99,9 +114,9 @@ def choose(touches: Sequence[Touch], by: str) -> Chosen:
     4.0
     """
     if by not in ("mean", "weighted"):
-        touch = most_reliable(touches, by=by)
+        touch = most_reliable(touches, by=by, scatter=None, accept=accept)
         return Chosen(touch.ratio, _error(touch))
-    kept = usable(touches)
+    kept = usable(touches, accept)
     errors = np.array([_error(touch) for touch in kept])
     weights = 1 / errors**2 if by == "weighted" and (errors > 0).all() else np.ones(len(kept))
     weights = weights / weights.sum()
@@ -162,9 +177,7 @@ def calibrate(
         (chosen, specimen.modulus)
         for specimen in specimens
         for chosen in (
-            [Chosen(touch.ratio, _error(touch)) for touch in usable(specimen.touches)]
-            if by == "all"
-            else [choose(specimen.touches, by)]
+            [Chosen(touch.ratio, _error(touch)) for touch in specimen.usable] if by == "all" else [specimen.choose(by)]
         )
     ]
     return Calibration.fit(

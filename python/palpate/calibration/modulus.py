@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import exp, inf, isfinite, isnan, nan
 
+from palpate import digits
 from palpate.elasticity import Elasticity
 
 _LARGEST = 690.0  # exp of it is still finite
@@ -29,7 +30,7 @@ class Modulus:
     --------
     >>> value, low, high = Modulus(1.1, 1.0, 1.3)
     >>> print(Modulus(value, low, high))
-    1.1 MPa (1 to 1.3)
+    1.10 MPa (1.00 to 1.30)
     """
 
     value: float
@@ -51,14 +52,17 @@ class Modulus:
     def __str__(self) -> str:
         """Return the modulus as text: a value with its interval, or a bound."""
         if self.high == inf and self.low > 0:
-            return f"stiffer than {self.low:.3g} MPa"
+            return f"stiffer than {digits.number(self.low)} MPa"
         if self.low == 0 and self.high < inf:
-            return f"softer than {self.high:.3g} MPa"
+            return f"softer than {digits.number(self.high)} MPa"
         if not self.low > 0:
             return "no modulus agrees with this ratio" if self.low != 0 else "every modulus agrees with this ratio"
         if not isfinite(self.value):
-            return f"{self.low:.3g} to {self.high:.3g} MPa"
-        return f"{self.value:.3g} MPa ({self.low:.3g} to {self.high:.3g})"
+            middle = (self.low + self.high) / 2
+            _, low, high = digits.between(middle, self.low, self.high)
+            return f"{low} to {high} MPa"
+        value, low, high = digits.between(self.value, self.low, self.high)
+        return f"{value} MPa ({low} to {high})"
 
     @classmethod
     def of(
@@ -74,9 +78,9 @@ class Modulus:
 def _reason(probe: Elasticity, ratio: float, *, agrees: bool) -> str:
     far = "" if agrees else "; the difference is larger than the uncertainty"
     if ratio < probe.soft_ratio:
-        return f"the ratio is below {probe.soft_ratio:.4g}, the ratio of an infinitely soft object{far}"
+        return f"the ratio is below {digits.number(probe.soft_ratio)}, the ratio of an infinitely soft object{far}"
     if ratio >= probe.rigid_ratio:
-        return f"the ratio is not below {probe.rigid_ratio:.4g}, the ratio of a rigid object{far}"
+        return f"the ratio is not below {digits.number(probe.rigid_ratio)}, the ratio of a rigid object{far}"
     return ""
 
 

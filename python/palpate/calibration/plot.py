@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate import digits
 from palpate.calibration.calibration import Calibration
 from palpate.calibration.curve_fit import curve
 from palpate.calibration.interval import Measured, allowance
@@ -23,10 +24,14 @@ def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD, label: st
     ax.fill_between(np.exp(x), level - reach, level + reach, color=colour, alpha=0.15, linewidth=0,
                     label="95 % of touches")  # fmt: skip
     ax.plot(np.exp(x), level, color=colour, label=label)
-    ax.axhline(calibration.probe.rigid_ratio, **TRUTH, label=f"rigid object: {calibration.probe.rigid_ratio:.3g}")
+    ax.axhline(calibration.probe.rigid_ratio, **TRUTH, label=f"rigid object: {_rigid(calibration)}")
     moduli_axis(ax)
     ax.set_xlim(np.exp(x[0]), np.exp(x[-1]))
     ax.set_ylabel("capacitance ratio")
+
+
+def _rigid(calibration: Calibration) -> str:
+    return digits.number(calibration.probe.rigid_ratio, float(calibration.fitted.covariance[0, 0]) ** 0.5)
 
 
 def moduli_axis(ax: Any) -> None:

@@ -2,13 +2,16 @@
 
 from collections.abc import Sequence
 from html import escape
-from math import isfinite
+from math import isfinite, nan, sqrt
 from string import Template
 from typing import Any
 
+from palpate import digits
 from palpate.calibration.calibration import Calibration
-from palpate.calibration.characterise import Specimen, choose, rises
+from palpate.calibration.characterise import Specimen, rises
 from palpate.calibration.plot import svg
+from palpate.calibration.verdict import percent
+from palpate.several import objections
 
 RATIOS = {
     "smallest P": "covariance",
@@ -26,6 +29,7 @@ def specimen_records(specimens: Sequence[Specimen]) -> list[dict[str, Any]]:
             "specimen": specimen.name,
             "modulus_MPa": specimen.modulus,
             "touches": len(specimen.touches),
+            "usable": _usable(specimen),
             **{name: _ratio(specimen, by) for name, by in RATIOS.items()},
             "spread": specimen.spread if isfinite(specimen.spread) else None,
         }
@@ -33,9 +37,13 @@ def specimen_records(specimens: Sequence[Specimen]) -> list[dict[str, Any]]:
     ]
 
 
+def _usable(specimen: Specimen) -> int:
+    return sum(not objections(touch, specimen.accept) for touch in specimen.touches)
+
+
 def _ratio(specimen: Specimen, by: str) -> float | None:
     try:
-        return choose(specimen.touches, by).ratio
+        return specimen.choose(by).ratio
     except ValueError:
         return None
 
@@ -45,12 +53,18 @@ def specimen_rows(specimens: Sequence[Specimen]) -> list[list[str]]:
     records = specimen_records(specimens)
     rows = [["specimen", "MPa", "touches", *RATIOS, "spread"]]
     for record in records:
-        ratios = ["-" if record[name] is None else f"{record[name]:.4f}" for name in RATIOS]
-        spread = "-" if record["spread"] is None else f"{100 * record['spread']:.2f} %"
+        ratios = ["-" if record[name] is None else _text(record, name) for name in RATIOS]
+        spread = "-" if record["spread"] is None else f"{digits.error(100 * record['spread'])} %"
         rows.append([record["specimen"], f"{record['modulus_MPa']:g}", str(record["touches"]), *ratios, spread])
     columns = [[record[name] for record in records] for name in RATIOS]
     verdicts = ["-" if None in column else "yes" if rises(column) else "no" for column in columns]
     return [*rows, ["rises", "", "", *verdicts, ""]]
+
+
+def _text(record: dict[str, Any], name: str) -> str:
+    """Return a ratio to two digits of what it scatters by: a touch as the touches, a mean less."""
+    scatter = (record["spread"] or nan) * abs(record[name])
+    return digits.number(record[name], scatter / sqrt(record["usable"]) if name == "mean" else scatter)
 
 
 def parameter_rows(calibration: Calibration) -> list[tuple[str, str, str]]:
@@ -58,8 +72,12 @@ def parameter_rows(calibration: Calibration) -> list[tuple[str, str, str]]:
     units = {"rigid_ratio": "", "half_modulus": " MPa", "soft_ratio": ""}
     rows = []
     for name, (low, high) in calibration.parameter_intervals().items():
-        between = f"{low:.4g} to {high:.4g}{units[name]}" if high > low else "not fitted"
-        rows.append((name, f"{getattr(calibration.probe, name):.4g}{units[name]}", between))
+        value = getattr(calibration.probe, name)
+        if high > low:
+            text, *ends = digits.between(value, low, high)
+            rows.append((name, f"{text}{units[name]}", f"{' to '.join(ends)}{units[name]}"))
+        else:
+            rows.append((name, f"{value:g}{units[name]}", "not fitted"))
     return rows
 
 
@@ -92,8 +110,8 @@ def html(calibration: Calibration, specimens: Sequence[Specimen]) -> str:
     """Return the report as one HTML page without external files."""
     head, *rows = specimen_rows(specimens)
     residuals = [
-        (f"{r.modulus:g}", str(r.touches), f"{r.ratio:.4f}", f"{r.fitted:.4f}", f"{100 * r.relative:+.2f} %",
-         f"{r.standardised:+.1f}")
+        (f"{r.modulus:g}", str(r.touches), digits.number(r.ratio, r.standard_error),
+         digits.number(r.fitted, r.standard_error), f"{percent(r)} %", f"{r.standardised:+.1f}")
         for r in calibration.residuals
     ]  # fmt: skip
     return _PAGE.substitute(

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate import digits
 from palpate.calibration.curve_fit import Fit, Rows, curve, means
 from palpate.extras import need
 
@@ -70,15 +71,15 @@ def objections(fit: Fit, rows: list[Residual]) -> list[str]:
     if misfit < DOUBT:
         worst = max(rows, key=lambda row: abs(row.standardised))
         found.append(
-            f"The curve does not fit: the specimens scatter by a further {100 * fit.specimen_variance**0.5:.2g} % around "
-            f"it (probability by chance {misfit:.1g}); the largest distance is {100 * worst.relative:+.2g} %, at "
-            f"{worst.modulus:g} MPa. Check the moduli, and whether the soft ratio is {fit.parameters[2]:.3g}."
+            f"The curve does not fit: the specimens scatter by a further {digits.error(100 * fit.specimen_variance**0.5)} % around "
+            f"it (probability by chance {misfit:.1g}); the largest distance is {percent(worst)} %, at "
+            f"{worst.modulus:g} MPa. Check the moduli, and whether the soft ratio is {_soft(fit)}."
         )
     error = float(fit.covariance[0, 0] ** 0.5)
     if error > LOOSE * fit.parameters[0]:
         reached = max(row.fitted for row in rows) / fit.parameters[0]
         found.append(
-            f"The rigid ratio is not determined (standard error {100 * error / fit.parameters[0]:.0f} %): the stiffest "
+            f"The rigid ratio is not determined (standard error {digits.error(100 * error / fit.parameters[0])} %): the stiffest "
             f"specimen reaches {100 * reached:.0f} % of it. A stiffer specimen is needed."
         )
     wrong = [(a.modulus, b.modulus) for a, b in pairwise(rows) if not b.ratio > a.ratio]
@@ -88,13 +89,19 @@ def objections(fit: Fit, rows: list[Residual]) -> list[str]:
     return found
 
 
+def percent(row: Residual) -> str:
+    """Return the relative distance of a specimen from the curve, in per cent, with its sign."""
+    text = digits.number(100 * row.relative, 100 * row.standard_error / row.fitted)
+    return text if text.startswith("-") else f"+{text}"
+
+
 def verdict(fit: Fit, rows: list[Residual], count: int) -> str:
     """Return the complete verdict as text."""
     against = objections(fit, rows)
-    spread = f"{100 * fit.touch_variance**0.5:.2g} %"
+    spread = f"{digits.error(100 * fit.touch_variance**0.5)} %"
     if fit.touch_freedom:
         more = (
-            f"the specimens scatter by a further {100 * fit.specimen_variance**0.5:.2g} % around the curve"
+            f"the specimens scatter by a further {digits.error(100 * fit.specimen_variance**0.5)} % around the curve"
             if fit.specimen_variance
             else "the scatter of the specimens around the curve is not larger than this explains"
         )
@@ -108,6 +115,11 @@ def verdict(fit: Fit, rows: list[Residual], count: int) -> str:
         )
     opening = "This calibration is not reliable." if against else "The curve fits."
     return " ".join([f"{opening} {len(rows)} specimens, {count} values.", scatter, *against])
+
+
+def _soft(fit: Fit) -> str:
+    ratio, error = float(fit.parameters[2]), float(fit.covariance[2, 2]) ** 0.5
+    return digits.number(ratio, error) if error else f"{ratio:g}"  # given, not fitted
 
 
 def _misfit_probability(fit: Fit) -> float:

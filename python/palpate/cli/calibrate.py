@@ -35,6 +35,8 @@ _input = click.Path(exists=True, dir_okay=False, path_type=Path)
     is_flag=True,
     help="Fit the ratio on an infinitely soft object, too: for channels with different gains.",
 )
+@click.option("--accept", multiple=True, metavar="FLAG",
+              help="Use touches with this flag all the same; may be repeated. The file says so.")  # fmt: skip
 @recording_options
 @json_option
 def calibrate(
@@ -45,14 +47,17 @@ def calibrate(
     report: Path | None,
     by: str,
     free_soft_ratio: bool,
+    accept: tuple[str, ...],
     as_json: bool,
     **how: Any,
 ) -> None:
     """Fit a calibration to recordings of touches on known objects.
 
     A recording may hold several touches, all on one specimen; the file name begins with the name of the specimen
-    (30OO-2.csv belongs to "30 OO"). Touches with a flag are left out. Exit codes: 4, not a recording, not a table of
-    moduli, or no calibration possible; 5, written, but not reliable (the verdict says why).
+    (30OO-2.csv belongs to "30 OO"). A touch weighs by its standard error and the scatter from touch to touch. One that is
+    only short is used if it has a standard error; with another flag it is left out, and the flag is printed. Exit
+    codes: 4, not a recording, not a table of moduli, or no calibration possible; 5, written, but not reliable (the
+    verdict says why).
 
     \b
     Example:
@@ -60,10 +65,11 @@ def calibrate(
     """  # noqa: D301
     from palpate.calibration import characterise
 
-    specimens = _specimens(files, moduli, how)
+    specimens = _specimens(files, moduli, how, accept)
     try:
+        about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
         soft = None if free_soft_ratio else 1.0
-        found = characterise.calibrate(specimens, by=by, soft_ratio=soft, about={"scene": how["scene"]})
+        found = characterise.calibrate(specimens, by=by, soft_ratio=soft, about=about)
         _draw(found, specimens, plot, report)
         found.save(output)
     except ValueError as error:
@@ -72,39 +78,58 @@ def calibrate(
     sys.exit(0 if found.sound else NOT_RELIABLE)
 
 
-def _specimens(files: Sequence[Path], moduli: Path, how: dict[str, Any]) -> "list[Specimen]":
+def _specimens(files: Sequence[Path], moduli: Path, how: dict[str, Any], accept: tuple[str, ...]) -> "list[Specimen]":
     from palpate.calibration.characterise import Specimen
     from palpate.calibration.specimen_files import assign, read_moduli
 
     known = read_moduli(moduli)
     assigned = assign([file for file in files if file.resolve() != moduli.resolve()], known)
-    specimens = [Specimen(name, known[name], _touches(assigned[name], how)) for name in known]
-    kept = []
-    for specimen in sorted(specimens, key=lambda s: s.modulus):
-        flagged = sum(bool(touch.flags) for touch in specimen.touches)
-        if flagged:
-            click.echo(f"{specimen.name}: {flagged} of {len(specimen.touches)} touches have a flag: left out", err=True)
-        if flagged == len(specimen.touches):
-            why = "no touch without a flag" if assigned[specimen.name] else "no recording"
-            click.echo(f"{specimen.name}: {why}: the specimen is left out", err=True)
-        else:
+    kept, carried = [], set[str]()
+    for name in sorted(known, key=lambda name: known[name]):
+        found = {file: _touches(file, how) for file in assigned[name]}
+        specimen = Specimen(name, known[name], [touch for touches in found.values() for touch in touches], accept)
+        carried |= {flag for touch in specimen.touches for flag in touch.flags}
+        if _tell(name, found, accept):
             kept.append(specimen)
+    for flag in set(accept) - carried:
+        click.echo(
+            f"--accept {flag}: no touch has this flag; those found: {' '.join(sorted(carried)) or 'none'}", err=True
+        )
     return kept
 
 
-def _touches(files: Sequence[Path], how: dict[str, Any]) -> list[Touch]:
+def _tell(name: str, found: dict[Path, list[Touch]], accept: tuple[str, ...]) -> int:
+    """Print which touches are left out, and for which flag; return the number of the others."""
+    from palpate.several import objections
+
+    usable, total = 0, sum(map(len, found.values()))
+    for file, touches in found.items():
+        for number, touch in enumerate(touches, 1):
+            against = objections(touch, accept)
+            usable += not against
+            if against:
+                click.echo(f"{name}: touch {number} of {file.name} is left out: {_words(against)}", err=True)
+    if not usable:
+        why = f"no usable touch among {total}" if total else "no touch found" if found else "no recording"
+        click.echo(f"{name}: {why}: the specimen is left out", err=True)
+    return usable
+
+
+def _words(flags: tuple[str, ...]) -> str:
+    return ", ".join("short without a standard error" if flag == "short" else flag for flag in flags)
+
+
+def _touches(file: Path, how: dict[str, Any]) -> list[Touch]:
     from palpate import read, touches
 
-    found = []
-    for file in files:
-        try:
-            recording = read(file, columns=how["columns"], unit=how["unit"])
-            samples = {"samples": how["samples"]} if how["samples"] else {}
-            found += touches(recording, scene=how["scene"], **how["settings"], **samples)
-        except (ValueError, TypeError) as error:
-            raise click.UsageError(f"{file}: {str(error).splitlines()[0]}") from error
-        for note in recording.notes:
-            click.echo(f"{file}: {note}", err=True)
+    try:
+        recording = read(file, columns=how["columns"], unit=how["unit"])
+        samples = {"samples": how["samples"]} if how["samples"] else {}
+        found = touches(recording, scene=how["scene"], **how["settings"], **samples)
+    except (ValueError, TypeError) as error:
+        raise click.UsageError(f"{file}: {str(error).splitlines()[0]}") from error
+    for note in recording.notes:
+        click.echo(f"{file}: {note}", err=True)
     return found
 
 

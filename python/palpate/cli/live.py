@@ -15,6 +15,7 @@ import click
 from palpate.cli.exit import INTERRUPTED
 from palpate.cli.options import estimating_options, json_option
 from palpate.cli.source import SourceType
+from palpate.several import TOUCH_SCATTER
 
 if TYPE_CHECKING:
     from palpate.calibration import Calibration
@@ -31,6 +32,9 @@ _PORT = 8746
               help="NAME.csv: record to this file from the start. The button Record continues with NAME-2.csv ...")  # fmt: skip
 @click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
               help="Calibration file from `calibrate`: shows the modulus with its interval.")  # fmt: skip
+@click.option("--scatter", default=TOUCH_SCATTER, show_default=True, type=click.FloatRange(0, 1),
+              help="Relative scatter of the ratio from touch to touch, to tell whether touches agree; a calibration "
+              "has its own.")  # fmt: skip
 @click.option(
     "--firmware",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
@@ -49,6 +53,7 @@ def live(
     source: str | None,
     file: Path | None,
     calibration: Path | None,
+    scatter: float,
     firmware: Path | None,
     scene: str,
     samples: int | None,
@@ -88,7 +93,7 @@ def live(
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
     token = _token(host)
-    app = Server(session, Summary(session, calibrated), source).app(host, listening.getsockname()[1], token)
+    app = Server(session, Summary(session, calibrated, scatter), source).app(host, listening.getsockname()[1], token)
     with _ending(session), listening:
         _tell(address_of(listening, host, token), source, file, as_json=as_json, no_open=no_open)
         serve(app, listening)

@@ -1,4 +1,4 @@
-"""`palpate replay --calibration`: the modulus for each touch, and for the mean of all touches."""
+"""`palpate replay --calibration`: the modulus for each touch, and for the mean of touches that agree."""
 
 import math
 from collections.abc import Sequence
@@ -11,6 +11,7 @@ from palpate import Touch
 
 if TYPE_CHECKING:
     from palpate import Modulus
+    from palpate.several import Agreement
 
 
 class Moduli:
@@ -31,14 +32,17 @@ class Moduli:
         error = touch.standard_error
         return self._calibration.modulus(touch.ratio, error if math.isfinite(error) else None)
 
-    def together(self, touches: Sequence[Touch]) -> "Modulus | None":
-        """Return the modulus for the mean of several touches; None for fewer than two without a flag."""
-        from palpate.calibration.characterise import choose
+    def agreement(self, touches: Sequence[Touch]) -> "Agreement | None":
+        """Return whether several touches agree; None for fewer than two usable ones."""
+        from palpate.several import objections
 
-        if sum(not touch.flags for touch in touches) < 2:
-            return None
-        mean = choose(touches, "mean")
-        return self._calibration.modulus(mean.ratio, mean.standard_error, touches=mean.touches)
+        accepted = self._calibration.accepted
+        usable = [touch for touch in touches if not objections(touch, accepted)]
+        return self._calibration.agreement(usable) if len(usable) > 1 else None
+
+    def together(self, found: "Agreement") -> "Modulus":
+        """Return the modulus for the mean of touches that agree."""
+        return self._calibration.modulus(found.ratio, found.own_error, touches=found.effective)
 
     def table(self, table: str, touches: Sequence[Touch]) -> str:
         """Return the table of touches with a column for the modulus, and a line for their mean."""
@@ -50,14 +54,16 @@ class Moduli:
             beyond = "  beyond the calibrated moduli" if modulus.extrapolated else ""
             reason = f": {modulus.reason}" if modulus.reason else ""
             lines.append(f"{row:{width}}  {modulus}{reason}{beyond}")
-        together = self.together(touches)
-        if together:
-            lines.append(f"mean, if all touches are on one object: {together}")
+        found = self.agreement(touches)
+        if found:
+            lines.append(f"{found}, if all are on one object: {self.together(found)}" if found.agree else str(found))
+        lines.append(f"The intervals include the {self._calibration.scatter}.")
         return "\n".join(lines) + "\n"
 
     def add(self, document: dict[str, Any], touches: Sequence[Touch]) -> None:
         """Add the moduli to replay's JSON document."""
         for record, touch in zip(document["touches"], touches, strict=True):
             record["modulus"] = self.of(touch).as_dict()
-        together = self.together(touches)
-        document["modulus_of_mean"] = together.as_dict() if together else None
+        found = self.agreement(touches)
+        document["agreement"] = found.as_dict() if found else None
+        document["modulus_of_mean"] = self.together(found).as_dict() if found and found.agree else None

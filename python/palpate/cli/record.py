@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate import PalpateError
+from palpate import PalpateError, digits
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import INTERRUPTED, NOT_RELIABLE
 from palpate.cli.options import estimating_options, json_option
@@ -154,7 +154,9 @@ class _Session:
 
     def _line(self) -> str:
         counters, tracker = self._stream.counters, self._stream.tracker
-        ratio = f", ratio {tracker.ratio:.3f}" if tracker.state == "contact" else ""
+        ratio = (
+            f", ratio {digits.plus_minus(tracker.ratio, tracker.standard_error)}" if tracker.state == "contact" else ""
+        )
         return f"{self._elapsed_s:.1f} s, {counters.read} pairs, {counters.lost} lost, {tracker.state}{ratio}"
 
 

@@ -3,6 +3,8 @@
 import math
 from typing import TYPE_CHECKING
 
+from palpate import digits
+
 if TYPE_CHECKING:
     from palpate import Touch
 
@@ -11,10 +13,10 @@ HEADER = "touch   start_s  samples     ratio  std. error  covariance  alarm  fla
 
 def row(number: int, touch: "Touch") -> str:
     """Return one touch as a line of the table; the numbers begin at 1."""
+    error = touch.standard_error
     start = "-" if math.isnan(touch.start_s) else f"{touch.start_s:.3f}"
-    error = "-" if math.isnan(touch.standard_error) else f"{touch.standard_error:.2g}"
     return (
-        f"{number:5} {start:>9} {touch.samples:8} {touch.ratio:9.4f} {error:>11} {touch.covariance:11.3g}"
+        f"{number:5} {start:>9} {touch.samples:8} {digits.number(touch.ratio, error):>9} {digits.error(error):>11} {touch.covariance:11.3g}"
         f" {touch.alarm_share:6.0%}  {' '.join(touch.flags)}".rstrip()
     )
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from palpate import digits
 from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.calibration.characterise import Specimen, calibrate, choose
@@ -142,9 +143,16 @@ def figure_12(figure: Any, s: TenSpecimens) -> None:
         ax.plot(fitted.moduli, fitted.ratios, ".", color=HARD, markersize=3, label="measured", zorder=3)
         ax.set_title(title)
         ax.legend(loc="lower right")
-        lines = [f"{name.replace('_', ' ')} {getattr(fitted.probe, name):.3g} ({low:.3g} to {high:.3g})"
-                 for name, (low, high) in fitted.parameter_intervals().items() if high > low]  # fmt: skip
         truth = f"truth: {PROBE.rigid_ratio:g} and {PROBE.half_modulus:g} MPa"
-        ax.text(0.03, 0.97, "\n".join([*lines, truth]), transform=ax.transAxes, va="top", fontsize=7)
+        ax.text(0.03, 0.97, "\n".join([*_parameters(fitted), truth]), transform=ax.transAxes, va="top", fontsize=7)
         ax.set_ylim(0, 13.5)
         ax.label_outer()
+
+
+def _parameters(fitted: Calibration) -> list[str]:
+    lines = []
+    for name, ends in fitted.parameter_intervals().items():
+        if ends[1] > ends[0]:
+            value, low, high = digits.between(getattr(fitted.probe, name), *ends)
+            lines.append(f"{name.replace('_', ' ')} {value} ({low} to {high})")
+    return lines

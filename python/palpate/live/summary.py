@@ -8,7 +8,7 @@ from typing import Any
 from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.live.session import Moment, Session
-from palpate.touch import most_reliable
+from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
 
 _RATE_S = 2.0  # pairs per second: mean over this time
 _SHOWN = 200  # the newest touches
@@ -22,11 +22,15 @@ class Summary:
     ----------
     session : Session
     calibration : Calibration, optional
-        To show moduli.
+        To show moduli, and for the scatter from touch to touch.
+    scatter : float
+        Relative scatter from touch to touch without a calibration, for the question whether touches agree.
     """
 
-    def __init__(self, session: Session, calibration: Calibration | None = None) -> None:
-        self._session, self._calibration = session, calibration
+    def __init__(
+        self, session: Session, calibration: Calibration | None = None, scatter: float = TOUCH_SCATTER
+    ) -> None:
+        self._session, self._calibration, self._scatter = session, calibration, scatter
         self._reads: deque[tuple[float, int]] = deque()
         self._measurement = 0
         self._rows: list[dict[str, Any]] = []
@@ -42,6 +46,7 @@ class Summary:
             "threshold": tracker.settings.get("threshold"),
             "statistic_unit": "pF" if tracker.scene == "paper" else "",
             "calibrated": self._calibration is not None,
+            "scatter": self._calibration.scatter if self._calibration else None,
             "may_record": self._session.recordings.allowed,
         }
 
@@ -56,6 +61,7 @@ class Summary:
             "state": self._state(moment),
             "ratio": ratio,
             "standard_error": error,
+            "uncertainty": self._uncertainty(ratio, error),
             "modulus": self._modulus(ratio, error),
             "pairs_per_s": self._rate(session.counters.read),
             "counters": session.counters.as_dict(),
@@ -66,11 +72,13 @@ class Summary:
         }
 
     def touches(self) -> dict[str, Any]:
-        """Return a row for each completed touch, and the number of the most reliable one."""
+        """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do."""
         self._begin_again()
         found = self._session.touches
         self._rows += [self._row(number, touch) for number, touch in enumerate(found) if number >= len(self._rows)]
-        return {"rows": self._rows[-_SHOWN:], "most_reliable": _most_reliable(found)}
+        together = self._together(found)
+        best = self._most_reliable(found) if together and together.agree else None
+        return {"rows": self._rows[-_SHOWN:], "most_reliable": best, "together": self._words(together)}
 
     def marks(self) -> dict[str, Any]:
         """Return the marks of the recording."""
@@ -89,8 +97,37 @@ class Summary:
         return "adapting" if moment.alarm or (knows and math.isnan(moment.standard_error)) else "contact"
 
     def _row(self, number: int, touch: Touch) -> dict[str, Any]:
-        modulus = self._modulus(touch.ratio, touch.standard_error)
-        return {"number": number + 1, **touch.as_dict(), "modulus": modulus}
+        ratio, error = touch.ratio, touch.standard_error
+        more = {"uncertainty": self._uncertainty(ratio, error), "modulus": self._modulus(ratio, error)}
+        return {"number": number + 1, **touch.as_dict(), **more}
+
+    def _uncertainty(self, ratio: float, error: float) -> float | None:
+        """Return the standard deviation of a ratio, with the scatter from touch to touch if it is known."""
+        known = self._calibration.uncertainty(ratio, error) if self._calibration else error
+        return known if math.isfinite(known) else None
+
+    def _together(self, touches: list[Touch]) -> Agreement | None:
+        """Return whether the touches agree; None if none is usable."""
+        try:
+            if self._calibration:
+                return self._calibration.agreement(touches)
+            return agreement(touches, scatter=self._scatter)
+        except ValueError:
+            return None
+
+    def _most_reliable(self, touches: list[Touch]) -> int:
+        """Return its number, counted from 1."""
+        accepted = self._calibration.accepted if self._calibration else ()
+        return touches.index(most_reliable(touches, scatter=None, accept=accepted)) + 1
+
+    def _words(self, found: Agreement | None) -> dict[str, Any] | None:
+        """Return whether two touches or more agree, with the modulus of their mean; None for fewer."""
+        if found is None or found.touches < 2:
+            return None
+        modulus = None
+        if self._calibration and found.agree:
+            modulus = self._calibration.modulus(found.ratio, found.own_error, touches=found.effective).as_dict()
+        return {**found.as_dict(), "modulus": modulus}
 
     def _modulus(self, ratio: float, error: float) -> dict[str, Any] | None:
         if self._calibration is None or not math.isfinite(ratio):
@@ -105,14 +142,6 @@ class Summary:
             self._reads.popleft()
         then, before = self._reads[0]
         return (read - before) / (now - then) if now > then else math.nan
-
-
-def _most_reliable(touches: list[Touch]) -> int | None:
-    """Return its number, counted from 1; None if all touches have a flag."""
-    try:
-        return touches.index(most_reliable(touches)) + 1
-    except ValueError:
-        return None
 
 
 def _name(device: dict[str, Any]) -> str:

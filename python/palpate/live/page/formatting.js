@@ -1,15 +1,41 @@
 // Formats numbers and table rows.
 
-export function short(value, digits = 3) {
-  return value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString();
+const FEW = 3, MOST_PLACES = 8, LARGEST = 1e9, LARGEST_ROUNDED = 1e6, DOUBLE = 15;
+
+// Rounds a value to two digits of its uncertainty; to 3 digits if that is not known. The rule of palpate/digits.py.
+export function number(value, uncertainty) {
+  if (value === null || value === undefined) return "–";
+  const sure = uncertainty > 0 && Number.isFinite(uncertainty);
+  const last = sure ? exponent(uncertainty, 1) - 1 : exponent(value, FEW - 1) - FEW + 1;
+  return written(value, last, sure ? Math.max(Math.abs(value), uncertainty) : Math.abs(value));
 }
 
-// Rounds a value to two digits of its standard error; to 5 digits if the standard error is not known.
-export function precise(value, error) {
-  if (value === null || value === undefined) return "–";
-  if (!error) return Math.abs(value) < 1e6 ? value.toPrecision(5) : value.toExponential(3);
-  const places = Math.min(Math.max(1 - Math.floor(Math.log10(error)), 0), 8);
-  return Math.abs(value) < 1e6 ? value.toFixed(places) : value.toExponential(3);
+// Returns "value ± uncertainty" in two parts with the same decimals; the second is empty if it is not known.
+export function plusMinus(value, uncertainty) {
+  if (value === null || value === undefined || !(uncertainty > 0)) return [number(value), ""];
+  const last = exponent(uncertainty, 1) - 1, top = Math.max(Math.abs(value), uncertainty);
+  return [written(value, last, top), `± ${written(uncertainty, last, top)}`];
+}
+
+function exponent(value, decimals) {
+  return Number(value.toExponential(decimals).split("e")[1]);
+}
+
+function written(value, last, top) {
+  if (last >= -MOST_PLACES && top < (last <= 0 ? LARGEST : LARGEST_ROUNDED)) {
+    const text = last > 0 ? String(Math.round(value / 10 ** last) * 10 ** last) : value.toFixed(-last);
+    return Number(text) === 0 ? text.replace("-", "") : text;
+  }
+  const digits = exponent(value, DOUBLE) - last;
+  return value === 0 || digits < 0 ? "0" : value.toExponential(Math.min(digits, DOUBLE)).replace("e+", "e");
+}
+
+// Returns the headline of a modulus, and its interval.
+export function modulusOf(modulus) {
+  if (!modulus) return ["–", ""];
+  const [, value, interval] = modulus.text.match(/^(.*) MPa \((.*)\)$/) ?? [];
+  const more = modulus.extrapolated ? ", extrapolated" : "";
+  return value ? [`${value} MPa`, `${interval} MPa, 95 %${more}`] : ["–", modulus.text + more];
 }
 
 export function bySource({ source, device, scene }) {
@@ -27,9 +53,9 @@ export function touchRow(touch, best) {
     touch.number,
     touch.start_s.toFixed(2),
     touch.samples,
-    precise(touch.ratio, touch.standard_error),
-    short(touch.standard_error),
-    short(touch.covariance),
+    number(touch.ratio, touch.standard_error),
+    number(touch.standard_error, touch.standard_error),
+    number(touch.covariance),
     `${Math.round(100 * touch.alarm_share)} %`,
     touch.modulus?.text ?? "–",
     remarks(touch),

@@ -3,7 +3,7 @@
 import { Charts } from "./charts.js";
 import { Connection } from "./connection.js";
 import { Store } from "./store.js";
-import { bySource, counted, precise, short, touchRow } from "./formatting.js";
+import { bySource, counted, modulusOf, plusMinus, touchRow } from "./formatting.js";
 
 const $ = (id) => document.getElementById(id);
 const store = new Store();
@@ -38,10 +38,12 @@ const tell = {
     showCounters();
     showRecording();
   },
-  touches: ({ rows, most_reliable }) => {
+  touches: ({ rows, most_reliable, together }) => {
     past = rows;
     $("rows").replaceChildren(...rows.toReversed().map((touch) => touchRow(touch, touch.number === most_reliable)));
     $("none").hidden = rows.length > 0;
+    $("together").textContent = together ? together.text + (together.modulus ? `, if all are on one object: ${together.modulus.text}` : "") : "";
+    $("together").dataset.agree = together?.agree === false ? "no" : "yes";
     showState();
   },
   marks: ({ rows }) => {
@@ -67,15 +69,14 @@ function showState() {
   $("state").textContent = name;
   $("state").dataset.state = name;
   $("advice").textContent = name === "ended" ? state.error || "the source has ended" : ADVICE[name] ?? "";
-  const [ratio, error] = now ? [state.ratio, state.standard_error] : [last?.ratio ?? null, last?.standard_error ?? null];
-  $("ratio").textContent = precise(ratio, error);
+  const { ratio = null, standard_error: error = null, uncertainty = null } = (now ? state : last) ?? {};
+  const [value, reach] = plusMinus(ratio, uncertainty);
+  $("ratio").textContent = value;
   $("ratio").parentElement.classList.toggle("past", !now);
-  $("error").textContent = [ratio === null ? "no touch yet" : error === null ? "standard error not known yet" : `± ${short(error, 2)} standard error`,
+  $("error").textContent = [ratio === null ? "no touch yet" : error === null ? "standard error not known yet" : `${reach} ${hello.scatter ? `with ${hello.scatter}` : "standard error"}`,
                             !now && last ? `touch ${last.number}` : ""].filter(Boolean).join(", ");
   const modulus = now ? state.modulus : last?.modulus;
-  $("modulus").textContent = modulus?.value_MPa != null ? `${short(modulus.value_MPa)} MPa` : "–";
-  $("interval").textContent = modulus ? (modulus.value_MPa != null && modulus.low_MPa != null && modulus.high_MPa != null
-    ? `${short(modulus.low_MPa)} to ${short(modulus.high_MPa)} MPa, 95 %` : modulus.text) + (modulus.extrapolated ? ", extrapolated" : "") : "";
+  [$("modulus").textContent, $("interval").textContent] = modulusOf(modulus);
 }
 
 function showCounters() {
