@@ -92,7 +92,7 @@ class SerialSource(Source):
 
     def describe(self) -> dict[str, Any]:
         """Return the settings of the port."""
-        return {"name": "serial port", **self._settings, "clock": "arrival of a line, ns since the start"}
+        return {"name": "serial port", **self._settings, "clock": "arrival of a line, ns since the start", "stamps": "host"}
 
     def interrupt(self) -> None:
         """Stop the iteration."""
@@ -168,9 +168,8 @@ class SerialSource(Source):
 
 
 def _sample(seq: int, hard: tuple[int, float], soft: tuple[int, float]) -> Sample:
-    if math.isnan(hard[1] + soft[1]):
-        return Sample(seq, hard[0], soft[0], -1, -1, math.nan, math.nan, Status.LOST)
-    return Sample(seq, hard[0], soft[0], -1, -1, hard[1], soft[1], 0)
+    status = Status.LOST if math.isnan(hard[1] + soft[1]) else Status.OK
+    return Sample(seq, hard[0], soft[0], -1, -1, hard[1], soft[1], int(status))
 
 
 def _error(port: str, error: Exception) -> SourceError:

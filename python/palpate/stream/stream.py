@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate._core import SampleRing, Touch, Tracker
 from palpate.errors import SourceTimeout
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import sidecar_path
-from palpate.samples import DTYPE, Block, Sample, feed, refused, samples_of, saturated
+from palpate.samples import DTYPE, RETAKEN, Block, Sample, feed, refused, samples_of, saturated, settings_for
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
@@ -46,7 +47,7 @@ class Stream:
     notes : list of str, optional
         Notes in the recording.
     notify : callable, optional
-        Called with a message when a device is unplugged or back.
+        Called with a message when a device is unplugged or back, and when the baseline is found to be wrong.
     **settings
         As in `Tracker`.
 
@@ -100,15 +101,16 @@ class Stream:
             if isinstance(source, str):
                 source = on_failure.enter_context(closing(open_source(source)))
             self.source = source
-            if notify:
-                self.source.notify = notify
+            self._notify = notify or self.source.notify
+            self.source.notify = self._notify
             if tracker is None:
-                full_scale = float(self.source.describe().get("full_scale_pF", math.inf))
-                self.tracker = Tracker(scene, **{"full_scale": full_scale, **given})
+                self.tracker = Tracker(scene, **{**settings_for(scene, self.source.describe()), **given})
             on_failure.pop_all()
         self._recordings = RecordingSlot(self.source, self.tracker, lambda: self.counters, record, notes or [])
         self._reader: Reader | None = None
         self._fed: Sample | None = None
+        self._touches, self._revisions = self.tracker.touch_count, self.tracker.revision_count  # in batches so far
+        self._retaken = self._never = self.tracker.retaken
         self._delivered = self._refused = self._saturated = 0
         self._ended = self._closed = self._raised = self._begins = self._stop_asked = False
 
@@ -157,7 +159,7 @@ class Stream:
 
     @property
     def touches(self) -> list[Touch]:
-        """All touches that have ended, in order of time."""
+        """All touches that have ended, in order of time; revised ones in place of the first results."""
         return self.tracker.touches
 
     @property
@@ -181,6 +183,7 @@ class Stream:
             unrecorded=recorder.dropped if recorder else 0,
             errors=own.get("errors", 0),
             reconnects=own.get("reconnects", 0),
+            retaken=self.tracker.retaken - self._never,
         )
 
     def start_recording(self, record: str | os.PathLike[str], notes: list[str] | None = None) -> Recorder:
@@ -219,9 +222,20 @@ class Stream:
         if self.recorder:
             self.recorder.mark(text, self._begun().last)
 
-    def tare(self) -> None:
-        """Measure the baseline again, and mark it in the recording; from the thread that iterates."""
-        self.tracker.tare()
+    def tare(self, *, force: bool = False) -> None:
+        """Measure the baseline again, and mark it in the recording; from the thread that iterates.
+
+        Parameters
+        ----------
+        force : bool
+            Also in contact: after a jump of the baseline, which looks like a touch without end.
+
+        Raises
+        ------
+        RuntimeError
+            The probe is in contact, and `force` is False.
+        """
+        self.tracker.tare(force)
         if self.recorder and self._fed:
             self.recorder.mark("tare", self._fed, tare=True)
 
@@ -282,21 +296,31 @@ class Stream:
             reader.ready.clear()
 
     def _estimated(self, block: Block) -> Batch:
-        before = self.tracker.touch_count
         rows = feed(self.tracker, block)
         self._fed = samples_of(block[-1:])[0]
         self._delivered += len(block)
         self._refused += int(np.count_nonzero(refused(block)))
         self._saturated += int(np.count_nonzero(saturated(block)))
-        return Batch(block, rows, self.tracker.touches_since(before), before + 1)
+        if self.tracker.retaken > self._retaken:
+            self._retaken = self.tracker.retaken
+            self._notify(RETAKEN)
+        return self._batch(block, rows)
+
+    def _batch(self, block: Block, rows: NDArray[Any]) -> Batch:
+        """Return a batch with the touches that ended, and those that were revised, since the last one."""
+        tracker, first = self.tracker, self._touches + 1
+        touches, numbers = tracker.touches_since(self._touches), tracker.revisions_since(self._revisions)
+        self._touches += len(touches)
+        self._revisions += len(numbers)
+        return Batch(block, rows, touches, first, [(n, tracker.touches_since(n - 1)[0]) for n in numbers])
 
     def _finish(self) -> Batch | None:
         """End a touch that is still running; return the last batch."""
         if self._ended:
             return None
         self._ended = True
-        before = self.tracker.touch_count
-        if self.tracker.finish() is None:
+        self.tracker.finish()
+        if self.tracker.touch_count == self._touches:
             return None
         nothing = np.empty(0, DTYPE)
-        return Batch(nothing, feed(self.tracker, nothing), self.tracker.touches_since(before), before + 1)
+        return self._batch(nothing, feed(self.tracker, nothing))
