@@ -32,7 +32,7 @@ def test_replay_prints_one_row_a_touch() -> None:
     result = run("replay", FOUR)
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
-    assert lines[0].split() == ["touch", "start_s", "samples", "ratio", "std.", "error", "covariance", "alarm", "flags"]
+    assert lines[0].split() == ["touch", "start_s", "samples", "ratio", "std.", "error", "covariance", "alarm", "result", "flags"]
     assert len(lines) == 5
     touches = palpate.touches(palpate.read(FOUR))
     for line, touch in zip(lines[1:], touches, strict=True):
@@ -49,7 +49,7 @@ def test_replay_as_json_is_one_document_with_every_digit() -> None:
     assert document["scene"] == "paper"
     assert document["rows"] == 1411 == len(FOUR.read_text().splitlines()) - 1
     assert [t["ratio"] for t in document["touches"]] == [t.ratio for t in touches]
-    assert document["touches"][0] == touches[0].as_dict() | {"flags": []}
+    assert document["touches"][0] == touches[0].as_dict() | {"flags": [], "advice": []}
 
 
 def test_a_foreign_table_gives_the_same_touches(tmp_path: Path) -> None:
