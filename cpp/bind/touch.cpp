@@ -13,7 +13,7 @@ py::tuple TouchResult::flags() const {
   const auto readings = static_cast<double>(samples) + refused + saturated;
   if (has_length && !full) flags.append("short");
   if (saturated > 0) flags.append("saturated");
-  if (refused > 0.25 * readings) flags.append("refused");
+  if (refused > 0.75 * readings) flags.append("refused");
   if (knows_error && std::isnan(standard_error)) flags.append("unsettled");
   if (!(covariance <= 0.1 * initial_covariance)) flags.append("unexcited");
   if (fitted.flags & palpate::misfit_offset) flags.append("offset");
@@ -161,7 +161,7 @@ void bind_touch(py::module_& module) {
   methods::property<&R::flags>(
       type, "flags",
       "Warnings about the result; `palpate.advice` says what to do. \"short\" (shorter than `seconds` or `samples`), "
-      "\"saturated\", \"refused\" (more than a quarter of the readings gave no sample), \"unsettled\" (no standard "
+      "\"saturated\", \"refused\" (more than three quarters of the readings gave no sample), \"unsettled\" (no standard "
       "error yet, in a scene that has one), \"unexcited\" (the samples hardly moved the initial ratio); the samples "
       "contradict hard = ratio * soft: \"offset\" (bumps not level), \"drift\" (of a baseline or of the object), "
       "\"lag\" (of a channel, or wrong times), \"curve\" (a gauge or bump that is not linear); and, known after the "

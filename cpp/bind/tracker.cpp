@@ -188,7 +188,7 @@ scene : str
     release only. `full_scale` (pF: a reading of this size is saturated and left out), `release`
     (share of the press below which a touch ends), `host_stamps` (the times are a computer's:
     smooth them), `hard_side` and `soft_side` (coefficients of the two filters that align the
-    channels, `slow_` for pairs of 28.5 to 40 ms; see `palpate.design.matched_pair`), and the
+    channels, `slow_` for pairs of 28.5 to 40 ms; see `palpate.pair_filter.matched_pair`), and the
     parameters of the scene's estimator.
 
 Raises

@@ -21,7 +21,7 @@ DOUBT = 0.01
 """Probability below which differences are not by chance."""
 USABLE_IF: Mapping[str, Callable[[Touch], bool]] = {
     "short": lambda touch: isfinite(touch.standard_error),
-    "drift": lambda touch: isfinite(touch.standard_error) and bool(getattr(touch, "revised", False)),
+    "drift": lambda touch: isfinite(touch.standard_error) and bool(touch.revised),
 }
 """Flags that do not exclude a touch, if this holds: its standard error includes what the flag says. All others do."""
 

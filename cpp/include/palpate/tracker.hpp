@@ -77,8 +77,8 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
     const bool saturated = usable && !(magnitude(hard) < settings.full_scale && magnitude(soft) < settings.full_scale);
     bool revised = false;
     if (usable) {
-      revised = gate_with(hard, soft);
-    } else if (gate.idle() && !gate.suspects()) {
+      revised = gate_with(hard_time, hard, soft);
+    } else if (gate.idle() && !gate.suspects() && !settles_) {
       alone(hard_baseline, hard);
       alone(soft_baseline, soft);
     }
@@ -121,6 +121,7 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
     finish();
     gate.reset();
     align.reset();
+    settles_ = false;
     measure_again();
     if constexpr (fits) {
       Extra::reviser.drop();
@@ -197,9 +198,9 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
   }
 
   /// Returns whether the last touch is revised.
-  constexpr bool gate_with(Real hard, Real soft) noexcept {
+  constexpr bool gate_with(ticks_type time, Real hard, Real soft) noexcept {
     if (!ready()) {
-      return collect(hard, soft);
+      return collect(time, hard, soft);
     }
     const bool was_idle = gate.idle(), was_in_contact = gate.contact();
     gate.update(change(hard, soft), noise(), running_);
@@ -213,6 +214,8 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
         Extra::reviser.keep(hard_baseline, soft_baseline, counts_.start);
       }
       measure_again();
+      released_ = time;
+      settles_ = true;
     } else if (gate.fell()) {
       retaken_ += 1;
       gate.reset();
@@ -232,12 +235,16 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
     soft_baseline.reset();
   }
 
-  // A touch that begins before a new baseline is measured uses the old baseline.
-  constexpr bool collect(Real hard, Real soft) noexcept {
+  // A touch that begins before a new baseline is measured uses the old baseline. The last tenth of a release takes time.
+  constexpr bool collect(ticks_type time, Real hard, Real soft) noexcept {
     if (gate.update_between(change(hard, soft), noise())) {
       hard_baseline.keep();
       soft_baseline.keep();
       start();
+      return false;
+    }
+    settles_ = settles_ && seconds_between<Real>(time, released_) < Real(0.1);
+    if (settles_) {
       return false;
     }
     collect_in(hard_baseline, hard);
@@ -319,7 +326,7 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
         if (PALPATE_UNLIKELY(alarm)) {
           Extra::fit.restart(step.ratio / before - 1);
         }
-        if (pair.matched) {
+        if (pair.matched && step.gain != 0) {  // no outlier
           Extra::fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
         }
       }
@@ -334,10 +341,12 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
 
   std::size_t readings_ = 0;
   ticks_type before_ = 0;  // time of the reading before the contact was found
+  ticks_type released_ = 0;
   std::uint32_t retaken_ = 0;
   bool open_ = false;     // the touch takes samples
   bool running_ = false;  // a touch has begun, and its result is not yet reported
   bool full_ = false;     // the touch has the wanted length
+  bool settles_ = false;  // a release is not yet over
   Counts counts_;
   Real standard_error_ = std::numeric_limits<Real>::quiet_NaN();
 };

@@ -19,7 +19,7 @@ template <class Real>
 struct HandoverSettings {
   Real steady = Real(0.995);           // forgetting factor
   Real drift = Real(0.75);             // slack of the CUSUM
-  Real threshold = Real(8);            // its limit
+  Real threshold = Real(10);           // its limit: more than a spike, smeared by the filters, can add
   Real clip = Real(3);                 // limits an innovation in the CUSUM; one above it does not change the ratio
   Real smoothing = Real(0.0625);       // share of a new regressor in the instrument
   Real guard = Real(2);                // first samples after a change that a hand-over leaves out: filters smear them

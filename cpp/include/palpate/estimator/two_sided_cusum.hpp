@@ -70,7 +70,7 @@ struct TwoSidedCusum {
     down.add(-z - drift, guard, sample);
   }
   constexpr const CusumSide<Real>& larger() const noexcept { return up.statistic > down.statistic ? up : down; }
-  constexpr Real statistic() const noexcept { return larger().statistic; }
+  constexpr Real statistic() const noexcept { return up.statistic > down.statistic ? up.statistic : down.statistic; }
 
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {

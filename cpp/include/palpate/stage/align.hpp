@@ -46,9 +46,9 @@ class Align : public Settings {
     }
     const int i = readings_.middle();
     if (i < 0 || readings_.gap() > static_cast<std::make_signed_t<Ticks>>(settings.max_gap)) {
-      return {readings_.hard[0], readings_.soft[Order - 1], false};
+      return {readings_.hard[0], readings_.soft[0], false};
     }
-    return {readings_.hard[i], readings_.soft_at(readings_.hard_time[i]), true};
+    return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), true};
   }
 
   constexpr void reset() noexcept { readings_.reset(); }

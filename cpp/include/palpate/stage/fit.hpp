@@ -40,6 +40,7 @@ struct FitSettings {
   Real significant = Real(8);  // standard errors
   Real least = Real(0.002);    // smaller effects have no flag
   Real least_lag = Real(0.08);
+  Real least_curved = Real(0.01);  // change of the ratio together with the depth, at a hand-over
   Real noise_gain = Real(0.42);  // of the filters before: variance of a pair for a reading's of 1
   Real bend = Real(0.1);         // pairs are left out where the regressor bends by more than this share of itself
   Real reliable = Real(30);      // the variation of a term over that of its noise
@@ -73,7 +74,7 @@ class Fit : public Settings {
     known_ = 0;
   }
 
-  /// Add a pair with its number; the pairs before and after it must be the neighbours.
+  /// Add a pair with its number; an outlier interrupts the sequence, as a missing pair does.
   constexpr void add(Real output, Real regressor, std::uint32_t number) noexcept {
     if (known_ > 0 && number != number_ + 1) {
       known_ = 0;
@@ -94,7 +95,7 @@ class Fit : public Settings {
     if (n >= fewest && m > 0) {
       judge(n, m, product(hard_noise, hard_noise), product(soft_noise, soft_noise), found);
     }
-    if (curved_ != 0 && magnitude(curved_) > settings.least) {
+    if (magnitude(curved_) > settings.least_curved) {
       found.curve = curved_;
       found.flags |= misfit_curve;
       found.open += product(curved_, curved_);
@@ -174,7 +175,7 @@ class Fit : public Settings {
     const auto size = [&](Real value, Real error, Real least, std::uint8_t flag) {
       const Real ratio2 = product(value, value), limit = product(product(error, s2), Real(1));
       const Real share = value / mean;
-      if (ratio2 > 16 * limit && flag != misfit_lag) {
+      if (ratio2 > 16 * limit && flag != misfit_lag && !(found.flags & misfit_lag)) {
         const Real size = product(magnitude(share) < 1 ? share : Real(1), ratio);
         (flag == misfit_drift ? found.open_drift : found.open) += product(size, size) / (flag == misfit_drift ? 4 : 1);
       }
@@ -188,12 +189,14 @@ class Fit : public Settings {
     if (!varies) {
       return;
     }
+    if (whole) {  // first: where a channel lags, the transients of a press look like an offset and a curve
+      found.lag = size(all.at(slope, y), all.error(slope), settings.least_lag, misfit_lag);
+    }
     const Real m2 = product(m, m);
     const Real bend = whole ? all.at(square, y) : Real(0);
     const Real spare = whole ? product(m2, product(m2, all.error(square)) + 2 * all.at(one, square)) : Real(0);
     found.offset = -size(all.at(one, y) - product(m2, bend), all.error(one) + spare, settings.least, misfit_offset);
     if (whole) {
-      found.lag = size(all.at(slope, y), all.error(slope), settings.least_lag, misfit_lag);
       found.curve = size(product(m2, bend), product(product(m2, m2), all.error(square)), settings.least, misfit_curve);
     }
   }

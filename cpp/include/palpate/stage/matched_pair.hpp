@@ -45,12 +45,14 @@ class MatchedPair : public Settings {
     }
     const int i = readings_.middle();
     if (i < 0) {
-      return {readings_.hard[0], readings_.soft[3], false};
+      return {readings_.hard[0], readings_.soft[0], false};
     }
-    const Grid grid = fitted(i);
-    if (grid.even) {
-      uneven_ = 0;
-      return filtered(i, grid);
+    if (i >= 1 && i + 1 < readings_.hard.filled()) {
+      const Grid grid = fitted(i);
+      if (grid.even) {
+        uneven_ = 0;
+        return filtered(i, grid);
+      }
     }
     return interpolated(i);
   }
@@ -58,44 +60,47 @@ class MatchedPair : public Settings {
   constexpr void reset() noexcept { readings_.reset(); }
 
  private:
+  using Signed = std::make_signed_t<Ticks>;
   static constexpr int patience = 8;
 
   struct Grid {
-    Real hard_before, hard_after, soft[4];  // deviations, periods
-    bool even, slow;
+    Signed hard_before, hard_after, soft[4];  // deviations, ticks
+    Signed period;
+    bool even;
   };
 
   // A grid around the hard reading in the middle, with the mean period of the soft ones.
   constexpr Grid fitted(int i) const noexcept {
-    Grid grid{};
-    if (i < 1 || i + 1 >= readings_.hard_filled) {
-      return grid;
-    }
-    const auto& r = readings_;
-    const Ticks centre = r.hard_time[i];
-    const auto span = static_cast<Ticks>(ticks_between(r.soft_time[3], r.soft_time[0]) / 3);
-    const Real share = 3 / r.difference(r.soft_time[3], r.soft_time[0]);
-    grid.even = span <= settings.slow_longest;
-    grid.slow = span > settings.longest;
-    for (int j = 0; j < 4; ++j) {
-      grid.soft[j] = product(r.difference(r.soft_time[j], centre), share) - (Real(j) - Real(1.5));
-      grid.even = grid.even && magnitude(grid.soft[j]) < Real(0.25);
-    }
-    grid.hard_before = product(r.difference(r.hard_time[i + 1], centre), share) + 1;
-    grid.hard_after = product(r.difference(r.hard_time[i - 1], centre), share) - 1;
-    grid.even = grid.even && magnitude(grid.hard_before) < Real(0.25) && magnitude(grid.hard_after) < Real(0.25);
+    const auto& hard = readings_.hard;
+    const auto& soft = readings_.soft;
+    const Ticks centre = hard.time(i);
+    const Signed period = ticks_between(soft.time(0), soft.time(3)) / 3, half = period / 2, limit = period / 4;
+    Grid grid{ticks_between(hard.time(i + 1), centre) + period,
+              ticks_between(hard.time(i - 1), centre) - period,
+              {ticks_between(soft.time(3), centre) + period + half, ticks_between(soft.time(2), centre) + half,
+               ticks_between(soft.time(1), centre) - half, ticks_between(soft.time(0), centre) - period - half},
+              period,
+              false};
+    const auto near = [limit](Signed deviation) { return (deviation < limit) & (deviation > -limit); };
+    grid.even = near(grid.hard_before) & near(grid.hard_after) & near(grid.soft[0]) & near(grid.soft[1]) &
+                near(grid.soft[2]) & near(grid.soft[3]) & (period <= static_cast<Signed>(settings.slow_longest));
     return grid;
   }
 
   constexpr Pair<Real> filtered(int i, const Grid& grid) const noexcept {
-    const Real a1 = grid.slow ? settings.slow_hard_side : settings.hard_side;
-    const Real b2 = grid.slow ? settings.slow_soft_side : settings.soft_side;
+    const bool slow = grid.period > static_cast<Signed>(settings.longest);
+    const Real a1 = slow ? settings.slow_hard_side : settings.hard_side;
+    const Real b2 = slow ? settings.slow_soft_side : settings.soft_side;
+    const Real share = 1 / static_cast<Real>(grid.period);
+    const auto part = [share](Signed deviation, Real step) {
+      return product(product(static_cast<Real>(deviation), share), step);
+    };
     const Real before = readings_.hard[i + 1], now = readings_.hard[i], after = readings_.hard[i - 1];
-    const Real sides =
-        (before - product(grid.hard_before, now - before)) + (after - product(grid.hard_after, after - now));
-    const Real* s = readings_.soft;
-    const Real inner = (s[1] + s[2]) - (product(grid.soft[1], s[2] - s[0]) + product(grid.soft[2], s[3] - s[1])) / 2;
-    const Real outer = (s[0] + s[3]) - (product(grid.soft[0], s[1] - s[0]) + product(grid.soft[3], s[3] - s[2]));
+    const Real sides = (before - part(grid.hard_before, now - before)) + (after - part(grid.hard_after, after - now));
+    const auto& soft = readings_.soft;
+    const Real s[4] = {soft[3], soft[2], soft[1], soft[0]};
+    const Real inner = (s[1] + s[2]) - (part(grid.soft[1], s[2] - s[0]) + part(grid.soft[2], s[3] - s[1])) / 2;
+    const Real outer = (s[0] + s[3]) - (part(grid.soft[0], s[1] - s[0]) + part(grid.soft[3], s[3] - s[2]));
     return {now + product(a1, sides - 2 * now), inner / 2 + product(b2, outer - inner), true, true};
   }
 
@@ -104,7 +109,7 @@ class MatchedPair : public Settings {
     uneven_ = static_cast<std::uint8_t>(uneven_ + (uneven_ < patience));
     const bool valid =
         uneven_ == patience && readings_.gap() <= static_cast<std::make_signed_t<Ticks>>(ticks_per_second<Ticks>);
-    return {readings_.hard[i], readings_.soft_at(readings_.hard_time[i]), valid};
+    return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), valid};
   }
 
   Readings<Real, Ticks, 4> readings_;

@@ -40,32 +40,66 @@ constexpr Real seconds_between(Ticks later, Ticks earlier) noexcept {
   return static_cast<Real>(ticks_between(later, earlier)) / static_cast<Real>(ticks_per_second<Ticks>);
 }
 
-/// The last Order soft readings, oldest first, and the last Order / 2 + 1 hard ones, newest first.
+/// The last readings of a channel with their times; index 0 is the newest. A ring: each value is stored once.
+template <class Real, class Ticks, int Least>
+class Channel {
+  static constexpr int size = Least <= 4 ? 4 : 8;
+
+ public:
+  constexpr void push(Ticks time, Real value) noexcept {
+    newest_ = static_cast<std::uint8_t>((newest_ + 1) % size);
+    time_[newest_] = time;
+    value_[newest_] = value;
+    filled_ = static_cast<std::uint8_t>(filled_ + (filled_ < size));
+  }
+  constexpr void reset() noexcept { filled_ = 0; }
+  constexpr int filled() const noexcept { return filled_; }
+  constexpr Ticks time(int i) const noexcept { return time_[place(i)]; }
+  constexpr Real operator[](int i) const noexcept { return value_[place(i)]; }
+
+ private:
+  constexpr unsigned place(int i) const noexcept { return (newest_ - static_cast<unsigned>(i)) % size; }
+
+  Ticks time_[size] = {};
+  Real value_[size] = {};
+  std::uint8_t newest_ = 0, filled_ = 0;
+};
+
+/// The last Order soft readings, and the last Order / 2 + 2 hard ones.
 template <class Real, class Ticks, int Order>
 class Readings {
   static_assert(is_ticks<Ticks>, "palpate::Align: Ticks must be an integer of 32 or 64 bits");
 
  public:
   static constexpr int half = Order / 2;
-  static constexpr int hards = half + 2;
+  Channel<Real, Ticks, half + 2> hard;
+  Channel<Real, Ticks, Order> soft;
 
   /// Takes one reading of each channel; NaN: a missing reading. Returns whether there is a soft one, and all Order.
-  constexpr bool add(Ticks hard_time, Ticks soft_time, Real hard, Real soft) noexcept {
-    if (is_finite(soft)) {
-      push_soft(soft_time, soft);
+  constexpr bool add(Ticks hard_time, Ticks soft_time, Real hard_value, Real soft_value) noexcept {
+    const bool any = is_finite(soft_value);
+    if (any) {
+      if (soft.filled() > 0 && !(ticks_between(soft_time, soft.time(0)) > 0)) {
+        reset();  // the time decreased, or did not change: start again
+      }
+      soft.push(soft_time, soft_value);
     }
-    if (is_finite(hard)) {
-      push_hard(hard_time, hard);
+    if (is_finite(hard_value)) {
+      hard.push(hard_time, hard_value);
     }
-    return is_finite(soft) && soft_filled == Order;
+    return any && soft.filled() >= Order;
   }
 
-  constexpr void reset() noexcept { soft_filled = hard_filled = 0; }
+  constexpr void reset() noexcept {
+    soft.reset();
+    hard.reset();
+  }
 
   /// The newest hard reading between the two soft ones in the middle; -1: there is none.
   constexpr int middle() const noexcept {
-    for (int i = 0; i < hard_filled && i <= half; ++i) {
-      if (difference(hard_time[i], soft_time[half - 1]) > 0 && !(difference(hard_time[i], soft_time[half]) > 0)) {
+    const Ticks from = soft.time(half), to = soft.time(half - 1);
+    for (int i = 0; i < hard.filled() && i <= half; ++i) {
+      if (ticks_between(hard.time(i), from) > 0 && !(ticks_between(hard.time(i), to) > 0)) {
         return i;
       }
     }
@@ -73,54 +107,26 @@ class Readings {
   }
 
   /// Ticks from one soft reading in the middle to the other.
-  constexpr auto gap() const noexcept { return ticks_between(soft_time[half], soft_time[half - 1]); }
+  constexpr auto gap() const noexcept { return ticks_between(soft.time(half - 1), soft.time(half)); }
 
   /// The soft channel at a time: Lagrange interpolation through all Order values.
   constexpr Real soft_at(Ticks time) const noexcept {
     return interpolated(time, std::make_integer_sequence<int, Order>());
   }
 
+ private:
   // In units of 2^24 ticks: this scaling is exact, and near 1 for milliseconds in nanoseconds, so that products of five
   // stay in the range of float.
   static constexpr Real difference(Ticks later, Ticks earlier) noexcept {
     return product(static_cast<Real>(ticks_between(later, earlier)), Real(1) / Real(16777216));
   }
 
-  Ticks soft_time[Order] = {};
-  Real soft[Order] = {};
-  Ticks hard_time[hards] = {};
-  Real hard[hards] = {};
-  std::uint8_t soft_filled = 0, hard_filled = 0;
-
- private:
-  constexpr void push_soft(Ticks time, Real value) noexcept {
-    if (soft_filled > 0 && !(difference(time, soft_time[Order - 1]) > 0)) {
-      reset();  // the time decreased, or did not change: start again
-    }
-    for (int i = 1; i < Order; ++i) {
-      soft_time[i - 1] = soft_time[i];
-      soft[i - 1] = soft[i];
-    }
-    soft_time[Order - 1] = time;
-    soft[Order - 1] = value;
-    soft_filled = static_cast<std::uint8_t>(soft_filled + (soft_filled < Order));
-  }
-
-  constexpr void push_hard(Ticks time, Real value) noexcept {
-    for (int i = hards - 1; i > 0; --i) {
-      hard_time[i] = hard_time[i - 1];
-      hard[i] = hard[i - 1];
-    }
-    hard_time[0] = time;
-    hard[0] = value;
-    hard_filled = static_cast<std::uint8_t>(hard_filled + (hard_filled < hards));
-  }
-
-  // Folds over the sequence I are unrolled by every compiler; loops would take three times as long.
+  // Folds over the sequence I are unrolled by every compiler; loops would take three times as long. The oldest first.
   template <int... I>
   constexpr Real interpolated(Ticks time, std::integer_sequence<int, I...> all) const noexcept {
-    const Real node[] = {difference(soft_time[I], soft_time[half])...};
-    const Real at = difference(time, soft_time[half]);
+    const Ticks middle = soft.time(half - 1);
+    const Real node[] = {difference(soft.time(Order - 1 - I), middle)...};
+    const Real at = difference(time, middle);
     Real sum = 0;
     ((sum += term<I>(node, at, all)), ...);
     return sum;
@@ -128,7 +134,7 @@ class Readings {
 
   template <int I, int... J>
   constexpr Real term(const Real (&node)[Order], Real at, std::integer_sequence<int, J...>) const noexcept {
-    Real above = soft[I], below = 1;
+    Real above = soft[Order - 1 - I], below = 1;
     ((above = J == I ? above : product(above, at - node[J])), ...);
     ((below = J == I ? below : product(below, node[I] - node[J])), ...);
     return above / below;
