@@ -7,12 +7,15 @@ the same way, so the results have the same bits.
 import math
 from collections.abc import Iterable, Mapping
 from enum import IntFlag
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import SampleRing, Tracker
+
+if TYPE_CHECKING:
+    from palpate._core import _Scene
 
 
 class Status(IntFlag):
@@ -182,7 +185,7 @@ def feed(tracker: Tracker, block: Block) -> NDArray[Any]:
     return tracker.process(block["t_hard_ns"], block["t_soft_ns"], hard, soft)
 
 
-def settings_for(scene: str, instrument: Mapping[str, Any]) -> dict[str, Any]:
+def settings_for(scene: "_Scene", instrument: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings of a tracker that follow from the instrument.
 
     Parameters

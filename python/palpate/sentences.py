@@ -64,7 +64,9 @@ def _offset(touch: Touch) -> str:
     told = f"the {first} bump is reached {_per_cent(share)} of the mean depth before the {second} one (bumps not level)"
     told += ": hold the probe upright"
     if isfinite(touch.offset_ratio):
-        told += f". With this offset taken out, the ratio is {plus_minus(touch.offset_ratio, touch.offset_standard_error)}"
+        told += (
+            f". With this offset taken out, the ratio is {plus_minus(touch.offset_ratio, touch.offset_standard_error)}"
+        )
     return told
 
 

@@ -32,7 +32,18 @@ def test_replay_prints_one_row_a_touch() -> None:
     result = run("replay", FOUR)
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
-    assert lines[0].split() == ["touch", "start_s", "samples", "ratio", "std.", "error", "covariance", "alarm", "result", "flags"]
+    assert lines[0].split() == [
+        "touch",
+        "start_s",
+        "samples",
+        "ratio",
+        "std.",
+        "error",
+        "covariance",
+        "alarm",
+        "result",
+        "flags",
+    ]
     assert len(lines) == 5
     touches = palpate.touches(palpate.read(FOUR))
     for line, touch in zip(lines[1:], touches, strict=True):

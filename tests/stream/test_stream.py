@@ -24,6 +24,7 @@ from palpate import (
 from palpate.recording.foreign import recorded
 from palpate.samples import RETAKEN, block_of, samples_of
 from palpate.simulation import scenarios
+from palpate.sources.files import FileSource
 from palpate.stream.estimate import Estimate
 from palpate.touch import tracked
 from recording_bench import Scripted, sample
@@ -45,8 +46,16 @@ def four(seed: int = 1) -> list[Sample | Exception]:
 
 def hexed(touches: list[palpate.Touch]) -> list[tuple[Any, ...]]:
     return [
-        (t.start, t.samples, t.revised, t.flags, *map(float.hex, (t.covariance, t.offset_ratio, t.offset_standard_error)))
-        + tuple(map(float.hex, (t.ratio, t.standard_error, t.first_ratio, t.first_standard_error, *t.effects.values())))
+        (
+            t.start,
+            t.samples,
+            t.revised,
+            t.flags,
+            *map(float.hex, (t.covariance, t.offset_ratio, t.offset_standard_error)),
+            *tuple(
+                map(float.hex, (t.ratio, t.standard_error, t.first_ratio, t.first_standard_error, *t.effects.values()))
+            ),
+        )
         for t in touches
     ]
 
@@ -59,7 +68,8 @@ def told(estimates: Iterable[Estimate]) -> list[palpate.Touch]:
             assert not estimate.ended.revised
             known.append(estimate.ended)
         if estimate.revised:
-            assert estimate.revised.revised and estimate.revised.first_ratio == known[-1].ratio
+            assert estimate.revised.revised
+            assert estimate.revised.first_ratio == known[-1].ratio
             known[-1] = estimate.revised
     return known
 
@@ -409,7 +419,8 @@ def test_a_reading_of_one_channel_alone_reaches_the_tracker_live_and_in_a_replay
     run, path = scenarios.run("lost-10", seed=2), tmp_path / "run.csv"
     block = run.block()
     alone = np.isfinite(block["hard"]) != np.isfinite(block["soft"])
-    assert alone.sum() > 50 and (block["status"][alone] == Status.LOST).all()
+    assert alone.sum() > 50
+    assert (block["status"][alone] == Status.LOST).all()
     with Stream(Scripted(list(samples_of(block)), full_scale_pF=run.full_scale_pF), record=path) as stream:
         list(stream)
     assert hexed(stream.touches) == hexed(palpate.touches(recorded(path))) == hexed(palpate.touches(palpate.read(path)))
@@ -423,7 +434,8 @@ def test_a_reading_of_one_channel_alone_reaches_the_tracker_live_and_in_a_replay
 
 @pytest.mark.parametrize(("stamps", "smoothed"), [("host", True), ("converter", False), (None, False)])
 def test_a_source_says_whose_its_stamps_are(tmp_path: Path, stamps: str | None, smoothed: bool) -> None:
-    path, described = tmp_path / "run.csv", {"stamps": stamps} if stamps else {}
+    path = tmp_path / "run.csv"
+    described: dict[str, Any] = {"stamps": stamps} if stamps else {}
     run = scenarios.run("host-stamps", seed=1)
     with Stream(Scripted(list(samples_of(run.block())), **described), record=path) as stream:
         list(stream)
@@ -431,7 +443,7 @@ def test_a_source_says_whose_its_stamps_are(tmp_path: Path, stamps: str | None, 
     recording = recorded(path)
     assert (recording.host_stamps, palpate.read(path).host_stamps) == (smoothed, smoothed)
     assert recording.describe().get("stamps") == stamps
-    for again in (recording, palpate.read(path), palpate.open(str(path))):
+    for again in (recording, palpate.read(path), FileSource(str(path))):
         assert hexed(palpate.touches(again)) == hexed(stream.touches)
     chosen = palpate.touches(recording, host_stamps=not smoothed)
     assert hexed(chosen) != hexed(stream.touches)

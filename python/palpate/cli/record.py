@@ -106,6 +106,7 @@ class _Session:
         self._all_s: float | None = None  # when the last touch ended
         self._printed = 0
         self._headed = False
+        self._said: set[str] = set()  # sentences about touches; a revised touch says them again
         self._progress = _Progress()
 
     def run(self) -> None:
@@ -173,7 +174,10 @@ class _Session:
             click.echo(cli_touches.HEADER)
             self._headed = True
         click.echo(cli_touches.row(number, touch))
-        click.echo(cli_touches.advised([touch], number), nl=False)
+        for line in cli_touches.advised([touch], number).splitlines():
+            if line not in self._said:
+                self._said.add(line)
+                click.echo(line)
 
     def _line(self) -> str:
         counters, tracker = self._stream.counters, self._stream.tracker

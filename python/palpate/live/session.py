@@ -117,7 +117,13 @@ class Session:
         ValueError, PalpateError
             As `Stream` does.
         """
-        orders = {"tare": self._do_tare, "tare anyway": self._do_force, "record": self._do_record, "stop": self._do_stop, "again": self._do_again}
+        orders = {
+            "tare": self._do_tare,
+            "tare anyway": self._do_force,
+            "record": self._do_record,
+            "stop": self._do_stop,
+            "again": self._do_again,
+        }
         with self._commands:
             return self._do_mark(command.text) if command.do == "mark" else orders[command.do]()
 

@@ -92,7 +92,12 @@ class SerialSource(Source):
 
     def describe(self) -> dict[str, Any]:
         """Return the settings of the port."""
-        return {"name": "serial port", **self._settings, "clock": "arrival of a line, ns since the start", "stamps": "host"}
+        return {
+            "name": "serial port",
+            **self._settings,
+            "clock": "arrival of a line, ns since the start",
+            "stamps": "host",
+        }
 
     def interrupt(self) -> None:
         """Stop the iteration."""

@@ -8,16 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate._core import SampleRing, Touch, Tracker
 from palpate.errors import SourceTimeout
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import sidecar_path
-from palpate.samples import DTYPE, RETAKEN, Block, Sample, feed, refused, samples_of, saturated, settings_for
+from palpate.samples import DTYPE, settings_for
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
+from palpate.stream.feeding import Feeding
 from palpate.stream.reader import Reader
 from palpate.stream.recording_slot import RecordingSlot
 
@@ -101,18 +101,15 @@ class Stream:
             if isinstance(source, str):
                 source = on_failure.enter_context(closing(open_source(source)))
             self.source = source
-            self._notify = notify or self.source.notify
-            self.source.notify = self._notify
+            if notify:
+                self.source.notify = notify
             if tracker is None:
                 self.tracker = Tracker(scene, **{**settings_for(scene, self.source.describe()), **given})
             on_failure.pop_all()
         self._recordings = RecordingSlot(self.source, self.tracker, lambda: self.counters, record, notes or [])
         self._reader: Reader | None = None
-        self._fed: Sample | None = None
-        self._touches, self._revisions = self.tracker.touch_count, self.tracker.revision_count  # in batches so far
-        self._retaken = self._never = self.tracker.retaken
-        self._delivered = self._refused = self._saturated = 0
-        self._ended = self._closed = self._raised = self._begins = self._stop_asked = False
+        self._feeding = Feeding(self.tracker, self.source.notify)
+        self._closed = self._raised = self._begins = self._stop_asked = False
 
     def __enter__(self) -> Self:
         """Begin the measurement."""
@@ -146,7 +143,7 @@ class Stream:
         reader = self._begun()
         while (batch := self._next(reader)) is not None:
             yield batch
-        if last := self._finish():
+        if last := self._feeding.finish():
             yield last
         if reader.error is not None and not self._raised:
             self._raised = True
@@ -168,7 +165,7 @@ class Stream:
         reader, recorder, own = self._reader, self.recorder, self.source.counters
         if reader is None:
             return StreamCounters()
-        delivered, dropped = self._delivered, self._ring.dropped
+        delivered, dropped = self._feeding.delivered, self._ring.dropped
         read = reader.read  # read last: so `waiting` cannot be negative
         return StreamCounters(
             read=read,
@@ -177,13 +174,13 @@ class Stream:
             delivered=delivered,
             dropped=dropped,
             waiting=read - delivered - dropped,
-            refused=self._refused,
-            saturated=self._saturated,
+            refused=self._feeding.refused,
+            saturated=self._feeding.saturated,
             recorded=recorder.rows if recorder else 0,
             unrecorded=recorder.dropped if recorder else 0,
             errors=own.get("errors", 0),
             reconnects=own.get("reconnects", 0),
-            retaken=self.tracker.retaken - self._never,
+            retaken=self._feeding.retaken,
         )
 
     def start_recording(self, record: str | os.PathLike[str], notes: list[str] | None = None) -> Recorder:
@@ -236,8 +233,8 @@ class Stream:
             The probe is in contact, and `force` is False.
         """
         self.tracker.tare(force)
-        if self.recorder and self._fed:
-            self.recorder.mark("tare", self._fed, tare=True)
+        if self.recorder and self._feeding.last:
+            self.recorder.mark("tare", self._feeding.last, tare=True)
 
     def stop(self) -> bool:
         """End the iteration after the samples read so far; from any thread or signal handler. False before `with`."""
@@ -266,7 +263,7 @@ class Stream:
         stopped = self._reader.join(STOP_S)
         while self._next(self._reader, wait=False):
             pass
-        self._finish()
+        self._feeding.finish()
         failure = None if stopped else SourceTimeout(f"the source did not stop within {STOP_S} s; it still runs")
         try:
             self._recordings.close(failure or self._reader.error)
@@ -289,38 +286,8 @@ class Stream:
         while True:
             closed = self._ring.closed
             if count := self._ring.pop_many(waiting):
-                return self._estimated(waiting[:count])
+                return self._feeding.send(waiting[:count])
             if closed or not wait or self._closed:
                 return None
             reader.ready.wait(_POLL_S)
             reader.ready.clear()
-
-    def _estimated(self, block: Block) -> Batch:
-        rows = feed(self.tracker, block)
-        self._fed = samples_of(block[-1:])[0]
-        self._delivered += len(block)
-        self._refused += int(np.count_nonzero(refused(block)))
-        self._saturated += int(np.count_nonzero(saturated(block)))
-        if self.tracker.retaken > self._retaken:
-            self._retaken = self.tracker.retaken
-            self._notify(RETAKEN)
-        return self._batch(block, rows)
-
-    def _batch(self, block: Block, rows: NDArray[Any]) -> Batch:
-        """Return a batch with the touches that ended, and those that were revised, since the last one."""
-        tracker, first = self.tracker, self._touches + 1
-        touches, numbers = tracker.touches_since(self._touches), tracker.revisions_since(self._revisions)
-        self._touches += len(touches)
-        self._revisions += len(numbers)
-        return Batch(block, rows, touches, first, [(n, tracker.touches_since(n - 1)[0]) for n in numbers])
-
-    def _finish(self) -> Batch | None:
-        """End a touch that is still running; return the last batch."""
-        if self._ended:
-            return None
-        self._ended = True
-        self.tracker.finish()
-        if self.tracker.touch_count == self._touches:
-            return None
-        nothing = np.empty(0, DTYPE)
-        return self._batch(nothing, feed(self.tracker, nothing))
