@@ -88,8 +88,9 @@ class Contact : public Settings {
 
   /// Whether a touch may have begun.
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
-  /// Whether the idle channels fell far below the baseline: it was measured in contact, or it jumped.
-  constexpr bool fell() const noexcept { return fall_ >= settings.limit; }
+  /// Whether the idle channels fell far below the baseline: it was measured in contact, or it jumped. Three times the
+  /// limit, at least 11 values: a burst of noise is no fall, and a touch that begins meanwhile would be lost.
+  constexpr bool fell() const noexcept { return fall_ >= 3 * settings.limit; }
   /// While idle: number of values since the last one below quiet; in contact: this number when the contact was found.
   constexpr int age() const noexcept { return age_; }
 
@@ -105,7 +106,7 @@ class Contact : public Settings {
       age_ = static_cast<std::uint16_t>(size >= settings.quiet ? age_ + 1 : 0);
     }
     if (sum_ >= settings.limit) {
-      enter(Real(0));
+      enter(change);
     }
     return contact();
   }

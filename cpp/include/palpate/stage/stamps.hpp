@@ -14,7 +14,7 @@ namespace palpate {
 template <class Real, class Ticks>
 class SteadyStamps {
  public:
-  static constexpr int memory = 32;
+  static constexpr int memory = 64;
 
   constexpr Ticks smooth(Ticks time) noexcept {
     const auto since = static_cast<Real>(ticks_between(time, base_));
