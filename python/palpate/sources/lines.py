@@ -75,7 +75,8 @@ class SerialSource(Source):
             first, second = self._values(line)
             if first is not None:
                 if hard is not None:
-                    yield self._lost(seq, hard[0])
+                    self._counters["lost"] += 1
+                    yield _sample(seq, hard, (hard[0], math.nan))
                     seq += 1
                 hard = now, first
             if second is not None and hard is not None:
@@ -141,10 +142,6 @@ class SerialSource(Source):
             hard = soft = None
         self._counters["errors"] += hard is None and soft is None
         return hard, soft
-
-    def _lost(self, seq: int, t_ns: int) -> Sample:
-        self._counters["lost"] += 1
-        return Sample(seq, t_ns, t_ns, -1, -1, math.nan, math.nan, Status.LOST)
 
     def _open(self) -> Any:
         try:
