@@ -53,11 +53,18 @@ struct Whole {
 };
 struct PaperScene : Whole<embedded::PaperTracker<float>> {};
 struct Handheld : Whole<embedded::HandheldTracker<float>> {};
+template <class AlignStage>
+using LeanWith = embedded::HandheldTracker<float, Ticks, embedded::Handover<float>,
+                                           defaults<TrackerSettings<embedded::Handover<float>>>, AlignStage>;
+struct HandheldMatched : Whole<LeanWith<embedded::MatchedPair<float, Ticks>>> {};
+struct HandheldUnfitted : Whole<embedded::FullHandheldTracker<float, Ticks, NoFit<float>>> {};
+struct HandheldFull : Whole<embedded::FullHandheldTracker<float>> {};
 struct Sliding : Whole<embedded::SlidingTracker<float>> {};
 struct HandheldRuntime : Whole<HandheldTracker<float, Ticks>> {};
 
-struct AlignStage {
-  using State = embedded::Align<float, Ticks>;
+template <class Stage>
+struct Aligns {
+  using State = Stage;
   static float take(State& state, Ticks t_hard, Ticks t_soft, float hard, float soft) {
     return state.feed(t_hard, t_soft, hard, soft).soft;
   }
@@ -67,8 +74,31 @@ struct AlignStage {
   }
 };
 
-struct BaselineStage {
-  using State = embedded::Baseline<float>;
+struct AlignStage : Aligns<embedded::Align<float, Ticks>> {};
+struct MatchedPairStage : Aligns<embedded::MatchedPair<float, Ticks>> {};
+
+/// The sums of a pair; its result is taken at reading 367, the end of the first touch.
+struct FitStage {
+  struct State : embedded::Fit<float> {
+    std::uint32_t count = 0;
+    float drift = 0;
+  };
+  static float take(State& state, float output, float regressor) {
+    state.add(output, regressor, state.count);
+    if (++state.count == 368) {
+      state.drift = state.result(1e-5f, 1e-5f).drift;
+    }
+    return state.drift;
+  }
+  template <class Function>
+  static auto with(Function* function, State& state, const Reading& r) {
+    return function(state, r.hard - Readings::idle_hard, r.soft - Readings::idle_soft);
+  }
+};
+
+template <class Stage>
+struct Follows {
+  using State = Stage;
   static void take(State& state, float value) {
     if (state.ready()) {
       state.follow(value);
@@ -82,14 +112,21 @@ struct BaselineStage {
   }
 };
 
-struct ContactStage {
-  using State = embedded::Contact<float>;
+struct BaselineStage : Follows<embedded::Baseline<float>> {};
+struct FullBaselineStage : Follows<embedded::FullBaseline<float>> {};
+
+template <class Stage>
+struct Gates {
+  using State = Stage;
   static void take(State& state, float change, float noise) { state.update(change, noise); }
   template <class Function>
   static auto with(Function* function, State& state, const Reading& r) {
     return function(state, magnitude(r.soft - Readings::idle_soft), 2e-5f);
   }
 };
+
+struct ContactStage : Gates<embedded::Contact<float>> {};
+struct FullContactStage : Gates<embedded::FullContact<float>> {};
 
 /// For estimators without check: only finite samples.
 template <class Subject>
@@ -118,10 +155,17 @@ void for_each(Visit visit) {
   visit("Gated", Gated());
   visit("HandoverEstimator", HandoverEstimator());
   visit("AlignStage", AlignStage());
+  visit("MatchedPairStage", MatchedPairStage());
   visit("BaselineStage", BaselineStage());
+  visit("FullBaselineStage", FullBaselineStage());
   visit("ContactStage", ContactStage());
+  visit("FullContactStage", FullContactStage());
+  visit("FitStage", FitStage());
   visit("PaperScene", PaperScene());
   visit("Handheld", Handheld());
+  visit("HandheldMatched", HandheldMatched());
+  visit("HandheldUnfitted", HandheldUnfitted());
+  visit("HandheldFull", HandheldFull());
   visit("Sliding", Sliding());
   visit("HandheldRuntime", HandheldRuntime());
 }

@@ -26,9 +26,10 @@ DEFAULTS = {
     "HandoverRls": {
         "steady": 0.995,
         "drift": 0.75,
-        "threshold": 8.0,
+        "threshold": 10.0,
         "clip": 3.0,
         "smoothing": 0.0625,
+        "guard": 2,
         "initial_ratio": 1.0,
         "initial_covariance": 1e10,
         "max_covariance": 1e12,

@@ -31,7 +31,12 @@ def test_readings_and_blocks_give_the_same_bits(scene: Any, cuts: list[int], nam
     single = palpate.Tracker(scene)
     ended = [t for t in (single.feed(*map(float, row)) for row in zip(*columns, strict=True)) if t is not None]
     last = single.finish()
-    assert whole.touches == split.touches == single.touches == ended + ([last] if last else [])
+    assert whole.touches == split.touches == single.touches
+    at_once = ended + ([last] if last else [])
+    assert [t.first_ratio for t in at_once] == [t.first_ratio for t in single.touches]
+    assert [t for t in single.touches if not t.revised] == [
+        t for t, later in zip(at_once, single.touches, strict=True) if not later.revised
+    ]
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -54,31 +59,29 @@ def test_it_does_not_matter_when_a_recording_began(start: float) -> None:
 
 
 def test_the_handheld_scene_is_its_stages() -> None:
-    """The tracker's ratio is HandoverRls on aligned changes: recomputed here with numpy's polynomials."""
+    """The tracker's ratio is HandoverRls on changes through the matched pair of filters: recomputed here with numpy."""
     run = scenarios.run("tremor", 2)
     tracker, rows = process("handheld", run)
     [touch] = tracker.touches
     used = np.flatnonzero(rows["touch"] == 1)
-    assert touch.samples == 250 == len(used)
-    # The pair that reading k completes is hard k - 1 and the cubic through soft k - 3 to k.
-    hard = run.hard[used - 1]
-    soft = []
-    for k in used:
-        t = run.t_soft_s[k - 3 : k + 1] - run.t_hard_s[k - 1]
-        soft.append(np.polyfit(t * 40, run.soft[k - 3 : k + 1], 3)[-1])
+    assert touch.samples == len(used) in (250, 251)
+    # The pair that reading k completes is around hard k - 1; the jitter of its times is ignored here.
+    h, s = run.hard, run.soft
+    hard = (1 - 2 * 0.21048) * h[used - 1] + 0.21048 * (h[used - 2] + h[used])
+    soft = (0.5 - 0.04482) * (s[used - 2] + s[used - 1]) + 0.04482 * (s[used - 3] + s[used])
     # The baselines are not shown; two ratios of the touch give them back.
     ratios = rows["ratio"][used]
     base = [np.median(c[run.t_hard_s < 1.9]) for c in (run.hard, run.soft)]
-    again = palpate.HandoverRls().process(hard - base[0], np.array(soft) - base[1])
-    # Baselines from other samples: 2 * 40 aF / sqrt(40) over 0.25 pF.
-    assert ratios[20:] == pytest.approx(again[20:], rel=2e-4)
+    again = palpate.HandoverRls().process(hard - base[0], soft - base[1])
+    # Baselines from other samples: 2 * 40 aF / sqrt(40) over 0.25 pF; and the jitter.
+    assert ratios[20:] == pytest.approx(again[20:], rel=4e-4)
 
 
 def test_saturated_readings_are_left_out_and_counted() -> None:
     run = scenarios.run("saturating", 2)
     [touch] = palpate.touches(run)
     assert touch.saturated > 200
-    assert {"saturated", "short"} <= set(touch.flags)
+    assert "saturated" in touch.flags
 
 
 def test_lost_readings_are_counted() -> None:
@@ -86,8 +89,8 @@ def test_lost_readings_are_counted() -> None:
     [touch] = palpate.touches(run)
     inside = slice(touch.start, touch.start + 300)
     missing = int((run.status[inside] == palpate.Status.LOST).sum())
-    # A lost soft value leaves the hard values beside it without a partner.
-    assert 0 < touch.refused <= 2 * missing
+    # A window has four soft values and three hard ones: those that are not whole are left out.
+    assert missing < touch.refused <= 4 * missing
     assert "refused" not in touch.flags
 
 
@@ -104,7 +107,8 @@ def test_states_and_rows_tell_the_same() -> None:
         "waiting",
     ]
     _, rows = process("handheld", run)
-    assert (rows["touch"] > 0).sum() == 1000 == sum(touch.samples for touch in tracker.touches)
+    assert [touch.samples in (250, 251) for touch in tracker.touches] == [True] * 4
+    assert (rows["touch"] > 0).sum() == sum(touch.samples for touch in tracker.touches)
     assert tracker.readings == len(run.hard)
     assert np.isfinite(tracker.standard_error)
 
@@ -126,7 +130,10 @@ def test_tare_after_the_baseline_jumped() -> None:
     tracker = palpate.Tracker()
     tracker.process(t[0][:60], t[1][:60], run.hard[:60] - 0.5 * jumped[:60], run.soft[:60])
     assert tracker.state == "contact"
-    tracker.tare()
+    with pytest.raises(RuntimeError, match="contact"):
+        tracker.tare()
+    assert tracker.state == "contact"
+    tracker.tare(force=True)
     assert (tracker.state, len(tracker.touches)) == ("baseline", 1)
     again = tracker.process(t[0] + 100, t[1] + 100, run.hard, run.soft)
     tracker.finish()
@@ -165,7 +172,7 @@ def test_settings_are_checked(scene: Any, settings: Any, message: str) -> None:
 
 def test_readings_are_checked() -> None:
     with pytest.raises(
-        TypeError, match="got an unexpected keyword 'clip', allowed: samples, full_scale, release, steady"
+        TypeError, match="got an unexpected keyword 'clip', allowed: samples, seconds, full_scale, release, steady"
     ):
         palpate.Tracker("paper", clip=3)  # type: ignore[call-overload]
     with pytest.raises(TypeError, match="drift: got 'x', allowed: a number"):

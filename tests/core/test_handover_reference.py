@@ -72,6 +72,7 @@ tuning = st.fixed_dictionaries(
         "threshold": st.sampled_from([1.1, 3.7, 20.7]),
         "clip": st.sampled_from([2.2, 6.0]),
         "smoothing": st.sampled_from([0.01, 0.5, 1.0]),
+        "guard": st.sampled_from([0, 1, 5, 40]),
         "initial_ratio": st.sampled_from([2.5, -4.0]),
         "initial_covariance": st.sampled_from([1.0, 1e4]),
         "max_covariance": st.sampled_from([1e4, 1e6]),

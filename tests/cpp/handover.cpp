@@ -42,21 +42,40 @@ constexpr bool instrument_gives_way() noexcept {
 }
 static_assert(instrument_gives_way());
 
-// The sums are those since the side was last 0; the other side stays at 0.
-constexpr bool cusum_knows_when() noexcept {
+// The sums are those since the side was last 0, without the first `guard` samples; the other side stays at 0.
+constexpr bool cusum_knows_when(int guard) noexcept {
   TwoSidedCusum<double> cusum;
   for (int i = 0; i < 5; ++i) {
-    cusum.add(-0.5, 0.75, {1.0, 7.0, 1.0});
+    cusum.add(-0.5, 0.75, guard, {1.0, 7.0, 1.0});
   }
   const bool calm = cusum.statistic() == 0 && cusum.up.sums.count == 0 && cusum.down.sums.information == 0;
   for (int i = 0; i < 4; ++i) {
-    cusum.add(2.75, 0.75, {2.0, 10.0, 3.0});
+    cusum.add(2.75, 0.75, guard, {2.0, i < guard ? 99.0 : 10.0, 3.0});
   }
   const auto& up = cusum.larger();
-  return calm && cusum.statistic() == 8 && cusum.down.statistic == 0 && up.weighted_output == 80 &&
-         up.sums.information == 24 && up.sums.squares == 16 && up.sums.count == 4;
+  const int n = guard < 4 ? 4 - guard : 0;
+  return calm && cusum.statistic() == 8 && cusum.down.statistic == 0 && up.weighted_output == 20 * n &&
+         up.sums.information == 6 * n && up.sums.squares == 4 * n && up.sums.count == n && up.age == 4;
 }
-static_assert(cusum_knows_when());
+static_assert(cusum_knows_when(0) && cusum_knows_when(2) && cusum_knows_when(7));
+
+// A hand-over leaves out the first `guard` samples since the CUSUM was 0, and takes the last one if none is left.
+constexpr bool handover_keeps_its_guard(double guard) noexcept {
+  HandoverSettings<double> settings;
+  settings.guard = guard;
+  Handover<double> estimator({settings});
+  for (int i = 0; i < 40; ++i) {
+    estimator.update(2.0 + (i % 2 ? 1e-3 : -1e-3), 1.0);
+  }
+  for (int i = 0; i < 20; ++i) {
+    if (estimator.update(i < 2 ? 2.5 : 3.0, 1.0).alarm) {  // the first two are smeared
+      const double n = i + 1 - guard, mean = guard < 2 ? 3.0 - 0.5 * (2 - guard) / n : 3.0;
+      return estimator.count() == (n > 1 ? n : 1) && near(estimator.ratio(), mean, 1e-12);
+    }
+  }
+  return false;
+}
+static_assert(handover_keeps_its_guard(0) && handover_keeps_its_guard(2) && handover_keeps_its_guard(60));
 
 // Alternating innovations have the correlation -1, the least that is believed; what the forecast leaves is small.
 constexpr bool noise_learns_a_correlation() noexcept {
@@ -101,7 +120,7 @@ static_assert(noise_skips_an_outlier());
 
 // The same again at run time, where a flipped operator is noticed.
 int main() {
-  return instrument_is_the_mean() && instrument_gives_way() && cusum_knows_when() && noise_learns_a_correlation() &&
+  return instrument_is_the_mean() && instrument_gives_way() && cusum_knows_when(2) && handover_keeps_its_guard(2) && noise_learns_a_correlation() &&
                  noise_sees_an_offset() && noise_skips_an_outlier()
              ? 0
              : 1;

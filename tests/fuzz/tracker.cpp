@@ -57,7 +57,10 @@ class Bytes {
 template <class Scene, class Real, class Ticks>
 void run_scene(Bytes bytes) {
   Scene scene;
-  scene.settings.samples = bytes.take<std::uint8_t>();
+  const auto samples = bytes.take<std::uint8_t>();
+  if constexpr (!std::is_const_v<std::remove_reference_t<decltype(scene.settings)>>) {
+    scene.settings.samples = samples;
+  }
   Ticks t_hard = 0, t_soft = 0;
   Real hard = 0, soft = 0;
   while (!bytes.empty()) {
@@ -73,9 +76,24 @@ void run_scene(Bytes bytes) {
       require(touch.samples > 0 ? known : touch.ratio != touch.ratio, "a touch without a ratio");
       require(!(touch.standard_error < 0), "a negative standard error");
     }
+    if (report.revised) {
+      const auto touch = scene.touch();
+      require(palpate::is_finite(touch.first_ratio) || touch.samples == 0, "a revised touch without a first ratio");
+      require(touch.revision != palpate::Revision::none, "a revised touch without a revision");
+    }
     if (!palpate::is_finite(hard) || !palpate::is_finite(soft)) {
       hard = soft = 0;
     }
+  }
+}
+
+template <class Real, class Ticks>
+void run_stamps(Bytes bytes) {
+  palpate::SteadyStamps<Real, Ticks> stamps;
+  Ticks time = 0;
+  while (!bytes.empty()) {
+    time = bytes.time(time);
+    stamps.smooth(time);
   }
 }
 
@@ -99,8 +117,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Bytes bytes(data, size);
   run_scene<palpate::HandheldTracker<double>, double, std::int64_t>(bytes);
   run_scene<palpate::HandheldTracker<float, std::uint32_t>, float, std::uint32_t>(bytes);
+  run_scene<palpate::embedded::HandheldTracker<float>, float, std::uint32_t>(bytes);
   run_scene<palpate::PaperTracker<float, std::uint32_t>, float, std::uint32_t>(bytes);
   run_scene<palpate::FixedTracker<double>, double, std::int64_t>(bytes);
+  run_stamps<double, std::int64_t>(bytes);
+  run_stamps<float, std::uint32_t>(bytes);
   run_estimator<palpate::AdaptiveRls<double>>(bytes);
   run_estimator<palpate::AdaptiveRls<float>>(bytes);
   run_estimator<palpate::Handover<double>>(bytes);

@@ -33,29 +33,49 @@ using AdaptiveRls = Rls<Real, Forgetting<Real>, Detector<Real>, Bound<Real>>;
 template <class Real>
 using Handover = palpate::Handover<Real, Constant<defaults<HandoverSettings<Real>>>>;
 
-template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
-using Contact = palpate::Contact<Real, Constant<settings>>;
+/// Lean stages: the level without a test for a drift, and the gate without one for a wrong baseline.
 template <class Real>
-using Baseline = palpate::Baseline<Real, 32, Constant<defaults<BaselineSettings<Real>>>>;
+using Baseline = palpate::Baseline<Real, 32, Constant<defaults<BaselineSettings<Real>>>, false>;
+template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
+using Contact = palpate::Contact<Real, Constant<settings>, true, false>;
 template <class Real, class Ticks>
 using Align = palpate::Align<Real, Ticks, 4, Constant<defaults<AlignSettings<Ticks>>>>;
+
+/// Stages of the full scenes.
+template <class Real>
+using FullBaseline = palpate::Baseline<Real, 32, Constant<defaults<BaselineSettings<Real>>>>;
+template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
+using FullContact = palpate::Contact<Real, Constant<settings>>;
+template <class Real, class Ticks>
+using MatchedPair = palpate::MatchedPair<Real, Ticks, Constant<defaults<MatchedPairSettings<Real, Ticks>>>>;
+template <class Real>
+using Fit = palpate::Fit<Real, Constant<defaults<FitSettings<Real>>>>;
 
 /// Gate and the estimator of the paper, which needs no check: GatedEstimator checks the samples, and there are none
 /// without contact.
 template <class Real>
-using GatedRls = GatedEstimator<palpate::Contact<Real, Constant<defaults<ContactSettings<Real>>>, false>,
+using GatedRls = GatedEstimator<palpate::Contact<Real, Constant<defaults<ContactSettings<Real>>>, false, false>,
                                 PaperRls<Real>, Constant<defaults<GatedSettings<PaperRls<Real>>>>>;
 
-/// The scenes of palpate::Tracker; `settings` may be a constant of your own.
+/// Lean scenes of palpate::Tracker: a ratio with its standard error, without flags and revision. `settings` may be a
+/// constant of your own.
 template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>,
           const auto& settings = defaults<TrackerSettings<Estimator>>>
-using PaperTracker = Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, Constant<settings>>;
+using PaperTracker =
+    Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, NoFit<Real>, Constant<settings>>;
 template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>,
-          const auto& settings = defaults<TrackerSettings<Estimator>>>
-using HandheldTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, Constant<settings>>;
-
+          const auto& settings = defaults<TrackerSettings<Estimator>>, class AlignStage = Align<Real, Ticks>>
+using HandheldTracker =
+    Tracker<Real, AlignStage, Baseline<Real>, Contact<Real>, Estimator, NoFit<Real>, Constant<settings>>;
 template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>>
 using SlidingTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real, sliding_contact<Real>>,
-                               Estimator, Constant<unlimited<Estimator>>>;
+                               Estimator, NoFit<Real>, Constant<unlimited<Estimator>>>;
+
+/// All that the scene handheld has on a computer; its results have the same bits. `FitStage` NoFit<Real>: no flags, and
+/// no revision.
+template <class Real, class Ticks = std::uint32_t, class FitStage = Fit<Real>, class Estimator = Handover<Real>,
+          const auto& settings = timed<Estimator>>
+using FullHandheldTracker = Tracker<Real, MatchedPair<Real, Ticks>, FullBaseline<Real>, FullContact<Real>, Estimator,
+                                    FitStage, Constant<settings>>;
 
 }  // namespace palpate::embedded

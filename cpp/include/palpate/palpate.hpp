@@ -7,4 +7,5 @@
 #include <palpate/elasticity.hpp>
 #include <palpate/embedded.hpp>
 #include <palpate/ring.hpp>
+#include <palpate/stage/stamps.hpp>
 #include <palpate/version.hpp>

@@ -7,20 +7,13 @@
 #include <cstdint>
 #include <limits>
 #include <palpate/stage/fit.hpp>
+#include <palpate/stage/revision.hpp>
 
 namespace palpate {
 
 struct Counts {
   std::size_t start = 0;  // index of the first reading of the touch, from 0
   std::uint32_t samples = 0, alarms = 0, saturated = 0, refused = 0;
-};
-
-/// What the baseline after a touch says about it.
-enum class Revision : std::uint8_t {
-  none,      // it is not known
-  drift,     // the ratio is corrected for the change of the baseline
-  creep,     // a channel recovers after the release: the ratio is not corrected
-  baseline,  // the baseline before the touch was measured in contact: the ratio is not corrected
 };
 
 /// The result of a touch: ratio and standard_error are the best that is known; first_ratio is the one at its end.
@@ -41,8 +34,8 @@ template <class Real>
 struct Report {
   Real ratio;
   bool alarm, contact;
-  bool finished;  // touch() is new
-  bool revised;   // touch() is revised
+  bool finished;         // touch() is new
+  bool revised = false;  // touch() is revised
 };
 
 }  // namespace palpate

@@ -199,11 +199,12 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
 
   /// Returns whether the last touch is revised.
   constexpr bool gate_with(ticks_type time, Real hard, Real soft) noexcept {
+    const Real moved = change(hard, soft), spread = noise();
     if (!ready()) {
-      return collect(time, hard, soft);
+      return !gate_between(moved, spread) && collect(time, hard, soft);
     }
     const bool was_idle = gate.idle(), was_in_contact = gate.contact();
-    gate.update(change(hard, soft), noise(), running_);
+    gate.update(moved, spread, running_);
     if (gate.contact() && !(ContactStage::releases ? was_in_contact : running_)) {
       start();
     } else if (was_in_contact && !gate.contact()) {
@@ -235,14 +236,19 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
     soft_baseline.reset();
   }
 
-  // A touch that begins before a new baseline is measured uses the old baseline. The last tenth of a release takes time.
-  constexpr bool collect(ticks_type time, Real hard, Real soft) noexcept {
-    if (gate.update_between(change(hard, soft), noise())) {
+  // A touch that begins before a new baseline is measured uses the old baseline.
+  constexpr bool gate_between(Real moved, Real spread) noexcept {
+    const bool begins = gate.update_between(moved, spread);
+    if (begins) {
       hard_baseline.keep();
       soft_baseline.keep();
       start();
-      return false;
     }
+    return begins;
+  }
+
+  // The last tenth of a release takes time. Returns whether the last touch is revised.
+  constexpr bool collect(ticks_type time, Real hard, Real soft) noexcept {
     settles_ = settles_ && seconds_between<Real>(time, released_) < Real(0.1);
     if (settles_) {
       return false;

@@ -14,6 +14,7 @@ WARM_UP = 8  # samples before the detector starts
 TRANSIENT = 3  # first innovations, dominated by the error of the initial ratio
 SETTLED = 16  # fewest samples since the last change for a standard error
 FEWEST = 32  # fewest innovations for a standard error; also limits the factor from variance to long-run variance
+DOUBTED = 64  # samples while the scale, a mean of few magnitudes, is taken 1 + 3 / (samples - 2) times as large
 
 
 class HandoverTrace(NamedTuple):
@@ -75,13 +76,14 @@ class _Noise:
     roughness: Any
     due: int = WARM_UP - TRANSIENT  # samples until rho is estimated again
 
-    def scale(self, output: Any) -> Any:
+    def scale(self, output: Any, seen: int) -> Any:
         """Return the standard deviation of the whitened innovation: sqrt(pi / 2) times its mean magnitude.
 
-        It is never less than the rounding error.
+        It is larger for the first samples, and never less than the rounding error.
         """
         rounding = (abs(output) + self.number(1e-18)) * self.number(1e-15)
-        return max(self.number(1.2533141) * self.magnitude, rounding)
+        doubt = 1 + self.number(3) / (seen - TRANSIENT + 1) if WARM_UP <= seen < DOUBTED else self.number(1)
+        return max(self.number(1.2533141) * self.magnitude * doubt, rounding)
 
     def add(self, e: Any, steady: Any) -> bool:
         """Add an innovation; return whether the ratio drifts away from the estimate."""
@@ -133,6 +135,7 @@ class _Handover:
     threshold: Any
     clip: Any
     smoothing: Any
+    guard: int
     least: Any  # information
     ratio: Any
     information: Any
@@ -157,7 +160,7 @@ class _Handover:
         size, x = abs(self.instrument), abs(regressor)
         leads = self.instrument * regressor > 0 and size < 4 * x and x < 4 * size
         w = self.instrument if leads else regressor
-        whitened, scale = e - self.noise.rho * self.noise.before, self.noise.scale(output)
+        whitened, scale = e - self.noise.rho * self.noise.before, self.noise.scale(output, self.seen)
         watching = self.seen >= WARM_UP
         outlier = watching and abs(whitened) > self.clip * scale
         clipped = min(max(whitened, -self.clip * scale), self.clip * scale) if watching else whitened
@@ -183,8 +186,9 @@ class _Handover:
         self.weight = self.steady * self.weight + 1
 
     def _hand_over(self) -> None:
-        """Estimate again, from the samples since the CUSUM side with the alarm was last 0."""
-        samples = (self.up if self.up.statistic > self.down.statistic else self.down).samples
+        """Estimate again: from the samples since the CUSUM side was last 0, without the first `guard`, at least from one."""
+        since = (self.up if self.up.statistic > self.down.statistic else self.down).samples
+        samples = since[self.guard :] or since[-1:]
         self.squares = sum((w * w for w, _, _ in samples), self.number(0))
         self.information = self._bounded(sum((w * x for w, _, x in samples), self.number(0)))
         self.ratio = sum((w * y for w, y, _ in samples), self.number(0)) / self.information
@@ -233,9 +237,10 @@ def handover_rls(
     *,
     steady: float = 0.995,
     drift: float = 0.75,
-    threshold: float = 8.0,
+    threshold: float = 10.0,
     clip: float = 3.0,
     smoothing: float = 0.0625,
+    guard: int = 2,
     initial_ratio: float = 1.0,
     initial_covariance: float = 1e10,
     max_covariance: float = 1e12,
@@ -247,8 +252,8 @@ def handover_rls(
     ----------
     output, regressor : array_like, shape (n,), pF
         Finite capacitance changes of the hard and the soft channel.
-    steady, drift, threshold, clip, smoothing, initial_ratio, initial_covariance, max_covariance : float
-        As in `palpate.HandoverRls`.
+    steady, drift, threshold, clip, smoothing, guard, initial_ratio, initial_covariance, max_covariance : float
+        As in `palpate.HandoverRls`; guard, a count, is an int.
     number : callable
         Type of all calculations: numpy.float64 or decimal.Decimal.
 
@@ -277,6 +282,7 @@ def handover_rls(
         threshold=number(threshold),
         clip=number(clip),
         smoothing=number(smoothing),
+        guard=guard,
         least=1 / number(max_covariance),
         ratio=number(initial_ratio),
         information=1 / number(initial_covariance),

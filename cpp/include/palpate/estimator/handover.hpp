@@ -155,7 +155,7 @@ class Handover : public Parameters {
   // The scale is the mean of few magnitudes at first, and may be much too small. With 3 / n the first 64 samples have as
   // few false alarms as palpate.design.cusum promises: bench.accuracy.error_vs_time.
   constexpr Real doubt() const noexcept {
-    return PALPATE_UNLIKELY(seen_ < 64) ? 1 + 3 / (seen_ - (transient - 1)) : Real(1);
+    return PALPATE_UNLIKELY(seen_ < 64 && seen_ >= warm_up) ? 1 + 3 / (seen_ - (transient - 1)) : Real(1);
   }
 
   constexpr Judged judge(Real innovation, Real output) const noexcept {

@@ -54,7 +54,7 @@ class Align : public Settings {
   constexpr void reset() noexcept { readings_.reset(); }
 
  private:
-  Readings<Real, Ticks, Order> readings_;
+  LastReadings<Real, Ticks, Order> readings_;
 };
 
 }  // namespace palpate

@@ -43,14 +43,41 @@ struct BaselineSettings {
   }
 };
 
+/// The state of a baseline between two values.
+template <class Real, bool Drifts>
+struct Level {
+  Real mean = 0, noise = 0, count = 0, squares = 0;
+
+  template <class Visit>
+  constexpr void visit(Visit&& visit_number) noexcept {
+    Real* own[] = {&mean, &noise, &count, &squares};
+    for (Real* number : own) {
+      visit_number(*number);
+    }
+  }
+};
+template <class Real>
+struct Level<Real, true> : Level<Real, false> {
+  Real age = 0, fast = 0, slow = 0;
+
+  template <class Visit>
+  constexpr void visit(Visit&& visit_number) noexcept {
+    Level<Real, false>::visit(visit_number);
+    Real* own[] = {&age, &fast, &slow};
+    for (Real* number : own) {
+      visit_number(*number);
+    }
+  }
+};
+
 /// Level: first the mean of those of the first Size values that are near their median; up to a quarter of them may be
 /// spikes, or of a touch that began too early. Then a clipped running mean, during the time without contact.
 ///
 /// Drift: two exponential means in series, fast and slow. Behind a value with a constant slope b they lag by b L and
 /// 2 b L, L = (1 - share) / share; so 2 fast - slow does not lag (Brown 1963). It is what the gate expects as the next
 /// value; and it is the level, too, if fast - slow is more than four of its standard deviations, sqrt(share) / 2 of the
-/// noise.
-template <class Real, int Size = 32, class Settings = Kept<BaselineSettings<Real>>>
+/// noise. Without Drifts there is no such test, and the level is always the mean.
+template <class Real, int Size = 32, class Settings = Kept<BaselineSettings<Real>>, bool Drifts = true>
 class Baseline : public Settings {
   static_assert(Size >= 16 && Size < 256 && Size % 4 == 0,
                 "palpate::Baseline: Size must be a multiple of 4, 16 to 252");
@@ -75,33 +102,30 @@ class Baseline : public Settings {
     const Real raw = value - expected();
     const Real off = raw > limit ? limit : raw < -limit ? -limit : raw;
     const Real taken = expected() + off;
-    now_.fast += product(taken - now_.fast, share);
-    now_.slow += product(now_.fast - now_.slow, share);
-    now_.count += now_.count < proven ? Real(1) : Real(0);
+    now_.count += now_.count < (Drifts ? proven : settings.longest) ? Real(1) : Real(0);
     const Real part = 1 / (now_.count < settings.longest ? now_.count : settings.longest), rest = 1 - part;
+    if constexpr (Drifts) {
+      now_.fast += product(taken - now_.fast, share);
+      now_.slow += product(now_.fast - now_.slow, share);
+      now_.age = product(rest, now_.age + 1);
+    }
     now_.mean += product(taken - now_.mean, part);
     now_.squares = product(product(rest, rest), now_.squares) + product(part, part);
-    now_.age = product(rest, now_.age + 1);
     set_noise(now_.noise + product(product(Real(1.2533141), magnitude(off)) - now_.noise, part),
               halves_.value(noise_floor));
-    if (!(now_.count < proven)) {
-      const Real trend = now_.fast - now_.slow;
-      now_.drifts = product(trend, trend) > product(4 * share, product(now_.noise, now_.noise));
-    }
+    judge_drift();
   }
 
   /// Save the present state; rewind() goes back to it when a touch has begun after it.
   /// Only if ready().
   constexpr void mark() noexcept {
-    const Moment& m = now_;
-    const Real all[] = {m.mean, m.noise, m.count, m.squares, m.age, m.fast, m.slow, m.drifts ? Real(1) : Real(0)};
-    for (int i = 0; i < numbers; ++i) {
-      halves_.value(marked + i) = all[i];
-    }
+    int i = noise_floor;
+    now_.visit([&](Real& number) { halves_.value(++i) = number; });
   }
   constexpr void rewind() noexcept {
-    const auto at = [this](int i) { return halves_.value(marked + i); };
-    now_ = {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7) > 0};
+    int i = noise_floor;
+    now_.visit([&](Real& number) { number = halves_.value(++i); });
+    judge_drift();
   }
 
   constexpr void reset() noexcept { filled_ = 0; }
@@ -113,9 +137,15 @@ class Baseline : public Settings {
   }
   constexpr bool ready() const noexcept { return filled_ == Size; }
   /// Capacitance without contact, for the changes of a touch that begins now.
-  constexpr Real level() const noexcept { return now_.drifts ? expected() : now_.mean; }
+  constexpr Real level() const noexcept { return drifts_ ? expected() : now_.mean; }
   /// The next value, if the present drift continues.
-  constexpr Real expected() const noexcept { return 2 * now_.fast - now_.slow; }
+  constexpr Real expected() const noexcept {
+    if constexpr (Drifts) {
+      return 2 * now_.fast - now_.slow;
+    } else {
+      return now_.mean;
+    }
+  }
   /// Change of the level from value to value.
   constexpr Real slope() const noexcept { return (now_.fast - now_.slow) / lag; }
   /// Standard deviation of one value.
@@ -123,10 +153,10 @@ class Baseline : public Settings {
   /// Variance of the level: that of the noise times the sum of the squared weights of the values; 5 / 4 share for
   /// 2 fast - slow.
   constexpr Real variance() const noexcept {
-    return product(product(now_.noise, now_.noise), now_.drifts ? Real(1.25) * share : now_.squares);
+    return product(product(now_.noise, now_.noise), drifts_ ? Real(1.25) * share : now_.squares);
   }
   /// Mean age of the values of the level, in values.
-  constexpr Real age() const noexcept { return now_.drifts ? Real(0) : now_.age; }
+  constexpr Real age() const noexcept { return drifts_ ? Real(0) : now_.age; }
 
  private:
   constexpr void establish() noexcept {
@@ -135,27 +165,33 @@ class Baseline : public Settings {
     now_.count = found.count;
     now_.mean = found.mean;
     now_.squares = 1 / found.count;
-    now_.age = Real(Size - 1) / 2;
-    now_.drifts = false;
-    const Real last = found.mean + product(found.slope, Real(Size - 1) / 2);
-    now_.fast = last - product(found.slope, lag);
-    now_.slow = now_.fast - product(found.slope, lag);
+    if constexpr (Drifts) {
+      now_.age = Real(Size - 1) / 2;
+      const Real last = found.mean + product(found.slope, Real(Size - 1) / 2);
+      now_.fast = last - product(found.slope, lag);
+      now_.slow = now_.fast - product(found.slope, lag);
+      drifts_ = false;
+    }
     halves_.value(noise_floor) = found.floor;
     mark();
   }
 
   constexpr void set_noise(Real noise, Real floor) noexcept { now_.noise = noise > floor ? noise : floor; }
 
-  struct Moment {
-    Real mean = 0, noise = 0, count = 0, squares = 0, age = 0, fast = 0, slow = 0;
-    bool drifts = false;
-  };
+  constexpr void judge_drift() noexcept {
+    if constexpr (Drifts) {
+      const Real trend = now_.fast - now_.slow;
+      drifts_ = !(now_.count < proven) && product(trend, trend) > product(4 * share, product(now_.noise, now_.noise));
+    }
+  }
 
-  // The values are needed only while collecting; after that the same memory has these numbers.
-  static constexpr int noise_floor = 0, marked = 1, numbers = 8;
-  Halves<Real, Size> halves_;
-  Moment now_;
+  // The values are needed only while collecting; after that the same memory has the noise floor, and the numbers of the
+  // marked state.
+  static constexpr int noise_floor = 0;
+  Halves<Real, Size, Drifts> halves_;
+  Level<Real, Drifts> now_;
   std::uint8_t filled_ = 0;
+  bool drifts_ = false;
 };
 
 }  // namespace palpate

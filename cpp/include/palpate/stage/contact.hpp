@@ -12,7 +12,7 @@ namespace palpate {
 /// The null stage: always in contact. The next touch begins at the end of the last one.
 template <class Real>
 struct AlwaysContact {
-  static constexpr bool releases = false;
+  static constexpr bool releases = false, recovers = false;
   constexpr bool update(Real, Real, bool) noexcept { return true; }
   constexpr void reset() noexcept {}
   constexpr bool contact() const noexcept { return true; }
@@ -48,17 +48,29 @@ struct ContactSettings {
   }
 };
 
+/// What a gate keeps to notice that the baseline is wrong; nothing otherwise.
+template <class Real, bool Recovers>
+struct Recovery {
+  Real fall = 0;
+  std::uint16_t waited = 0;
+};
+template <class Real>
+struct Recovery<Real, false> {};
+
 /// Two one-sided CUSUMs (Page's test) of the change, in standard deviations of the idle noise:
 ///   g' = max(0, g + min(change / noise, clip) - slack),   contact when g >= limit;
 /// and the same for -change: the channels fell far below the baseline. So contact needs at least limit / (clip - slack)
 /// = 4 values: one spike is not a contact. The start of a touch is the first value after the last one below quiet. The
 /// end: below release times the highest value, confirm times in a row; the channel is idle again below idle_share times
-/// the highest value. Without Dates the start is not computed.
-template <class Real, class Settings = Kept<ContactSettings<Real>>, bool Dates = true>
-class Contact : public Settings {
+/// the highest value. Without Dates the start is not computed; without Recovers a wrong baseline is not noticed: there is
+/// no test for a fall, and `patience` has no end.
+template <class Real, class Settings = Kept<ContactSettings<Real>>, bool Dates = true, bool Recovers = true>
+class Contact : public Settings, Recovery<Real, Recovers> {
+  using Extra = Recovery<Real, Recovers>;
+
  public:
   using Settings::settings;
-  static constexpr bool releases = true;
+  static constexpr bool releases = true, recovers = Recovers;
 
   /// Takes one change and its noise, in the same unit; and whether a touch still takes samples. Returns contact().
   constexpr bool update(Real change, Real noise, bool running = true) noexcept {
@@ -90,7 +102,13 @@ class Contact : public Settings {
   constexpr bool suspects() const noexcept { return sum_ > 0 || age_ > 0; }
   /// Whether the idle channels fell far below the baseline: it was measured in contact, or it jumped. Three times the
   /// limit, at least 11 values: a burst of noise is no fall, and a touch that begins meanwhile would be lost.
-  constexpr bool fell() const noexcept { return fall_ >= 3 * settings.limit; }
+  constexpr bool fell() const noexcept {
+    if constexpr (Recovers) {
+      return Extra::fall >= 3 * settings.limit;
+    } else {
+      return false;
+    }
+  }
   /// While idle: number of values since the last one below quiet; in contact: this number when the contact was found.
   constexpr int age() const noexcept { return age_; }
 
@@ -101,7 +119,9 @@ class Contact : public Settings {
     // 0 / 0, no change and no noise, is NaN, which is not above 0: the sum starts again from 0.
     const Real size = change / noise;
     sum_ = next(sum_, size);
-    fall_ = next(fall_, -size);
+    if constexpr (Recovers) {
+      Extra::fall = next(Extra::fall, -size);
+    }
     if (Dates) {  // noise is never above quiet 65536 times in a row
       age_ = static_cast<std::uint16_t>(size >= settings.quiet ? age_ + 1 : 0);
     }
@@ -121,13 +141,21 @@ class Contact : public Settings {
     peak_ = touching && change > peak_ ? change : peak_;
     const Real least = product(touching ? settings.release : settings.idle_share, peak_);
     const Real noise_limit = product(settings.slack + 1, noise);  // a tenth of a very light touch is below the noise
-    waited_ = static_cast<std::uint16_t>(running ? 0 : waited_ + 1);
-    const bool low = change < (least > noise_limit ? least : noise_limit), late = waited_ >= settings.patience;
+    const bool low = change < (least > noise_limit ? least : noise_limit), late = waits_too_long(running);
     if (count_in_a_row(low) != settings.confirm && !late) {
       return touching;
     }
     calm_down(touching && !late ? State::released : State::idle);
     return false;
+  }
+
+  constexpr bool waits_too_long([[maybe_unused]] bool running) noexcept {
+    if constexpr (Recovers) {
+      Extra::waited = static_cast<std::uint16_t>(running ? 0 : Extra::waited + 1);
+      return Extra::waited >= settings.patience;
+    } else {
+      return false;
+    }
   }
 
   constexpr void enter(Real peak) noexcept {
@@ -138,9 +166,9 @@ class Contact : public Settings {
 
   constexpr void calm_down(State to) noexcept {
     state_ = to;
-    sum_ = fall_ = 0;
+    sum_ = 0;
     in_a_row_ = 0;
-    waited_ = 0;
+    static_cast<Extra&>(*this) = {};
     if (Dates) {
       age_ = 0;
     }
@@ -152,8 +180,8 @@ class Contact : public Settings {
     return count;
   }
 
-  Real sum_ = 0, fall_ = 0, peak_ = 0;
-  std::uint16_t age_ = 0, waited_ = 0;
+  Real sum_ = 0, peak_ = 0;
+  std::uint16_t age_ = 0;
   std::uint8_t in_a_row_ = 0;
   State state_ = State::idle;
 };

@@ -8,10 +8,11 @@
 
 namespace palpate {
 
-/// Size values in two halves, the earlier and the later one, each kept sorted.
-template <class Real, int Size>
+/// Size values in two halves, the earlier and the later one, each kept sorted. Without Line there is no slope, and all
+/// are in the first half.
+template <class Real, int Size, bool Line = true>
 class Halves {
-  static constexpr int half = Size / 2;
+  static constexpr int half = Line ? Size / 2 : Size;
 
  public:
   struct Summary {
@@ -39,7 +40,9 @@ class Halves {
     const Real wide = (ranks.upper - ranks.lower) / Real(1.25);
     found.noise = wide > found.floor ? wide : found.floor;
     add_near(ranks.median, product(clip, found.noise), found);
-    add_line(found);
+    if constexpr (Line) {
+      add_line(found);
+    }
     return found;
   }
 
@@ -57,12 +60,12 @@ class Halves {
     Ranks ranks{0, 0, 0, std::numeric_limits<Real>::max()};
     Real before = 0;
     for (int k = 0, i = 0, j = half; k < Size; ++k) {
-      const bool first = j == Size || (i < half && values_[i] <= values_[j]);
+      const bool first = !Line || j == Size || (i < half && values_[i] <= values_[j]);
       const Real value = first ? values_[i++] : values_[j++];
       const Real difference = value - before;
       ranks.step = k > 0 && difference > 0 && difference < ranks.step ? difference : ranks.step;
       ranks.lower = k == Size / 4 ? value : ranks.lower;
-      ranks.median = k == half ? before / 2 + value / 2 : ranks.median;  // their sum may be too large
+      ranks.median = k == Size / 2 ? before / 2 + value / 2 : ranks.median;  // their sum may be too large
       ranks.upper = k == 3 * Size / 4 - 1 ? value : ranks.upper;
       before = value;
     }

@@ -75,13 +75,18 @@ class MatchedPair : public Settings {
     const auto& soft = readings_.soft;
     const Ticks centre = hard.time(i);
     const Signed period = ticks_between(soft.time(0), soft.time(3)) / 3, half = period / 2, limit = period / 4;
-    Grid grid{ticks_between(hard.time(i + 1), centre) + period,
-              ticks_between(hard.time(i - 1), centre) - period,
-              {ticks_between(soft.time(3), centre) + period + half, ticks_between(soft.time(2), centre) + half,
-               ticks_between(soft.time(1), centre) - half, ticks_between(soft.time(0), centre) - period - half},
+    // Unsigned: times that go backwards may be any number of ticks away.
+    using Unsigned = std::make_unsigned_t<Ticks>;
+    const auto deviation = [centre](Ticks time, Signed step) {
+      return ticks_between(time, static_cast<Ticks>(static_cast<Unsigned>(centre) + static_cast<Unsigned>(step)));
+    };
+    Grid grid{deviation(hard.time(i + 1), -period),
+              deviation(hard.time(i - 1), period),
+              {deviation(soft.time(3), -period - half), deviation(soft.time(2), -half), deviation(soft.time(1), half),
+               deviation(soft.time(0), period + half)},
               period,
               false};
-    const auto near = [limit](Signed deviation) { return (deviation < limit) & (deviation > -limit); };
+    const auto near = [limit](Signed ticks) { return (ticks < limit) & (ticks > -limit); };
     grid.even = near(grid.hard_before) & near(grid.hard_after) & near(grid.soft[0]) & near(grid.soft[1]) &
                 near(grid.soft[2]) & near(grid.soft[3]) & (period <= static_cast<Signed>(settings.slow_longest));
     return grid;
@@ -112,7 +117,7 @@ class MatchedPair : public Settings {
     return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), valid};
   }
 
-  Readings<Real, Ticks, 4> readings_;
+  LastReadings<Real, Ticks, 4> readings_;
   std::uint8_t uneven_ = 0;
 };
 

@@ -67,7 +67,7 @@ class Channel {
 
 /// The last Order soft readings, and the last Order / 2 + 2 hard ones.
 template <class Real, class Ticks, int Order>
-class Readings {
+class LastReadings {
   static_assert(is_ticks<Ticks>, "palpate::Align: Ticks must be an integer of 32 or 64 bits");
 
  public:

@@ -3,6 +3,7 @@
 
 // Times that a computer gave to readings when they arrived, a few milliseconds early or late.
 
+#include <limits>
 #include <palpate/stage/readings.hpp>
 
 namespace palpate {
@@ -22,9 +23,9 @@ class SteadyStamps {
       return begin(time, since);
     }
     const Real periods = (since - line_) / period_;
-    const auto whole = static_cast<int>(periods < 1000 ? periods + Real(0.5) : Real(0));
+    const auto whole = static_cast<int>(periods > 0 && periods < 1000 ? periods + Real(0.5) : Real(0));
     const Real error = since - line_ - product(static_cast<Real>(whole), period_);
-    if (whole < 1 || (count_ >= 8 && magnitude(error) > period_ / 3)) {
+    if (whole < 1 || !(magnitude(since) < furthest) || (count_ >= 8 && magnitude(error) > period_ / 3)) {
       count_ = 0;
       return begin(time, Real(0));
     }
@@ -33,12 +34,16 @@ class SteadyStamps {
     line_ = since - error + product(product(scale, 2 * n - 1), error);
     period_ += product(3 * scale, error);
     const auto whole_ticks = static_cast<std::make_signed_t<Ticks>>(line_);
-    base_ = static_cast<Ticks>(base_ + static_cast<Ticks>(whole_ticks));
+    using Unsigned = std::make_unsigned_t<Ticks>;
+    base_ = static_cast<Ticks>(static_cast<Unsigned>(base_) + static_cast<Unsigned>(whole_ticks));
     line_ -= static_cast<Real>(whole_ticks);
     return base_;
   }
 
  private:
+  // So that the line stays in the range of Ticks.
+  static constexpr Real furthest = static_cast<Real>(std::numeric_limits<std::make_signed_t<Ticks>>::max()) / 4;
+
   constexpr Ticks begin(Ticks time, Real since) noexcept {
     period_ = since;
     line_ = 0;
