@@ -85,7 +85,7 @@ def test_a_session(page: Browser, serve: Callable[..., Live], folder: Path, tall
 
 def test_a_flagged_touch_and_a_refused_tare(page: Browser) -> None:
     """The sentence stands beside the headline and in the row, with the revised result; a busy machine changes no such flag."""
-    with Live(source="sim:saturating?seed=1") as live:
+    with Live("--touch-seconds", "60", source="sim:stiff-steady?seed=1") as live:
         page.driver.get(live.address)
         page.until(lambda: page.text("state") in ("contact", "adapting"))
         assert not page["anyway"].is_displayed()
@@ -93,12 +93,12 @@ def test_a_flagged_touch_and_a_refused_tare(page: Browser) -> None:
         says(page, "tare: the probe is in contact; lift it first")
         page.until(lambda: page["anyway"].is_displayed())
         page.until(lambda: page.text("error").endswith(", revised"))
-        sentence = "outside the range of the converter and left out"
+        sentence = "samples, before its full length"
         page.until(lambda: sentence in page.text("warning") and sentence in page.text("rows"))
-        assert "press less deep" in page.text("warning")
-        assert "saturated, revised" in page.text("rows")
+        assert "hold the probe longer" in page.text("warning")
+        assert "short, revised" in page.text("rows")
         assert not page["anyway"].is_displayed()
-    with Live(source="sim:saturating?seed=1") as live:
+    with Live("--touch-seconds", "60", source="sim:stiff-steady?seed=1") as live:
         page.driver.get(live.address)
         page.until(lambda: page.text("state") in ("contact", "adapting"))
         page["tare"].click()
