@@ -17,14 +17,15 @@
 struct TrackerRow {
   double ratio, standard_error, statistic, hard_baseline, soft_baseline;
   std::int32_t touch;
-  bool alarm, contact;
-  unsigned char padding[2];
+  bool alarm, contact, revised;
+  unsigned char padding[1];
 
   static py::dtype dtype() {
     return dtype_of<TrackerRow>({PALPATE_COLUMN(TrackerRow, ratio), PALPATE_COLUMN(TrackerRow, standard_error),
                                  PALPATE_COLUMN(TrackerRow, alarm), PALPATE_COLUMN(TrackerRow, contact),
                                  PALPATE_COLUMN(TrackerRow, touch), PALPATE_COLUMN(TrackerRow, statistic),
-                                 PALPATE_COLUMN(TrackerRow, hard_baseline), PALPATE_COLUMN(TrackerRow, soft_baseline)});
+                                 PALPATE_COLUMN(TrackerRow, hard_baseline), PALPATE_COLUMN(TrackerRow, soft_baseline),
+                                 PALPATE_COLUMN(TrackerRow, revised)});
   }
 };
 
@@ -83,6 +84,7 @@ struct Run {
             measured ? number : 0,
             report.alarm,
             report.contact,
+            report.revised,
             {}};
   }
 

@@ -54,7 +54,11 @@ py::dict TouchResult::as_dict() const {
   result["first_standard_error"] = plain(first_standard_error);
   result["offset_ratio"] = plain(fitted.offset_ratio);
   result["offset_standard_error"] = plain(fitted.offset_error);
-  result["effects"] = effects();
+  py::dict sizes;
+  for (const auto& [name, size] : effects()) {
+    sizes[name] = plain(size.cast<double>());
+  }
+  result["effects"] = sizes;
   result["alarm_share"] = alarm_share();
   result["saturated"] = saturated;
   result["refused"] = refused;
@@ -72,7 +76,7 @@ std::string TouchResult::repr() const {
 
 TouchResult TouchResult::untimed() const {
   TouchResult other = *this;
-  other.start_s = std::numeric_limits<double>::quiet_NaN();
+  other.start_s = other.period_s = std::numeric_limits<double>::quiet_NaN();
   return other;
 }
 
@@ -149,7 +153,7 @@ void bind_touch(py::module_& module) {
       type, "effects",
       "Sizes of what the model leaves out, as a dict (empty in a scene without a fit): `offset`, the share of the mean "
       "depth by which the soft bump is reached first; `drift` during the touch, share of the mean output; `lag` of the "
-      "soft channel, ms; `curve`, share of the mean output; `shift` of the ratio by the revision, share.");
+      "soft channel, ms (nan without times); `curve`, share of the mean output; `shift` of the ratio by the revision, share.");
   methods::property<&R::alarm_share>(type, "alarm_share", "Share of the samples with the alarm on.");
   methods::property<&R::saturated>(type, "saturated", "Readings left out as saturated.");
   methods::property<&R::refused>(type, "refused",

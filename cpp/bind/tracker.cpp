@@ -232,7 +232,8 @@ numpy.ndarray, shape (n,), structured
     After each reading: `ratio`; `standard_error` (nan for the first samples, and in scenes
     without one); `alarm`; `contact`; `touch`, the number of the running touch, counted from 1, or 0;
     `statistic` of the detector (of the running touch, or of the last one; 0 without a detector);
-    `hard_baseline` and `soft_baseline`, pF (0 in a scene without, nan until the first is known).
+    `hard_baseline` and `soft_baseline`, pF (0 in a scene without, nan until the first is known);
+    `revised`, whether this reading revised the last touch.
 
 Raises
 ------

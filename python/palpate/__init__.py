@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from palpate.calibration import Calibration, Modulus
     from palpate.recording import Recording, check, read, recorded
     from palpate.samples import Sample, Status
+    from palpate.sentences import advice
     from palpate.several import agreement, most_reliable
     from palpate.sources import Source, open
     from palpate.stream import Stream
@@ -80,6 +81,7 @@ __all__ = [
     "Touch",
     "Tracker",
     "__version__",
+    "advice",
     "agreement",
     "check",
     "get_cmake_dir",
@@ -99,6 +101,7 @@ _LAZY = {
     "Source": "sources",
     "Status": "samples",
     "Stream": "stream",
+    "advice": "sentences",
     "agreement": "several",
     "check": "recording",
     "most_reliable": "several",
@@ -118,6 +121,7 @@ _MODULES = {
     "recording",
     "reference",
     "samples",
+    "sentences",
     "several",
     "simulation",
     "sources",

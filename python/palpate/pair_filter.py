@@ -27,7 +27,7 @@ class PairFilter:
     hard_side, soft_side : float
         The coefficients a1 and b2.
     mismatch : float
-        |A - B| of the two responses, rms from 3 Hz to the end of the band: the part of a tremor that is left.
+        ``|A - B|`` of the two responses, rms from 3 Hz to the end of the band: the part of a tremor that is left.
     """
 
     period_s: float
@@ -45,8 +45,8 @@ class PairFilter:
 def matched_pair(period_s: float, *, band_Hz: tuple[float, float] = BAND_Hz) -> PairFilter:
     """Return the filters for a pair period.
 
-    Least squares for |A - B|^2 over the band (weight 1 from 3 Hz on, 0.3 below) plus 1e-6 times the power gain of white
-    noise, A = 1 - 2 a1 (1 - cos w) and B = (1 - 2 b2) cos(w / 2) + 2 b2 cos(3 w / 2), w = 2 pi f period_s. The
+    Least squares for ``|A - B|^2`` over the band (weight 1 from 3 Hz on, 0.3 below), plus 1e-6 times the power gain
+    of white noise, A = 1 - 2 a1 (1 - cos w) and B = (1 - 2 b2) cos(w / 2) + 2 b2 cos(3 w / 2), w = 2 pi f period_s. The
     constants of the core are the results for 26 and 31.5 ms.
 
     Parameters

@@ -5,14 +5,17 @@ the same way, so the results have the same bits.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from enum import IntFlag
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import SampleRing, Tracker
+
+if TYPE_CHECKING:
+    from palpate._core import _Scene
 
 
 class Status(IntFlag):
@@ -27,7 +30,7 @@ class Status(IntFlag):
     EXCITATION
         4: bit EXCERR of the converter: excitation shorted or overloaded.
     LOST
-        8: a channel has no value; never together with another flag.
+        8: a channel has no value; never together with another flag. The other channel may have one.
 
     Examples
     --------
@@ -79,6 +82,10 @@ Block = NDArray[np.void]
 DTYPE = SampleRing(2).dtype
 """numpy dtype with the fields of `Sample`, in the same order."""
 REFUSED = Status.EXCITATION | Status.LOST
+RETAKEN = (
+    "the channels fell far below the baseline: it had been measured in contact, or it jumped; it is measured again"
+)
+"""Message when `Tracker.retaken` rises."""
 SATURATED = Status.HARD_SATURATED | Status.SOFT_SATURATED
 
 
@@ -147,7 +154,8 @@ def usable(block: Block, full_scale_pF: float = math.inf) -> tuple[NDArray[np.fl
     Returns
     -------
     (numpy.ndarray, numpy.ndarray), shape (n,), pF
-        nan for samples with an error status, and for saturated samples that the tracker would not recognise.
+        nan for samples with an excitation error, and for saturated samples that the tracker would not recognise. Of a
+        lost sample the channel that has a value keeps it.
 
     Examples
     --------
@@ -156,7 +164,7 @@ def usable(block: Block, full_scale_pF: float = math.inf) -> tuple[NDArray[np.fl
     """
     hard, soft = block["hard"], block["soft"]
     unseen = ~((np.abs(hard) >= full_scale_pF) | (np.abs(soft) >= full_scale_pF))
-    forbidden = ((block["status"] & int(REFUSED)) != 0) | (saturated(block) & unseen)
+    forbidden = ((block["status"] & int(Status.EXCITATION)) != 0) | (saturated(block) & unseen)
     return np.where(forbidden, math.nan, hard), np.where(forbidden, math.nan, soft)
 
 
@@ -175,3 +183,28 @@ def feed(tracker: Tracker, block: Block) -> NDArray[Any]:
     """
     hard, soft = usable(block, tracker.settings["full_scale"])
     return tracker.process(block["t_hard_ns"], block["t_soft_ns"], hard, soft)
+
+
+def settings_for(scene: "_Scene", instrument: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings of a tracker that follow from the instrument.
+
+    Parameters
+    ----------
+    scene : str
+    instrument : mapping
+        Description of a source: `full_scale_pF`, default inf; `stamps`, default "converter".
+
+    Returns
+    -------
+    dict of str
+        `full_scale`; and `host_stamps`, in a scene that has it.
+
+    Examples
+    --------
+    >>> settings_for("handheld", {"stamps": "host"}), settings_for("paper", {"full_scale_pF": 4.0, "stamps": "host"})
+    ({'full_scale': inf, 'host_stamps': True}, {'full_scale': 4.0})
+    """
+    settings: dict[str, Any] = {"full_scale": float(instrument.get("full_scale_pF", math.inf))}
+    if "host_stamps" in Tracker(scene).settings:
+        settings["host_stamps"] = instrument.get("stamps") == "host"
+    return settings

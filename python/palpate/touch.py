@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
-from palpate.samples import Block, feed
+from palpate.samples import Block, feed, settings_for
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -51,21 +51,22 @@ def touches(
     recording : Recording, Simulation, or the result of `palpate.recorded`
         Arrays of shape (n,): `t_hard_s`, `t_soft_s` (s; nan if unknown), `hard`, `soft` (pF, baseline included). A
         reading that is nan, or `full_scale_pF` or more, is left out and counted. The result of `palpate.recorded` is
-        read in blocks, and tared at the same samples as in the measurement.
+        read in blocks, and tared at the same samples as in the measurement. With an attribute `host_stamps` that is
+        True, the setting `host_stamps` is True by default.
     scene : str
         As in `Tracker`.
     **settings
-        As in `Tracker`.
+        As in `Tracker`. Without times a touch has 250 `samples` by default, where the scene has a length in seconds.
 
     Returns
     -------
     list of Touch
-        In order of time; empty if no change was above the noise.
+        In order of time, with the results known at the end of the recording; empty if no change was above the noise.
 
     Raises
     ------
     ValueError
-        An unknown scene, or a setting out of range.
+        An unknown scene, a setting out of range, or `seconds` for a recording without times.
     TypeError
         An unknown setting; or not a recording: a path, for example, has to be read first.
 
@@ -77,25 +78,63 @@ def touches(
     >>> abs(touch.ratio / scenarios.PROBE.ratio(8.68) - 1) < 3 * touch.standard_error / touch.ratio
     True
     """
+    return tracked(recording, scene=scene, **settings)[0]
+
+
+def tracked(
+    recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
+) -> tuple[list[Touch], int]:
+    """Return the touches of a recording as `touches`, and how often the baseline was measured again.
+
+    Examples
+    --------
+    >>> from palpate.simulation import scenarios
+    >>> found, retaken = tracked(scenarios.run("stiff-steady"))
+    >>> len(found), retaken
+    (1, 0)
+    """
     if not hasattr(recording, "full_scale_pF"):
         raise TypeError(f"recording: got {recording!r:.60}, allowed: the result of palpate.read or palpate.recorded")
-    given: dict[str, Any] = {"full_scale": recording.full_scale_pF, **settings}
+    timed = _timed(recording)
+    stamps = "host" if getattr(recording, "host_stamps", False) else "converter"
+    given: dict[str, Any] = settings_for(scene, {"full_scale_pF": recording.full_scale_pF, "stamps": stamps})
+    given |= settings
+    if not timed:
+        given = _without_times(scene, given)
     tracker = Tracker(scene, **given)
-    timed = _send(tracker, recording)
+    _send(tracker, recording, timed=timed)
     tracker.finish()
-    return tracker.touches if timed else [touch._untimed() for touch in tracker.touches]
+    return tracker.touches if timed else [touch._untimed() for touch in tracker.touches], tracker.retaken
 
 
-def _send(tracker: Tracker, recording: Channels | Blocks) -> bool:
-    """Feed a recording to a tracker; return whether its times are known."""
+_PAIRS = 250  # the length of a touch of one converter
+
+
+def _without_times(scene: "_Scene", given: dict[str, Any]) -> dict[str, Any]:
+    """Return settings with a length in samples in place of seconds."""
+    if given.get("seconds") is not None:
+        raise ValueError(
+            f"seconds: got {given['seconds']:g} for a recording without times, allowed: samples; or name the column of times"
+        )
+    in_seconds = Tracker(scene).settings["seconds"] is not None and "seconds" not in given
+    return {"samples": _PAIRS, "seconds": None} | given if in_seconds else given
+
+
+def _timed(recording: Channels | Blocks) -> bool:
+    """Return whether the times of a recording are known."""
+    if isinstance(recording, Blocks):
+        return recording.timed
+    return bool(np.isfinite(recording.t_hard_s).all() and np.isfinite(recording.t_soft_s).all())
+
+
+def _send(tracker: Tracker, recording: Channels | Blocks, *, timed: bool) -> None:
+    """Feed a recording to a tracker."""
     if isinstance(recording, Blocks):
         for block in recording.blocks():
             feed(tracker, block)
             if int(block["seq"][-1]) in recording.tares:
-                tracker.tare()
-        return recording.timed
-    timed = bool(np.isfinite(recording.t_hard_s).all() and np.isfinite(recording.t_soft_s).all())
+                tracker.tare(force=True)  # as in the measurement, where it may have been forced
+        return
     rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, the same time for both channels
     t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed else (rows, rows)
     tracker.process(t_hard, t_soft, recording.hard, recording.soft)
-    return timed

@@ -50,14 +50,20 @@ def test_the_nearer_wins(places: tuple[Path, Path], tmp_path: Path) -> None:
     other.write_text('[replay]\nset = ["threshold=inf", "drift=0.5"]\nsamples = 80\n')
     result = run("--config", other, "replay", FOUR, "--json")
     document = json.loads(result.stdout)
-    assert (document["scene"], document["settings"]) == ("handheld", {"threshold": "inf", "drift": 0.5, "samples": 80})
+    assert (document["scene"], document["settings"]) == (
+        "handheld",
+        {"threshold": "inf", "drift": 0.5, "samples": 80, "seconds": None},
+    )
     assert json.loads(run("replay", FOUR, PALPATE_CONFIG=str(other), PALPATE_REPLAY_JSON="1").stdout) == document
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[replay]\nscne = 1\n", "palpate.toml: [replay]: got 'scne', allowed: map, unit, scene, samples, set"),
+        (
+            "[replay]\nscne = 1\n",
+            "palpate.toml: [replay]: got 'scne', allowed: map, unit, scene, touch-seconds, samples, set",
+        ),
         ("[relay]\nscene = 1\n", "palpate.toml: got 'relay', allowed: tables [live], [record], [replay]"),
         ('scene = "paper"\n', "palpate.toml: got 'scene', allowed: tables [live], [record]"),
         ("[replay]\nscene = {a = 1}\n", "palpate.toml: [replay]: scene: got a table"),

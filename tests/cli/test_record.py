@@ -23,18 +23,31 @@ def run(*arguments: str | Path) -> Result:
     return CliRunner().invoke(main, [str(a) for a in arguments])
 
 
+def rows(printed: str) -> dict[int, str]:
+    """Return the last row of each touch, by number."""
+    lines = [line for line in printed.splitlines()[1:] if line[:5].strip().isdecimal()]
+    return {int(line[:5]): line for line in lines}
+
+
+def told(printed: str) -> set[str]:
+    """Return the sentences about touches."""
+    return {line for line in printed.splitlines() if line.startswith("touch ") and ": " in line}
+
+
 def test_record_check_replay(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     recorded = run("record", "sim:four-specimens?seed=1", "-o", path, "--touches", "4", "--note", "on the desk")
     assert recorded.exit_code == 0, recorded.stderr
-    rows = len(path.read_text().splitlines()) - 1
-    assert recorded.stderr == f"{path}: {rows} rows; file closed\n"
-    assert len(recorded.stdout.splitlines()) == 5
+    lines = len(path.read_text().splitlines()) - 1
+    assert recorded.stderr == f"{path}: {lines} rows; file closed\n"
+    assert list(rows(recorded.stdout)) == [1, 2, 3, 4]
+    assert [recorded.stdout.count(f"  {result}") for result in ("first", "revised")] == [4, 4]
     checked = run("check", path)
     assert checked.exit_code == 0
-    assert checked.stdout.startswith(f"{path}: complete, clean end: {rows} rows in 3")
+    assert checked.stdout.startswith(f"{path}: complete, clean end: {lines} rows in 3")
     replayed = run("replay", path)
-    assert (replayed.exit_code, replayed.stdout) == (0, recorded.stdout)
+    assert (replayed.exit_code, rows(replayed.stdout)) == (0, rows(recorded.stdout))
+    assert told(replayed.stdout) <= told(recorded.stdout)
     document = load(path)
     assert document
     assert document["notes"] == ["on the desk"]
@@ -51,7 +64,10 @@ def test_the_recorded_scene_is_replayed_unless_another_is_asked_for(tmp_path: Pa
     fewer = json.loads(run("replay", path, "--json", "--samples", "20").stdout)
     assert (fewer["scene"], fewer["touches"][0]["samples"]) == ("paper", 20)
     other = json.loads(run("replay", path, "--json", "--scene", "handheld").stdout)
-    assert (other["scene"], other["settings"], other["touches"][0]["samples"]) == ("handheld", {}, 250)
+    assert (other["scene"], other["settings"], other["touches"][0]["samples"]) == ("handheld", {}, 261)
+    in_seconds = json.loads(run("replay", path, "--json", "--touch-seconds", "2").stdout)
+    assert (in_seconds["settings"]["samples"], in_seconds["settings"]["seconds"]) == (None, 2.0)
+    assert in_seconds["touches"][0]["samples"] == pytest.approx(2 / 0.0249, abs=2)
 
 
 def test_unplugged_in_the_middle_and_back(tmp_path: Path) -> None:
@@ -65,7 +81,7 @@ def test_unplugged_in_the_middle_and_back(tmp_path: Path) -> None:
     checked = run("check", path)
     assert checked.exit_code == 5
     assert "57 samples lost in 1 gap" in checked.stdout
-    assert run("replay", path).stdout == recorded.stdout
+    assert rows(run("replay", path).stdout) == rows(recorded.stdout)
 
 
 def test_unplugged_for_good(tmp_path: Path) -> None:
@@ -73,11 +89,12 @@ def test_unplugged_for_good(tmp_path: Path) -> None:
     recorded = run("record", "sim:four-specimens?fault=unplug:inf@13&replug=5", "-o", path, "--touches", "4")
     assert recorded.exit_code == 3
     assert recorded.stderr.splitlines()[-1].startswith("Error: ")
-    assert len(recorded.stdout.splitlines()) == 3
+    assert list(rows(recorded.stdout)) == [1, 2]
+    assert "touch 2: short: the touch ended after" in recorded.stdout
     checked = run("check", path)
     assert checked.exit_code == 5
     assert "the source ended with an error: " in checked.stdout
-    assert run("replay", path).stdout == recorded.stdout
+    assert rows(run("replay", path).stdout) == rows(recorded.stdout)
     as_json = run("record", "sim:step-up?fault=unplug:inf@3&replug=1", "-o", tmp_path / "b.csv", "--json")
     assert as_json.exit_code == 3
     assert "unplugged" in json.loads(as_json.stdout)["error"]

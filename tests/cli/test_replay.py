@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner, Result
 from palpate import digits
 from palpate.cli import main
+from palpate.simulation import scenarios
 from project import ROOT
 
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
@@ -32,7 +33,18 @@ def test_replay_prints_one_row_a_touch() -> None:
     result = run("replay", FOUR)
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
-    assert lines[0].split() == ["touch", "start_s", "samples", "ratio", "std.", "error", "covariance", "alarm", "flags"]
+    assert lines[0].split() == [
+        "touch",
+        "start_s",
+        "samples",
+        "ratio",
+        "std.",
+        "error",
+        "covariance",
+        "alarm",
+        "result",
+        "flags",
+    ]
     assert len(lines) == 5
     touches = palpate.touches(palpate.read(FOUR))
     for line, touch in zip(lines[1:], touches, strict=True):
@@ -49,7 +61,7 @@ def test_replay_as_json_is_one_document_with_every_digit() -> None:
     assert document["scene"] == "paper"
     assert document["rows"] == 1411 == len(FOUR.read_text().splitlines()) - 1
     assert [t["ratio"] for t in document["touches"]] == [t.ratio for t in touches]
-    assert document["touches"][0] == touches[0].as_dict() | {"flags": []}
+    assert document["touches"][0] == touches[0].as_dict() | {"flags": [], "advice": []}
 
 
 def test_a_foreign_table_gives_the_same_touches(tmp_path: Path) -> None:
@@ -185,3 +197,54 @@ def test_the_module_runs() -> None:
         [sys.executable, "-m", "palpate", "replay", str(FOUR)], capture_output=True, text=True, check=True
     )
     assert done.stdout == run("replay", FOUR).stdout
+
+
+def simulated(folder: Path, name: str, *, from_s: float = 0.0) -> Path:
+    """Write a table of a simulated scenario, as another logger would."""
+    run, path = scenarios.run(name, seed=1), folder / f"{name}.csv"
+    rows = zip(run.t_hard_s, run.t_soft_s, run.hard, run.soft, strict=True)
+    lines = [f"{t:.9f},{ts:.9f},{h!r},{s!r}" for t, ts, h, s in (map(float, row) for row in rows) if t >= from_s]
+    path.write_text("time (s),soft time (s),hard (pF),soft (pF)\n" + "\n".join(lines) + "\n")
+    return path
+
+
+MAP = ("--map", "hard=3,soft=4,time=1,soft_time=2")
+
+
+def test_a_sentence_for_each_flag_stands_below_the_table_and_in_json(tmp_path: Path) -> None:
+    path = simulated(tmp_path, "not-level")
+    result = run("replay", path, *MAP)
+    table, sentence = result.stdout.splitlines()[1:]
+    assert table.endswith("revised  offset")
+    assert sentence.startswith("touch 1: offset: the soft bump is reached 2.1 % of the mean depth before the hard one")
+    [touch] = json.loads(run("replay", path, *MAP, "--json").stdout)["touches"]
+    assert f"touch 1: {touch['advice'][0]}" == sentence
+    assert (touch["flags"], touch["revised"], touch["effects"]["drift"] < 0.002) == (["offset"], True, True)
+    assert touch["offset_ratio"] == pytest.approx(2.843, abs=0.002)
+
+
+def test_a_baseline_measured_in_contact_is_noted(tmp_path: Path) -> None:
+    path = simulated(tmp_path, "four-specimens", from_s=4.0)
+    result = run("replay", path, *MAP)
+    assert "the channels fell far below the baseline" in result.stderr
+    assert "measured again (once)" in result.stderr
+    notes = json.loads(run("replay", path, *MAP, "--json").stdout)["notes"]
+    assert [note for note in notes if "fell far below the baseline" in note]
+
+
+def test_a_length_in_seconds_or_in_samples(tmp_path: Path) -> None:
+    def samples(*options: str) -> list[int]:
+        return [t["samples"] for t in json.loads(run("replay", FOUR, "--json", *options).stdout)["touches"]]
+
+    assert all(abs(n - 2 / 0.026) < 3 for n in samples("--touch-seconds", "2"))
+    assert samples("--samples", "70") == samples("--set", "samples=70") == [70] * 4
+    assert samples("--set", "seconds=2") == samples("--touch-seconds", "2")
+    both = run("replay", FOUR, "--samples", "70", "--touch-seconds", "2")
+    assert (both.exit_code, "allowed: only one of them" in both.stderr) == (2, True)
+    untimed = tmp_path / "untimed.csv"
+    untimed.write_text("\n".join(",".join(line.split(",")[5:7]) for line in FOUR.read_text().splitlines()) + "\n")
+    columns = ("--map", "hard=1,soft=2")
+    found = json.loads(run("replay", untimed, *columns, "--json").stdout)["touches"]
+    assert [t["samples"] for t in found] == [250] * 4
+    refused = run("replay", untimed, *columns, "--touch-seconds", "2")
+    assert (refused.exit_code, "recording without times, allowed: samples" in refused.stderr) == (2, True)

@@ -66,7 +66,7 @@ def test_a_session(page: Browser, serve: Callable[..., Live], folder: Path, tall
     pressed(page, "r")
     says(page, "Recording to ")
     page["tare"].click()
-    says(page, "do not touch anything")
+    page.until(lambda: re.search("do not touch anything|in contact", page.text("message")))
     for theme in ("light", "dark"):
         page.theme(theme)
         page.shoot(folder / f"{theme}.png")
@@ -81,6 +81,31 @@ def test_a_session(page: Browser, serve: Callable[..., Live], folder: Path, tall
         assert (report.clean, report.faults) == (True, ())
     assert [mark["text"] for mark in json.loads((folder / "run.json").read_text())["marks"]] == ["first specimen"]
     tally.say(f"live page: ratio {ratio} by the page, {truth:.5f} true")
+
+
+def test_a_flagged_touch_and_a_refused_tare(page: Browser) -> None:
+    """The sentence stands beside the headline and in the row, with the revised result; a busy machine changes no such flag."""
+    with Live("--touch-seconds", "60", source="sim:stiff-steady?seed=1") as live:
+        page.driver.get(live.address)
+        page.until(lambda: page.text("state") in ("contact", "adapting"))
+        assert not page["anyway"].is_displayed()
+        page["tare"].click()
+        says(page, "tare: the probe is in contact; lift it first")
+        page.until(lambda: page["anyway"].is_displayed())
+        page.until(lambda: page.text("error").endswith(", revised"))
+        sentence = "samples, before its full length"
+        page.until(lambda: sentence in page.text("warning") and sentence in page.text("rows"))
+        assert "hold the probe longer" in page.text("warning")
+        assert "short, revised" in page.text("rows")
+        assert not page["anyway"].is_displayed()
+    with Live("--touch-seconds", "60", source="sim:stiff-steady?seed=1") as live:
+        page.driver.get(live.address)
+        page.until(lambda: page.text("state") in ("contact", "adapting"))
+        page["tare"].click()
+        page.until(lambda: page["anyway"].is_displayed())
+        page["anyway"].click()
+        says(page, "do not touch anything")
+        page.until(lambda: page.text("state") == "baseline")
 
 
 def test_no_request_leaves_the_machine(page: Browser, serve: Callable[..., Live]) -> None:

@@ -28,6 +28,8 @@ def test_usb(tmp_path: Path) -> None:
     assert {s.status for s in samples} == {Status.OK}
     device = source.describe()
     assert recorded(tmp_path / "run.csv").describe() == device
+    assert device["stamps"] == "converter"
+    assert stream.tracker.settings["host_stamps"] is False
     assert device["configuration"]["capf"] == 1
     assert (device["configuration"]["hard"]["capdac"], device["configuration"]["soft"]["capdac"]) == (
         CENTRED.hard.capdac,
@@ -35,6 +37,15 @@ def test_usb(tmp_path: Path) -> None:
     )
     assert len(bytes.fromhex(device["registers"])) == datasheet.REGISTERS
     assert stream.counters.errors == stream.counters.reconnects == 0
+
+
+def test_a_lost_soft_conversion_leaves_the_hard_reading() -> None:
+    with Stream("sim:dropouts?seed=1") as stream:
+        lost = [estimate.sample for estimate in stream if estimate.sample.status == Status.LOST]
+    kept = [sample for sample in lost if sample.hard == sample.hard]
+    assert 0 < len(kept) < len(lost)
+    assert {sample.soft_raw for sample in lost} == {-1}
+    assert all(sample.hard == datasheet.capacitance_pF(sample.hard_raw) for sample in kept)
 
 
 def test_one_of_two_boards() -> None:

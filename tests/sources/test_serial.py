@@ -1,5 +1,6 @@
 """A serial port that is a pseudo-terminal, with lines as microcontrollers print them."""
 
+import math
 import os
 import threading
 import tty
@@ -11,6 +12,7 @@ import palpate
 import pytest
 from fuzz_parsers import ChunkedLines, ChunkedPort
 from palpate import DeviceNotFound, DeviceRefused, Sample, Source, Status, Stream
+from palpate.recording.foreign import recorded
 
 pytest.importorskip("pty")
 
@@ -103,6 +105,8 @@ def test_half_a_pair_is_a_lost_sample(port: Port) -> None:
     pattern = r"A(?P<hard>[\d.]+)|B(?P<soft>[\d.]+)"
     samples, source = read(port, "B0\nA1\nA2\nB3\nB4\nA5\nB6\n", 3, pattern=pattern)
     assert [(s.seq, s.status) for s in samples] == [(0, Status.LOST), (1, 0), (2, 0)]
+    assert samples[0].hard == 1
+    assert math.isnan(samples[0].soft)
     assert [(s.hard, s.soft) for s in samples[1:]] == [(2, 3), (5, 6)]
     assert source.counters == {"errors": 2, "lost": 1, "reconnects": 0}
 
@@ -114,6 +118,9 @@ def test_options_in_the_name(port: Port, tmp_path: Path) -> None:
         estimate = next(iter(stream))
     assert (estimate.sample.hard, estimate.sample.soft) == (1.0, 2.0)
     assert stream.source.describe()["baud"] == 9600
+    assert stream.source.describe()["stamps"] == "host"
+    assert stream.tracker.settings["host_stamps"] is True
+    assert recorded(tmp_path / "run.csv").host_stamps
     assert palpate.read(tmp_path / "run.csv").hard.tolist() == [1.0]
     assert palpate.read(tmp_path / "run.csv").full_scale_pF == float("inf")
 

@@ -5,7 +5,8 @@ What happens after an error:
 1. An access that fails (no answer, refused, too short, not acknowledged) is repeated twice. Each failed try
    is counted in `errors`, each repetition in `retries`.
 2. A conversion is not repeated. If it does not end, if an access of it failed for good, or if the registers read
-   with its data are not those that were written, the pair is LOST and counted in `lost`; neither value is used.
+   with its data are not those that were written, the pair is LOST and counted in `lost`. If that is the soft
+   conversion, the hard one before it keeps its value.
 3. After `STREAK` lost pairs in a row, or as soon as an access got no answer in any of its tries, the device is
    opened and configured again (with the firmware, if its path is known), counted in `reopened`; after `STREAK`
    more lost pairs the last error is raised.
@@ -122,6 +123,7 @@ class Ad7746:
             "conversion_s": self.configuration.conversion_s,
             "period_s": self.period_s,
             "clock": f"{type(self._clock).__name__}, ns since the start; a time is the middle of a conversion",
+            "stamps": "converter",  # the driver begins each conversion, and polls for its end
         }
 
     def auto_capdac(self) -> tuple[int, int]:
@@ -169,14 +171,16 @@ class Ad7746:
             return None
 
     def _pair(self, seq: int) -> Sample:
-        hard = soft = Reading(self._clock.now_ns() - self._start_ns, -1, math.nan, Status.LOST)
+        hard = soft = lost = Reading(self._clock.now_ns() - self._start_ns, -1, math.nan, Status.LOST)
         try:
-            hard, soft = self.read_channel(HARD), self.read_channel(SOFT)
+            hard = self.read_channel(HARD)
+            soft = self.read_channel(SOFT)
             self._streak = 0
             self.counters.pairs += 1
         except (SourceTimeout, ProtocolError) as failure:
             self._give_up(failure)
             self.counters.lost += 1
+            hard = lost if hard.status else hard._replace(status=Status.LOST)
         self._last_ns = self._clock.now_ns()
         return Sample(
             seq, hard.t_ns, soft.t_ns, hard.raw, soft.raw, hard.capacitance, soft.capacitance, hard.status | soft.status

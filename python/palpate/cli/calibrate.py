@@ -10,7 +10,7 @@ import click
 
 from palpate import Touch
 from palpate.cli.exit import NOT_RELIABLE
-from palpate.cli.options import json_option, recording_options
+from palpate.cli.options import json_option, recording_options, tracking
 
 if TYPE_CHECKING:
     from palpate import Calibration
@@ -124,8 +124,8 @@ def _touches(file: Path, how: dict[str, Any]) -> list[Touch]:
 
     try:
         recording = read(file, columns=how["columns"], unit=how["unit"])
-        samples = {"samples": how["samples"]} if how["samples"] else {}
-        found = touches(recording, scene=how["scene"], **how["settings"], **samples)
+        given = tracking(how["touch_seconds"], how["samples"], how["settings"])
+        found = touches(recording, scene=how["scene"], **given)
     except (ValueError, TypeError) as error:
         raise click.UsageError(f"{file}: {str(error).splitlines()[0]}") from error
     for note in recording.notes:

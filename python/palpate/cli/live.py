@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate.cli.exit import INTERRUPTED
-from palpate.cli.options import estimating_options, json_option
+from palpate.cli.options import estimating_options, json_option, tracking
 from palpate.cli.source import SourceType
 from palpate.several import TOUCH_SCATTER
 
@@ -56,6 +56,7 @@ def live(
     scatter: float,
     firmware: Path | None,
     scene: str,
+    touch_seconds: float | None,
     samples: int | None,
     settings: dict[str, float],
     port: int,
@@ -84,7 +85,7 @@ def live(
     from palpate.live.summary import Summary
 
     source = source or _plugged_in()
-    how: dict[str, Any] = {"scene": scene, **settings} | ({"samples": samples} if samples else {})
+    how: dict[str, Any] = {"scene": scene, **tracking(touch_seconds, samples, settings)}
     calibrated = _calibration(calibration, scene) if calibration else None
     try:
         session = Session(_opener(source, firmware), Recordings(file), how)

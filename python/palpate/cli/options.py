@@ -31,6 +31,22 @@ def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[
     return found
 
 
+def tracking(touch_seconds: float | None, samples: int | None, settings: dict[str, float]) -> dict[str, Any]:
+    """Return the settings of the tracker that a user gave; a length replaces the one of the scene, or of a recording.
+
+    Examples
+    --------
+    >>> tracking(None, 60, {"threshold": 6.0}), tracking(None, None, {"seconds": 3.0})
+    ({'threshold': 6.0, 'samples': 60, 'seconds': None}, {'seconds': 3.0, 'samples': None})
+    """
+    given: dict[str, Any] = {"seconds": touch_seconds, "samples": samples}
+    lengths = {name: value for name, value in given.items() if value is not None}
+    lengths |= {name: settings[name] for name in given if name in settings}
+    if len(lengths) > 1:
+        raise click.UsageError("got a length of a touch in seconds and in samples, allowed: only one of them")
+    return settings | ({**dict.fromkeys(given), **lengths} if lengths else {})
+
+
 json_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
     "--json", "as_json", is_flag=True, help="Print one JSON document instead."
 )
@@ -45,7 +61,9 @@ _SCENES = f"Method of estimation: {', '.join(scenes)}."
 _SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES)
 _SCENE_AGAIN = click.option("--scene", help=f"{_SCENES}  [default: from the recording, else handheld]")
 _ESTIMATING = [
-    click.option("--samples", type=click.IntRange(min=1), help="Most samples of a touch.  [default: from the scene]"),
+    click.option("--touch-seconds", type=click.FloatRange(min=0, min_open=True),
+                 help="Length of a touch, s.  [default: from the scene]"),
+    click.option("--samples", type=click.IntRange(min=1), help="Length of a touch in samples, in place of seconds."),
     click.option("--set", "settings", callback=settings, multiple=True, metavar="NAME=VALUE",
                  help="A setting of the estimator, as threshold=6; may be repeated. A wrong NAME lists all."),
 ]  # fmt: skip
@@ -63,8 +81,8 @@ def _adding(options: list[Callable[..., Any]]) -> Callable[[Callable[..., Any]],
 reading_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding(_READING)
 """Adds columns and unit to a command."""
 estimating_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([_SCENE, *_ESTIMATING])
-"""Adds scene, samples and settings."""
+"""Adds scene, touch_seconds, samples and settings."""
 recording_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE, *_ESTIMATING])
-"""Adds columns, unit, scene, samples and settings."""
+"""Adds columns, unit, scene, touch_seconds, samples and settings."""
 replaying_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE_AGAIN, *_ESTIMATING])
 """Adds the same; scene is None if it is not given."""

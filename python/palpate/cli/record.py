@@ -15,21 +15,23 @@ import click
 from palpate import PalpateError, digits
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import INTERRUPTED, NOT_RELIABLE
-from palpate.cli.options import estimating_options, json_option
+from palpate.cli.options import estimating_options, json_option, tracking
 from palpate.cli.source import SourceType
 
 if TYPE_CHECKING:
+    from palpate import Touch
     from palpate._core import _Scene
     from palpate.stream import Stream
     from palpate.stream.estimate import Batch
 
 _PROGRESS_S = 0.2
+_REVISED_S = 5.0  # longest wait for the revised result of the last touch
 
 
 @click.command()
 @click.argument("source", type=SourceType())
 @click.option("-o", "file", required=True, type=click.Path(dir_okay=False, path_type=Path), help="NAME.csv")
-@click.option("--touches", type=click.IntRange(min=1), help="Stop after this number of touches.")
+@click.option("--touches", type=click.IntRange(min=1), help="Stop after this number of touches, the last one revised.")
 @click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after this time, s.")
 @click.option("--note", "notes", multiple=True, metavar="TEXT", help="A note for the sidecar; may be repeated.")
 @click.option(
@@ -47,11 +49,12 @@ def record(
     notes: tuple[str, ...],
     firmware: Path | None,
     scene: "_Scene",
+    touch_seconds: float | None,
     samples: int | None,
     settings: dict[str, float],
     as_json: bool,
 ) -> None:
-    """Record from SOURCE and print one row for each touch as it ends.
+    """Record from SOURCE and print a row for each touch as it ends, and another when its result is revised.
 
     SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices` and
     help(palpate.open). Ctrl-C ends the recording, too; the file is closed properly. Exit codes: 3, no device, or it was
@@ -66,7 +69,7 @@ def record(
     from palpate import sources
     from palpate.stream import Stream
 
-    how: dict[str, Any] = settings | ({"samples": samples} if samples else {})
+    how = tracking(touch_seconds, samples, settings)
     try:
         opened = sources.open(source, **({"firmware": str(firmware)} if firmware else {}))
         stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=_say, **how)
@@ -100,7 +103,10 @@ class _Session:
         self._quiet = quiet
         self._first_ns: int | None = None
         self._elapsed_s = 0.0
+        self._all_s: float | None = None  # when the last touch ended
         self._printed = 0
+        self._headed = False
+        self._said: set[str] = set()  # sentences about touches; a revised touch says them again
         self._progress = _Progress()
 
     def run(self) -> None:
@@ -109,6 +115,8 @@ class _Session:
             for batch in self._stream.batches():
                 self._count(batch)
                 self._print_new()
+                for number, touch in batch.revised:
+                    self._print(number, touch)
                 self._progress.show(self._line)
                 if self._enough():
                     break
@@ -119,7 +127,7 @@ class _Session:
         self._progress.clear()
         counters = self._stream.counters
         if as_json:
-            plain = [touch.as_dict() for touch in self._stream.touches]
+            plain = [cli_touches.record(touch) for touch in self._stream.touches]
             document = {"file": str(file), "seconds": self._elapsed_s, "counters": counters.as_dict(), "touches": plain}
             document["error"] = str(failure) if failure else None
             click.echo(json.dumps(document, indent=2, allow_nan=False))
@@ -130,6 +138,7 @@ class _Session:
             "not estimated": counters.dropped,
             "samples without a value": counters.refused,
             "saturated": counters.saturated,
+            "times a wrong baseline": counters.retaken,
         }
         told = "".join(f", {count} {what}" for what, count in parts.items() if count)
         click.echo(f"{file}: {counters.recorded} rows{told}; file closed", err=True)
@@ -141,16 +150,34 @@ class _Session:
             self._elapsed_s = (int(times[-1]) - self._first_ns) / 1e9
 
     def _enough(self) -> bool:
-        many = self._touches is not None and len(self._stream.touches) >= self._touches
-        return many or (self._seconds is not None and self._elapsed_s >= self._seconds)
+        return self._has_all() or (self._seconds is not None and self._elapsed_s >= self._seconds)
+
+    def _has_all(self) -> bool:
+        """Return whether there are enough touches, the last one with its revised result if that comes soon."""
+        tracker = self._stream.tracker
+        if self._touches is None or tracker.touch_count < self._touches:
+            return False
+        self._all_s = self._elapsed_s if self._all_s is None else self._all_s
+        [last] = tracker.touches_since(self._touches - 1)[:1]
+        return last.revised or not last.effects or self._elapsed_s - self._all_s >= _REVISED_S
 
     def _print_new(self) -> None:
-        for touch in [] if self._quiet else self._stream.touches[self._printed :]:
-            self._progress.clear()
-            if not self._printed:
-                click.echo(cli_touches.HEADER)
+        for touch in self._stream.tracker.touches_since(self._printed):
             self._printed += 1
-            click.echo(cli_touches.row(self._printed, touch))
+            self._print(self._printed, touch)
+
+    def _print(self, number: int, touch: "Touch") -> None:
+        if self._quiet:
+            return
+        self._progress.clear()
+        if not self._headed:
+            click.echo(cli_touches.HEADER)
+            self._headed = True
+        click.echo(cli_touches.row(number, touch))
+        for line in cli_touches.advised([touch], number).splitlines():
+            if line not in self._said:
+                self._said.add(line)
+                click.echo(line)
 
     def _line(self) -> str:
         counters, tracker = self._stream.counters, self._stream.tracker

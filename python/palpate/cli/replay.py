@@ -12,7 +12,7 @@ from palpate import __version__
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.moduli import Moduli
-from palpate.cli.options import json_option, replaying_options
+from palpate.cli.options import json_option, replaying_options, tracking
 
 if TYPE_CHECKING:
     from palpate import Touch
@@ -31,6 +31,7 @@ def replay(
     columns: dict[str, str] | None,
     unit: str | None,
     scene: str | None,
+    touch_seconds: float | None,
     samples: int | None,
     settings: dict[str, float],
     calibration: Path | None,
@@ -39,27 +40,28 @@ def replay(
     """Send a recording through the estimator again: one row for each touch.
 
     Without --scene a recording made by palpate is estimated with the scene and settings of the live measurement and
-    gives exactly the same results. Flags: short, saturated, refused, unsettled, unexcited; see
-    help(palpate.Touch.flags). Exit codes: 4, not a recording; 5, no touch found.
+    gives exactly the same results. Below the table there is a sentence for each flag: what it means, and what to do;
+    see help(palpate.Touch.flags). Exit codes: 4, not a recording; 5, no touch found.
 
     \b
     Example:
       palpate replay bench.csv --map "hard=C1 (pF),soft=C2 (pF)" --set threshold=6
     """  # noqa: D301
-    from palpate import touches
     from palpate.recording.foreign import recorded
+    from palpate.touch import tracked
 
     try:
         recording = recorded(file, columns=columns, unit=unit)
         how: dict[str, Any] = {"scene": scene} if scene else {"scene": "handheld"} | recording.settings
-        how |= settings | ({"samples": samples} if samples else {})
-        found = touches(recording, **how)
+        how |= tracking(touch_seconds, samples, settings)
+        found, retaken = tracked(recording, **how)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
-    for note in recording.notes:
+    notes = [*recording.notes, *cli_touches.notes(retaken)]
+    for note in notes:
         click.echo(f"{file}: {note}", err=True)
     moduli = Moduli(calibration, how["scene"]) if calibration else None
-    document = _json(file, how, recording, found, moduli) if as_json else _table(found, moduli)
+    document = _json(file, how, recording, found, notes, moduli) if as_json else _table(found, moduli)
     click.echo(document, nl=as_json)
     if not found:
         click.echo(f"{file}: no touch found: {_why_not(recording)}", err=True)
@@ -68,7 +70,7 @@ def replay(
 
 def _table(found: "list[Touch]", moduli: Moduli | None) -> str:
     table = cli_touches.table(found)
-    return moduli.table(table, found) if moduli and found else table
+    return (moduli.table(table, found) if moduli and found else table) + cli_touches.advised(found)
 
 
 def _why_not(recording: "Recorded | Foreign") -> str:
@@ -79,7 +81,12 @@ def _why_not(recording: "Recorded | Foreign") -> str:
 
 
 def _json(
-    file: Path, how: dict[str, Any], recording: "Recorded | Foreign", found: "list[Touch]", moduli: Moduli | None
+    file: Path,
+    how: dict[str, Any],
+    recording: "Recorded | Foreign",
+    found: "list[Touch]",
+    notes: list[str],
+    moduli: Moduli | None,
 ) -> str:
     settings = {name: value for name, value in how.items() if name != "scene"}
     document = {
@@ -88,8 +95,8 @@ def _json(
         "settings": {name: str(value) if value in (math.inf, -math.inf) else value for name, value in settings.items()},
         "palpate": __version__,
         "rows": recording.survey.rows,
-        "notes": recording.notes,
-        "touches": [touch.as_dict() for touch in found],
+        "notes": notes,
+        "touches": [cli_touches.record(touch) for touch in found],
     }
     if moduli:
         moduli.add(document, found)

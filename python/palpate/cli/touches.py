@@ -1,23 +1,29 @@
-"""Touches as rows of a table."""
+"""Touches as rows of a table, as sentences, and as records of a JSON document."""
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 from palpate import digits
 
 if TYPE_CHECKING:
     from palpate import Touch
 
-HEADER = "touch   start_s  samples     ratio  std. error  covariance  alarm  flags"
+HEADER = "touch   start_s  samples     ratio  std. error  covariance  alarm   result  flags"
 
 
 def row(number: int, touch: "Touch") -> str:
-    """Return one touch as a line of the table; the numbers begin at 1."""
+    """Return one touch as a line of the table; the numbers begin at 1.
+
+    The result is the "first", known at the end of the touch, or "revised" with the baseline after the release; "-" in a
+    scene that revises none.
+    """
     error = touch.standard_error
     start = "-" if math.isnan(touch.start_s) else f"{touch.start_s:.3f}"
+    result = "-" if not touch.effects else "revised" if touch.revised else "first"
     return (
-        f"{number:5} {start:>9} {touch.samples:8} {digits.number(touch.ratio, error):>9} {digits.error(error):>11} {touch.covariance:11.3g}"
-        f" {touch.alarm_share:6.0%}  {' '.join(touch.flags)}".rstrip()
+        f"{number:5} {start:>9} {touch.samples:8} {digits.number(touch.ratio, error):>9} {digits.error(error):>11}"
+        f" {touch.covariance:11.3g} {touch.alarm_share:6.0%}  {result:>7}  {' '.join(touch.flags)}".rstrip()
     )
 
 
@@ -25,3 +31,25 @@ def table(touches: "list[Touch]") -> str:
     """Return a header and a line for each touch; an empty text without touches."""
     lines = [HEADER, *(row(number, touch) for number, touch in enumerate(touches, 1))]
     return "\n".join(lines) + "\n" if touches else ""
+
+
+def advised(touches: "Iterable[Touch]", first: int = 1) -> str:
+    """Return a line for each flag of each touch: what it means, and what to do. The numbers begin at `first`."""
+    from palpate.sentences import advice
+
+    lines = [f"touch {n}: {sentence}\n" for n, touch in enumerate(touches, first) for sentence in advice(touch)]
+    return "".join(lines)
+
+
+def record(touch: "Touch") -> dict[str, Any]:
+    """Return a touch for JSON: its fields, and `advice`, a sentence for each flag."""
+    from palpate.sentences import advice
+
+    return {**touch.as_dict(), "advice": advice(touch)}
+
+
+def notes(retaken: int) -> list[str]:
+    """Return a note on how often the baseline was measured again; none for 0."""
+    from palpate.samples import RETAKEN
+
+    return [f"{RETAKEN} ({'once' if retaken == 1 else f'{retaken} times'})"] if retaken else []

@@ -7,8 +7,9 @@ from typing import Any, NoReturn
 
 LONGEST = 4096  # bytes of a message
 LONGEST_TEXT = 200  # characters of a mark
-PLAIN = ("tare", "record", "stop", "again")
-"""Commands without parameters: measure the baseline again, begin and end a recording, start a new measurement."""
+PLAIN = ("tare", "tare anyway", "record", "stop", "again")
+"""Commands without parameters: measure the baseline again, also in contact; begin and end a recording; start a new
+measurement."""
 
 
 class Refused(ValueError):
@@ -48,7 +49,7 @@ def parse(message: str | bytes) -> Command:
     Command(do='mark', text='second specimen', frame=0)
     >>> parse('{"do": "format the disk"}')
     Traceback (most recent call last):
-    palpate.live.protocol.Refused: do: got 'format the disk', allowed: tare, record, stop, again, mark, seen
+    palpate.live.protocol.Refused: do: got 'format the disk', allowed: tare, tare anyway, record, stop, again, mark, seen
     """
     given = _object(message)
     do = given.pop("do", None)

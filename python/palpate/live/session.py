@@ -45,12 +45,12 @@ class Session:
         Number of the measurement, counted from 1.
     stream : Stream
     touches : list of Touch
-        The completed touches.
+        The completed touches; a revised one in place of its first result.
     moment : Moment
     error : str
         The error that ended the measurement; empty without an error.
     messages : list of str
-        Messages of the source, newest last.
+        Messages of the source and of the stream, newest last.
     marks : list of (float, str)
         Time, s, and text.
     """
@@ -66,7 +66,7 @@ class Session:
         self._open, self._how = open_source, how
         self._commands, self._batches = Lock(), Lock()
         self._unread: list[Rows] = []
-        self._tare = Event()
+        self._tare, self._forced = Event(), Event()
         self._last_s = 0.0
 
     def start(self) -> None:
@@ -91,6 +91,7 @@ class Session:
             self.touches, self.marks, self._unread = [], [], []
             self.moment, self.error = Moment(), ""
             self._tare.clear()
+            self._forced.clear()
         self._thread = Thread(target=self._run, args=[stream], name="palpate-session", daemon=True)
         self._thread.start()
 
@@ -116,7 +117,13 @@ class Session:
         ValueError, PalpateError
             As `Stream` does.
         """
-        orders = {"tare": self._do_tare, "record": self._do_record, "stop": self._do_stop, "again": self._do_again}
+        orders = {
+            "tare": self._do_tare,
+            "tare anyway": self._do_force,
+            "record": self._do_record,
+            "stop": self._do_stop,
+            "again": self._do_again,
+        }
         with self._commands:
             return self._do_mark(command.text) if command.do == "mark" else orders[command.do]()
 
@@ -139,9 +146,16 @@ class Session:
 
     def _do_tare(self) -> str:
         self._require_running("tare")
+        if self._pressed():
+            raise Refused("tare: the probe is in contact; lift it first. If nothing is touched, press Tare anyway")
         self._tare.set()
-        warning = " The probe was in contact: lift it and tare again." if self._pressed() else ""
-        return "Measuring the baseline: do not touch anything." + warning
+        return "Measuring the baseline: do not touch anything."
+
+    def _do_force(self) -> str:
+        self._require_running("tare")
+        self._forced.set()
+        self._tare.set()
+        return "Measuring the baseline: do not touch anything."
 
     def _do_mark(self, text: str) -> str:
         self._require_running("mark")
@@ -198,15 +212,22 @@ class Session:
 
     def _measure(self, stream: Stream) -> None:
         for batch in stream.batches():
-            if self._tare.is_set():
-                self._tare.clear()
-                stream.tare()
-                self._take(batch, stream, ended=True)
-            else:
-                self._take(batch, stream, ended=len(batch.touches) > 0)
+            tared = self._tare.is_set()
+            if tared:
+                self._measure_baseline(stream)
+            self._take(batch, stream, changed=tared or bool(batch.touches or batch.revised))
             time.sleep(_PAUSE_S)
 
-    def _take(self, batch: Batch, stream: Stream, *, ended: bool) -> None:
+    def _measure_baseline(self, stream: Stream) -> None:
+        self._tare.clear()
+        forced = self._forced.is_set()
+        self._forced.clear()
+        try:
+            stream.tare(force=forced)
+        except RuntimeError as refusal:  # pressed after the command
+            self._note(str(refusal))
+
+    def _take(self, batch: Batch, stream: Stream, *, changed: bool) -> None:
         rows = rows_of(batch)
         with self._batches:
             self._unread = [*self._unread, rows][-_UNREAD:]
@@ -214,5 +235,5 @@ class Session:
             self.moment = Moment(tracker.state, tracker.ratio, tracker.standard_error, alarm)
             if len(rows):
                 self._last_s = float(rows["t_s"][-1])
-            if ended:
+            if changed:
                 self.touches = stream.touches

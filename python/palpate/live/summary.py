@@ -8,6 +8,7 @@ from typing import Any
 from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.live.session import Moment, Session
+from palpate.sentences import advice
 from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
 
 _RATE_S = 2.0  # pairs per second: mean over this time
@@ -75,7 +76,11 @@ class Summary:
         """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do."""
         self._begin_again()
         found = self._session.touches
-        self._rows += [self._row(number, touch) for number, touch in enumerate(found) if number >= len(self._rows)]
+        for number, touch in enumerate(found):
+            if number >= len(self._rows):
+                self._rows.append(self._row(number, touch))
+            elif self._rows[number]["revised"] != touch.revised:
+                self._rows[number] = self._row(number, touch)
         together = self._together(found)
         best = self._most_reliable(found) if together and together.agree else None
         return {"rows": self._rows[-_SHOWN:], "most_reliable": best, "together": self._words(together)}
@@ -99,7 +104,7 @@ class Summary:
     def _row(self, number: int, touch: Touch) -> dict[str, Any]:
         ratio, error = touch.ratio, touch.standard_error
         more = {"uncertainty": self._uncertainty(ratio, error), "modulus": self._modulus(ratio, error)}
-        return {"number": number + 1, **touch.as_dict(), **more}
+        return {"number": number + 1, **touch.as_dict(), **more, "advice": advice(touch)}
 
     def _uncertainty(self, ratio: float, error: float) -> float | None:
         """Return the standard deviation of a ratio, with the scatter from touch to touch if it is known."""

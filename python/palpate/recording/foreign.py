@@ -54,6 +54,7 @@ class Foreign:
         times = (self._recording.t_hard_s, self._recording.t_soft_s)
         self.timed: bool = all(bool(np.isfinite(t).all()) for t in times)
         self.settings: dict[str, Any] = {}
+        self.host_stamps: bool = False  # not known
 
     def describe(self) -> dict[str, Any]:
         """Return the file name and full scale; nothing else is known."""

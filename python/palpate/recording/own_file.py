@@ -77,6 +77,11 @@ class Recorded:
         return SATURATED_PF if first is not None and first["hard_raw"][0] >= 0 else math.inf
 
     @property
+    def host_stamps(self) -> bool:
+        """Whether the times are those of the arrival at the computer, from the sidecar."""
+        return self.describe().get("stamps") == "host"
+
+    @property
     def settings(self) -> dict[str, Any]:
         """Scene and settings of the live measurement; empty if unknown."""
         return sidecar.settings_of(self.document or {})

@@ -36,6 +36,8 @@ class Recording:
         Remarks on the data: rows without a value, an incomplete last row, times that go back.
     full_scale_pF : float
         Readings of this magnitude are saturated: that of the AD7746 in palpate's own files, else inf.
+    host_stamps : bool
+        Whether the times are those of the arrival at the computer; False if it is not known.
 
     Examples
     --------
@@ -50,6 +52,7 @@ class Recording:
     soft: NDArray[np.float64]
     notes: tuple[str, ...] = ()
     full_scale_pF: float = math.inf
+    host_stamps: bool = False
 
     def __post_init__(self) -> None:
         """Convert the fields to arrays, and check them."""
@@ -124,7 +127,8 @@ def read(
 def _own(recorded: Recorded) -> Recording:
     block = np.concatenate([np.zeros(0, DTYPE), *recorded.blocks()])
     times = (block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9)
-    return Recording(*times, *usable(block, recorded.full_scale_pF), recorded.notes, recorded.full_scale_pF)
+    values = usable(block, recorded.full_scale_pF)
+    return Recording(*times, *values, recorded.notes, recorded.full_scale_pF, recorded.host_stamps)
 
 
 def _check(wanted: Mapping[str, str | int], unit: str | None) -> None:

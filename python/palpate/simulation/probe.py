@@ -41,6 +41,8 @@ class Simulation:
         creep, lag, cross-talk, baselines and converter add errors to it.
     presses : tuple of Press
         The presses, with the factor of oblique contact in their ratios.
+    host_stamps : bool
+        Whether the times have the errors of a host: `palpate.touches` smooths them.
 
     Examples
     --------
@@ -58,6 +60,7 @@ class Simulation:
     status: NDArray[np.int64]
     true_ratio: NDArray[np.float64]
     presses: tuple[Press, ...] = field(default=())
+    host_stamps: bool = False
 
     @property
     def full_scale_pF(self) -> float:
@@ -127,6 +130,7 @@ def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
         status=_status(raws, lost),
         true_ratio=_true_ratio(truth, times[0]),
         presses=truth.presses,
+        host_stamps=scenario.stamps.host_s > 0,
     )
 
 

@@ -59,8 +59,9 @@ class Source(Protocol):
     def describe(self) -> dict[str, Any]:
         """Return a description of the instrument, which is stored with a recording.
 
-        `palpate.Stream` uses two of its keys: `full_scale_pF` (readings from this size on are saturated) and
-        `period_s` (time from one pair to the next).
+        `palpate.Stream` uses three of its keys: `full_scale_pF` (readings from this size on are saturated), `period_s`
+        (time from one pair to the next), and `stamps`: "host" if the times are those of the arrival at the computer,
+        which are smoothed (the setting `host_stamps`); "converter", the default, if they are those of the conversions.
         """
         ...
 

@@ -63,6 +63,11 @@ class FileSource(Source):
         return self.recording.full_scale_pF
 
     @property
+    def host_stamps(self) -> bool:
+        """Whether the times are those of the arrival at the computer."""
+        return self.recording.host_stamps
+
+    @property
     def timed(self) -> bool:
         """Whether the file has times."""
         return self.recording.timed

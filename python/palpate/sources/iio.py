@@ -101,6 +101,7 @@ class IioSource(Source):
             "path": str(self._path),
             "files": kept,
             "full_scale_pF": datasheet.SATURATED_PF,
+            "stamps": "converter",
             **({"period_s": period[0]} if period else {}),
         }
 

@@ -75,7 +75,8 @@ class SerialSource(Source):
             first, second = self._values(line)
             if first is not None:
                 if hard is not None:
-                    yield self._lost(seq, hard[0])
+                    self._counters["lost"] += 1
+                    yield _sample(seq, hard, (hard[0], math.nan))
                     seq += 1
                 hard = now, first
             if second is not None and hard is not None:
@@ -92,7 +93,12 @@ class SerialSource(Source):
 
     def describe(self) -> dict[str, Any]:
         """Return the settings of the port."""
-        return {"name": "serial port", **self._settings, "clock": "arrival of a line, ns since the start"}
+        return {
+            "name": "serial port",
+            **self._settings,
+            "clock": "arrival of a line, ns since the start",
+            "stamps": "host",
+        }
 
     def interrupt(self) -> None:
         """Stop the iteration."""
@@ -137,10 +143,6 @@ class SerialSource(Source):
         self._counters["errors"] += hard is None and soft is None
         return hard, soft
 
-    def _lost(self, seq: int, t_ns: int) -> Sample:
-        self._counters["lost"] += 1
-        return Sample(seq, t_ns, t_ns, -1, -1, math.nan, math.nan, Status.LOST)
-
     def _open(self) -> Any:
         try:
             return serial.Serial(self._settings["port"], self._settings["baud"], timeout=_TIMEOUT_S)
@@ -168,9 +170,8 @@ class SerialSource(Source):
 
 
 def _sample(seq: int, hard: tuple[int, float], soft: tuple[int, float]) -> Sample:
-    if math.isnan(hard[1] + soft[1]):
-        return Sample(seq, hard[0], soft[0], -1, -1, math.nan, math.nan, Status.LOST)
-    return Sample(seq, hard[0], soft[0], -1, -1, hard[1], soft[1], 0)
+    status = Status.LOST if math.isnan(hard[1] + soft[1]) else Status.OK
+    return Sample(seq, hard[0], soft[0], -1, -1, hard[1], soft[1], int(status))
 
 
 def _error(port: str, error: Exception) -> SourceError:

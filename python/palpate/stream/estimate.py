@@ -23,7 +23,9 @@ class Estimate(NamedTuple):
     touch : int
         Number of the present touch, from 1; 0: no touch.
     ended : Touch or None
-        The touch that ended with this sample.
+        The touch that ended with this sample (of a forced tare: with the sample before).
+    revised : Touch or None
+        The last touch, revised with this sample: the baseline after it is known now.
 
     Examples
     --------
@@ -41,6 +43,7 @@ class Estimate(NamedTuple):
     contact: bool
     touch: int
     ended: Touch | None = None
+    revised: Touch | None = None
 
 
 class Batch(NamedTuple):
@@ -55,6 +58,8 @@ class Batch(NamedTuple):
         Touches that ended in this batch. The end of the stream may add a last batch: a touch without samples.
     first : int
         Number of the first of these touches.
+    revised : sequence of (int, Touch)
+        Touches, of this batch or an earlier one, that were revised in this batch, with their numbers from 1.
 
     Examples
     --------
@@ -69,15 +74,19 @@ class Batch(NamedTuple):
     rows: NDArray[Any]
     touches: Sequence[Touch]
     first: int
+    revised: Sequence[tuple[int, Touch]] = ()
 
     def estimates(self) -> Iterator[Estimate]:
         """Return an `Estimate` for each sample."""
         numbers = self.rows["touch"].tolist()
         last = {number: i for i, number in enumerate(numbers)}
-        ended = {last[self.first + k]: touch for k, touch in enumerate(self.touches) if self.first + k in last}
+        ended = {last.get(self.first + k, 0): touch for k, touch in enumerate(self.touches)}
+        touches = (touch for _, touch in self.revised)
         for i, (sample, row) in enumerate(zip(samples_of(self.samples), self.rows.tolist(), strict=True)):
             ratio, error, alarm, contact, number = row[:5]
-            yield Estimate(sample, ratio, error, alarm, contact, number, ended.get(i))
+            yield Estimate(
+                sample, ratio, error, alarm, contact, number, ended.get(i), next(touches) if row[-1] else None
+            )
 
 
 @dataclass(frozen=True)
@@ -97,6 +106,8 @@ class StreamCounters:
         Samples that arrived more than half a period too late.
     delivered, dropped, waiting : int
         Sent to the tracker; dropped, because the consumer was too slow; still in the queue. At the end none is waiting.
+    retaken : int
+        How often the channels fell far below the baseline, so that it was measured again.
     refused, saturated : int
         Delivered samples that were not used: without a valid value; outside the range of the converter.
     recorded, unrecorded : int
@@ -117,6 +128,7 @@ class StreamCounters:
     unrecorded: int = 0
     errors: int = 0
     reconnects: int = 0
+    retaken: int = 0
 
     def as_dict(self) -> dict[str, int]:
         """Return the counters by name."""

@@ -13,10 +13,11 @@ from palpate._core import SampleRing, Touch, Tracker
 from palpate.errors import SourceTimeout
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import sidecar_path
-from palpate.samples import DTYPE, Block, Sample, feed, refused, samples_of, saturated
+from palpate.samples import DTYPE, settings_for
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
+from palpate.stream.feeding import Feeding
 from palpate.stream.reader import Reader
 from palpate.stream.recording_slot import RecordingSlot
 
@@ -46,7 +47,7 @@ class Stream:
     notes : list of str, optional
         Notes in the recording.
     notify : callable, optional
-        Called with a message when a device is unplugged or back.
+        Called with a message when a device is unplugged or back, and when the baseline is found to be wrong.
     **settings
         As in `Tracker`.
 
@@ -103,14 +104,12 @@ class Stream:
             if notify:
                 self.source.notify = notify
             if tracker is None:
-                full_scale = float(self.source.describe().get("full_scale_pF", math.inf))
-                self.tracker = Tracker(scene, **{"full_scale": full_scale, **given})
+                self.tracker = Tracker(scene, **{**settings_for(scene, self.source.describe()), **given})
             on_failure.pop_all()
         self._recordings = RecordingSlot(self.source, self.tracker, lambda: self.counters, record, notes or [])
         self._reader: Reader | None = None
-        self._fed: Sample | None = None
-        self._delivered = self._refused = self._saturated = 0
-        self._ended = self._closed = self._raised = self._begins = self._stop_asked = False
+        self._feeding = Feeding(self.tracker, self.source.notify)
+        self._closed = self._raised = self._begins = self._stop_asked = False
 
     def __enter__(self) -> Self:
         """Begin the measurement."""
@@ -144,7 +143,7 @@ class Stream:
         reader = self._begun()
         while (batch := self._next(reader)) is not None:
             yield batch
-        if last := self._finish():
+        if last := self._feeding.finish():
             yield last
         if reader.error is not None and not self._raised:
             self._raised = True
@@ -157,7 +156,7 @@ class Stream:
 
     @property
     def touches(self) -> list[Touch]:
-        """All touches that have ended, in order of time."""
+        """All touches that have ended, in order of time; revised ones in place of the first results."""
         return self.tracker.touches
 
     @property
@@ -166,7 +165,7 @@ class Stream:
         reader, recorder, own = self._reader, self.recorder, self.source.counters
         if reader is None:
             return StreamCounters()
-        delivered, dropped = self._delivered, self._ring.dropped
+        delivered, dropped = self._feeding.delivered, self._ring.dropped
         read = reader.read  # read last: so `waiting` cannot be negative
         return StreamCounters(
             read=read,
@@ -175,12 +174,13 @@ class Stream:
             delivered=delivered,
             dropped=dropped,
             waiting=read - delivered - dropped,
-            refused=self._refused,
-            saturated=self._saturated,
+            refused=self._feeding.refused,
+            saturated=self._feeding.saturated,
             recorded=recorder.rows if recorder else 0,
             unrecorded=recorder.dropped if recorder else 0,
             errors=own.get("errors", 0),
             reconnects=own.get("reconnects", 0),
+            retaken=self._feeding.retaken,
         )
 
     def start_recording(self, record: str | os.PathLike[str], notes: list[str] | None = None) -> Recorder:
@@ -219,11 +219,22 @@ class Stream:
         if self.recorder:
             self.recorder.mark(text, self._begun().last)
 
-    def tare(self) -> None:
-        """Measure the baseline again, and mark it in the recording; from the thread that iterates."""
-        self.tracker.tare()
-        if self.recorder and self._fed:
-            self.recorder.mark("tare", self._fed, tare=True)
+    def tare(self, *, force: bool = False) -> None:
+        """Measure the baseline again, and mark it in the recording; from the thread that iterates.
+
+        Parameters
+        ----------
+        force : bool
+            Also in contact: after a jump of the baseline, which looks like a touch without end.
+
+        Raises
+        ------
+        RuntimeError
+            The probe is in contact, and `force` is False.
+        """
+        self.tracker.tare(force)
+        if self.recorder and self._feeding.last:
+            self.recorder.mark("tare", self._feeding.last, tare=True)
 
     def stop(self) -> bool:
         """End the iteration after the samples read so far; from any thread or signal handler. False before `with`."""
@@ -252,7 +263,7 @@ class Stream:
         stopped = self._reader.join(STOP_S)
         while self._next(self._reader, wait=False):
             pass
-        self._finish()
+        self._feeding.finish()
         failure = None if stopped else SourceTimeout(f"the source did not stop within {STOP_S} s; it still runs")
         try:
             self._recordings.close(failure or self._reader.error)
@@ -275,28 +286,8 @@ class Stream:
         while True:
             closed = self._ring.closed
             if count := self._ring.pop_many(waiting):
-                return self._estimated(waiting[:count])
+                return self._feeding.send(waiting[:count])
             if closed or not wait or self._closed:
                 return None
             reader.ready.wait(_POLL_S)
             reader.ready.clear()
-
-    def _estimated(self, block: Block) -> Batch:
-        before = self.tracker.touch_count
-        rows = feed(self.tracker, block)
-        self._fed = samples_of(block[-1:])[0]
-        self._delivered += len(block)
-        self._refused += int(np.count_nonzero(refused(block)))
-        self._saturated += int(np.count_nonzero(saturated(block)))
-        return Batch(block, rows, self.tracker.touches_since(before), before + 1)
-
-    def _finish(self) -> Batch | None:
-        """End a touch that is still running; return the last batch."""
-        if self._ended:
-            return None
-        self._ended = True
-        before = self.tracker.touch_count
-        if self.tracker.finish() is None:
-            return None
-        nothing = np.empty(0, DTYPE)
-        return Batch(nothing, feed(self.tracker, nothing), self.tracker.touches_since(before), before + 1)

@@ -63,9 +63,10 @@ export function touchRow(touch, best) {
   row.append(...cells.map((text) => Object.assign(document.createElement("td"), { textContent: text })));
   row.cells[7].className = "modulus";
   row.cells[8].className = "remark";
+  row.cells[8].append(...touch.advice.map((sentence) => Object.assign(document.createElement("p"), { className: "advice", textContent: sentence })));
   return row;
 }
 
-function remarks({ flags, refused, saturated }) {
-  return [...flags, refused ? `${refused} refused` : "", saturated ? `${saturated} saturated` : ""].filter(Boolean).join(", ");
+function remarks({ flags, refused, saturated, revised }) {
+  return [...flags, revised ? "revised" : "", refused ? `${refused} refused` : "", saturated ? `${saturated} saturated` : ""].filter(Boolean).join(", ");
 }

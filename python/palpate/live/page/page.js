@@ -51,10 +51,14 @@ const tell = {
     changed = true;
   },
   done: ({ message }) => say(message),
-  refused: ({ message }) => say(message, true),
+  refused: ({ message }) => {
+    say(message, true);
+    $("anyway").hidden = !message.startsWith("tare:") || !PRESSED.includes(state.state);
+  },
   failed: ({ message }) => say(message, true),
 };
 
+const PRESSED = ["contact", "adapting", "done"];
 const ADVICE = {
   "baseline": "measuring the baseline: do not touch anything",
   "no contact": "press the probe on an object",
@@ -74,7 +78,8 @@ function showState() {
   $("ratio").textContent = value;
   $("ratio").parentElement.classList.toggle("past", !now);
   $("error").textContent = [ratio === null ? "no touch yet" : error === null ? "standard error not known yet" : `${reach} ${hello.scatter ? `with ${hello.scatter}` : "standard error"}`,
-                            !now && last ? `touch ${last.number}` : ""].filter(Boolean).join(", ");
+                            !now && last ? `touch ${last.number}${last.revised ? ", revised" : ""}` : ""].filter(Boolean).join(", ");
+  $("warning").textContent = now ? "" : (last?.advice ?? []).join(". ");
   const modulus = now ? state.modulus : last?.modulus;
   [$("modulus").textContent, $("interval").textContent] = modulusOf(modulus);
 }
@@ -95,6 +100,7 @@ function showRecording() {
   $("mark").disabled = !running || !recording;
   $("mark").title = recording ? "" : "Marks are stored in a recording: press Record first";
   $("tare").disabled = !running;
+  $("anyway").hidden ||= !running || !PRESSED.includes(state.state);
   $("again").hidden = running;
   const names = state.recordings.join(" ");
   if ($("downloads").dataset.names !== names) {
@@ -126,7 +132,7 @@ function setLink(up, text) {
   $("link").textContent = text;
   $("link").dataset.up = document.body.dataset.up = up ? "yes" : "no";
   if (!up) $("advice").textContent = "not connected: last known values";
-  for (const id of ["tare", "mark", "record", "again"]) $(id).disabled = !up;
+  for (const id of ["tare", "anyway", "mark", "record", "again"]) $(id).disabled = !up;
 }
 
 function command(message) {
@@ -135,6 +141,7 @@ function command(message) {
 
 const DO = {
   tare: () => command({ do: "tare" }),
+  anyway: () => command({ do: "tare anyway" }),
   record: () => command({ do: state.recording ? "stop" : "record" }),
   again: () => command({ do: "again" }),
   mark: () => {

@@ -1,0 +1,149 @@
+"""What the flags of a touch mean, in words for the person who holds the probe."""
+
+from collections.abc import Callable
+from math import isfinite
+
+from palpate._core import Touch
+from palpate.digits import error, plus_minus
+
+
+def advice(touch: Touch) -> list[str]:
+    """Return a sentence for each flag of a touch: what it is likely to be, how large it is, and what to do.
+
+    Parameters
+    ----------
+    touch : Touch
+
+    Returns
+    -------
+    list of str
+        In the order of `touch.flags`; each begins with the name of its flag. Empty without a flag.
+
+    Examples
+    --------
+    >>> import palpate
+    >>> from palpate.simulation import scenarios
+    >>> [touch] = palpate.touches(scenarios.run("not-level"))
+    >>> [sentence] = palpate.advice(touch)
+    >>> sentence.partition(". ")[2].partition(" ± ")[0]
+    'With this offset taken out, the ratio is 2.843'
+    """
+    return [f"{flag}: {_SENTENCES[flag](touch)}" for flag in touch.flags]
+
+
+def _short(touch: Touch) -> str:
+    return f"the touch ended after {touch.samples} samples, before its full length: hold the probe longer"
+
+
+def _saturated(touch: Touch) -> str:
+    some = "reading is" if touch.saturated == 1 else "readings are"
+    return f"{touch.saturated} {some} outside the range of the converter and left out: press less deep"
+
+
+def _refused(touch: Touch) -> str:
+    readings = touch.samples + touch.refused + touch.saturated
+    return (
+        f"{touch.refused} of {readings} readings gave no sample: they or their neighbours have no value: check the "
+        "cable and the connection of the board"
+    )
+
+
+def _unsettled(touch: Touch) -> str:
+    return f"{touch.samples} samples are too few for a standard error: hold the probe longer"
+
+
+def _unexcited(_: Touch) -> str:
+    return "the change of the capacitances was too small to move the ratio from its initial value: press deeper"
+
+
+def _offset(touch: Touch) -> str:
+    share = touch.effects["offset"]
+    if cause := _cause(touch, "lag", "curve"):
+        return f"hard against soft misses the origin by {_per_cent(share)} of the mean depth, likely because of the {cause}"
+    first, second = ("soft", "hard") if share > 0 else ("hard", "soft")
+    told = f"the {first} bump is reached {_per_cent(share)} of the mean depth before the {second} one (bumps not level)"
+    told += ": hold the probe upright"
+    if isfinite(touch.offset_ratio):
+        told += (
+            f". With this offset taken out, the ratio is {plus_minus(touch.offset_ratio, touch.offset_standard_error)}"
+        )
+    return told
+
+
+def _drift(touch: Touch) -> str:
+    drift, shift = touch.effects["drift"], touch.effects["shift"]
+    object_too = abs(drift) > 4 * abs(shift)
+    if not touch.revised:
+        return (
+            f"a baseline or the object changed, by {_per_cent(drift)} of the signal; which one is not known yet: "
+            "lift the probe and touch nothing for a second"
+        )
+    if cause := _cause(touch, "creep", "baseline"):
+        return f"a channel changed, by {_per_cent(max(drift, shift, key=abs))} of the signal, likely because of the {cause}"
+    if object_too:
+        return (
+            f"the ratio changed during the touch, by {_per_cent(drift)}; the baselines explain {_per_cent(shift)}: the "
+            "object gives way, or the probe tilts: hold the probe still, and wait until the object is at rest"
+        )
+    return (
+        f"a baseline changed during the touch; the ratio is corrected by {_signed_per_cent(shift)} (revised): let the "
+        "probe warm up, and keep hands and metal away from it"
+    )
+
+
+def _lag(touch: Touch) -> str:
+    lag_ms = touch.effects["lag"]
+    late = "soft" if lag_ms > 0 else "hard"
+    if not isfinite(lag_ms):
+        return "one channel is late; without times it is not known by how much: check that the channels are not swapped"
+    return (
+        f"the {late} channel is {error(abs(lag_ms))} ms late: a bump gives way slowly, or the times are wrong: press "
+        "slowly; check that the channels are not swapped, and the times of the source"
+    )
+
+
+def _curve(touch: Touch) -> str:
+    size = f"hard against soft bends, by {_per_cent(touch.effects['curve'])} of the signal at twice the mean depth"
+    if cause := _cause(touch, "lag"):
+        return f"{size}, likely because of the {cause}"
+    return f"{size}: a bump bottoms out, or a gauge is not linear: press less deep, and as deep as when calibrated"
+
+
+def _creep(touch: Touch) -> str:
+    return (
+        "a channel recovers slowly after the release, so the ratio is not corrected; it is off by about "
+        f"{_per_cent(touch.effects['shift'])}: press for a shorter time, and wait longer between touches"
+    )
+
+
+def _baseline(_: Touch) -> str:
+    return "it was measured in contact, and is measured again now: the ratio is wrong: touch again"
+
+
+_SENTENCES: dict[str, Callable[[Touch], str]] = {
+    "short": _short,
+    "saturated": _saturated,
+    "refused": _refused,
+    "unsettled": _unsettled,
+    "unexcited": _unexcited,
+    "offset": _offset,
+    "drift": _drift,
+    "lag": _lag,
+    "curve": _curve,
+    "creep": _creep,
+    "baseline": _baseline,
+}
+
+
+def _cause(touch: Touch, *flags: str) -> str:
+    """Return the first of these flags that a touch has; "": none."""
+    return next((flag for flag in flags if flag in touch.flags), "")
+
+
+def _per_cent(share: float) -> str:
+    """Return a size with two digits. Above the whole signal the terms of the fit only oppose each other."""
+    return f"{error(100 * abs(share))} %" if abs(share) < 1 else "more than 100 %"
+
+
+def _signed_per_cent(share: float) -> str:
+    return ("+" if share > 0 else "-") + _per_cent(share)

@@ -1,0 +1,73 @@
+"""The consumer's side of a stream: sends samples to the tracker, and counts them."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate._core import Tracker
+from palpate.samples import DTYPE, RETAKEN, Block, Sample, feed, refused, samples_of, saturated
+from palpate.stream.estimate import Batch
+
+
+class Feeding:
+    """Sends samples to a tracker.
+
+    Parameters
+    ----------
+    tracker : Tracker
+    notify : callable
+        Called with a message when the baseline is found to be wrong.
+
+    Attributes
+    ----------
+    delivered, refused, saturated : int
+        As in `StreamCounters`.
+    last : Sample or None
+        The last sample that was sent.
+    """
+
+    def __init__(self, tracker: Tracker, notify: Callable[[str], None]) -> None:
+        self.delivered = self.refused = self.saturated = 0
+        self.last: Sample | None = None
+        self._tracker, self._notify = tracker, notify
+        self._touches, self._revisions = tracker.touch_count, tracker.revision_count  # in batches so far
+        self._retaken = self._told = tracker.retaken
+        self._ended = False
+
+    @property
+    def retaken(self) -> int:
+        """How often the baseline was found to be wrong, and measured again."""
+        return self._tracker.retaken - self._retaken
+
+    def send(self, block: Block) -> Batch:
+        """Send samples, at least one, to the tracker."""
+        rows = feed(self._tracker, block)
+        self.last = samples_of(block[-1:])[0]
+        self.delivered += len(block)
+        self.refused += int(np.count_nonzero(refused(block)))
+        self.saturated += int(np.count_nonzero(saturated(block)))
+        if self._tracker.retaken > self._told:
+            self._told = self._tracker.retaken
+            self._notify(RETAKEN)
+        return self._batch(block, rows)
+
+    def finish(self) -> Batch | None:
+        """End a touch that is still running; return the last batch, None if nothing ended."""
+        if self._ended:
+            return None
+        self._ended = True
+        self._tracker.finish()
+        if self._tracker.touch_count == self._touches:
+            return None
+        nothing = np.empty(0, DTYPE)
+        return self._batch(nothing, feed(self._tracker, nothing))
+
+    def _batch(self, block: Block, rows: NDArray[Any]) -> Batch:
+        """Return a batch with the touches that ended, and those that were revised, since the last one."""
+        tracker, first = self._tracker, self._touches + 1
+        touches, numbers = tracker.touches_since(self._touches), tracker.revisions_since(self._revisions)
+        self._touches += len(touches)
+        self._revisions += len(numbers)
+        return Batch(block, rows, touches, first, [(n, tracker.touches_since(n - 1)[0]) for n in numbers])
