@@ -75,15 +75,14 @@ class Tracker : public Settings,
   Estimator estimator;
 
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
-    const bool usable = is_finite(hard) && is_finite(soft);
-    const bool saturated = usable && !(magnitude(hard) < settings.full_scale && magnitude(soft) < settings.full_scale);
+    const Real nan = std::numeric_limits<Real>::quiet_NaN();
+    const bool high = too_large(hard), large = too_large(soft), saturated = high || large;
     bool revised = false;
-    if (usable) {
+    if (is_finite(hard) && is_finite(soft)) {
       revised = follow(Channels::take(hard_time, hard, soft, running_));
     } else {
-      Channels::take_one(hard, soft);
+      Channels::take_one(high ? nan : hard, large ? nan : soft);
     }
-    const Real nan = std::numeric_limits<Real>::quiet_NaN();
     const auto pair = align.feed(hard_time, soft_time, saturated ? nan : hard, saturated ? nan : soft);
     bool alarm = false;
     if (open_) {
@@ -182,6 +181,10 @@ class Tracker : public Settings,
     const Real square = own + product(shared, estimator.count()) / estimator.information() + open;
     return counts_.samples > 0 && square > 0 && is_finite(square) ? square_root(square)
                                                                   : std::numeric_limits<Real>::quiet_NaN();
+  }
+
+  constexpr bool too_large(Real value) const noexcept {
+    return is_finite(value) && !(magnitude(value) < settings.full_scale);
   }
 
   /// Variance of hard - ratio * soft.
