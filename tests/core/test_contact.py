@@ -70,7 +70,7 @@ def test_the_patience_ends_a_release_that_never_comes(stays: float) -> None:
 
 
 def between(height: float, later: list[float], noise: float) -> NDArray[np.float64]:
-    """A touch of this height, its release, and changes while a baseline is measured."""
+    """Return the contact of changes while a baseline is measured, after a touch of this height and its release."""
     rows = [[0.0, noise, 1, 0]] * 3 + [[height, noise, 1, 0]] * 10 + [[0.0, noise, 1, 0]] * 6
     done = drive("contact", np.array(rows + [[c, noise, 1, 1] for c in later]), 5)
     assert done[len(rows) - 1, IDLE]
