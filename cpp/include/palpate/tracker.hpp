@@ -8,9 +8,8 @@
 #include <limits>
 #include <palpate/estimator/handover.hpp>
 #include <palpate/settings.hpp>
-#include <palpate/stage/baseline.hpp>
-#include <palpate/stage/contact.hpp>
 #include <palpate/stage/fit.hpp>
+#include <palpate/stage/idle.hpp>
 #include <palpate/stage/matched_pair.hpp>
 #include <palpate/stage/revision.hpp>
 #include <palpate/touch.hpp>
@@ -54,22 +53,25 @@ struct Fitting {
 template <class Real, class FitStage>
 struct Fitting<Real, FitStage, false> {};
 
-/// All stages of a scene, in order. The baseline and the gate get the readings before alignment: so the noise of the
-/// baseline is that of the channel, and the gate does not wait for the alignment.
+/// All stages of a scene, in order.
 template <class Real, class AlignStage, class BaselineStage, class ContactStage, class Estimator,
           class FitStage = NoFit<Real>, class Settings = Kept<TrackerSettings<Estimator>>>
-class Tracker : public Settings, Fitting<Real, FitStage> {
+class Tracker : public Settings,
+                public Idle<Real, typename AlignStage::ticks_type, BaselineStage, ContactStage>,
+                Fitting<Real, FitStage> {
+  using Channels = Idle<Real, typename AlignStage::ticks_type, BaselineStage, ContactStage>;
   using Extra = Fitting<Real, FitStage>;
   static constexpr bool fits = FitStage::fits;
 
  public:
   using real_type = Real;
+  using Channels::gate;
+  using Channels::hard_baseline;
+  using Channels::soft_baseline;
   using Settings::settings;
   using ticks_type = typename AlignStage::ticks_type;
 
   AlignStage align;
-  BaselineStage hard_baseline, soft_baseline;
-  ContactStage gate;
   Estimator estimator;
 
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
@@ -77,10 +79,9 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
     const bool saturated = usable && !(magnitude(hard) < settings.full_scale && magnitude(soft) < settings.full_scale);
     bool revised = false;
     if (usable) {
-      revised = gate_with(hard_time, hard, soft);
-    } else if (gate.idle() && !gate.suspects() && !settles_) {
-      alone(hard_baseline, hard);
-      alone(soft_baseline, soft);
+      revised = follow(Channels::take(hard_time, hard, soft, running_));
+    } else {
+      Channels::take_one(hard, soft);
     }
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
     const auto pair = align.feed(hard_time, soft_time, saturated ? nan : hard, saturated ? nan : soft);
@@ -119,10 +120,8 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
   /// without end; a baseline that was measured in contact is noticed by itself.
   constexpr void tare() noexcept {
     finish();
-    gate.reset();
     align.reset();
-    settles_ = false;
-    measure_again();
+    Channels::tare();
     if constexpr (fits) {
       Extra::reviser.drop();
     }
@@ -157,10 +156,7 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
   constexpr bool open() const noexcept { return open_; }
   /// Index of the first reading of the running touch, or of the last one.
   constexpr std::size_t started() const noexcept { return counts_.start; }
-  constexpr bool ready() const noexcept { return hard_baseline.ready() && soft_baseline.ready(); }
   constexpr std::size_t readings() const noexcept { return readings_; }
-  /// How often the channels fell far below the baseline, so that it was measured again.
-  constexpr std::uint32_t retaken() const noexcept { return retaken_; }
 
   /// Standard error of the running touch, from the noise of the readings and of the estimator, and from the errors of
   /// the baselines, which are common to all samples of a touch; NaN until the first sample.
@@ -198,76 +194,22 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
   }
 
   /// Returns whether the last touch is revised.
-  constexpr bool gate_with(ticks_type time, Real hard, Real soft) noexcept {
-    const Real moved = change(hard, soft), spread = noise();
-    if (!ready()) {
-      return !gate_between(moved, spread) && collect(time, hard, soft);
-    }
-    const bool was_idle = gate.idle(), was_in_contact = gate.contact();
-    gate.update(moved, spread, running_);
-    if (gate.contact() && !(ContactStage::releases ? was_in_contact : running_)) {
-      start();
-    } else if (was_in_contact && !gate.contact()) {
-      open_ = false;
-    }
-    if (gate.idle() && !was_idle) {
-      if constexpr (fits) {
-        Extra::reviser.keep(hard_baseline, soft_baseline, counts_.start);
+  constexpr bool follow(Event event) noexcept {
+    if (PALPATE_UNLIKELY(event != Event::none)) {
+      if (event == Event::begun) {
+        start();
+      } else if (event == Event::measured) {
+        return revise();
+      } else {
+        open_ = false;
       }
-      measure_again();
-      released_ = time;
-      settles_ = true;
-    } else if (gate.fell()) {
-      retaken_ += 1;
-      gate.reset();
-      measure_again();
-    } else if (gate.idle()) {
-      follow(hard, soft);
+      if constexpr (fits) {
+        if (event == Event::idle) {
+          Extra::reviser.keep(hard_baseline, soft_baseline, counts_.start);
+        }
+      }
     }
     return false;
-  }
-
-  constexpr Real change(Real hard, Real soft) const noexcept {
-    return (hard - hard_baseline.expected()) + (soft - soft_baseline.expected());
-  }
-
-  constexpr void measure_again() noexcept {
-    hard_baseline.reset();
-    soft_baseline.reset();
-  }
-
-  // A touch that begins before a new baseline is measured uses the old baseline.
-  constexpr bool gate_between(Real moved, Real spread) noexcept {
-    const bool begins = gate.update_between(moved, spread);
-    if (begins) {
-      hard_baseline.keep();
-      soft_baseline.keep();
-      start();
-    }
-    return begins;
-  }
-
-  // The last tenth of a release takes time. Returns whether the last touch is revised.
-  constexpr bool collect(ticks_type time, Real hard, Real soft) noexcept {
-    settles_ = settles_ && seconds_between<Real>(time, released_) < Real(0.1);
-    if (settles_) {
-      return false;
-    }
-    collect_in(hard_baseline, hard);
-    collect_in(soft_baseline, soft);
-    return ready() && revise();
-  }
-  static constexpr void collect_in(BaselineStage& baseline, Real value) noexcept {
-    if (!baseline.ready()) {
-      baseline.collect(value);
-    }
-  }
-
-  // The other channel has no value.
-  constexpr void alone(BaselineStage& baseline, Real value) noexcept {
-    if (is_finite(value)) {
-      baseline.ready() ? baseline.follow(value) : baseline.collect(value);
-    }
   }
 
   constexpr bool revise() noexcept {
@@ -285,26 +227,9 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
     return false;
   }
 
-  constexpr void follow(Real hard, Real soft) noexcept {
-    hard_baseline.follow(hard);
-    soft_baseline.follow(soft);
-    if (!gate.suspects()) {
-      hard_baseline.mark();
-      soft_baseline.mark();
-    }
-  }
-
-  // sqrt(a^2 + b^2), at most 4 % too small and 12 % too large: enough for a threshold.
-  constexpr Real noise() const noexcept {
-    const Real a = hard_baseline.noise(), b = soft_baseline.noise();
-    return a > b ? a + product(Real(0.42), b) : b + product(Real(0.42), a);
-  }
-
   constexpr void start() noexcept {
     running_ = open_ = true;
     full_ = false;
-    hard_baseline.rewind();
-    soft_baseline.rewind();
     estimator.reset(settings.initial_ratio, settings.initial_covariance);
     counts_ = Counts();
     const auto age = static_cast<std::size_t>(gate.age());
@@ -347,12 +272,9 @@ class Tracker : public Settings, Fitting<Real, FitStage> {
 
   std::size_t readings_ = 0;
   ticks_type before_ = 0;  // time of the reading before the contact was found
-  ticks_type released_ = 0;
-  std::uint32_t retaken_ = 0;
-  bool open_ = false;     // the touch takes samples
-  bool running_ = false;  // a touch has begun, and its result is not yet reported
-  bool full_ = false;     // the touch has the wanted length
-  bool settles_ = false;  // a release is not yet over
+  bool open_ = false;      // the touch takes samples
+  bool running_ = false;   // a touch has begun, and its result is not yet reported
+  bool full_ = false;      // the touch has the wanted length
   Counts counts_;
   Real standard_error_ = std::numeric_limits<Real>::quiet_NaN();
 };

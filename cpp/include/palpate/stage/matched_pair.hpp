@@ -47,6 +47,9 @@ class MatchedPair : public Settings {
     if (i < 0) {
       return {readings_.hard[0], readings_.soft[0], false};
     }
+    if (readings_.hard.time(i) == readings_.soft.time(1)) {  // both at once: there is nothing to align
+      return {readings_.hard[i], readings_.soft[1], true, true};
+    }
     if (i >= 1 && i + 1 < readings_.hard.filled()) {
       const Grid grid = fitted(i);
       if (grid.even) {

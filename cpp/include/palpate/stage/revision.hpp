@@ -19,6 +19,7 @@ enum class Revision : std::uint8_t {
 
 /// With D the straight line between the baselines before and after, taken at the mean time of the samples,
 ///   r' = r - (D_hard - r D_soft) / x,   x the mean regressor.
+/// If the baselines differ by less than three standard deviations, D is their mean with the smallest variance.
 template <class Real>
 class Reviser {
  public:
@@ -52,15 +53,17 @@ class Reviser {
                           Real mean) noexcept {
     waits_ = false;
     const Real rise_hard = hard.level() - hard_.level, rise_soft = soft.level() - soft_.level;
-    const Real part = when(reading, hard.age());
-    Result found;
-    found.shift = product(part, product(ratio, rise_soft) - rise_hard) / mean;
+    const Real rise = product(ratio, rise_soft) - rise_hard, rise2 = product(rise, rise);
     const Real before = hard_.variance + product(product(ratio, ratio), soft_.variance);
     const Real after = hard.variance() + product(product(ratio, ratio), soft.variance());
+    const bool drifted = rise2 > 9 * (before + after);
+    // Without a drift the mean of both baselines with the smallest variance.
+    const Real part = drifted ? when(reading, hard.age()) : before / (before + after);
+    Result found;
+    found.shift = product(part, rise) / mean;
+    found.significant = rise2 > 64 * (before + after);
     const Real fall = -(rise_hard + rise_soft), height = product(ratio + 1, mean), rest = 1 - part;
-    const Real moved = product(found.shift, found.shift),
-               noise = product(product(part, part), before + after) / product(mean, mean);
-    found.significant = moved > 64 * noise;
+    const Real moved = product(found.shift, found.shift);
     if (fall > product(Real(0.05), height)) {
       found.kind = Revision::baseline;
     } else if (recovers(hard, rise_hard, hard_) || recovers(soft, rise_soft, soft_)) {
@@ -69,7 +72,7 @@ class Reviser {
       found.kind = Revision::drift;
       found.variance = product(product(rest, rest), before) + product(product(part, part), after);
       // A baseline that does not drift evenly: half of the correction is open for a jump, a quarter for an exponential.
-      found.open = moved > 9 * noise ? moved / 16 : Real(0);
+      found.open = drifted ? moved / 16 : Real(0);
       return found;
     }
     found.variance = before;

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// The baselines of both channels and the gate: from readings to the begin and the end of a touch.
+
+#include <cstdint>
+#include <palpate/arithmetic.hpp>
+#include <palpate/stage/baseline.hpp>
+#include <palpate/stage/contact.hpp>
+#include <palpate/stage/readings.hpp>
+
+namespace palpate {
+
+/// What a reading began or ended.
+enum class Event : std::uint8_t {
+  none,
+  begun,     // a touch
+  released,  // the probe
+  idle,      // the release is over; the baselines will be measured again
+  measured,  // the baselines
+};
+
+/// The readings before alignment: so the noise of a baseline is that of the channel, and the gate does not wait for the
+/// alignment.
+template <class Real, class Ticks, class BaselineStage, class ContactStage>
+class Idle {
+ public:
+  BaselineStage hard_baseline, soft_baseline;
+  ContactStage gate;
+
+  constexpr bool ready() const noexcept { return hard_baseline.ready() && soft_baseline.ready(); }
+  /// How often the channels fell far below the baseline, so that it was measured again.
+  constexpr std::uint32_t retaken() const noexcept { return retaken_; }
+
+ protected:
+  /// Takes one reading; `running`: a touch takes samples.
+  constexpr Event take(Ticks time, Real hard, Real soft, bool running) noexcept {
+    const Real moved = change(hard, soft), spread = noise();
+    if (!ready()) {
+      return begins_between(moved, spread) ? Event::begun : collect(time, hard, soft);
+    }
+    const bool was_idle = gate.idle(), was_in_contact = gate.contact();
+    gate.update(moved, spread, running);
+    if (gate.contact() && !(ContactStage::releases ? was_in_contact : running)) {
+      rewind();
+      return Event::begun;
+    }
+    if (gate.idle() && !was_idle) {
+      measure_again();
+      released_ = time;
+      settles_ = true;
+      return Event::idle;
+    }
+    if (gate.fell()) {
+      retaken_ += 1;
+      tare();
+    } else if (gate.idle()) {
+      follow(hard, soft);
+    }
+    return was_in_contact && !gate.contact() ? Event::released : Event::none;
+  }
+
+  /// Takes readings of which one or both have no value.
+  constexpr void take_one(Real hard, Real soft) noexcept {
+    if (gate.idle() && !gate.suspects() && !settles_) {
+      alone(hard_baseline, hard);
+      alone(soft_baseline, soft);
+    }
+  }
+
+  constexpr void tare() noexcept {
+    gate.reset();
+    settles_ = false;
+    measure_again();
+  }
+
+ private:
+  constexpr Real change(Real hard, Real soft) const noexcept {
+    return (hard - hard_baseline.expected()) + (soft - soft_baseline.expected());
+  }
+
+  // sqrt(a^2 + b^2), at most 4 % too small and 12 % too large: enough for a threshold.
+  constexpr Real noise() const noexcept {
+    const Real a = hard_baseline.noise(), b = soft_baseline.noise();
+    return a > b ? a + product(Real(0.42), b) : b + product(Real(0.42), a);
+  }
+
+  constexpr void measure_again() noexcept {
+    hard_baseline.reset();
+    soft_baseline.reset();
+  }
+
+  constexpr void rewind() noexcept {
+    hard_baseline.rewind();
+    soft_baseline.rewind();
+  }
+
+  // A touch that begins before a new baseline is measured uses the old baseline.
+  constexpr bool begins_between(Real moved, Real spread) noexcept {
+    const bool begins = gate.update_between(moved, spread);
+    if (begins) {
+      hard_baseline.keep();
+      soft_baseline.keep();
+    }
+    return begins;
+  }
+
+  // The last tenth of a release takes time.
+  constexpr Event collect(Ticks time, Real hard, Real soft) noexcept {
+    settles_ = settles_ && seconds_between<Real>(time, released_) < Real(0.1);
+    if (settles_) {
+      return Event::none;
+    }
+    collect_in(hard_baseline, hard);
+    collect_in(soft_baseline, soft);
+    return ready() ? Event::measured : Event::none;
+  }
+  static constexpr void collect_in(BaselineStage& baseline, Real value) noexcept {
+    if (!baseline.ready()) {
+      baseline.collect(value);
+    }
+  }
+
+  // The other channel has no value.
+  static constexpr void alone(BaselineStage& baseline, Real value) noexcept {
+    if (is_finite(value)) {
+      baseline.ready() ? baseline.follow(value) : baseline.collect(value);
+    }
+  }
+
+  constexpr void follow(Real hard, Real soft) noexcept {
+    hard_baseline.follow(hard);
+    soft_baseline.follow(soft);
+    if (!gate.suspects()) {
+      hard_baseline.mark();
+      soft_baseline.mark();
+    }
+  }
+
+  Ticks released_ = 0;
+  std::uint32_t retaken_ = 0;
+  bool settles_ = false;  // a release is not yet over
+};
+
+}  // namespace palpate
