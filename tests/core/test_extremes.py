@@ -101,7 +101,7 @@ def test_one_bad_value_at_any_position_is_as_if_it_were_not_there(kind: Any, bad
 def test_a_lost_reading_at_any_position_costs_nothing_else(scene: Any, channel: str) -> None:
     run = scenarios.run("tremor", 3)
     values: dict[str, Any] = {"hard": run.hard, "soft": run.soft}
-    settings = {} if scene == "sliding" else {"samples": 200}
+    settings: dict[str, Any] = {} if scene == "sliding" else {"samples": 200}
     whole, *_ = palpate.touches(
         palpate.Recording(run.t_hard_s, run.t_soft_s, run.hard, run.soft), scene=scene, **settings
     )
