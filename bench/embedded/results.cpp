@@ -56,7 +56,9 @@ auto put_touch(const char* name, const Scene& scene, const void*) -> decltype(sc
     put(" ");
     put_number(count);
   }
-  for (const float number : {touch.ratio, touch.covariance, touch.standard_error}) {
+  const auto& f = touch.fitted;
+  for (const float number : {touch.ratio, touch.covariance, touch.standard_error, touch.first_ratio, touch.shift,
+                             f.offset, f.drift, f.lag, f.curve, f.open, f.open_drift, f.offset_ratio, f.offset_error}) {
     put(" ");
     put_hex(bits(number));
   }

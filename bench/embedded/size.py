@@ -62,6 +62,24 @@ def cells(row: dict[str, Any]) -> str:
     return f"{bytes_} {cost.state:6d} {cost.stack:6d} {instructions}"
 
 
+# What a stage adds: its name, a scene without it, and the same scene with it.
+PRICES = (
+    ("MatchedPair for Align", "Handheld", "HandheldMatched"),
+    ("drift, wrong baseline", "HandheldMatched", "HandheldUnfitted"),
+    ("Fit and revision", "HandheldUnfitted", "HandheldFull"),
+)
+
+
+def prices(rows: dict[str, Any]) -> list[str]:
+    """Return a line for each stage: what the scene with it costs more than the one without it."""
+    lines = ["a stage more             text  state  stack    mean   worst"]
+    for stage, without, with_it in PRICES:
+        a, b = rows[without], rows[with_it]
+        more = [b["text"]["-Os"] - a["text"]["-Os"], *(b[key] - a[key] for key in ("state", "stack", "mean", "worst"))]
+        lines.append("{:22} {:6d} {:6d} {:6d} {:7.0f} {:7.0f}".format(stage, *more))
+    return lines
+
+
 def show(name: str, table: dict[str, Any]) -> str:
     """Print the table of a target."""
     costs = "  state  stack      mean    worst  dearest    idle" if "results" in table else ""
@@ -70,6 +88,7 @@ def show(name: str, table: dict[str, Any]) -> str:
         needs = ", ".join([*row["memory"], *row["foreign"]]) or "-"
         lines.append(f"{subject:18} {cells(row)}  {needs}")
     if "results" in table:
+        lines += prices(table["subjects"])
         lines.append(f"results: {'the same bits as' if table['same_bits'] else 'NOT THE BITS OF'} this machine")
     return "\n".join(lines)
 

@@ -44,7 +44,8 @@ template <class Scene>
 struct Whole {
   using State = Scene;
   static bool take(State& state, Ticks t_hard, Ticks t_soft, float hard, float soft) {
-    return state.feed(t_hard, t_soft, hard, soft).finished;
+    const auto report = state.feed(t_hard, t_soft, hard, soft);
+    return report.finished || report.revised;
   }
   template <class Function>
   static auto with(Function* function, State& state, const Reading& r) {

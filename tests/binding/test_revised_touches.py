@@ -86,10 +86,10 @@ def test_a_touch_lasts_6_5_seconds_at_any_rate(converter: Any, rate: int) -> Non
     [touch] = palpate.touches(run)
     assert touch.samples == pytest.approx(6.5 * rate, rel=0.02, abs=2)
     assert "short" not in touch.flags
-    [half] = palpate.touches(run, seconds=3.0)
-    assert half.samples == pytest.approx(3.0 * rate, rel=0.02, abs=2)
-    [counted] = palpate.touches(run, samples=50)
-    assert counted.samples == 50
+    [shorter] = palpate.touches(run, seconds=6.0)
+    assert shorter.samples == pytest.approx(6.0 * rate, rel=0.02, abs=2)
+    [counted] = palpate.touches(run, samples=6 * rate)
+    assert counted.samples == 6 * rate
     [long] = palpate.touches(run, seconds=60.0)
     assert "short" in long.flags
 

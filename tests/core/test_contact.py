@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 from driving import drive
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 CONTACT, IDLE, AGE, FELL, SUSPECTS = range(5)
 LIMIT, CLIP, SLACK, PATIENCE = 16.0, 6.0, 1.5, 1024
 
 
-def gate(changes: object, noise: float = 1.0, running: bool = True, between: object = 0) -> NDArray[np.float64]:
+def gate(changes: ArrayLike, noise: float = 1.0, running: bool = True) -> NDArray[np.float64]:
     """Return the state after each change."""
     rows = np.array(changes, float)
-    more = [np.full(rows.shape, noise), np.full(rows.shape, float(running)), np.broadcast_to(between, rows.shape)]
+    more = [np.full(rows.shape, noise), np.full(rows.shape, float(running)), np.zeros(rows.shape)]
     return drive("contact", np.column_stack([rows, *more]), 5)
 
 
@@ -30,8 +30,8 @@ def test_a_burst_of_noise_is_no_touch() -> None:
         rng = np.random.default_rng(seed)
         values = rng.standard_normal(60)
         values[20:32] *= 20
-        touches += gate(values)[:, CONTACT].any()
-        magnitudes += gate(np.abs(values))[:, CONTACT].any()
+        touches += int(gate(values)[:, CONTACT].any())
+        magnitudes += int(gate(np.abs(values))[:, CONTACT].any())
     assert magnitudes > 95
     assert touches < 30
 
@@ -70,7 +70,7 @@ def test_the_patience_ends_a_release_that_never_comes(stays: float) -> None:
 
 
 def between(height: float, later: list[float], noise: float) -> NDArray[np.float64]:
-    """A touch of this height, its release, and changes while a baseline is measured."""
+    """Return the contact of changes while a baseline is measured, after a touch of this height and its release."""
     rows = [[0.0, noise, 1, 0]] * 3 + [[height, noise, 1, 0]] * 10 + [[0.0, noise, 1, 0]] * 6
     done = drive("contact", np.array(rows + [[c, noise, 1, 1] for c in later]), 5)
     assert done[len(rows) - 1, IDLE]

@@ -16,7 +16,7 @@ GAIN = 0.42**0.5  # of the filters before the fit
 @pytest.mark.parametrize("seed", range(5))
 def test_the_sweep_operator_is_least_squares(real: str, tolerance: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    design = rng.standard_normal((200, 5)) + [0, 1, 0, 2, 0]
+    design = rng.standard_normal((200, 5)) + np.array([0, 1, 0, 2, 0])
     y = design @ rng.uniform(-2, 2, 5) + 0.1 * rng.standard_normal(200)
     rows = drive("sweep", np.column_stack([design, y]), 3, real)
     right, [residual], *_ = np.linalg.lstsq(design, y, rcond=None)

@@ -191,8 +191,10 @@ def test_a_drift_without_contact_is_no_touch() -> None:
 
 
 def test_the_scale_is_known_from_a_few_innovations() -> None:
-    """The first one watched, of nine: with the true scale the statistic is 0.26 on average (normal, drift 0.75), from five
-    innovations 0.4. With half as much again for so few, as 1 + 3 / 6, 0.15; times 3 would be 0.01."""
+    """The first one watched: with the true scale the statistic is 0.26 on average (normal, drift 0.75); from five, 0.4.
+
+    With a scale 1 + 3 / 6 times as large for so few, 0.15.
+    """
     statistics = []
     for seed in range(200):
         noise = np.random.default_rng(seed).standard_normal(9)

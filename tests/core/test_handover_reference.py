@@ -80,7 +80,7 @@ tuning = st.fixed_dictionaries(
 ).filter(lambda s: s.get("initial_covariance", 1e10) <= s.get("max_covariance", 1e12))
 
 
-def exactly(output: Any, regressor: Any, **chosen: float) -> reference.HandoverTrace:
+def exactly(output: Any, regressor: Any, **chosen: Any) -> reference.HandoverTrace:
     with localcontext(prec=50):
         decimals = [np.array([Decimal(v) for v in values.tolist()]) for values in (output, regressor)]
         return reference.handover_rls(*decimals, number=Decimal, **chosen)

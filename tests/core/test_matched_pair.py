@@ -75,7 +75,7 @@ def test_windows_with_a_lost_reading_are_left_out() -> None:
     for column in (0, 1):
         channels = [tone(t_hard, 5.0), tone(t_soft, 5.0)]
         channels[column][30] = np.nan
-        found = pairs(*channels, t_hard, t_soft)
+        found = pairs(channels[0], channels[1], t_hard, t_soft)
         left_out = np.flatnonzero(found[6:, 2] == 0) + 6
         assert left_out.tolist() == ([30, 31, 32] if column == 0 else [30, 31, 32, 33]), column
         assert found[34:, 3].all()
@@ -85,7 +85,7 @@ def test_windows_with_a_lost_reading_are_left_out() -> None:
 
 
 def cubic(t: NDArray[Any]) -> NDArray[Any]:
-    return 2 + 3 * t - t**2 + t**3 / 4
+    return np.asarray(2 + 3 * t - t**2 + t**3 / 4)
 
 
 @pytest.mark.parametrize(("period_ms", "shares"), [(26.0, (0.0, 0.4)), (45.0, (0.0, 0.0)), (200.0, (0.0, 0.0))])

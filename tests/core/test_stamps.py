@@ -9,7 +9,7 @@ PERIOD = 26_000_000.0  # ns
 
 
 def smoothed(times: ArrayLike) -> NDArray[np.float64]:
-    return drive("stamps", np.round(times), 1)[:, 0]
+    return drive("stamps", np.round(np.asarray(times, float)), 1)[:, 0]
 
 
 def arrivals(n: int, late_ms: float = 3.0, seed: int = 0) -> NDArray[np.float64]:
