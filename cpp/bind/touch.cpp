@@ -153,7 +153,8 @@ void bind_touch(py::module_& module) {
       type, "effects",
       "Sizes of what the model leaves out, as a dict (empty in a scene without a fit): `offset`, the share of the mean "
       "depth by which the soft bump is reached first; `drift` during the touch, share of the mean output; `lag` of the "
-      "soft channel, ms (nan without times); `curve`, share of the mean output; `shift` of the ratio by the revision, share.");
+      "soft channel, ms (nan without times); `curve`, share of the mean output; `shift` of the ratio by the revision, "
+      "share.");
   methods::property<&R::alarm_share>(type, "alarm_share", "Share of the samples with the alarm on.");
   methods::property<&R::saturated>(type, "saturated", "Readings left out as saturated.");
   methods::property<&R::refused>(type, "refused",
@@ -161,7 +162,8 @@ void bind_touch(py::module_& module) {
   methods::property<&R::flags>(
       type, "flags",
       "Warnings about the result; `palpate.advice` says what to do. \"short\" (shorter than `seconds` or `samples`), "
-      "\"saturated\", \"refused\" (more than three quarters of the readings gave no sample), \"unsettled\" (no standard "
+      "\"saturated\", \"refused\" (more than three quarters of the readings gave no sample), \"unsettled\" (no "
+      "standard "
       "error yet, in a scene that has one), \"unexcited\" (the samples hardly moved the initial ratio); the samples "
       "contradict hard = ratio * soft: \"offset\" (bumps not level), \"drift\" (of a baseline or of the object), "
       "\"lag\" (of a channel, or wrong times), \"curve\" (a gauge or bump that is not linear); and, known after the "

@@ -93,14 +93,15 @@ void baseline() {
   }
 }
 
-// Change, noise, whether a touch takes samples, whether a baseline is being measured.
+// Change, noise, seconds since a touch took samples, whether a baseline is being measured.
 template <class Real>
 void contact() {
   Contact<Real> stage;
   while (more()) {
     const auto change = static_cast<Real>(next()), noise = static_cast<Real>(next());
-    const bool running = next() > 0, between = next() > 0;
-    between ? stage.update_between(change, noise) : stage.update(change, noise, running);
+    const auto waited = static_cast<Real>(next());
+    const bool between = next() > 0;
+    between ? stage.update_between(change, noise) : stage.update(change, noise, waited);
     put(stage.contact(), stage.idle(), stage.age(), stage.fell(), stage.suspects());
   }
 }

@@ -13,7 +13,7 @@ namespace palpate {
 template <class Real>
 struct AlwaysContact {
   static constexpr bool releases = false, recovers = false;
-  constexpr bool update(Real, Real, bool) noexcept { return true; }
+  constexpr bool update(Real, Real, Real) noexcept { return true; }
   constexpr void reset() noexcept {}
   constexpr bool contact() const noexcept { return true; }
   constexpr bool idle() const noexcept { return false; }
@@ -31,8 +31,9 @@ struct ContactSettings {
   Real clip = Real(6);
   Real release = Real(0.5);
   Real idle_share = Real(0.1);
-  int confirm = 3;      // below 256
-  int patience = 1024;  // values after the end of a touch until the channels are taken for idle, wherever they are
+  int confirm = 3;  // below 256
+  Real patience =
+      Real(30);  // seconds after the end of a touch until the channels are taken for idle, wherever they are
 
   /// As FixedForgetting::visit_fields; every settings struct has it.
   template <class Visit>
@@ -52,7 +53,6 @@ struct ContactSettings {
 template <class Real, bool Recovers>
 struct Recovery {
   Real fall = 0;
-  std::uint16_t waited = 0;
 };
 template <class Real>
 struct Recovery<Real, false> {};
@@ -72,9 +72,9 @@ class Contact : public Settings, Recovery<Real, Recovers> {
   using Settings::settings;
   static constexpr bool releases = true, recovers = Recovers;
 
-  /// Takes one change and its noise, in the same unit; and whether a touch still takes samples. Returns contact().
-  constexpr bool update(Real change, Real noise, bool running = true) noexcept {
-    return state_ == State::idle ? approach(change, noise) : leave(change, noise, running);
+  /// Takes one change and its noise, in the same unit; and the seconds since a touch took samples. Returns contact().
+  constexpr bool update(Real change, Real noise, Real waited = Real(0)) noexcept {
+    return state_ == State::idle ? approach(change, noise) : leave(change, noise, waited);
   }
 
   /// Takes one change from the old baseline, while a new one is measured after a touch. Returns contact(): the next
@@ -136,26 +136,18 @@ class Contact : public Settings, Recovery<Real, Recovers> {
     return sum > 0 ? sum : Real(0);
   }
 
-  constexpr bool leave(Real change, Real noise, bool running) noexcept {
+  constexpr bool leave(Real change, Real noise, [[maybe_unused]] Real waited) noexcept {
     const bool touching = contact();
     peak_ = touching && change > peak_ ? change : peak_;
     const Real least = product(touching ? settings.release : settings.idle_share, peak_);
     const Real noise_limit = product(settings.slack + 1, noise);  // a tenth of a very light touch is below the noise
-    const bool low = change < (least > noise_limit ? least : noise_limit), late = waits_too_long(running);
+    const bool low = change < (least > noise_limit ? least : noise_limit);
+    const bool late = Recovers && waited >= settings.patience;
     if (count_in_a_row(low) != settings.confirm && !late) {
       return touching;
     }
     calm_down(touching && !late ? State::released : State::idle);
     return false;
-  }
-
-  constexpr bool waits_too_long([[maybe_unused]] bool running) noexcept {
-    if constexpr (Recovers) {
-      Extra::waited = static_cast<std::uint16_t>(running ? 0 : Extra::waited + 1);
-      return Extra::waited >= settings.patience;
-    } else {
-      return false;
-    }
   }
 
   constexpr void enter(Real peak) noexcept {

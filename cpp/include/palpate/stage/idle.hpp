@@ -40,7 +40,7 @@ class Idle {
       return begins_between(moved, spread) ? Event::begun : collect(time, hard, soft);
     }
     const bool was_idle = gate.idle(), was_in_contact = gate.contact();
-    gate.update(moved, spread, running);
+    gate.update(moved, spread, waited(time, running));
     if (gate.contact() && !(ContactStage::releases ? was_in_contact : running)) {
       rewind();
       return Event::begun;
@@ -83,6 +83,19 @@ class Idle {
   constexpr Real noise() const noexcept {
     const Real a = hard_baseline.noise(), b = soft_baseline.noise();
     return a > b ? a + product(Real(0.42), b) : b + product(Real(0.42), a);
+  }
+
+  /// Seconds since a touch took samples.
+  constexpr Real waited(Ticks time, bool running) noexcept {
+    if constexpr (ContactStage::recovers) {
+      if (running || gate.idle()) {
+        last_ = time;
+        return Real(0);
+      }
+      return seconds_between<Real>(time, last_);
+    } else {
+      return Real(0);
+    }
   }
 
   constexpr void measure_again() noexcept {
@@ -137,7 +150,7 @@ class Idle {
     }
   }
 
-  Ticks released_ = 0;
+  Ticks released_ = 0, last_ = 0;
   std::uint32_t retaken_ = 0;
   bool settles_ = false;  // a release is not yet over
 };
