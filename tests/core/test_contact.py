@@ -9,10 +9,10 @@ CONTACT, IDLE, AGE, FELL, SUSPECTS = range(5)
 LIMIT, CLIP, SLACK, PATIENCE_S = 16.0, 6.0, 1.5, 30.0
 
 
-def gate(changes: ArrayLike, noise: float = 1.0, running: bool = True) -> NDArray[np.float64]:
-    """Return the state after each change."""
+def gate(changes: ArrayLike, noise: float = 1.0) -> NDArray[np.float64]:
+    """Return the state after each change, while a touch takes samples."""
     rows = np.array(changes, float)
-    more = [np.full(rows.shape, noise), np.full(rows.shape, float(running)), np.zeros(rows.shape)]
+    more = [np.full(rows.shape, noise), np.zeros(rows.shape), np.zeros(rows.shape)]
     return drive("contact", np.column_stack([rows, *more]), 5)
 
 
