@@ -6,6 +6,8 @@ import numpy as np
 import palpate
 from palpate.simulation import Simulation
 
+SCENES = ["fixed", "paper", "handheld", "sliding"]
+
 
 def process(scene: Any, run: Simulation, **settings: Any) -> tuple[palpate.Tracker, np.ndarray[Any, Any]]:
     tracker = palpate.Tracker(scene, **settings)

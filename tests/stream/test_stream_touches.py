@@ -1,0 +1,188 @@
+"""The touches of a running measurement, and of a replay of its recording: the same bits, whatever came in."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import palpate
+import pytest
+from palpate import Status, Stream, check
+from palpate.recording.foreign import recorded
+from palpate.samples import RETAKEN, samples_of
+from palpate.simulation import scenarios
+from palpate.sources.files import FileSource
+from palpate.stream.estimate import Estimate
+from palpate.touch import tracked
+from recording_bench import Scripted
+from streaming import four
+
+
+def hexed(touches: list[palpate.Touch]) -> list[tuple[Any, ...]]:
+    return [
+        (
+            t.start,
+            t.samples,
+            t.revised,
+            t.flags,
+            *map(float.hex, (t.covariance, t.offset_ratio, t.offset_standard_error)),
+            *tuple(
+                map(float.hex, (t.ratio, t.standard_error, t.first_ratio, t.first_standard_error, *t.effects.values()))
+            ),
+        )
+        for t in touches
+    ]
+
+
+def told(estimates: Iterable[Estimate]) -> list[palpate.Touch]:
+    """Return the touches of a stream, revised ones in place of the first results, from its estimates."""
+    known: list[palpate.Touch] = []
+    for estimate in estimates:
+        if estimate.ended:
+            assert not estimate.ended.revised
+            known.append(estimate.ended)
+        if estimate.revised:
+            assert estimate.revised.revised
+            assert estimate.revised.first_ratio == known[-1].ratio
+            known[-1] = estimate.revised
+    return known
+
+
+@pytest.mark.parametrize(
+    ("scene", "settings"),
+    [("handheld", {}), ("handheld", {"samples": 60, "drift": 1.0}), ("paper", {}), ("sliding", {}), ("fixed", {})],
+)
+@pytest.mark.parametrize("source", ["sim:all?seed=3", "sim:saturating", "script"])
+def test_a_replay_has_the_bits_of_the_live_touches(
+    tmp_path: Path, source: str, scene: Any, settings: dict[str, Any]
+) -> None:
+    path = tmp_path / "run.csv"
+    given = Scripted(four(), full_scale_pF=4.0) if source == "script" else source
+    with Stream(given, scene=scene, record=path, **settings) as stream:
+        ended = told(stream)
+    assert len(stream.touches) >= 1
+    assert any(touch.revised for touch in ended) == (scene in ("handheld", "sliding"))
+    assert hexed(ended) == hexed(stream.touches)[: len(ended)]
+    recording = recorded(path)
+    assert recording.settings["scene"] == scene
+    assert hexed(palpate.touches(recording, **recording.settings)) == hexed(stream.touches)
+    assert hexed(palpate.touches(recorded(path), scene=scene, **settings)) == hexed(stream.touches)
+    assert hexed(palpate.touches(palpate.read(path), scene=scene, **settings)) == hexed(stream.touches)
+    with Stream(str(path), scene=scene, **settings) as again:
+        assert [e.ratio.hex() for e in again][-1] == stream.tracker.ratio.hex()
+    assert hexed(again.touches) == hexed(stream.touches)
+
+
+def test_stopped_in_the_middle_the_recording_is_still_what_was_estimated(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    with Stream("sim:four-specimens", record=path) as stream:
+        for estimate in stream:
+            if estimate.touch == 2:
+                break
+    counters = stream.counters
+    assert counters.read == counters.delivered == counters.recorded
+    assert hexed(palpate.touches(recorded(path))) == hexed(stream.touches)
+    assert check(path).clean
+
+
+def test_a_touch_that_still_runs_ends_with_the_stream() -> None:
+    given = four()[:250]
+    with Stream(Scripted(given)) as stream:
+        batches = list(stream.batches())
+    [touch] = stream.touches
+    assert "short" in touch.flags
+    assert (len(batches[-1].samples), batches[-1].touches) == (0, [touch])
+
+
+def test_saturated_samples_that_a_tracker_would_not_see_are_refused() -> None:
+    given = [s._replace(status=Status.SOFT_SATURATED) if 100 <= s.seq < 150 else s for s in four()]  # type: ignore[union-attr]
+    with Stream(Scripted(list(given))) as stream:
+        list(stream)
+    assert stream.touches[0].refused >= 40
+    with Stream(Scripted(list(given), full_scale_pF=0.1)) as stream:
+        list(stream)
+    assert stream.counters.saturated >= 50
+
+
+def test_a_replay_tares_where_the_measurement_did(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    ended: list[palpate.Touch] = []
+    with palpate.Stream("sim:four-specimens?seed=3", record=path) as stream:
+        for k, estimate in enumerate(stream):
+            if k in (180, 700):
+                with pytest.raises(RuntimeError, match="in contact"):
+                    stream.tare()
+                stream.tare(force=True)
+            elif k in (40, 701):
+                stream.tare()
+            ended += [touch for touch in (estimate.ended,) if touch]
+    assert len(ended) == len(stream.touches)  # the one that the tare ended, too
+    untared = palpate.touches(palpate.read(path))
+    replayed = palpate.touches(recorded(path))
+    assert [touch.as_dict() for touch in replayed] == [touch.as_dict() for touch in stream.touches]
+    assert [touch.as_dict() for touch in untared] != [touch.as_dict() for touch in stream.touches]
+
+
+def test_a_baseline_measured_in_contact_is_told_once_and_counted(tmp_path: Path) -> None:
+    """Begins pressed: the channels fall at the release, and the touch after it is right."""
+    path, messages = tmp_path / "run.csv", list[str]()
+    run = scenarios.run("four-specimens", seed=1)
+    pressed = [row for row in samples_of(run.block()) if row.t_hard_ns > 4e9]
+    with Stream(Scripted(list(pressed)), record=path, notify=messages.append) as stream:
+        list(stream)
+    assert messages == [RETAKEN]
+    assert stream.counters.retaken == 1
+    touches, retaken = tracked(recorded(path))
+    assert retaken == 1
+    assert hexed(touches) == hexed(stream.touches)
+    assert abs(stream.touches[-1].ratio / run.presses[-1].ratios[0][1] - 1) < 0.01
+
+
+def test_a_reading_of_one_channel_alone_reaches_the_tracker_live_and_in_a_replay(tmp_path: Path) -> None:
+    run, path = scenarios.run("lost-10", seed=2), tmp_path / "run.csv"
+    block = run.block()
+    alone = np.isfinite(block["hard"]) != np.isfinite(block["soft"])
+    assert alone.sum() > 50
+    assert (block["status"][alone] == Status.LOST).all()
+    with Stream(Scripted(list(samples_of(block)), full_scale_pF=run.full_scale_pF), record=path) as stream:
+        list(stream)
+    assert hexed(stream.touches) == hexed(palpate.touches(recorded(path))) == hexed(palpate.touches(palpate.read(path)))
+    masked = block.copy()
+    for name in ("hard", "soft"):
+        masked[name][alone] = np.nan
+    with Stream(Scripted(list(samples_of(masked)), full_scale_pF=run.full_scale_pF)) as without:
+        list(without)
+    assert hexed(without.touches) != hexed(stream.touches)
+
+
+@pytest.mark.parametrize(("stamps", "smoothed"), [("host", True), ("converter", False), (None, False)])
+def test_a_source_says_whose_its_stamps_are(tmp_path: Path, stamps: str | None, smoothed: bool) -> None:
+    path = tmp_path / "run.csv"
+    described: dict[str, Any] = {"stamps": stamps} if stamps else {}
+    run = scenarios.run("host-stamps", seed=1)
+    with Stream(Scripted(list(samples_of(run.block())), **described), record=path) as stream:
+        list(stream)
+    assert stream.tracker.settings["host_stamps"] is smoothed
+    recording = recorded(path)
+    assert (recording.host_stamps, palpate.read(path).host_stamps) == (smoothed, smoothed)
+    assert recording.describe().get("stamps") == stamps
+    for again in (recording, palpate.read(path), FileSource(str(path))):
+        assert hexed(palpate.touches(again)) == hexed(stream.touches)
+    chosen = palpate.touches(recording, host_stamps=not smoothed)
+    assert hexed(chosen) != hexed(stream.touches)
+    with Stream(Scripted([], **described), host_stamps=not smoothed) as stream:
+        assert stream.tracker.settings["host_stamps"] is not smoothed
+    with Stream(Scripted([], **described), scene="paper") as stream:
+        assert "host_stamps" not in stream.tracker.settings
+
+
+def test_a_batch_costs_the_same_after_many_touches() -> None:
+    """No batch asks for every touch so far: 2.3 ms after 8,000 of them."""
+
+    class Tracker(palpate.Tracker):
+        @property
+        def touches(self) -> list[palpate.Touch]:
+            raise AssertionError("every touch was asked for")
+
+    with palpate.Stream("sim:four-specimens?seed=3", Tracker()) as stream:
+        assert sum(len(batch.touches) for batch in stream.batches()) == stream.tracker.touch_count == 4
