@@ -1,4 +1,4 @@
-"""The same estimation with other libraries: (output, regressor) -> (ratio, alarm)."""
+"""The same estimation with other libraries and methods: (output, regressor) -> (ratio, alarm) if not said otherwise."""
 
 from typing import Any
 
@@ -51,6 +51,52 @@ def numpy_loop(output: Any, regressor: Any) -> Any:
     from palpate.reference import adaptive_rls
 
     return adaptive_rls(output, regressor).ratio, np.zeros(len(output), bool)
+
+
+def awtls(output: Any, regressor: Any, output_noise: float, regressor_noise: float, forgetting: float = 0.995) -> Any:
+    """Estimate by recursive approximate weighted total least squares with fading memory; the noise has to be known.
+
+    Plett, J. Power Sources 196 (2011) 2319: with both channels scaled to equal noise, the minimum over r of
+    sum of forgetting^age (y - r x)^2 (r^2 / noise_x^2 + 1 / noise_y^2) / (1 + r^2)^2, a root of a quartic.
+    """
+    from scipy.signal import lfilter
+
+    scale = output_noise / regressor_noise
+    x, y = regressor / regressor_noise, output / output_noise  # in units of the noise: its six sums are three, twice
+    xx, xy, yy = (lfilter([1.0], [1.0, -forgetting], product) for product in (x * x, x * y, y * y))
+    c1, c2, c3, c4, c5, c6 = xx, xy, yy, xx, xy, yy
+    quartic = np.stack([2 * c4 - c1 - c6, 3 * (c2 - c5), c1 - 2 * c3 + c6, -c2]) / c5
+    companion = np.zeros((len(x), 4, 4))
+    companion[:, 0] = -quartic.T
+    companion[:, [1, 2, 3], [0, 1, 2]] = 1
+    roots = np.linalg.eigvals(companion)
+    q = np.where(np.abs(roots.imag) < 1e-6 * np.abs(roots), roots.real, np.nan).T
+    cost = (c4 * q**4 - 2 * c5 * q**3 + (c1 + c6) * q**2 - 2 * c2 * q + c3) / (1 + q**2) ** 2
+    best = q[np.nanargmin(cost, axis=0), np.arange(len(x))]
+    return best * scale, np.zeros(len(x), bool)
+
+
+def spline_ratio(run: Any, *, after: bool) -> float:
+    """Return the ratio of one press, offline: least squares on a cubic spline through all readings of the soft channel.
+
+    It knows when the press begins and ends. `after`: the baseline is a line between before and after the press.
+    """
+    from scipy.interpolate import CubicSpline
+
+    press, channels = run.presses[0], []
+    for times, values in ((run.t_hard_s, run.hard), (run.t_soft_s, run.soft)):
+        known = np.isfinite(values)
+        t, c = times[known], values[known]
+        before, behind = t < press.start_s, t > press.stop_s
+        base = np.full(len(t), c[before].mean())
+        if after:
+            ends = [[part.mean() for part in (t[side], c[side])] for side in (before, behind)]
+            base = np.interp(t, *np.transpose(ends))
+        channels.append((t, c - base))
+    (t, hard), soft = channels
+    inside = (t >= press.start_s) & (t <= press.stop_s)
+    regressor = CubicSpline(*soft)(t[inside])
+    return float(hard[inside] @ regressor / (regressor @ regressor))
 
 
 def paper_literally(output: Any, regressor: Any) -> Any:

@@ -18,12 +18,12 @@ using namespace palpate;
 
 constexpr int size = 10000;
 
-struct Readings {
+struct Recorded {
   std::vector<std::int64_t> t_hard, t_soft;
   std::vector<Real> hard, soft;
 
   // A long hold with tremor and noise, after 60 readings of idle.
-  Readings() {
+  Recorded() {
     std::uint32_t state = 1;
     const auto noise = [&] {
       state = state * 1664525u + 1013904223u;
@@ -59,7 +59,7 @@ void time(const char* name, std::size_t bytes, Work work, bool last = false) {
 volatile Real sink;
 
 template <class Estimator>
-auto estimator(const Readings& in) {
+auto estimator(const Recorded& in) {
   return [&in] {
     Estimator e;
     for (std::size_t i = 0; i < size; ++i) {
@@ -70,10 +70,11 @@ auto estimator(const Readings& in) {
 }
 
 template <class Scene>
-auto scene(const Readings& in, bool with_error = false) {
+auto scene(const Recorded& in, bool with_error = false) {
   return [&in, with_error] {
     Scene tracker;
-    tracker.settings.samples = 0;
+    tracker.settings.samples = 0;  // one touch, whatever the scene's length
+    tracker.settings.seconds = 0;
     Real sum = 0;
     for (std::size_t i = 0; i < size; ++i) {
       sum += tracker.feed(in.t_hard[i], in.t_soft[i], in.hard[i], in.soft[i]).ratio;
@@ -88,6 +89,7 @@ auto scene(const Readings& in, bool with_error = false) {
 template <int Order>
 using Aligned = Align<Real, std::int64_t, Order>;
 using Unaligned = NoAlign<Real, std::int64_t>;
+using Matched = MatchedPair<Real, std::int64_t>;
 using Base = Baseline<Real>;
 using Gate = Contact<Real>;
 using Hand = Handover<Real>;
@@ -95,7 +97,7 @@ using Hand = Handover<Real>;
 }  // namespace
 
 int main() {
-  const Readings in;
+  const Recorded in;
   std::printf("{\n");
   time("the paper's form literally", sizeof(Literal), estimator<Literal>(in));
   time("Rls", sizeof(FixedRls<Real>), estimator<FixedRls<Real>>(in));
@@ -106,15 +108,17 @@ int main() {
   time("scene handheld", sizeof(HandheldTracker<Real>), scene<HandheldTracker<Real>>(in));
   time("handheld, standard error after every reading", sizeof(HandheldTracker<Real>),
        scene<HandheldTracker<Real>>(in, true));
-  using A0 = Tracker<Real, Unaligned, Base, Gate, Hand>;
+  using F0 = Tracker<Real, Matched, Base, Gate, Hand>;
+  time("handheld without fit", sizeof(F0), scene<F0>(in));
+  using A0 = Tracker<Real, Unaligned, Base, Gate, Hand, Fit<Real>>;
   time("handheld without align", sizeof(A0), scene<A0>(in));
-  using A2 = Tracker<Real, Aligned<2>, Base, Gate, Hand>;
-  time("handheld, align by 2 points", sizeof(A2), scene<A2>(in));
-  using A6 = Tracker<Real, Aligned<6>, Base, Gate, Hand>;
+  using A4 = Tracker<Real, Aligned<4>, Base, Gate, Hand, Fit<Real>>;
+  time("handheld, align by 4 points", sizeof(A4), scene<A4>(in));
+  using A6 = Tracker<Real, Aligned<6>, Base, Gate, Hand, Fit<Real>>;
   time("handheld, align by 6 points", sizeof(A6), scene<A6>(in));
-  using B0 = Tracker<Real, Aligned<4>, NoBaseline<Real>, AlwaysContact<Real>, Hand>;
-  time("handheld without baseline and contact", sizeof(B0), scene<B0>(in));
-  using E0 = Tracker<Real, Aligned<4>, Base, Gate, AdaptiveRls<Real>>;
-  time("handheld with AdaptiveRls", sizeof(E0), scene<E0>(in), true);
+  using B0 = Tracker<Real, Matched, NoBaseline<Real>, AlwaysContact<Real>, Hand>;
+  time("handheld without baseline, contact and fit", sizeof(B0), scene<B0>(in));
+  using E0 = Tracker<Real, Matched, Base, Gate, AdaptiveRls<Real>>;
+  time("handheld with AdaptiveRls, without fit", sizeof(E0), scene<E0>(in), true);
   std::printf("}\n");
 }

@@ -1,0 +1,106 @@
+"""The press of the required results, variants of it, and the errors of what is found.
+
+Unless a row says otherwise: ratio 2.8, 0.25 pF, noise 40 aF, 26 ms a pair, 2 s of baseline, and a tremor of 5 % rms: a
+line of 3 to 7 Hz and one of 7 to 12 Hz, with a width, and sway. The same seed is the same hand in every row.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import palpate
+from numpy.typing import NDArray
+from palpate.simulation import Press, Scenario, Simulation, simulate
+from palpate.simulation.tremor import Lines
+
+from bench.accuracy.must_hold.row import Row
+
+if TYPE_CHECKING:
+    from palpate._core import _Scene
+
+Array = NDArray[np.float64]
+RATIO, DEPTH_PF, START_S, PAIR_S = 2.8, 0.25, 2.0, 0.026
+EARLY_S = 0.3  # that a touch may begin before its press, and still be it
+SIDES = 1.96  # standard errors on either side of a nominal 95 % interval
+
+
+def held(
+    tremor: float = 0.05, *, duration_s: float = 12.0, press: dict[str, Any] | None = None, **parts: Any
+) -> Scenario:
+    """Return the scenario of one press; `press` and `parts` change its settings."""
+    one = Press(START_S, **{"ratios": [(0.0, RATIO)], "depth_pF": DEPTH_PF, **(press or {})})
+    return Scenario(presses=[one], duration_s=duration_s, tremor=tremor, **parts)
+
+
+def recordings(scenario: Scenario, seeds: Iterable[int]) -> Iterator[Simulation]:
+    """Simulate a scenario; each seed has lines of its own, and its presses begin anywhere within a pair."""
+    for seed in seeds:
+        hand = np.random.default_rng([seed, 2])
+        late, spectrum = PAIR_S * hand.uniform(), Lines((hand.uniform(3, 7), hand.uniform(7, 12)))
+        presses = [replace(press, start_s=press.start_s + late) for press in scenario.presses]
+        yield simulate(replace(scenario, presses=presses, spectrum=spectrum), seed)
+
+
+@dataclass(frozen=True)
+class Result:
+    """Error and standard error of a ratio, relative, and the flags; a lost touch has the error 1."""
+
+    error: float
+    standard_error: float
+    flags: frozenset[str] = frozenset()
+
+    @property
+    def covers(self) -> bool:
+        """Whether the nominal 95 % interval holds the truth."""
+        return abs(self.error) < SIDES * self.standard_error
+
+    @property
+    def silent(self) -> bool:
+        """Whether it is wrong by more than 4 standard errors (0 if unknown) and 0.2 %, without a flag."""
+        known = self.standard_error if math.isfinite(self.standard_error) else 0.0
+        return not self.flags and abs(self.error) > max(4 * known, 2e-3)
+
+
+LOST = Result(1.0, math.nan, frozenset({"lost"}))
+
+
+def result(run: Simulation, *, host_stamps: bool = False) -> Result:
+    """Return the best result known of the first press; a press that was short on purpose has no flag for that."""
+    touch = found(run, host_stamps=host_stamps)
+    if touch is None:
+        return LOST
+    truth = run.presses[0].ratios[-1][1]
+    return Result(touch.ratio / truth - 1, touch.standard_error / truth, frozenset(touch.flags) - {"short"})
+
+
+def found(run: Simulation, *, host_stamps: bool = False) -> palpate.Touch | None:
+    """Return the longest touch that begins in the first press, or a little before it."""
+    press = run.presses[0]
+    touches = palpate.touches(run, host_stamps=host_stamps)
+    inside = [touch for touch in touches if press.start_s - EARLY_S < touch.start_s < press.stop_s]
+    return max(inside, key=lambda touch: touch.samples, default=None)
+
+
+def running(run: Simulation, moments: Sequence[float], scene: "_Scene" = "handheld") -> list[Result]:
+    """Return what the last whole pair at each time since contact says."""
+    rows = palpate.Tracker(scene).process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
+    last = np.searchsorted(run.t_soft_s - run.presses[0].start_s, moments, "right") - 1
+    return [
+        Result(row["ratio"] / truth - 1, row["standard_error"] / truth) if row["touch"] > 0 else LOST
+        for row, truth in zip(rows[last], run.true_ratio[last], strict=True)
+    ]
+
+
+def rms_row(name: str, results: Sequence[Result], limit: float, **more: Any) -> Row:
+    """Return the row of the rms error, %, with the coverage of the intervals without a flag."""
+    coverage, count = coverage_of(results)
+    value = 100 * math.sqrt(np.mean([r.error**2 for r in results]))
+    return Row(name, value, limit, coverage=coverage, intervals=count, **more)
+
+
+def coverage_of(results: Iterable[Result]) -> tuple[float, int]:
+    """Return the share of nominal 95 % intervals without a flag that hold the truth, and their number."""
+    known = [r for r in results if not r.flags and math.isfinite(r.standard_error)]
+    return (float(np.mean([r.covers for r in known])) if known else math.nan), len(known)
