@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
-from palpate.samples import Block, feed
+from palpate.samples import Block, usable
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -81,21 +81,37 @@ def touches(
         raise TypeError(f"recording: got {recording!r:.60}, allowed: the result of palpate.read or palpate.recorded")
     given: dict[str, Any] = {"full_scale": recording.full_scale_pF, **settings}
     tracker = Tracker(scene, **given)
-    timed = _send(tracker, recording)
+    for _ in replayed(tracker, recording):
+        pass
     tracker.finish()
-    return tracker.touches if timed else [touch._untimed() for touch in tracker.touches]
+    return tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
 
 
-def _send(tracker: Tracker, recording: Channels | Blocks) -> bool:
-    """Feed a recording to a tracker; return whether its times are known."""
+def timed(recording: Channels | Blocks) -> bool:
+    """Return whether the times of a recording are known."""
+    if isinstance(recording, Blocks):
+        return recording.timed
+    return bool(np.isfinite(recording.t_hard_s).all() and np.isfinite(recording.t_soft_s).all())
+
+
+def replayed(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[NDArray[Any], ...]]:
+    """Feed a recording to a tracker.
+
+    Yields
+    ------
+    tuple of five numpy.ndarray
+        Of each part of the recording: times of both channels, s; hard, soft, pF, as the tracker got them; and the rows
+        of `Tracker.process`.
+    """
     if isinstance(recording, Blocks):
         for block in recording.blocks():
-            feed(tracker, block)
+            hard, soft = usable(block, tracker.settings["full_scale"])
+            rows = tracker.process(block["t_hard_ns"], block["t_soft_ns"], hard, soft)
+            yield block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9, hard, soft, rows
             if int(block["seq"][-1]) in recording.tares:
                 tracker.tare()
-        return recording.timed
-    timed = bool(np.isfinite(recording.t_hard_s).all() and np.isfinite(recording.t_soft_s).all())
+        return
     rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, the same time for both channels
-    t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed else (rows, rows)
-    tracker.process(t_hard, t_soft, recording.hard, recording.soft)
-    return timed
+    t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed(recording) else (rows, rows)
+    found = tracker.process(t_hard, t_soft, recording.hard, recording.soft)
+    yield t_hard, t_soft, recording.hard, recording.soft, found
