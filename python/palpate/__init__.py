@@ -39,6 +39,7 @@ TYPE_CHECKING = False  # True for a type checker; importing typing would take lo
 if TYPE_CHECKING:
     from typing import Any
 
+    from palpate.afterwards import OfflineTouch, offline
     from palpate.calibration import Calibration, Modulus
     from palpate.recording import Recording, check, read, recorded
     from palpate.samples import Sample, Status
@@ -62,6 +63,7 @@ __all__ = [
     "HandoverRlsBank32",
     "MissingExtra",
     "Modulus",
+    "OfflineTouch",
     "PalpateError",
     "ProtocolError",
     "Recording",
@@ -85,6 +87,7 @@ __all__ = [
     "get_cmake_dir",
     "get_include",
     "most_reliable",
+    "offline",
     "open",
     "read",
     "recorded",
@@ -94,6 +97,7 @@ __all__ = [
 _LAZY = {
     "Calibration": "calibration",
     "Modulus": "calibration",
+    "OfflineTouch": "afterwards",
     "Recording": "recording",
     "Sample": "samples",
     "Source": "sources",
@@ -102,6 +106,7 @@ _LAZY = {
     "agreement": "several",
     "check": "recording",
     "most_reliable": "several",
+    "offline": "afterwards",
     "open": "sources",
     "read": "recording",
     "recorded": "recording",
@@ -109,6 +114,7 @@ _LAZY = {
 }
 _MODULES = {
     "ad7746",
+    "afterwards",
     "benchmark",
     "calibration",
     "design",

@@ -106,12 +106,12 @@ def replayed(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[N
     if isinstance(recording, Blocks):
         for block in recording.blocks():
             hard, soft = usable(block, tracker.settings["full_scale"])
-            rows = tracker.process(block["t_hard_ns"], block["t_soft_ns"], hard, soft)
-            yield block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9, hard, soft, rows
+            times = block["t_hard_ns"], block["t_soft_ns"]
+            yield times[0] / 1e9, times[1] / 1e9, hard, soft, tracker.process(*times, hard, soft)
             if int(block["seq"][-1]) in recording.tares:
                 tracker.tare()
         return
     rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, the same time for both channels
     t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed(recording) else (rows, rows)
-    found = tracker.process(t_hard, t_soft, recording.hard, recording.soft)
-    yield t_hard, t_soft, recording.hard, recording.soft, found
+    channels = recording.hard, recording.soft
+    yield t_hard, t_soft, *channels, tracker.process(t_hard, t_soft, *channels)

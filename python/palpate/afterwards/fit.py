@@ -13,13 +13,15 @@ from palpate.afterwards.windows import HARD, SOFT, Windows, windows
 Array = NDArray[np.float64]
 FEWEST = 8
 """Pairs for a result."""
-_ROUNDS = 12  # of leaving out readings, and of removing a lag
+_ROUNDS = 11  # of leaving out readings, and of removing a lag
 _OUTLIER = 6.0
 _MAD = 1.4826  # standard deviation / median of the absolute values
 _REACH = 8  # soft readings of the instrument on either side
 _MISMATCH = 3e-3  # of a window that is kept, if most are better
 _PROVEN = 8.0  # standard errors of a lag that is removed
 _BATCHES = 16
+_FLANK = 3  # windows
+_LEAST = 0.001  # change from the flanks to the height, share
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,7 @@ class Aligned:
     @property
     def high(self) -> NDArray[np.bool_]:
         """Which good windows are above half of the touch."""
-        return self.good & (np.abs(self.x) > np.abs(self.x).max() / 2)
+        return np.asarray(self.good & (np.abs(self.x) > np.abs(self.x).max() / 2))
 
     def rest(self, ratio: float) -> Array:
         """Return y - ratio * x."""
@@ -98,26 +100,24 @@ def fitted(hard: Readings, soft: Readings, levels: tuple[Level, Level]) -> Found
     is significant; then of the windows that are 6 standard deviations off, in each run of them, the reading that
     explains most is left out.
     """
-    lag, left_out = 0.0, 0
-    for turn in range(_ROUNDS):
+    lag, left_out, whole = 0.0, 0, None
+    for last in [False] * _ROUNDS + [True]:
         pairs = aligned(hard, soft)
         if pairs is None or not pairs.high.any():
-            return None
+            break
         ratio = float(np.median(pairs.y[pairs.high] / pairs.x[pairs.high]))
         more = _lag(pairs, ratio)
         bad = np.abs(pairs.rest(ratio)) > _OUTLIER * _scale(pairs, ratio, levels)
-        if turn == _ROUNDS - 1 or (more == 0 and not bad.any()):
-            break
+        if last or (more == 0 and not bad.any()):
+            return _solved(pairs, pairs.good & ~bad, whole or pairs, levels, left_out, lag)
         if more:
             soft, lag = replace(soft, t=soft.t - more), lag + more
             continue
+        whole = whole or pairs
         keep_hard, keep_soft = _without_spikes(pairs, ratio, np.flatnonzero(bad))
         left_out += int(np.count_nonzero(~keep_hard) + np.count_nonzero(~keep_soft))
         hard, soft = hard[keep_hard], soft[keep_soft]
-    used = pairs.good & ~bad
-    if np.count_nonzero(used) < FEWEST:
-        return None
-    return _solved(pairs, used, levels, left_out, lag)
+    return None
 
 
 def _lag(pairs: Aligned, ratio: float) -> float:
@@ -128,7 +128,7 @@ def _lag(pairs: Aligned, ratio: float) -> float:
         return 0.0
     slope = np.gradient(pairs.x, pairs.hard.t[pairs.windows.hard_at[:, HARD // 2]])[near]
     squares = float(slope @ slope)
-    if squares == 0:
+    if squares == 0 or ratio == 0:
         return 0.0
     late = float(slope @ rest[near]) / squares
     error = float(np.linalg.norm(slope * (rest[near] - late * slope))) / squares
@@ -170,7 +170,17 @@ def _explained(at: NDArray[np.intp], weight: Array, rest: Array, size: int) -> A
     return np.asarray(top**2 / np.where(squares > 0, squares, 1))
 
 
-def _solved(pairs: Aligned, used: NDArray[np.bool_], levels: tuple[Level, Level], left_out: int, lag: float) -> Found:
+def _solved(
+    pairs: Aligned,
+    used: NDArray[np.bool_],
+    whole: Aligned,
+    levels: tuple[Level, Level],
+    left_out: int,
+    lag: float,
+) -> Found | None:
+    """Return the result from some windows; `whole`: the pairs before readings were left out."""
+    if np.count_nonzero(used) < FEWEST:
+        return None
     z = np.where(used, pairs.z, 0)
     size = float(z @ pairs.x)
     ratio = float(z @ pairs.y) / size
@@ -187,7 +197,7 @@ def _solved(pairs: Aligned, used: NDArray[np.bool_], levels: tuple[Level, Level]
     times = pairs.hard.t[made.hard_at[used]]
     return Found(
         ratio=ratio,
-        standard_error=math.sqrt(max(of_readings, seen) + of_levels),
+        standard_error=math.sqrt(max(of_readings, seen) + of_levels + _open(whole, ratio, levels) ** 2),
         covariance=1 / size,
         samples=len(scores),
         left_out=left_out,
@@ -195,6 +205,22 @@ def _solved(pairs: Aligned, used: NDArray[np.bool_], levels: tuple[Level, Level]
         first_s=float(times.min()),
         last_s=float(times.max()),
     )
+
+
+def _open(pairs: Aligned, ratio: float, levels: tuple[Level, Level]) -> float:
+    """Return twice the change of the ratio from the flanks of the touch to its height, if it is significant; else 0.
+
+    An offset or a curve makes one. At half of the height, that of an offset is the error of the result; that of a
+    curve half of it.
+    """
+    height = np.abs(pairs.x) / float(np.median(np.abs(pairs.x[pairs.high])))
+    flank = pairs.good & (height > 0.2) & (height < 0.8)
+    if np.count_nonzero(flank) < _FLANK:
+        return 0.0
+    change = float(np.median(pairs.y[flank] / pairs.x[flank])) - ratio
+    noise = 1.25 * _scale(pairs, ratio, levels) / float(np.median(np.abs(pairs.x[flank])))
+    error = noise / math.sqrt(float(np.count_nonzero(flank)))
+    return 2 * change if abs(change) > _PROVEN * error and abs(change) > _LEAST * abs(ratio) else 0.0
 
 
 def _of_levels(channels: Any) -> float:

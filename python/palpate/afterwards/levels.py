@@ -14,6 +14,7 @@ _MARGIN_S = 0.05  # before a touch: it may begin before it is above the noise
 _COLLECTED = 32  # readings with which the tracker measures a new baseline; they begin after the release
 _JUMP = 25.0  # standard deviations of a reading: a baseline that was measured again, and was wrong before
 _OUTLIER = 6.0
+_BATCHES = 8  # of a mean: their scatter shows noise that is not white
 _ENDS = np.array([1 / 3, 2 / 3])  # weights of the first and last readings: less of a periodic disturbance is left
 
 
@@ -64,14 +65,13 @@ def pause(rows: NDArray[Any], last: int, end: int) -> int:
     out = np.flatnonzero(~rows["contact"][last:end])
     if not len(out):
         return end
-    level = rows["hard_baseline"][last + out[0] : end]
-    new = np.flatnonzero(level != level[0])
-    return int(last + out[0] + max(new[0] - _COLLECTED + 1, 0)) if len(new) else end
+    released = last + int(out[0])
+    levels = rows["hard_baseline"][released:end], rows["soft_baseline"][released:end]
+    new = np.flatnonzero((levels[0] != levels[0][0]) | (levels[1] != levels[1][0]))
+    return released + max(int(new[0]) - _COLLECTED + 1, 0) if len(new) else end
 
 
-def idle(
-    rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int]
-) -> NDArray[np.bool_]:
+def idle(rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int]) -> NDArray[np.bool_]:
     """Return which rows have a baseline: none of a touch, and none before the tracker measured a wrong one again.
 
     Such a baseline jumps, by more than 25 standard deviations of the hard readings.
@@ -124,7 +124,9 @@ def _mean(readings: Readings) -> tuple[float, float, float, float]:
     weight[: len(_ENDS)] *= _ENDS
     weight[-len(_ENDS) :] *= _ENDS[::-1]
     weight /= weight.sum()
-    variance = noise2 * float(weight @ weight) + _rounding(code, noise2)
+    parts = np.array([part.sum() for part in np.array_split(rest, _BATCHES)])
+    wander = float(parts @ parts) * _BATCHES / (_BATCHES - 2) / count**2
+    variance = max(noise2 * float(weight @ weight), wander) + _rounding(code, noise2)
     return float(t @ weight), float(value @ weight), variance, math.sqrt(noise2)
 
 

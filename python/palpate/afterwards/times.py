@@ -9,7 +9,7 @@ _PAUSE = 8.0  # periods
 
 
 def smooth(t: Array) -> Array:
-    """Return times, shape (n,), each replaced by the mean of those of up to 16 rows before it and as many after it.
+    """Return times, shape (n,), n at least 2, each replaced by the mean of those of up to 16 rows before it and as many after it.
 
     For readings at an even rate that is the middle of a straight line through them. A pause is not smoothed.
 
@@ -19,8 +19,8 @@ def smooth(t: Array) -> Array:
     [0.0, 1.033, 2.033, 3.0]
     """
     out = np.empty_like(t)
-    steps = np.diff(t)
-    pauses = np.flatnonzero(np.abs(steps) > _PAUSE * np.median(np.abs(steps))) + 1 if len(t) > 1 else []
+    steps = np.abs(np.diff(t))
+    pauses = np.flatnonzero(steps > _PAUSE * np.median(steps)) + 1
     for rows in np.split(np.arange(len(t)), pauses):
         part = t[rows] - t[rows[0]]
         sums, place = np.append(0, np.cumsum(part)), np.arange(len(rows))

@@ -74,7 +74,8 @@ class OfflineTouch:
     def as_dict(self) -> dict[str, Any]:
         """Return all fields but `live` as a dict of plain values; nan becomes None."""
         fields = {name: value for name, value in self.__dict__.items() if name != "live"}
-        return {name: None if value != value else value for name, value in fields.items()}
+        unknown = {name for name, value in fields.items() if isinstance(value, float) and math.isnan(value)}
+        return fields | dict.fromkeys(unknown)
 
 
 def offline(
@@ -83,17 +84,20 @@ def offline(
     """Return the touches of a recording, each estimated again with the whole recording known.
 
     The tracker finds the touches, as in `palpate.touches`. Then the readings of each one, from its beginning or from
-    the last change of its ratio to its end, are estimated by a method of its own:
+    the last change of its ratio to its end, are estimated by another method:
 
-    - a matched pair of filters of 5 + 6 points for each hard reading, designed for the real times of its readings;
-    - instrumental variables, r = sum z y / sum z x, z a mean of the soft readings around those of x, without them: no
+    - a matched pair of filters of 5 + 6 points around each hard reading, designed for the real times of its readings;
+    - instrumental variables, r = sum z y / sum z x, z the mean of the soft readings around those of x, without them: no
       bias in a light touch;
-    - single readings that contradict the others, and windows with gaps, are left out;
-    - the baseline is a line between the means of the idle readings of up to 4 s before and after (as in the live
-      result, not after a creep).
+    - single readings that contradict the others are left out, and windows with gaps; a constant lag of the soft channel
+      (or of its times) is removed;
+    - the baseline is the line between the means of the idle readings of up to 4 s before and after: only before, if the
+      live result has the flag "creep", only after with the flag "baseline".
 
-    The standard error has the noise of the readings, the scatter of parts of the touch, and the baselines. With a
-    flag that says that the readings contradict hard = ratio * soft, it is at least that of the live result.
+    The standard error is made of the noise of the readings or the scatter of the parts of the touch, whichever is
+    larger, of the baselines, and of what a ratio that differs on the flanks leaves open. With a flag that the readings
+    contradict hard = ratio * soft it is at least that of the live result. With the flag "drift" the ratio is a mean over
+    the touch; that of the live result is nearer to its end.
 
     Parameters
     ----------
@@ -127,9 +131,12 @@ def offline(
     if scene == "fixed":
         raise ValueError("scene: got 'fixed', allowed: one with a baseline and contacts, for example 'handheld'")
     if not hasattr(recording, "full_scale_pF"):
-        raise TypeError(f"recording: got {recording!r:.60}, allowed: the result of palpate.read or palpate.recorded")
+        raise TypeError(
+            f"recording: got {recording!r:.60}, allowed: the result of palpate.read or palpate.recorded; "
+            "a live source has to be recorded first"
+        )
     if not timed(recording):
-        raise ValueError("recording: it has no times, and offline estimation needs them; name the column of times")
+        raise ValueError("recording: got one without times, allowed: one with times; name its column, as time=COL")
     given: dict[str, Any] = {"full_scale": recording.full_scale_pF, **settings}
     tracker = Tracker(scene, **given)
     parts = list(replayed(tracker, recording))
@@ -177,9 +184,7 @@ def _level(touch: Touch, unused: Readings, start: int, after: tuple[int, int], c
     return level_of(before, later, *(float(t[0]) if len(t) else math.inf for t in (begin, following)))
 
 
-def _one(
-    touch: Touch, inside: list[Readings], levels: list[Level | None], alarms: NDArray[np.intp]
-) -> OfflineTouch:
+def _one(touch: Touch, inside: list[Readings], levels: list[Level | None], alarms: NDArray[np.intp]) -> OfflineTouch:
     hard_level, soft_level = levels
     if hard_level is None or soft_level is None:
         return _without(touch, "no idle readings before and after the touch")

@@ -82,9 +82,9 @@ def _designed(times: Array) -> tuple[Array, Array]:
     system[:, HARD:size, size + 1] = system[:, size + 1, HARD:size] = 1
     wanted = np.zeros((number, size + 2, 1))
     wanted[:, size:] = 1
-    weights = np.linalg.solve(system, wanted)[:, :size, 0]
+    weights: Array = np.asarray(np.linalg.solve(system, wanted)[:, :size, 0], np.float64)
     left = np.einsum("ni,nij,nj->n", weights, square, weights)
-    return weights, np.sqrt(np.maximum(left, 0))
+    return weights, np.asarray(np.sqrt(np.maximum(left, 0)))
 
 
 def _mean_cosine(lag_s: Array) -> Array:
