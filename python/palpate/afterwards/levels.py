@@ -60,15 +60,21 @@ class Level:
         return np.interp(t, self.t, self.value)
 
 
-def pause(rows: NDArray[Any], last: int, end: int) -> int:
-    """Return the first row of the new baseline after a touch with the last row `last`; `end`: it was not measured."""
+def pause(rows: NDArray[Any], last: int, end: int, *, measured: bool) -> int:
+    """Return the first row of the baseline after a touch, whose last row is `last`; `end`: it was not measured.
+
+    The tracker measures it from the last of its 32 readings on. If it is exactly the old one, the first row is not
+    known, and 32 rows after the release are left out.
+    """
     out = np.flatnonzero(~rows["contact"][last:end])
     if not len(out):
         return end
     released = last + int(out[0])
     levels = rows["hard_baseline"][released:end], rows["soft_baseline"][released:end]
     new = np.flatnonzero((levels[0] != levels[0][0]) | (levels[1] != levels[1][0]))
-    return released + max(int(new[0]) - _COLLECTED + 1, 0) if len(new) else end
+    if len(new):
+        return released + max(int(new[0]) - _COLLECTED + 1, 0)
+    return min(released + _COLLECTED, end) if measured else end
 
 
 def idle(rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int]) -> NDArray[np.bool_]:

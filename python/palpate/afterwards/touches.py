@@ -160,7 +160,10 @@ def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readin
 def _estimated(touches: list[Touch], rows: NDArray[Any], channels: tuple[Readings, Readings]) -> list[OfflineTouch]:
     ends = [int(np.flatnonzero(rows["touch"] == number)[-1]) for number in range(1, len(touches) + 1)]
     starts = [touch.start for touch in touches] + [len(rows)]
-    pauses = [pause(rows, end, start) for end, start in zip(ends, starts[1:], strict=True)]
+    pauses = [
+        pause(rows, end, start, measured=touch.revised)
+        for touch, end, start in zip(touches, ends, starts[1:], strict=True)
+    ]
     free = idle(rows, channels[0], starts, pauses)
     unused = [channel[free[channel.row]] for channel in channels]
     found = []
