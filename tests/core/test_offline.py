@@ -83,7 +83,7 @@ def test_the_filters_are_made_for_the_skew_of_the_recording(skew_s: float) -> No
 
 
 def test_at_18_pairs_a_second_both_channels_are_low_passed() -> None:
-    t = np.arange(40) / 18
+    t: Any = np.linspace(0, 39 / 18, 40)
     found = windows(t, t + 1 / 36)
     passed = [abs((found.hard_weight[5] * np.exp(2j * np.pi * f * t[found.hard_at[5]])).sum()) for f in (1.0, 9.0)]
     assert passed[0] > 0.9
