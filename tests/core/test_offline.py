@@ -31,7 +31,7 @@ def exact(
     noise: float = 0.0,
 ) -> Recording:
     """Return a press without noise: rise and fall of 0.4 s, and a tremor of two lines."""
-    t_hard = PERIOD_S * np.arange(480)
+    t_hard: Any = PERIOD_S * np.arange(480)
     t_soft = t_hard + skew_s
     random = np.random.default_rng(1)
 
@@ -66,7 +66,7 @@ def test_an_even_drift_of_the_baselines_is_removed() -> None:
 
 @pytest.mark.parametrize("skew_s", [0.0, 0.003, PERIOD_S / 3, PERIOD_S / 2, 0.9 * PERIOD_S])
 def test_the_filters_are_made_for_the_skew_of_the_recording(skew_s: float) -> None:
-    t = PERIOD_S * np.arange(40)
+    t: Any = PERIOD_S * np.arange(40)
     found = windows(t, t + skew_s)
     assert found.mismatch.max() < 2e-3
     np.testing.assert_allclose(found.hard_weight.sum(axis=1), 1, atol=1e-12)

@@ -57,7 +57,7 @@ def windows(t_hard_s: Array, t_soft_s: Array) -> Windows:
     >>> t = 0.026 * np.arange(8)
     >>> found = windows(t, t + 0.013)
     >>> found.hard_at.tolist(), bool((found.mismatch < 1e-3).all())
-    ([[0, 1, 2, 3, 4], [1, 2, 3, 4, 5], [2, 3, 4, 5, 6], [3, 4, 5, 6, 7]], True)
+    ([[1, 2, 3, 4, 5], [2, 3, 4, 5, 6], [3, 4, 5, 6, 7]], True)
     """
     before, half = HARD // 2, SOFT // 2
     centre = np.arange(before, len(t_hard_s) - before)
