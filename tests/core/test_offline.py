@@ -254,6 +254,13 @@ def test_coarse_codes_have_the_baseline_after_the_release() -> None:
     assert touch.baselines == "before and after"
 
 
+def test_a_window_with_a_gap_does_not_hide_the_result() -> None:
+    run = simulate(SCENARIOS["host-stamps"], 91)  # readings left out make such windows
+    [touch] = palpate.offline(run, host_stamps=True)
+    assert touch.samples > 150
+    assert abs(touch.ratio / run.presses[0].ratios[0][1] - 1) < 5 * touch.standard_error / touch.ratio
+
+
 def test_scipy_is_not_needed() -> None:
     code = (
         "import sys, palpate; from palpate.simulation import scenarios; "

@@ -52,7 +52,7 @@ class Aligned:
     @property
     def high(self) -> NDArray[np.bool_]:
         """Which good windows are above half of the touch."""
-        return np.asarray(self.good & (np.abs(self.x) > np.abs(self.x).max() / 2))
+        return np.asarray(self.good & (np.abs(self.x) > np.abs(self.x[self.good]).max(initial=0) / 2))
 
     def rest(self, ratio: float) -> Array:
         """Return y - ratio * x."""
