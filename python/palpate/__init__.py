@@ -39,6 +39,7 @@ TYPE_CHECKING = False  # True for a type checker; importing typing would take lo
 if TYPE_CHECKING:
     from typing import Any
 
+    from palpate.afterwards import OfflineTouch, offline
     from palpate.calibration import Calibration, Modulus
     from palpate.recording import Recording, check, read, recorded
     from palpate.samples import Sample, Status
@@ -63,6 +64,7 @@ __all__ = [
     "HandoverRlsBank32",
     "MissingExtra",
     "Modulus",
+    "OfflineTouch",
     "PalpateError",
     "ProtocolError",
     "Recording",
@@ -87,6 +89,7 @@ __all__ = [
     "get_cmake_dir",
     "get_include",
     "most_reliable",
+    "offline",
     "open",
     "read",
     "recorded",
@@ -96,6 +99,7 @@ __all__ = [
 _LAZY = {
     "Calibration": "calibration",
     "Modulus": "calibration",
+    "OfflineTouch": "afterwards",
     "Recording": "recording",
     "Sample": "samples",
     "Source": "sources",
@@ -105,6 +109,7 @@ _LAZY = {
     "agreement": "several",
     "check": "recording",
     "most_reliable": "several",
+    "offline": "afterwards",
     "open": "sources",
     "read": "recording",
     "recorded": "recording",
@@ -112,6 +117,7 @@ _LAZY = {
 }
 _MODULES = {
     "ad7746",
+    "afterwards",
     "benchmark",
     "calibration",
     "design",

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
-from palpate.samples import Block, feed, settings_for
+from palpate.samples import Block, settings_for, usable
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -93,18 +93,27 @@ def tracked(
     >>> len(found), retaken
     (1, 0)
     """
+    tracker = tracker_of(recording, scene, settings)
+    for _ in replayed(tracker, recording):
+        pass
+    tracker.finish()
+    found = tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
+    return found, tracker.retaken
+
+
+def tracker_of(recording: Channels | Blocks, scene: "_Scene", settings: "_AnySettings") -> Tracker:
+    """Return a new tracker for a recording: with its full scale and its stamps, and a length that it can have."""
     if not hasattr(recording, "full_scale_pF"):
-        raise TypeError(f"recording: got {recording!r:.60}, allowed: the result of palpate.read or palpate.recorded")
-    timed = _timed(recording)
+        raise TypeError(
+            f"recording: got {recording!r:.60}, allowed: the result of palpate.read or palpate.recorded; "
+            "a live source has to be recorded first"
+        )
     stamps = "host" if getattr(recording, "host_stamps", False) else "converter"
     given: dict[str, Any] = settings_for(scene, {"full_scale_pF": recording.full_scale_pF, "stamps": stamps})
     given |= settings
-    if not timed:
+    if not timed(recording):
         given = _without_times(scene, given)
-    tracker = Tracker(scene, **given)
-    _send(tracker, recording, timed=timed)
-    tracker.finish()
-    return tracker.touches if timed else [touch._untimed() for touch in tracker.touches], tracker.retaken
+    return Tracker(scene, **given)
 
 
 _PAIRS = 250  # the length of a touch of one converter
@@ -120,21 +129,31 @@ def _without_times(scene: "_Scene", given: dict[str, Any]) -> dict[str, Any]:
     return {"samples": _PAIRS, "seconds": None} | given if in_seconds else given
 
 
-def _timed(recording: Channels | Blocks) -> bool:
+def timed(recording: Channels | Blocks) -> bool:
     """Return whether the times of a recording are known."""
     if isinstance(recording, Blocks):
         return recording.timed
     return bool(np.isfinite(recording.t_hard_s).all() and np.isfinite(recording.t_soft_s).all())
 
 
-def _send(tracker: Tracker, recording: Channels | Blocks, *, timed: bool) -> None:
-    """Feed a recording to a tracker."""
+def replayed(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[NDArray[Any], ...]]:
+    """Feed a recording to a tracker.
+
+    Yields
+    ------
+    tuple of five numpy.ndarray
+        Of each part of the recording: times of both channels, s; hard, soft, pF, as the tracker got them; and the rows
+        of `Tracker.process`.
+    """
     if isinstance(recording, Blocks):
         for block in recording.blocks():
-            feed(tracker, block)
+            hard, soft = usable(block, tracker.settings["full_scale"])
+            times = block["t_hard_ns"], block["t_soft_ns"]
+            yield times[0] / 1e9, times[1] / 1e9, hard, soft, tracker.process(*times, hard, soft)
             if int(block["seq"][-1]) in recording.tares:
                 tracker.tare(force=True)  # as in the measurement, where it may have been forced
         return
     rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, the same time for both channels
-    t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed else (rows, rows)
-    tracker.process(t_hard, t_soft, recording.hard, recording.soft)
+    t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed(recording) else (rows, rows)
+    channels = recording.hard, recording.soft
+    yield t_hard, t_soft, *channels, tracker.process(t_hard, t_soft, *channels)

@@ -55,6 +55,49 @@ def test_replay_prints_one_row_a_touch() -> None:
         ]
 
 
+def test_replay_offline_shows_its_method_and_the_live_result_beside() -> None:
+    found = palpate.offline(palpate.read(FOUR))
+    lines = run("replay", FOUR, "--offline").stdout.splitlines()
+    head = ["touch", "start_s", "samples", "ratio", "std.", "error", "live", "std.", "error", "flags"]
+    assert lines[0].split() == head
+    assert lines[-1] == "All touches: offline: matched pair of 5 + 6 points, baseline before and after."
+    for line, touch in zip(lines[1:-1], found, strict=True):
+        numbers = line.split()
+        assert numbers[3] == digits.number(touch.ratio, touch.standard_error)
+        assert numbers[5] == digits.number(touch.live.ratio, touch.live.standard_error)
+    document = json.loads(run("replay", FOUR, "--offline", "--json").stdout)
+    assert [record.pop("offline") for record in document["touches"]] == [touch.as_dict() for touch in found]
+    assert document == json.loads(run("replay", FOUR, "--json").stdout)
+
+
+def test_replay_offline_says_what_it_needs(tmp_path: Path) -> None:
+    untimed = tmp_path / "untimed.csv"
+    rows = [line.split(",") for line in FOUR.read_text().splitlines()[1:]]
+    untimed.write_text("hard;soft\n" + "".join(f"{row[5]};{row[6]}\n" for row in rows))
+    result = run("replay", untimed, "--map", "hard=1,soft=2", "--unit", "pF", "--offline")
+    assert result.exit_code == 2
+    assert "got one without times, allowed: one with times; name its column, as time=COL" in result.stderr
+    calibrated = run("replay", FOUR, "--offline", "--calibration", FOUR)
+    assert calibrated.exit_code == 2
+    assert "allowed one of them" in calibrated.stderr
+
+
+def test_replay_offline_gives_a_reason_for_no_result(tmp_path: Path) -> None:
+    saturated = palpate.simulation.scenarios.run("saturating")
+    path = tmp_path / "saturated.csv"
+    columns = (saturated.t_hard_s, saturated.t_soft_s, saturated.hard, saturated.soft)
+    limit = saturated.full_scale_pF
+    body = "".join(
+        f"{a:.6f};{b:.6f};{'' if abs(c) >= limit else f'{c:.7f}'};{d:.7f}\n"
+        for a, b, c, d in zip(*columns, strict=True)
+    )
+    path.write_text("t_hard;t_soft;hard pF;soft pF\n" + body)
+    result = run("replay", path, "--map", "time=1,soft_time=2,hard=3,soft=4", "--offline")
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.splitlines()[1].split()[3] == "-"
+    assert "offline: none, too few pairs" in result.stdout.splitlines()[-1]
+
+
 def test_replay_as_json_is_one_document_with_every_digit() -> None:
     document = json.loads(run("replay", FOUR, "--json", "--scene", "paper").stdout)
     touches = palpate.touches(palpate.read(FOUR), scene="paper")

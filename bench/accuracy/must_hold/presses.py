@@ -5,9 +5,9 @@ line of 3 to 7 Hz and one of 7 to 12 Hz, with a width, and sway. The same seed i
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import palpate
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from palpate._core import _Scene
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 RATIO, DEPTH_PF, START_S, PAIR_S = 2.8, 0.25, 2.0, 0.026
 EARLY_S = 0.3  # that a touch may begin before its press, and still be it
 SIDES = 1.96  # standard errors on either side of a nominal 95 % interval
@@ -77,10 +78,14 @@ def result(run: Simulation, *, host_stamps: bool = False) -> Result:
 
 def found(run: Simulation, *, host_stamps: bool = False) -> palpate.Touch | None:
     """Return the longest touch that begins in the first press, or a little before it."""
+    return longest(palpate.touches(run, host_stamps=host_stamps), run, lambda touch: touch)
+
+
+def longest(touches: list[T], run: Simulation, live: Callable[[T], palpate.Touch]) -> T | None:
+    """Return the result whose touch is the longest that begins in the first press, or a little before it."""
     press = run.presses[0]
-    touches = palpate.touches(run, host_stamps=host_stamps)
-    inside = [touch for touch in touches if press.start_s - EARLY_S < touch.start_s < press.stop_s]
-    return max(inside, key=lambda touch: touch.samples, default=None)
+    inside = [touch for touch in touches if press.start_s - EARLY_S < live(touch).start_s < press.stop_s]
+    return max(inside, key=lambda touch: live(touch).samples, default=None)
 
 
 def running(run: Simulation, moments: Sequence[float], scene: "_Scene" = "handheld") -> list[Result]:

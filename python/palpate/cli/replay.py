@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate import __version__
+from palpate.cli import afterwards
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.moduli import Moduli
 from palpate.cli.options import json_option, replaying_options, tracking
 
 if TYPE_CHECKING:
-    from palpate import Touch
+    from palpate import OfflineTouch, Touch
     from palpate.recording.foreign import Foreign
     from palpate.recording.own_file import Recorded
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 @replaying_options
 @click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
               help="Calibration file from `calibrate`: adds the modulus with its interval to each touch.")  # fmt: skip
+@click.option("--offline", "is_offline", is_flag=True,
+              help="Estimate each touch again with the whole recording known, and show it beside the live result.")  # fmt: skip
 @json_option
 def replay(
     file: Path,
@@ -35,6 +38,7 @@ def replay(
     samples: int | None,
     settings: dict[str, float],
     calibration: Path | None,
+    is_offline: bool,
     as_json: bool,
 ) -> None:  # \b below is click's mark for lines that it must not join
     """Send a recording through the estimator again: one row for each touch.
@@ -47,13 +51,17 @@ def replay(
     Example:
       palpate replay bench.csv --map "hard=C1 (pF),soft=C2 (pF)" --set threshold=6
     """  # noqa: D301
+    from palpate import offline
     from palpate.recording.foreign import recorded
     from palpate.touch import tracked
 
+    if is_offline and calibration:
+        raise click.UsageError("--offline and --calibration: allowed one of them; moduli are of the live result")
     try:
         recording = recorded(file, columns=columns, unit=unit)
         how: dict[str, Any] = {"scene": scene} if scene else {"scene": "handheld"} | recording.settings
         how |= tracking(touch_seconds, samples, settings)
+        again = offline(recording, **how) if is_offline else None
         found, retaken = tracked(recording, **how)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
@@ -61,14 +69,16 @@ def replay(
     for note in notes:
         click.echo(f"{file}: {note}", err=True)
     moduli = Moduli(calibration, how["scene"]) if calibration else None
-    document = _json(file, how, recording, found, notes, moduli) if as_json else _table(found, moduli)
+    document = _json(file, how, recording, found, notes, moduli, again) if as_json else _table(found, moduli, again)
     click.echo(document, nl=as_json)
     if not found:
         click.echo(f"{file}: no touch found: {_why_not(recording)}", err=True)
         sys.exit(NOT_RELIABLE)
 
 
-def _table(found: "list[Touch]", moduli: Moduli | None) -> str:
+def _table(found: "list[Touch]", moduli: Moduli | None, again: "list[OfflineTouch] | None") -> str:
+    if again is not None:
+        return afterwards.table(again)
     table = cli_touches.table(found)
     return (moduli.table(table, found) if moduli and found else table) + cli_touches.advised(found)
 
@@ -87,6 +97,7 @@ def _json(
     found: "list[Touch]",
     notes: list[str],
     moduli: Moduli | None,
+    again: "list[OfflineTouch] | None",
 ) -> str:
     settings = {name: value for name, value in how.items() if name != "scene"}
     document = {
@@ -100,4 +111,6 @@ def _json(
     }
     if moduli:
         moduli.add(document, found)
+    if again:
+        afterwards.add(document, again)
     return json.dumps(document, indent=2, allow_nan=False)

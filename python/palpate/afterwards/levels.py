@@ -1,0 +1,147 @@
+"""The baseline of a touch from all idle readings near it, before and after."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+_FEWEST = 8  # readings of a mean
+_NEAR_S = 4.0  # they span at most this time
+_MARGIN_S = 0.05  # before a touch: it may begin before it is above the noise
+_COLLECTED = 32  # readings with which the tracker measures a new baseline; they begin after the release
+_JUMP = 25.0  # standard deviations of a reading: a baseline that was measured again, and was wrong before
+_OUTLIER = 6.0
+_BATCHES = 8  # of a mean: their scatter shows noise that is not white
+_ENDS = np.array([1 / 3, 2 / 3])  # weights of the first and last readings: less of a periodic disturbance is left
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Readings of one channel that have a value: times, s, values, pF, and the rows that they are from, shape (n,)."""
+
+    t: Array
+    value: Array
+    row: NDArray[np.intp]
+
+    def rows(self, first: int, end: int) -> "Readings":
+        """Return the readings of rows first to end - 1."""
+        return self[slice(*np.searchsorted(self.row, [first, end]))]
+
+    def __getitem__(self, which: Any) -> "Readings":
+        """Return some of the readings, by a mask or a slice."""
+        return Readings(self.t[which], self.value[which], self.row[which])
+
+
+@dataclass(frozen=True)
+class Level:
+    """A line between two means, or one mean: times, values, their variances; the noise of a reading, pF; and where they are.
+
+    Examples
+    --------
+    >>> Level(np.array([0.0, 10.0]), np.array([1.0, 2.0]), np.array([0.1, 0.1]), 0.5, "").at(np.array([-1.0, 5.0]))
+    array([1. , 1.5])
+    """
+
+    t: Array
+    value: Array
+    variance: Array
+    noise: float
+    side: str
+
+    def share(self, t: Array) -> Array:
+        """Return the part of the later mean in the level at times t."""
+        return np.interp(t, self.t, [0.0, 1.0]) if len(self.t) > 1 else np.zeros_like(t)
+
+    def at(self, t: Array) -> Array:
+        """Return the level at times t."""
+        return np.interp(t, self.t, self.value)
+
+
+def pause(rows: NDArray[Any], last: int, end: int, *, measured: bool) -> int:
+    """Return the first row of the baseline after a touch, whose last row is `last`; `end`: it was not measured.
+
+    The tracker measures it from the last of its 32 readings on. If it is exactly the old one, the first row is not
+    known, and 32 rows after the release are left out.
+    """
+    out = np.flatnonzero(~rows["contact"][last:end])
+    if not len(out):
+        return end
+    released = last + int(out[0])
+    levels = rows["hard_baseline"][released:end], rows["soft_baseline"][released:end]
+    new = np.flatnonzero((levels[0] != levels[0][0]) | (levels[1] != levels[1][0]))
+    if len(new):
+        return released + max(int(new[0]) - _COLLECTED + 1, 0)
+    return min(released + _COLLECTED, end) if measured else end
+
+
+def idle(rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int]) -> NDArray[np.bool_]:
+    """Return which rows have a baseline: none of a touch, and none before the tracker measured a wrong one again.
+
+    Such a baseline jumps, by more than 25 standard deviations of the hard readings.
+    """
+    free = np.ones(len(rows), bool)
+    noise = 1.0484 * float(np.median(np.abs(np.diff(hard.value))))  # 1.4826 / sqrt(2)
+    jumps = np.abs(np.diff(rows["hard_baseline"], prepend=np.nan)) > _JUMP * noise
+    for start, end, before in zip(starts, pauses, [0, *pauses], strict=False):
+        free[start:end] = False
+        again = np.flatnonzero(jumps[before + _COLLECTED : start])
+        if len(again):
+            free[before : before + again[-1] + 1] = False
+    return free
+
+
+def level_of(before: Readings, after: Readings, begin_s: float, next_s: float) -> Level | None:
+    """Return the baseline of one channel from idle readings before and after a touch; None: there are none.
+
+    Parameters
+    ----------
+    before, after : Readings
+        Idle ones; empty if they are not to be used.
+    begin_s, next_s : float
+        Times of the first reading of the touch, and of the next touch.
+    """
+    sides = {}
+    if len(before.t):
+        sides["before"] = before[(before.t > before.t[-1] - _NEAR_S) & (before.t < begin_s - _MARGIN_S)]
+    if len(after.t):
+        sides["after"] = after[(after.t < after.t[0] + _NEAR_S) & (after.t < next_s - _MARGIN_S)]
+    means = {name: _mean(side) for name, side in sides.items() if len(side.t) >= _FEWEST}
+    if not means:
+        return None
+    t, value, variance, noise = np.array(list(means.values())).T
+    return Level(t, value, variance, float(np.sqrt(np.mean(noise**2))), " and ".join(means))
+
+
+def _mean(readings: Readings) -> tuple[float, float, float, float]:
+    """Return mean time, mean, its variance, and the noise, of the values that are near their median."""
+    code = float(np.diff(np.unique(readings.value)).min(initial=math.inf))
+    code = code if math.isfinite(code) else 0.0
+    off = np.abs(readings.value - np.median(readings.value))
+    near = readings[off <= max(_OUTLIER * 1.4826 * float(np.median(off)), 1.5 * code)]
+    t, value, count = near.t, near.value, len(near.t)
+    around = t - t.mean()
+    rest = value - value.mean()
+    rest -= around * (around @ rest) / max(float(around @ around), 1e-30)
+    noise2 = float(rest @ rest) / (count - 2)
+    weight = np.ones(count)
+    weight[: len(_ENDS)] *= _ENDS
+    weight[-len(_ENDS) :] *= _ENDS[::-1]
+    weight /= weight.sum()
+    parts = np.array([part.sum() for part in np.array_split(rest, _BATCHES)])
+    wander = float(parts @ parts) * _BATCHES / (_BATCHES - 2) / count**2
+    variance = max(noise2 * float(weight @ weight), wander) + _rounding(code, noise2)
+    return float(t @ weight), float(value @ weight), variance, math.sqrt(noise2)
+
+
+def _rounding(code: float, noise2: float) -> float:
+    """Return the variance of the mean of rounded values: half the square of code / pi exp(-2 pi^2 noise^2 / code^2).
+
+    The noise before rounding: that of the codes has code^2 / 12 more.
+    """
+    if code == 0:
+        return 0.0
+    before = max(noise2 / code**2 - 1 / 12, 0)
+    return (code / math.pi) ** 2 / 2 * math.exp(-4 * math.pi**2 * before)

@@ -1,0 +1,222 @@
+"""Touches of a recording, estimated afterwards: with more points, all idle readings, and spikes left out."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate._core import Touch
+from palpate.afterwards.changes import since_change
+from palpate.afterwards.fit import aligned, fitted
+from palpate.afterwards.levels import Level, Readings, idle, level_of, pause
+from palpate.afterwards.times import smooth
+from palpate.afterwards.windows import HARD, SOFT
+from palpate.touch import Blocks, Channels, replayed, timed, tracker_of
+
+if TYPE_CHECKING:
+    from palpate._core import _AnySettings, _Scene
+
+METHOD = f"offline: matched pair of {HARD} + {SOFT} points"
+"""Name of the method."""
+_MISFITS = frozenset({"offset", "drift", "lag", "curve", "creep", "baseline"})
+
+
+@dataclass(frozen=True)
+class OfflineTouch:
+    """A touch estimated afterwards, beside the live result.
+
+    Attributes
+    ----------
+    ratio, standard_error : float
+        Of this method; nan if it has no result.
+    method : str
+        Its name; without a result, the reason.
+    baselines : str
+        "before and after", "before" or "after": which idle readings it used; empty without a result.
+    samples : int
+        Pairs used.
+    covariance : float
+        Unscaled covariance of the ratio, 1/pF^2.
+    start_s, stop_s : float
+        First and last reading used, s: if the ratio changed, those after the last change.
+    left_out : int
+        Readings left out as spikes.
+    lag_s : float
+        How late the soft channel was, or its times: removed; 0 if not significant.
+    live : Touch
+        The touch as the tracker found it; its flags hold here, too.
+    """
+
+    ratio: float
+    standard_error: float
+    method: str
+    baselines: str
+    samples: int
+    covariance: float
+    start_s: float
+    stop_s: float
+    left_out: int
+    lag_s: float
+    live: Touch
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """Warnings about the touch: those of `live`."""
+        return self.live.flags
+
+    @property
+    def alarm_share(self) -> float:
+        """Share of the samples of `live` with the alarm on."""
+        return self.live.alarm_share
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all fields but `live` as a dict of plain values; nan becomes None."""
+        fields = {name: value for name, value in self.__dict__.items() if name != "live"}
+        unknown = {name for name, value in fields.items() if isinstance(value, float) and math.isnan(value)}
+        return fields | dict.fromkeys(unknown)
+
+
+def offline(
+    recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
+) -> list[OfflineTouch]:
+    """Return the touches of a recording, each estimated again with the whole recording known.
+
+    The tracker finds the touches, as in `palpate.touches`. Then the readings of each one, from its beginning or from
+    the last change of its ratio to its end, are estimated by another method:
+
+    - a matched pair of filters of 5 + 6 points around each hard reading, designed for the real times of its readings;
+    - instrumental variables, r = sum z y / sum z x, z the mean of the soft readings around those of x, without them: no
+      bias in a light touch;
+    - single readings that contradict the others are left out, and windows with gaps; a constant lag of the soft channel
+      (or of its times) is removed;
+    - the baseline is the line between the means of the idle readings of up to 4 s before and after: only before, if the
+      live result has the flag "creep", only after with the flag "baseline".
+
+    The standard error is made of the noise of the readings or the scatter of the parts of the touch, whichever is
+    larger, of the baselines, and of what a ratio that differs on the flanks leaves open. With a flag that the readings
+    contradict hard = ratio * soft it is at least that of the live result. With the flag "drift" the ratio is a mean over
+    the touch; that of the live result is nearer to its end.
+
+    Parameters
+    ----------
+    recording : Recording, Simulation, or the result of `palpate.recorded`
+        As in `palpate.touches`; it is kept in memory as a whole.
+    scene : str
+        As in `Tracker`; not "fixed".
+    **settings
+        As in `Tracker`.
+
+    Returns
+    -------
+    list of OfflineTouch
+        One for each touch of `palpate.touches`, in the same order.
+
+    Raises
+    ------
+    ValueError
+        A recording without times; a scene without a baseline; a setting out of range.
+    TypeError
+        An unknown setting; or not a recording.
+
+    Examples
+    --------
+    >>> import palpate
+    >>> from palpate.simulation import scenarios
+    >>> [touch] = palpate.offline(scenarios.run("stiff-steady"))
+    >>> touch.method, abs(touch.ratio / scenarios.PROBE.ratio(8.68) - 1) < 3 * touch.standard_error / touch.ratio
+    ('offline: matched pair of 5 + 6 points', True)
+    """
+    if scene == "fixed":
+        raise ValueError("scene: got 'fixed', allowed: one with a baseline and contacts, for example 'handheld'")
+    if hasattr(recording, "full_scale_pF") and not timed(recording):
+        raise ValueError("recording: got one without times, allowed: one with times; name its column, as time=COL")
+    tracker = tracker_of(recording, scene, settings)
+    parts = list(replayed(tracker, recording))
+    tracker.finish()
+    if not tracker.touches:
+        return []
+    t_hard, t_soft, hard, soft, rows = (np.concatenate(part) for part in zip(*parts, strict=True))
+    if tracker.settings.get("host_stamps"):
+        t_hard, t_soft = smooth(t_hard), smooth(t_soft)
+    full_scale = tracker.settings["full_scale"]
+    channels = (_readings(t_hard, hard, full_scale), _readings(t_soft, soft, full_scale))
+    return _estimated(tracker.touches, rows, channels)
+
+
+def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readings:
+    row = np.flatnonzero(np.abs(value) < full_scale)  # nan is not
+    row = row[t[row] > np.maximum.accumulate(np.append(-math.inf, t[row]))[:-1]]
+    return Readings(t[row], value[row], row)
+
+
+def _estimated(touches: list[Touch], rows: NDArray[Any], channels: tuple[Readings, Readings]) -> list[OfflineTouch]:
+    ends = [int(np.flatnonzero(rows["touch"] == number)[-1]) for number in range(1, len(touches) + 1)]
+    starts = [touch.start for touch in touches] + [len(rows)]
+    pauses = [
+        pause(rows, end, start, measured=touch.revised)
+        for touch, end, start in zip(touches, ends, starts[1:], strict=True)
+    ]
+    free = idle(rows, channels[0], starts, pauses)
+    unused = [channel[free[channel.row]] for channel in channels]
+    found = []
+    for i, touch in enumerate(touches):
+        levels = [
+            _level(touch, channel, starts[i], (pauses[i], starts[i + 1]), all_of)
+            for channel, all_of in zip(unused, channels, strict=True)
+        ]
+        inside = [channel.rows(starts[i], ends[i] + 1) for channel in channels]
+        alarms = starts[i] + np.flatnonzero(rows["alarm"][starts[i] : ends[i] + 1])
+        found.append(_one(touch, inside, levels, alarms))
+    return found
+
+
+def _level(touch: Touch, unused: Readings, start: int, after: tuple[int, int], channel: Readings) -> Level | None:
+    nothing = unused[:0]
+    before = nothing if "baseline" in touch.flags else unused.rows(0, start)
+    later = nothing if "creep" in touch.flags else unused.rows(*after)
+    begin = channel.rows(start, after[0]).t
+    following = channel.t[np.searchsorted(channel.row, after[1]) :]
+    return level_of(before, later, *(float(t[0]) if len(t) else math.inf for t in (begin, following)))
+
+
+def _one(touch: Touch, inside: list[Readings], levels: list[Level | None], alarms: NDArray[np.intp]) -> OfflineTouch:
+    hard_level, soft_level = levels
+    if hard_level is None or soft_level is None:
+        return _without(touch, "no idle readings before and after the touch")
+    hard, soft = (
+        replace(channel, value=channel.value - level.at(channel.t))
+        for channel, level in zip(inside, (hard_level, soft_level), strict=True)
+    )
+    if len(alarms):
+        pairs = aligned(hard, soft)
+        first = since_change(pairs, alarms) if pairs else None
+        if first is None:
+            return _without(touch, "too few pairs since the last change of the ratio")
+        hard, soft = (channel[channel.row >= first] for channel in (hard, soft))
+    found = fitted(hard, soft, (hard_level, soft_level))
+    if found is None:
+        return _without(touch, "too few pairs" + (" since the last change of the ratio" if len(alarms) else ""))
+    error = found.standard_error
+    if _MISFITS & set(touch.flags) and touch.standard_error > error:
+        error = touch.standard_error
+    names = [level.side for level in (hard_level, soft_level)]
+    return OfflineTouch(
+        ratio=found.ratio,
+        standard_error=error,
+        method=METHOD,
+        baselines=names[0] if names[0] == names[1] else f"{names[0]} (hard), {names[1]} (soft)",
+        samples=found.samples,
+        covariance=found.covariance,
+        start_s=found.first_s,
+        stop_s=found.last_s,
+        left_out=found.left_out,
+        lag_s=found.lag_s,
+        live=touch,
+    )
+
+
+def _without(touch: Touch, reason: str) -> OfflineTouch:
+    nan = math.nan
+    return OfflineTouch(nan, nan, f"offline: none, {reason}", "", 0, nan, touch.start_s, nan, 0, 0.0, touch)
