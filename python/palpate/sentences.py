@@ -26,7 +26,7 @@ def advice(touch: Touch) -> list[str]:
     >>> [touch] = palpate.touches(scenarios.run("not-level"))
     >>> [sentence] = palpate.advice(touch)
     >>> sentence.partition(". ")[2].partition(" ± ")[0]
-    'With this offset taken out, the ratio is 2.843'
+    'With this offset taken out, the ratio is 2.84370'
     """
     return [f"{flag}: {_SENTENCES[flag](touch)}" for flag in touch.flags]
 

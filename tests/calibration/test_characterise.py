@@ -17,9 +17,13 @@ from palpate.simulation.scenarios import PROBE
 from bench.accuracy import reliability
 
 
+LINEAR = Hand(nonlinearity=0.0)
+"""A gauge of 0.5 % / pF has a curve above 0.2 % in a firm press: a flag."""
+
+
 @pytest.fixture(scope="module")
 def touches() -> dict[str, list[palpate.Touch]]:
-    return {name: palpate.touches(run) for name, run in session(seed=0).items()}
+    return {name: palpate.touches(run) for name, run in session(seed=0, hand=LINEAR).items()}
 
 
 @pytest.fixture(scope="module")
@@ -28,17 +32,16 @@ def specimens(touches: dict[str, list[palpate.Touch]]) -> list[Specimen]:
 
 
 def test_a_session_is_what_was_asked_for() -> None:
-    runs = session(seed=3, moduli={"gel": 1.1, "bone": 1e4}, touches=3)
-    again = session(seed=3, moduli={"gel": 1.1, "bone": 1e4}, touches=3)
+    runs = session(seed=3, hand=LINEAR, moduli={"gel": 1.1, "bone": 1e4}, touches=3)
+    again = session(seed=3, hand=LINEAR, moduli={"gel": 1.1, "bone": 1e4}, touches=3)
     for name, run in runs.items():
         assert np.array_equal(run.hard_raw, again[name].hard_raw)
         found = palpate.touches(run)
         assert len(found) == 3
-        # The gauges' nonlinearity moves a ratio by up to 0.005 / pF of the hard channel's 2.2 pF; oblique contact is true.
-        true = [press.ratios[0][1] for press in run.presses]
-        assert [t.ratio for t in found] == pytest.approx(true, rel=0.011)
+        true = [press.ratios[0][1] for press in run.presses]  # oblique contact is true
+        assert [t.ratio for t in found] == pytest.approx(true, rel=1e-3)
         assert not any(t.flags for t in found)
-    assert not np.array_equal(session(seed=4, moduli={"gel": 1.1}, touches=3)["gel"].hard_raw, runs["gel"].hard_raw)
+    assert not np.array_equal(session(seed=4, hand=LINEAR, moduli={"gel": 1.1}, touches=3)["gel"].hard_raw, runs["gel"].hard_raw)
     with pytest.raises(ValueError, match="touches: got 0"):
         session(touches=0)
 
@@ -140,7 +143,8 @@ def test_the_study_on_a_few_seeds() -> None:
     assert rows["agreement"].rms_error < 0.85 * rows["covariance"].rms_error
     assert rows["agreement"].rms_error < 0.85 * rows["standard_error"].rms_error
     assert rows["mean"].order_right >= rows["agreement"].order_right > rows["covariance"].order_right
-    assert all(row.coverage > 0.8 and row.left_out == 0 for row in rows.values())
+    # A firm press on a gauge of 0.5 % / pF is flagged, and left out: up to a tenth of the specimens have no other.
+    assert all(row.coverage > 0.8 and row.left_out <= 0.1 * 40 * 10 for row in rows.values())
     assert len(reliability.table(rows.values()).splitlines()) == 1 + len(rows)
 
 
@@ -162,8 +166,9 @@ def test_a_conversion_that_was_lost_is_read_as_none(tmp_path: Path) -> None:
     path = write_session(tmp_path, {"gel": run.block()}, {"gel": 1.1})[0]
     recording, lost = palpate.read(path), run.status == palpate.Status.LOST
     assert lost.any()
-    assert np.array_equal(np.isnan(recording.hard), lost)
-    assert np.array_equal(np.isnan(recording.soft), lost)
+    # The other channel's reading of such a pair is kept.
+    assert np.array_equal(np.isnan(recording.hard) | np.isnan(recording.soft), lost)
+    assert np.isfinite(recording.hard[lost]).any() and np.isfinite(recording.soft[lost]).any()
 
 
 def test_files_are_assigned_by_name() -> None:

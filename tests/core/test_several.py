@@ -68,12 +68,12 @@ def test_touches_of_one_object_and_of_several() -> None:
     specimens = palpate.touches(scenarios.run("four-specimens", 1))
     found = agreement(specimens)
     assert not found.agree
-    assert str(found).startswith("the 4 touches differ: their ratios spread by 6")
+    assert str(found).startswith("the 4 touches differ: their ratios spread by 69 %")
     assert (found.as_dict()["ratio"], found.as_dict()["standard_error"]) == (None, None)
     one = palpate.touches(session(0, moduli={"gel": 1.1})["gel"])
     found = agreement(one)
     assert found.agree
-    assert found.as_dict()["ratio"] == found.ratio == pytest.approx(np.mean([t.ratio for t in one]), rel=1e-4)
+    assert found.as_dict()["ratio"] == found.ratio == pytest.approx(np.mean([t.ratio for t in one]), rel=1e-3)
     # The scatter is a hundred times the standard errors: that of the mean of four is half of it.
     assert found.standard_error == pytest.approx(TOUCH_SCATTER * found.ratio / 2, rel=1e-3)
     assert str(found).startswith("mean of 4 touches: 4.27")

@@ -37,7 +37,7 @@ def tracking(touch_seconds: float | None, samples: int | None, settings: dict[st
     Examples
     --------
     >>> tracking(None, 60, {"threshold": 6.0}), tracking(None, None, {"seconds": 3.0})
-    ({'threshold': 6.0, 'samples': 60, 'seconds': None}, {'seconds': 3.0, 'samples': None})
+    ({'threshold': 6.0, 'seconds': None, 'samples': 60}, {'seconds': 3.0, 'samples': None})
     """
     given: dict[str, Any] = {"seconds": touch_seconds, "samples": samples}
     lengths = {name: value for name, value in given.items() if value is not None}

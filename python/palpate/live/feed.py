@@ -42,7 +42,7 @@ def rows_of(batch: Batch) -> Rows:
     >>> import palpate
     >>> with palpate.Stream("sim:stiff-steady?seed=1") as stream:
     ...     rows = np.concatenate([rows_of(batch) for batch in stream.batches()])
-    >>> bool(rows["ratio"][rows["flags"] & Flag.MEASURED != 0][-1] == stream.touches[0].ratio)
+    >>> bool(rows["ratio"][rows["flags"] & Flag.MEASURED != 0][-1] == stream.touches[0].first_ratio)
     True
     """
     samples, estimates = batch.samples, batch.rows

@@ -10,7 +10,7 @@ In asynchronous code let a thread wait for each batch:
 ...             for touch in batch.touches:
 ...                 return touch.samples
 >>> asyncio.run(measure())
-250
+261
 """
 
 from palpate.stream.estimate import Batch, Estimate, StreamCounters

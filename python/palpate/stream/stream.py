@@ -73,7 +73,7 @@ class Stream:
     ...     for estimate in stream:
     ...         if estimate.ended:
     ...             print(estimate.ended.samples, estimate.ended.flags)
-    250 ()
+    261 ()
     """
 
     def __init__(

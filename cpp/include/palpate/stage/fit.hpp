@@ -4,6 +4,7 @@
 // Does a touch follow the model output = ratio * regressor? Least squares with the terms that the model leaves out.
 
 #include <cstdint>
+#include <limits>
 #include <palpate/settings.hpp>
 #include <palpate/stage/fit_test.hpp>
 
@@ -69,6 +70,7 @@ class Fit : public Settings {
       found.curve = curved_;
       found.flags = static_cast<std::uint8_t>(found.flags | misfit_curve);
       found.open += product(curved_, curved_);
+      found.offset_ratio = found.offset_error = std::numeric_limits<Real>::quiet_NaN();
     }
     return found;
   }

@@ -77,7 +77,7 @@ class FitTest {
     if (model == Model::whole) {
       test_curve(solved);
     }
-    if (found_.flags == misfit_offset) {
+    if (found_.flags == misfit_offset && magnitude(found_.offset) < Real(0.5)) {
       take_offset();
     }
     return found_;
@@ -128,10 +128,13 @@ class FitTest {
     return product(spread, spread) > 2 * fourth;
   }
 
+  /// Variance of the noise of the readings.
+  constexpr Real sensors(Real ratio) const noexcept { return hard_ + product(product(ratio, ratio), soft_); }
+
   /// Residual variance of a pair, or that of the noise of the readings, without the filters' gain.
   constexpr Real residual(Real rest, Real ratio) const noexcept {
-    const Real sensors = hard_ + product(product(ratio, ratio), soft_), seen = rest / settings_.noise_gain;
-    return seen > sensors ? seen : sensors;
+    const Real least = sensors(ratio), seen = rest / settings_.noise_gain;
+    return seen > least ? seen : least;
   }
 
   /// The share of the mean output that a term has.
@@ -144,11 +147,12 @@ class FitTest {
     }
   }
 
-  /// What a term of this size leaves open, from 4 standard errors on: the ratio itself at most.
+  /// What a term of this size leaves open: nothing up to 4 standard errors, all of it from 8 on, the ratio itself at most.
   constexpr Real left_open(Real value, Real error) const noexcept {
     const Real size = magnitude(share(value)), shift = product(size < 1 ? size : Real(1), ratio_);
-    const bool counts = product(value, value) > 16 * product(error, variance_) && !(found_.flags & misfit_lag);
-    return counts ? product(shift, shift) : Real(0);
+    const Real part = (product(value, value) / product(error, variance_) - 16) / 48;
+    const bool counts = part > 0 && !(found_.flags & misfit_lag);
+    return counts ? product(part < 1 ? part : Real(1), product(shift, shift)) : Real(0);
   }
 
   constexpr void test_drift(const FitSums<Real>& solved) noexcept {
@@ -185,13 +189,13 @@ class FitTest {
     set_flag(misfit_curve, value, error, found_.curve, settings_.least);
   }
 
-  // Where the offset alone explains the residuals: they are not much larger than those with all terms.
+  // Where the offset alone explains the residuals: they are not much larger than those with all terms, nor than noise.
   constexpr void take_offset() noexcept {
     FitSums<Real> line = sums_;
     line.sweep(fit_one);
     line.sweep(fit_x);
     const Real ratio = first_ + line.at(fit_x, fit_y), alone = residual(line.at(fit_y, fit_y) / (n_ - 2), ratio);
-    if (alone < 2 * variance_) {
+    if (alone < 2 * variance_ && alone < 16 * sensors(ratio)) {
       found_.offset_ratio = ratio;
       found_.offset_error = square_root(product(line.error(fit_x), alone));
     }

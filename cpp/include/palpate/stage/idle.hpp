@@ -47,7 +47,7 @@ class Idle {
     }
     if (gate.idle() && !was_idle) {
       measure_again();
-      released_ = time;
+      since_ = time;
       settles_ = true;
       return Event::idle;
     }
@@ -89,10 +89,10 @@ class Idle {
   constexpr Real waited(Ticks time, bool running) noexcept {
     if constexpr (ContactStage::recovers) {
       if (running || gate.idle()) {
-        last_ = time;
+        since_ = time;
         return Real(0);
       }
-      return seconds_between<Real>(time, last_);
+      return seconds_between<Real>(time, since_);
     } else {
       return Real(0);
     }
@@ -120,7 +120,7 @@ class Idle {
 
   // The last tenth of a release takes time.
   constexpr Event collect(Ticks time, Real hard, Real soft) noexcept {
-    settles_ = settles_ && seconds_between<Real>(time, released_) < Real(0.1);
+    settles_ = settles_ && seconds_between<Real>(time, since_) < Real(0.1);
     if (settles_) {
       return Event::none;
     }
@@ -150,7 +150,7 @@ class Idle {
     }
   }
 
-  Ticks released_ = 0, last_ = 0;
+  Ticks since_ = 0;  // in contact: when a touch last took samples; while the baselines are measured: of the release
   std::uint32_t retaken_ = 0;
   bool settles_ = false;  // a release is not yet over
 };
