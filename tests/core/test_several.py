@@ -75,7 +75,7 @@ def test_touches_of_one_object_and_of_several() -> None:
     assert found.agree
     assert found.as_dict()["ratio"] == found.ratio == pytest.approx(np.mean([t.ratio for t in one]), rel=1e-3)
     # The scatter is a hundred times the standard errors: that of the mean of four is half of it.
-    assert found.standard_error == pytest.approx(TOUCH_SCATTER * found.ratio / 2, rel=1e-3)
+    assert found.standard_error == pytest.approx(TOUCH_SCATTER * found.ratio / 2, rel=5e-3)
     assert str(found).startswith("mean of 4 touches: 4.27")
     assert str(agreement(one[:1])).startswith("1 touch: ")
 
