@@ -16,7 +16,6 @@ from palpate.simulation.scenarios import PROBE
 
 from bench.accuracy import reliability
 
-
 LINEAR = Hand(nonlinearity=0.0)
 """A gauge of 0.5 % / pF has a curve above 0.2 % in a firm press: a flag."""
 
@@ -41,7 +40,9 @@ def test_a_session_is_what_was_asked_for() -> None:
         true = [press.ratios[0][1] for press in run.presses]  # oblique contact is true
         assert [t.ratio for t in found] == pytest.approx(true, rel=1e-3)
         assert not any(t.flags for t in found)
-    assert not np.array_equal(session(seed=4, hand=LINEAR, moduli={"gel": 1.1}, touches=3)["gel"].hard_raw, runs["gel"].hard_raw)
+    assert not np.array_equal(
+        session(seed=4, hand=LINEAR, moduli={"gel": 1.1}, touches=3)["gel"].hard_raw, runs["gel"].hard_raw
+    )
     with pytest.raises(ValueError, match="touches: got 0"):
         session(touches=0)
 
@@ -168,7 +169,8 @@ def test_a_conversion_that_was_lost_is_read_as_none(tmp_path: Path) -> None:
     assert lost.any()
     # The other channel's reading of such a pair is kept.
     assert np.array_equal(np.isnan(recording.hard) | np.isnan(recording.soft), lost)
-    assert np.isfinite(recording.hard[lost]).any() and np.isfinite(recording.soft[lost]).any()
+    assert np.isfinite(recording.hard[lost]).any()
+    assert np.isfinite(recording.soft[lost]).any()
 
 
 def test_files_are_assigned_by_name() -> None:
