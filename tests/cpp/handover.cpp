@@ -120,8 +120,8 @@ static_assert(noise_skips_an_outlier());
 
 // The same again at run time, where a flipped operator is noticed.
 int main() {
-  return instrument_is_the_mean() && instrument_gives_way() && cusum_knows_when(2) && handover_keeps_its_guard(2) && noise_learns_a_correlation() &&
-                 noise_sees_an_offset() && noise_skips_an_outlier()
+  return instrument_is_the_mean() && instrument_gives_way() && cusum_knows_when(2) && handover_keeps_its_guard(2) &&
+                 noise_learns_a_correlation() && noise_sees_an_offset() && noise_skips_an_outlier()
              ? 0
              : 1;
 }

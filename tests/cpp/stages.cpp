@@ -159,7 +159,8 @@ constexpr int touches(Scene scene, double tolerance) noexcept {
     if (report.finished) {
       const auto touch = scene.touch();
       const bool start = (touch.start >= 57 && touch.start <= 60) || (touch.start >= 497 && touch.start <= 500);
-      right += start && (touch.samples == 250 || touch.samples == 251) && near(static_cast<double>(touch.ratio), 2.5, tolerance);
+      right += start && (touch.samples == 250 || touch.samples == 251) &&
+               near(static_cast<double>(touch.ratio), 2.5, tolerance);
     }
   }
   return right;
