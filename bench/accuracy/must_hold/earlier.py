@@ -6,12 +6,15 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 import palpate
 from palpate import benchmark
-from palpate.simulation import scenarios
+from palpate.ad7746.datasheet import NOISE_PF
+from palpate.simulation import Press, Simulation, scenarios
 
 from bench.accuracy.must_hold.row import Row, between
 
 ROBUST = {"tremor": 5, "strong-tremor": 5, "stiff-steady": 5, "near-rigid": 3}
 """How many times the error of the paper's scene has to be that of handheld."""
+QUIET = 1.2
+"""As ContactSettings::quiet of the core."""
 Table = dict[tuple[str, str], benchmark.Row]
 
 
@@ -57,11 +60,24 @@ def contacts(seeds: int) -> Iterator[Row]:
             lost += max(0, len(scenario.presses) - len(found))
             invented += max(0, len(found) - len(scenario.presses))
             for touch, press in zip(found, scenario.presses, strict=False):
-                errors.append(int(touch.start - np.searchsorted(run.t_hard_s, press.start_s)))
+                errors.append(start_error(run, press, touch.start))
     beside = f"of {true}: {lost} lost, {invented} invented"
     yield Row("touches in the named scenarios: lost or invented", lost + invented, 0.0, "touches", beside=beside)
     share = 100 * float(np.mean(np.abs(errors) <= 3))
-    yield Row("starts within 3 pairs", share, 99.9, at_least=True, beside=f"from {min(errors)} to {max(errors)}")
+    beside = f"from {min(errors)} to {max(errors)}"
+    yield Row("starts within 3 pairs, from where a press can be seen", share, 99.9, at_least=True, beside=beside)
+
+
+def start_error(run: Simulation, press: Press, start: int) -> int:
+    """Return the error of a start, pairs: before the press begins, or after the gate can see it.
+
+    The gate takes the first reading after the last one below 1.2 standard deviations of the noise. Before the press has
+    reached that, most readings are below, whatever the estimate: of a light touch these are 3 pairs.
+    """
+    begins = int(np.searchsorted(run.t_hard_s, press.start_s))
+    change = press.depth_pF * press.profile(run.t_hard_s) * (1 + press.ratio(run.t_hard_s))
+    seen = begins + int(np.argmax(change[begins:] >= QUIET * NOISE_PF[0] * math.sqrt(2)))
+    return start - begins if start < begins else max(0, start - seen)
 
 
 def ar1_coverage(runs: int) -> dict[float, float]:
