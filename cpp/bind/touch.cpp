@@ -8,6 +8,14 @@
 #include "constructors.hpp"
 #include "pickling.hpp"
 
+// A press raises both channels. Of the probe's ratios, 1 to 10, none is near these limits: then a channel is not wired, or
+// wired to fall.
+bool TouchResult::one_sided() const {
+  constexpr double least = 0.02, most = 50;
+  const bool sure = !(ratio <= 3 * standard_error);
+  return (knows_error || has_length) && samples > 0 && !(ratio > least && ratio < most && sure);
+}
+
 py::tuple TouchResult::flags() const {
   py::list flags;
   const auto readings = static_cast<double>(samples) + refused + saturated;
@@ -16,6 +24,7 @@ py::tuple TouchResult::flags() const {
   if (refused > 0.75 * readings) flags.append("refused");
   if (knows_error && std::isnan(standard_error)) flags.append("unsettled");
   if (!(covariance <= 0.1 * initial_covariance)) flags.append("unexcited");
+  if (one_sided()) flags.append("one-sided");
   if (fitted.flags & palpate::misfit_offset) flags.append("offset");
   if (fitted.flags & palpate::misfit_drift) flags.append("drift");
   if (fitted.flags & palpate::misfit_lag) flags.append("lag");
@@ -164,7 +173,9 @@ void bind_touch(py::module_& module) {
       "Warnings about the result; `palpate.advice` says what to do. \"short\" (shorter than `seconds` or `samples`), "
       "\"saturated\", \"refused\" (more than three quarters of the readings gave no sample), \"unsettled\" (no "
       "standard "
-      "error yet, in a scene that has one), \"unexcited\" (the samples hardly moved the initial ratio); the samples "
+      "error yet, in a scene that has one), \"unexcited\" (the samples hardly moved the initial ratio), "
+      "\"one-sided\" (one channel did not change, or fell: a ratio below 0.02, above 50, or below 3 standard errors); "
+      "the samples "
       "contradict hard = ratio * soft: \"offset\" (bumps not level), \"drift\" (of a baseline or of the object), "
       "\"lag\" (of a channel, or wrong times), \"curve\" (a gauge or bump that is not linear); and, known after the "
       "release: \"creep\" (a channel recovers slowly), \"baseline\" (it was measured in contact).");

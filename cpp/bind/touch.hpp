@@ -16,6 +16,7 @@ struct TouchResult : palpate::Touch<double> {
   bool knows_error;
 
   double alarm_share() const { return samples > 0 ? static_cast<double>(alarms) / samples : 0.0; }
+  bool one_sided() const;
   bool revised() const { return revision != palpate::Revision::none; }
   py::tuple flags() const;
   py::dict effects() const;

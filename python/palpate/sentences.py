@@ -56,6 +56,15 @@ def _unexcited(_: Touch) -> str:
     return "the change of the capacitances was too small to move the ratio from its initial value: press deeper"
 
 
+def _one_sided(touch: Touch) -> str:
+    if touch.ratio < -3 * touch.standard_error:
+        return "one channel fell while the other rose: check that both gauges are wired alike, and to the right inputs"
+    return (
+        "the press did not raise both channels by amounts that can be compared: check that both gauges are wired, and to "
+        "the right inputs; or press deeper"
+    )
+
+
 def _offset(touch: Touch) -> str:
     share = touch.effects["offset"]
     if cause := _cause(touch, "lag", "curve"):
@@ -126,6 +135,7 @@ _SENTENCES: dict[str, Callable[[Touch], str]] = {
     "refused": _refused,
     "unsettled": _unsettled,
     "unexcited": _unexcited,
+    "one-sided": _one_sided,
     "offset": _offset,
     "drift": _drift,
     "lag": _lag,

@@ -25,6 +25,7 @@ class Touched:
     flags: tuple[str, ...] = ()
     revised: bool = False
     covariance: float = 0.1
+    samples: int = 250
 
 
 def touched(*arguments: object, **named: object) -> palpate.Touch:
@@ -38,6 +39,8 @@ def touched(*arguments: object, **named: object) -> palpate.Touch:
         (touched(4.0, math.nan), ()),  # a scene without standard errors
         (touched(4.0, 0.1, ("short",)), ()),
         (touched(4.0, math.nan, ("short",)), ("short",)),
+        (touched(4.0, 0.1, ("short",), samples=16), ()),
+        (touched(4.0, 0.1, ("short",), samples=15), ("short",)),
         (touched(4.0, 0.1, ("short", "saturated")), ("saturated",)),
         (touched(4.0, math.nan, ("short", "unsettled")), ("short", "unsettled")),
         (touched(4.0, 0.1, ("drift",)), ("drift",)),
@@ -45,7 +48,7 @@ def touched(*arguments: object, **named: object) -> palpate.Touch:
         (touched(4.0, 0.1, ("drift", "curve"), revised=True), ("curve",)),
         *(
             (touched(4.0, 0.1, (flag,)), (flag,))
-            for flag in ("refused", "unexcited", "offset", "lag", "curve", "creep")
+            for flag in ("refused", "unexcited", "one-sided", "offset", "lag", "curve", "creep")
         ),
     ],
 )
