@@ -19,8 +19,10 @@ TOUCH_SCATTER = 0.03
 simulated hand (`palpate.simulation.hand.Hand.oblique`)."""
 DOUBT = 0.01
 """Probability below which differences are not by chance."""
+FEWEST = 16
+"""Samples of a short touch: with fewer, nothing shows that both channels follow one ratio. A burst of noise has a few."""
 USABLE_IF: Mapping[str, Callable[[Touch], bool]] = {
-    "short": lambda touch: isfinite(touch.standard_error),
+    "short": lambda touch: isfinite(touch.standard_error) and touch.samples >= FEWEST,
     "drift": lambda touch: isfinite(touch.standard_error) and bool(touch.revised),
 }
 """Flags that do not exclude a touch, if this holds: its standard error includes what the flag says. All others do."""
@@ -161,7 +163,7 @@ def objections(touch: Touch, accept: Collection[str] = ()) -> tuple[str, ...]:
 def usable(touches: Sequence[Touch], accept: Collection[str] = ()) -> list[Touch]:
     """Return the touches without a flag that excludes them.
 
-    A touch that is only short counts if it has a standard error. `accept`: flags that do not exclude a touch.
+    A touch that is only short counts if it has a standard error and 16 samples. `accept`: flags that do not exclude a touch.
 
     Raises
     ------

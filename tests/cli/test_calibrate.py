@@ -148,7 +148,10 @@ def test_specimens_without_a_recording_and_touches_with_a_flag(folder: Path, tmp
     short = ["--samples", "400"]
     flagged = run("calibrate", *files(folder), "--moduli", table, "-o", tmp_path / "q.toml", *short, "--scene", "paper")
     assert flagged.exit_code == 4
-    assert "30 OO: touch 4 of 30OO.csv is left out: short without a standard error\n" in flagged.stderr
+    assert (
+        "30 OO: touch 4 of 30OO.csv is left out: short, below 16 samples or without a standard error\n"
+        in flagged.stderr
+    )
     assert "30 OO: no usable touch among 4: the specimen is left out\n" in flagged.stderr
     assert "got 0 specimens" in flagged.stderr
     assert not (tmp_path / "q.toml").exists()

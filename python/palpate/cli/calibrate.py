@@ -116,7 +116,10 @@ def _tell(name: str, found: dict[Path, list[Touch]], accept: tuple[str, ...]) ->
 
 
 def _words(flags: tuple[str, ...]) -> str:
-    return ", ".join("short without a standard error" if flag == "short" else flag for flag in flags)
+    from palpate.several import FEWEST
+
+    short = f"short, below {FEWEST} samples or without a standard error"
+    return ", ".join(short if flag == "short" else flag for flag in flags)
 
 
 def _touches(file: Path, how: dict[str, Any]) -> list[Touch]:
