@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+import palpate
 from numpy.typing import NDArray
 from palpate.benchmark import LENGTH_S
-from palpate.pair_filter import matched_pair
 from palpate.simulation import Simulation
 
 Array = NDArray[np.float64]
-FAST, SLOW = matched_pair(0.026), matched_pair(0.0315)
-FAST_S, LONGEST_S, GAP_S = 0.0285, 0.04, 1.0  # pairs up to here: FAST; SLOW; a longer gap is not interpolated
+FAST_S, LONGEST_S, GAP_S = 0.0285, 0.04, 1.0  # longest pair for the fast filters, for the slow ones; longest gap
 PATIENCE = 8  # windows one after the other that are not even, until the soft channel is interpolated
 EARLY_S = 0.1  # the baseline ends so long before the press
 
@@ -80,8 +79,8 @@ def _filtered(h: Array, s: Array, hard_off: Array, soft_off: Array, period: Arra
     y = (1 - 2 a1) h[1] + a1 (h[0] + h[2]), x = (1/2 - b2) (s[1] + s[2]) + b2 (s[0] + s[3]), each reading first moved to
     its place in an even grid along the slope beside it.
     """
-    fast = period <= FAST_S
-    a1, b2 = (np.where(fast, getattr(FAST, side), getattr(SLOW, side)) for side in ("hard_side", "soft_side"))
+    settings, fast = palpate.Tracker("handheld").settings, period <= FAST_S
+    a1, b2 = (np.where(fast, settings[side], settings[f"slow_{side}"]) for side in ("hard_side", "soft_side"))
     rise = np.diff(h, axis=1)
     h0, h2 = (h[:, k] - hard_off[:, k] / period * rise[:, k // 2] for k in (0, 2))
     slope = np.stack([s[:, 1] - s[:, 0], (s[:, 2] - s[:, 0]) / 2, (s[:, 3] - s[:, 1]) / 2, s[:, 3] - s[:, 2]], axis=1)
