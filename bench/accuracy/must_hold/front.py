@@ -14,29 +14,21 @@ from bench.rivals import OFFLINE
 TIMES = 1.1
 OWN = ("handheld scene", "sliding scene")
 _DRIFT = (
-    "A baseline that drifts in the touch looks like a ratio that moves: what forgets nothing averages it, what follows it is "
-    "wrong by all of it. The result after the release is corrected."
+    "A baseline that drifts in the touch is, until the release, a ratio that moves: what forgets nothing averages it, what "
+    "follows it is wrong by all of it. The result after the release is corrected."
 )
 _MOVES = (
-    "The ratio moves all the time; a memory of tens of pairs follows it, and has several times the error where it stays."
+    "The ratio moves all the time: a memory of tens of pairs follows it, and has twice the error where the ratio stays."
 )
-_MODEL = "The readings do not follow C1 = r C2, and the touch has a flag: any error between the rows is chance of the memory."
 REASONS = {
-    "slow-drift": _MOVES,
-    "tilt-ramp": _MOVES,
-    "rocking": _MOVES,
-    "tilt-walk": _MOVES,
-    "relaxing": _MOVES,
-    "creep": "The soft bump creeps, so C1 / C2 moves and the ratio does not: the longer the memory, the nearer to the truth.",
-    "lag": _MODEL,
-    "drift-hard": _DRIFT,
-    "drift-soft": _DRIFT,
-    "drift-both": _DRIFT,
-    "wander": _DRIFT,
-    "thermal": _DRIFT,
-    "jump": "A jump of a baseline is taken for a step of the ratio, and followed; the result after the release is corrected.",
-    "bursts": "A burst of noise, 20 times as large, is an alarm: the estimate begins anew with what is in the burst.",
-    "fast-converter": "1,000 pairs a second: forgetting 0.995 for each pair is a memory of 0.2 s; the sums forget nothing.",
+    **dict.fromkeys(("slow-drift", "tilt-ramp", "rocking", "tilt-walk", "relaxing"), _MOVES),
+    **dict.fromkeys(("drift-hard", "drift-soft", "drift-both", "thermal"), _DRIFT),
+    "wander": "A baseline that wanders in the touch: the longer the memory, the more of it is averaged.",
+    "jump": "A jump of a baseline is a step of the ratio until the release, and followed; the result after it is corrected.",
+    "creep": "The soft bump creeps: C1 / C2 moves, the ratio does not. The longer the memory, the nearer; the touch is flagged.",
+    "lag": "The soft bump is late: C1 / C2 moves while the depth does. A short memory forgets the rise; the touch is flagged.",
+    "bursts": "A burst of noise, 20 times as large, is an alarm: the estimate begins anew, with samples of the burst.",
+    "fast-converter": "Forgetting 0.995 for each of 1,000 pairs a second is a memory of 0.2 s; the sums remember the touch.",
 }
 """Scenario -> why another row is better there."""
 
