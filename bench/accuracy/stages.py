@@ -1,5 +1,11 @@
-"""Cost and benefit of each stage: time and state of each composition, and the error as one is added after the other."""
+"""Cost and benefit of each stage: time and state of each composition, and the error as one is added after the other.
 
+    python -m bench.accuracy.stages [--seeds 20]
+
+Prints the errors; bench.accuracy.error_vs_time prints both.
+"""
+
+import argparse
 import itertools
 import json
 import math
@@ -97,3 +103,14 @@ def gains_table(found: dict[str, dict[str, float]]) -> str:
         cells = [f"{100 * error:8.4f} {factor:>7}" for error, factor in zip(errors.values(), factors, strict=True)]
         lines.append(f"{name:14}" + "".join(cells))
     return "\n".join(lines)
+
+
+def main() -> None:
+    """Print the errors."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--seeds", type=int, default=20, help="recordings of each scenario")
+    print(gains_table(gains(parser.parse_args().seeds)))
+
+
+if __name__ == "__main__":
+    main()
