@@ -15,11 +15,12 @@ from bench.rivals import OFFLINE, RIVALS, rival_rows
 
 COLUMNS = ("paper scene", *RIVALS, front.OWN[0])
 KEY = """\
-median steady rms error, %; * the least of the row, of all live estimators (best of: those in the tables above, too)
+median steady rms error, %; * the least of the row among the live estimators
+  best        of all live estimators, those on readings that are not aligned, too
   +A          on pairs aligned as in the scene handheld; begins at the true contact, baseline the mean before it
   Kalman walk a random walk, its variance tuned on other seeds by bench.accuracy.tune_walk
   sum / sum   sum of the outputs / sum of the regressors since contact
-  rms         the same quotient for the rms over all seeds, where a lost press counts as an error of 100 %
+  rms         the same quotient for the rms over all seeds, in which a lost press counts as an error of 100 %
   libraries   padasip, river and filterpy are fixed 0.995, with another arithmetic
   offline     a spline and least squares over the whole press, with the baseline after it: one ratio for the touch"""
 
@@ -31,12 +32,11 @@ def table(rows: Iterable[benchmark.Row]) -> str:
     lines = [KEY, f"{'':15}{heads}{'handheld / best':>17}{'rms':>8}  {'best':15}{'offline':>10}"]
     for name in dict.fromkeys(scenario for scenario, _ in by):
         here = {estimator: row for (scenario, estimator), row in by.items() if scenario == name}
-        hand, best = here[front.OWN[0]], front.best_of(here.values())
-        least = min(hand, best, key=lambda row: row.rmse)
+        found = front.compare(list(here.values()))
+        least = min(found.hand, found.best, key=lambda row: row.rmse)
         cells = "".join(f"{100 * here[c].rmse:14.4f}{'*' if here[c] is least else ' '}" for c in COLUMNS)
-        smallest = min(row.rms for row in here.values() if row.estimator not in (*front.OWN, OFFLINE))
         lines.append(
-            f"{name:15}{cells}{hand.rmse / best.rmse:17.2f}{hand.rms / smallest:8.2f}  {least.estimator:15}"
+            f"{name:15}{cells}{found.times:17.2f}{found.rms_times:8.2f}  {least.estimator:15}"
             f"{100 * here[OFFLINE].rmse:10.4f}"
         )
     return "\n".join(lines)

@@ -9,7 +9,7 @@ import numpy as np
 from palpate.benchmark import Row
 from palpate.figure_style import FAST, HANDHELD, HARD, PAGE_IN, PAPER, SLOW, SOFT, TRUTH, sheet
 
-from bench.accuracy.must_hold.front import OWN, TIMES, best_of
+from bench.accuracy.must_hold.front import OWN, TIMES, compare
 from bench.accuracy.since_contact import BOUND, SINCE_S, Curves
 from bench.rivals import OFFLINE
 
@@ -55,8 +55,7 @@ def scenarios(ax: Any, rows: Sequence[Row], bounds: dict[str, float]) -> None:
     ax.semilogx(ticks, places, "k|", ms=9, mew=1.0, label=f"{BOUND} (dashed)")
     for place, name in enumerate(names):
         here = [row for row in rows if row.scenario == name]
-        [hand] = (row.rmse for row in here if row.estimator == OWN[0])
-        times = hand / best_of(here).rmse
+        times = compare(here).times
         look = {"color": PAPER, "weight": "bold"} if times > TIMES else {"color": HANDHELD}
         ax.text(1.02, place, f"{times:.2f}", transform=ax.get_yaxis_transform(), va="center", fontsize=7, **look)
     ax.text(1.02, -1.2, "handheld\n/ best", transform=ax.get_yaxis_transform(), va="bottom", fontsize=6.5)

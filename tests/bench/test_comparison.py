@@ -111,10 +111,11 @@ def test_alignment_is_most_of_the_gain_on_a_tremor() -> None:
 )
 def test_the_row_says_which_is_best(times: float, reason: str, verdict: str, words: str) -> None:
     best = replace(ROW, estimator="paper +A", rmse=times * ROW.rmse)
-    row = front.compared(ROW, best, reason)
+    row = front.row_of(front.compare([ROW, best]), reason)
     assert row.verdict == verdict
     assert line(row).startswith(f"{verdict} tremor: ")
     assert words in line(row)
+    assert "rms over all seeds: 1 times" in line(row)
 
 
 def test_what_is_offline_or_our_own_is_no_rival() -> None:
@@ -123,6 +124,12 @@ def test_what_is_offline_or_our_own_is_no_rival() -> None:
     [row] = front.of_table([ROW, *others])
     assert row.value == pytest.approx(1.0)
     assert "river" in row.beside
+
+
+def test_a_lost_press_counts_in_the_rms() -> None:
+    found = front.compare([replace(ROW, rms=0.07), replace(ROW, estimator="paper +A", rms=0.007)])
+    assert found.times == pytest.approx(1)
+    assert found.rms_times == pytest.approx(10)
 
 
 def test_a_reason_does_not_change_what_holds() -> None:
