@@ -29,11 +29,15 @@ class Reviser {
     bool significant = false;                // the shift
   };
 
-  constexpr void begin() noexcept { mean_age_ = 0; }
+  constexpr void begin() noexcept {
+    mean_age_ = 0;
+    changed_ = false;
+  }
 
   /// After each sample: the mean age of the samples, with the weights of the estimator, whose sum is `count`.
   constexpr void follow(std::size_t reading, Real count, bool change) noexcept {
     mean_age_ = change ? (count - 1) / 2 : product(mean_age_ + 1, 1 - 1 / count);
+    changed_ = changed_ || change;
     last_ = reading;
   }
 
@@ -71,8 +75,9 @@ class Reviser {
     } else {
       found.kind = Revision::drift;
       found.variance = product(product(rest, rest), before) + product(product(part, part), after);
-      // A baseline that does not drift evenly: half of the correction is open for a jump, a quarter for an exponential.
-      found.open = drifted ? moved / 16 : Real(0);
+      // A baseline that does not drift evenly: half of the correction is open for a jump, which was a change of the ratio; a
+      // quarter for an exponential.
+      found.open = !drifted ? Real(0) : changed_ ? moved / 4 : moved / 16;
       return found;
     }
     found.variance = before;
@@ -104,6 +109,7 @@ class Reviser {
   Real mean_age_ = 0;
   std::size_t last_ = 0, start_ = 0;
   bool waits_ = false;
+  bool changed_ = false;  // the ratio, in the touch
 };
 
 }  // namespace palpate
