@@ -23,6 +23,8 @@ from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choos
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.simulation.hand import Hand, session
 
+from bench.results_age import headers_hash
+
 BENCH = Path(__file__).parents[1]
 HANDS = {
     "oblique 1 %": Hand(oblique=0.01),
@@ -175,7 +177,8 @@ def main() -> None:
     text = table(rows)
     print(text)
     arguments.out.mkdir(parents=True, exist_ok=True)
-    document = {"palpate": palpate.__version__, "seeds": arguments.seeds, "rows": [asdict(row) for row in rows]}
+    document = {"palpate": palpate.__version__, "headers": headers_hash(), "seeds": arguments.seeds,
+                "rows": [asdict(row) for row in rows]}  # fmt: skip
     (arguments.out / "reliability.json").write_text(json.dumps(document, indent=1) + "\n")
     (arguments.out / "reliability.txt").write_text(text + "\n")
     figure(rows, arguments.out / "reliability.png", arguments.seeds)

@@ -1,5 +1,11 @@
-"""Cost and benefit of each stage: time and state of each composition, and the error as one is added after the other."""
+"""Cost and benefit of each stage: time and state of each composition, and the error as one is added after the other.
 
+    python -m bench.accuracy.stages [--seeds 20]
+
+Prints the errors; bench.accuracy.error_vs_time prints both.
+"""
+
+import argparse
 import itertools
 import json
 import math
@@ -84,16 +90,21 @@ def gains(seeds: int) -> dict[str, dict[str, float]]:
 
 
 def gains_table(found: dict[str, dict[str, float]]) -> str:
-    """Return the errors as text, per cent, each with the factor of its step.
-
-    Examples
-    --------
-    >>> print(gains_table({"tremor": {"paper": 0.01, "+ alignment": 0.002}}).splitlines()[-1].split())
-    ['tremor', '1.0000', '0.2000', '(5)']
-    """
-    lines = [KEY, f"{'':14}" + "".join(f"{step:>16}" for step in next(iter(found.values())))]
+    """Return the errors as text, per cent, each with the factor of its step."""
+    lines = [KEY, f"{'':14}" + "".join(f"{step:>18}" for step in next(iter(found.values())))]
     for name, errors in found.items():
-        factors = ["", *(f"({before / after:.3g})" for before, after in itertools.pairwise(errors.values()))]
-        cells = [f"{100 * error:8.4f} {factor:>7}" for error, factor in zip(errors.values(), factors, strict=True)]
+        factors = ["", *(f"({before / after:.2f})" for before, after in itertools.pairwise(errors.values()))]
+        cells = [f"{100 * error:8.4f} {factor:>9}" for error, factor in zip(errors.values(), factors, strict=True)]
         lines.append(f"{name:14}" + "".join(cells))
     return "\n".join(lines)
+
+
+def main() -> None:
+    """Print the errors."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--seeds", type=int, default=20, help="recordings of each scenario")
+    print(gains_table(gains(parser.parse_args().seeds)))
+
+
+if __name__ == "__main__":
+    main()
