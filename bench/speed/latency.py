@@ -4,8 +4,8 @@
     python -m bench.speed.latency --table                             print the table of docs/speed.md
 
 The first table is live: the simulated board in real time, read by the real driver, through ring and tracker. The times
-of its bus are assumptions (palpate.ad7746.twin.kit), not measured on a board. The second one is computed from simulated
-touches, and is the same on every machine.
+of its bus are assumptions (palpate.ad7746.twin.kit), not measured on a board. Its column "idle" is by a virtual clock. It
+and the second table, computed from simulated touches, are the same on every machine.
 """
 
 import argparse
@@ -23,8 +23,9 @@ from palpate.simulation import scenarios
 from palpate.simulation.probe import simulate
 from palpate.simulation.scenario import Scenario
 
+from bench.results_age import headers_hash
 from bench.speed.__main__ import commit, processor
-from bench.speed.live_ages import STAGES, live_ages
+from bench.speed.live_ages import STAGES, board_ages, live_ages
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "bench" / "results" / "latency.json"
@@ -88,11 +89,13 @@ def percentiles(values: NDArray[Any]) -> list[float]:
 def measure(pairs: int, touches: int, seed: int) -> dict[str, Any]:
     """Run both parts."""
     ages, together = live_ages(LIVE, pairs=pairs, seed=seed)
+    board = board_ages(LIVE, pairs=pairs, seed=seed)
     gates = {name: gate(name, touches) for name in GATES}
     return {
         "pairs": len(together),
         "stages": {name: percentiles(ages[name]) for name in STAGES},
         "together": percentiles(together),
+        "board": {name: round(float(np.median(times)), 4) for name, times in board.items()},
         "alignment pairs": alignment_pairs(),
         "touches": touches,
         "gate pairs": {name: percentiles(pairs) for name, (pairs, _) in gates.items()},
@@ -103,14 +106,21 @@ def measure(pairs: int, touches: int, seed: int) -> dict[str, Any]:
 def table(found: dict[str, Any]) -> str:
     """Return the table of docs/speed.md."""
 
-    def row(name: str, values: list[float], digits: int) -> str:
-        return f"| {name} | " + " | ".join(f"{value:.{digits}f}" for value in values) + " |"
+    def row(name: str, cells: list[float | None], digits: int) -> str:
+        shown = ("" if value is None else f"{value:.{digits}f}" for value in cells)
+        return f"| {name} | " + " | ".join(shown) + " |"
 
     head = ["| | 50 % | 90 % | 99 % | largest |", "|---|---|---|---|---|"]
     busy = f"{found['processors']} processors, load {found['load']:.1f}"
-    lines = [f"Age of the ratio, ms, {found['pairs']} pairs, {busy}:", "", *head]
-    lines += [row(f"{name}: {STAGES[name]}", values, 2) for name, values in found["stages"].items()]
-    lines += [row("together", found["together"], 2), ""]
+    lines = [
+        f"Age of the ratio, ms, {found['pairs']} pairs, {busy}. Idle: without the computer, by the clock of the board.",
+        "",
+    ]
+    lines += ["| | idle | 50 % | 90 % | 99 % | largest |", "|---|---|---|---|---|---|"]
+    idle = found["board"]
+    for name, values in found["stages"].items():
+        lines.append(row(f"{name}: {STAGES[name]}", [idle.get(name), *values], 2))
+    lines += [row("together", [sum(idle.values()), *found["together"]], 2), ""]
     lines += [f"From the contact of the bumps until it is found, {found['touches']} touches each:", "", *head]
     for name in found["gate pairs"]:
         lines += [row(f"`{name}`, pairs", found["gate pairs"][name], 0)]
@@ -138,10 +148,11 @@ def main() -> None:
         return
     about = {
         "machine": processor(),
-        "palpate": palpate.__version__,
-        "commit": commit(),
         "processors": os.cpu_count(),
         "load": os.getloadavg()[0],
+        "palpate": palpate.__version__,
+        "commit": commit(),
+        "headers": headers_hash(),
     }
     found = about | measure(options.pairs, options.touches, options.seed)
     print(f"{found['machine']}, {found['processors']} processors, load {found['load']:.1f}; commit {found['commit']}")

@@ -1,6 +1,7 @@
 """A live measurement on the simulated board in real time, with the time at which each pair passes each stage."""
 
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from typing import Any, Self
 
 import numpy as np
@@ -71,6 +72,31 @@ class _TimedTracker(Tracker):
         return rows
 
 
+def _board(name: str, options: str) -> SimSource:
+    board = palpate.open(f"sim:{name}?{options}")
+    assert isinstance(board, SimSource)
+    return board
+
+
+def board_ages(name: str, *, pairs: int, seed: int) -> Ages:
+    """Return the stages up to the bus without the computer: the clock is virtual, so they are the same everywhere.
+
+    Parameters
+    ----------
+    name : str
+        A scenario that the board can follow.
+    pairs, seed : int
+
+    Returns
+    -------
+    dict of str to numpy.ndarray, shape (n,), ms
+    """
+    with _Timed(_board(name, f"seed={seed}")) as source:
+        seqs = [sample.seq for sample in islice(source, pairs)]
+    times = np.array([(source.times[seq - 1][0], *source.times[seq]) for seq in seqs[1:]])
+    return dict(zip(STAGES, np.diff(times, axis=1).T / 1e6, strict=False))
+
+
 def live_ages(name: str, *, pairs: int, seed: int) -> tuple[Ages, NDArray[np.float64]]:
     """Measure on the simulated board, in real time.
 
@@ -89,8 +115,7 @@ def live_ages(name: str, *, pairs: int, seed: int) -> tuple[Ages, NDArray[np.flo
     numpy.ndarray, shape (n,), ms
         Time from first to last.
     """
-    board = palpate.open(f"sim:{name}?seed={seed}&speed=1")
-    assert isinstance(board, SimSource)
+    board = _board(name, f"seed={seed}&speed=1")
     source = _Timed(board)
     tracker = _TimedTracker("handheld", **settings_for("handheld", board.describe()))
     tracker.board, tracker.times = board, []

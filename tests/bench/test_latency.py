@@ -3,13 +3,14 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from palpate.ad7746.datasheet import CONVERSION_S
 from palpate.pair_filter import matched_pair
 from project import ROOT
 
 from bench.speed import latency
-from bench.speed.live_ages import STAGES, live_ages
+from bench.speed.live_ages import STAGES, board_ages, live_ages
 
 
 def test_the_stages_are_complete_and_add_up() -> None:
@@ -24,6 +25,18 @@ def test_the_stages_are_complete_and_add_up() -> None:
     assert (ages["second channel"] > 1e3 * CONVERSION_S[0]).all()
     assert (ages["alignment"] > 2e3 * CONVERSION_S[0]).all()
     assert (ages["bus"] > 0).all()
+
+
+def test_the_times_of_the_board_do_not_depend_on_the_machine() -> None:
+    one, other = (board_ages("stiff-steady", pairs=20, seed=1) for _ in range(2))
+    assert list(one) == list(STAGES)[:4]
+    assert all((one[name] == other[name]).all() for name in one)
+    conversion = 1e3 * CONVERSION_S[0]
+    assert one["conversion"] == pytest.approx(conversion / 2, rel=1e-9)
+    # The second conversion begins at most 2 ms (driver.BUS_S, about) after the first, and so does the next pair.
+    assert (np.abs(one["second channel"] - conversion - 1) < 1.5).all()
+    assert (np.abs(one["alignment"] - 2 * conversion - 2) < 3).all()
+    assert (one["bus"] < 3).all()
 
 
 def test_the_ratio_is_that_of_the_pair_before() -> None:
