@@ -9,19 +9,27 @@ import pytest
 
 from bench.accuracy.as_printed import after_a_step, as_set, exact_ratio, printed
 from bench.accuracy.coverage import NOISES, coverage, touch_coverage
-from bench.accuracy.extremes import Case, ending, exact_cases, powers
+from bench.accuracy.extremes import Case, ending, exact_cases, powers, settings_for
 from bench.accuracy.near_rigid import EPS, PROBE, near_rigid
 from bench.peers import PEERS
 
 CASES = {case.name: case for case in exact_cases(np.float64)}
 MODERATE = [case for case in CASES.values() if case.ends == "right" and "square" not in case.name]
 INSTALLED = [name for name in PEERS if find_spec(name)]
-# padasip's P - P x x P / (lambda + x P x), as the paper's, is 0 where P0 x^2 is above 1 / eps.
+
+
+def loss(name: str, case: Case) -> float:
+    """Return the relative rounding error of a library: padasip's P - P x x P / (lambda + x P x) loses P0 x^2 eps."""
+    covariance = settings_for(np.float64, palpate.AdaptiveRls, case)["initial_covariance"]
+    cancelled = covariance * float(np.max(case.regressor**2)) * float(np.finfo(float).eps)
+    return max(1e-9, 10 * cancelled if name == "padasip" else 0)
+
+
 PAIRS = [
     pytest.param(name, case, id=f"{name}-{case.name}")
     for name in INSTALLED
     for case in MODERATE
-    if name != "padasip" or case.settings.get("initial_covariance", 0) < 1e15
+    if loss(name, case) < 1e-2
 ]
 
 
@@ -29,7 +37,8 @@ PAIRS = [
 @pytest.mark.parametrize(("name", "case"), PAIRS)
 def test_other_libraries_with_the_settings_of_a_case_agree(name: str, case: Case) -> None:
     """Least squares with the same forgetting, initial ratio and covariance: the same ratio, up to rounding."""
-    assert as_set(PEERS[name], case) == pytest.approx(exact_ratio(case, detector=False), rel=1e-6, abs=1e-9)
+    error = loss(name, case)
+    assert as_set(PEERS[name], case) == pytest.approx(exact_ratio(case, detector=False), rel=error, abs=error)
 
 
 @pytest.mark.skipif("padasip" not in INSTALLED, reason="needs padasip")
