@@ -10,38 +10,44 @@ import numpy as np
 COVARIANCE = 1e12  # P0, 1/pF^2: 1 / P0 is far below x^2 of a sample of the lightest press, 4e-8 pF^2
 
 
-def padasip_rls(output: Any, regressor: Any, covariance: float = COVARIANCE) -> Any:
-    """Estimate with padasip's FilterRLS, mu = 0.995. `run` returns the weights before each update."""
+def padasip_rls(
+    output: Any, regressor: Any, covariance: float = COVARIANCE, forgetting: float = 0.995, initial: float = 0.0
+) -> Any:
+    """Estimate with padasip's FilterRLS. `run` returns the weights before each update."""
     from padasip.filters import FilterRLS
 
     # eps is 1 / P0; its default of 0.001 is for data near 1.
-    model, ratio = FilterRLS(1, mu=0.995, eps=1 / covariance, w="zeros"), np.empty(len(output))
+    model, ratio = FilterRLS(1, mu=forgetting, eps=1 / covariance, w=np.array([initial])), np.empty(len(output))
     for k, (y, x) in enumerate(zip(output, regressor[:, None], strict=True)):
         model.adapt(y, x)
         ratio[k] = model.w[0]
     return ratio, np.zeros(len(output), bool)
 
 
-def river_regression(output: Any, regressor: Any, covariance: float = COVARIANCE) -> Any:
-    """Estimate with river's BayesianLinearRegression, smoothing 0.995."""
+def river_regression(
+    output: Any, regressor: Any, covariance: float = COVARIANCE, forgetting: float = 0.995, initial: float = 0.0
+) -> Any:
+    """Estimate with river's BayesianLinearRegression, its prior mean of 0 moved to `initial`."""
     from river.linear_model import BayesianLinearRegression
 
     # A sample adds (1 - smoothing) beta x^2 to a prior precision of 1: that factor is P0. The default beta of 1 is for
     # data near 1.
-    model = BayesianLinearRegression(beta=covariance / (1 - 0.995), smoothing=0.995)
+    model = BayesianLinearRegression(beta=covariance / (1 - forgetting), smoothing=forgetting)
     ratio = np.empty(len(output))
     for k, (y, x) in enumerate(zip(output.tolist(), regressor.tolist(), strict=True)):
-        model.learn_one({"x": x}, y)
-        ratio[k] = model.predict_one({"x": 1.0})
+        model.learn_one({"x": x}, y - initial * x)
+        ratio[k] = initial + model.predict_one({"x": 1.0})
     return ratio, np.zeros(len(output), bool)
 
 
-def filterpy_kalman(output: Any, regressor: Any, covariance: float = COVARIANCE) -> Any:
-    """Estimate with filterpy's FadingKalmanFilter, alpha^2 = 1 / 0.995."""
+def filterpy_kalman(
+    output: Any, regressor: Any, covariance: float = COVARIANCE, forgetting: float = 0.995, initial: float = 1.0
+) -> Any:
+    """Estimate with filterpy's FadingKalmanFilter, alpha^2 = 1 / forgetting."""
     from filterpy.kalman import FadingKalmanFilter
 
-    kalman, ratio = FadingKalmanFilter(alpha=0.995**-0.5, dim_x=1, dim_z=1), np.empty(len(output))
-    kalman.x, kalman.P = np.array([[1.0]]), np.array([[covariance]])
+    kalman, ratio = FadingKalmanFilter(alpha=forgetting**-0.5, dim_x=1, dim_z=1), np.empty(len(output))
+    kalman.x, kalman.P = np.array([[initial]]), np.array([[covariance]])
     kalman.Q = np.zeros((1, 1))  # alpha is the forgetting; the default Q of 1 would be a random walk on top of it
     for k, (y, x) in enumerate(zip(output.tolist(), regressor.tolist(), strict=True)):
         kalman.H = np.array([[x]])
@@ -110,20 +116,6 @@ def spline_ratio(run: Any, *, after: bool) -> float:
     inside = (t >= press.start_s) & (t <= press.stop_s)
     regressor = CubicSpline(*soft)(t[inside])
     return float(hard[inside] @ regressor / (regressor @ regressor))
-
-
-def paper_literally(output: Any, regressor: Any) -> Any:
-    """Estimate with eq. (3) and steps 1-4 of the paper, in float64, as printed."""
-    r, p, g, ratio = np.float64(1), np.float64(1e4), np.float64(0), np.empty(len(output))
-    for k, (y, x) in enumerate(zip(output, regressor, strict=True)):
-        e = y - x * r
-        g = np.maximum(0, g + np.abs(e) - 0.01)
-        forgetting = 0.9 if g > 0.05 else 0.995
-        gain = p * x / (forgetting + x * p * x)
-        p = (p - p * x * x * p / (forgetting + x * x * p)) / forgetting
-        r = r + gain * e
-        ratio[k] = r
-    return ratio, np.zeros(len(output), bool)
 
 
 def numba_step() -> Any:

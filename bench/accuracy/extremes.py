@@ -38,6 +38,12 @@ def press(size: int, ratio: float = 2.5, scale: float = 1.0, noise: float = 1e-4
     return (ratio * regressor + noise * rng.standard_normal(size)) * scale, regressor * scale
 
 
+def stepped() -> tuple[Array, Array]:
+    """Return a press with a step of the ratio from 2.5 to 3, 300 samples before its end."""
+    before, after = press(100), press(300, 3.0, seed=2)
+    return np.r_[before[0], after[0]], np.r_[before[1], after[1]]
+
+
 def scaled(name: str, regressor: Array, seed: int = 2, **more: Any) -> Case:
     """Return a case of ratio 2.5 with a relative noise of 1e-4 on a given regressor, in units of any size."""
     noise = 1 + 1e-4 * np.random.default_rng(seed).standard_normal(len(regressor))
@@ -72,6 +78,9 @@ def priors() -> list[Case]:
     for power in (-12, -6, 0, 6, 12, 20):
         settings = {"initial_covariance": 10.0**power, "max_covariance": 10.0 ** max(power, 6)}
         found.append(Case(f"initial covariance 1e{power}", *press(300), settings=settings))
+    for power in (9, 18):
+        settings = {"initial_covariance": 10.0**power, "max_covariance": 10.0**power}
+        found.append(Case(f"initial covariance 1e{power}, a step", *stepped(), settings=settings))
     return found
 
 
@@ -173,3 +182,23 @@ def outcome(kind: Any, estimator: Any, case: Case, floor: float = 1.0) -> Outcom
         largest_error(rows["covariance"], exact.covariance, float(info.eps), float(info.tiny)),
         int(np.count_nonzero(rows["alarm"] != exact.alarm)),
     )
+
+
+def ending(estimator: Any, scale: float) -> str:
+    """Return how a press of a quarter of `scale`, pF, ends with the default settings; "wrong" must not occur."""
+    kind = np.float32 if estimator.__name__.endswith("32") else np.float64
+    with np.errstate(over="ignore", under="ignore"):
+        output, regressor = (part.astype(kind) for part in press(60, scale=scale))
+    one = estimator()
+    one.process(output, regressor)
+    if one.rejected:
+        return "refused" if (one.rejected, one.ratio) == (60, 1.0) else "partly refused"
+    if abs(one.ratio / 2.5 - 1) < 1e-3:
+        return "right"
+    return "unexcited" if 1 - 1e-6 <= one.ratio < 2.5 else "wrong"
+
+
+def powers(estimator: Any) -> range:
+    """Return the powers of ten of a type without its subnormal numbers."""
+    info = np.finfo(np.float32 if estimator.__name__.endswith("32") else np.float64)
+    return range(round(np.log10(info.tiny)) + 1, round(np.log10(info.max)))

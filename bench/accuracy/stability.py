@@ -1,27 +1,29 @@
 """Stiff and extreme cases: errors of each estimator in eps, and results of other libraries for comparison.
 
-    python -m bench.accuracy.stability [--samples 1000000000]
+    python -m bench.accuracy.stability [--samples 1000000000] [--seeds 500]
 
-Prints the tables. Needs a C++ compiler; uses padasip, river and filterpy if they are installed. For another library the
-table has the distance of its last ratio from the exact one, per cent, or how it failed.
+Prints the tables. Needs a C++ compiler; uses padasip, river and filterpy if they are installed. For the paper's form as
+printed and for another library the table has the distance of the last ratio from the exact one, per cent, or how it
+failed. The libraries have the forgetting factor, initial ratio and initial covariance of each case; they have no
+detector, and are compared with exact least squares of a fixed forgetting factor.
 """
 
 import argparse
 import json
-import math
 import subprocess
 import tempfile
-import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import palpate
 
-from bench.accuracy.extremes import Case, exact_cases, exactly, long_idle, outcome, press, settings_for
-from bench.peers import PEERS, paper_literally
+from bench.accuracy.as_printed import after_a_step, as_set, distance, exact_ratio, printed
+from bench.accuracy.coverage import coverage_table
+from bench.accuracy.extremes import ending, exact_cases, long_idle, outcome, powers, press
+from bench.accuracy.near_rigid import near_rigid_table
+from bench.peers import PEERS
 
 HERE = Path(__file__).parent
 
@@ -35,40 +37,48 @@ ESTIMATORS = (
 )
 
 
-def far_from(estimate: Callable[[Any, Any], Any], case: Case, exact: float) -> str:
-    """Return the distance of the last ratio of another library from the exact ratio."""
-    with np.errstate(all="ignore"), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            ratio = float(estimate(case.output, case.regressor)[0][-1])
-        except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
-            return type(error).__name__
-    if not math.isfinite(ratio):
-        return "nan" if math.isnan(ratio) else "inf"
-    return f"{100 * abs(ratio - exact) / max(abs(exact), 1e-12):.2g} %"
-
-
-def peers() -> dict[str, Callable[[Any, Any], Any]]:
-    """Return the printed form of the paper, and the other libraries that are installed."""
-    return {"as printed": paper_literally, **{name: PEERS[name] for name in PEERS if find_spec(name)}}
-
-
 def case_table() -> Iterator[str]:
-    """Print each case: palpate in float64 and float32, then the other libraries."""
-    others = peers()
-    heads = "".join(f"{name:>13}" for name in others)
+    """Print each case: palpate in float64 and float32, then the paper's equations as printed and the other libraries."""
+    rivals = {name: PEERS[name] for name in PEERS if find_spec(name)}
+    heads = "".join(f"{name:>13}" for name in ("printed", "printed, 32", *rivals))
     yield f"{'case':32} {'float64: ratio':>14} {'covar.':>7} {'float32: ratio':>15} {'covar.':>7}  {'ends':10}{heads}"
     for case, single in zip(exact_cases(np.float64), exact_cases(np.float32), strict=True):
         double = outcome(np.float64, palpate.AdaptiveRls, case)
         narrow = outcome(np.float32, palpate.AdaptiveRls32, single)
-        settings = settings_for(np.float64, palpate.AdaptiveRls, case)
-        exact = float(exactly(case.output, case.regressor, 700, **settings).ratio[-1])
-        cells = "".join(f"{far_from(estimate, case, exact):>13}" for estimate in others.values())
+        switched, fixed = exact_ratio(case), exact_ratio(case, detector=False)
+        # The largest and smallest numbers are those of the type.
+        of_single = switched if np.array_equal(case.output, single.output) else exact_ratio(single)
+        cells = [
+            distance(switched, printed, case, np.float64),
+            distance(of_single, printed, single, np.float32),
+            *(distance(fixed, as_set, peer, case) for peer in rivals.values()),
+        ]
         ends = double.ends if double.ends == narrow.ends else f"{double.ends}/{narrow.ends}"
         yield (
             f"{case.name:32} {double.ratio_eps:14.2g} {double.covariance_eps:7.2g} {narrow.ratio_eps:15.2g} "
-            f"{narrow.covariance_eps:7.2g}  {ends:10}{cells}"
+            f"{narrow.covariance_eps:7.2g}  {ends:10}{''.join(f'{cell:>13}' for cell in cells)}"
         )
+
+
+def printed_covariance() -> Iterator[str]:
+    """Print what becomes of the covariance in the form that the paper prints, by its initial value."""
+    yield "the paper's form as printed, P0 in 1/pF^2: P after one sample, and the ratio 300 samples after a step from 2.5 to 3"
+    yield f"  {'P0':>6}" + "".join(f"{name:>24}" for name in ("float64", "float32", "AdaptiveRls32"))
+    for power in range(2, 21, 2):
+        cells = (after_a_step(10.0**power, kind) for kind in (np.float64, np.float32, palpate.AdaptiveRls32))
+        yield f"  {10.0**power:6.0e}" + "".join(f"{first:12.3g} {ratio:11.6g}" for first, ratio in cells)
+
+
+def ranges() -> Iterator[str]:
+    """Print the sizes of the regressor with which each estimator is right."""
+    yield "range of each estimator: a held press, ratio 2.5, default settings; |regressor|, pF, by powers of ten"
+    yield f"  {'':14} {'right from':>11} {'to':>7} {'refused from':>13}   below the first the initial ratio has weight"
+    for kind in ESTIMATORS:
+        ends = {0.25 * 10.0**power: ending(kind, 10.0**power) for power in powers(kind)}
+        right = [size for size, end in ends.items() if end == "right"]
+        refused = [size for size, end in ends.items() if end == "refused"]
+        assert "wrong" not in ends.values()
+        yield f"  {kind.__name__:14} {min(right):11.1e} {max(right):7.0e} {min(refused):13.1e}"
 
 
 def no_excitation() -> Iterator[str]:
@@ -120,10 +130,15 @@ def main() -> None:
     """Print all tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--samples", type=int, default=1_000_000_000, help="of the long run")
+    parser.add_argument("--seeds", type=int, default=500, help="of each coverage")
     options = parser.parse_args()
     print("largest error on the way, eps; and what the others end with")
     for part in (
         case_table(),
+        printed_covariance(),
+        ranges(),
+        coverage_table(options.seeds),
+        near_rigid_table(),
         no_excitation(),
         noise_only(min(options.samples, 10_000_000)),
         long_run(options.samples),

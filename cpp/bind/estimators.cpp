@@ -106,7 +106,11 @@ With x the regressor, w the mean of the regressors before it, and e = output - r
 R' = steady R + w x, ratio' = ratio + (w / R') e. Noise and tremor in x do not bias the ratio,
 because w does not contain them. The regressors of one touch must have one sign. At an alarm
 the ratio is computed from the samples since the CUSUM was last 0. `standard_error` is computed
-from the correlation of the innovations, an autoregression of order 1 or 2.
+from the correlation of the innovations, an autoregression of order 1 or 2. It takes the noise
+for equally large at all depths: if the noise is a share of the signal and the regressor changes
+more than twofold, give output / regressor and 1 in place of output and regressor. Values from
+1e140 pF on (float32: 1e16) are refused; `Rls` refuses only those whose squares do not fit,
+from about 1e153 (1e18) on.
 
 Examples
 --------
@@ -133,8 +137,9 @@ output, regressor : float
 Returns
 -------
 float
-    The ratio. A sample that is not finite, or that would make the state infinite, is
-    refused: the state does not change, and `rejected` counts it.
+    The ratio. A sample that is not finite, that is too large (1e139 pF, in float32 1e15, is
+    not, for any estimator), or that would make the state infinite, is refused: the state does
+    not change, and `rejected` counts it.
 
 Raises
 ------

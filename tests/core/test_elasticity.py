@@ -50,6 +50,19 @@ def test_as_printed_in_the_paper() -> None:
         assert probe.slope(ratio) == pytest.approx(800 * 100 * (800 - 100) / (800 - ratio * 100) ** 2, rel=1e-10)
 
 
+@given(st.floats(1, 7.9, exclude_min=True))
+def test_of_stiffness_costs_half_an_eps_of_the_rigid_ratio(ratio: float) -> None:
+    hard, soft = 800.3, 100.7
+    k_h, k_s, r = map(Fraction, (hard, soft, ratio))
+    exact = k_h * k_s * (r - 1) / (k_h - r * k_s)
+    # The quotient, half an eps of k_h / k_s, changes the difference to r by this part of it; the rest is 4 roundings.
+    part = Fraction(EPS) / 2 * (k_h / k_s) / (k_h / k_s - r)
+    assert (
+        abs(Fraction(Elasticity.of_stiffness(hard, soft).modulus(ratio)) - exact)
+        <= (2 * part + 4 * Fraction(EPS)) * exact
+    )
+
+
 def test_where_it_has_no_answer() -> None:
     for ratio in (0.96, 8.5, 9.0, nan, inf, -inf):
         for ask in (PROBE.modulus, PROBE.slope):
