@@ -74,7 +74,9 @@ class Substrate:
         """Return the tilt at times since the contact, s, without tremor, for a tilt of the hold; degrees."""
         return held_deg * (1 + self.settles * np.exp(-np.maximum(since_s, 0) / self.settle_s))
 
-    def pressed(self, level: NDArray[np.float64], ratio: _Values, angle_deg: _Values, *, hard: bool) -> NDArray[np.float64]:
+    def pressed(
+        self, level: NDArray[np.float64], ratio: _Values, angle_deg: _Values, *, hard: bool
+    ) -> NDArray[np.float64]:
         """Return the force of the soft bump, or that of the hard bump divided by the ratio.
 
         Parameters

@@ -104,7 +104,13 @@ class Truth:
         return total
 
     def _tilted(
-        self, press: Press, level: NDArray[np.float64], ratio: NDArray[np.float64], t: NDArray[np.float64], *, hard: bool
+        self,
+        press: Press,
+        level: NDArray[np.float64],
+        ratio: NDArray[np.float64],
+        t: NDArray[np.float64],
+        *,
+        hard: bool,
     ) -> NDArray[np.float64]:
         substrate, (along, across) = self._scenario.substrate, np.radians(press.tilt_deg)
         if not (substrate.tremor_deg or along or across):
