@@ -10,6 +10,7 @@ from palpate.elasticity import Elasticity
 from palpate.simulation.ranges import positive, within
 
 _Values = NDArray[np.float64] | float
+_SOFTEST = 1e-6  # stiffness of the softest object beside that of the soft bump: at r = 1 it has none
 _STEPS = 12  # of Newton's method: 1e-12 of the depth for every share of the force
 
 
@@ -94,14 +95,14 @@ class Substrate:
         -------
         numpy.ndarray, pF
         """
-        stiffness = self.soft_pF_per_mm * np.maximum(1 - 1 / ratio, 0) / (1 - 1 / self.rigid_ratio)
+        stiffness = self.soft_pF_per_mm * np.maximum(1 - 1 / ratio, _SOFTEST) / (1 - 1 / self.rigid_ratio)
         half = self.spacing_mm * np.tan(np.radians(angle_deg)) / 2
         if self.exponent == 1:
             shift = stiffness * 2 * half / (1 + ratio)
             if hard:
                 return np.clip(level + shift, 0, level * (1 + ratio) / ratio)
             return np.clip(level - ratio * shift, 0, level * (1 + ratio))
-        depth = self._depth_mm(level / np.maximum(stiffness, 1e-9), ratio, half)
+        depth = self._depth_mm(level / stiffness, ratio, half)
         own = np.maximum(depth + half if hard else depth - half, 0)
         return np.asarray(stiffness * own**self.exponent)
 
