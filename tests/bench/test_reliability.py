@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.simulation.scenarios import PROBE
@@ -49,15 +50,19 @@ def test_on_a_stage_the_scatter_is_gone() -> None:
     assert level_ratio(STAGE, ratio) == level_ratio(FREE, ratio) > 1.03 * ratio
 
 
-def test_what_has_no_correlation() -> None:
-    assert math.isnan(touch_ranks.correlation([1.0, 1.0, 1.0], [0.1, 0.2, 0.3]))
-    assert math.isnan(touch_ranks.correlation([1.0, math.nan, 1.0], [0.1, 0.2, 0.3]))
-    assert math.isnan(touch_ranks.correlation([1.0, 2.0], [0.1, 0.2]))
-    assert touch_ranks.correlation([1.0, 5.0, 7.0], [0.1, 0.2, 0.9]) == pytest.approx(1)
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [([1.0, 1.0, 1.0], math.nan), ([1.0, math.nan, 1.0], math.nan), ([1.0, 5.0, 7.0], 1.0), ([7.0, 5.0, 1.0], -1.0)],
+)
+def test_what_has_a_correlation(values: list[float], expected: float) -> None:
+    errors = np.array([0.1, 0.2, 0.9])
+    assert touch_ranks.correlation(values, errors) == pytest.approx(expected, nan_ok=True)
+    assert math.isnan(touch_ranks.correlation(values[:2], errors[:2]))
 
 
 def test_a_session_without_a_result_is_left_out() -> None:
     kept = Outcome(True, 0.1, True, 0.5)
     row = reliability.summarise("hand", "mean", [kept, None, Outcome(True, math.nan, False, math.inf)])
-    assert (row.left_out, row.rms_error) == (2, pytest.approx(0.1))
+    assert row.left_out == 2
+    assert row.rms_error == pytest.approx(0.1)
     assert math.isnan(reliability.summarise("hand", "mean", [None]).rms_error)

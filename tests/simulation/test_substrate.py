@@ -45,8 +45,8 @@ def test_domes_differ_in_depth_by_the_gap() -> None:
     """F = k d^1.5 (Hertz) with k = r K and K: d1 - d2 = g at every force, and the force is the hand's."""
     run = tilted(1.0, exponent=1.5, tremor=0.0)
     hard, soft = (change[held(run)] for change in changes(run))
-    level = changes(tilted(0.0, tremor=0.0))
-    assert hard + soft == pytest.approx(math.cos(math.radians(1)) * sum(level)[held(run)], abs=4 * STEP_PF)
+    first, second = changes(tilted(0.0, tremor=0.0))
+    assert hard + soft == pytest.approx(math.cos(math.radians(1)) * (first + second)[held(run)], abs=4 * STEP_PF)
     apart = (hard / (RATIO * STIFFNESS)) ** (2 / 3) - (soft / STIFFNESS) ** (2 / 3)
     assert apart == pytest.approx(3.0 * math.tan(math.radians(1)), rel=1e-4)
     force = np.linspace(0, 0.3, 50)  # with one bump in contact, with two, and with none
