@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import palpate
 from numpy.typing import NDArray
+from palpate.calibration.characterise import unlevel
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.several import unlevel
 from palpate.simulation.scenarios import PROBE
 
 from bench.accuracy.hands import Session, level_ratio

@@ -177,23 +177,6 @@ def usable(touches: Sequence[Touch], accept: Collection[str] = ()) -> list[Touch
     return kept
 
 
-def unlevel(touch: Touch) -> float:
-    """Return how far from level the probe was held, by the fit of the touch: a share of the mean output, 0 or more.
-
-    It is the hard channel that the fitted line or curve has at zero force of the soft one, `curve` less `offset` in
-    `Touch.effects`: level bumps are reached together. 0 in a scene without a fit.
-
-    Examples
-    --------
-    >>> import palpate
-    >>> from palpate.simulation import scenarios
-    >>> [unlevel(*palpate.touches(scenarios.run(name))) > 0.01 for name in ("not-level", "stiff-steady")]
-    [True, False]
-    """
-    effects = touch.effects
-    return abs(effects["curve"] - effects["offset"]) if effects else 0.0
-
-
 def most_reliable(
     touches: Sequence[Touch],
     *,

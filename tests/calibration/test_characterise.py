@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import palpate
 import pytest
-from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose, rises
+from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose, rises, unlevel
 from palpate.calibration.specimen_files import assign, read_moduli, write_session
 from palpate.elasticity import SORBOTHANE_MPA
-from palpate.several import TOUCH_SCATTER, unlevel
+from palpate.several import TOUCH_SCATTER
 from palpate.simulation import scenarios
 from palpate.simulation.hand import Hand, session
 from palpate.simulation.scenarios import PROBE

@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate._core import Touch
 from palpate.calibration.calibration import Calibration
-from palpate.several import TOUCH_SCATTER, most_reliable, unlevel, usable
+from palpate.several import TOUCH_SCATTER, most_reliable, usable
 
 CHOICES = ("all", "mean", "level", "weighted", "agreement", "standard_error", "covariance")
 """Data of a fit: all touches; their mean, plain, weighted by how level each was held, or by the standard errors; or the
@@ -128,6 +128,23 @@ def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = ()) -> C
     weights = weights / weights.sum()
     ratio = float(weights @ [touch.ratio for touch in kept])
     return Chosen(ratio, float(np.sqrt((weights**2) @ errors**2)), float(1 / (weights**2).sum()))
+
+
+def unlevel(touch: Touch) -> float:
+    """Return how far from level the probe was held, by the fit of the touch: a share of the mean output, 0 or more.
+
+    It is the hard channel that the fitted line or curve has at zero force of the soft one, `curve` less `offset` in
+    `Touch.effects`: level bumps are reached together. 0 in a scene without a fit.
+
+    Examples
+    --------
+    >>> import palpate
+    >>> from palpate.simulation import scenarios
+    >>> [unlevel(*palpate.touches(scenarios.run(name))) > 0.01 for name in ("not-level", "stiff-steady")]
+    [True, False]
+    """
+    effects = touch.effects
+    return abs(effects["curve"] - effects["offset"]) if effects else 0.0
 
 
 def _error(touch: Touch) -> float:

@@ -11,7 +11,7 @@ from palpate.simulation.ranges import positive, within
 
 _Values = NDArray[np.float64] | float
 _SOFTEST = 1e-6  # stiffness of the softest object beside that of the soft bump: at r = 1 it has none
-_STEPS = 12  # of Newton's method: 1e-12 of the depth for every share of the force
+_STEPS = 12  # of Newton's method: the forces add up to 1e-9 pF
 
 
 @dataclass(frozen=True)
