@@ -100,8 +100,8 @@ def caption(number: int, seed: int) -> str:
     'Fig. 9. Four specimens'
     """
     return (
-        f"Fig. {number}. {FIGURES[number].caption} Simulated data (palpate.simulation, seed {seed}), not a measurement: "
-        f"the truth is the simulator's, a probe with k_h / k_s = {PROBE.rigid_ratio:g}."
+        f"Fig. {number}. {FIGURES[number].caption} Simulated data (palpate.simulation, seed {seed}), not a measurement. "
+        f"The truth is the simulator's: a probe with k_h / k_s = {PROBE.rigid_ratio:g}."
     )
 
 
