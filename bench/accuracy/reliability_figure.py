@@ -77,6 +77,9 @@ def _four_touches(axes: Any, hand: Hand) -> None:
         )
         upper.plot([modulus] * len(ratios), ratios, ".", color="#e8590c", markersize=4, label=names[1], zorder=3)
         lower.plot([modulus] * len(ratios), [100 * (ratio / truth - 1) for ratio in ratios], ".", color="#e8590c")
+    off = [ratio / truth - 1 for truth, ratios in zip(level, four, strict=True) for ratio in ratios]
+    rms = 100 * (sum(error**2 for error in off) / len(off)) ** 0.5
+    lower.set_title(f"rms {rms:.2g} %", loc="right", fontsize=8)
 
 
 def _pyplot() -> Any:
