@@ -1,35 +1,48 @@
-"""The same estimation with other libraries and methods: (output, regressor) -> (ratio, alarm) if not said otherwise."""
+"""The same estimation with other libraries and methods: (output, regressor) -> (ratio, alarm) if not said otherwise.
+
+Each library is set as its user would set it for pF: forgetting 0.995, and an initial covariance that does not matter.
+"""
 
 from typing import Any
 
 import numpy as np
 
+COVARIANCE = 1e12  # P0, 1/pF^2: 1 / P0 is far below x^2 of a sample of the lightest press, 4e-8 pF^2
 
-def padasip_rls(output: Any, regressor: Any) -> Any:
-    """Estimate with padasip's FilterRLS, mu = 0.995."""
+
+def padasip_rls(output: Any, regressor: Any, covariance: float = COVARIANCE) -> Any:
+    """Estimate with padasip's FilterRLS, mu = 0.995. `run` returns the weights before each update."""
     from padasip.filters import FilterRLS
 
-    weights = FilterRLS(1, mu=0.995, eps=1e-4, w="zeros").run(output, regressor[:, None])[2]
-    return weights[:, 0], np.zeros(len(output), bool)
+    # eps is 1 / P0; its default of 0.001 is for data near 1.
+    model, ratio = FilterRLS(1, mu=0.995, eps=1 / covariance, w="zeros"), np.empty(len(output))
+    for k, (y, x) in enumerate(zip(output, regressor[:, None], strict=True)):
+        model.adapt(y, x)
+        ratio[k] = model.w[0]
+    return ratio, np.zeros(len(output), bool)
 
 
-def river_regression(output: Any, regressor: Any) -> Any:
+def river_regression(output: Any, regressor: Any, covariance: float = COVARIANCE) -> Any:
     """Estimate with river's BayesianLinearRegression, smoothing 0.995."""
     from river.linear_model import BayesianLinearRegression
 
-    model, ratio = BayesianLinearRegression(smoothing=0.995), np.empty(len(output))
+    # A sample adds (1 - smoothing) beta x^2 to a prior precision of 1: that factor is P0. The default beta of 1 is for
+    # data near 1.
+    model = BayesianLinearRegression(beta=covariance / (1 - 0.995), smoothing=0.995)
+    ratio = np.empty(len(output))
     for k, (y, x) in enumerate(zip(output.tolist(), regressor.tolist(), strict=True)):
         model.learn_one({"x": x}, y)
         ratio[k] = model.predict_one({"x": 1.0})
     return ratio, np.zeros(len(output), bool)
 
 
-def filterpy_kalman(output: Any, regressor: Any) -> Any:
+def filterpy_kalman(output: Any, regressor: Any, covariance: float = COVARIANCE) -> Any:
     """Estimate with filterpy's FadingKalmanFilter, alpha^2 = 1 / 0.995."""
     from filterpy.kalman import FadingKalmanFilter
 
     kalman, ratio = FadingKalmanFilter(alpha=0.995**-0.5, dim_x=1, dim_z=1), np.empty(len(output))
-    kalman.x, kalman.P = np.array([[1.0]]), np.array([[1e4]])
+    kalman.x, kalman.P = np.array([[1.0]]), np.array([[covariance]])
+    kalman.Q = np.zeros((1, 1))  # alpha is the forgetting; the default Q of 1 would be a random walk on top of it
     for k, (y, x) in enumerate(zip(output.tolist(), regressor.tolist(), strict=True)):
         kalman.H = np.array([[x]])
         kalman.predict()

@@ -1,10 +1,10 @@
-"""Error against run time of all estimators on all scenarios, cost and benefit of each stage, and required results.
+"""Error and run time of all estimators on all scenarios, cost and benefit of each stage, and required results.
 
     python -m bench.accuracy.error_vs_time [--seeds 200] [--out bench/results]
 
 Prints the tables; writes error_vs_time.json and error_vs_time.png to the folder. Needs a C++ compiler (for
-the cost of each stage) and matplotlib; uses scipy, padasip, river and filterpy if they are installed. Run times are
-measured first, alone; then the simulations run in two processes.
+the cost of each stage), scipy and matplotlib; uses padasip, river and filterpy if they are installed. Run times are
+measured first, alone; then the simulations run in two processes. Exit code 1: a required result FAILS without a reason.
 """
 
 import argparse
@@ -27,15 +27,17 @@ import palpate
 from palpate import benchmark
 from palpate.simulation import scenarios
 
-from bench.accuracy import must_hold, since_contact
+from bench.accuracy import compared, must_hold, since_contact
 from bench.accuracy.error_figure import draw
-from bench.accuracy.must_hold import earlier
-from bench.accuracy.stages import stage_costs, stage_table, without_stages
+from bench.accuracy.must_hold import earlier, front
+from bench.accuracy.stages import gains, gains_table, stage_costs, stage_table
 from bench.peers import PEERS
+from bench.results_age import headers_hash
+from bench.rivals import rival_rows
 
 BENCH = Path(__file__).parents[1]
 PROCESSES = 2
-PEER_SEEDS, STAGE_SEEDS = 20, 50  # at most: other libraries take microseconds for each sample
+PEER_SEEDS = 20  # at most: other libraries take microseconds for each sample
 
 
 def main() -> None:
@@ -48,17 +50,22 @@ def main() -> None:
     missing = sorted(name for name in PEERS if not find_spec(name))
     print(f"{machine(compiler)}\nseeds: {arguments.seeds}; not installed: {', '.join(missing) or 'none'}\n")
     found = measure(arguments.seeds, compiler)
-    holds = [*found["must_hold"], *earlier.of_table(found["rows"], found["stages"])]
-    print(benchmark.table(found["rows"]), since_contact.table(found["since_contact"]), sep="\n\n", end="\n\n")
-    print(stage_table(found["stages"]), found["without_stages"], must_hold.text(holds), sep="\n\n")
+    holds = [*found["must_hold"], *earlier.of_table(found["rows"], found["stages"]), *front.of_table(found["rows"])]
+    tables = [
+        benchmark.table(found["rows"]),
+        compared.table(found["rows"]),
+        since_contact.table(found["since_contact"]),
+    ]
+    print(*tables, stage_table(found["stages"]), gains_table(found["gains"]), must_hold.text(holds), sep="\n\n")
     arguments.out.mkdir(parents=True, exist_ok=True)
-    document = {"machine": machine(compiler), "seeds": arguments.seeds, "rows": [asdict(r) for r in found["rows"]],
-                "since_contact_s": since_contact.SINCE_S, "since_contact": found["since_contact"], "bounds": found["bounds"],
-                "stages": found["stages"], "must_hold": [asdict(r) | {"holds": r.holds} for r in holds]}  # fmt: skip
+    document = {"machine": machine(compiler), "headers": headers_hash(), "seeds": arguments.seeds,
+                "rows": [asdict(r) for r in found["rows"]], "since_contact_s": since_contact.SINCE_S,
+                "since_contact": found["since_contact"], "bounds": found["bounds"], "stages": found["stages"],
+                "gains": found["gains"], "must_hold": [asdict(r) | {"verdict": r.verdict} for r in holds]}  # fmt: skip
     text = json.dumps(document, indent=1).replace("NaN", "null").replace("Infinity", "null")
     (arguments.out / "error_vs_time.json").write_text(text + "\n")
     draw(found["rows"], found["bounds"], found["since_contact"], arguments.out / "error_vs_time.png")
-    sys.exit(not all(row.holds for row in holds))
+    sys.exit(any(row.verdict == "FAILS" for row in holds))
 
 
 def measure(seeds: int, compiler: str) -> dict[str, Any]:
@@ -70,17 +77,18 @@ def measure(seeds: int, compiler: str) -> dict[str, Any]:
         themes = [pool.submit(must_hold.rows_of, theme, seeds) for theme in must_hold.THEMES]
         since = pool.submit(since_contact.since_contact, seeds)
         bounds = pool.submit(since_contact.steady_bounds)
-        without = pool.submit(without_stages, min(seeds, STAGE_SEEDS))
+        gained = pool.submit(gains, seeds)
         rows: list[Future[list[benchmark.Row]]] = []
         for name in benchmark.SINGLE:
-            rows += [pool.submit(benchmark.on_scenario, name, seeds, ns), pool.submit(peer_rows, name, seeds, ns)]
+            rows += [pool.submit(benchmark.on_scenario, name, seeds, ns), pool.submit(rival_rows, name, seeds)]
+            rows += [pool.submit(peer_rows, name, seeds, ns)]
         return {
             "must_hold": [row for theme in themes for row in theme.result()],
             "rows": [row for part in rows for row in part.result()],
             "since_contact": since.result(),
             "bounds": bounds.result(),
             "stages": stages,
-            "without_stages": without.result(),
+            "gains": gained.result(),
         }
 
 

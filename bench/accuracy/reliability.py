@@ -28,6 +28,7 @@ from palpate.simulation.hand import Hand
 from bench.accuracy import reliability_figure, touch_ranks
 from bench.accuracy.hands import HANDS, MISFITS, UNKNOWN, Session, recorded
 from bench.accuracy.touch_ranks import Known, RankRow
+from bench.results_age import headers_hash
 
 BENCH = Path(__file__).parents[1]
 
@@ -167,7 +168,7 @@ def main() -> None:
     text = f"{touch_ranks.rank_table(ranks)}\n\n{table(rows)}"
     print(text)
     arguments.out.mkdir(parents=True, exist_ok=True)
-    document = {"palpate": palpate.__version__, "seeds": arguments.seeds}
+    document = {"palpate": palpate.__version__, "headers": headers_hash(), "seeds": arguments.seeds}
     document |= {"ranks": [asdict(row) for row in ranks], "rows": [asdict(row) for row in rows]}
     (arguments.out / "reliability.json").write_text(json.dumps(document, indent=1) + "\n")
     (arguments.out / "reliability.txt").write_text(text + "\n")

@@ -19,6 +19,7 @@ from typing import Any
 import palpate
 from palpate import _core
 
+from bench.results_age import headers_hash
 from bench.speed.python_calls import measure_python
 
 HERE = Path(__file__).parent
@@ -167,6 +168,7 @@ def main() -> None:
         "palpate": palpate.__version__,
         "commit": commit(),
         "simd": _core.simd,
+        "headers": headers_hash(),
     }
     figures = {**about, **measure_native(options.rounds), **measure_python(options.rounds)}
     print(f"{figures['machine']}; {figures['compiler']}; Python {figures['python']}; commit {figures['commit']}")

@@ -85,7 +85,7 @@ constexpr auto handover_doc =
 Parameters
 ----------
 steady : float, 0 < steady <= 1
-    Forgetting factor.
+    Forgetting factor while the ratio does not drift.
 drift, threshold : float, standard deviations
     Of the two-sided CUSUM on the innovations; see `palpate.design.cusum`.
 clip : float, standard deviations

@@ -116,7 +116,8 @@ def test_the_core_is_the_reference(tally: Tally, hand: Hand, chosen: dict[str, f
     ("branch", "hand"),
     [
         ("handed over", Hand(0, step=0.3)),
-        ("memory halved", Hand(0, drift=0.05)),
+        ("drift", Hand(0, drift=0.05)),
+        ("outlier in a drift", Hand(0, drift=2.0, spikes=8)),
         ("outlier", Hand(0, spikes=3)),
         ("long-run variance of AR(1)", Hand(0)),
         ("long-run variance of AR(2)", Hand(0, tone=0.01)),
@@ -142,7 +143,8 @@ def test_the_examples_reach_every_branch(branch: str, hand: Hand, monkeypatch: p
         return f"long-run variance of AR({1 if result == first_order else 2})"
 
     counted(handover._Handover, "_hand_over", lambda *_: "handed over")
-    counted(handover._Handover, "_forget_half", lambda *_: "memory halved")
+    counted(handover._Noise, "least_share", lambda *_: "drift")
+    counted(handover._Noise, "add_outlier", lambda noise, *_: "outlier in a drift" if noise.drifts() else None)
     counted(handover._Handover, "_learn", lambda _s, _r, _e, _clipped, outlier: "outlier" if outlier else None)
     counted(handover._Handover, "_follow", lambda _s, _r, w, x, _e: "least squares" if w == x else None)
     counted(handover._Noise, "long_run_variance", form)

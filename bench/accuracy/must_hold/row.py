@@ -26,6 +26,8 @@ class Row:
         Fisher bound / value; nan where there is no bound.
     beside : str
         More about the value, as text.
+    reason : str
+        Why the limit cannot be kept, a sentence; empty where it has to be.
     """
 
     name: str
@@ -37,18 +39,24 @@ class Row:
     intervals: int = 0
     efficiency: float = math.nan
     beside: str = ""
+    reason: str = ""
 
     @property
     def holds(self) -> bool:
         """Whether the value keeps its limit."""
         return bool(self.value >= self.limit if self.at_least else self.value <= self.limit)
 
+    @property
+    def verdict(self) -> str:
+        """Whether it "holds", is "known" not to, with a reason, or "FAILS"."""
+        return "holds" if self.holds else "known" if self.reason else "FAILS"
+
 
 HEADER = f"{'':6}{'':66}{'value':>9}  {'limit':>18}  {'bound / rmse':>12}  {'cover':>7}"
 
 
 def line(row: Row) -> str:
-    """Return a row as text.
+    """Return a row as text; a limit that is not kept for a known reason has this reason below.
 
     Examples
     --------
@@ -59,7 +67,8 @@ def line(row: Row) -> str:
     efficiency = "-" if math.isnan(row.efficiency) else f"{row.efficiency:.2f}"
     cover = "-" if math.isnan(row.coverage) else f"{100 * row.coverage:.1f} %"
     text = f"{row.name:66}{row.value:>9.3g}  {limit:>18}  {efficiency:>12}  {cover:>7}  {row.beside}"
-    return f"{'holds' if row.holds else 'FAILS'} {text}".rstrip()
+    reason = f"\n{'':6}{row.reason}" if row.verdict == "known" else ""
+    return f"{row.verdict} {text}".rstrip() + reason
 
 
 def between(name: str, coverage: float, low: float, high: float, **more: Any) -> Iterator[Row]:

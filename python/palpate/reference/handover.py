@@ -14,6 +14,10 @@ WARM_UP = 8  # samples before the detector starts
 TRANSIENT = 3  # first innovations, dominated by the error of the initial ratio
 SETTLED = 16  # fewest samples since the last change for a standard error
 FEWEST = 32  # fewest innovations for a standard error; also limits the factor from variance to long-run variance
+MEMORY = 0.995  # forgetting factor of the noise model
+ALLOWED_OFFSET = 2  # of the innovations, in units of their roughness; above it the ratio drifts
+DRIFT_FROM = 16  # innovations
+MOST = 0.9  # share of a new sample in the ratio, while the ratio drifts
 DOUBTED = 64  # samples while the scale, a mean of few magnitudes, is taken 1 + 3 / (samples - 2) times as large
 
 
@@ -85,16 +89,33 @@ class _Noise:
         doubt = 1 + self.number(3) / (seen - TRANSIENT + 1) if WARM_UP <= seen < DOUBTED else self.number(1)
         return max(self.number(1.2533141) * self.magnitude * doubt, rounding)
 
-    def add(self, e: Any, steady: Any) -> bool:
-        """Add an innovation; return whether the ratio drifts away from the estimate."""
-        self.offset += (e - self.offset) / 32
-        self.roughness += (abs(e - self.before) - self.roughness) / 32
-        self.lag0 = steady * self.lag0 + e * e
-        self.lag1 = steady * self.lag1 + e * self.before
-        self.lag2 = steady * self.lag2 + e * self.before_that
-        self.weight = steady * self.weight + 1
+    def add(self, e: Any) -> None:
+        """Add an innovation."""
+        self.follow_offset(e)
+        memory = self.number(MEMORY)
+        self.lag0 = memory * self.lag0 + e * e
+        self.lag1 = memory * self.lag1 + e * self.before
+        self.lag2 = memory * self.lag2 + e * self.before_that
+        self.weight = memory * self.weight + 1
         self.remember(e)
-        return bool(abs(self.offset) > self.number(2.5) * self.roughness)
+
+    def add_outlier(self, e: Any) -> None:
+        """Add what noise could have made of an outlier: not to the sums; to the offset only if the ratio drifts."""
+        if self.drifts():
+            self.follow_offset(e)
+        self.remember(e)
+
+    def follow_offset(self, e: Any) -> None:
+        self.offset += (e - self.offset) / 16
+        self.roughness += (abs(e - self.before) - self.roughness) / 32
+
+    def drifts(self) -> bool:
+        """Return whether the innovations have an offset that their noise does not explain."""
+        return bool(abs(self.offset) > self.number(ALLOWED_OFFSET) * self.roughness and self.weight >= DRIFT_FROM)
+
+    def least_share(self) -> Any:
+        """Return the least share of a new sample in the ratio, while the ratio drifts."""
+        return min(abs(self.offset) / self.roughness - self.number(ALLOWED_OFFSET), self.number(MOST))
 
     def remember(self, e: Any) -> None:
         self.before, self.before_that = e, self.before
@@ -170,20 +191,27 @@ class _Handover:
             z = clipped / scale
             self.up = self.up.after(z - self.drift, (w, output, regressor))
             self.down = self.down.after(-z - self.drift, (w, output, regressor))
+        limited = self.noise.rho * self.noise.before + clipped if outlier else e
         if self.alarm():
             self._hand_over()
-        elif not outlier:
-            self._follow(w, regressor, e)
-        self._learn(e, clipped, outlier)
+        elif not outlier or self.noise.drifts():
+            self._follow(w, regressor, limited)
+        self._learn(limited, clipped, outlier)
         self._remember(regressor)
         return self.ratio, 1 / self.information, e, self.statistic(), self.standard_error(), self.alarm()
 
     def _follow(self, w: Any, regressor: Any, e: Any) -> None:
-        """Update the information and the ratio: R' = lambda R + w x, r' = r + (w / R') e."""
-        self.information = self._bounded(self.steady * self.information + w * regressor)
+        """Update the information and the ratio: R' = lambda R + w x, r' = r + (w / R') e.
+
+        While the ratio drifts, lambda is so small that a sample as large as the mean has at least the least share.
+        """
+        forgetting = self.steady
+        if self.noise.drifts():
+            forgetting = min(forgetting, self.instrument**2 * (1 / self.noise.least_share() - 1) / self.information)
+        self.information = self._bounded(forgetting * self.information + w * regressor)
         self.ratio += w / self.information * e
-        self.squares = self.steady**2 * self.squares + w * w
-        self.weight = self.steady * self.weight + 1
+        self.squares = forgetting**2 * self.squares + w * w
+        self.weight = forgetting * self.weight + 1
 
     def _hand_over(self) -> None:
         """Estimate again: from the samples since the CUSUM side was last 0, without the first `guard`, at least from one."""
@@ -201,21 +229,14 @@ class _Handover:
         noise = self.noise
         noise.magnitude += max(self.number(0.02), 1 / self.number(count)) * (abs(clipped) - noise.magnitude)
         if outlier:
-            noise.remember(noise.rho * noise.before + clipped)
+            noise.add_outlier(e)
         else:
-            drifts = noise.add(e, self.steady)
+            noise.add(e)
             noise.due -= 1
             if noise.due <= 0:
                 noise.update_forecast(self.seen)
-            if drifts and self.weight > SETTLED:
-                self._forget_half()
         if self.alarm():
             noise.before = noise.before_that = noise.offset = self.number(0)
-
-    def _forget_half(self) -> None:
-        """Halve the information, since the ratio drifts."""
-        self.information = self._bounded(self.information / 2)
-        self.weight, self.squares, self.noise.offset = self.weight / 2, self.squares / 4, self.noise.offset / 2
 
     def _remember(self, regressor: Any) -> None:
         """Update the instrument: the mean of the first 1 / smoothing regressors, then an exponential mean."""
@@ -235,7 +256,7 @@ def handover_rls(
     output: ArrayLike,
     regressor: ArrayLike,
     *,
-    steady: float = 0.995,
+    steady: float = 0.9995,
     drift: float = 0.75,
     threshold: float = 10.0,
     clip: float = 3.0,

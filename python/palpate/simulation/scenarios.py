@@ -64,15 +64,16 @@ def _all() -> Scenario:
     )
 
 
+_CREEPING = replace(_one((0.0, _MIDDLE), creep=-0.1), tilt=Tilt(ramp_per_s=0.005))
+
 FOLLOWING: dict[str, Scenario] = {
     "soft-steady": _one((0.0, _SOFT)),
     "stiff-steady": _one((0.0, _STIFF)),
     "near-rigid": _one((0.0, 0.98 * PROBE.rigid_ratio)),
     "step-up": _one((0.0, _MIDDLE), (_STEP_S, 1.3 * _MIDDLE)),
     "step-down": _one((0.0, _MIDDLE), (_STEP_S, 0.7 * _MIDDLE)),
-    "slow-drift": replace(
-        _one((0.0, _MIDDLE), creep=-0.1), tilt=Tilt(ramp_per_s=0.005), baselines=_drifting(5e-5, -3e-5)
-    ),
+    "slow-drift": replace(_CREEPING, baselines=_drifting(5e-5, -3e-5)),
+    "slow-drift-back": replace(_CREEPING, baselines=_drifting(-5e-5, 3e-5)),
     "tremor": replace(_one((0.0, _MIDDLE)), tremor=0.03),
     "strong-tremor": replace(_one((0.0, _MIDDLE)), tremor=0.08),
     "light-touch": _one((0.0, _MIDDLE), depth_pF=5 * _NOISE),

@@ -17,7 +17,7 @@ namespace palpate {
 /// palpate.design.cusum.
 template <class Real>
 struct HandoverSettings {
-  Real steady = Real(0.995);           // forgetting factor
+  Real steady = Real(0.9995);          // forgetting factor while the ratio does not drift
   Real drift = Real(0.75);             // slack of the CUSUM
   Real threshold = Real(10);           // its limit: more than a spike, smeared by the filters, can add
   Real clip = Real(3);                 // limits an innovation in the CUSUM; one above it does not change the ratio
@@ -44,7 +44,8 @@ struct HandoverSettings {
 /// With w = x this is least squares. w is independent of the noise of x, so this noise does not bias r towards 0; nor
 /// does tremor, which has a slightly smaller amplitude in x after the alignment. The detector is a two-sided CUSUM on
 /// the whitened innovations, in units of their own scale: no setting is in pF. At an alarm there is a hand-over: the
-/// estimate is computed from the samples since this CUSUM side was last 0, and the old ratio is forgotten at once.
+/// estimate is computed from the samples since this CUSUM side was last 0, and the old ratio is forgotten at once. A
+/// drift is too slow for this: it shows as an offset of the innovations, and the larger it is, the more is forgotten.
 template <class Real, class Parameters = Kept<HandoverSettings<Real>>>
 class Handover : public Parameters {
   static_assert(is_real<Real>, "palpate::Handover: Real must be float or double");
@@ -70,9 +71,12 @@ class Handover : public Parameters {
     const Judged judged = judge(innovation, output);
     const TwoSidedCusum<Real> cusum = watch(judged, sample);
     const bool change = cusum.statistic() > settings.threshold;
-    const Estimate next = change           ? handed_over(cusum.larger(), sample)
-                          : judged.outlier ? same()
-                                           : followed(sample, innovation);
+    // An outlier does not change the ratio. But if the ratio drifts, it may be real: it counts as far as noise could go.
+    const bool drifts = noise_.drifts();
+    const Real counted = judged.outlier ? noise_.limited_innovation(judged.clipped) : innovation;
+    const Estimate next = change                      ? handed_over(cusum.larger(), sample)
+                          : judged.outlier && !drifts ? same()
+                                                      : followed(sample, counted, drifts);
     if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
       return refusal(ratio_, innovation, alarm());
     }
@@ -81,7 +85,7 @@ class Handover : public Parameters {
     cusum_ = cusum;
     learn(innovation, judged, change);
     instrument_.add(regressor, seen_, settings.smoothing);
-    return {next.ratio, innovation, next.gain, change, true};
+    return {next.ratio, innovation, judged.outlier ? Real(0) : next.gain, change, true};
   }
 
   constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {
@@ -179,12 +183,20 @@ class Handover : public Parameters {
   constexpr Estimate same() const noexcept { return {ratio_, sums_, Real(0)}; }
 
   /// R' = lambda R + w x,  r' = r + (w / R') e.
-  constexpr Estimate followed(const WeightedSample<Real>& s, Real innovation) const noexcept {
-    const Real steady = settings.steady;
-    const Real information = bounded(product(steady, sums_.information) + product(s.weight, s.regressor));
+  constexpr Estimate followed(const WeightedSample<Real>& s, Real innovation, bool drifts) const noexcept {
+    const Real forgetting = PALPATE_UNLIKELY(drifts) ? drifting() : settings.steady;
+    const Real information = bounded(product(forgetting, sums_.information) + product(s.weight, s.regressor));
     const Real gain = s.weight / information;
-    const Real squares = product(product(steady, steady), sums_.squares) + product(s.weight, s.weight);
-    return {ratio_ + product(gain, innovation), {information, squares, product(steady, sums_.count) + 1}, gain};
+    const Real squares = product(product(forgetting, forgetting), sums_.squares) + product(s.weight, s.weight);
+    return {ratio_ + product(gain, innovation), {information, squares, product(forgetting, sums_.count) + 1}, gain};
+  }
+
+  /// Forgetting factor with which a sample as large as the last ones has at least the share K that the drift needs:
+  /// lambda R = (1 / K - 1) mean(x)^2.
+  constexpr Real drifting() const noexcept {
+    const Real mean = instrument_.mean();
+    const Real most = product(mean, mean) * (1 / noise_.least_share() - 1) / sums_.information;
+    return most < settings.steady ? most : settings.steady;
   }
 
   /// Hand-over: the ratio from the samples since the change, sum(w y) / sum(w x); at least from the last one.
@@ -196,28 +208,20 @@ class Handover : public Parameters {
     return {(any ? side.weighted_output : product(s.weight, s.output)) / sums.information, sums, Real(0)};
   }
 
-  /// Update the noise model; halve the information if the ratio drifts away from the estimate.
+  /// Update the noise model.
   constexpr void learn(Real innovation, const Judged& judged, bool change) noexcept {
     seen_ += 1;
     if (seen_ > transient) {
       noise_.add_magnitude(judged.clipped, seen_ - transient);
       if (judged.outlier) {
         noise_.skip(judged.clipped);
-      } else if (PALPATE_UNLIKELY(noise_.add(innovation, settings.steady, seen_ < 32 ? 1 : 8) &&
-                                  sums_.count > trustworthy)) {
-        forget_half();
+      } else {
+        noise_.add(innovation, seen_ < 32 ? 1 : 8);
       }
     }
     if (PALPATE_UNLIKELY(change)) {
       noise_.restart();
     }
-  }
-
-  constexpr void forget_half() noexcept {
-    sums_.information = bounded(sums_.information / 2);
-    sums_.count /= 2;
-    sums_.squares /= 4;
-    noise_.halve_offset();
   }
 
   constexpr Real bounded(Real information) const noexcept {

@@ -8,8 +8,8 @@
 namespace palpate {
 
 /// Autoregressive model of the innovations e(k): their mean square, their autocorrelation at lags 1 and 2, the forecast
-/// rho e(k-1), and the scale of the whitened innovations e(k) - rho e(k-1). All sums have exponential weights, and the
-/// count has the same weights.
+/// rho e(k-1), the scale of the whitened innovations e(k) - rho e(k-1), and whether their mean shows that the ratio
+/// drifts. All sums have exponential weights, and the count has the same weights.
 template <class Real>
 class InnovationNoise {
  public:
@@ -32,31 +32,48 @@ class InnovationNoise {
     mean_magnitude_ += product(mean_share(n, Real(0.02)), magnitude(clipped) - mean_magnitude_);
   }
 
-  /// Add an innovation; rho is estimated again after every `interval` innovations. Returns whether the ratio drifts
-  /// away from the estimate.
-  constexpr bool add(Real innovation, Real forgetting, Real interval) noexcept {
-    const bool drifts = follow_offset(innovation);
-    lag0_ = product(forgetting, lag0_) + product(innovation, innovation);
-    lag1_ = product(forgetting, lag1_) + product(innovation, before_);
-    lag2_ = product(forgetting, lag2_) + product(innovation, before_that_);
-    count_ = product(forgetting, count_) + 1;
+  /// Add an innovation; rho is estimated again after every `interval` innovations.
+  constexpr void add(Real innovation, Real interval) noexcept {
+    follow_offset(innovation);
+    lag0_ = product(memory, lag0_) + product(innovation, innovation);
+    lag1_ = product(memory, lag1_) + product(innovation, before_);
+    lag2_ = product(memory, lag2_) + product(innovation, before_that_);
+    count_ = product(memory, count_) + 1;
     remember(innovation);
     until_forecast_ -= 1;
     if (PALPATE_UNLIKELY(!(until_forecast_ > 0))) {
       until_forecast_ = interval;
       rho_ = corrected(correlation(lag1_));
     }
-    return drifts;
   }
 
-  /// Add the forecast plus the clipped whitened innovation, in place of an outlier.
-  constexpr void skip(Real clipped) noexcept { remember(product(rho_, before_) + clipped); }
+  /// The innovation that takes the place of an outlier: the forecast plus the clipped whitened innovation.
+  constexpr Real limited_innovation(Real clipped) const noexcept { return product(rho_, before_) + clipped; }
+
+  /// Add an outlier. If the ratio drifts, it may be a consequence of this.
+  constexpr void skip(Real clipped) noexcept {
+    const Real innovation = limited_innovation(clipped);
+    if (PALPATE_UNLIKELY(drifts())) {
+      follow_offset(innovation);
+    }
+    remember(innovation);
+  }
 
   /// Start again after a hand-over: the next innovations are independent of the earlier ones.
   constexpr void restart() noexcept { before_ = before_that_ = offset_ = 0; }
 
-  /// Halve the offset: half of the information was forgotten, so the ratio adapts faster.
-  constexpr void halve_offset() noexcept { offset_ /= 2; }
+  /// Whether the innovations have an offset that their noise does not explain: the ratio drifts away from the estimate.
+  constexpr bool drifts() const noexcept {
+    return magnitude(offset_) > product(allowed_offset, roughness_) && count_ >= fewest_offset;
+  }
+
+  /// While the ratio drifts: the least share of a new sample in the ratio. As the tracking signal of Trigg and Leach (Operational
+  /// Research Quarterly 18, 1967), the share grows with the offset, in units of the roughness.
+  constexpr Real least_share() const noexcept {
+    constexpr Real most = Real(0.9);
+    const Real excess = magnitude(offset_) / roughness_ - allowed_offset;
+    return excess < most ? excess : most;
+  }
 
   /// Whether long_run_variance() is valid.
   constexpr bool settled() const noexcept { return count_ >= fewest; }
@@ -93,13 +110,16 @@ class InnovationNoise {
   }
 
  private:
-  // The ratio drifts if e(k) has an offset that is too large for correlated noise of this roughness. Both are running
-  // means over 32 innovations, the roughness of |e(k) - e(k-1)|, 0.8 standard deviations of a step. An AR(1) with
-  // rho = 0.8 has an offset of 0.6 standard deviations of its steps; the limit is 2.
-  constexpr bool follow_offset(Real innovation) noexcept {
-    offset_ += product(innovation - offset_, Real(0.03125));
+  // Of the mean of e(k) over 31 innovations (2 / 0.0625 - 1), in units of the roughness, the mean of |e(k) - e(k-1)|: 2 is
+  // 5 standard deviations of this mean for the noise that the matched pair leaves, 13 for white noise, and 4 for an AR(1)
+  // with rho = 0.7. A noise that is correlated more than this is partly taken for a drift.
+  static constexpr Real allowed_offset = Real(2);
+  static constexpr Real fewest_offset = 16;
+  static constexpr Real memory = Real(0.995);  // of the sums
+
+  constexpr void follow_offset(Real innovation) noexcept {
+    offset_ += product(innovation - offset_, Real(0.0625));
     roughness_ += product(magnitude(innovation - before_) - roughness_, Real(0.03125));
-    return magnitude(offset_) > product(Real(2.5), roughness_);
   }
 
   constexpr void remember(Real innovation) noexcept {
