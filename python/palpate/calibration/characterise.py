@@ -8,10 +8,11 @@ import numpy as np
 
 from palpate._core import Touch
 from palpate.calibration.calibration import Calibration
-from palpate.several import most_reliable, usable
+from palpate.several import TOUCH_SCATTER, most_reliable, usable
 
-CHOICES = ("all", "mean", "weighted", "agreement", "standard_error", "covariance")
-"""Data of a fit: all touches; their mean, plain or weighted by the standard errors; or the most reliable touch."""
+CHOICES = ("all", "mean", "level", "weighted", "agreement", "standard_error", "covariance")
+"""Data of a fit: all touches; their mean, plain, weighted by how level each was held, or by the standard errors; or the
+most reliable touch."""
 
 
 @dataclass(frozen=True)
@@ -91,8 +92,9 @@ def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = ()) -> C
     ----------
     touches : sequence of Touch
     by : str
-        One of `CHOICES` except "all". A mean uses the usable touches; the others as in `palpate.most_reliable`, without
-        the test whether they agree.
+        One of `CHOICES` except "all". A mean uses the usable touches, "level" with weights
+        1 / (`TOUCH_SCATTER`^2 + `unlevel`^2); the others as in `palpate.most_reliable`, without the test whether they
+        agree.
     accept : collection of str
         Flags that do not exclude a touch.
 
@@ -113,15 +115,36 @@ def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = ()) -> C
     >>> choose(four, "mean").touches
     4.0
     """
-    if by not in ("mean", "weighted"):
+    if by not in ("mean", "level", "weighted"):
         touch = most_reliable(touches, by=by, scatter=None, accept=accept)
         return Chosen(touch.ratio, _error(touch))
     kept = usable(touches, accept)
     errors = np.array([_error(touch) for touch in kept])
-    weights = 1 / errors**2 if by == "weighted" and (errors > 0).all() else np.ones(len(kept))
+    weights = np.ones(len(kept))
+    if by == "level":
+        weights = 1 / (TOUCH_SCATTER**2 + np.array([unlevel(touch) for touch in kept]) ** 2)
+    elif by == "weighted" and (errors > 0).all():
+        weights = 1 / errors**2
     weights = weights / weights.sum()
     ratio = float(weights @ [touch.ratio for touch in kept])
     return Chosen(ratio, float(np.sqrt((weights**2) @ errors**2)), float(1 / (weights**2).sum()))
+
+
+def unlevel(touch: Touch) -> float:
+    """Return how far from level the probe was held, by the fit of the touch: a share of the mean output, 0 or more.
+
+    It is the hard channel that the fitted line or curve has at zero force of the soft one, `curve` less `offset` in
+    `Touch.effects`: level bumps are reached together. 0 in a scene without a fit.
+
+    Examples
+    --------
+    >>> import palpate
+    >>> from palpate.simulation import scenarios
+    >>> [unlevel(*palpate.touches(scenarios.run(name))) > 0.01 for name in ("not-level", "stiff-steady")]
+    [True, False]
+    """
+    effects = touch.effects
+    return abs(effects["curve"] - effects["offset"]) if effects else 0.0
 
 
 def _error(touch: Touch) -> float:

@@ -29,7 +29,7 @@ _input = click.Path(exists=True, dir_okay=False, path_type=Path)
 @click.option("--plot", type=_file, help="File for a plot: .png, .pdf or .svg.")
 @click.option("--report", type=_file, help="File for a report with table, fit and plot, HTML.")
 @click.option("--by", default="all", show_default=True, help="Values to fit: all touches, or for each "
-              "specimen one of mean, weighted, agreement, standard_error, covariance.")  # fmt: skip
+              "specimen one of mean, level, weighted, agreement, standard_error, covariance.")  # fmt: skip
 @click.option(
     "--free-soft-ratio",
     is_flag=True,

@@ -7,6 +7,7 @@ from typing import Any
 
 from palpate.figure_style import COLUMN_IN, PAGE_IN, save, sheet, write_csv
 from palpate.figures import session, touch
+from palpate.simulation.scenarios import PROBE
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,8 @@ def caption(number: int, seed: int) -> str:
     'Fig. 9. Four specimens'
     """
     return (
-        f"Fig. {number}. {FIGURES[number].caption} Simulated data (palpate.simulation, seed {seed}), not a measurement."
+        f"Fig. {number}. {FIGURES[number].caption} Simulated data (palpate.simulation, seed {seed}), not a measurement. "
+        f"The truth is the simulator's: a probe with k_h / k_s = {PROBE.rigid_ratio:g}."
     )
 
 

@@ -8,6 +8,7 @@ from palpate.simulation.press import Press
 from palpate.simulation.probe import Simulation, simulate
 from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import SCENARIOS, run
+from palpate.simulation.substrate import Substrate
 from palpate.simulation.tilt import Tilt
 from palpate.simulation.tremor import Lines, Peaks, Record
 
@@ -25,6 +26,7 @@ __all__ = [
     "Scenario",
     "Simulation",
     "Stamps",
+    "Substrate",
     "Tilt",
     "run",
     "simulate",

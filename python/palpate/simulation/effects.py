@@ -46,6 +46,7 @@ _PROBES = {
     "lag": _with(gauges=(Gauge(), Gauge(lag_s=0.1))),
 }
 _HANDS = {
+    "tilted": _with(replace(_TOUCH, tilt_deg=(0.5, 0.0))),
     "tilt-ramp": _with(tilt=Tilt(ramp_per_s=0.02)),
     "rocking": _with(tilt=Tilt(rock=0.05, rock_Hz=0.5)),
     "tilt-walk": _with(tilt=Tilt(walk=0.01)),

@@ -1,7 +1,7 @@
 """Simulation of a hand that touches an object several times, each time differently."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from palpate.simulation.press import Press
 from palpate.simulation.probe import Simulation, simulate
 from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import PROBE
+from palpate.simulation.substrate import Substrate
 
 FIRST_S, EVERY_S, LAST_S = 1.5, 8.9, 0.6  # start of the first touch; from start to start; idle after the last
 SLIP_S = 3.2  # time of a slip after the start of a touch: half-way
@@ -27,7 +28,7 @@ class Hand:
     press_spread : float
         Standard deviation of the logarithm of the press; a press is limited to 1/20 to 2.2 times the median.
     oblique : float
-        Standard deviation of a random factor on the ratio, one for each touch: oblique contact.
+        Standard deviation of a random factor on the ratio, one for each touch: scatter that nothing else shows.
     firm : float
         Exponent: a firm press has less oblique scatter, oblique * (press / press_pF) ** -firm.
     slips : float
@@ -35,7 +36,14 @@ class Hand:
     tremor : float
         As in `palpate.simulation.scenario.Scenario`.
     nonlinearity : float, 1/pF
-        `quadratic_per_pF` of both gauges, with a calibration in the limit of small forces.
+        `quadratic_per_pF` of both gauges, with a calibration in the limit of small forces. Of two plates at rest with
+        C_0 it is 1 / C_0.
+    tilt_deg : float, degrees
+        Standard deviation of the tilt, in the plane through both bumps and at right angles to it: oblique contact.
+    shallow : float
+        A touch that is held more obliquely is less deep: its press is divided by exp(shallow angle / tilt_deg).
+    substrate : Substrate
+        Distance of the bumps, tremor of the angle.
     """
 
     press_pF: float = 1.0
@@ -45,10 +53,15 @@ class Hand:
     slips: float = 0.0
     tremor: float = 0.02
     nonlinearity: float = 0.005
+    tilt_deg: float = 0.0
+    shallow: float = 0.0
+    substrate: Substrate = field(default_factory=Substrate)
 
     def touches(self, ratio: float, count: int, random: np.random.Generator) -> Scenario:
         """Return a scenario of `count` random touches on an object with this ratio."""
         share = np.clip(np.exp(self.press_spread * random.standard_normal(count)), 0.05, 2.2)
+        angles = random.standard_normal((count, 2)) if self.tilt_deg else np.zeros((count, 2))
+        share = share * np.exp(-self.shallow * np.hypot(*angles.T))
         scatter = self.oblique * share**-self.firm
         factors = np.maximum(1 + scatter * random.standard_normal((2, count)), 0.1)
         slips = random.random(count) < self.slips
@@ -57,12 +70,19 @@ class Hand:
                 FIRST_S + EVERY_S * i,
                 [(0.0, ratio * factors[0, i]), (SLIP_S, ratio * factors[int(slips[i]), i])],
                 depth_pF=float(self.press_pF * share[i] / (1 + ratio)),
+                tilt_deg=(float(self.tilt_deg * angles[i, 0]), float(self.tilt_deg * angles[i, 1])),
             )
             for i in range(count)
         ]
         duration = FIRST_S + EVERY_S * (count - 1) + (presses[-1].stop_s - presses[-1].start_s) + LAST_S
         gauge = Gauge(quadratic_per_pF=self.nonlinearity)
-        return Scenario(presses=presses, duration_s=duration, tremor=self.tremor, gauges=(gauge, gauge))
+        return Scenario(
+            presses=presses,
+            duration_s=duration,
+            tremor=self.tremor,
+            substrate=self.substrate,
+            gauges=(gauge, gauge),
+        )
 
 
 def session(

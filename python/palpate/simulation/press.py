@@ -28,6 +28,9 @@ class Press:
     relaxes, relaxation_s : float
         The object relaxes: from contact on the ratio falls by this share (rises if below 0), with this time
         constant, s.
+    tilt_deg : (float, float), degrees
+        Tilt of the substrate in the plane through both bumps (above 0: the hard bump is deeper), and at right angles
+        to it. What it does: `palpate.simulation.substrate.Substrate`.
 
     Raises
     ------
@@ -49,10 +52,12 @@ class Press:
     creep: float = 0.0
     relaxes: float = 0.0
     relaxation_s: float = 1.0
+    tilt_deg: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         """Check the ranges."""
         within(self, -np.inf, 1, "relaxes")
+        within(self, -45, 45, "tilt_deg")
         positive(self, "rise_s", "hold_s", "fall_s", "relaxation_s")
 
     @property

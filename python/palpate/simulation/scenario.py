@@ -10,6 +10,7 @@ from palpate.simulation.converter import Converter, Stamps
 from palpate.simulation.faults import Faults
 from palpate.simulation.press import Press
 from palpate.simulation.ranges import within
+from palpate.simulation.substrate import Substrate
 from palpate.simulation.tilt import Tilt
 from palpate.simulation.tremor import Peaks, Spectrum
 
@@ -29,6 +30,8 @@ class Scenario:
         Of the tremor.
     tilt : Tilt
         Changes of the ratio.
+    substrate : Substrate
+        Distance of the bumps, tremor of the angle; what `Press.tilt_deg` does.
     bumps : Bumps
         Bumps that are not level, bottom out, have cross-talk.
     gauges : (Gauge, Gauge)
@@ -61,6 +64,7 @@ class Scenario:
     tremor: float = 0.01
     spectrum: Spectrum = field(default_factory=Peaks)
     tilt: Tilt = field(default_factory=Tilt)
+    substrate: Substrate = field(default_factory=Substrate)
     bumps: Bumps = field(default_factory=Bumps)
     gauges: tuple[Gauge, Gauge] = field(default_factory=lambda: (Gauge(), Gauge()))
     baselines: tuple[Baseline, Baseline] = field(default_factory=lambda: (Baseline(0.62), Baseline(-0.41)))

@@ -42,6 +42,7 @@ class Truth:
         peaks = Peaks().course(random)  # always: the numbers after them stay the same
         own = scenario.spectrum != Peaks()
         self._tremor = scenario.spectrum.course(stream(seed, "tremor")) if own else peaks
+        self._nod = scenario.spectrum.course(stream(seed, "angle"))
         self._tilting = Tilting(scenario.tilt, scenario.duration_s, stream(seed, "walk"))
         self._baselines = [
             baseline.course(scenario.contact_s, scenario.duration_s, stream(seed, f"wander {channel}"))
@@ -97,9 +98,28 @@ class Truth:
         shaken = 1 + self._scenario.tremor * self._tremor(t) if self._scenario.tremor else 1.0
         for press in self.presses:
             pressed = press.depth_pF * press.profile(t) * shaken
-            ratio = self.ratio(press, t) if hard else 1.0
-            total += self._scenario.bumps.force(pressed, press.depth_pF, ratio, hard=hard)
+            ratio = self.ratio(press, t)
+            tilted = self._tilted(press, pressed, ratio, t, hard=hard)
+            total += self._scenario.bumps.force(tilted, press.depth_pF, ratio, hard=hard)
         return total
+
+    def _tilted(
+        self,
+        press: Press,
+        level: NDArray[np.float64],
+        ratio: NDArray[np.float64],
+        t: NDArray[np.float64],
+        *,
+        hard: bool,
+    ) -> NDArray[np.float64]:
+        substrate, (along, across) = self._scenario.substrate, np.radians(press.tilt_deg)
+        if not (substrate.tremor_deg or along or across):
+            return level
+        angle = substrate.angle_deg(press.tilt_deg[0], t - press.start_s)
+        if substrate.tremor_deg:
+            angle = angle + substrate.tremor_deg * self._nod(t)
+        normal = np.cos(along) * np.cos(across)  # the gauges see the part of the force normal to the substrate
+        return substrate.pressed(level * normal, ratio, angle, hard=hard)
 
 
 def _oblique(press: Press, factor: float) -> Press:

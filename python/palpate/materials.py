@@ -1,0 +1,54 @@
+"""Young's modulus of rubber from its Shore A hardness: what the materials of the bumps say about a probe."""
+
+from math import sqrt
+from statistics import NormalDist
+
+RELATIONS = ("gent", "ruess", "error_function")
+"""Published relations; see `modulus_of_shore_a`."""
+BUMPS_SHORE_A = (40.0, 6.0)
+"""The hard and the soft bump of the paper (Sec. II): urethane rubber, PMC-724 of Smooth-On, Shore A hardness."""
+
+
+def modulus_of_shore_a(hardness: float, relation: str = "gent") -> float:
+    """Return Young's modulus of a rubber with this Shore A hardness, MPa.
+
+    Parameters
+    ----------
+    hardness : float, 1 to 95
+        Shore A hardness.
+    relation : str
+        "gent": E = 0.0981 (56 + 7.62336 S) / (0.137505 (254 - 2.54 S)), a rigid punch that the spring of the durometer
+        presses into a half-space (A. N. Gent, Rubber Chem. Technol. 31, 896, 1958). Below 40 it departs from
+        measurements. Its quotient of two hardnesses does not depend on the radius of the punch: the spring presses with
+        0.55 N + 0.075 N S, and the depth is 2.5 mm (1 - S / 100) (ASTM D2240).
+        "ruess": log10 E = 0.0235 S - 0.6403, a line fitted to measurements (Ruess; in K. Larson, "Can you estimate modulus
+        from durometer hardness for silicones?", Dow).
+        "error_function": S = 100 erf(3.186e-4 sqrt(E / Pa)) (BS 903). It gives E = 0 at S = 0, where the spring of a
+        durometer presses with 0.55 N: it is not for the soft end of the scale.
+
+    Returns
+    -------
+    float
+        Modulus, MPa.
+
+    Raises
+    ------
+    ValueError
+        `hardness` is outside its range, or an unknown relation.
+
+    Examples
+    --------
+    >>> hard, soft = (modulus_of_shore_a(hardness) for hardness in BUMPS_SHORE_A)
+    >>> round(hard, 2), round(soft, 2), round(hard / soft, 1)
+    (1.69, 0.3, 5.6)
+    """
+    if not 1 <= hardness <= 95:
+        raise ValueError(f"hardness: got {hardness}, allowed: 1 to 95, Shore A")
+    if relation not in RELATIONS:
+        raise ValueError(f"relation: got {relation!r}, allowed: {', '.join(RELATIONS)}")
+    if relation == "gent":
+        return 0.0981 * (56 + 7.62336 * hardness) / (0.137505 * (254 - 2.54 * hardness))
+    if relation == "ruess":
+        return float(10 ** (0.0235 * hardness - 0.6403))
+    inverse = NormalDist().inv_cdf((1 + hardness / 100) / 2) / sqrt(2)  # erf(z) = 2 Phi(sqrt(2) z) - 1
+    return (inverse / 3.186e-4) ** 2 / 1e6
