@@ -101,11 +101,12 @@ def spline_ratio(run: Any, *, after: bool) -> float:
 
 def paper_literally(output: Any, regressor: Any) -> Any:
     """Estimate with eq. (3) and steps 1-4 of the paper, in float64, as printed."""
-    r, p, g, ratio = np.float64(1), np.float64(1e4), np.float64(0), np.empty(len(output))
+    r, p, g, alarm, ratio = np.float64(1), np.float64(1e12), np.float64(0), False, np.empty(len(output))
     for k, (y, x) in enumerate(zip(output, regressor, strict=True)):
         e = y - x * r
         g = np.maximum(0, g + np.abs(e) - 0.01)
-        forgetting = 0.9 if g > 0.05 else 0.995
+        alarm = g > (0.0 if alarm else 0.05)
+        forgetting = 0.9 if alarm else 0.995
         gain = p * x / (forgetting + x * p * x)
         p = (p - p * x * x * p / (forgetting + x * x * p)) / forgetting
         r = r + gain * e
@@ -114,16 +115,17 @@ def paper_literally(output: Any, regressor: Any) -> Any:
 
 
 def numba_step() -> Any:
-    """Return the step of AdaptiveRls by numba, as a function of (ratio, information, statistic) and two floats."""
+    """Return the step of AdaptiveRls by numba, as a function of [ratio, information, signed statistic] and two floats."""
     from numba import njit
 
     @njit  # type: ignore[untyped-decorator, unused-ignore]
     def step(state: Any, y: float, x: float) -> float:
         e = y - x * state[0]
-        g = max(0.0, state[2] + (abs(e) - 0.01))
-        information = (0.9 if g > 0.05 else 0.995) * state[1] + x * x
+        g = max(0.0, abs(state[2]) + (abs(e) - 0.01))
+        alarm = g > (0.0 if state[2] < 0 else 0.05)
+        information = (0.9 if alarm else 0.995) * state[1] + x * x
         state[0] += x / information * e
-        state[1], state[2] = information, g
+        state[1], state[2] = information, -g if alarm else g
         return float(state[0])
 
     return step

@@ -20,8 +20,8 @@ initial_covariance : float, 1/pF^2
     the noise of any converter. So the first sample decides, and initial_ratio is where the
     first innovation is counted from.
 max_covariance : float, 1/pF^2
-    Bound on the covariance, reached when the regressor stays at 0. With a smaller one, such as
-    1e6, the ratio keeps nearly its value while nothing but noise comes in.
+    Bound on the covariance, reached when the regressor stays at 0. While only noise comes in, the
+    ratio follows the noise: leave such samples out, as the scenes do.
 
 Raises
 ------
