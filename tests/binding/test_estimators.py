@@ -176,7 +176,7 @@ def test_a_sample_that_would_make_the_statistic_infinite_is_refused() -> None:
 def test_an_alarm_is_cleared_at_zero_and_with_a_clear_level_earlier(kind: Any) -> None:
     # Regressor 0: the innovation is the output, and exact. g: 0.5, 1.25, 0.75, 0.25, 0, 0.5.
     outputs, regressors = [1.0, 1.25, 0.0, 0.0, 0.0, 1.0], [0.0] * 6
-    settings = {"drift": 0.5, "threshold": 1.0}
+    settings: Any = {"drift": 0.5, "threshold": 1.0}
     expected = {
         0.0: [False, True, True, True, False, False],
         0.25: [False, True, True, False, False, False],  # not above the level is cleared

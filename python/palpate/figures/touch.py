@@ -40,7 +40,7 @@ def _errors(ax: Any, t: Traces, names: dict[str, tuple[str, str]]) -> None:
     for name, (colour, label) in names.items():
         error = np.where(inside, 100 * np.abs(getattr(t, name) / t.truth - 1), np.nan)
         ax.semilogy(error, color=colour, label=label, linewidth=0.8)
-    ax.semilogy(100 * t.standard_error / t.truth, color=HANDHELD, linestyle=":", label="std. error of it")
+    ax.semilogy(100 * t.standard_error / t.truth, color=HANDHELD, linestyle=":", label="standard error")
     ax.set_ylim(1e-4, 300)
     ax.set_ylabel("error of the ratio, %")
     ax.legend(loc="lower left")
