@@ -69,9 +69,9 @@ def two_specimens(seed: int) -> dict[str, Traces]:
 
 def stacked(parts: Mapping[str, Traces]) -> dict[str, ArrayLike]:
     """Return the numbers of several recordings, one below the other, with the name of the specimen."""
-    columns = {name: t.columns() for name, t in parts.items()}
+    columns = [t.columns() for t in parts.values()]
     names = [name for name, t in parts.items() for _ in t.hard]
-    return {"specimen": names, **{key: np.concatenate([c[key] for c in columns.values()]) for key in columns[PAIR[0]]}}
+    return {"specimen": names, **{key: np.concatenate([c[key] for c in columns]) for key in columns[0]}}
 
 
 def one_touch(specimen: str, seed: int) -> Traces:
