@@ -119,16 +119,17 @@ def spline_ratio(run: Any, *, after: bool) -> float:
 
 
 def numba_step() -> Any:
-    """Return the step of AdaptiveRls by numba, as a function of (ratio, information, statistic) and two floats."""
+    """Return the step of AdaptiveRls by numba, as a function of [ratio, information, signed statistic] and two floats."""
     from numba import njit
 
     @njit  # type: ignore[untyped-decorator, unused-ignore]
     def step(state: Any, y: float, x: float) -> float:
         e = y - x * state[0]
-        g = max(0.0, state[2] + (abs(e) - 0.01))
-        information = (0.9 if g > 0.05 else 0.995) * state[1] + x * x
+        g = max(0.0, abs(state[2]) + (abs(e) - 0.01))
+        alarm = g > (0.0 if state[2] < 0 else 0.05)
+        information = (0.9 if alarm else 0.995) * state[1] + x * x
         state[0] += x / information * e
-        state[1], state[2] = information, g
+        state[1], state[2] = information, -g if alarm else g
         return float(state[0])
 
     return step

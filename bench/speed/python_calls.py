@@ -138,7 +138,7 @@ def peer_work() -> tuple[list[Work], dict[str, float]]:
         work.append(("scipy lfilter", 10000, lambda: lfilter_ratio(long_y, long_x)))
         errors["error, scipy lfilter"] = error_of(lfilter_ratio(long_y, long_x)[0])
     if find_spec("numba"):
-        step, state = numba_step(), np.array([1.0, 1e-4, 0.0])
+        step, state = numba_step(), np.array([1.0, 1e-12, 0.0])
         found = [step(state, a, b) for a, b in zip(y.tolist(), x.tolist(), strict=True)]
         errors["error, numba, a call"] = error_of(found)
         work.append(("numba, a call", 2000, numba_loop(step, state)))

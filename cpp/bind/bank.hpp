@@ -22,17 +22,17 @@ class LaneStates {
 
   LaneStates(const Settings& settings, std::size_t streams)
       : core_(Kind::core(settings)),
-        task_{core_.forgetting().factor(false), core_.forgetting().factor(true), drift_of(core_.detector()),
-              core_.detector().limit(), core_.bound().min_information},
+        task_{core_.forgetting().factor(false), core_.forgetting().factor(true), cusum_of(core_.detector()),
+              core_.bound().min_information},
         ratio_(streams, core_.ratio()),
         information_(streams, core_.information()),
-        statistic_(streams) {}
+        signed_statistic_(streams) {}
 
   void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames, std::uint64_t* rejected) {
     BankTask<Real> task = task_;
     task.ratio = ratio_.data();
     task.information = information_.data();
-    task.statistic = statistic_.data();
+    task.signed_statistic = signed_statistic_.data();
     task.rejected = rejected;
     task.output = output;
     task.regressor = regressor;
@@ -45,23 +45,25 @@ class LaneStates {
   std::size_t size() const { return ratio_.size(); }
   Core core(std::size_t i) const {
     Core core = core_;
-    const Real numbers[] = {ratio_[i], information_[i], statistic_[i]};
+    const Real numbers[] = {ratio_[i], information_[i], signed_statistic_[i]};
     set_numbers(core, numbers);
     return core;
   }
   void set_core(std::size_t i, const Core& core) {
     ratio_[i] = core.ratio();
     information_[i] = core.information();
-    statistic_[i] = core.statistic();
+    signed_statistic_[i] = core.signed_statistic();
   }
 
  private:
-  static Real drift_of(const palpate::Cusum<Real>& detector) { return detector.drift; }
-  static Real drift_of(const palpate::NoDetector<Real>&) { return 0; }
+  static CusumNumbers<Real> cusum_of(const palpate::Cusum<Real>& cusum) {
+    return {cusum.drift, cusum.threshold, cusum.clear_level};
+  }
+  static CusumNumbers<Real> cusum_of(const palpate::NoDetector<Real>&) { return {}; }
 
   Core core_;
   BankTask<Real> task_;
-  LineVector<Real> ratio_, information_, statistic_;
+  LineVector<Real> ratio_, information_, signed_statistic_;
 };
 
 /// Cores one beside the other, for estimators whose steps differ from stream to stream.

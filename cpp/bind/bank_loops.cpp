@@ -18,7 +18,7 @@ namespace {
 
 template <class Core, class Real>
 void run(const Core& core, const BankTask<Real>& task) {
-  palpate::Lanes<Core>(core).process({task.ratio, task.information, task.statistic, task.rejected}, task.output,
+  palpate::Lanes<Core>(core).process({task.ratio, task.information, task.signed_statistic, task.rejected}, task.output,
                                      task.regressor, task.ratios, task.streams, task.frames);
 }
 
@@ -29,7 +29,8 @@ void fixed(const BankTask<Real>& task) {
 
 template <class Real>
 void adaptive(const BankTask<Real>& task) {
-  run(palpate::AdaptiveRls<Real>({task.steady, task.alarmed}, {task.drift, task.threshold}, {task.min_information}),
+  const auto [drift, threshold, clear_level] = task.cusum;
+  run(palpate::AdaptiveRls<Real>({task.steady, task.alarmed}, {drift, threshold, clear_level}, {task.min_information}),
       task);
 }
 

@@ -8,11 +8,18 @@
 #include <cstdint>
 
 template <class Real>
+struct CusumNumbers {
+  Real drift, threshold, clear_level;
+};
+
+template <class Real>
 struct BankTask {
-  Real steady, alarmed, drift, threshold, min_information;  // a fixed forgetting factor is `steady`
+  Real steady, alarmed;  // a fixed forgetting factor is `steady`
+  CusumNumbers<Real> cusum;
+  Real min_information;
   Real* ratio = nullptr;
   Real* information = nullptr;
-  Real* statistic = nullptr;
+  Real* signed_statistic = nullptr;
   std::uint64_t* rejected = nullptr;
   const Real* output = nullptr;
   const Real* regressor = nullptr;

@@ -54,6 +54,8 @@ struct AdaptiveKind {
     require(s["drift"] >= 0 && palpate::is_finite(static_cast<float>(s["drift"])), "drift", s["drift"],
             "0 <= drift, finite");
     require(s["threshold"] >= 0, "threshold", s["threshold"], "0 <= threshold");
+    require(s["clear_level"] >= 0 && s["clear_level"] <= s["threshold"], "clear_level", s["clear_level"],
+            "0 <= clear_level <= threshold (" + number(s["threshold"]) + ")");
     check_prior<Real>(s);
   }
   static Core core(const Settings& s) {

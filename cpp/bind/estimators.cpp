@@ -16,9 +16,12 @@ initial_ratio : float
     The ratio before the first sample; 1 is an infinitely soft object.
 initial_covariance : float, 1/pF^2
     Uncertainty of the initial ratio. It counts as much as one sample without noise whose
-    regressor is initial_covariance ** -0.5 pF: 0.01 pF for the default.
+    regressor is initial_covariance ** -0.5 pF: 1e-6 pF for the default, which is less than
+    the noise of any converter. So the first sample decides, and initial_ratio is where the
+    first innovation is counted from.
 max_covariance : float, 1/pF^2
-    Bound on the covariance, reached when the regressor stays at 0.
+    Bound on the covariance, reached when the regressor stays at 0. While only noise comes in, the
+    ratio follows the noise: leave such samples out, as the scenes do.
 
 Raises
 ------
@@ -29,7 +32,7 @@ Notes
 -----
 With x the regressor, R = 1/P and e = output - ratio * x: R' = lambda R + x^2,
 ratio' = ratio + (x / R') e. This is the paper's covariance form, eq. (3) and steps 1-4,
-inverted. All capacitances are in pF: in farads a covariance of 1e4 would mean that the
+inverted. All capacitances are in pF: in farads a covariance of 1e12 would mean that the
 initial ratio is certain.
 
 Examples
@@ -37,9 +40,9 @@ Examples
 >>> import palpate
 >>> estimator = palpate.Rls(forgetting=0.99)
 >>> round(estimator.update(0.5, 0.25), 4)
-1.9984
+2.0
 >>> estimator.process([0.52, 0.5], [0.26, 0.25]).round(4)
-array([1.9992, 1.9995])
+array([2., 2.])
 )";
 
 constexpr auto adaptive_doc = R"(The paper's estimator: a forgetting factor switched by a CUSUM change detector.
@@ -51,7 +54,10 @@ steady, alarmed : float, 0 < alarmed <= steady <= 1
 drift : float, pF
     Innovations smaller than this are ignored by the detector, d.
 threshold : float, pF
-    The alarm is on while the statistic is larger than this, h; inf for never.
+    The alarm is set when the statistic is larger than this, h; inf for never.
+clear_level : float, pF, 0 <= clear_level <= threshold
+    The alarm is cleared when the statistic has come back to this: 0 as in the paper, or
+    `threshold` for an alarm that is on exactly while the statistic is above the threshold.
 initial_ratio, initial_covariance, max_covariance : float
     As in `Rls`.
 
@@ -63,9 +69,11 @@ ValueError
 Notes
 -----
 For each sample, with the innovation e of `Rls`: statistic' = max(0, statistic + abs(e) - drift);
-alarm = statistic' > threshold; then the update of `Rls` with the forgetting factor that the
-alarm selects. drift and threshold are in pF: they fit one press and
-one noise level.
+alarm' = statistic' > (clear_level if alarm else threshold); then the update of `Rls` with the
+forgetting factor that alarm' selects. drift, threshold and clear_level are in pF: they fit
+one press and one noise level. The paper gives drift (0.01), the two factors and that the
+alarm is cleared at 0; threshold, initial_covariance and max_covariance are choices, see
+"The paper's choices" in the documentation.
 
 Examples
 --------
@@ -235,7 +243,7 @@ void bind(py::module_& module, const char* name, const char* doc) {
   methods::property<&E::statistic>(
       type, "statistic",
       "CUSUM statistic: pF in AdaptiveRls, standard deviations in HandoverRls; 0 without a detector.");
-  methods::property<&E::alarm>(type, "alarm", "Whether statistic > threshold; False without a detector.");
+  methods::property<&E::alarm>(type, "alarm", "Whether the alarm is on; False without a detector.");
   methods::property<&E::samples>(type, "samples", "Samples accepted so far.");
   methods::property<&E::rejected>(type, "rejected", "Samples refused so far.");
   if constexpr (knows_its_error<typename E::Core>) {

@@ -28,6 +28,7 @@ class _PaperSettings(TypedDict, total=False):
     alarmed: float
     drift: float
     threshold: float
+    clear_level: float
     initial_ratio: float
     initial_covariance: float
     max_covariance: float
@@ -85,6 +86,7 @@ class _AnySettings(TypedDict, total=False):
     alarmed: float
     drift: float
     threshold: float
+    clear_level: float
     host_stamps: bool
     hard_side: float
     soft_side: float
@@ -100,8 +102,8 @@ class Rls:
         *,
         forgetting: float = 0.995,
         initial_ratio: float = 1.0,
-        initial_covariance: float = 10000.0,
-        max_covariance: float = 1000000.0,
+        initial_covariance: float = 1000000000000.0,
+        max_covariance: float = 1000000000000.0,
     ) -> None: ...
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def update(self, output: float, regressor: float, /) -> float: ...
@@ -142,8 +144,8 @@ class Rls32:
         *,
         forgetting: float = 0.995,
         initial_ratio: float = 1.0,
-        initial_covariance: float = 10000.0,
-        max_covariance: float = 1000000.0,
+        initial_covariance: float = 1000000000000.0,
+        max_covariance: float = 1000000000000.0,
     ) -> None: ...
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def update(self, output: float, regressor: float, /) -> float: ...
@@ -186,9 +188,10 @@ class AdaptiveRls:
         alarmed: float = 0.9,
         drift: float = 0.01,
         threshold: float = 0.05,
+        clear_level: float = 0.0,
         initial_ratio: float = 1.0,
-        initial_covariance: float = 10000.0,
-        max_covariance: float = 1000000.0,
+        initial_covariance: float = 1000000000000.0,
+        max_covariance: float = 1000000000000.0,
     ) -> None: ...
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def update(self, output: float, regressor: float, /) -> float: ...
@@ -231,9 +234,10 @@ class AdaptiveRls32:
         alarmed: float = 0.9,
         drift: float = 0.01,
         threshold: float = 0.05,
+        clear_level: float = 0.0,
         initial_ratio: float = 1.0,
-        initial_covariance: float = 10000.0,
-        max_covariance: float = 1000000.0,
+        initial_covariance: float = 1000000000000.0,
+        max_covariance: float = 1000000000000.0,
     ) -> None: ...
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def update(self, output: float, regressor: float, /) -> float: ...
@@ -471,8 +475,8 @@ class RlsBank:
         *,
         forgetting: float = 0.995,
         initial_ratio: float = 1.0,
-        initial_covariance: float = 10000.0,
-        max_covariance: float = 1000000.0,
+        initial_covariance: float = 1000000000000.0,
+        max_covariance: float = 1000000000000.0,
     ) -> None: ...
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def update(
@@ -516,8 +520,8 @@ class RlsBank32:
         *,
         forgetting: float = 0.995,
         initial_ratio: float = 1.0,
-        initial_covariance: float = 10000.0,
-        max_covariance: float = 1000000.0,
+        initial_covariance: float = 1000000000000.0,
+        max_covariance: float = 1000000000000.0,
     ) -> None: ...
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def update(
@@ -563,9 +567,10 @@ class AdaptiveRlsBank:
         alarmed: float = 0.9,
         drift: float = 0.01,
         threshold: float = 0.05,
+        clear_level: float = 0.0,
         initial_ratio: float = 1.0,
-        initial_covariance: float = 10000.0,
-        max_covariance: float = 1000000.0,
+        initial_covariance: float = 1000000000000.0,
+        max_covariance: float = 1000000000000.0,
     ) -> None: ...
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def update(
@@ -611,9 +616,10 @@ class AdaptiveRlsBank32:
         alarmed: float = 0.9,
         drift: float = 0.01,
         threshold: float = 0.05,
+        clear_level: float = 0.0,
         initial_ratio: float = 1.0,
-        initial_covariance: float = 10000.0,
-        max_covariance: float = 1000000.0,
+        initial_covariance: float = 1000000000000.0,
+        max_covariance: float = 1000000000000.0,
     ) -> None: ...
     __hash__: ClassVar[None]  # type: ignore[assignment]
     def update(

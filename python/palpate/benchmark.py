@@ -115,9 +115,9 @@ def bare_estimators() -> dict[str, Estimate]:
     return found | {"lfilter 0.995": lambda y, x: _no_alarm(_ewma_least_squares(y, x))}
 
 
-def scene_trace(scene: "_Scene", run: Simulation) -> ErrorTrace:
-    """Return the error of a scene on the press of a simulation."""
-    tracker = Tracker(scene)
+def scene_trace(scene: "_Scene", run: Simulation, **settings: Any) -> ErrorTrace:
+    """Return the error of a scene, with settings of your own, on the press of a simulation."""
+    tracker = Tracker(scene, **settings)
     rows = tracker.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
     used = (rows["touch"] > 0) & np.isfinite(run.true_ratio)
     truth = run.true_ratio[used]

@@ -13,8 +13,15 @@ from hypothesis import strategies as st
 from palpate import _core
 
 SETTINGS: dict[str, dict[str, float]] = {
-    "Rls": {"forgetting": 0.97, "initial_ratio": 2.0, "max_covariance": 2e4},
-    "AdaptiveRls": {"steady": 0.98, "alarmed": 0.8, "drift": 1e-4, "threshold": 3e-4, "initial_covariance": 50.0},
+    "Rls": {"forgetting": 0.97, "initial_ratio": 2.0, "initial_covariance": 1e4, "max_covariance": 2e4},
+    "AdaptiveRls": {
+        "steady": 0.98,
+        "alarmed": 0.8,
+        "drift": 1e-4,
+        "threshold": 3e-4,
+        "clear_level": 2e-4,
+        "initial_covariance": 50.0,
+    },
     "HandoverRls": {"steady": 0.98, "drift": 0.5, "threshold": 4.0, "clip": 4.0, "smoothing": 0.25},
 }
 PAIRS = [

@@ -1,6 +1,7 @@
 """What a numpy user expects of the bound classes: arrays in, arrays out, clear errors."""
 
 import math
+import pickle
 import threading
 from typing import Any
 
@@ -9,6 +10,7 @@ import palpate
 import pytest
 from estimators import every
 from measure import bits
+from palpate import reference
 
 RANDOM = np.random.default_rng(1)
 REGRESSOR = RANDOM.uniform(0.1, 0.5, 300)
@@ -170,6 +172,44 @@ def test_a_sample_that_would_make_the_statistic_infinite_is_refused() -> None:
     assert math.isfinite(estimator.statistic)
 
 
+@pytest.mark.parametrize("kind", [palpate.AdaptiveRls, palpate.AdaptiveRls32])
+def test_an_alarm_is_cleared_at_zero_and_with_a_clear_level_earlier(kind: Any) -> None:
+    # Regressor 0: the innovation is the output, and exact. g: 0.5, 1.25, 0.75, 0.25, 0, 0.5.
+    outputs, regressors = [1.0, 1.25, 0.0, 0.0, 0.0, 1.0], [0.0] * 6
+    settings: Any = {"drift": 0.5, "threshold": 1.0}
+    expected = {
+        0.0: [False, True, True, True, False, False],
+        0.25: [False, True, True, False, False, False],  # not above the level is cleared
+        0.5: [False, True, True, False, False, False],
+        1.0: [False, True, False, False, False, False],
+    }
+    for clear_level, alarms in expected.items():
+        rows = kind(**settings, clear_level=clear_level).trace(outputs, regressors)
+        assert rows["statistic"].tolist() == [0.5, 1.25, 0.75, 0.25, 0.0, 0.5]
+        assert rows["alarm"].tolist() == alarms
+        exact = reference.adaptive_rls(outputs, regressors, **settings, clear_level=clear_level)
+        assert exact.alarm.tolist() == alarms
+    # The factor follows the alarm: R after each sample of regressor 0 is lambda R.
+    rows = kind(**settings, initial_covariance=1.0).trace(outputs, regressors)
+    steps = np.diff(np.log(rows["covariance"]), prepend=0.0)
+    assert np.exp(-steps) == pytest.approx(np.where(rows["alarm"], 0.9, 0.995), rel=1e-5)
+
+
+@pytest.mark.parametrize("kind", [palpate.AdaptiveRls, palpate.AdaptiveRls32])
+def test_an_alarm_below_the_threshold_survives_what_changes_nothing(kind: Any) -> None:
+    estimator = kind(drift=0.5, threshold=1.0)
+    estimator.process([1.0, 1.25, 0.0, 0.0], [0.0] * 4)
+    assert (estimator.statistic, estimator.alarm) == (0.25, True)
+    estimator.update(math.nan, 0.0)
+    twins = [estimator, estimator.copy(), pickle.loads(pickle.dumps(estimator))]
+    for twin in twins:
+        assert (twin.statistic, twin.alarm) == (0.25, True)
+        twin.update(0.5, 0.0)
+        assert (twin.statistic, twin.alarm) == (0.25, True)
+        twin.reset()
+        assert (twin.statistic, twin.alarm) == (0.0, False)
+
+
 @pytest.mark.parametrize(
     ("kind", "settings", "message"),
     [
@@ -181,9 +221,20 @@ def test_a_sample_that_would_make_the_statistic_infinite_is_refused() -> None:
         (palpate.AdaptiveRls, {"drift": -0.1}, "drift: got -0.1, allowed: 0 <= drift, finite"),
         (palpate.AdaptiveRls, {"drift": math.inf}, "drift: got inf"),
         (palpate.AdaptiveRls, {"threshold": math.nan}, "threshold: got nan, allowed: 0 <= threshold"),
+        (
+            palpate.AdaptiveRls,
+            {"clear_level": -1e-9},
+            r"clear_level: got -1e-09, allowed: 0 <= clear_level <= threshold",
+        ),
+        (palpate.AdaptiveRls, {"clear_level": 0.06}, r"clear_level: got 0.06, .* threshold \(0.05\)"),
+        (palpate.AdaptiveRls, {"clear_level": math.nan}, "clear_level: got nan"),
         (palpate.Rls, {"initial_ratio": math.inf}, "initial_ratio: got inf, allowed: a finite number"),
         (palpate.Rls, {"initial_covariance": 0}, "initial_covariance: got 0.0, allowed: 2.2"),
-        (palpate.Rls, {"initial_covariance": 1e7}, r"initial_covariance: got 10000000.0, .* \(1000000.0\)"),
+        (
+            palpate.Rls,
+            {"initial_covariance": 1e13},
+            r"initial_covariance: got 10000000000000.0, .* \(1000000000000.0\)",
+        ),
         (palpate.Rls, {"max_covariance": math.inf}, "max_covariance: got inf, allowed: 2.2"),
         (palpate.Rls32, {"max_covariance": 1e39}, "max_covariance: got 1e.39, allowed: 1.17"),
         (palpate.Rls32, {"initial_ratio": 1e39}, "initial_ratio: got 1e.39"),

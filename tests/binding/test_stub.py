@@ -13,15 +13,16 @@ from project import ROOT
 
 CLASSES = [value for value in vars(_core).values() if inspect.isclass(value)]
 DEFAULTS = {
-    "Rls": {"forgetting": 0.995, "initial_ratio": 1.0, "initial_covariance": 1e4, "max_covariance": 1e6},
+    "Rls": {"forgetting": 0.995, "initial_ratio": 1.0, "initial_covariance": 1e12, "max_covariance": 1e12},
     "AdaptiveRls": {
         "steady": 0.995,
         "alarmed": 0.9,
         "drift": 0.01,
         "threshold": 0.05,
+        "clear_level": 0.0,
         "initial_ratio": 1.0,
-        "initial_covariance": 1e4,
-        "max_covariance": 1e6,
+        "initial_covariance": 1e12,
+        "max_covariance": 1e12,
     },
     "HandoverRls": {
         "steady": 0.995,

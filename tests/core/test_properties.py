@@ -73,6 +73,7 @@ def test_scaling_both_channels_by_a_power_of_two_changes_no_bit_of_the_ratio(
     scaled = settings | {
         "drift": settings["drift"] * scale,
         "threshold": settings["threshold"] * scale,
+        "clear_level": settings["clear_level"] * scale,
         "initial_covariance": settings["initial_covariance"] / scale**2,
         "max_covariance": settings["max_covariance"] / scale**2,
     }
@@ -89,14 +90,15 @@ def test_scaling_the_output_alone_scales_the_ratio(width: int, tally: Tally, dat
     tally.count("properties")
     output, regressor = data.draw(strategies.any_samples(width))
     settings = data.draw(strategies.adaptive_settings(width))
-    scaled = {name: v * 4 if name in ("drift", "threshold", "initial_ratio") else v for name, v in settings.items()}
+    in_pF = ("drift", "threshold", "clear_level", "initial_ratio")
+    scaled = {name: v * 4 if name in in_pF else v for name, v in settings.items()}
     ratios = ADAPTIVE[width](**settings).process(output, regressor)
     assert bits(ADAPTIVE[width](**scaled).process(np.array(output) * 4, regressor)) == bits(ratios * 4)
 
 
 @widths
 @given(data=st.data())
-def test_the_alarm_is_on_exactly_while_the_statistic_is_above_the_threshold(
+def test_the_alarm_is_set_above_the_threshold_and_cleared_at_the_clear_level(
     width: int, tally: Tally, data: st.DataObject
 ) -> None:
     tally.count("properties")
@@ -104,7 +106,9 @@ def test_the_alarm_is_on_exactly_while_the_statistic_is_above_the_threshold(
     settings = data.draw(strategies.adaptive_settings(width))
     rows = ADAPTIVE[width](**settings).trace(output, regressor)
     assert (rows["statistic"] >= 0).all()
-    assert np.array_equal(rows["alarm"], rows["statistic"] > settings["threshold"])
+    alarmed = np.concatenate([[False], rows["alarm"][:-1]])
+    limit = np.where(alarmed, settings["clear_level"], settings["threshold"])
+    assert np.array_equal(rows["alarm"], rows["statistic"] > limit)
     before = np.concatenate([[0], rows["statistic"][:-1]])
     small = np.abs(rows["innovation"]) <= settings["drift"]
     assert (rows["statistic"][small] <= before[small]).all()

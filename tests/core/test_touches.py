@@ -89,10 +89,14 @@ def test_samples_without_a_value_are_left_out() -> None:
 
 
 def test_a_touch_that_hardly_moves_the_prior_is_flagged() -> None:
-    """Farads taken for picofarads: the paper's initial covariance then means that the ratio is known to be 1."""
     soft = presses([0.001], noise=0.0)
     light = made(9 + 2.5 * soft, 8 + soft)
-    assert palpate.touches(light, scene="paper")[0].flags == ("unexcited",)
+    [kept] = palpate.touches(light, scene="paper", initial_covariance=1e4)
+    assert kept.flags == ("unexcited",)
+    assert kept.ratio < 2.4
+    [touch] = palpate.touches(light, scene="paper")
+    assert touch.flags == ()
+    assert touch.ratio == pytest.approx(2.5, rel=0.01)
     [touch] = palpate.touches(light)
     assert touch.flags == ()
     assert touch.ratio == pytest.approx(2.5, rel=0.01)

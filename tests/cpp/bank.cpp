@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A bank of streams is as many estimators, bit for bit, refused samples included; whatever the width of the packs.
 
+#include <array>
 #include <cstring>
 #include <limits>
 #include <palpate/bank.hpp>
@@ -16,10 +17,11 @@ bool same(Real a, Real b) {
 
 // Streams of different ratios; stream s refuses every (s + 5)-th sample.
 template <class Core, std::size_t Streams>
-bool bank_is_many_estimators() {
+bool bank_is_many_estimators(const Core& core = Core()) {
   using Real = typename Core::real_type;
-  palpate::Bank<Core, Streams> bank;
-  Core cores[Streams];
+  palpate::Bank<Core, Streams> bank(core);
+  std::array<Core, Streams> cores;
+  cores.fill(core);
   std::uint64_t rejected[Streams] = {};
   bool ok = true;
   for (int k = 0; k < 250; ++k) {
@@ -35,7 +37,7 @@ bool bank_is_many_estimators() {
       rejected[s] += !cores[s].update(output[s], regressor[s]).accepted;
       ok = ok && same(ratios[s], cores[s].ratio()) && same(bank.ratio(s), cores[s].ratio()) &&
            same(bank.information(s), cores[s].information()) && same(bank.statistic(s), cores[s].statistic()) &&
-           bank.rejected(s) == rejected[s];
+           bank.alarm(s) == cores[s].alarm() && bank.rejected(s) == rejected[s];
     }
   }
   return ok;
@@ -44,7 +46,9 @@ bool bank_is_many_estimators() {
 template <class Real>
 bool all() {
   using Paper = palpate::Rls<Real, palpate::SwitchedForgetting<Real>, palpate::Cusum<Real>>;  // without a bound
+  const palpate::AdaptiveRls<Real> cleared_early({}, {Real(0.01), Real(0.05), Real(0.05)});
   return bank_is_many_estimators<palpate::AdaptiveRls<Real>, 1>() &&
+         bank_is_many_estimators<palpate::AdaptiveRls<Real>, 21>(cleared_early) &&
          bank_is_many_estimators<palpate::AdaptiveRls<Real>, 37>() &&
          bank_is_many_estimators<palpate::FixedRls<Real>, 16>() && bank_is_many_estimators<palpate::Rls<Real>, 9>() &&
          bank_is_many_estimators<Paper, 13>();

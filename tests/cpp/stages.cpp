@@ -226,7 +226,7 @@ static_assert(wraps<std::uint32_t>() && wraps<std::int32_t>());
 
 // Each scene starts from what its estimator needs.
 static_assert(HandheldTracker<float>().settings.initial_covariance == 1e10f &&
-              PaperTracker<float>().settings.initial_covariance == 1e4f);
+              PaperTracker<float>().settings.initial_covariance == 1e12f);
 
 // What a microcontroller has to hold.
 static_assert(sizeof(FixedTracker<float, unsigned>) <= 160 && sizeof(HandheldTracker<float, unsigned>) <= 1024);

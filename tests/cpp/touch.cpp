@@ -53,7 +53,7 @@ static_assert(sizeof(Rls<float>) == 2 * sizeof(float));
 static_assert(sizeof(Rls<double>) == 2 * sizeof(double));
 static_assert(sizeof(Rls<float, FixedForgetting<float>>) == 3 * sizeof(float));
 static_assert(sizeof(FixedRls<float>) == 4 * sizeof(float));
-static_assert(sizeof(AdaptiveRls<float>) == 8 * sizeof(float));
+static_assert(sizeof(AdaptiveRls<float>) == 9 * sizeof(float));
 static_assert(sizeof(embedded::AdaptiveRls<float>) == 3 * sizeof(float));
 
 // What a Cortex-M needs of a state: no constructor to run, a plain copy.
@@ -94,6 +94,24 @@ constexpr bool drift_is_exact() noexcept {
   return true;
 }
 static_assert(drift_is_exact<float>() && drift_is_exact<double>());
+
+// Set above the threshold, cleared at 0, or at the level that is chosen; the sign of the statistic is the alarm's.
+template <class Real>
+constexpr bool alarm_is_held(Real clear_level, int longer) noexcept {
+  AdaptiveRls<Real> estimator(SwitchedForgetting<Real>(), {Real(0.5), Real(1), clear_level});
+  constexpr Real outputs[] = {Real(1), Real(1.25), Real(0), Real(0), Real(0)};  // g: 0.5, 1.25, 0.75, 0.25, 0
+  int alarms = 0;
+  for (const Real output : outputs) {
+    const bool alarm = estimator.update(output, Real(0)).alarm;
+    if (alarm != estimator.alarm() || estimator.statistic() != magnitude(estimator.signed_statistic())) {
+      return false;
+    }
+    alarms += alarm;
+  }
+  return alarms == 1 + longer && estimator.statistic() == Real(0);
+}
+static_assert(alarm_is_held<double>(0, 2) && alarm_is_held<double>(0.5, 1) && alarm_is_held<double>(1, 0));
+static_assert(alarm_is_held<float>(0, 2) && alarm_is_held<float>(0.5f, 1) && alarm_is_held<float>(1, 0));
 
 template <class Real>
 bool refuses_what_is_not_finite() {

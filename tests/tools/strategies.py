@@ -18,11 +18,13 @@ def reals(low: float, high: float, width: Any) -> st.SearchStrategy[float]:
 def adaptive_settings(draw: st.DrawFn, width: int) -> dict[str, float]:
     """Parameters of AdaptiveRls, the complete useful range for data of about 1 pF."""
     steady = draw(reals(0.5, 1.0, width))
+    threshold = draw(reals(0.0, 4.0, width))
     return {
         "steady": steady,
         "alarmed": draw(reals(0.25, steady, width)),
         "drift": draw(reals(0.0, 0.5, width)),
-        "threshold": draw(reals(0.0, 4.0, width)),
+        "threshold": threshold,
+        "clear_level": draw(st.one_of(st.just(0.0), st.just(threshold), reals(0.0, threshold, width))),
         "initial_ratio": draw(reals(-16.0, 16.0, width)),
         "initial_covariance": draw(reals(2.0**-10, 2.0**20, width)),
         "max_covariance": 2.0**20,

@@ -100,6 +100,17 @@ constexpr Value positive_part(Value value) noexcept {
   return value > Value{} ? value : Value{};
 }
 
+/// `yes` where the comparison `mask` holds, otherwise `no`; also for a pack: a blend of two registers takes longer.
+template <class Mask, class Value>
+constexpr Value select(Mask mask, Value yes, Value no) noexcept {
+  if constexpr (is_real<Value>) {
+    return mask ? yes : no;
+  } else {
+    const Mask others = reinterpret_cast<Mask>(no);
+    return reinterpret_cast<Value>(others ^ (mask & (others ^ reinterpret_cast<Mask>(yes))));
+  }
+}
+
 /// value - value is 0 for a finite value, and NaN for NaN and for +-infinity.
 template <class Real>
 constexpr bool is_finite(Real value) noexcept {

@@ -27,11 +27,11 @@ class Lanes {
   struct State {
     Real* ratio;
     Real* information;
-    Real* statistic;
+    Real* signed_statistic;  // negative during an alarm: see policy/detector.hpp
     std::uint64_t* rejected;
 
     State from(std::size_t stream) const noexcept {
-      return {ratio + stream, information + stream, statistic + stream, rejected + stream};
+      return {ratio + stream, information + stream, signed_statistic + stream, rejected + stream};
     }
   };
 
@@ -82,13 +82,13 @@ class Lanes {
  private:
   template <class Value>
   struct Next {
-    Value ratio, information, statistic;
+    Value ratio, information, signed_statistic;
 
-    Value known_early() const noexcept { return information + statistic; }
+    Value known_early() const noexcept { return information + signed_statistic; }
     void store_to(const State& state, Real* ratios, std::size_t i) const noexcept {
       store(ratio, state.ratio + i);
       store(information, state.information + i);
-      store(statistic, state.statistic + i);
+      store(signed_statistic, state.signed_statistic + i);
       if (ratios) {
         store(ratio, ratios + i);
       }
@@ -99,18 +99,20 @@ class Lanes {
   Next<Value> next(const State& state, const Real* output, const Real* regressor, std::size_t i) const noexcept {
     const auto x = load<Value>(regressor + i), ratio = load<Value>(state.ratio + i);
     const Value innovation = load<Value>(output + i) - product(x, ratio);
-    const Value statistic = detector_.next(load<Value>(state.statistic + i), innovation);
-    const Value forgetting = statistic > Value{} + detector_.limit() ? Value{} + alarmed_ : Value{} + steady_;
+    const auto before = load<Value>(state.signed_statistic + i);
+    const Value statistic = detector_.next(magnitude(before), innovation);
+    const auto alarm = detector_.alarm(statistic, before < Value{});
+    const Value forgetting = select(alarm, Value{} + alarmed_, Value{} + steady_);
     const Value discounted = product(forgetting, load<Value>(state.information + i));
     const Value information = bound_.limit(discounted) + product(x, x);
-    return {ratio + product(x / information, innovation), information, statistic};
+    return {ratio + product(x / information, innovation), information, select(alarm, -statistic, statistic)};
   }
 
   void one_by_one(const State& state, const Real* output, const Real* regressor, Real* ratios, std::size_t i,
                   std::size_t end) const noexcept {
     for (; i < end; ++i) {
       const auto after = next<Real>(state, output, regressor, i);
-      if (is_finite(after.ratio) && is_finite(after.information) && is_finite(after.statistic)) {
+      if (is_finite(after.ratio) && is_finite(after.information) && is_finite(after.signed_statistic)) {
         after.store_to(state, ratios, i);
       } else {
         ++state.rejected[i];
@@ -144,14 +146,15 @@ class Bank {
 
   /// One sample of each stream; `ratios`, if not null, receives the new ratios.
   void update(const Real* output, const Real* regressor, Real* ratios = nullptr) noexcept {
-    lanes_.update({ratio_, information_, statistic_, rejected_}, output, regressor, ratios, Streams);
+    lanes_.update({ratio_, information_, signed_statistic_, rejected_}, output, regressor, ratios, Streams);
   }
 
   static constexpr std::size_t size() noexcept { return Streams; }
   Real ratio(std::size_t stream) const noexcept { return ratio_[stream]; }
   Real information(std::size_t stream) const noexcept { return information_[stream]; }
   Real covariance(std::size_t stream) const noexcept { return Real(1) / information_[stream]; }
-  Real statistic(std::size_t stream) const noexcept { return statistic_[stream]; }
+  Real statistic(std::size_t stream) const noexcept { return magnitude(signed_statistic_[stream]); }
+  bool alarm(std::size_t stream) const noexcept { return signed_statistic_[stream] < 0; }
   std::uint64_t rejected(std::size_t stream) const noexcept { return rejected_[stream]; }
 
  private:
@@ -159,7 +162,7 @@ class Bank {
   // Access to a pack that crosses two cache lines takes twice as long.
   alignas(64) Real ratio_[Streams];
   alignas(64) Real information_[Streams];
-  alignas(64) Real statistic_[Streams] = {};
+  alignas(64) Real signed_statistic_[Streams] = {};
   std::uint64_t rejected_[Streams] = {};
 };
 

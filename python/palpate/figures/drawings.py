@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.figure_style import COLUMN_IN, PAGE_IN, save, sheet, write_csv
-from palpate.figures import session, touch
+from palpate.figures import session, touch, traces
 from palpate.simulation.scenarios import PROBE
 
 
@@ -21,36 +21,35 @@ class Drawing:
     columns: Callable[[Any], dict[str, Any]]
 
 
-def _traces(t: touch.Traces) -> dict[str, Any]:
-    return t.columns()
-
+_SEEN = f"Tremor {100 * traces.TREMOR:g} % of the press, as in the other figures of touches."
 
 FIGURES = {
     6: Drawing(
-        "Readouts on specimen 30 OO (0.143 MPa) and the ratio by ordinary RLS with forgetting 0.995 (a) and 0.9 (b), as "
-        "in the paper's Fig. 6; (c) the handheld scene on the same data; (d) the distance of all from the truth. Tremor 4 % "
-        "of the press.",
-        (PAGE_IN, 4.4),
-        lambda seed: touch.one_touch("30 OO", seed, tremor=0.04),
+        "Readouts on the specimens 30 OO (0.143 MPa, left) and 30 A (0.87 MPa, right), and the ratio by ordinary RLS with "
+        "forgetting 0.995 (a) and 0.9 (b), as in the paper's Fig. 6; (c) the handheld scene on the same data; (d) the "
+        f"distance of all from the truth. {_SEEN}",
+        (PAGE_IN, 7.6),
+        traces.two_specimens,
         touch.figure_6,
-        _traces,
+        traces.stacked,
     ),
     7: Drawing(
         "Specimen 70 OO (0.515 MPa), as in the paper's Fig. 7: (a) readouts and the ratio with adaptive forgetting, (b) "
         "innovation and alarm signal, (c) three estimators; (d) to (f) the handheld scene on the same data. "
-        "Tremor 1 % of the press.",
+        f"Before contact the ratio is 1. {_SEEN}",
         (PAGE_IN, 6.2),
-        lambda seed: touch.one_touch("70 OO", seed, tremor=0.01),
+        lambda seed: traces.one_touch(traces.ONE, seed),
         touch.figure_7,
-        _traces,
+        traces.Traces.columns,
     ),
     9: Drawing(
         "Four specimens touched one after the other (30 OO, 70 OO, 40 A, 70 A), as in the paper's Fig. 9: readouts, "
-        "ratio and alarm signal (left); the handheld scene on the same data (right). Tremor 1 % of the press.",
+        "ratio, set back to 1 after each touch, and alarm signal (left); the handheld scene on the same data (right). "
+        f"{_SEEN}",
         (PAGE_IN, 5.6),
-        touch.four_touches,
+        traces.four_touches,
         touch.figure_9,
-        _traces,
+        traces.Traces.columns,
     ),
     10: Drawing(
         "Ratio against modulus, four touches on each of ten specimens, by the paper's algorithm: mean and standard "
@@ -131,6 +130,7 @@ def draw(folder: Path, *, seed: int = 0) -> list[Path]:
     [PosixPath('figures/fig06.pdf'), ...]
     """
     folder.mkdir(parents=True, exist_ok=True)
+    footer = f"simulated data, seed {seed}; tremor {100 * traces.TREMOR:g} % of the press"
     made: dict[Callable[[int], Any], Any] = {}
     paths = []
     for number, drawing in FIGURES.items():
@@ -140,7 +140,7 @@ def draw(folder: Path, *, seed: int = 0) -> list[Path]:
         stem = folder / f"fig{number:02}"
         with sheet(*drawing.size_in) as figure:
             drawing.draw(figure, data)
-            figure.supxlabel(f"simulated data, seed {seed}", fontsize=6, color="0.4", x=0.995, ha="right")
+            figure.supxlabel(footer, fontsize=6, color="0.4", x=0.995, ha="right")
             paths += save(figure, stem, caption(number, seed))
         paths.append(write_csv(stem.with_suffix(".csv"), drawing.columns(data)))
     captions = folder / "captions.md"

@@ -12,7 +12,8 @@ from palpate.calibration.characterise import Specimen, calibrate, choose
 from palpate.calibration.plot import draw, moduli_axis
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.figure_style import HANDHELD, HARD, PAPER, SLOW, TRUTH
-from palpate.simulation.hand import session
+from palpate.figures.traces import TREMOR
+from palpate.simulation.hand import Hand, session
 from palpate.simulation.scenarios import PROBE
 from palpate.touch import touches
 
@@ -32,7 +33,7 @@ class TenSpecimens:
 
 def ten_specimens(seed: int) -> TenSpecimens:
     """Simulate four touches on each of ten specimens."""
-    runs = session(seed)
+    runs = session(seed, hand=Hand(tremor=TREMOR))
 
     def through(scene: "_Scene") -> list[Specimen]:
         return [Specimen(name, E, touches(runs[name], scene=scene)) for name, E in SORBOTHANE_MPA.items()]

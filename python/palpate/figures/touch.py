@@ -1,101 +1,18 @@
-"""Fig. 6, 7 and 9 of the paper: readouts and estimates during touches; the handheld scene on the same data."""
+"""Drawings of Fig. 6, 7 and 9 of the paper: readouts and estimates during touches; the handheld scene on the same data."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from palpate._core import AdaptiveRls, Rls, Tracker
-from palpate.elasticity import SORBOTHANE_MPA
+from palpate._core import AdaptiveRls
 from palpate.figure_style import FAST, HANDHELD, HARD, PAPER, SLOW, SOFT, TRUTH
-from palpate.simulation.press import Press
-from palpate.simulation.probe import Simulation, simulate
-from palpate.simulation.scenario import Scenario
-from palpate.simulation.scenarios import PROBE
+from palpate.figures.traces import Array, Traces
 
-Array = NDArray[Any]
-START_S = 3.9  # contact at about the 150th sample
-SETTLED = 50  # samples after contact; later samples count as settled
-_DRIFT_PF, _THRESHOLD_PF = 0.01, 0.05  # the paper's alarm
-
-
-@dataclass(frozen=True)
-class Traces:
-    """All curves of one recording for the figures: arrays of shape (n,), nan outside touches.
-
-    The ordinary and adaptive estimators run as in the paper: input are the changes from the mean before contact, for
-    250 samples from contact on; the initial ratio is 1. The handheld scene gets the unchanged readings.
-    """
-
-    hard: Array  # changes, pF
-    soft: Array
-    truth: Array
-    slow: Array  # ratio, lambda = 0.995
-    fast: Array  # ratio, lambda = 0.9
-    adaptive: Array
-    innovation: Array  # pF
-    statistic: Array  # pF, the paper's alarm signal
-    handheld: Array
-    standard_error: Array
-    alarm: Array  # of the handheld scene
-
-    def columns(self) -> dict[str, Array]:
-        """Return the numbers of a figure as named columns."""
-        names = {"hard": "hard_pF", "soft": "soft_pF", "innovation": "innovation_pF", "statistic": "alarm_signal_pF"}
-        names |= {
-            "slow": "ratio_0.995",
-            "fast": "ratio_0.9",
-            "adaptive": "ratio_adaptive",
-            "handheld": "ratio_handheld",
-        }
-        return {"sample": np.arange(len(self.hard)), **{names.get(name, name): a for name, a in vars(self).items()}}
-
-
-def one_touch(specimen: str, seed: int, *, tremor: float) -> Traces:
-    """Simulate one touch on a specimen."""
-    press = Press(START_S, [(0.0, PROBE.ratio(SORBOTHANE_MPA[specimen]))], hold_s=7.5)
-    return traces(simulate(Scenario(presses=[press], duration_s=13.0, tremor=tremor), seed))
-
-
-def four_touches(seed: int) -> Traces:
-    """Simulate touches on four specimens, one after the other, from soft to hard."""
-    presses = [
-        Press(2.0 + 9.5 * i, [(0.0, PROBE.ratio(SORBOTHANE_MPA[name]))], depth_pF=0.2) for i, name in enumerate(FOUR)
-    ]
-    return traces(simulate(Scenario(presses=presses, duration_s=39.5, tremor=0.01), seed))
-
-
-FOUR = ("30 OO", "70 OO", "40 A", "70 A")
-"""The specimens of the paper's Fig. 9."""
-
-
-def traces(run: Simulation) -> Traces:
-    """Return the estimates of all estimators for a recording."""
-    idle = run.t_hard_s < run.presses[0].start_s - 0.2
-    hard, soft = run.hard - run.hard[idle].mean(), run.soft - run.soft[idle].mean()
-    paper = Tracker("paper")
-    paper.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
-    handheld = Tracker("handheld")
-    rows = handheld.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
-    found = {name: np.full(len(hard), np.nan) for name in ("slow", "fast", "adaptive", "innovation", "statistic")}
-    for touch in paper.touches:
-        used = slice(touch.start, touch.start + touch.samples)
-        found["slow"][used] = Rls(forgetting=0.995).process(hard[used], soft[used])
-        found["fast"][used] = Rls(forgetting=0.9).process(hard[used], soft[used])
-        adaptive = AdaptiveRls().trace(hard[used], soft[used])
-        found["adaptive"][used] = adaptive["ratio"]
-        found["innovation"][used], found["statistic"][used] = adaptive["innovation"], adaptive["statistic"]
-    inside = rows["touch"] > 0
-    return Traces(
-        hard,
-        soft,
-        run.true_ratio,
-        **found,
-        handheld=np.where(inside, rows["ratio"], np.nan),
-        standard_error=np.where(inside, rows["standard_error"], np.nan),
-        alarm=rows["alarm"] & inside,
-    )
+_CUSUM = AdaptiveRls().settings
+_END = 395  # sample; the touch ends a little later
+_UNDER: dict[str, Any] = {"color": "0.78", "linewidth": 3.0, "zorder": 1.5, "solid_capstyle": "butt", "label": "truth"}
+"""The truth, a wide line under the estimates: an estimate that is right is seen on it."""
 
 
 def _readouts(ax: Any, t: Traces) -> None:
@@ -108,59 +25,82 @@ def _readouts_and_ratio(ax: Any, t: Traces, ratio: Array, colour: str, label: st
     _readouts(ax, t)
     beside = ax.twinx()
     beside.grid(visible=False)
+    beside.plot(t.truth, **_UNDER)
     beside.plot(ratio, color=colour, label=label)
-    beside.plot(t.truth, label="truth", **TRUTH)
     beside.set_ylabel("capacitance ratio")
-    top, least = np.nanmax(t.hard), 0.9 - 0.6 * np.nanmax(t.truth)  # readouts below, ratio above, names between them
+    top = np.nanmax(t.hard)  # readouts below, ratio above, names where nothing is touched yet
     ax.set_ylim(-0.1 * top, 2.3 * top)
-    beside.set_ylim(least, least + (np.nanmax(t.truth) - least) / 0.92)
+    beside.set_ylim(0, np.nanmax(t.truth) / 0.9)
     lines = [*ax.get_lines(), *beside.get_lines()]
-    ax.legend(lines, [line.get_label() for line in lines], loc="center", bbox_to_anchor=(0.6, 0.68), ncols=2)
+    ax.legend(lines, [line.get_label() for line in lines], loc="upper left", labelspacing=0.25)
 
 
 def _errors(ax: Any, t: Traces, names: dict[str, tuple[str, str]]) -> None:
+    inside = np.isfinite(t.statistic)
     for name, (colour, label) in names.items():
-        ax.semilogy(100 * np.abs(getattr(t, name) / t.truth - 1), color=colour, label=label, linewidth=0.8)
-    ax.semilogy(100 * t.standard_error / t.truth, color=HANDHELD, linestyle=":", label="handheld's standard error")
+        error = np.where(inside, 100 * np.abs(getattr(t, name) / t.truth - 1), np.nan)
+        ax.semilogy(error, color=colour, label=label, linewidth=0.8)
+    ax.semilogy(100 * t.standard_error / t.truth, color=HANDHELD, linestyle=":", label="standard error")
     ax.set_ylim(1e-4, 300)
     ax.set_ylabel("error of the ratio, %")
-    ax.legend(loc="upper right", ncols=1)
+    ax.legend(loc="lower left")
 
 
-def figure_6(figure: Any, t: Traces) -> None:
-    """Draw ordinary RLS with two forgetting factors on one specimen."""
-    axes = figure.subplots(2, 2, sharex=True)
-    _readouts_and_ratio(axes[0, 0], t, t.slow, SLOW, r"ratio, $\lambda$ = 0.995")
-    _readouts_and_ratio(axes[1, 0], t, t.fast, FAST, r"ratio, $\lambda$ = 0.9")
-    _readouts_and_ratio(axes[0, 1], t, t.handheld, HANDHELD, "ratio, handheld")
-    _errors(axes[1, 1], t, {"slow": (SLOW, "0.995"), "fast": (FAST, "0.9"), "handheld": (HANDHELD, "handheld")})
-    _titles(axes, [["(a) ordinary RLS, forgetting 0.995", "(c) the same data, handheld scene"],
-                   ["(b) ordinary RLS, forgetting 0.9", "(d) distance from the truth"]])  # fmt: skip
-    axes[0, 0].set_xlim(100, 460)
+def _enlarged(
+    ax: Any, t: Traces, ratios: list[tuple[Array, str]], place: tuple[float, float, float, float], within: float
+) -> None:
+    """Draw ratios around the truth again, so that tenths of a per cent are seen."""
+    inset = ax.inset_axes(place)
+    inset.plot(t.truth, **_UNDER)
+    for ratio, colour in ratios:
+        inset.plot(ratio, color=colour, linewidth=0.8)
+    middle = np.nanmax(t.truth)
+    inset.set_xlim(160, _END)
+    inset.set_ylim((1 - within) * middle, (1 + within / 2) * middle)
+    inset.tick_params(labelsize=6)
+    inset.set_zorder(5)
+
+
+def figure_6(figure: Any, parts: Mapping[str, Traces]) -> None:
+    """Draw ordinary RLS with two forgetting factors on two specimens, a column each."""
+    axes = figure.subplots(4, 2, sharex=True)
+    for column, (name, t) in enumerate(parts.items()):
+        for row, (ratio, colour, label) in enumerate(
+            (
+                (t.slow, SLOW, r"$\lambda$ = 0.995"),
+                (t.fast, FAST, r"$\lambda$ = 0.9"),
+                (t.handheld, HANDHELD, "handheld"),
+            )
+        ):
+            _readouts_and_ratio(axes[row, column], t, ratio, colour, label)
+            _enlarged(axes[row, column], t, [(ratio, colour)], (0.56, 0.6, 0.42, 0.23), 0.004)
+        _errors(axes[3, column], t, {"slow": (SLOW, r"$\lambda$ = 0.995"), "fast": (FAST, r"$\lambda$ = 0.9"),
+                                     "handheld": (HANDHELD, "handheld")})  # fmt: skip
+        titles = ("(a) forgetting 0.995", "(b) forgetting 0.9", "(c) handheld scene", "(d) distance from the truth")
+        for ax, title in zip(axes[:, column], titles, strict=True):
+            ax.set_title(f"{title}, {name}")
+        axes[-1, column].set_xlabel("sample number")
+    axes[0, 0].set_xlim(0, _END)
 
 
 def figure_7(figure: Any, t: Traces) -> None:
     """Draw RLS with adaptive forgetting: estimate, innovation with alarm signal, comparison."""
     axes = figure.subplots(3, 2, sharex=True)
-    _readouts_and_ratio(axes[0, 0], t, t.adaptive, PAPER, "ratio, adaptive")
+    three = {"slow": (SLOW, "0.995"), "fast": (FAST, "0.9"), "adaptive": (PAPER, "adaptive")}
+    two = {"adaptive": (PAPER, "adaptive"), "handheld": (HANDHELD, "handheld")}
+    _readouts_and_ratio(axes[0, 0], t, t.adaptive, PAPER, "adaptive")
     _alarm(axes[1, 0], t)
-    _compared(axes[2, 0], t, {"slow": (SLOW, "0.995"), "fast": (FAST, "0.9"), "adaptive": (PAPER, "adaptive")})
-    _readouts_and_ratio(axes[0, 1], t, t.handheld, HANDHELD, "ratio, handheld")
-    _errors(axes[1, 1], t, {"adaptive": (PAPER, "adaptive"), "handheld": (HANDHELD, "handheld")})
-    _compared(axes[2, 1], t, {"adaptive": (PAPER, "adaptive"), "handheld": (HANDHELD, "handheld")})
+    _compared(axes[2, 0], t, three)
+    _enlarged(axes[2, 0], t, [(t.fast, FAST), (t.slow, SLOW), (t.adaptive, PAPER)], (0.5, 0.12, 0.48, 0.6), 0.008)
+    _readouts_and_ratio(axes[0, 1], t, t.handheld, HANDHELD, "handheld")
+    _errors(axes[1, 1], t, two)
+    _compared(axes[2, 1], t, two)
     _titles(axes, [["(a) adaptive forgetting", "(d) the same data, handheld scene"],
                    ["(b) innovation and alarm signal", "(e) distance from the truth"],
                    ["(c) three estimators", "(f) adaptive and handheld, enlarged"]])  # fmt: skip
-    middle = np.nanmax(t.truth)
-    axes[2, 1].set_ylim(0.98 * middle, 1.02 * middle)
-    inset = axes[2, 0].inset_axes((0.42, 0.4, 0.55, 0.43))
-    for ratio, colour in ((t.fast, FAST), (t.slow, SLOW), (t.adaptive, PAPER)):
-        inset.plot(ratio, color=colour, linewidth=0.8)
-    inset.plot(t.truth, **TRUTH)
-    inset.set_xlim(160, 400)
-    inset.set_ylim(0.992 * middle, 1.004 * middle)
-    inset.tick_params(labelsize=6)
-    axes[0, 0].set_xlim(100, 460)
+    axes[2, 0].set_ylim(0, 1.1 * np.nanmax(t.truth))
+    axes[2, 1].set_ylim(0.98 * np.nanmax(t.truth), 1.02 * np.nanmax(t.truth))
+    axes[0, 0].set_xlim(0, _END)
 
 
 def figure_9(figure: Any, t: Traces) -> None:
@@ -171,43 +111,45 @@ def figure_9(figure: Any, t: Traces) -> None:
         ax.legend(loc="upper left")
     for ax, ratio, colour, label in ((axes[1, 0], t.adaptive, PAPER, "adaptive"),
                                      (axes[1, 1], t.handheld, HANDHELD, "handheld")):  # fmt: skip
+        ax.plot(t.truth, **_UNDER)
         ax.plot(ratio, color=colour, label=label)
-        ax.plot(t.truth, label="truth", **TRUTH)
         ax.set_ylabel("capacitance ratio")
+        ax.set_ylim(0, 1.08 * np.nanmax(t.truth))
         ax.legend(loc="upper left")
     axes[2, 0].plot(t.statistic, color=PAPER)
     axes[2, 0].set_ylabel("alarm signal, pF")
+    _shade(axes[2, 0], t.paper_alarm, PAPER)
     axes[2, 1].plot(100 * t.standard_error / t.truth, color=HANDHELD)
     axes[2, 1].set_ylabel("standard error, %")
     axes[2, 1].set_ylim(bottom=0)
     _shade(axes[2, 1], t.alarm, HANDHELD)
     alarm = "shaded: alarm" if t.alarm.any() else "no alarm"
     _titles(axes, [["(a) readouts", "(d) readouts, the same"], ["(b) ratio, adaptive forgetting", "(e) ratio, handheld"],
-                   ["(c) alarm signal", f"(f) standard error; {alarm}"]])  # fmt: skip
+                   ["(c) alarm signal; shaded: alarm on", f"(f) standard error; {alarm}"]])  # fmt: skip
 
 
 def _alarm(ax: Any, t: Traces) -> None:
+    threshold, drift = _CUSUM["threshold"], _CUSUM["drift"]
     ax.plot(t.innovation, color=HARD, label="innovation")
     ax.plot(t.statistic, color=PAPER, label="alarm signal")
-    ax.axhline(_THRESHOLD_PF, **TRUTH, label=f"threshold, {_THRESHOLD_PF} pF")
-    ax.axhline(_DRIFT_PF, color=SOFT, linewidth=0.7, linestyle=":", label=f"drift, {_DRIFT_PF} pF")
+    ax.axhline(threshold, **TRUTH, label=f"threshold, {threshold} pF")
+    ax.axhline(drift, color=SOFT, linewidth=0.7, linestyle=":", label=f"drift, {drift} pF")
+    _shade(ax, t.paper_alarm, PAPER, label=r"alarm on, $\lambda$ = 0.9")
     ax.set_ylabel("pF")
     ax.legend(loc="upper right")
 
 
 def _compared(ax: Any, t: Traces, names: dict[str, tuple[str, str]]) -> None:
+    ax.plot(t.truth, **_UNDER)
     for name, (colour, label) in names.items():
         ax.plot(getattr(t, name), color=colour, label=label)
-    ax.plot(t.truth, label="truth", **TRUTH)
     ax.set_ylabel("capacitance ratio")
-    ax.legend(loc="lower right", ncols=2)
+    ax.legend(loc="upper left")
 
 
-def _shade(ax: Any, alarm: Array, colour: str) -> None:
-    sample = np.arange(len(alarm))
-    ax.fill_between(
-        sample, 0, 1, where=alarm, color=colour, alpha=0.25, linewidth=0, transform=ax.get_xaxis_transform()
-    )
+def _shade(ax: Any, alarm: Array, colour: str, label: str | None = None) -> None:
+    ax.fill_between(np.arange(len(alarm)), 0, 1, where=alarm, color=colour, alpha=0.2, linewidth=0,
+                    transform=ax.get_xaxis_transform(), label=label)  # fmt: skip
 
 
 def _titles(axes: Any, titles: list[list[str]]) -> None:

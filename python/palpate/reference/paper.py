@@ -45,9 +45,10 @@ def adaptive_rls(
     alarmed: float = 0.9,
     drift: float = 0.01,
     threshold: float = 0.05,
+    clear_level: float = 0.0,
     initial_ratio: float = 1.0,
-    initial_covariance: float = 1e4,
-    max_covariance: float = 1e6,
+    initial_covariance: float = 1e12,
+    max_covariance: float = 1e12,
     number: Callable[[Any], Any] = np.float64,
 ) -> Trace:
     """Recursive least squares with a forgetting factor switched by a CUSUM detector.
@@ -56,7 +57,9 @@ def adaptive_rls(
     ----------
     output, regressor : array_like, shape (n,), pF
         Finite capacitance changes of the hard and the soft channel.
-    steady, alarmed, drift, threshold, initial_ratio, initial_covariance, max_covariance : float
+    steady, alarmed, drift, threshold, clear_level : float
+        As in `palpate.AdaptiveRls`.
+    initial_ratio, initial_covariance, max_covariance : float
         As in `palpate.AdaptiveRls`.
     number : callable
         Type of all calculations: numpy.float64, numpy.float32 or decimal.Decimal.
@@ -75,13 +78,14 @@ def adaptive_rls(
     --------
     >>> from palpate.reference import adaptive_rls
     >>> adaptive_rls([0.5, 0.52], [0.25, 0.26]).ratio.round(4)
-    array([1.9986, 1.9993])
+    array([2., 2.])
     """
     if not (np.isfinite(np.asarray(output, float)).all() and np.isfinite(np.asarray(regressor, float)).all()):
         raise ValueError("output, regressor: got a value that is not finite, allowed: finite numbers")
     ratio, covariance, statistic = number(initial_ratio), number(initial_covariance), number(0)
-    steady, alarmed, drift, threshold = number(steady), number(alarmed), number(drift), number(threshold)
-    bound = number(max_covariance)
+    steady, alarmed, bound = number(steady), number(alarmed), number(max_covariance)
+    drift, threshold, clear_level = number(drift), number(threshold), number(clear_level)
+    alarm = False
     rows = []
     for c1, c2 in zip(np.asarray(output), np.asarray(regressor), strict=True):
         # Step 1: C1(k), C2(k)
@@ -93,8 +97,8 @@ def adaptive_rls(
         # g(k) = max(0, g(k-1) + |e(k)| - d)
         statistic = max(number(0), statistic + abs(innovation) - drift)
 
-        # alarm(k) = g(k) > h
-        alarm = bool(statistic > threshold)
+        # The alarm is set when g(k) > h, and cleared when g(k) has come back to 0 (Sec. III-C)
+        alarm = bool(statistic > (clear_level if alarm else threshold))
 
         # lambda(k) = 0.9 if alarm(k) else 0.995
         forgetting = alarmed if alarm else steady
@@ -144,7 +148,7 @@ def rls(output: ArrayLike, regressor: ArrayLike, *, forgetting: float = 0.995, *
     --------
     >>> from palpate.reference import rls
     >>> rls([0.5, 0.52], [0.25, 0.26]).ratio.round(4)
-    array([1.9984, 1.9992])
+    array([2., 2.])
     """
     trace = adaptive_rls(output, regressor, steady=forgetting, alarmed=forgetting, **settings)
     return trace._replace(statistic=0 * trace.statistic, alarm=np.zeros_like(trace.alarm))

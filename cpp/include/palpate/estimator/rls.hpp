@@ -31,14 +31,14 @@ struct RatioOf {
   Real ratio_;
 };
 
-/// Statistic of a detector; zero bytes without a detector.
+/// Signed statistic of a detector; zero bytes without a detector.
 template <class Real, bool kept>
 struct StatisticOf {
-  Real statistic_ = 0;
+  Real signed_statistic_ = 0;
 };
 template <class Real>
 struct StatisticOf<Real, false> {
-  static constexpr Real statistic_ = 0;
+  static constexpr Real signed_statistic_ = 0;
 };
 }  // namespace detail
 
@@ -67,7 +67,7 @@ class Rls : detail::RatioOf<Real>,
  public:
   using real_type = Real;
   using check_type = Check;
-  static constexpr Real default_covariance = Real(1e4);
+  static constexpr Real default_covariance = Real(1e12);
 
   constexpr explicit Rls(Forgetting forgetting = Forgetting(), Detector detector = Detector(), Bound bound = Bound(),
                          Real ratio = Real(1), Real covariance = default_covariance) noexcept
@@ -79,18 +79,18 @@ class Rls : detail::RatioOf<Real>,
 
   constexpr Step<Real> update(Real output, Real regressor) noexcept {
     const Real innovation = output - product(regressor, ratio_);
-    const Real statistic = detector().next(statistic_, innovation);
-    const bool alarm = exceeds(statistic);
+    const Real statistic = detector().next(magnitude(signed_statistic_), innovation);
+    const bool alarm = detector().alarm(statistic, is_alarm(signed_statistic_));
     const Real discounted = forgetting().discount(information_, alarm);
     const Real information = bound().limit(discounted) + product(regressor, regressor);
     const Real gain = regressor / information;
     const Real ratio = ratio_ + product(gain, innovation);
     if (PALPATE_UNLIKELY(!Check::passes(ratio, information, statistic))) {
-      return refusal(ratio_, innovation, exceeds(statistic_));
+      return refusal(ratio_, innovation, is_alarm(signed_statistic_));
     }
     ratio_ = ratio;
     information_ = information;
-    set_statistic(statistic);
+    set_signed_statistic(alarm ? -statistic : statistic);
     return {ratio, innovation, gain, alarm, true};
   }
 
@@ -98,7 +98,7 @@ class Rls : detail::RatioOf<Real>,
   constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {
     ratio_ = ratio;
     information_ = Real(1) / covariance;
-    set_statistic(Real(0));
+    set_signed_statistic(Real(0));
   }
 
   /// Call `visit` with a reference to each number of the state: to save it, or to restore it.
@@ -107,15 +107,17 @@ class Rls : detail::RatioOf<Real>,
     visit(ratio_);
     visit(information_);
     if constexpr (keeps_statistic) {
-      visit(statistic_);
+      visit(signed_statistic_);
     }
   }
 
   constexpr Real ratio() const noexcept { return ratio_; }
   constexpr Real information() const noexcept { return information_; }
   constexpr Real covariance() const noexcept { return Real(1) / information_; }
-  constexpr Real statistic() const noexcept { return statistic_; }
-  constexpr bool alarm() const noexcept { return exceeds(statistic_); }
+  constexpr Real statistic() const noexcept { return magnitude(signed_statistic_); }
+  /// As the detector keeps it: negative during an alarm.
+  constexpr Real signed_statistic() const noexcept { return signed_statistic_; }
+  constexpr bool alarm() const noexcept { return is_alarm(signed_statistic_); }
   constexpr const auto& forgetting() const noexcept { return policy_in(static_cast<const Forgetting&>(*this)); }
   constexpr const auto& detector() const noexcept { return policy_in(static_cast<const Detector&>(*this)); }
   constexpr const auto& bound() const noexcept { return policy_in(static_cast<const Bound&>(*this)); }
@@ -126,21 +128,15 @@ class Rls : detail::RatioOf<Real>,
     return {ratio, innovation, Real(0), alarm, false};
   }
 
-  constexpr bool exceeds([[maybe_unused]] Real statistic) const noexcept {
+  static constexpr bool is_alarm(Real signed_statistic) noexcept { return keeps_statistic && signed_statistic < 0; }
+  constexpr void set_signed_statistic([[maybe_unused]] Real signed_statistic) noexcept {
     if constexpr (keeps_statistic) {
-      return statistic > detector().limit();
-    } else {
-      return false;
-    }
-  }
-  constexpr void set_statistic([[maybe_unused]] Real statistic) noexcept {
-    if constexpr (keeps_statistic) {
-      statistic_ = statistic;
+      signed_statistic_ = signed_statistic;
     }
   }
 
   using detail::RatioOf<Real>::ratio_;
-  using detail::StatisticOf<Real, keeps_statistic>::statistic_;
+  using detail::StatisticOf<Real, keeps_statistic>::signed_statistic_;
   Real information_;
 };
 

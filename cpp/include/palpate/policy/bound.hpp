@@ -23,7 +23,7 @@ struct Unbounded {
 template <class Real>
 struct BoundedCovariance {
   using real_type = Real;
-  Real min_information = Real(1e-6);
+  Real min_information = Real(1e-12);
 
   template <class Value>
   constexpr Value limit(Value information) const noexcept {

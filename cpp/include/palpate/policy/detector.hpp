@@ -2,6 +2,9 @@
 #pragma once
 
 // Change detectors: raise an alarm when the innovations e(k) show that the ratio has changed.
+//
+// The estimator keeps one number for both, the signed statistic: its magnitude is the statistic, and it is negative
+// during an alarm. An alarm needs a statistic above 0, so there is no doubt about the sign.
 
 #include <palpate/arithmetic.hpp>
 
@@ -17,18 +20,25 @@ struct NoDetector {
   static constexpr Value next(Value statistic, Value /*innovation*/) noexcept {
     return statistic;
   }
-  static constexpr Real limit() noexcept { return Real(0); }
+  template <class Value, class Mask>
+  static constexpr Mask alarm(Value /*statistic*/, Mask before) noexcept {
+    return before;
+  }
 };
 
 /// The cumulative sum of |e| of the paper, two-sided because of the absolute value:
-///   g(k) = max(0, g(k-1) + |e(k)| - d),  alarm(k) = g(k) > h.
-/// drift d and threshold h in the unit of the output (pF). Page, Biometrika 41 (1954). The estimator keeps g.
+///   g(k) = max(0, g(k-1) + |e(k)| - d).
+/// The alarm is set when g(k) > h, and cleared when g(k) has come back to the clear level: 0 in the paper, so an alarm
+/// that is on stays on until g(k) = 0. With clear_level = threshold, alarm(k) = g(k) > h.
+/// drift d, threshold h and the clear level in the unit of the output (pF); 0 <= clear_level <= threshold.
+/// Page, Biometrika 41 (1954).
 template <class Real>
 struct Cusum {
   using real_type = Real;
   static constexpr bool has_statistic = true;
   Real drift = Real(0.01);
   Real threshold = Real(0.05);
+  Real clear_level = Real(0);
 
   /// g(k) from g(k-1) and e(k).
   template <class Value>
@@ -36,12 +46,21 @@ struct Cusum {
     // |e| - d first: if |e| <= d, this difference is not positive, so rounding cannot increase g.
     return positive_part(statistic + (magnitude(innovation) - drift));
   }
-  constexpr Real limit() const noexcept { return threshold; }
+  /// alarm(k) from g(k) and alarm(k-1).
+  template <class Value, class Mask>
+  constexpr auto alarm(Value statistic, Mask before) const noexcept {
+    if constexpr (is_real<Value>) {  // branches, as in SwitchedForgetting
+      return before ? statistic > clear_level : statistic > threshold;
+    } else {
+      return statistic > select(before, Value{} + clear_level, Value{} + threshold);
+    }
+  }
 
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("drift", &Cusum::drift);
     visit("threshold", &Cusum::threshold);
+    visit("clear_level", &Cusum::clear_level);
   }
 };
 
