@@ -105,7 +105,7 @@ class Tracker : public Settings,
     }
     running_ = open_ = false;
     if constexpr (fits) {
-      Extra::fitted = Extra::fit.result(hard_baseline.noise(), soft_baseline.noise());
+      Extra::fitted = Extra::fit.result(hard_baseline.noise(), soft_baseline.noise(), estimator.ratio());
       Extra::first_ratio = estimator.ratio();
       Extra::first_error = error_of(shared_variance(), Extra::fitted.open + Extra::fitted.open_drift);
       standard_error_ = Extra::first_error;

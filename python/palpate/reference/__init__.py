@@ -1,10 +1,26 @@
-"""Reference implementations of the estimators in plain Python and numpy: slow, simple, without code of the core.
+"""Reference implementations in plain Python and numpy: slow, simple, without code of the core.
 
 `adaptive_rls` and `rls` follow the equations of the paper as printed; `handover_rls` is the estimator of the scene
-"handheld".
+"handheld", and `matched_pair`, `Baseline` and `Contact` are its other stages.
 """
 
+from palpate.reference.align import Pairs, matched_pair
+from palpate.reference.baseline import Baseline
+from palpate.reference.contact import Contact
+from palpate.reference.fit import Fit, Misfit
 from palpate.reference.handover import HandoverTrace, handover_rls
 from palpate.reference.paper import Trace, adaptive_rls, rls
 
-__all__ = ["HandoverTrace", "Trace", "adaptive_rls", "handover_rls", "rls"]
+__all__ = [
+    "Baseline",
+    "Contact",
+    "Fit",
+    "HandoverTrace",
+    "Misfit",
+    "Pairs",
+    "Trace",
+    "adaptive_rls",
+    "handover_rls",
+    "matched_pair",
+    "rls",
+]
