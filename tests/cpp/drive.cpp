@@ -136,11 +136,11 @@ void revise() {
       number = static_cast<Real>(next());
     }
   }
-  stage.begin();
+  stage.begin(start);
   Real count = 0;
   for (int i = 0; i < samples; ++i) {
     count = i == change ? kept : forgetting * count + 1;
-    stage.follow(start + static_cast<std::size_t>(i), count, i == change);
+    stage.follow(start + static_cast<std::size_t>(i), count, i == change, true);
   }
   stage.keep(known[0], known[1], start);
   const auto found = stage.result(known[2], known[3], reading, ratio, mean);
