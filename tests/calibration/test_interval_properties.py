@@ -1,6 +1,7 @@
 """What holds for every calibration: units, order, containment, and that less knowledge gives a wider interval."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import inf, isfinite, isnan, log
 
 import numpy as np
@@ -102,7 +103,7 @@ def test_a_larger_ratio_is_a_stiffer_object(session: Session, drawn: list[float]
     for share, one in zip(sorted(drawn), found, strict=True):
         assert one.low <= one.value <= one.high
         assert calibration.probe.ratio(one.value) == pytest.approx(at(calibration, share), rel=1e-9)
-    for lower, higher in zip(found[:-1], found[1:], strict=True):
+    for lower, higher in pairwise(found):
         assert lower.value <= higher.value
         assert lower.low <= higher.low * (1 + 1e-9)
         assert lower.high <= higher.high * (1 + 1e-9)

@@ -49,7 +49,9 @@ def allowed(t_soft: NDArray[Any], soft: NDArray[Any], hard: NDArray[Any]) -> flo
         window = t[i - 3 : i + 1]
         if (np.diff(window) > 0).all():
             ends = (int(window[1]), int(window[2]))
-            largest = max(largest, *(np.abs(align.lagrange(window.tolist(), at)).sum() for at in (*ends, sum(ends) // 2)))
+            largest = max(
+                largest, *(np.abs(align.lagrange(window.tolist(), at)).sum() for at in (*ends, sum(ends) // 2))
+            )
     both = np.concatenate([s, hard[np.isfinite(hard)], [0.0]])
     return float(50 * EPS * largest * np.abs(both).max())
 
@@ -58,7 +60,7 @@ def allowed(t_soft: NDArray[Any], soft: NDArray[Any], hard: NDArray[Any]) -> flo
 @given(readings())
 def test_the_core_is_the_reference(tally: Tally, drawn: tuple[NDArray[Any], ...]) -> None:
     tally.count("recordings against the reference of the alignment")
-    t_hard, t_soft, hard, soft = drawn
+    _, t_soft, hard, soft = drawn
     right = matched_pair(*drawn)
     found = drive("pair", np.column_stack(drawn), 4)
     assert np.array_equal(found[:, 2] == 1, right.valid)

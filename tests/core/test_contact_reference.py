@@ -39,7 +39,8 @@ def decided(course: list[Row]) -> tuple[list[list[float]], list[list[float]], Co
         between = wished and gate.state == "idle"
         given_.append([change, noise, waited, between])
         gate.update_between(change, noise) if between else gate.update(change, noise, waited)
-        right.append([gate.state == "contact", gate.state == "idle", gate.age, gate.fell, gate.suspects])
+        row = [gate.state == "contact", gate.state == "idle", gate.age, gate.fell, gate.suspects]
+        right.append([float(value) for value in row])
         seen[gate.state] += 1
         seen["fell"] += gate.fell
         seen["between"] += between and gate.state == "contact"

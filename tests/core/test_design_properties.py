@@ -32,9 +32,7 @@ def test_rarer_false_alarms_need_a_higher_threshold_and_more_time(
 
 @examples(40)
 @given(drifts, thresholds, st.floats(-0.5, 3.0), st.floats(0.05, 1.0), clips)
-def test_a_larger_shift_is_found_sooner(
-    drift: float, threshold: float, shift: float, more: float, clip: float
-) -> None:
+def test_a_larger_shift_is_found_sooner(drift: float, threshold: float, shift: float, more: float, clip: float) -> None:
     """And a higher threshold or a larger drift makes every run longer."""
     length = run_length(drift, threshold, shift=shift, clip=clip)
     assume(length < 1e9)
@@ -67,9 +65,7 @@ def simulated(drift: float, threshold: float, shift: float, clip: float, *, two_
 
 @examples(15)
 @given(drifts, st.floats(0.5, 5.0), st.floats(0.0, 2.0), clips)
-def test_a_run_is_as_long_as_simulated(
-    tally: Tally, drift: float, threshold: float, shift: float, clip: float
-) -> None:
+def test_a_run_is_as_long_as_simulated(tally: Tally, drift: float, threshold: float, shift: float, clip: float) -> None:
     expected = run_length(drift, threshold, shift=shift, clip=clip)
     assume(expected < 300)
     found = simulated(drift, threshold, shift, clip, two_sided=False)

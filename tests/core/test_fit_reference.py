@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate.reference import Fit, Misfit
-from palpate.reference.fit import FEWEST, model
+from palpate.reference.fit import FEWEST
+from palpate.reference.model import model
 from tally import Tally
 
 EPS = np.finfo(float).eps
@@ -48,7 +49,7 @@ class Samples:
         terms = self.offset + self.drift * k / self.count + self.lag * np.gradient(x) if self.count > 1 else 0
         y = self.ratio * (1 + self.change * later) * (x + terms + self.curve * (x - 1) ** 2)
         x, y = (self.depth * (v + 0.65 * self.noise * random.standard_normal(self.count)) for v in (x, y))
-        rows = np.column_stack([y, x, k + 1000])[random.random(self.count) >= self.lost].tolist()
+        rows: list[list[float]] = np.column_stack([y, x, k + 1000])[random.random(self.count) >= self.lost].tolist()
         if self.change:
             at = next((i for i, row in enumerate(rows) if row[2] >= 1000 + self.count // 2), len(rows))
             rows.insert(at + 1, [self.change, 0.0, -1.0])  # after a sample of the new depth, as at an alarm
@@ -141,7 +142,8 @@ def test_the_examples_reach_every_branch() -> None:
     assert np.isfinite(found(offset=-0.05).offset_ratio)
     assert np.isnan(found(offset=-0.7).offset_ratio)
     turned = found(change=-0.3, deeper=1.5)
-    assert (turned.curve, turned.flags) == (-0.3, {"curve"})
+    assert turned.curve == -0.3
+    assert turned.flags == {"curve"}
     assert turned.open == pytest.approx((0.3 * 2.8) ** 2)
     assert found(change=-0.3).curve != -0.3
     assert found(count=17, offset=0.7) == Misfit()

@@ -1,6 +1,4 @@
-"""Whole touches: the scene "handheld" against its reference, on simulated recordings with everything that a hand, a probe and a
-converter do.
-"""
+"""Whole touches: the scene "handheld" against its reference, with all that a hand, a probe and a converter do."""
 
 from dataclasses import dataclass
 from typing import Any

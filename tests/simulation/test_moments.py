@@ -47,7 +47,9 @@ def test_noise_has_its_variance_and_is_white(seed: int, noise: float, hard: floa
 
 
 @examples(5)
-@given(seeds, st.just(Peaks()) | st.builds(Lines, st.tuples(st.floats(3.2, 6.0), st.floats(7.0, 11.8)), sway=st.just(0.0)))
+@given(
+    seeds, st.just(Peaks()) | st.builds(Lines, st.tuples(st.floats(3.2, 6.0), st.floats(7.0, 11.8)), sway=st.just(0.0))
+)
 def test_a_tremor_has_an_rms_of_one_between_3_and_12_hz(seed: int, spectrum: Peaks | Lines) -> None:
     """Sines near each other beat: in 200 s the mean square is known to 10 %, of 40 hands to 1.6 %; 5 of it."""
     step_s, random, squares = 0.02, np.random.default_rng(seed), []
@@ -172,7 +174,9 @@ def test_oblique_contact_scatters_the_ratio_from_touch_to_touch(seed: int, obliq
 
 @examples(10)
 @given(seeds, st.floats(0.005, 0.08), st.floats(0.1, 0.3), st.floats(0.3, 3.0), st.floats(1.2, 9.0))
-def test_a_hand_scatters_presses_and_ratios(seed: int, oblique: float, spread: float, press_pF: float, ratio: float) -> None:
+def test_a_hand_scatters_presses_and_ratios(
+    seed: int, oblique: float, spread: float, press_pF: float, ratio: float
+) -> None:
     """A press is limited to 2.2 times the median: 2.6 standard deviations of its logarithm or more."""
     hand = Hand(press_pF=press_pF, press_spread=spread, oblique=oblique)
     made = hand.touches(ratio, MANY, np.random.default_rng(seed)).presses

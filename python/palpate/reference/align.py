@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+_Reading = tuple[int, float]
+"""Its time, ns, and its value, pF."""
 
 PATIENCE = 8  # windows that do not fit a grid until they are interpolated
 SLOWEST_NS = 40_000_000  # longest period with filters
@@ -63,37 +65,45 @@ def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: Ar
     >>> pairs.hard, pairs.soft
     (array([nan, nan, nan,  2.,  3.,  4.]), array([nan, nan, nan,  2.,  3.,  4.]))
     """
-    hards: list[tuple[int, float]] = []  # (time, value) of the readings so far
-    softs: list[tuple[int, float]] = []
+    hards: list[_Reading] = []
+    softs: list[_Reading] = []
     rows: list[tuple[float, float, bool, bool]] = []
     uneven = 0  # windows since the last one on a grid, at most PATIENCE
     columns = (np.asarray(t_hard), np.asarray(t_soft), np.asarray(hard, float), np.asarray(soft, float))
     for time, soft_time, value, soft_value in zip(*columns, strict=True):
-        rows.append((np.nan, np.nan, False, False))
+        row = (np.nan, np.nan, False, False)
         if np.isfinite(soft_value):
             if softs and int(soft_time) <= softs[-1][0]:  # the time does not increase: begin again
                 hards, softs = [], []
             softs.append((int(soft_time), float(soft_value)))
         if np.isfinite(value):
             hards.append((int(time), float(value)))
-        window, middle = softs[-4:], _middle(hards, softs)
-        if not np.isfinite(soft_value) or middle is None:
-            continue
-        now, value_now = hards[middle]
-        if now == window[2][0]:  # both channels at once
-            rows[-1] = (value_now, window[2][1], True, True)
-            continue
-        if (pair := _filtered(hards[middle - 1 : middle + 2] if middle else [], window)) is not None:
-            uneven, rows[-1] = 0, (*pair, True, True)
-            continue
-        uneven = min(uneven + 1, PATIENCE)
-        if uneven == PATIENCE and window[2][0] - window[1][0] <= LARGEST_GAP_NS:
-            rows[-1] = (value_now, float(lagrange([t for t, _ in window], now) @ [s for _, s in window]), True, False)
+        middle = _middle(hards, softs) if np.isfinite(soft_value) else None
+        if middle is not None:
+            row, uneven = _pair(hards, softs[-4:], middle, uneven)
+        rows.append(row)
     both = np.array(rows, float).reshape(-1, 4)
     return Pairs(both[:, 0], both[:, 1], both[:, 2] > 0, both[:, 3] > 0)
 
 
-def _middle(hards: list[tuple[int, float]], softs: list[tuple[int, float]]) -> int | None:
+def _pair(
+    hards: list[_Reading], softs: list[_Reading], middle: int, uneven: int
+) -> tuple[tuple[float, float, bool, bool], int]:
+    """Return the row of a window with four soft readings and a hard one in the middle, and the new number `uneven`."""
+    now, value = hards[middle]
+    if now == softs[2][0]:  # both channels at once
+        return (value, softs[2][1], True, True), uneven
+    pair = _filtered(hards[middle - 1 : middle + 2] if middle else [], softs)
+    if pair is not None:
+        return (*pair, True, True), 0
+    uneven = min(uneven + 1, PATIENCE)
+    if uneven < PATIENCE or softs[2][0] - softs[1][0] > LARGEST_GAP_NS:
+        return (np.nan, np.nan, False, False), uneven
+    weights = lagrange([time for time, _ in softs], now)
+    return (value, float(weights @ [soft for _, soft in softs]), True, False), uneven
+
+
+def _middle(hards: list[_Reading], softs: list[_Reading]) -> int | None:
     """Return the place of the newest of the last three hard readings that is between the two soft ones in the middle."""
     if len(softs) < 4:
         return None
@@ -102,7 +112,7 @@ def _middle(hards: list[tuple[int, float]], softs: list[tuple[int, float]]) -> i
     return between[-1] if between else None
 
 
-def _filtered(hards: list[tuple[int, float]], softs: list[tuple[int, float]]) -> tuple[float, float] | None:
+def _filtered(hards: list[_Reading], softs: list[_Reading]) -> tuple[float, float] | None:
     """Return the filtered pair of three hard and four soft readings; None if their times do not fit a grid.
 
     The grid has the mean period of the soft readings, in whole ns, and the hard reading in the middle; it fits if every

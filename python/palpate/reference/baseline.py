@@ -109,8 +109,8 @@ def first_level(values: ArrayLike) -> Level:
     rise = np.median(halves[1]) - np.median(halves[0])
     spread = (halves[:, 11] - halves[:, 4]).mean() / 1.14
     slope = rise / (FIRST // 2) if abs(rise) < 10 * max(spread, noise_floor(v)) else 0.0
-    last = near.mean() + slope * (FIRST - 1) / 2
-    lag = (FIRST - 1) * slope
+    last = float(near.mean() + slope * (FIRST - 1) / 2)
+    lag = float((FIRST - 1) * slope)
     size = len(near)
     ages = np.full(size, (FIRST - 1) / 2)
     return Level(near, np.full(size, 1 / size), ages, last - lag, last - 2 * lag, float(noise), size)
@@ -189,7 +189,7 @@ class Baseline:
     >>> baseline = Baseline()
     >>> for value in [0.5] * 40:
     ...     baseline.add(value)
-    >>> baseline.ready, baseline.now.level
+    >>> baseline.ready, round(baseline.now.level, 12)
     (True, 0.5)
     """
 

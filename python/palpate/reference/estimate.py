@@ -6,28 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.reference.fit import Fit
-from palpate.reference.handover import FEWEST, SETTLED, _Handover, _Noise
-
-STEADY = 0.995  # forgetting factor
-INITIAL_COVARIANCE = 1e10
+from palpate.reference.handover import FEWEST, SETTLED, _Handover, _Noise, handover_rls
 
 
 def _begin() -> _Handover:
-    """Return the estimator with the settings of the scene "handheld"."""
+    """Return the estimator of `handover_rls` with its defaults, which are those of the scene "handheld"."""
+    given = handover_rls.__kwdefaults__ or {}
     return _Handover(
-        steady=STEADY,
-        drift=0.75,
-        threshold=10.0,
-        clip=3.0,
-        smoothing=0.0625,
-        guard=2,
-        least=1e-12,
-        ratio=1.0,
-        information=1 / INITIAL_COVARIANCE,
+        **{name: given[name] for name in ("steady", "drift", "threshold", "clip", "smoothing", "guard")},
+        least=1 / given["max_covariance"],
+        ratio=given["initial_ratio"],
+        information=1 / given["initial_covariance"],
         squares=0.0,
         weight=0.0,
         instrument=0.0,
-        noise=_Noise(float, *[0.0] * 10),
+        noise=_Noise(float, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         number=float,
     )
 

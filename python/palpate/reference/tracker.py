@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from palpate.reference.align import matched_pair
 from palpate.reference.estimate import Estimate
-from palpate.reference.fit import LEAST, Misfit
 from palpate.reference.idle import Idle
+from palpate.reference.model import LEAST, Misfit
 from palpate.reference.revision import Known, Revised, line_share, revised
 
 SECONDS = 6.5  # length of a touch
@@ -122,7 +122,9 @@ class _Tracker:
         if there.all():
             event = self._idle.take(time_ns, *values.tolist(), running=self._running)
         else:
-            event = self._idle.take_one(*(v if known else None for v, known in zip(values.tolist(), there, strict=True)))
+            event = self._idle.take_one(
+                *(v if known else None for v, known in zip(values.tolist(), there, strict=True))
+            )
         alarm = False
         if event == "begun":
             self._touch, self._running, self._known = Estimate(max(number + 1 - self._idle.gate.age, 0)), True, None
