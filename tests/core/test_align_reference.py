@@ -19,7 +19,9 @@ SPECIAL = st.sampled_from([np.nan, np.inf, -np.inf])
 def readings(draw: st.DrawFn) -> tuple[NDArray[Any], ...]:
     """Draw times, ns, and values: an even grid with jitter, gaps, lost readings, both orders, times that go back."""
     count = draw(st.integers(4, 60))
-    period = draw(st.sampled_from([1e-4, 0.001, 0.026, 0.0285, 0.0315, 0.04, 0.045, 0.3, 1.2]) | st.floats(1e-4, 1.5))
+    period = draw(
+        st.sampled_from([1e-4, 0.001, 0.026, 0.0285, 0.0286, 0.0315, 0.04, 0.0405, 0.3, 1.2]) | st.floats(1e-4, 1.5)
+    )
     random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     jitter = period * draw(st.sampled_from([0.0, 0.01, 0.1, 0.2, 0.3]))
     phase = draw(st.sampled_from([0.5, -0.5, 0.0, 0.3, 0.9]))

@@ -5,11 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from driving import drive
+from edges import around, edge
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate.reference import Baseline
+from palpate.reference.baseline import first_level
 from tally import Tally
 
 EPS = np.finfo(float).eps
@@ -97,3 +99,17 @@ def test_the_examples_reach_every_branch() -> None:
     assert 16 < spiked.now.count < 32
     assert by_reference(np.full(60, 0.6))[0][-1, SPREAD] == 1e-6
     assert by_reference(Idle(1, 40, code=3.0, noise=1e-3).values())[0][-1, SPREAD] == pytest.approx(0.0009)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_limit_of_a_first_slope_is_that_of_the_reference(seed: int) -> None:
+    """Ten standard deviations of a half are no drift, but a touch or a jump."""
+
+    noise = np.random.default_rng(seed).standard_normal(32)
+
+    def values(jump: float) -> NDArray[np.float64]:
+        return np.asarray(0.6 + 4e-5 * (noise + jump * (np.arange(32) >= 16)))
+
+    for jump in around(edge(lambda jump: first_level(values(jump)).slope == 0, 1.0, 30.0)):
+        slope = drive("baseline", values(jump), 7)[-1, SLOPE]
+        assert slope == pytest.approx(first_level(values(jump)).slope, rel=1e-6, abs=1e-12)

@@ -1,10 +1,11 @@
 """The test of the model against its reference: every size, what it leaves open, and the flags."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from driving import drive
+from edges import around, edge
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
@@ -28,6 +29,7 @@ class Samples:
     ratio: float = 2.8
     depth: float = 0.25
     sway: float = 0.05
+    pace: float = 1.0  # of the sway; a slow one has hardly a slope
     noise: float = 1e-4  # relative to the depth
     offset: float = 0.0
     drift: float = 0.0
@@ -41,7 +43,7 @@ class Samples:
     def rows(self) -> list[list[float]]:
         """Return output, regressor, number; and change, 0, -1 at a hand-over."""
         random, k = np.random.default_rng(self.seed), np.arange(self.count)
-        waves = [np.sin(2 * np.pi * (f * 0.026 * k + random.random())) for f in (0.4, 1.1, 1.7, 4.2)]
+        waves = [np.sin(2 * np.pi * (self.pace * f * 0.026 * k + random.random())) for f in (0.4, 1.1, 1.7, 4.2)]
         x = 1 + self.sway * np.sum(waves, axis=0)
         x[: self.press] *= (k[: self.press] + 1) / (self.press + 1)
         later = k >= self.count // 2
@@ -56,6 +58,13 @@ class Samples:
         return rows
 
 
+def sizes(most: float) -> st.SearchStrategy[float]:
+    """None, or any size of either sign, the small ones as often as the large ones."""
+    return st.just(0.0) | st.builds(
+        lambda sign, share: sign * most * share**3, st.sampled_from([-1, 1]), st.floats(0, 1)
+    )
+
+
 touches = st.builds(
     Samples,
     seed=st.integers(0, 2**32 - 1),
@@ -63,11 +72,12 @@ touches = st.builds(
     ratio=st.sampled_from([1.0, 2.8, 9.0]),
     depth=st.sampled_from([0.25, 0.02, 4.0, 1e-3, 1e3]),
     sway=st.sampled_from([0.0, 1e-3, 0.01, 0.05, 0.2]),
+    pace=st.sampled_from([1.0, 1.0]) | st.floats(0.003, 0.2),
     noise=st.sampled_from([1e-5, 1e-4, 1e-3, 1e-2]),
-    offset=st.sampled_from([0.0, 0.0, 0.003, -0.05, 0.7]),
-    drift=st.sampled_from([0.0, 0.0, 0.003, -0.03]),
-    lag=st.sampled_from([0.0, 0.0, 0.07, -0.4]),
-    curve=st.sampled_from([0.0, 0.0, 0.01, -0.3]),
+    offset=sizes(0.05) | st.just(0.7),
+    drift=sizes(0.03),
+    lag=sizes(0.2),
+    curve=sizes(0.3),
     lost=st.sampled_from([0.0, 0.0, 0.05, 0.3]),
     press=st.sampled_from([0, 0, 8]),
     change=st.sampled_from([0.0, 0.0, 0.005, 0.02, -0.3]),
@@ -147,3 +157,27 @@ def test_the_examples_reach_every_branch() -> None:
     assert turned.open == pytest.approx((0.3 * 2.8) ** 2)
     assert found(change=-0.3).curve != -0.3
     assert found(count=17, offset=0.7) == Misfit()
+
+
+@pytest.mark.parametrize("noise", [1e-5, 3e-3])  # of these the smallest size decides, and the significance
+@pytest.mark.parametrize(("name", "most"), [("offset", 0.2), ("drift", 0.2), ("lag", 0.9), ("curve", 0.9)])
+def test_the_limit_of_each_flag_is_that_of_the_reference(name: str, most: float, noise: float) -> None:
+    def touch(size: float) -> Samples:
+        return replace(Samples(5, noise=noise, sway=0.1), **{name: size})  # type: ignore[arg-type]
+
+    def found(size: float) -> Misfit:
+        return by_reference(touch(size).rows(), 0.25 * noise, 2.8)[0]
+
+    for size in around(edge(lambda size: name in found(size).flags, 0.0, most)):
+        core = by_core(touch(size).rows(), 0.25 * noise, 2.8)
+        assert core["flags"] == sum(BITS[flag] for flag in found(size).flags)
+
+
+def test_the_limit_of_a_slope_that_is_noise_is_that_of_the_reference() -> None:
+    def touch(pace: float) -> Samples:
+        return Samples(5, noise=3e-3, sway=0.2, pace=pace)
+
+    for pace in around(edge(lambda pace: by_reference(touch(pace).rows(), 7.5e-4, 2.8)[0].lag != 0, 0.003, 0.5)):
+        assert (by_core(touch(pace).rows(), 7.5e-4, 2.8)["lag"] != 0) == (
+            by_reference(touch(pace).rows(), 7.5e-4, 2.8)[0].lag != 0
+        )

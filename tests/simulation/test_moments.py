@@ -126,15 +126,15 @@ def test_spikes_have_their_rate_size_and_both_signs(seed: int, rate: float, size
     assert (hits > 0).mean() == pytest.approx(0.5, abs=2.5 / np.sqrt(hits.size))
 
 
-@examples(12)
-@given(seeds, st.floats(4.0, 8.0), st.floats(0.02, 0.3), st.floats(0.0, 30.0))
+@examples(3)
+@given(seeds, st.floats(6.0, 8.0), st.floats(0.05, 0.12), st.floats(0.0, 30.0))
 def test_bursts_take_their_share_of_the_time(seed: int, rate: float, length: float, factor: float) -> None:
-    """A time is outside if no burst begins in the span before it: exp(-rate length), of 4,000 independent spans or more."""
-    duration_s, random = 1000.0, np.random.default_rng(seed)
+    """A time is outside if no burst begins in the span before it: exp(-rate length), of 30,000 spans."""
+    duration_s, random = 3000.0, np.random.default_rng(seed)
     noise = Faults(bursts_per_s=rate, burst_s=length, burst_factor=factor).burst_noise(duration_s, random)
-    found = noise(random.uniform(1, duration_s, 5000))
+    found = np.concatenate([noise(random.uniform(1, duration_s, 1000)) for _ in range(30)])
     outside = np.exp(-rate * length)
-    spread = np.sqrt(outside * (1 - outside)) * np.sqrt(1 / 5000 + 2 * length / duration_s)
+    spread = np.sqrt(outside * (1 - outside) * (1 / found.size + length / duration_s))
     assert (found == 1.0).mean() == pytest.approx(outside, abs=5 * spread)
     assert set(found.tolist()) <= {1.0, factor}
 
