@@ -87,7 +87,7 @@ struct FitStage {
   static float take(State& state, float output, float regressor) {
     state.add(output, regressor, state.count);
     if (++state.count == 368) {
-      state.drift = state.result(1e-5f, 1e-5f).drift;
+      state.drift = state.result(1e-5f, 1e-5f, 2.5f).drift;
     }
     return state.drift;
   }

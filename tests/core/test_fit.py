@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 OFFSET, DRIFT, LAG, CURVE = 1, 2, 4, 8
 NOISE = 4e-5  # of a reading, pF
 GAIN = 0.42**0.5  # of the filters before the fit
+RATIO = 2.8
 
 
 @pytest.mark.parametrize(("real", "tolerance"), [("double", 1e-9), ("float", 2e-3)])
@@ -48,7 +49,7 @@ def depths(seed: int, n: int = 240, spread: float = 0.05) -> NDArray[Any]:
 def fitted(y: NDArray[Any], x: NDArray[Any], real: str = "double", noise: float = NOISE) -> dict[str, float]:
     rows = np.column_stack([y, x, np.arange(len(x)) + 100])
     names = ("offset", "drift", "lag", "curve", "open", "open_drift", "offset_ratio", "offset_error", "flags")
-    found = drive("fit", np.concatenate([[noise, noise], rows.ravel()]), 9, real)
+    found = drive("fit", np.concatenate([[noise, noise, RATIO], rows.ravel()]), 9, real)
     return dict(zip(names, found[0], strict=True))
 
 
@@ -148,10 +149,10 @@ def test_a_gap_interrupts_the_slopes_only() -> None:
     y = 2.8 * (x + 0.3 * np.gradient(x))
     rows = np.column_stack([y, x, np.arange(len(x)) + 100])
     kept = np.delete(rows, [50, 51, 90, 130], axis=0)
-    found = drive("fit", np.concatenate([[1e-7, 1e-7], kept.ravel()]), 9)[0]
+    found = drive("fit", np.concatenate([[1e-7, 1e-7, RATIO], kept.ravel()]), 9)[0]
     assert found[2] == pytest.approx(0.3, rel=1e-6)
     wrong = np.column_stack([kept[:, :2], np.arange(len(kept)) + 100])
-    assert drive("fit", np.concatenate([[1e-7, 1e-7], wrong.ravel()]), 9)[0][2] != pytest.approx(0.3, rel=1e-3)
+    assert drive("fit", np.concatenate([[1e-7, 1e-7, RATIO], wrong.ravel()]), 9)[0][2] != pytest.approx(0.3, rel=1e-3)
 
 
 def test_a_change_of_the_ratio_with_the_depth_is_a_curve() -> None:
@@ -160,6 +161,7 @@ def test_a_change_of_the_ratio_with_the_depth_is_a_curve() -> None:
         before, after = depths(1, 100, 0.02), deeper * depths(2, 100, 0.02)
         rows = [[2.8 * v, v, i] for i, v in enumerate(before)] + [[2.8 * after[0], after[0], 100]]
         rows += [[change, 0, -1]] + [[2.8 * (1 + change) * v, v, i + 101] for i, v in enumerate(after[1:])]
-        found = drive("fit", np.concatenate([[NOISE, NOISE], np.ravel(rows)]), 9)[0]
+        found = drive("fit", np.concatenate([[NOISE, NOISE, RATIO], np.ravel(rows)]), 9)[0]
         assert int(found[8]) & CURVE == flag, (deeper, change)
         assert (found[3] == pytest.approx(change)) == bool(flag)
+        assert found[4] == pytest.approx((change * RATIO) ** 2 if flag else 0, abs=1e-12)  # a variance of the ratio

@@ -4,8 +4,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import palpate
 import pytest
 from driving import drive
+from palpate.simulation import Faults, scenarios, simulate
 
 NONE, DRIFT, CREEP, BASELINE = range(4)
 
@@ -102,3 +104,28 @@ def test_a_channel_that_recovers_creeps(channel: int) -> None:
         if kind == CREEP:
             assert found["open"] == pytest.approx(found["shift"] ** 2)
             assert found["variance"] == pytest.approx(1e-11 * (1 + plain.ratio**2))
+
+
+def test_a_baseline_that_is_known_with_a_reading_of_one_channel_revises() -> None:
+    """The last value of the soft baseline comes alone: its hard reading is lost."""
+    run = scenarios.run("drift-soft", 1)
+    rows = palpate.Tracker().process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
+    [at] = np.flatnonzero(rows["revised"])
+    hard, soft = run.hard.copy(), run.soft.copy()
+    soft[at - 5] = hard[at + 1] = np.nan  # the soft baseline is one value behind
+    later = palpate.Tracker().process(run.t_hard_s, run.t_soft_s, hard, soft)
+    assert np.flatnonzero(later["revised"]).tolist() == [at + 1]
+
+
+def test_lost_readings_do_not_shift_the_mean_time_of_a_touch() -> None:
+    """A steady drift is corrected as well with a fifth of the conversions lost: ages count readings, not samples."""
+    scenario = scenarios.SCENARIOS["drift-soft"]
+    truth, errors = scenario.presses[0].ratios[0][1], []
+    for seed in range(12):
+        run = simulate(replace(scenario, faults=Faults(lost=0.2)), seed)
+        tracker = palpate.Tracker()
+        tracker.process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
+        [touch] = tracker.touches
+        assert touch.revised
+        errors.append(abs(touch.ratio / truth - 1))
+    assert np.median(errors) < 8e-4  # 4e-4; by samples 16e-4

@@ -43,11 +43,13 @@ void sweep() {
   put(sums.at(5, 5), sums.at(0, 1), 0);
 }
 
-// Noises of hard and soft, then output, regressor, number of each pair; a negative number: restart by the output.
+// Noises of hard and soft, the ratio, then output, regressor, number of each pair; a negative number: restart by the
+// output.
 template <class Real>
 void fit() {
   Fit<Real> stage;
   const auto hard = static_cast<Real>(next()), soft = static_cast<Real>(next());
+  const auto ratio = static_cast<Real>(next());
   while (more()) {
     const auto y = static_cast<Real>(next()), x = static_cast<Real>(next());
     const double number = next();
@@ -57,7 +59,7 @@ void fit() {
       stage.add(y, x, static_cast<std::uint32_t>(number));
     }
   }
-  const auto f = stage.result(hard, soft);
+  const auto f = stage.result(hard, soft, ratio);
   put(f.offset, f.drift, f.lag, f.curve, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
 }
 
@@ -134,11 +136,11 @@ void revise() {
       number = static_cast<Real>(next());
     }
   }
-  stage.begin();
+  stage.begin(start);
   Real count = 0;
   for (int i = 0; i < samples; ++i) {
     count = i == change ? kept : forgetting * count + 1;
-    stage.follow(start + static_cast<std::size_t>(i), count, i == change);
+    stage.follow(start + static_cast<std::size_t>(i), count, i == change, true);
   }
   stage.keep(known[0], known[1], start);
   const auto found = stage.result(known[2], known[3], reading, ratio, mean);

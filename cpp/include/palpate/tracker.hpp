@@ -77,12 +77,9 @@ class Tracker : public Settings,
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
     const bool high = too_large(hard), large = too_large(soft), saturated = high || large;
-    bool revised = false;
-    if (is_finite(hard) && is_finite(soft)) {
-      revised = follow(Channels::take(hard_time, hard, soft, running_));
-    } else {
-      Channels::take_one(high ? nan : hard, large ? nan : soft);
-    }
+    const bool both = is_finite(hard) && is_finite(soft);
+    const bool revised = follow(both ? Channels::take(hard_time, hard, soft, running_)
+                                     : Channels::take_one(high ? nan : hard, large ? nan : soft));
     const auto pair = align.feed(hard_time, soft_time, saturated ? nan : hard, saturated ? nan : soft);
     bool alarm = false;
     if (open_) {
@@ -105,7 +102,7 @@ class Tracker : public Settings,
     }
     running_ = open_ = false;
     if constexpr (fits) {
-      Extra::fitted = Extra::fit.result(hard_baseline.noise(), soft_baseline.noise());
+      Extra::fitted = Extra::fit.result(hard_baseline.noise(), soft_baseline.noise(), estimator.ratio());
       Extra::first_ratio = estimator.ratio();
       Extra::first_error = error_of(shared_variance(), Extra::fitted.open + Extra::fitted.open_drift);
       standard_error_ = Extra::first_error;
@@ -239,7 +236,7 @@ class Tracker : public Settings,
     counts_.start = readings_ + 1 > age ? readings_ + 1 - age : 0;
     if constexpr (fits) {
       Extra::fit.reset();
-      Extra::reviser.begin();
+      Extra::reviser.begin(readings_);
       Extra::reviser.drop();
       Extra::fitted = {};
       Extra::revision = {};
@@ -256,11 +253,12 @@ class Tracker : public Settings,
     counts_.alarms += alarm;
     if constexpr (fits) {
       if (step.accepted) {
-        Extra::reviser.follow(readings_, estimator.count(), alarm);
+        const bool counts = step.gain != 0;  // no outlier, and no hand-over
+        Extra::reviser.follow(readings_, estimator.count(), alarm, counts);
         if (PALPATE_UNLIKELY(alarm)) {
           Extra::fit.restart(step.ratio / before - 1);
         }
-        if (pair.matched && step.gain != 0) {  // no outlier
+        if (pair.matched && counts) {
           Extra::fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
         }
       }

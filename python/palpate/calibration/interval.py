@@ -7,7 +7,8 @@ of its prediction with the given probability; so the set contains the true E wit
 ratio, where the interval is not symmetric or has no upper end. (The delta method, sigma dE/dr, fails there.)
 
 t is the quantile of Student's distribution, with the degrees of freedom of Welch and Satterthwaite: each variance has
-the degrees of freedom of its estimate; the standard error is taken as exact.
+the degrees of freedom of its estimate; the standard error is taken as exact. With few of them t falls so fast that a standard
+error beside a scatter that is hardly known gives a narrower interval than the scatter alone.
 """
 
 from dataclasses import dataclass

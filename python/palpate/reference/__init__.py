@@ -1,10 +1,31 @@
-"""Reference implementations of the estimators in plain Python and numpy: slow, simple, without code of the core.
+"""Reference implementations in plain Python and numpy: slow, simple, without code of the core.
 
 `adaptive_rls` and `rls` follow the equations of the paper as printed; `handover_rls` is the estimator of the scene
-"handheld".
+"handheld", `matched_pair`, `Baseline`, `Contact` and `Fit` are its other stages, and `handheld` is the whole scene.
 """
 
+from palpate.reference.align import Pairs, matched_pair
+from palpate.reference.baseline import Baseline
+from palpate.reference.contact import Contact
+from palpate.reference.fit import Fit
 from palpate.reference.handover import HandoverTrace, handover_rls
+from palpate.reference.model import Misfit
 from palpate.reference.paper import Trace, adaptive_rls, rls
+from palpate.reference.tracker import Rows, Touch, handheld
 
-__all__ = ["HandoverTrace", "Trace", "adaptive_rls", "handover_rls", "rls"]
+__all__ = [
+    "Baseline",
+    "Contact",
+    "Fit",
+    "HandoverTrace",
+    "Misfit",
+    "Pairs",
+    "Rows",
+    "Touch",
+    "Trace",
+    "adaptive_rls",
+    "handheld",
+    "handover_rls",
+    "matched_pair",
+    "rls",
+]

@@ -58,8 +58,8 @@ class Fit : public Settings {
     last_[0] = {output, regressor};
   }
 
-  /// The noise of a reading of the hard and of the soft channel, standard deviations.
-  constexpr Fitted<Real> result(Real hard_noise, Real soft_noise) const noexcept {
+  /// The noise of a reading of the hard and of the soft channel, standard deviations; the ratio of the estimator.
+  constexpr Fitted<Real> result(Real hard_noise, Real soft_noise, Real ratio) const noexcept {
     Fitted<Real> found;
     if (sums_.at(fit_one, fit_one) >= fewest && sums_.at(fit_x, fit_one) > 0) {
       found = FitTest<Real>(settings, sums_, first_, latest_, product(hard_noise, hard_noise),
@@ -69,7 +69,8 @@ class Fit : public Settings {
     if (magnitude(curved_) > settings.least_curved) {
       found.curve = curved_;
       found.flags = static_cast<std::uint8_t>(found.flags | misfit_curve);
-      found.open += product(curved_, curved_);
+      const Real shift = product(curved_, ratio);
+      found.open += product(shift, shift);
       found.offset_ratio = found.offset_error = std::numeric_limits<Real>::quiet_NaN();
     }
     return found;

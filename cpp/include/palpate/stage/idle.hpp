@@ -61,11 +61,13 @@ class Idle {
   }
 
   /// Takes readings of which one or both have no value.
-  constexpr void take_one(Real hard, Real soft) noexcept {
+  constexpr Event take_one(Real hard, Real soft) noexcept {
+    const bool was_ready = ready();
     if (gate.idle() && !gate.suspects() && !settles_) {
       alone(hard_baseline, hard);
       alone(soft_baseline, soft);
     }
+    return ready() && !was_ready ? Event::measured : Event::none;
   }
 
   constexpr void tare() noexcept {

@@ -29,14 +29,17 @@ class Reviser {
     bool significant = false;                // the shift
   };
 
-  constexpr void begin() noexcept {
+  constexpr void begin(std::size_t reading) noexcept {
     mean_age_ = 0;
+    last_ = reading;
     changed_ = false;
   }
 
-  /// After each sample: the mean age of the samples, with the weights of the estimator, whose sum is `count`.
-  constexpr void follow(std::size_t reading, Real count, bool change) noexcept {
-    mean_age_ = change ? (count - 1) / 2 : product(mean_age_ + 1, 1 - 1 / count);
+  /// After each sample: the mean age of the samples in readings, with the weights of the estimator, whose sum is `count`;
+  /// `counts`: this sample is one of them, and no outlier. Those that a hand-over kept count as the last readings.
+  constexpr void follow(std::size_t reading, Real count, bool change, bool counts) noexcept {
+    const Real older = mean_age_ + static_cast<Real>(reading - last_);
+    mean_age_ = change ? (count - 1) / 2 : counts ? product(older, 1 - 1 / count) : older;
     changed_ = changed_ || change;
     last_ = reading;
   }

@@ -1,0 +1,161 @@
+"""Reference of the alignment: both channels on an even grid, filtered with the same response."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+_Reading = tuple[int, float]
+"""Its time, ns, and its value, pF."""
+
+PATIENCE = 8  # windows that do not fit a grid until they are interpolated
+SLOWEST_NS = 40_000_000  # longest period with filters
+LARGEST_GAP_NS = 1_000_000_000  # longest time between two soft readings for an interpolation
+SIDES = ((28_500_000, 0.21048, 0.04482), (SLOWEST_NS, 0.22142, 0.05300))  # longest period, a, b
+
+
+class Pairs(NamedTuple):
+    """Both channels at one time, for each reading, as arrays of shape (n,).
+
+    Attributes
+    ----------
+    hard, soft : numpy.ndarray, shape (n,), pF
+        nan where there is no pair.
+    valid, matched : numpy.ndarray of bool, shape (n,)
+        Whether there is a pair; whether both channels of it have the same response.
+
+    Examples
+    --------
+    >>> matched_pair([0, 26, 52], [13, 39, 65], [1.0, 1.0, 1.0], [2.0, 2.0, 2.0]).valid
+    array([False, False, False])
+    """
+
+    hard: Array
+    soft: Array
+    valid: NDArray[np.bool_]
+    matched: NDArray[np.bool_]
+
+
+def matched_pair(t_hard: ArrayLike, t_soft: ArrayLike, hard: ArrayLike, soft: ArrayLike) -> Pairs:
+    """Align two channels that are read one after the other: reference of the first stage of the scene "handheld".
+
+    Parameters
+    ----------
+    t_hard, t_soft : array_like of int, shape (n,), ns
+        Times of the readings.
+    hard, soft : array_like, shape (n,), pF
+        Readings; nan or infinite: a missing one.
+
+    Returns
+    -------
+    Pairs
+        For each reading the pair that is complete with it.
+
+    Notes
+    -----
+    The window of a pair is the last four soft readings, the newest hard reading h between the two in the middle, and
+    the hard readings before and after it. If its times fit an even grid, a and b weight the neighbours:
+    y = (1 - 2 a) h(k) + a (h(k-1) + h(k+1)), x = (1/2 - b) (s(k-1) + s(k)) + b (s(k-2) + s(k+1)).
+
+    Examples
+    --------
+    >>> t = 26_000_000 * np.arange(6)
+    >>> pairs = matched_pair(t, t + 13_000_000, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0], [0.5, 1.5, 2.5, 3.5, 4.5, 5.5])
+    >>> pairs.hard, pairs.soft
+    (array([nan, nan, nan,  2.,  3.,  4.]), array([nan, nan, nan,  2.,  3.,  4.]))
+    """
+    hards: list[_Reading] = []
+    softs: list[_Reading] = []
+    rows: list[tuple[float, float, bool, bool]] = []
+    uneven = 0  # windows since the last one on a grid, at most PATIENCE
+    columns = (np.asarray(t_hard), np.asarray(t_soft), np.asarray(hard, float), np.asarray(soft, float))
+    for time, soft_time, value, soft_value in zip(*columns, strict=True):
+        row = (np.nan, np.nan, False, False)
+        if np.isfinite(soft_value):
+            if softs and int(soft_time) <= softs[-1][0]:  # the time does not increase: begin again
+                hards, softs = [], []
+            softs.append((int(soft_time), float(soft_value)))
+        if np.isfinite(value):
+            hards.append((int(time), float(value)))
+        middle = _middle(hards, softs) if np.isfinite(soft_value) else None
+        if middle is not None:
+            row, uneven = _pair(hards, softs[-4:], middle, uneven)
+        rows.append(row)
+    both = np.array(rows, float).reshape(-1, 4)
+    return Pairs(both[:, 0], both[:, 1], both[:, 2] > 0, both[:, 3] > 0)
+
+
+def _pair(
+    hards: list[_Reading], softs: list[_Reading], middle: int, uneven: int
+) -> tuple[tuple[float, float, bool, bool], int]:
+    """Return the row of a window with four soft readings and a hard one in the middle, and the new number `uneven`."""
+    now, value = hards[middle]
+    if now == softs[2][0]:  # both channels at once
+        return (value, softs[2][1], True, True), uneven
+    pair = _filtered(hards[middle - 1 : middle + 2] if middle else [], softs)
+    if pair is not None:
+        return (*pair, True, True), 0
+    uneven = min(uneven + 1, PATIENCE)
+    if uneven < PATIENCE or softs[2][0] - softs[1][0] > LARGEST_GAP_NS:
+        return (np.nan, np.nan, False, False), uneven
+    weights = lagrange([time for time, _ in softs], now)
+    return (value, float(weights @ [soft for _, soft in softs]), True, False), uneven
+
+
+def _middle(hards: list[_Reading], softs: list[_Reading]) -> int | None:
+    """Return the place of the newest of the last three hard readings that is between the two soft ones in the middle."""
+    if len(softs) < 4:
+        return None
+    last = range(max(len(hards) - 3, 0), len(hards))
+    between = [i for i in last if softs[-3][0] < hards[i][0] <= softs[-2][0]]
+    return between[-1] if between else None
+
+
+def _filtered(hards: list[_Reading], softs: list[_Reading]) -> tuple[float, float] | None:
+    """Return the filtered pair of three hard and four soft readings; None if their times do not fit a grid.
+
+    The grid has the mean period of the soft readings, in whole ns, and the hard reading in the middle; it fits if every
+    other reading is less than a quarter of the period from its place. Its deviation is corrected by the slope there.
+    """
+    if len(hards) < 3:
+        return None
+    period = (softs[3][0] - softs[0][0]) // 3
+    places = {-2: -period, 2: period, -3: -period - period // 2, -1: -(period // 2), 1: period // 2}
+    places[3] = period + period // 2  # in half periods from the middle: even ones hard, odd ones soft
+    readings = dict(zip((-2, 0, 2, -3, -1, 1, 3), [*hards, *softs], strict=True))
+    late = {place: readings[place][0] - readings[0][0] - step for place, step in places.items()}
+    if period > SLOWEST_NS or any(abs(ticks) >= period // 4 for ticks in late.values()):
+        return None
+    v = {place: value for place, (_, value) in readings.items()}
+    slopes = {-2: v[0] - v[-2], 2: v[2] - v[0], -3: v[-1] - v[-3], 3: v[3] - v[1]}  # in a period
+    slopes |= {-1: (v[1] - v[-3]) / 2, 1: (v[3] - v[-1]) / 2}
+    on = {place: v[place] - slopes[place] * late[place] / period for place in late}
+    a, b = next((a, b) for longest, a, b in SIDES if period <= longest)
+    y = (1 - 2 * a) * v[0] + a * (on[-2] + on[2])
+    x = (0.5 - b) * (on[-1] + on[1]) + b * (on[-3] + on[3])
+    return y, x
+
+
+def lagrange(times: list[int], at: int) -> Array:
+    """Return the weights of the interpolation through values at these times.
+
+    Parameters
+    ----------
+    times : list of int, n times, ns
+        All different.
+    at : int, ns
+        Time of the interpolation.
+
+    Returns
+    -------
+    numpy.ndarray, shape (n,)
+        Their sum is 1.
+
+    Examples
+    --------
+    >>> lagrange([-30, -10, 10, 30], 0)
+    array([-0.0625,  0.5625,  0.5625, -0.0625])
+    """
+    t = np.array([time - at for time in times], float)
+    return np.array([np.prod([other / (other - own) for other in t if other != own]) for own in t])

@@ -1,0 +1,137 @@
+"""Reference of the estimate of one touch: the estimator, its standard error, and the mean time of its samples."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.reference.fit import Fit
+from palpate.reference.handover import FEWEST, SETTLED, _Handover, _Noise, handover_rls
+
+
+def _begin() -> _Handover:
+    """Return the estimator of `handover_rls` with its defaults, which are those of the scene "handheld"."""
+    given = handover_rls.__kwdefaults__ or {}
+    return _Handover(
+        **{name: given[name] for name in ("steady", "drift", "threshold", "clip", "smoothing", "guard")},
+        least=1 / given["max_covariance"],
+        ratio=given["initial_ratio"],
+        information=1 / given["initial_covariance"],
+        squares=0.0,
+        weight=0.0,
+        instrument=0.0,
+        noise=_Noise(float, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        number=float,
+    )
+
+
+@dataclass
+class Estimate:
+    """The samples of one touch.
+
+    Attributes
+    ----------
+    start : int
+        Number of the first reading of the touch.
+    samples, alarms, refused : int
+    fit : Fit
+        The same samples, for the test of the model.
+
+    Examples
+    --------
+    >>> estimate = Estimate(start=3)
+    >>> estimate.add(0.5, 0.2, 4, matched=True)
+    False
+    >>> round(estimate.ratio, 6), estimate.samples
+    (2.5, 1)
+    """
+
+    start: int
+    samples: int = 0
+    alarms: int = 0
+    refused: int = 0
+    fit: Fit = field(default_factory=Fit)
+    _state: _Handover = field(default_factory=_begin)
+    _numbers: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))  # of the readings, and their weights
+    _weights: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def ratio(self) -> float:
+        """The ratio."""
+        return float(self._state.ratio)
+
+    @property
+    def covariance(self) -> float:
+        """Inverse of the information, 1/pF^2."""
+        return float(1 / self._state.information)
+
+    @property
+    def statistic(self) -> float:
+        """The larger CUSUM side, standard deviations."""
+        return float(self._state.statistic())
+
+    @property
+    def mean_regressor(self) -> float:
+        """Root of the mean square regressor, by the information, with the sign of the instrument, pF."""
+        return float(np.copysign(np.sqrt(self._state.information / self._state.weight), self._state.instrument))
+
+    @property
+    def middle(self) -> float:
+        """Mean number of the readings, with the weights of the samples."""
+        return float(self._weights @ self._numbers / self._weights.sum())
+
+    def add(self, hard: float, soft: float, number: int, *, matched: bool) -> bool:
+        """Take a sample, pF, of the reading with this number; return whether there is an alarm."""
+        state = self._state
+        ratio, squares = state.ratio, state.squares
+        state.update(hard, soft)
+        self.samples += 1
+        if state.alarm():
+            self.alarms += 1
+            # The samples that the hand-over kept count as the last readings.
+            self._weights = np.ones(round(state.weight))
+            self._numbers = number - np.arange(len(self._weights), dtype=float)
+            self.fit.restart(state.ratio / ratio - 1)
+            return True
+        if state.squares != squares:  # an outlier changes no sum
+            self._weights *= (state.weight - 1) / max(self._weights.sum(), 1)  # forgotten, a little or half
+            self._weights = np.append(self._weights, 1.0)
+            self._numbers = np.append(self._numbers, float(number))
+            if matched:
+                self.fit.add(hard, soft, number)
+        return False
+
+    def standard_error(self, noises: tuple[float, float], shared: float, left_open: float = 0.0) -> float:
+        """Return the standard error of the ratio.
+
+        Parameters
+        ----------
+        noises : (float, float), pF
+            Standard deviations of a hard and of a soft reading.
+        shared : float, pF^2
+            Variance of the baselines, as that of C1 - r C2: an error that all samples have in common.
+        left_open : float
+            Variance of the ratio that a misfit leaves open.
+
+        Returns
+        -------
+        float
+            nan before the first sample.
+
+        Notes
+        -----
+        The long-run variance of a sample is at least that of the readings. While the innovations are too few to show how
+        they are correlated, it is that plus 4 times what their variance has above half of it.
+        """
+        state, noise = self._state, self._state.noise
+        if not self.samples:
+            return float("nan")
+        readings = noises[0] ** 2 + self.ratio**2 * noises[1] ** 2
+        if noise.weight >= FEWEST and state.weight >= SETTLED:
+            own = noise.long_run_variance()
+        else:
+            seen = noise.lag0 / noise.weight if noise.weight else 0.0
+            own = readings + 4 * max(seen - readings / 2, 0.0)
+        square = max(own, readings) * state.squares / state.information**2
+        square += shared * state.weight / state.information + left_open
+        return float(np.sqrt(square))

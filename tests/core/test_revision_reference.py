@@ -1,0 +1,128 @@
+"""The reviser against its reference."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from driving import drive
+from edges import around, edge
+from effort import examples
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from palpate.reference.revision import Known, Revised, line_share, revised
+from tally import Tally
+
+KINDS = ["none", "drift", "creep", "baseline"]
+EPS = np.finfo(float).eps
+
+noises = st.sampled_from([1e-6, 4e-5, 1e-3])
+changes = st.sampled_from([0.0, 0.0]) | st.floats(-5, 5) | st.floats(-12, 12) | st.floats(-40, 40)
+slopes = st.sampled_from([0.0, 1.0, -1.0]) | st.floats(-0.2, 0.2)
+
+
+@st.composite
+def channels(draw: st.DrawFn) -> tuple[Known, Known]:
+    """Draw the baseline of a channel before and after a touch; the change in units of its standard deviation."""
+    noise, level = draw(noises), draw(st.sampled_from([0.62, -0.41, 3.9]))
+    variances = [noise**2 * draw(st.floats(0.01, 0.05)) for _ in range(2)]
+    moved = draw(changes) * (variances[0] + variances[1]) ** 0.5
+    moved = draw(st.sampled_from([moved, moved, moved, draw(st.floats(-0.15, 0.0))]))  # far below: measured in contact
+    ages = [draw(st.floats(0, 63)) for _ in range(2)]
+    return (
+        Known(level, variances[0], ages[0], noise),
+        Known(level + moved, variances[1], ages[1], noise, draw(slopes) * noise),
+    )
+
+
+@st.composite
+def touches(draw: st.DrawFn) -> dict[str, float]:
+    samples = draw(st.integers(1, 400))
+    return {
+        "start": draw(st.sampled_from([0, 100, 10**6])),
+        "samples": samples,
+        "forgetting": draw(st.sampled_from([1.0, 0.995, 0.9])),
+        "change": draw(st.integers(-1, samples - 1)),
+        "kept": draw(st.integers(1, 40)),
+        "wait": draw(st.integers(1, 100)),
+        "ratio": draw(st.sampled_from([1.0, 2.8, 9.0])),
+        "mean": draw(st.sampled_from([1e-3, 0.25, 4.0, -0.25])),
+    }
+
+
+def mean_age(touch: dict[str, float]) -> float:
+    """Return the mean age of the samples: weights forgetting^age; those that a hand-over kept have the same weight."""
+    weights = np.zeros(0)  # the newest last
+    for i in range(int(touch["samples"])):
+        weights = np.ones(int(touch["kept"])) if i == touch["change"] else np.append(touch["forgetting"] * weights, 1.0)
+    return float(weights @ np.arange(len(weights))[::-1] / weights.sum())
+
+
+def by_both(
+    before: tuple[Known, Known], after: tuple[Known, Known], touch: dict[str, float]
+) -> tuple[Revised, NDArray[np.float64]]:
+    """Return what the reference and the core make of a touch."""
+    last, end = touch["start"] + touch["samples"] - 1, touch["start"] + touch["samples"] + touch["wait"]
+    share = line_share(last - mean_age(touch), touch["start"], end, (before[0].age, after[0].age))
+    right = revised(before, after, ratio=touch["ratio"], mean=touch["mean"], share=share)
+    head = [*(touch[name] for name in ("start", "samples", "forgetting", "change", "kept")), end]
+    given_ = [*head, touch["ratio"], touch["mean"], *np.ravel([*before, *after])]
+    return right, drive("revise", given_, 5)[0]
+
+
+@examples(400)
+@given(channels(), channels(), touches())
+def test_the_core_is_the_reference(
+    tally: Tally, hard: tuple[Known, Known], soft: tuple[Known, Known], touch: dict[str, float]
+) -> None:
+    tally.count("touches against the reference of the revision")
+    before, after = zip(hard, soft, strict=True)
+    right, (kind, shift, variance, left_open, significant) = by_both(before, after, touch)
+    # The levels are subtracted: 10 eps of them, against what is left; and some eps of the shares.
+    levels = 10 * EPS * (1 + touch["ratio"]) * 4 / abs(touch["mean"])
+    allowed = levels + 1e-11 * abs(right.shift)
+    assert KINDS[int(kind)] == right.kind
+    assert abs(shift - right.shift) <= allowed
+    assert abs(variance - right.variance) <= 1e-11 * right.variance
+    assert abs(left_open - right.open) <= 3 * allowed * abs(right.shift)
+    assert significant == right.significant
+
+
+def test_the_examples_reach_every_kind() -> None:
+    still, noisy = (Known(0.62), Known(-0.41)), 4e-5
+    for hard, soft, slope, kind in (
+        (1e-3, 0.0, 0.0, "drift"),
+        (1e-3, 0.0, -noisy, "creep"),
+        (-0.05, 0.0, 0.0, "baseline"),
+    ):
+        after = (Known(0.62 + hard, slope=slope), Known(-0.41 + soft))
+        assert revised(still, after, ratio=2.8, mean=0.25, share=0.5).kind == kind
+    assert revised(still, still, ratio=2.8, mean=0.25, share=0.3).variance < 1e-11 * (1 + 2.8**2) / 1.9
+
+
+@pytest.mark.parametrize(
+    ("decides", "rise", "slope", "most"),
+    [
+        (lambda found: found.significant, 1.0, 0.0, 1e-3),
+        (lambda found: found.open > 0, 1.0, 0.0, 1e-3),
+        (lambda found: found.kind == "baseline", -1.0, 0.0, 0.2),
+        (lambda found: found.kind == "creep", 1.0, -4e-5, 1e-3),
+        (lambda found: found.kind == "creep", 1e-3, -1.0, 1e-4),
+    ],
+    ids=["significant", "drifted", "measured in contact", "creep, by its change", "creep, by its slope"],
+)
+def test_each_limit_is_that_of_the_reference(
+    decides: Callable[[Revised], bool], rise: float, slope: float, most: float
+) -> None:
+    """Of a rise or a slope: the one that is 1 is varied."""
+    before = (Known(0.62), Known(-0.41))
+    touch = {"start": 100.0, "samples": 200, "forgetting": 0.995, "change": -1, "kept": 1, "wait": 40, "ratio": 2.8}
+
+    def both(size: float) -> tuple[Revised, NDArray[np.float64]]:
+        rises = size * rise if abs(rise) == 1 else rise
+        slopes = size * slope if abs(slope) == 1 else slope
+        return by_both(before, (Known(0.62 + rises, slope=slopes), Known(-0.41)), touch | {"mean": 0.25})
+
+    for size in around(edge(lambda size: decides(both(size)[0]), 0.0, most)):
+        right, (kind, _, _, left_open, significant) = both(size)
+        assert (KINDS[int(kind)], left_open > 0, significant) == (right.kind, right.open > 0, right.significant)

@@ -1,0 +1,223 @@
+"""Whole touches: the scene "handheld" against its reference, with all that a hand, a probe and a converter do."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import palpate
+import pytest
+from effort import examples
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from palpate import reference
+from palpate.simulation import (
+    SCENARIOS,
+    Baseline,
+    Bumps,
+    Converter,
+    Faults,
+    Gauge,
+    Press,
+    Scenario,
+    Stamps,
+    Tilt,
+    simulate,
+)
+from tally import Tally
+
+MISFITS = {"offset", "drift", "lag", "curve", "creep", "baseline"}
+EFFECTS = ("offset", "drift", "curve", "shift")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A scenario, the seed of its noise, a factor on the readings, and whether the soft channel is read first."""
+
+    scenario: Scenario
+    seed: int = 0
+    scale: float = 1.0
+    soft_first: bool = False
+
+    def readings(self) -> tuple[NDArray[Any], ...]:
+        """Return times, ns, and values, pF."""
+        run = simulate(self.scenario, self.seed)
+        t_hard, t_soft = (np.rint(1e9 * t).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s))
+        hard, soft = (  # a saturated reading is a missing one
+            self.scale * np.where(np.abs(values) < run.full_scale_pF, values, np.inf) for values in (run.hard, run.soft)
+        )
+        return (t_hard[1:], t_soft[:-1], hard[1:], soft[:-1]) if self.soft_first else (t_hard, t_soft, hard, soft)
+
+
+@st.composite
+def presses(draw: st.DrawFn) -> list[Press]:
+    """Draw up to three presses: short and long ones, near each other, with steps of the ratio, deep and light."""
+    made, start = [], draw(st.floats(1.0, 2.0))
+    for _ in range(draw(st.sampled_from([1, 2, 3, 0]))):
+        ratios = [(0.0, draw(st.sampled_from([1.1, 2.8, 8.0])))]
+        if draw(st.booleans()):
+            ratios.append((draw(st.floats(0.5, 4.0)), ratios[0][1] * draw(st.sampled_from([0.7, 1.01, 1.3]))))
+        press = Press(
+            start,
+            ratios,
+            depth_pF=draw(st.sampled_from([0.25, 0.25, 0.02, 5e-4, 1.0])),
+            rise_s=draw(st.sampled_from([0.03, 0.3])),
+            hold_s=draw(st.sampled_from([2.0, 7.0, 0.6, 0.07])),
+            creep=draw(st.sampled_from([0.0, 0.3, -0.1])),
+            relaxes=draw(st.sampled_from([0.0, 0.0, 0.1])),
+        )
+        made.append(press)
+        start = press.stop_s + draw(st.sampled_from([0.1, 0.5, 1.5]))
+    return made
+
+
+drifts = st.sampled_from([0.0, 0.0, 3e-4, -1e-4])
+baselines = st.builds(
+    Baseline,
+    level_pF=st.sampled_from([0.62, -0.41, 3.9]),
+    drift_pF_per_s=drifts,
+    wander_pF=st.sampled_from([0.0, 0.0, 3e-4]),
+    jump_pF=st.sampled_from([0.0, 0.0, 2e-3, -0.2]),
+    jump_s=st.floats(0.0, 8.0),
+)
+gauges = st.builds(
+    Gauge,
+    quadratic_per_pF=st.sampled_from([0.0, 0.005, 0.4]),
+    creep=st.sampled_from([0.0, 0.0, 0.05]),
+    lag_s=st.sampled_from([0.0, 0.0, 0.05]),
+)
+scenarios = st.builds(
+    Scenario,
+    presses=presses(),
+    duration_s=st.sampled_from([14.0, 10.0]) | st.floats(3.0, 16.0),
+    tremor=st.sampled_from([0.0, 0.01, 0.08]),
+    tilt=st.builds(Tilt, ramp_per_s=st.sampled_from([0.0, 0.0, 0.02])),
+    bumps=st.builds(Bumps, offset=st.sampled_from([0.0, 0.0, 0.02, -0.05])),
+    gauges=st.tuples(gauges, gauges),
+    baselines=st.tuples(baselines, baselines),
+    converter=st.builds(
+        Converter,
+        bus_s=st.sampled_from([0.002, 0.002, 0.0048, 0.012]),
+        jitter_s=st.sampled_from([0.0002, 0.0, 0.001]),
+        together=st.sampled_from([False, False, True]),
+    ),
+    stamps=st.builds(Stamps, host_s=st.sampled_from([0.0, 0.0, 0.003]), skew_s=st.sampled_from([0.0, 0.0, 0.003])),
+    faults=st.builds(
+        Faults,
+        lost=st.sampled_from([0.0, 0.02, 0.2]),
+        lost_run=st.sampled_from([0.0, 0.0, 5.0]),
+        spikes_per_s=st.sampled_from([0.0, 0.0, 0.5]),
+        spike_pF=st.sampled_from([4e-3, 1.0]),
+        bursts_per_s=st.sampled_from([0.0, 0.0, 0.3]),
+    ),
+)
+recordings = st.builds(
+    Recording,
+    scenario=scenarios,
+    seed=st.integers(0, 2**31),
+    scale=st.sampled_from([1.0, 1.0, 1e-2, 1e3]),
+    soft_first=st.booleans(),
+)
+
+
+def tracked(readings: tuple[NDArray[Any], ...]) -> tuple[palpate.Tracker, NDArray[Any]]:
+    tracker = palpate.Tracker("handheld")
+    rows = tracker.process(*readings)
+    tracker.finish()
+    return tracker, rows
+
+
+def numbers_of(touch: palpate.Touch) -> dict[str, float]:
+    effects = {name: touch.effects[name] for name in EFFECTS}
+    names = ("ratio", "standard_error", "first_ratio", "first_standard_error", "covariance", "offset_ratio")
+    return {name: getattr(touch, name) for name in names} | effects
+
+
+def numbers_by_reference(touch: reference.Touch) -> dict[str, float]:
+    shift = touch.revision.shift / touch.first_ratio if touch.revision else 0.0
+    misfit = {name: getattr(touch.misfit, name) for name in (*EFFECTS[:3], "offset_ratio")}
+    names = ("ratio", "standard_error", "first_ratio", "first_standard_error", "covariance")
+    return {name: getattr(touch, name) for name in names} | misfit | {"shift": shift}
+
+
+def flags_by_reference(touch: reference.Touch) -> set[str]:
+    return set(touch.misfit.flags) | (MISFITS & {touch.revision.kind} if touch.revision else set()) - {"drift"}
+
+
+def rounding(soft: NDArray[Any], rows: NDArray[Any], largest: float) -> float:
+    """Return what rounding does to a ratio, relative: some hundred eps of the readings, against the change of the soft one.
+
+    A factor of a thousand is left for samples that cancel each other, in a touch of one channel alone or of noise.
+    """
+    change = np.abs(soft - rows["soft_baseline"])
+    change = np.median(change[np.isfinite(change)])
+    return float(1e-9 + 1e5 * np.finfo(float).eps * largest / change)
+
+
+@examples(40)
+@given(recordings)
+def test_the_tracker_is_the_reference(tally: Tally, recording: Recording) -> None:
+    tally.count("recordings against the reference of the scene handheld")
+    check(recording)
+
+
+@pytest.mark.parametrize("name", [name for name in SCENARIOS if name != "fast-converter"])
+def test_the_named_scenarios_are_as_by_the_reference(name: str) -> None:
+    check(Recording(SCENARIOS[name], 1))
+
+
+def check(recording: Recording) -> None:
+    """Compare: every decision is the same; numbers differ by rounding, and those of the fit by what its sums make of it."""
+    readings = recording.readings()
+    tracker, rows = tracked(readings)
+    touches, right = reference.handheld(*readings)
+    for name in ("alarm", "contact", "revised"):
+        assert np.array_equal(rows[name], getattr(right, name)), name
+    assert len(tracker.touches) == len(touches)
+    largest = max(float(np.abs(values[np.isfinite(values)]).max()) for values in readings[2:])
+    for number, (touch, expected) in enumerate(zip(tracker.touches, touches, strict=True), 1):
+        assert (touch.start, touch.samples, touch.refused) == (expected.start, expected.samples, expected.refused)
+        assert ("short" in touch.flags) == (not expected.full)
+        assert MISFITS & set(touch.flags) == flags_by_reference(expected)
+        assert touch.revised == (expected.revision is not None)
+        inside = rows["touch"] == number
+        allowed = rounding(readings[3][inside], rows[inside], largest)
+        for name, more in (("ratio", 1), ("standard_error", 100), ("statistic", 100)):
+            found, wanted = rows[name][inside], getattr(right, name)[inside]
+            size = np.nanmax(np.abs(wanted), initial=1.0) if name != "standard_error" else 0.0
+            assert np.allclose(found, wanted, rtol=more * allowed, atol=more * allowed * size, equal_nan=True), name
+        found_numbers, wanted_numbers = numbers_of(touch), numbers_by_reference(expected)
+        assert found_numbers == pytest.approx(wanted_numbers, rel=1e3 * allowed, abs=1e3 * allowed, nan_ok=True)
+
+
+def test_the_examples_reach_what_a_touch_can_be() -> None:
+    """Short and full, with alarms and refused readings; revised, of each kind, and not; two touches near each other."""
+    one = Press(1.5, [(0.0, 2.8)], hold_s=2.0)
+    step = Press(1.5, [(0.0, 2.8), (1.5, 3.6)], hold_s=7.0)
+    again = Press(one.stop_s + 0.3, [(0.0, 2.8)], hold_s=2.0)
+    soft = Scenario().baselines[1]
+
+    def found(duration_s: float = 6.5, presses: tuple[Press, ...] = (one,), **parts: Any) -> list[reference.Touch]:
+        readings = Recording(Scenario(presses=presses, duration_s=duration_s, **parts)).readings()
+        return reference.handheld(*readings)[0]
+
+    [short] = found()
+    [full] = found(12.0, (step,))
+    assert (short.full, full.full) == (False, True)
+    assert (short.alarms, full.alarms > 0) == (0, True)
+    assert short.revision is not None
+    assert short.revision.kind == "drift"
+    assert short.ratio != short.first_ratio
+    [cut] = found(4.4)
+    assert (cut.revision, cut.ratio) == (None, cut.first_ratio)
+    [creeping] = found(gauges=(Gauge(), Gauge(creep=0.05)))
+    assert creeping.revision is not None
+    assert creeping.revision.kind == "creep"
+    [wrong] = found(baselines=(Scenario().baselines[0], Baseline(soft.level_pF, jump_pF=-0.1, jump_s=3.0)))
+    assert wrong.revision is not None
+    assert wrong.revision.kind == "baseline"
+    first, second = found(9.0, (one, again))
+    assert first.revision is None
+    assert second.revision is not None
+    [lost] = found(faults=Faults(lost=0.2))
+    assert lost.refused > 2 * lost.samples > 20

@@ -1,0 +1,187 @@
+"""The moments of the simulator's random parts, over random settings.
+
+Each limit is 5 standard deviations of the moment's estimate, from as many values as make it less than a tenth of the moment: a
+moment that is wrong by 10 % fails, and chance fails about once in two million.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from effort import examples
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from palpate.simulation import Baseline, Converter, Faults, Lines, Peaks, Press, Scenario, Tilt, simulate
+from palpate.simulation.hand import Hand
+from palpate.simulation.tilt import Tilting
+from palpate.simulation.truth import Truth
+from quiet import EXACT, STEP_PF, changes, held
+
+MANY = 4000  # independent values: a standard deviation is known to 1 / sqrt(8000) = 1.1 %
+WITHIN = 5 / np.sqrt(2 * MANY)
+FAST = Converter(jitter_s=0.0, noise_pF=0.0, together=True, conversion_s=0.001, bus_s=0.019)  # averages nothing
+
+seeds = st.integers(0, 2**31)
+
+
+def has_deviation(values: NDArray[np.float64], expected: float) -> None:
+    """Check a standard deviation and that the mean is 0."""
+    assert np.std(values) == pytest.approx(expected, rel=5 / np.sqrt(2 * values.size))
+    assert abs(np.mean(values)) < 5 * expected / np.sqrt(values.size)
+
+
+@examples(20)
+@given(seeds, st.floats(1e-5, 1e-2), st.floats(-3.5, 3.5), st.floats(-3.5, 3.5))
+def test_noise_has_its_variance_and_is_white(seed: int, noise: float, hard: float, soft: float) -> None:
+    converter = Converter(noise_pF=noise)
+    levels = (Baseline(hard), Baseline(soft))
+    run = simulate(
+        Scenario(duration_s=MANY * converter.period_s, tremor=0.0, baselines=levels, converter=converter), seed
+    )
+    deviations = run.hard - hard, run.soft - soft
+    for values in deviations:
+        has_deviation(values, noise)
+        assert abs(np.corrcoef(values[1:], values[:-1])[0, 1]) < 5 / np.sqrt(values.size)
+    assert abs(np.corrcoef(*deviations)[0, 1]) < 5 / np.sqrt(run.hard.size)
+
+
+@examples(5)
+@given(
+    seeds, st.just(Peaks()) | st.builds(Lines, st.tuples(st.floats(3.2, 6.0), st.floats(7.0, 11.8)), sway=st.just(0.0))
+)
+def test_a_tremor_has_an_rms_of_one_between_3_and_12_hz(seed: int, spectrum: Peaks | Lines) -> None:
+    """Sines near each other beat: in 200 s the mean square is known to 10 %, of 40 hands to 1.6 %; 5 of it."""
+    step_s, random, squares = 0.02, np.random.default_rng(seed), []
+    t = np.arange(0, 200, step_s)
+    for _ in range(40):
+        values = spectrum.course(random)(t)
+        squares.append(np.mean(values**2))
+        power = np.abs(np.fft.rfft(values * np.hanning(t.size))) ** 2
+        frequency = np.fft.rfftfreq(t.size, step_s)
+        assert power[(frequency > 2.97) & (frequency < 12.03)].sum() > 0.999 * power.sum()
+    assert np.mean(squares) == pytest.approx(1.0, abs=0.08)
+
+
+@examples(4)
+@given(seeds, st.floats(0.005, 0.1), st.floats(0.05, 0.8), st.floats(1.1, 3.0))
+def test_the_force_trembles_by_its_share(seed: int, tremor: float, depth: float, ratio: float) -> None:
+    """Both channels alike: it is the force, not the readings. The mean square of 8 hands is known to 3.5 % or less."""
+    press = Press(0.0, [(0.0, ratio)], depth_pF=depth, hold_s=200.0)
+    scenario, squares = Scenario(presses=[press], duration_s=195.0, tremor=tremor, converter=FAST), []
+    for hand in range(8):
+        run = simulate(scenario, seed + hand)
+        hard, soft = (change[held(run)] for change in changes(run))
+        squares.append(np.mean((soft / depth - 1) ** 2))
+        assert hard == pytest.approx(ratio * soft, abs=5 * STEP_PF)
+    assert np.mean(squares) == pytest.approx(tremor**2, rel=0.18)  # an rms of 9 %
+
+
+@examples(30)
+@given(
+    seeds,
+    st.floats(1.0, 10.0),
+    st.floats(0.05, 0.35),
+    st.floats(0.0, 0.1),
+    st.floats(-0.03, 0.03),
+    st.floats(0.0, 0.05),
+    st.floats(-0.2, 0.3),
+)
+def test_readings_without_noise_have_the_true_ratio(
+    seed: int, ratio: float, depth: float, tremor: float, ramp: float, rock: float, relaxes: float
+) -> None:
+    """A conversion averages a product of two slopes, some 1e-5 of it; and a code has its step."""
+    press = Press(2.0, [(0.0, ratio)], depth_pF=depth, relaxes=relaxes)
+    tilt = Tilt(ramp_per_s=ramp, rock=rock)
+    run = simulate(Scenario(presses=[press], tremor=tremor, tilt=tilt, converter=EXACT), seed)
+    hard, soft = (change[held(run)] for change in changes(run))
+    truth = run.true_ratio[held(run)]
+    assert np.abs(hard / soft - truth).max() < 3e-5 * ratio + (1 + 1.5 * ratio) * STEP_PF / soft.min()
+    since = run.t_hard_s[held(run)] - 2.0
+    expected = ratio * (1 + relaxes * np.expm1(-since)) * (1 + ramp * since) * (1 + rock * np.sin(np.pi * since))
+    assert truth == pytest.approx(expected, rel=1e-12)
+
+
+@examples(12)
+@given(seeds, st.floats(0.1, 0.6))
+def test_conversions_are_lost_at_their_rate(seed: int, lost: float) -> None:
+    """Binomial: 5 standard deviations of a share of 0.1 are 10 % of it from 22,500 conversions."""
+    run = simulate(Scenario(duration_s=350.0, tremor=0.0, faults=Faults(lost=lost)), seed)
+    gone = np.isnan(np.stack((run.hard, run.soft)))
+    assert gone.size > 22_500
+    assert gone.mean() == pytest.approx(lost, abs=5 * np.sqrt(lost * (1 - lost) / gone.size))
+    assert (gone[0] & gone[1]).mean() == pytest.approx(lost**2, abs=5 * lost / np.sqrt(gone[0].size))
+
+
+@examples(12)
+@given(seeds, st.floats(8.0, 30.0), st.floats(0.01, 1.0))
+def test_spikes_have_their_rate_size_and_both_signs(seed: int, rate: float, size: float) -> None:
+    """Poisson: 5 standard deviations of 2,800 spikes are 9.4 %."""
+    plain = Scenario(duration_s=350.0, tremor=0.0, converter=Converter(noise_pF=0.0))
+    run, calm = simulate(replace(plain, faults=Faults(spikes_per_s=rate, spike_pF=size)), seed), simulate(plain, seed)
+    spikes = np.concatenate([run.hard - calm.hard, run.soft - calm.soft])
+    hits = spikes[spikes != 0]
+    assert hits.size == pytest.approx(rate * plain.duration_s, abs=5 * np.sqrt(rate * plain.duration_s))
+    assert np.abs(hits) == pytest.approx(size, abs=2 * STEP_PF)
+    assert (hits > 0).mean() == pytest.approx(0.5, abs=2.5 / np.sqrt(hits.size))
+
+
+@examples(3)
+@given(seeds, st.floats(6.0, 8.0), st.floats(0.05, 0.12), st.floats(0.0, 30.0))
+def test_bursts_take_their_share_of_the_time(seed: int, rate: float, length: float, factor: float) -> None:
+    """A time is outside if no burst begins in the span before it: exp(-rate length), of 30,000 spans."""
+    duration_s, random = 3000.0, np.random.default_rng(seed)
+    noise = Faults(bursts_per_s=rate, burst_s=length, burst_factor=factor).burst_noise(duration_s, random)
+    found = np.concatenate([noise(random.uniform(1, duration_s, 1000)) for _ in range(30)])
+    outside = np.exp(-rate * length)
+    spread = np.sqrt(outside * (1 - outside) * (1 / found.size + length / duration_s))
+    assert (found == 1.0).mean() == pytest.approx(outside, abs=5 * spread)
+    assert set(found.tolist()) <= {1.0, factor}
+
+
+@examples(8)
+@given(seeds, st.floats(1e-5, 1.0), st.floats(0.05, 50.0), st.floats(0.05, 2.0))
+def test_a_baseline_wanders_by_its_rms_and_time_constant(seed: int, rms: float, tau: float, lag: float) -> None:
+    """Of independent courses: the level, and the change in a time t, whose variance is 2 rms^2 (1 - exp(-t / tau))."""
+    random = np.random.default_rng(seed)
+    step_s = min(0.01, tau / 10)
+    lag = max(round(lag / 50 / step_s), 1) * step_s  # on the grid: between its points the course is a line
+    courses = (Baseline(wander_pF=rms, wander_s=tau).course(np.inf, 3 * lag, random) for _ in range(MANY))
+    levels = np.array([course(np.array([step_s, step_s + lag]), 0.011) for course in courses])
+    has_deviation(levels[:, 0], rms)
+    has_deviation(levels[:, 1], rms)
+    has_deviation(np.diff(levels, axis=1).ravel(), rms * np.sqrt(-2 * np.expm1(-lag / tau)))
+
+
+@examples(6)
+@given(seeds, st.floats(1e-4, 0.02), st.floats(0.1, 2.0))
+def test_a_tilt_walks_with_the_root_of_the_time(seed: int, walk: float, after: float) -> None:
+    random = np.random.default_rng(seed)
+    ends = [
+        Tilting(Tilt(walk=walk), 1.0 + after, random).factor(1.0, np.array([1.0 + after]))[0] - 1 for _ in range(MANY)
+    ]
+    has_deviation(np.array(ends), walk * np.sqrt(after))
+
+
+@examples(10)
+@given(seeds, st.floats(1e-3, 0.1))
+def test_oblique_contact_scatters_the_ratio_from_touch_to_touch(seed: int, oblique: float) -> None:
+    presses = [Press(float(k), [(0.0, 2.5)]) for k in range(MANY)]
+    scenario = Scenario(presses=presses, duration_s=0.1, tilt=Tilt(oblique=oblique))
+    made = Truth(scenario, np.random.default_rng(seed), seed).presses
+    has_deviation(np.array([press.ratios[0][1] / 2.5 - 1 for press in made]), oblique)
+
+
+@examples(10)
+@given(seeds, st.floats(0.005, 0.08), st.floats(0.1, 0.3), st.floats(0.3, 3.0), st.floats(1.2, 9.0))
+def test_a_hand_scatters_presses_and_ratios(
+    seed: int, oblique: float, spread: float, press_pF: float, ratio: float
+) -> None:
+    """A press is limited to 2.2 times the median: 2.6 standard deviations of its logarithm or more."""
+    hand = Hand(press_pF=press_pF, press_spread=spread, oblique=oblique)
+    made = hand.touches(ratio, MANY, np.random.default_rng(seed)).presses
+    factors = np.array([press.ratios[0][1] for press in made]) / ratio - 1
+    has_deviation(factors, oblique)
+    shares = np.log(np.array([press.depth_pF for press in made]) * (1 + ratio) / press_pF)
+    assert np.std(shares) == pytest.approx(spread, rel=WITHIN + 0.01)
+    assert abs(np.median(shares)) < 1.26 * 5 * spread / np.sqrt(MANY)
