@@ -22,7 +22,7 @@ def wired(wire: str, hard: NDArray[np.float64], soft: NDArray[np.float64]) -> tu
 @pytest.mark.parametrize("scene", ["handheld", "sliding"])
 def test_a_wrong_wire_is_told(wire: str, scene: str) -> None:
     run = scenarios.run("tremor", 1)
-    tracker = palpate.Tracker(scene)  # type: ignore[arg-type]
+    tracker = palpate.Tracker(scene)  # type: ignore[call-overload]
     tracker.process(run.t_hard_s, run.t_soft_s, *wired(wire, run.hard, run.soft))
     tracker.finish()
     for touch in tracker.touches:

@@ -73,7 +73,7 @@ def test_the_shift_is_that_of_the_line(forgetting: float, change: int, real: str
     assert found["shift"] == pytest.approx(-(line[0] - case.ratio * line[1]) / case.mean, rel=tolerance)
     share, both = case.part(), 1e-11 * (1 + case.ratio**2)
     assert found["variance"] == pytest.approx(((1 - share) ** 2 + share**2) * both, rel=tolerance)
-    assert found["open"] == pytest.approx(found["shift"] ** 2 / 16, rel=tolerance)
+    assert found["open"] == pytest.approx(found["shift"] ** 2 / (4 if change >= 0 else 16), rel=tolerance)
     assert found["significant"]
 
 

@@ -64,7 +64,8 @@ def by_both(
     """Return what the reference and the core make of a touch."""
     last, end = touch["start"] + touch["samples"] - 1, touch["start"] + touch["samples"] + touch["wait"]
     share = line_share(last - mean_age(touch), touch["start"], end, (before[0].age, after[0].age))
-    right = revised(before, after, ratio=touch["ratio"], mean=touch["mean"], share=share)
+    changed = touch["change"] >= 0
+    right = revised(before, after, ratio=touch["ratio"], mean=touch["mean"], share=share, changed=changed)
     head = [*(touch[name] for name in ("start", "samples", "forgetting", "change", "kept")), end]
     given_ = [*head, touch["ratio"], touch["mean"], *np.ravel([*before, *after])]
     return right, drive("revise", given_, 5)[0]

@@ -253,12 +253,12 @@ class Tracker : public Settings,
     counts_.alarms += alarm;
     if constexpr (fits) {
       if (step.accepted) {
-        const bool counts = step.gain != 0;  // no outlier, and no hand-over
+        const bool counts = step.gain != 0;  // in the sums
         Extra::reviser.follow(readings_, estimator.count(), alarm, counts);
         if (PALPATE_UNLIKELY(alarm)) {
           Extra::fit.restart(step.ratio / before - 1);
         }
-        if (pair.matched && counts) {
+        if (pair.matched && counts && !step.outlier) {
           Extra::fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
         }
       }

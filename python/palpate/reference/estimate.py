@@ -93,11 +93,11 @@ class Estimate:
             self._numbers = number - np.arange(len(self._weights), dtype=float)
             self.fit.restart(state.ratio / ratio - 1)
             return True
-        if state.squares != squares:  # an outlier changes no sum
-            self._weights *= (state.weight - 1) / max(self._weights.sum(), 1)  # forgotten, a little or half
+        if state.squares != squares:  # an outlier changes no sum, unless the ratio drifts
+            self._weights *= (state.weight - 1) / max(self._weights.sum(), 1)  # forgotten, a little or much
             self._weights = np.append(self._weights, 1.0)
             self._numbers = np.append(self._numbers, float(number))
-            if matched:
+            if matched and not state.outlier:
                 self.fit.add(hard, soft, number)
         return False
 

@@ -168,6 +168,7 @@ class _Handover:
     up: _Side = field(default_factory=_Side)
     down: _Side = field(default_factory=_Side)
     seen: int = 0
+    outlier: bool = False  # the last sample
 
     def statistic(self) -> Any:
         return max(self.up.statistic, self.down.statistic)
@@ -191,6 +192,7 @@ class _Handover:
             z = clipped / scale
             self.up = self.up.after(z - self.drift, (w, output, regressor))
             self.down = self.down.after(-z - self.drift, (w, output, regressor))
+        self.outlier = outlier
         limited = self.noise.rho * self.noise.before + clipped if outlier else e
         if self.alarm():
             self._hand_over()

@@ -92,7 +92,13 @@ def line_share(middle: float, start: float, end: float, ages: tuple[float, float
 
 
 def revised(
-    before: tuple[Known, Known], after: tuple[Known, Known], *, ratio: float, mean: float, share: float
+    before: tuple[Known, Known],
+    after: tuple[Known, Known],
+    *,
+    ratio: float,
+    mean: float,
+    share: float,
+    changed: bool = False,
 ) -> Revised:
     """Return what the change of the baselines did to a ratio.
 
@@ -106,6 +112,8 @@ def revised(
         Mean regressor.
     share : float
         `line_share` of the touch.
+    changed : bool
+        Whether the ratio changed during the touch: a jump of a baseline does that.
 
     Returns
     -------
@@ -135,7 +143,7 @@ def revised(
     if any(_recovers(*channel) for channel in zip(before, after, strict=True)):
         return Revised("creep", shift, first, shift**2, significant)
     # Half of the correction is open for a jump, a quarter for an exponential.
-    left_open = (shift / 4) ** 2 if drifted else 0.0
+    left_open = (shift / (2 if changed else 4)) ** 2 if drifted else 0.0
     return Revised("drift", shift, (1 - part) ** 2 * first + part**2 * second, left_open, significant)
 
 

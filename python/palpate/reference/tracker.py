@@ -185,7 +185,8 @@ class _Tracker:
             return False
         self._known, after = None, self._baselines()
         share = line_share(touch.middle, touch.start, number, (before[0].age, after[0].age))
-        found = revised(before, after, ratio=touch.ratio, mean=touch.mean_regressor, share=share)
+        place = {"ratio": touch.ratio, "mean": touch.mean_regressor, "share": share}
+        found = revised(before, after, **place, changed=touch.alarms > 0)
         last = self.touches[-1]
         misfit, relative = last.misfit, found.shift / touch.ratio
         left_open = misfit.open + found.open + (0.0 if found.significant else misfit.open_drift)

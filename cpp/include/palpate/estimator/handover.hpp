@@ -85,7 +85,7 @@ class Handover : public Parameters {
     cusum_ = cusum;
     learn(innovation, judged, change);
     instrument_.add(regressor, seen_, settings.smoothing);
-    return {next.ratio, innovation, judged.outlier ? Real(0) : next.gain, change, true};
+    return {next.ratio, innovation, next.gain, change, true, judged.outlier};
   }
 
   constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {

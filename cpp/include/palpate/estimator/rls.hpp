@@ -20,6 +20,7 @@ struct Step {
   Real gain;
   bool alarm;
   bool accepted;
+  bool outlier = false;  // too large to be noise: only Handover says so
 };
 
 namespace detail {

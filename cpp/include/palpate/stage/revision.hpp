@@ -36,7 +36,7 @@ class Reviser {
   }
 
   /// After each sample: the mean age of the samples in readings, with the weights of the estimator, whose sum is `count`;
-  /// `counts`: this sample is one of them, and no outlier. Those that a hand-over kept count as the last readings.
+  /// `counts`: this sample is one of them. Those that a hand-over kept count as the last readings.
   constexpr void follow(std::size_t reading, Real count, bool change, bool counts) noexcept {
     const Real older = mean_age_ + static_cast<Real>(reading - last_);
     mean_age_ = change ? (count - 1) / 2 : counts ? product(older, 1 - 1 / count) : older;
