@@ -104,7 +104,6 @@ def test_the_examples_reach_every_branch() -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_the_limit_of_a_first_slope_is_that_of_the_reference(seed: int) -> None:
     """Ten standard deviations of a half are no drift, but a touch or a jump."""
-
     noise = np.random.default_rng(seed).standard_normal(32)
 
     def values(jump: float) -> NDArray[np.float64]:
