@@ -30,7 +30,7 @@ def test_rarer_false_alarms_need_a_higher_threshold_and_more_time(
     assert often.false_alarm_interval >= interval * 0.999
 
 
-@examples(40)
+@examples(20)
 @given(drifts, thresholds, st.floats(-0.5, 3.0), st.floats(0.05, 1.0), clips)
 def test_a_larger_shift_is_found_sooner(drift: float, threshold: float, shift: float, more: float, clip: float) -> None:
     """And a higher threshold or a larger drift makes every run longer."""
