@@ -58,7 +58,20 @@ def stage_table(costs: dict[str, dict[str, float]]) -> str:
     return "\n".join(lines)
 
 
-SHOWN = ("stiff-steady", "tremor", "strong-tremor", "skew", "step-up", "slow-drift", "light-touch", "spikes", "bursts")
+SHOWN = (
+    *(
+        "stiff-steady",
+        "tremor",
+        "strong-tremor",
+        "skew",
+        "step-up",
+        "slow-drift",
+        "relaxing",
+        "tilt-ramp",
+        "light-touch",
+    ),
+    *("spikes", "bursts"),
+)
 STEPS: dict[str, Callable[[Simulation], ErrorTrace]] = {
     "paper": partial(benchmark.bare_trace, paper),
     "+ alignment": partial(rival_trace, paper),
@@ -73,7 +86,7 @@ STEPS: dict[str, Callable[[Simulation], ErrorTrace]] = {
 KEY = """\
 median steady rms error, %, as one part is added after the other; in brackets: error before / error with this part
   paper        its estimator, on readings that are not aligned     + alignment  the matched pair of filters
-  one memory   forgetting 0.995 without a switch                   + noise      outliers out; half forgotten at an offset
+  one memory   forgetting 0.995 without a switch                   + noise      outliers out; forgets while it drifts
   + instrument in place of least squares                           + detector   whitened CUSUM; an alarm begins anew
   + hand-over  begins with the samples since the CUSUM was 0       the scene    its own gate and baseline"""
 
