@@ -84,7 +84,7 @@ Examples
 >>> for _ in range(40):
 ...     ratio = estimator.update(0.65, 0.25)
 >>> round(ratio, 2), estimator.alarm
-(2.55, True)
+(2.56, True)
 )";
 
 constexpr auto handover_doc =

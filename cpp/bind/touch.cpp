@@ -12,8 +12,7 @@
 // wired to fall.
 bool TouchResult::one_sided() const {
   constexpr double least = 0.02, most = 50;
-  const bool sure = !(ratio <= 3 * standard_error);
-  return (knows_error || has_length) && samples > 0 && !(ratio > least && ratio < most && sure);
+  return (knows_error || has_length) && samples > 0 && !(ratio > least && ratio < most);
 }
 
 py::tuple TouchResult::flags() const {
@@ -174,7 +173,7 @@ void bind_touch(py::module_& module) {
       "\"saturated\", \"refused\" (more than three quarters of the readings gave no sample), \"unsettled\" (no "
       "standard "
       "error yet, in a scene that has one), \"unexcited\" (the samples hardly moved the initial ratio), "
-      "\"one-sided\" (one channel did not change, or fell: a ratio below 0.02, above 50, or below 3 standard errors); "
+      "\"one-sided\" (one channel did not change, or fell: a ratio below 0.02 or above 50); "
       "the samples "
       "contradict hard = ratio * soft: \"offset\" (bumps not level), \"drift\" (of a baseline or of the object), "
       "\"lag\" (of a channel, or wrong times), \"curve\" (a gauge or bump that is not linear); and, known after the "

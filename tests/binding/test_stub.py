@@ -25,7 +25,7 @@ DEFAULTS = {
         "max_covariance": 1e12,
     },
     "HandoverRls": {
-        "steady": 0.995,
+        "steady": 0.9995,
         "drift": 0.75,
         "threshold": 10.0,
         "clip": 3.0,
