@@ -139,7 +139,7 @@ def test_more_scatter_is_a_wider_interval(session: Session, share: float, factor
     assert other.touch_spread == pytest.approx(factor * one.touch_spread, rel=0.05)
     a, b = one.modulus(at(one, share)), other.modulus(at(one, share))
     assume(isfinite(a.high) and not isnan(b.value))
-    widths = [log(m.high / m.low) if 0 < m.low and m.high < inf else inf for m in (a, b)]
+    widths = [log(m.high / m.low) if m.low > 0 and m.high < inf else inf for m in (a, b)]
     assert widths[1] > 0.8 * factor * widths[0]
 
 

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate import reference
 from palpate.reference import handover
+from palpate.reference.noise import Noise
 from tally import Tally
 
 FIELDS = ("ratio", "covariance", "innovation", "statistic", "standard_error")
@@ -143,11 +144,11 @@ def test_the_examples_reach_every_branch(branch: str, hand: Hand, monkeypatch: p
         return f"long-run variance of AR({1 if result == first_order else 2})"
 
     counted(handover._Handover, "_hand_over", lambda *_: "handed over")
-    counted(handover._Noise, "least_share", lambda *_: "drift")
-    counted(handover._Noise, "add_outlier", lambda noise, *_: "outlier in a drift" if noise.drifts() else None)
+    counted(Noise, "least_share", lambda *_: "drift")
+    counted(Noise, "add_outlier", lambda noise, *_: "outlier in a drift" if noise.drifts() else None)
     counted(handover._Handover, "_learn", lambda _s, _r, _e, _clipped, outlier: "outlier" if outlier else None)
     counted(handover._Handover, "_follow", lambda _s, _r, w, x, _e: "least squares" if w == x else None)
-    counted(handover._Noise, "long_run_variance", form)
+    counted(Noise, "long_run_variance", form)
     output, regressor = hand.samples()
     exact = reference.handover_rls(output, regressor)
     assert reached[branch] > (1 if branch == "least squares" else 0)  # the first sample is one always

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.reference.fit import Fit
-from palpate.reference.handover import FEWEST, SETTLED, _Handover, _Noise, handover_rls
+from palpate.reference.handover import SETTLED, _Handover, handover_rls
+from palpate.reference.noise import FEWEST, Noise
 
 
 def _begin() -> _Handover:
@@ -20,7 +21,7 @@ def _begin() -> _Handover:
         squares=0.0,
         weight=0.0,
         instrument=0.0,
-        noise=_Noise(float, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        noise=Noise(float, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         number=float,
     )
 
