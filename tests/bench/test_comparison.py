@@ -8,6 +8,7 @@ import palpate
 import pytest
 from palpate import benchmark
 from palpate.simulation import Simulation, scenarios
+from project import need_package
 
 from bench import rivals
 from bench.accuracy import compared, stages, tune_walk
@@ -48,7 +49,7 @@ def test_a_rival_gets_changes_from_the_true_contact_on(tremor: Simulation) -> No
 @pytest.mark.filterwarnings("ignore:Use KalmanFilter:DeprecationWarning")
 @pytest.mark.parametrize("library", list(PEERS))
 def test_other_libraries_are_least_squares_with_forgetting(tremor: Simulation, library: str) -> None:
-    pytest.importorskip(library)
+    need_package(library)
     _, output, regressor = contact(tremor)
     expected = rivals.fixed(0.995)(output, regressor)[0]
     # P0 = 1e12 in a form that subtracts: eps P0 x^2 = 1e-5 of the first P, less with each sample.

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
+from project import need_package
 
 from bench.accuracy.as_printed import after_a_step, as_set, exact_ratio, printed
 from bench.accuracy.coverage import NOISES, coverage, touch_coverage
@@ -41,8 +42,8 @@ def test_other_libraries_with_the_settings_of_a_case_agree(name: str, case: Case
     assert as_set(PEERS[name], case) == pytest.approx(exact_ratio(case, detector=False), rel=error, abs=error)
 
 
-@pytest.mark.skipif("padasip" not in INSTALLED, reason="needs padasip")
 def test_a_rival_that_keeps_the_printed_form_fails_as_it_does() -> None:
+    need_package("padasip")
     case = CASES["initial covariance 1e18, a step"]
     assert abs(as_set(PEERS["padasip"], case) / exact_ratio(case, detector=False) - 1) > 0.1
     assert abs(printed(case, np.float64) / exact_ratio(case) - 1) > 0.1
