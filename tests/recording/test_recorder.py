@@ -23,7 +23,7 @@ from recording_bench import sample
 def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     recorder = Recorder(path, {"name": "x", "full_scale_pF": float("inf")}, {"scene": "paper"}, ["first"])
-    before = json.loads((tmp_path / "run.json").read_text())
+    before = load(path) or {}
     assert "end" not in before
     assert (before["settings"], before["notes"]) == ({"scene": "paper"}, ["first"])
     assert is_locked(path)

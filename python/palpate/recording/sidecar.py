@@ -1,21 +1,32 @@
-"""The sidecar NAME.json of a recording: device, settings, notes, end. It is replaced atomically."""
+"""The sidecar NAME.json of a recording: device, settings, notes, checkpoint, end. It is replaced atomically.
+
+Its last entry is the CRC-32 of all bytes before that number, so a change of the sidecar itself is noticed.
+"""
 
 import json
 import math
-import os
 import platform
+import time
+import zlib
 from collections.abc import Iterator
-from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from palpate._core import __version__
 from palpate.errors import RecordingError
+from palpate.files import read_bytes, replacing
 
 BEGUN = "begun after "
 """First words of the note that a recording was started later than the measurement."""
-SCHEMA = "palpate-recording-1"
+SCHEMA = "palpate-recording-2"
+SCHEMAS = ("palpate-recording-1", SCHEMA)
+"""Those that can be read: the first one has no checkpoint and no checksum of its own."""
+LARGEST = 4_000_000
+"""Bytes of a sidecar, at most."""
+MOST_MARKS = 10_000
+"""Marks, and notes, at most."""
+_SUM = '"sidecar_crc32": "'
 
 
 def sidecar_path(path: Path) -> Path:
@@ -37,11 +48,16 @@ def sidecar_path(path: Path) -> Path:
 
 
 def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) -> dict[str, Any]:
-    """Return the sidecar of a new recording."""
+    """Return the sidecar of a new recording.
+
+    Later `checkpoint` (rows, bytes and crc32 of the rows that are on the disk) and `end` are added, and, if they are
+    known, `clock["zero_utc_ns"]` (the time at which t = 0) and `session` (`specimens`, a list of names and values).
+    """
     return {
         "schema": SCHEMA,
         "versions": {"palpate": __version__, "python": platform.python_version(), "system": platform.system()},
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "clock": {"started_utc_ns": time.time_ns()},
         "device": device,
         "settings": settings,
         "notes": notes,
@@ -51,33 +67,37 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
 
 def save(path: Path, document: dict[str, Any]) -> None:
     """Write or replace a sidecar atomically: a reader sees the old text or the new one."""
-    text = text_of(document) + "\n"
-    beside = path.with_name(path.name + ".new")
-    try:
-        with beside.open("w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
-    except OSError:
-        beside.unlink(missing_ok=True)
-        raise
-    _sync_folder(path.parent)
+    text = text_of(document)
+    with replacing(path) as file:
+        file.write(text.encode())
 
 
 def text_of(document: dict[str, Any]) -> str:
-    """Return a sidecar as JSON."""
-    return json.dumps(_plain(document), indent=2, allow_nan=False, default=str)
+    """Return a sidecar as JSON, with its checksum.
+
+    Examples
+    --------
+    >>> text_of({"schema": SCHEMA}).splitlines()[-2]
+    '  "sidecar_crc32": "7a32ae4b"'
+    """
+    text = json.dumps({**_plain(document), "sidecar_crc32": ""}, indent=2, allow_nan=False, default=str)
+    body = text[: text.rindex(_SUM) + len(_SUM)]
+    return f'{body}{zlib.crc32(body.encode()):08x}"\n}}\n'
 
 
-def _sync_folder(folder: Path) -> None:
-    """Sync the names in a folder to the disk, if the system can."""
-    with suppress(OSError):
-        opened = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(opened)
-        finally:
-            os.close(opened)
+def is_intact(text: str) -> bool | None:
+    """Return whether a sidecar is as it was written; None for one that never had a checksum."""
+    body, found, end = text.rpartition(_SUM)
+    if not found:
+        return None if f'"{SCHEMAS[0]}"' in text else False
+    return end == f'{zlib.crc32((body + found).encode()):08x}"\n}}\n'
+
+
+class Loaded(NamedTuple):
+    """A sidecar, and whether it is as it was written; None: it has no checksum."""
+
+    document: dict[str, Any]
+    intact: bool | None
 
 
 def load(path: Path) -> dict[str, Any] | None:
@@ -93,32 +113,47 @@ def load(path: Path) -> dict[str, Any] | None:
     RecordingError
         The file exists, but is not a sidecar.
     """
-    if path.suffix.lower() != ".csv" or not (beside := sidecar_path(path)).is_file():
+    found = load_checked(path)
+    return found.document if found else None
+
+
+def load_checked(path: Path) -> Loaded | None:
+    """Return the sidecar of a recording, and whether its checksum holds; as `load`."""
+    if path.suffix.lower() != ".csv" or not (beside := sidecar_path(path)).exists():
         return None
     try:
-        document = json.loads(beside.read_text(encoding="utf-8"))
+        text = read_bytes(beside, LARGEST).decode()
+        document = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise RecordingError(beside, f"not JSON: {error}") from error
     except OSError as error:
         raise RecordingError(beside, f"cannot be read: {error.strerror}") from error
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        raise RecordingError(beside, f"not the sidecar of a recording: no schema {SCHEMA!r} in it")
+    if not isinstance(document, dict) or document.get("schema") not in SCHEMAS:
+        raise RecordingError(beside, f"not the sidecar of a recording: no schema {' or '.join(SCHEMAS)} in it")
     if wrong := next(_wrong(document), None):
         raise RecordingError(beside, f"not the sidecar of a recording: {wrong}")
-    return document
+    document.pop("sidecar_crc32", None)
+    return Loaded(document, is_intact(text))
 
 
 def _wrong(document: dict[str, Any]) -> Iterator[str]:
     """Yield the first invalid one of the parts that are used in computations."""
-    missing: dict[str, Any] = {"end": {}}
-    for name, kind in {"device": dict, "settings": dict, "notes": list, "marks": list, "end": dict}.items():
-        if not isinstance(document.get(name, missing.get(name)), kind):
+    for name, kind in _PARTS.items():
+        if not isinstance(document.get(name, {} if name in _OPTIONAL else None), kind):
             yield f"{name}: got {document.get(name)!r:.40}, allowed: {'a list' if kind is list else 'names and values'}"
+            return
+        if kind is list and len(document[name]) > MOST_MARKS:
+            yield f"{name}: got {len(document[name])}, allowed: {MOST_MARKS} at most"
             return
     full_scale = document["device"].get("full_scale_pF", math.inf)
     full_scale = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
     if isinstance(full_scale, bool) or not isinstance(full_scale, int | float) or not full_scale > 0:
         yield f"full_scale_pF: got {full_scale!r:.40}, allowed: above 0"
+
+
+_PARTS: dict[str, type] = {"device": dict, "settings": dict, "notes": list, "marks": list}
+_OPTIONAL = ("clock", "session", "checkpoint", "end")
+_PARTS |= dict.fromkeys(_OPTIONAL, dict)
 
 
 def tares_of(document: dict[str, Any]) -> frozenset[int]:

@@ -1,0 +1,102 @@
+"""Opens files that anyone may have made, and replaces a file as a whole."""
+
+import errno
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+_KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket"}
+
+
+def open_regular(path: Path) -> BinaryIO:
+    """Open a file to read bytes; never waits, as for a pipe that nobody writes.
+
+    Raises
+    ------
+    OSError
+        The file cannot be opened, or is not a regular file: a pipe, a device, a folder.
+
+    Examples
+    --------
+    >>> open_regular(Path("/dev/zero"))  # doctest: +SKIP
+    Traceback (most recent call last):
+    OSError: [Errno 22] a device, not a file: save its contents in a file first: '/dev/zero'
+    """
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        mode = os.fstat(descriptor).st_mode
+        if stat.S_ISDIR(mode):
+            raise OSError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        if not stat.S_ISREG(mode):
+            kind = _KINDS.get(stat.S_IFMT(mode), "not a regular file")
+            raise OSError(errno.EINVAL, f"{kind}, not a file: save its contents in a file first", str(path))
+        return os.fdopen(descriptor, "rb")
+    except BaseException:
+        os.close(descriptor)
+        raise
+
+
+def read_bytes(path: Path, most: int) -> bytes:
+    """Return the contents of a regular file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    most : int
+        Largest size, bytes.
+
+    Raises
+    ------
+    OSError
+        As `open_regular`; or the file is larger.
+    """
+    with open_regular(path) as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"larger than {most:,} bytes, the most that such a file may have", str(path))
+    return data
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[BinaryIO]:
+    """Write a file that takes the place of another one when it is complete: a reader sees the old one or the new one.
+
+    It is written under a random name in the same folder; no file that exists is opened. After an error it is removed.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    beside, file = _create_beside(path)
+    try:
+        with file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        with suppress(OSError):
+            beside.chmod(stat.S_IMODE(path.stat().st_mode))
+        beside.replace(path)
+    except BaseException:
+        beside.unlink(missing_ok=True)
+        raise
+    sync_folder(path.parent)
+
+
+def _create_beside(path: Path) -> tuple[Path, BinaryIO]:
+    """Create a new file beside another one: O_EXCL follows no link and opens no file that exists."""
+    beside = path.with_name(f".{path.name[:200]}.{os.urandom(8).hex()}")
+    return beside, beside.open("xb")
+
+
+def sync_folder(folder: Path) -> None:
+    """Sync the names in a folder to the disk, if the system can."""
+    with suppress(OSError):
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
