@@ -1,7 +1,6 @@
 """What is written while it is recorded: at once, whole, and never over something else."""
 
 import errno
-import json
 import os
 import zlib
 from io import FileIO
