@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <pybind11/stl.h>
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <palpate/ring.hpp>
@@ -9,6 +10,58 @@
 #include "constructors.hpp"
 
 namespace {
+
+/// What Python prints for a value, its first 60 characters; its type where it cannot be printed.
+std::string quoted(py::handle value) {
+  constexpr py::ssize_t longest = 60;
+  try {
+    const py::str text = py::repr(value);
+    const auto begin = py::reinterpret_steal<py::str>(PyUnicode_Substring(text.ptr(), 0, longest));
+    return std::string(begin) + (PyUnicode_GET_LENGTH(text.ptr()) > longest ? "..." : "");
+  } catch (const py::error_already_set& error) {
+    if (!error.matches(PyExc_Exception)) {
+      throw;
+    }
+    return std::string("a value of type ") + Py_TYPE(value.ptr())->tp_name;
+  }
+}
+
+/// An integer of Python or numpy in its range. A bool is none: a source that gives one has mixed up its fields.
+template <class Integer>
+Integer whole(PyObject* value, const char* name, Integer least, Integer most) {
+  const auto refused = [&] {
+    return std::string(name) + ": got " + quoted(value) + ", allowed: an integer, " + std::to_string(least) + " to " +
+           std::to_string(most);
+  };
+  if (!PyIndex_Check(value) || PyBool_Check(value)) {
+    throw py::type_error(refused());
+  }
+  const auto integer = py::reinterpret_steal<py::object>(PyNumber_Index(value));
+  if (!integer) {
+    throw py::error_already_set();
+  }
+  int overflow = 0;
+  const long long number = PyLong_AsLongLongAndOverflow(integer.ptr(), &overflow);
+  if (overflow != 0 || number < least || number > most) {
+    throw py::value_error(refused());
+  }
+  return static_cast<Integer>(number);
+}
+
+/// What float(value) gives, but for text and bool.
+double real(PyObject* value, const char* name) {
+  if (!PyBool_Check(value)) {
+    const double number = PyFloat_AsDouble(value);
+    if (number != -1.0 || !PyErr_Occurred()) {
+      return number;
+    }
+    if (!PyErr_ExceptionMatches(PyExc_Exception)) {
+      throw py::error_already_set();
+    }
+    PyErr_Clear();
+  }
+  throw py::type_error(std::string(name) + ": got " + quoted(value) + ", allowed: a real number, pF");
+}
 
 /// palpate.Sample as the ring carries it. The padding is a member, so that equal samples have equal bytes.
 struct SampleRow {
@@ -25,24 +78,31 @@ struct SampleRow {
                                 PALPATE_COLUMN(SampleRow, soft), PALPATE_COLUMN(SampleRow, status)});
   }
 
-  static SampleRow of(py::handle given) {
-    if (!py::isinstance<py::tuple>(given)) {
-      throw py::type_error("sample: got " + py::repr(given).cast<std::string>() + ", allowed: a palpate.Sample");
+  /// Every field is checked against what a recording can store, so whoever counts a row can also keep it.
+  static SampleRow of(py::handle sample) {
+    if (!py::isinstance<py::tuple>(sample)) {
+      throw py::type_error("sample: got " + quoted(sample) + ", allowed: a palpate.Sample");
     }
-    const auto sample = py::reinterpret_borrow<py::tuple>(given);
-    if (sample.size() != 8) {
-      throw py::value_error("sample: got " + std::to_string(sample.size()) +
-                            " fields, allowed: the 8 of palpate.Sample");
+    if (const auto size = PyTuple_GET_SIZE(sample.ptr()); size != 8) {
+      throw py::value_error("sample: got " + std::to_string(size) + " fields, allowed: the 8 of palpate.Sample");
     }
-    try {
-      return {sample[0].cast<std::int64_t>(), sample[1].cast<std::int64_t>(), sample[2].cast<std::int64_t>(),
-              sample[3].cast<std::int32_t>(), sample[4].cast<std::int32_t>(), sample[5].cast<double>(),
-              sample[6].cast<double>(),       sample[7].cast<std::uint8_t>(), {}};
-    } catch (const py::cast_error&) {
-      throw py::type_error("sample: got " + py::repr(sample).cast<std::string>() +
-                           ", allowed: the fields of palpate.Sample, codes of 24 bits");
-    }
+    const auto field = [&](py::ssize_t place) { return PyTuple_GET_ITEM(sample.ptr(), place); };
+    using Time = std::numeric_limits<std::int64_t>;
+    return {whole<std::int64_t>(field(0), "seq", 0, Time::max()),
+            whole<std::int64_t>(field(1), "t_hard_ns", Time::min(), Time::max()),
+            whole<std::int64_t>(field(2), "t_soft_ns", Time::min(), Time::max()),
+            whole<std::int32_t>(field(3), "hard_raw", no_code, last_code),
+            whole<std::int32_t>(field(4), "soft_raw", no_code, last_code),
+            real(field(5), "hard"),
+            real(field(6), "soft"),
+            whole<std::uint8_t>(field(7), "status", 0, last_status),
+            {}};
   }
+
+  py::tuple fields() const { return py::make_tuple(seq, t_hard_ns, t_soft_ns, hard_raw, soft_raw, hard, soft, status); }
+
+  static constexpr std::int32_t no_code = -1, last_code = 0xFFFFFF;
+  static constexpr std::uint8_t last_status = 8;
 };
 
 class HeapStorage {
@@ -80,6 +140,7 @@ class PyRing {
     require_open();
     return ring_->try_push(SampleRow::of(sample));
   }
+  static py::tuple row(PyRing&, py::handle sample) { return SampleRow::of(sample).fields(); }
   std::size_t push_many(py::handle samples) {
     require_open();
     const auto rows = rows_of(samples, "samples", 0);
@@ -180,7 +241,15 @@ Pop into an array of `dtype`, shape (n,), contiguous, the oldest first; return h
 constexpr auto push_doc = R"(push($self, sample, /)
 --
 
-Push one `Sample`; return whether there was room. ValueError after `close`.)";
+Push one `Sample`; return whether there was room. Its integers and real numbers may be numpy's.
+
+TypeError or ValueError for a field that is no number (bool is none) or outside its range: `seq` from 0 and times of
+64 bits, codes of 24 bits or -1, status 0 to 8. ValueError after `close`.)";
+
+constexpr auto row_doc = R"(row($self, sample, /)
+--
+
+Return the fields of a `Sample` as the ring stores them, as int and float; refuse what `push` refuses. Pushes nothing.)";
 
 PyRing made(const methods::Given& given) {
   methods::refuse_others(given, "capacity");
@@ -197,6 +266,7 @@ void bind_ring(py::module_& module) {
   const std::string parameters = "(capacity=" + std::to_string(default_capacity) + ")";
   auto type = methods::define_class<&made>(module, "SampleRing", parameters, ring_doc);
   methods::define<&PyRing::push>(type, push_doc);
+  methods::define<&PyRing::row>(type, row_doc);
   methods::define<&PyRing::push_many>(type, push_many_doc);
   methods::define<&PyRing::pop_many>(type, pop_many_doc);
   methods::define<&PyRing::close>(type,

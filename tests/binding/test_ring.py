@@ -10,7 +10,10 @@ import palpate
 import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
-from palpate import Sample, SampleRing
+from palpate import Sample, SampleRing, Status
+from palpate.recording.rows import LARGEST_CODE, LARGEST_STATUS
+
+FIELDS: Any = Sample(0, 0, 0, 0, 0, 0.0, 0.0, 0)
 
 
 def samples(first: int, count: int) -> Any:
@@ -120,9 +123,21 @@ def test_two_threads_lose_nothing_that_is_not_counted() -> None:
             "capacity: got '2', allowed: a whole number",
         ),
         (lambda r: r.push((1, 2, 3)), ValueError, "sample: got 3 fields, allowed: the 8 of palpate.Sample"),
-        (lambda r: r.push((0, 0, 0, 2**40, 0, 0.0, 0.0, 0)), TypeError, "sample: got .*allowed: the fields"),
-        (lambda r: r.push((0, 0, 0, 0, 0, "1", 0.0, 0)), TypeError, "sample: got .*allowed: the fields"),
-        (lambda r: r.push((0, 0, 0, 0, 0, 1.0, 0.0, 300)), TypeError, "sample: got .*allowed: the fields"),
+        (
+            lambda r: r.push(FIELDS._replace(hard_raw=2**24)),
+            ValueError,
+            "hard_raw: got 16777216, allowed: .*-1 to 16777",
+        ),
+        (lambda r: r.push(FIELDS._replace(soft_raw=-2)), ValueError, "soft_raw: got -2, allowed: an integer, -1 to"),
+        (lambda r: r.push(FIELDS._replace(status=9)), ValueError, "status: got 9, allowed: an integer, 0 to 8"),
+        (lambda r: r.push(FIELDS._replace(seq=-1)), ValueError, "seq: got -1, allowed: an integer, 0 to 922"),
+        (lambda r: r.push(FIELDS._replace(t_soft_ns=-(2**63) - 1)), ValueError, "t_soft_ns: got -92233720368547758"),
+        (lambda r: r.push(FIELDS._replace(seq=True)), TypeError, "seq: got True, allowed: an integer"),
+        (lambda r: r.push(FIELDS._replace(hard="1")), TypeError, "hard: got '1', allowed: a real number, pF"),
+        (lambda r: r.push(FIELDS._replace(soft=False)), TypeError, "soft: got False, allowed: a real number"),
+        (lambda r: r.push(FIELDS._replace(soft=10**400)), TypeError, r"soft: got 10{59}\.\.\., allowed"),
+        (lambda r: r.push(FIELDS._replace(hard_raw=10**5000)), ValueError, "hard_raw: got a value of type int, allo"),
+        (lambda r: r.row([0] * 8), TypeError, "sample: got .*, allowed: a palpate.Sample"),
         (lambda r: pickle.dumps(r), TypeError, "cannot pickle a SampleRing"),
         (lambda r: r.push(7), TypeError, "sample: got 7, allowed: a palpate.Sample"),
         (lambda r: r.push_many(np.zeros(3)), TypeError, "samples: got float64, allowed: .*SampleRing.dtype"),
@@ -166,6 +181,19 @@ def test_rows_and_samples_are_the_same_tuples() -> None:
     out = np.empty(2, ring.dtype)
     assert ring.pop_many(out) == 2
     assert [Sample(*row) for row in out.tolist()] == [sample, sample]
+
+
+def test_a_row_has_plain_numbers_and_the_ranges_of_a_recording() -> None:
+    ring = SampleRing(2)
+    numpys = Sample(np.int64(7), np.uint64(1), np.int32(2), np.int8(3), -1, np.float32(1.5), np.int16(2), Status.LOST)  # type: ignore[arg-type]
+    assert ring.row(numpys) == (7, 1, 2, 3, -1, 1.5, 2.0, 8)
+    assert [type(field) for field in ring.row(numpys)] == [int] * 5 + [float] * 2 + [int]
+    edges = FIELDS._replace(seq=2**63 - 1, t_hard_ns=-(2**63), hard_raw=LARGEST_CODE, status=LARGEST_STATUS)
+    assert ring.push(edges)
+    for field, beyond in [("hard_raw", LARGEST_CODE + 1), ("status", LARGEST_STATUS + 1)]:
+        with pytest.raises(ValueError, match=field):
+            ring.row(edges._replace(**{field: beyond}))
+    assert len(ring) == 1
 
 
 def test_made_without_init() -> None:

@@ -13,7 +13,6 @@ from palpate import (
     DeviceNotFound,
     ProtocolError,
     RecordingError,
-    Sample,
     SourceTimeout,
     Status,
     Stream,
@@ -103,20 +102,6 @@ def test_who_does_not_iterate_is_not_told_but_the_recording_is(tmp_path: Path) -
         failed.wait()
         time.sleep(0.05)
     assert check(path).findings == ("the source ended with an error: unplugged",)
-
-
-@pytest.mark.parametrize(
-    "second", [sample(3), sample(2), sample(4)._replace(status=9), sample(4)._replace(hard_raw=2**24)]
-)
-def test_a_source_that_counts_backwards_or_gives_what_no_row_can_hold(tmp_path: Path, second: Sample) -> None:
-    with (
-        pytest.raises(
-            ProtocolError, match=r"source: got Sample\(seq=.*, allowed: seq above 3, codes of 24 bits or -1, status 0"
-        ),
-        Stream(Scripted([sample(3), second]), record=tmp_path / "run.csv") as stream,
-    ):
-        list(stream)
-    assert stream.counters.recorded == 1
 
 
 def test_stopping_from_another_thread_ends_the_iteration() -> None:

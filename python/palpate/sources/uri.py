@@ -3,9 +3,10 @@
 import os
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
+from palpate.errors import PalpateError, SourceError
 from palpate.sources.base import Source
 from palpate.sources.options import split
 
@@ -82,16 +83,33 @@ def open(uri: str, **options: Any) -> Source:
         raise ValueError(f"source: got {min(twice)} twice, allowed: in the name or by keyword")
     if not scheme or (scheme not in _OWN and os.path.exists(uri)):  # noqa: PTH110  Path's raises for a long name
         return _factory("palpate.sources.files", "open_file")(uri, options)
-    return _find(scheme)(address, {**in_uri, **options})
+    source = _find(scheme)(address, {**in_uri, **options})
+    if not isinstance(source, Source):
+        raise SourceError(f"{scheme}: gave an object of type {type(source).__name__}, allowed: a palpate.Source")
+    return source
 
 
 def _find(scheme: str) -> Factory:
     if scheme in _OWN:
         return _factory(*_OWN[scheme])
     for point in entry_points(group=GROUP, name=scheme):
-        factory: Factory = point.load()
-        return factory
+        return _load(point)
     raise ValueError(f"source: got {scheme}:, allowed: {', '.join(f'{name}:' for name in schemes())} or a path")
+
+
+def _load(point: EntryPoint) -> Factory:
+    """Return the function of another package; an error names the package."""
+    try:
+        factory: Factory = point.load()
+    except PalpateError:
+        raise
+    except Exception as error:
+        package = f"package {point.dist.name}" if point.dist else "another package"
+        raise SourceError(
+            f"{point.name}: of {package} cannot be loaded from {point.value}: {type(error).__name__}: {error!s:.200}; "
+            "reinstall or remove this package"
+        ) from error
+    return factory
 
 
 def _factory(module: str, name: str) -> Factory:

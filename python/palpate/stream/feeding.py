@@ -1,21 +1,25 @@
 """The consumer's side of a stream: sends samples to the tracker, and counts them."""
 
 from collections.abc import Callable
+from threading import RLock
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate._core import Tracker
+from palpate._core import SampleRing, Tracker
 from palpate.samples import DTYPE, RETAKEN, Block, Sample, feed, refused, samples_of, saturated
 from palpate.stream.estimate import Batch
 
+_BATCH = 256  # samples at a time, at most
+
 
 class Feeding:
-    """Sends samples to a tracker.
+    """Sends the samples of a ring to a tracker.
 
     Parameters
     ----------
+    ring : SampleRing
     tracker : Tracker
     notify : callable
         Called with a message when the baseline is found to be wrong.
@@ -26,9 +30,13 @@ class Feeding:
         As in `StreamCounters`.
     last : Sample or None
         The last sample that was sent.
+    lock : RLock
+        Held while samples go from the ring to the tracker: one thread may iterate while another one closes.
     """
 
-    def __init__(self, tracker: Tracker, notify: Callable[[str], None]) -> None:
+    def __init__(self, ring: SampleRing, tracker: Tracker, notify: Callable[[str], None]) -> None:
+        self.lock: RLock = RLock()
+        self._ring = ring
         self.delivered = self.refused = self.saturated = 0
         self.last: Sample | None = None
         self._tracker, self._notify = tracker, notify
@@ -41,11 +49,23 @@ class Feeding:
         """How often the baseline was found to be wrong, and measured again."""
         return self._tracker.retaken - self._retaken
 
-    def send(self, block: Block) -> Batch:
-        """Send samples, at least one, to the tracker."""
+    def take(self) -> Batch | None:
+        """Send the samples that wait, some hundred at most, to the tracker; None: none waits."""
+        waiting = np.empty(_BATCH, DTYPE)
+        with self.lock:
+            count = self._ring.pop_many(waiting)
+            return self._send(waiting[:count]) if count else None
+
+    def drain(self) -> None:
+        """Send all samples that wait, and end a touch that is still running."""
+        while self.take():
+            pass
+        self.finish()
+
+    def _send(self, block: Block) -> Batch:
+        self.delivered += len(block)
         rows = feed(self._tracker, block)
         self.last = samples_of(block[-1:])[0]
-        self.delivered += len(block)
         self.refused += int(np.count_nonzero(refused(block)))
         self.saturated += int(np.count_nonzero(saturated(block)))
         if self._tracker.retaken > self._told:
@@ -55,14 +75,15 @@ class Feeding:
 
     def finish(self) -> Batch | None:
         """End a touch that is still running; return the last batch, None if nothing ended."""
-        if self._ended:
-            return None
-        self._ended = True
-        self._tracker.finish()
-        if self._tracker.touch_count == self._touches:
-            return None
-        nothing = np.empty(0, DTYPE)
-        return self._batch(nothing, feed(self._tracker, nothing))
+        with self.lock:
+            if self._ended:
+                return None
+            self._ended = True
+            self._tracker.finish()
+            if self._tracker.touch_count == self._touches:
+                return None
+            nothing = np.empty(0, DTYPE)
+            return self._batch(nothing, feed(self._tracker, nothing))
 
     def _batch(self, block: Block, rows: NDArray[Any]) -> Batch:
         """Return a batch with the touches that ended, and those that were revised, since the last one."""

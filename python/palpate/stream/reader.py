@@ -2,17 +2,19 @@
 
 import math
 import time
+from contextlib import suppress
 from threading import Event, RLock, Thread
 
 from palpate._core import SampleRing
-from palpate.errors import ProtocolError
+from palpate.errors import ProtocolError, SourceTimeout
 from palpate.recording.recorder import Recorder
-from palpate.recording.rows import LARGEST_CODE, LARGEST_STATUS
 from palpate.samples import Sample
 from palpate.sources import Source
+from palpate.stream.limited import limited
 
 _AHEAD = 16  # a source that can wait is at most this many samples ahead of the consumer
 _WAIT_S = 0.0005
+_made = tuple.__new__  # as Sample._make, in a third of its time
 _LATE = 1.5  # periods after the sample before
 
 
@@ -51,6 +53,7 @@ class Reader:
         self.ready: Event = Event()
         self.error: BaseException | None = None
         self._source = source
+        self._live = bool(source.live)
         self._ring = ring
         self.lock: RLock = RLock()
         self.recorder = recorder
@@ -63,15 +66,33 @@ class Reader:
         self._thread.start()
 
     def stop(self) -> None:
-        """Request the end; returns at once."""
+        """Request the end; returns at once. Later samples are neither counted nor stored."""
         self._stopping.set()
         self._source.interrupt()
+
+    def end(self, limit_s: float) -> None:
+        """Request the end, and wait for it.
+
+        Raises
+        ------
+        SourceTimeout
+            The source did not stop within this time; its thread still runs.
+        Exception
+            What its `interrupt` raises.
+        """
+        what = "the source did not stop"
+        try:
+            limited(self.stop, limit_s, what)
+        finally:
+            if not self.join(limit_s):
+                raise SourceTimeout(f"{what} within {limit_s:g} s; it still runs")
 
     def join(self, timeout_s: float) -> bool:
         """Wait for the end; return whether the thread has ended."""
         if self._thread.ident is not None:
             self._thread.join(timeout_s)
-        return not self._thread.is_alive()
+        with self.lock:  # a sample that is being stored is complete now
+            return not self._thread.is_alive()
 
     def _run(self) -> None:
         try:
@@ -80,33 +101,46 @@ class Reader:
                 if self._stopping.is_set():
                     break
         except BaseException as error:  # noqa: BLE001  the consumer gets any error of a source
-            self.error = error
+            self.error = _told(error)
         finally:
             self._ring.close()
             self.ready.set()
 
-    def _take(self, sample: Sample) -> None:
-        if not self._source.live and not self._has_room():
+    def _take(self, given: object) -> None:
+        if not self._live and not self._has_room():
             return
+        sample = self._checked(given)
         with self.lock:
+            if self._stopping.is_set():
+                return
             if self.recorder and self.recorder.error:
                 raise self.recorder.error
             self._count(sample)
-            self.read += 1
             if self.recorder:
                 self.recorder.push(sample)
             self._ring.push(sample)
         self.ready.set()
 
+    def _checked(self, given: object) -> Sample:
+        """Return a sample with fields of int and float that a recording can store; nothing is counted before this."""
+        last = self.last.seq if self.last else -1
+        try:
+            sample = _made(Sample, self._ring.row(given))
+        except Exception as error:
+            where = f"after seq {last}" if self.last else "first sample"
+            raise ProtocolError(f"source, {where}: {error}") from error
+        if sample.seq <= last:
+            raise ProtocolError(f"source: seq: got {sample.seq}, allowed: above {last}")
+        return sample
+
     def _count(self, sample: Sample) -> None:
-        before = self.last
-        _check(sample, before.seq if before else -1)
-        if before:
+        if before := self.last:
             self.lost += sample.seq - before.seq - 1
             self.late += sample.t_hard_ns - before.t_hard_ns > self._late_ns
-        elif self._source.live:
+        elif self._live:
             self.lost += sample.seq
         self.last = sample
+        self.read += 1
 
     def _has_room(self) -> bool:
         """Wait until consumer and recorder have room; False: the end was requested before."""
@@ -122,10 +156,12 @@ class Reader:
         return recorder is not None and recorder.is_behind
 
 
-def _check(sample: Sample, last: int) -> None:
-    """Raise ProtocolError for a sample that a recording cannot store."""
-    codes = min(sample.hard_raw, sample.soft_raw) >= -1 and max(sample.hard_raw, sample.soft_raw) <= LARGEST_CODE
-    if not (codes and last < sample.seq < 2**63 and 0 <= sample.status <= LARGEST_STATUS):
-        raise ProtocolError(
-            f"source: got {sample}, allowed: seq above {last}, codes of 24 bits or -1, status 0 to {LARGEST_STATUS}"
-        )
+def _told(error: BaseException) -> BaseException:
+    """Return the error of a source; another one for it, if it cannot be printed or a generator cannot raise it."""
+    with suppress(Exception):  # of the error's own text
+        str(error)
+        if not isinstance(error, StopIteration):
+            return error
+    told = ProtocolError(f"source: raised {type(error).__name__}, allowed: an error with a text, SourceError")
+    told.__cause__ = error
+    return told

@@ -7,6 +7,7 @@ from palpate._core import Tracker
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import BEGUN
 from palpate.sources import Source
+from palpate.sources.claims import described
 from palpate.stream.estimate import StreamCounters
 from palpate.stream.reader import Reader
 
@@ -79,7 +80,7 @@ class RecordingSlot:
 
     def _new(self, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
         settings = {"scene": self._tracker.scene, **self._tracker.settings}
-        return Recorder(path, self._source.describe(), settings, notes)
+        return Recorder(path, described(self._source), settings, notes)
 
     def _counted(self, counters: StreamCounters, recorder: Recorder) -> dict[str, int]:
         """Return the counters of the samples since the recording began."""

@@ -3,21 +3,20 @@
 import math
 import os
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
-import numpy as np
-
 from palpate._core import SampleRing, Touch, Tracker
-from palpate.errors import SourceTimeout
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import sidecar_path
-from palpate.samples import DTYPE, settings_for
+from palpate.samples import settings_for
 from palpate.sources import Source
 from palpate.sources import open as open_source
+from palpate.sources.claims import described
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.feeding import Feeding
+from palpate.stream.instrument import Instrument
 from palpate.stream.reader import Reader
 from palpate.stream.recording_slot import RecordingSlot
 
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
 
 STOP_S = 0.5
-_BATCH = 256  # samples at a time, at most
 _POLL_S = 0.1
 
 
@@ -90,7 +88,7 @@ class Stream:
     ) -> None:
         with ExitStack() as on_failure:
             if not isinstance(source, str):
-                on_failure.callback(source.close)
+                on_failure.callback(Instrument(source).close)
             if tracker is not None and settings:
                 raise ValueError(f"settings: got {', '.join(settings)} and a tracker, allowed: only one of them")
             given: dict[str, Any] = dict(settings)
@@ -99,16 +97,18 @@ class Stream:
                 sidecar_path(Path(record))
             self._ring = SampleRing(capacity)
             if isinstance(source, str):
-                source = on_failure.enter_context(closing(open_source(source)))
+                source = open_source(source)
+                on_failure.callback(Instrument(source).close)
             self.source = source
             if notify:
                 self.source.notify = notify
             if tracker is None:
-                self.tracker = Tracker(scene, **{**settings_for(scene, self.source.describe()), **given})
+                self.tracker = Tracker(scene, **{**settings_for(scene, described(self.source)), **given})
             on_failure.pop_all()
         self._recordings = RecordingSlot(self.source, self.tracker, lambda: self.counters, record, notes or [])
         self._reader: Reader | None = None
-        self._feeding = Feeding(self.tracker, self.source.notify)
+        self._feeding = Feeding(self._ring, self.tracker, self.source.notify)
+        self._instrument = Instrument(self.source)
         self._closed = self._raised = self._begins = self._stop_asked = False
 
     def __enter__(self) -> Self:
@@ -116,17 +116,17 @@ class Stream:
         if self._closed or self._reader:
             raise ValueError("stream: got a second `with`, or one after close(), allowed: one `with` for each stream")
         try:
-            self.source.__enter__()
-            device = self.source.describe()
+            device = self._instrument.begin()
             self._begins = True  # from here on there may be a recording to close
             self._recordings.first()
-        except BaseException:
-            self.close()
+            reader = Reader(self.source, self._ring, self.recorder, float(device.get("period_s", math.nan)))
+            reader.start()
+        except BaseException as error:
+            self._end(error)
             raise
-        self._reader = Reader(self.source, self._ring, self.recorder, float(device.get("period_s", math.nan)))
-        self._reader.start()
+        self._reader = reader
         if self._stop_asked:
-            self._reader.stop()
+            reader.stop()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -161,10 +161,14 @@ class Stream:
 
     @property
     def counters(self) -> StreamCounters:
-        """Numbers of samples so far; may be read from any thread."""
-        reader, recorder, own = self._reader, self.recorder, self.source.counters
+        """Numbers of samples so far; may be read from any thread.
+
+        If the source's own counters become invalid, `errors` and `reconnects` keep their last values, with a message.
+        """
+        reader, recorder = self._reader, self.recorder
         if reader is None:
             return StreamCounters()
+        errors, reconnects = self._instrument.counts()
         delivered, dropped = self._feeding.delivered, self._ring.dropped
         read = reader.read  # read last: so `waiting` cannot be negative
         return StreamCounters(
@@ -178,8 +182,8 @@ class Stream:
             saturated=self._feeding.saturated,
             recorded=recorder.rows if recorder else 0,
             unrecorded=recorder.dropped if recorder else 0,
-            errors=own.get("errors", 0),
-            reconnects=own.get("reconnects", 0),
+            errors=errors,
+            reconnects=reconnects,
             retaken=self._feeding.retaken,
         )
 
@@ -232,9 +236,10 @@ class Stream:
         RuntimeError
             The probe is in contact, and `force` is False.
         """
-        self.tracker.tare(force)
-        if self.recorder and self._feeding.last:
-            self.recorder.mark("tare", self._feeding.last, tare=True)
+        with self._feeding.lock:
+            self.tracker.tare(force)
+            if self.recorder and self._feeding.last:
+                self.recorder.mark("tare", self._feeding.last, tare=True)
 
     def stop(self) -> bool:
         """End the iteration after the samples read so far; from any thread or signal handler. False before `with`."""
@@ -246,32 +251,39 @@ class Stream:
     def close(self) -> None:
         """Stop within 0.5 s, estimate from the remaining samples, and close the recording and the source.
 
+        If one of these fails, the others are done, too, and the recording has the error.
+
         Raises
         ------
         RecordingError
             A sample that was read could not be recorded.
         SourceTimeout
-            The source did not stop; its thread still runs.
+            The source did not stop, or did not close within 2 s; its thread still runs.
+        Exception
+            What `interrupt` or `close` of the source raises.
         """
+        self._end(None)
+
+    def _end(self, failure: BaseException | None) -> None:
         if self._closed:
             return
         self._closed = True
-        if self._reader is None:
-            self.source.close()
-            return
-        self._reader.stop()
-        stopped = self._reader.join(STOP_S)
-        while self._next(self._reader, wait=False):
-            pass
-        self._feeding.finish()
-        failure = None if stopped else SourceTimeout(f"the source did not stop within {STOP_S} s; it still runs")
-        try:
-            self._recordings.close(failure or self._reader.error)
-        finally:
-            if stopped:
-                self.source.__exit__(None, None, None)
-        if failure:
-            raise failure
+        reader = self._reader
+        with ExitStack() as steps:  # they run from the last one to the first, each also after an error
+            steps.callback(self._raise_unrecorded)
+            steps.callback(self._close_source)
+            steps.push(
+                lambda _, error, __: self._recordings.close(failure or error or (reader.error if reader else None))
+            )
+            if reader:
+                steps.callback(self._feeding.drain)
+                reader.end(STOP_S)
+
+    def _close_source(self) -> None:
+        if self._reader is None or self._reader.join(0):
+            self._instrument.close()
+
+    def _raise_unrecorded(self) -> None:
         if self.recorder and self.recorder.error and not self._raised:
             raise self.recorder.error
 
@@ -280,14 +292,13 @@ class Stream:
             raise ValueError("stream: not started, allowed: with palpate.Stream(...) as stream")
         return self._reader
 
-    def _next(self, reader: Reader, *, wait: bool = True) -> Batch | None:
+    def _next(self, reader: Reader) -> Batch | None:
         """Return the next batch; None: there will be no more."""
-        waiting = np.empty(_BATCH, DTYPE)
         while True:
             closed = self._ring.closed
-            if count := self._ring.pop_many(waiting):
-                return self._feeding.send(waiting[:count])
-            if closed or not wait or self._closed:
+            if batch := self._feeding.take():
+                return batch
+            if closed or self._closed:
                 return None
             reader.ready.wait(_POLL_S)
             reader.ready.clear()

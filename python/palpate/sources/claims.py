@@ -1,0 +1,92 @@
+"""What a source says about itself, checked before anything depends on it."""
+
+import json
+import math
+from collections.abc import Mapping
+from numbers import Integral
+from typing import Any
+
+from palpate.errors import ProtocolError
+from palpate.sources.base import Source
+
+_LONGEST = 100_000  # characters of a description as JSON: the sidecar of a recording has a limit, too
+_STAMPS = ("converter", "host")
+
+
+def described(source: Source) -> dict[str, Any]:
+    """Return the description of a source, checked.
+
+    Returns
+    -------
+    dict of str
+        A copy of JSON's types, which the source cannot change later; other values as text.
+
+    Raises
+    ------
+    ProtocolError
+        It is not a dict, it cannot be stored in a recording, or one of its values is outside its range.
+
+    Examples
+    --------
+    >>> from palpate import open
+    >>> described(open("sim:soft-steady"))["stamps"]
+    'converter'
+    """
+    given: Any = source.describe()
+    if not isinstance(given, dict):
+        raise _wrong(given, "a dict")
+    try:
+        text = json.dumps(given, default=str)
+    except Exception as error:
+        raise ProtocolError(f"source: describe() cannot be stored in a recording: {error!s:.60}") from error
+    if len(text) > _LONGEST:
+        raise _wrong(f"{len(text)} characters of JSON", f"{_LONGEST} at most")
+    description: dict[str, Any] = json.loads(text)
+    if not _number(full_scale := description.get("full_scale_pF", math.inf)) > 0:
+        raise _wrong(full_scale, "a number above 0, pF, or no such key", "full_scale_pF")
+    if not 0 < _number(period := description.get("period_s", 1)) < math.inf:
+        raise _wrong(period, "a number above 0, s, or no such key", "period_s")
+    if (stamps := description.get("stamps", "converter")) not in _STAMPS:
+        raise _wrong(stamps, " or ".join(_STAMPS), "stamps")
+    return description
+
+
+def counted(source: Source) -> tuple[int, int]:
+    """Return the errors and the reconnections that a source has counted, checked.
+
+    Raises
+    ------
+    ProtocolError
+        `counters` is not a mapping, or one of them is not an integer from 0.
+    """
+    try:
+        own: Any = source.counters
+        if not isinstance(own, Mapping):
+            raise _wrong(own, "a mapping", "counters")
+        return _count("errors", own.get("errors", 0)), _count("reconnects", own.get("reconnects", 0))
+    except ProtocolError:
+        raise
+    except Exception as error:
+        raise ProtocolError(f"source: its counters cannot be read: {type(error).__name__}") from error
+
+
+def _count(name: str, value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
+        raise _wrong(value, "an integer from 0", f"counters[{name!r}]")
+    return int(value)
+
+
+def _number(value: Any) -> float:
+    """Return a real number; nan for what is none."""
+    try:
+        return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
+    except OverflowError:
+        return math.nan
+
+
+def _wrong(value: Any, allowed: str, name: str = "describe()") -> ProtocolError:
+    try:
+        got = f"{value!r:.60}"
+    except Exception:  # noqa: BLE001  the source's own
+        got = f"a value of type {type(value).__name__}"
+    return ProtocolError(f"source: {name}: got {got}, allowed: {allowed}")
