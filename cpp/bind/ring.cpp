@@ -26,6 +26,14 @@ std::string quoted(py::handle value) {
   }
 }
 
+/// Forget an error of a value that is no number; others, as an interrupt, go on.
+void clear_error() {
+  if (PyErr_Occurred() && !PyErr_ExceptionMatches(PyExc_Exception)) {
+    throw py::error_already_set();
+  }
+  PyErr_Clear();
+}
+
 /// An integer of Python or numpy in its range. A bool is none: a source that gives one has mixed up its fields.
 template <class Integer>
 Integer whole(PyObject* value, const char* name, Integer least, Integer most) {
@@ -33,12 +41,13 @@ Integer whole(PyObject* value, const char* name, Integer least, Integer most) {
     return std::string(name) + ": got " + quoted(value) + ", allowed: an integer, " + std::to_string(least) + " to " +
            std::to_string(most);
   };
-  if (!PyIndex_Check(value) || PyBool_Check(value)) {
-    throw py::type_error(refused());
+  py::object integer;
+  if (PyIndex_Check(value) && !PyBool_Check(value)) {
+    integer = py::reinterpret_steal<py::object>(PyNumber_Index(value));
   }
-  const auto integer = py::reinterpret_steal<py::object>(PyNumber_Index(value));
   if (!integer) {
-    throw py::error_already_set();
+    clear_error();
+    throw py::type_error(refused());
   }
   int overflow = 0;
   const long long number = PyLong_AsLongLongAndOverflow(integer.ptr(), &overflow);
@@ -55,10 +64,7 @@ double real(PyObject* value, const char* name) {
     if (number != -1.0 || !PyErr_Occurred()) {
       return number;
     }
-    if (!PyErr_ExceptionMatches(PyExc_Exception)) {
-      throw py::error_already_set();
-    }
-    PyErr_Clear();
+    clear_error();
   }
   throw py::type_error(std::string(name) + ": got " + quoted(value) + ", allowed: a real number, pF");
 }

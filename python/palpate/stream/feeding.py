@@ -45,6 +45,11 @@ class Feeding:
         self._ended = False
 
     @property
+    def dropped(self) -> int:
+        """Samples that the ring had no room for."""
+        return self._ring.dropped
+
+    @property
     def retaken(self) -> int:
         """How often the baseline was found to be wrong, and measured again."""
         return self._tracker.retaken - self._retaken

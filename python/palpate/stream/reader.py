@@ -3,7 +3,7 @@
 import math
 import time
 from contextlib import suppress
-from threading import Event, RLock, Thread
+from threading import Event, RLock, Thread, current_thread
 
 from palpate._core import SampleRing
 from palpate.errors import ProtocolError, SourceTimeout
@@ -60,6 +60,11 @@ class Reader:
         self._late_ns = _LATE * period_s * 1e9
         self._stopping = Event()
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
+
+    @property
+    def is_this_thread(self) -> bool:
+        """Whether the caller is the thread that reads."""
+        return self._thread is current_thread()
 
     def start(self) -> None:
         """Start the thread."""

@@ -5,6 +5,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from palpate._core import SampleRing, Touch, Tracker
@@ -14,6 +15,7 @@ from palpate.samples import settings_for
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.sources.claims import described
+from palpate.stream.counting import counters_of
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.feeding import Feeding
 from palpate.stream.instrument import Instrument
@@ -109,6 +111,7 @@ class Stream:
         self._reader: Reader | None = None
         self._feeding = Feeding(self._ring, self.tracker, self.source.notify)
         self._instrument = Instrument(self.source)
+        self._recording = Lock()  # held while a recording begins or ends
         self._closed = self._raised = self._begins = self._stop_asked = False
 
     def __enter__(self) -> Self:
@@ -119,14 +122,13 @@ class Stream:
             device = self._instrument.begin()
             self._begins = True  # from here on there may be a recording to close
             self._recordings.first()
-            reader = Reader(self.source, self._ring, self.recorder, float(device.get("period_s", math.nan)))
-            reader.start()
+            self._reader = Reader(self.source, self._ring, self.recorder, float(device.get("period_s", math.nan)))
+            self._reader.start()
+            if self._stop_asked:
+                self._reader.stop()
         except BaseException as error:
             self._end(error)
             raise
-        self._reader = reader
-        if self._stop_asked:
-            reader.stop()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -161,31 +163,10 @@ class Stream:
 
     @property
     def counters(self) -> StreamCounters:
-        """Numbers of samples so far; may be read from any thread.
-
-        If the source's own counters become invalid, `errors` and `reconnects` keep their last values, with a message.
-        """
-        reader, recorder = self._reader, self.recorder
-        if reader is None:
+        """Numbers of samples so far; may be read from any thread."""
+        if self._reader is None:
             return StreamCounters()
-        errors, reconnects = self._instrument.counts()
-        delivered, dropped = self._feeding.delivered, self._ring.dropped
-        read = reader.read  # read last: so `waiting` cannot be negative
-        return StreamCounters(
-            read=read,
-            lost=reader.lost,
-            late=reader.late,
-            delivered=delivered,
-            dropped=dropped,
-            waiting=read - delivered - dropped,
-            refused=self._feeding.refused,
-            saturated=self._feeding.saturated,
-            recorded=recorder.rows if recorder else 0,
-            unrecorded=recorder.dropped if recorder else 0,
-            errors=errors,
-            reconnects=reconnects,
-            retaken=self._feeding.retaken,
-        )
+        return counters_of(self._reader, self._feeding, self.recorder, self._instrument)
 
     def start_recording(self, record: str | os.PathLike[str], notes: list[str] | None = None) -> Recorder:
         """Record to NAME.csv from the next sample on; from any thread.
@@ -198,9 +179,10 @@ class Stream:
             A recording is running, the stream has ended, or the file exists.
         """
         reader = self._begun()
-        if self._closed or self.recorder:
-            raise ValueError("record: already recording, or the stream has ended; allowed: one recording at a time")
-        return self._recordings.begin(reader, record, notes or [])
+        with self._recording:
+            if self._closed or self.recorder:
+                raise ValueError("record: already recording, or the stream has ended; allowed: one recording at a time")
+            return self._recordings.begin(reader, record, notes or [])
 
     def stop_recording(self) -> Recorder | None:
         """Close the recording and continue the measurement; from any thread. None: there was no recording.
@@ -211,7 +193,8 @@ class Stream:
             A sample that was read could not be recorded.
         """
         reader = self._begun()
-        return None if self._closed else self._recordings.end(reader)
+        with self._recording:
+            return None if self._closed else self._recordings.end(reader)
 
     def note(self, text: str) -> None:
         """Add a note to the recording."""
@@ -259,25 +242,31 @@ class Stream:
             A sample that was read could not be recorded.
         SourceTimeout
             The source did not stop, or did not close within 2 s; its thread still runs.
+        RuntimeError
+            Called in the thread of the source, for example in `notify`.
         Exception
             What `interrupt` or `close` of the source raises.
         """
         self._end(None)
 
     def _end(self, failure: BaseException | None) -> None:
+        reader = self._reader
+        if reader and reader.is_this_thread:
+            raise RuntimeError("stream: got close() in the thread of the source, allowed: stop()")
         if self._closed:
             return
         self._closed = True
-        reader = self._reader
         with ExitStack() as steps:  # they run from the last one to the first, each also after an error
             steps.callback(self._raise_unrecorded)
             steps.callback(self._close_source)
-            steps.push(
-                lambda _, error, __: self._recordings.close(failure or error or (reader.error if reader else None))
-            )
+            steps.push(lambda _, error, __: self._close_recording(failure or error))
             if reader:
                 steps.callback(self._feeding.drain)
                 reader.end(STOP_S)
+
+    def _close_recording(self, error: BaseException | None) -> None:
+        with self._recording:
+            self._recordings.close(error or (self._reader.error if self._reader else None))
 
     def _close_source(self) -> None:
         if self._reader is None or self._reader.join(0):
