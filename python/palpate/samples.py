@@ -100,12 +100,18 @@ def block_of(samples: Iterable[Sample]) -> Block:
     -------
     numpy.ndarray of `DTYPE`, shape (n,)
 
+    Raises
+    ------
+    TypeError, ValueError
+        A field is not a number or outside its range, as in `SampleRing.push`.
+
     Examples
     --------
     >>> block_of([Sample(7, 0, 13_000_000, -1, -1, 1.5, 2.5)])["soft"]
     array([2.5])
     """
-    rows = [tuple(sample) for sample in samples]
+    row = SampleRing(2).row
+    rows = [row(sample) for sample in samples]
     block = np.zeros(len(rows), DTYPE)
     block[:] = rows
     return block

@@ -158,6 +158,8 @@ def test_arguments(tmp_path: Path) -> None:
         Stream("sim:", scene="moon")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="capacity: got 1"):
         Stream("sim:", capacity=1)
+    with pytest.raises(TypeError, match=r"source: got 42, allowed: a name, or a palpate.Source"):
+        Stream(42)  # type: ignore[arg-type]
     stream = Stream("sim:")
     assert stream.counters.read == 0
     with pytest.raises(ValueError, match="stream: not started"):

@@ -13,6 +13,19 @@ _LONGEST = 100_000  # characters of a description as JSON: the sidecar of a reco
 _STAMPS = ("converter", "host")
 
 
+def is_source(value: object) -> bool:
+    """Return whether a value has the methods of a source; no property is read, which may raise.
+
+    Examples
+    --------
+    >>> from palpate import open
+    >>> is_source("sim:"), is_source(open("sim:"))
+    (False, True)
+    """
+    methods = ("__enter__", "__exit__", "__iter__", "describe", "interrupt", "close")
+    return all(callable(getattr(value, name, None)) for name in methods)
+
+
 def described(source: Source) -> dict[str, Any]:
     """Return the description of a source, checked.
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from palpate.errors import PalpateError, SourceError
 from palpate.sources.base import Source
+from palpate.sources.claims import is_source
 from palpate.sources.options import split
 
 GROUP = "palpate.sources"
@@ -84,7 +85,7 @@ def open(uri: str, **options: Any) -> Source:
     if not scheme or (scheme not in _OWN and os.path.exists(uri)):  # noqa: PTH110  Path's raises for a long name
         return _factory("palpate.sources.files", "open_file")(uri, options)
     source = _find(scheme)(address, {**in_uri, **options})
-    if not isinstance(source, Source):
+    if not is_source(source):
         raise SourceError(f"{scheme}: gave an object of type {type(source).__name__}, allowed: a palpate.Source")
     return source
 

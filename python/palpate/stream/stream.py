@@ -14,7 +14,7 @@ from palpate.recording.sidecar import sidecar_path
 from palpate.samples import settings_for
 from palpate.sources import Source
 from palpate.sources import open as open_source
-from palpate.sources.claims import described
+from palpate.sources.claims import described, is_source
 from palpate.stream.counting import counters_of
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.feeding import Feeding
@@ -58,9 +58,9 @@ class Stream:
 
     Raises
     ------
-    ValueError, SourceError, RecordingError, MissingExtra
+    ValueError, TypeError, SourceError, RecordingError, MissingExtra
         As from `palpate.open` and `Tracker`. `with` raises RecordingError if the recording already exists. The
-        iteration raises the error of the source, after its last sample.
+        iteration raises the error of the source, after its last sample; ProtocolError at a sample that cannot be stored.
 
     Notes
     -----
@@ -89,6 +89,8 @@ class Stream:
         **settings: Unpack["_AnySettings"],
     ) -> None:
         with ExitStack() as on_failure:
+            if not isinstance(source, str) and not is_source(source):
+                raise TypeError(f"source: got {source!r:.60}, allowed: a name, or a palpate.Source")
             if not isinstance(source, str):
                 on_failure.callback(Instrument(source).close)
             if tracker is not None and settings:

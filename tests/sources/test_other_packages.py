@@ -1,0 +1,55 @@
+"""Schemes of other packages that are broken: an error with the name of the package, and only where its scheme is used."""
+
+import sys
+from pathlib import Path
+
+import palpate
+import pytest
+from palpate import MissingExtra, SourceError, sources
+
+BROKEN = {
+    "import": ("raise RuntimeError('no licence')", "RuntimeError: no licence"),
+    "missing": ("import a_library_that_is_not_installed", "ModuleNotFoundError: No module named 'a_library"),
+    "syntax": ("def open_it(:", "SyntaxError: invalid syntax"),
+    "name": ("", "AttributeError: module .* has no attribute 'open_it'"),
+    "long": ("raise ValueError('a' * 10**6)", "ValueError: a{200}; reinstall"),
+}
+
+
+@pytest.fixture
+def package(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Install a package with the scheme other:, its module has the given text."""
+    folder = tmp_path / "other_probe-1.0.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: other-probe\nVersion: 1.0\n", encoding="utf-8")
+    (folder / "entry_points.txt").write_text("[palpate.sources]\nother = other_probe:open_it\n", encoding="utf-8")
+    (tmp_path / "other_probe.py").write_text(request.param, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "other_probe", raising=False)
+
+
+@pytest.mark.parametrize(("package", "message"), BROKEN.values(), ids=BROKEN, indirect=["package"])
+def test_a_broken_package(package: None, message: str) -> None:
+    assert "other" in sources.schemes()
+    with palpate.open("sim:soft-steady") as source:
+        assert next(iter(source)).seq == 0
+    assert "other_probe" not in sys.modules
+    for use in (palpate.open, palpate.Stream):
+        with pytest.raises(SourceError, match=f"other: of package other-probe cannot be loaded from .*: {message}"):
+            use("other:")
+
+
+@pytest.mark.parametrize(
+    "package",
+    ["from palpate import MissingExtra\nraise MissingExtra('other-probe needs: pip install more')"],
+    indirect=True,
+)
+def test_a_package_that_says_what_is_missing(package: None) -> None:
+    with pytest.raises(MissingExtra, match="other-probe needs: pip install more"):
+        palpate.open("other:")
+
+
+@pytest.mark.parametrize("package", ["def open_it(address, options): return address"], indirect=True)
+def test_a_package_that_gives_no_source(package: None) -> None:
+    with pytest.raises(SourceError, match=r"other: gave an object of type str, allowed: a palpate.Source"):
+        palpate.Stream("other:port")
