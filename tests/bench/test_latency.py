@@ -69,4 +69,4 @@ def test_it_prints_and_writes(
 
 def test_the_page_shows_the_last_results() -> None:
     found = json.loads(latency.RESULTS.read_text())
-    assert latency.table(found) in (ROOT / "docs" / "speed.md").read_text()
+    assert latency.table(found) in (ROOT / "docs" / "speed.md").read_text(encoding="utf-8")

@@ -24,7 +24,7 @@ def of(groups: list[list[Row]], **settings: float) -> Row:
 
 
 def test_the_page_shows_what_the_bench_prints(groups: list[list[Row]]) -> None:
-    [shown] = re.findall(r"^```text\n(error %.*?)^```$", PAGE.read_text(), re.DOTALL | re.MULTILINE)
+    [shown] = re.findall(r"^```text\n(error %.*?)^```$", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     assert shown == paper_choices.table(groups) + "\n", "paste what python -m bench.accuracy.paper_choices prints"
 
 

@@ -31,4 +31,4 @@ def test_speed_measures_and_prints(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 def test_the_page_shows_the_last_results() -> None:
-    assert bench("-m", "bench.speed", "--table").strip() in (ROOT / "docs" / "speed.md").read_text()
+    assert bench("-m", "bench.speed", "--table").strip() in (ROOT / "docs" / "speed.md").read_text(encoding="utf-8")

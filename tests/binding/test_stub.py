@@ -43,7 +43,7 @@ def test_the_stub_is_written_from_the_module() -> None:
     written = subprocess.run(
         [sys.executable, str(ROOT / "tests" / "tools" / "core_stub.py")], capture_output=True, text=True, check=True
     )
-    stub = (ROOT / "python" / "palpate" / "_core.pyi").read_text()
+    stub = (ROOT / "python" / "palpate" / "_core.pyi").read_text(encoding="utf-8")
     assert ast.unparse(ast.parse(stub)) == ast.unparse(ast.parse(written.stdout))
 
 

@@ -29,7 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "--plot", base / "probe.png", "--report", base / "probe.html",
     )  # fmt: skip
     assert result.exit_code == 0, result.output
-    (base / "printed.txt").write_text(result.stdout)
+    (base / "printed.txt").write_text(result.stdout, encoding="utf-8")
     return base
 
 
@@ -45,7 +45,7 @@ def values(printed: str) -> int:
 
 
 def test_the_session(folder: Path) -> None:
-    lines = (folder / "printed.txt").read_text().splitlines()
+    lines = (folder / "printed.txt").read_text(encoding="utf-8").splitlines()
     assert lines[0].split()[:3] == ["specimen", "MPa", "touches"]
     assert [line.split()[:3] for line in lines[1:3]] == [["30", "OO", "0.143"], ["40", "OO", "0.186"]]
     assert lines[11].split() == ["rises", "yes", "yes", "yes", "yes"]
@@ -61,7 +61,7 @@ def test_the_session(folder: Path) -> None:
 
 
 def test_the_report_stands_alone(folder: Path) -> None:
-    page = (folder / "probe.html").read_text()
+    page = (folder / "probe.html").read_text(encoding="utf-8")
     assert "The curve fits." in page
     assert "<svg" in page
     assert "<td>70 A" in page

@@ -44,7 +44,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for linked in ("bench", "SECURITY.md"):
         (source / linked).symlink_to(ROOT / linked)
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", str(source / "docs"), str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
     assert (done.returncode, done.stderr) == (0, "")
     return folder
 
@@ -168,7 +168,7 @@ def check_console(text: str, folder: Path) -> None:
     for command, shown in re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", text, re.MULTILINE):
         done = subprocess.run(
             [need("bash"), "-euo", "pipefail", "-c", command],
-            capture_output=True, text=True, cwd=folder, env={**os.environ, "PATH": path}, check=False,
+            capture_output=True, encoding="utf-8", cwd=folder, env={**os.environ, "PATH": path}, check=False,
         )  # fmt: skip
         assert done.returncode == 0, (command, done.stdout, done.stderr)
         if shown:
@@ -178,7 +178,7 @@ def check_console(text: str, folder: Path) -> None:
 @pytest.mark.parametrize("page", of("sh"))
 def test_commands_that_need_more_are_parsed(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for text in (text for language, text in blocks(page) if language == "sh"):
-        subprocess.run([need("bash"), "-n"], input=text, text=True, check=True)
+        subprocess.run([need("bash"), "-n"], input=text, encoding="utf-8", check=True)
         for line in re.findall(r"^palpate (.*)", text, re.MULTILINE):
             name, *words = shlex.split(line)
             command = main.get_command(click.Context(main), name)

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from project import ROOT
 
-README = (ROOT / "README.md").read_text()
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def blocks() -> list[tuple[str, str]]:
@@ -28,14 +28,14 @@ def test_the_first_command_ends_on_the_live_page(tmp_path: Path) -> None:
     told = tmp_path / "told"
     with told.open("w") as file:
         done = subprocess.Popen([sys.executable, "-m", "palpate", "live", "--port", "0"], stdout=file, stderr=file)
-        while "Ctrl-C" not in told.read_text() and done.poll() is None:
+        while "Ctrl-C" not in told.read_text(encoding="utf-8") and done.poll() is None:
             time.sleep(0.1)
-        address = re.findall(r"http://[^ ]*", told.read_text())[0]
+        address = re.findall(r"http://[^ ]*", told.read_text(encoding="utf-8"))[0]
         page = urllib.request.urlopen(address).read().decode()
         done.send_signal(signal.SIGINT)
         assert done.wait() == 130
     assert "<title>palpate</title>" in page
-    assert re.sub(r":\d+/", ":8746/", told.read_text()) == f"{shown}ended\n"
+    assert re.sub(r":\d+/", ":8746/", told.read_text(encoding="utf-8")) == f"{shown}ended\n"
 
 
 def test_replay_prints_what_the_readme_shows() -> None:
@@ -43,7 +43,7 @@ def test_replay_prints_what_the_readme_shows() -> None:
     replay = shlex.split(command)
     assert replay[0] == ".venv/bin/palpate"
     done = subprocess.run(
-        [sys.executable, "-m", "palpate", *replay[1:]], capture_output=True, text=True, check=True, cwd=ROOT
+        [sys.executable, "-m", "palpate", *replay[1:]], capture_output=True, encoding="utf-8", check=True, cwd=ROOT
     )
     assert done.stdout == shown
 
@@ -60,9 +60,9 @@ def test_it_is_read_in_ten_minutes() -> None:
 
 
 def test_ci_runs_the_readmes_test_command() -> None:
-    script = (ROOT / ".ci" / "run").read_text()
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     extract = re.search(r"^command=\$\((.*)\)$", script, re.MULTILINE)
     assert extract
-    done = subprocess.run(["bash", "-c", extract[1]], capture_output=True, text=True, check=True, cwd=ROOT)
+    done = subprocess.run(["bash", "-c", extract[1]], capture_output=True, encoding="utf-8", check=True, cwd=ROOT)
     assert done.stdout.strip().endswith("&& .venv/bin/pytest")
     assert done.stdout.strip() in README

@@ -57,7 +57,7 @@ def test_include_folder(tmp_path: Path, compiler: str) -> None:
 
 
 def blocks(document: str) -> list[str]:
-    return re.findall(r"```cpp\n(.*?)```", (ROOT / document).read_text(), re.DOTALL)
+    return re.findall(r"```cpp\n(.*?)```", (ROOT / document).read_text(encoding="utf-8"), re.DOTALL)
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
@@ -69,5 +69,5 @@ def test_every_block_of_the_header_reference_compiles(tmp_path: Path, compiler: 
 
 
 def test_the_header_reference_names_every_header() -> None:
-    text = (ROOT / "docs" / "cpp.md").read_text()
+    text = (ROOT / "docs" / "cpp.md").read_text(encoding="utf-8")
     assert [p.name for p in (ROOT / "cpp" / "include" / "palpate").glob("*.hpp") if f"`{p.name}`" not in text] == []

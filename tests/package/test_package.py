@@ -52,7 +52,9 @@ def header_of(path: Path) -> str:
 def included() -> dict[str, list[str]]:
     """Return what each header includes of the others."""
     return {
-        header_of(path): re.findall(r"^#include <palpate/([\w/]+)\.hpp>", path.read_text(), re.MULTILINE)
+        header_of(path): re.findall(
+            r"^#include <palpate/([\w/]+)\.hpp>", path.read_text(encoding="utf-8"), re.MULTILINE
+        )
         for path in sorted(HEADERS.rglob("*.hpp"))
     }
 
@@ -80,7 +82,11 @@ def test_imports_keep_their_contracts() -> None:
 
 
 def test_the_reference_shares_no_code() -> None:
-    nodes = [node for path in (SOURCES / "reference").glob("*.py") for node in ast.walk(ast.parse(path.read_text()))]
+    nodes = [
+        node
+        for path in (SOURCES / "reference").glob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    ]
     names = {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
     names |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     own = {name for name in names if name.startswith("palpate.reference.")}
@@ -99,7 +105,7 @@ def test_no_module_has_the_name_of_something_public() -> None:
 def test_headers_use_freestanding_headers_only() -> None:
     allowed = {"cstddef", "cstdint", "limits", "type_traits", "utility", "atomic"}
     for path in HEADERS.rglob("*.hpp"):
-        assert set(re.findall(r"#include <([a-z_]+)>", path.read_text())) <= allowed
+        assert set(re.findall(r"#include <([a-z_]+)>", path.read_text(encoding="utf-8"))) <= allowed
 
 
 def test_import_loads_neither_numpy_nor_anything_optional() -> None:
@@ -133,12 +139,12 @@ def test_everything_public_has_a_signature(name: str) -> None:
 
 
 def test_the_version_is_written_once() -> None:
-    version = re.search(r'PALPATE_VERSION "(.*)"', (HEADERS / "version.hpp").read_text())
+    version = re.search(r'PALPATE_VERSION "(.*)"', (HEADERS / "version.hpp").read_text(encoding="utf-8"))
     assert version
     assert palpate.__version__ == version[1] == importlib.metadata.version("palpate")
     for name in ("pyproject.toml", "CMakeLists.txt", "python/palpate/__init__.py", "cpp/bind/module.cpp"):
-        assert f'"{version[1]}"' not in (ROOT / name).read_text()
-    assert f"## {version[1]}" in (ROOT / "CHANGELOG.md").read_text()
+        assert f'"{version[1]}"' not in (ROOT / name).read_text(encoding="utf-8")
+    assert f"## {version[1]}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
 
 
 def test_wheel_contents() -> None:
@@ -175,7 +181,7 @@ def documented() -> Iterator[tuple[str, str, dict[str, Any]]]:
                 (t.name, t.docstring or "", module.__dict__) for t in doctest.DocTestFinder().find(module) if t.examples
             )
     for path in sorted(ROOT.glob("*.md")):
-        for number, block in enumerate(re.findall(r"```pycon\n(.*?)```", path.read_text(), re.DOTALL)):
+        for number, block in enumerate(re.findall(r"```pycon\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL)):
             yield f"{path.name}[{number}]", block, {}
 
 

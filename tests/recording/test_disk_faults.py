@@ -109,7 +109,7 @@ def test_a_full_disk(tmp_path: Path, tally: Tally) -> None:
     for blocks in (3, 4, 6):
         kept = tmp_path / f"{blocks}"
         script = (
-            f'mount -t tmpfs -o size={4 * blocks}k tmpfs "{disk}" && shift && "$@"; code=$?; cp -r "{disk}" "{kept}"; '
+            f'mount -t tmpfs -o size={4 * blocks}k tmpfs "{disk}" && shift && "$@"; code=$?; rm -rf "{kept}"; cp -r "{disk}" "{kept}"; '
             "exit $code"
         )
         inside = [unshare, "--map-root-user", "--mount", "sh", "-c", script, "sh", "--"]
