@@ -16,7 +16,7 @@ class Source(Protocol):
     """A source of samples: hardware, a simulated board, or a file.
 
     It is a context manager and an iterable. One thread may iterate and another one close it; the latter calls
-    `interrupt` first. To write a source, derive from this class and define `__iter__` and `describe`. To register its
+    `interrupt` first. A stream calls both in a thread of their own, and waits 0.5 s and 2 s at most. To write a source, derive from this class and define `__iter__` and `describe`. To register its
     scheme, add an entry point of the group ``palpate.sources``: a function of address and options.
 
     Attributes
@@ -24,7 +24,7 @@ class Source(Protocol):
     live : bool
         True: samples arrive in real time, and are lost if the reader is too slow. False: the source waits.
     notify : callable
-        Called with a message for the user; set it to receive the messages.
+        Called with a message for the user, from any thread; set it to receive the messages.
 
     Examples
     --------
@@ -52,22 +52,27 @@ class Source(Protocol):
 
     @abstractmethod
     def __iter__(self) -> Iterator[Sample]:
-        """Return the samples, with increasing numbers; raises SourceError if the source fails."""
+        """Return the samples, with increasing numbers; raises SourceError if the source fails.
+
+        A stream ends with ProtocolError at a sample that a recording cannot store: a field that is not a number, or one
+        outside its range (`SampleRing.push`). Numbers of numpy are allowed, bool is not.
+        """
         ...
 
     @abstractmethod
     def describe(self) -> dict[str, Any]:
         """Return a description of the instrument, which is stored with a recording.
 
-        `palpate.Stream` uses three of its keys: `full_scale_pF` (readings from this size on are saturated), `period_s`
-        (time from one pair to the next), and `stamps`: "host" if the times are those of the arrival at the computer,
-        which are smoothed (the setting `host_stamps`); "converter", the default, if they are those of the conversions.
+        `palpate.Stream` uses three of its keys, and refuses other values of them: `full_scale_pF` (readings from this
+        size on are saturated; above 0), `period_s` (time from one pair to the next; above 0), and `stamps`: "host" if
+        the times are those of the arrival at the computer, which are smoothed (the setting `host_stamps`); "converter",
+        the default, if they are those of the conversions. Values that JSON has no type for are stored as text.
         """
         ...
 
     @property
     def counters(self) -> Mapping[str, int]:
-        """Numbers of `errors` and `reconnects` so far."""
+        """Numbers of `errors` and `reconnects` so far, integers from 0."""
         return {}
 
     def interrupt(self) -> None:
