@@ -26,7 +26,7 @@ std::string quoted(py::handle value) {
   }
 }
 
-/// Forget an error of a value that is no number; others, as an interrupt, go on.
+/// Clear the error of a value that is not a number; raise others, for example an interrupt.
 void clear_error() {
   if (PyErr_Occurred() && !PyErr_ExceptionMatches(PyExc_Exception)) {
     throw py::error_already_set();
@@ -34,7 +34,7 @@ void clear_error() {
   PyErr_Clear();
 }
 
-/// An integer of Python or numpy in its range. A bool is none: a source that gives one has mixed up its fields.
+/// An integer of Python or numpy in its range. A bool is refused: a source that gives one has mixed up its fields.
 template <class Integer>
 Integer whole(PyObject* value, const char* name, Integer least, Integer most) {
   const auto refused = [&] {
@@ -84,7 +84,7 @@ struct SampleRow {
                                 PALPATE_COLUMN(SampleRow, soft), PALPATE_COLUMN(SampleRow, status)});
   }
 
-  /// Every field is checked against what a recording can store, so whoever counts a row can also keep it.
+  /// Every field is checked against the ranges of a recording: a row that was counted can also be stored.
   static SampleRow of(py::handle sample) {
     if (!py::isinstance<py::tuple>(sample)) {
       throw py::type_error("sample: got " + quoted(sample) + ", allowed: a palpate.Sample");
@@ -249,13 +249,13 @@ constexpr auto push_doc = R"(push($self, sample, /)
 
 Push one `Sample`; return whether there was room. Its integers and real numbers may be numpy's.
 
-TypeError or ValueError for a field that is no number (bool is none) or outside its range: `seq` from 0 and times of
+TypeError or ValueError for a field that is not a number (a bool is not), or outside its range: `seq` from 0 and times of
 64 bits, codes of 24 bits or -1, status 0 to 8. ValueError after `close`.)";
 
 constexpr auto row_doc = R"(row($self, sample, /)
 --
 
-Return the fields of a `Sample` as the ring stores them, as int and float; refuse what `push` refuses. Pushes nothing.)";
+Return the fields of a `Sample` as the ring stores them, as int and float; errors as of `push`. Pushes nothing.)";
 
 PyRing made(const methods::Given& given) {
   methods::refuse_others(given, "capacity");

@@ -5,7 +5,9 @@ from pathlib import Path
 
 import palpate
 import pytest
+from click.testing import CliRunner
 from palpate import MissingExtra, SourceError, sources
+from palpate.cli import main
 
 BROKEN = {
     "import": ("raise RuntimeError('no licence')", "RuntimeError: no licence"),
@@ -47,6 +49,32 @@ def test_a_broken_package(package: None, message: str) -> None:
 def test_a_package_that_says_what_is_missing(package: None) -> None:
     with pytest.raises(MissingExtra, match="other-probe needs: pip install more"):
         palpate.open("other:")
+
+
+LYING = """
+from palpate import Sample, Source
+class Lying(Source):
+    live = False
+    def __iter__(self):
+        for seq in range(5):
+            yield Sample(seq, seq * 10**7, seq * 10**7, -1, -1, 1.0, 2.0)
+        yield Sample(5, 2**63, 0, -1, -1, 1.0, 2.0)
+    def describe(self):
+        return {}
+def open_it(address, options):
+    return Lying()
+"""
+
+
+@pytest.mark.parametrize("package", [LYING], indirect=True)
+def test_a_command_with_a_source_that_lies(package: None, tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    result = CliRunner().invoke(main, ["record", "other:", "-o", str(path)])
+    assert result.exit_code == 4
+    assert "source, after seq 4: t_hard_ns: got 9223372036854775808, allowed: an integer" in result.stderr
+    report = palpate.check(path)
+    assert (report.clean, report.survey.rows) == (True, 5)
+    assert report.findings[0].startswith("the source ended with an error: source, after seq 4: t_hard_ns")
 
 
 @pytest.mark.parametrize("package", ["def open_it(address, options): return address"], indirect=True)

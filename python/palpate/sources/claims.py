@@ -1,4 +1,4 @@
-"""What a source says about itself, checked before anything depends on it."""
+"""Checks of the description and the counters of a source."""
 
 import json
 import math
@@ -90,7 +90,7 @@ def _count(name: str, value: Any) -> int:
 
 
 def _number(value: Any) -> float:
-    """Return a real number; nan for what is none."""
+    """Return a real number; nan for anything else."""
     try:
         return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
     except OverflowError:
@@ -100,6 +100,6 @@ def _number(value: Any) -> float:
 def _wrong(value: Any, allowed: str, name: str = "describe()") -> ProtocolError:
     try:
         got = f"{value!r:.60}"
-    except Exception:  # noqa: BLE001  the source's own
+    except Exception:  # noqa: BLE001  of the value's own text
         got = f"a value of type {type(value).__name__}"
     return ProtocolError(f"source: {name}: got {got}, allowed: {allowed}")

@@ -1,4 +1,4 @@
-"""The source of a stream as the stream uses it: what it says is checked, what it does has a limit."""
+"""The source of a stream: its description and counters are checked, its end has a time limit."""
 
 from contextlib import suppress
 from typing import Any

@@ -5,7 +5,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from threading import Lock
+from threading import RLock
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from palpate._core import SampleRing, Touch, Tracker
@@ -113,7 +113,7 @@ class Stream:
         self._reader: Reader | None = None
         self._feeding = Feeding(self._ring, self.tracker, self.source.notify)
         self._instrument = Instrument(self.source)
-        self._recording = Lock()  # held while a recording begins or ends
+        self._recording = RLock()  # held while a recording begins or ends
         self._closed = self._raised = self._begins = self._stop_asked = False
 
     def __enter__(self) -> Self:
