@@ -6,11 +6,12 @@ drivers/md/dm-log-writes.c for the bytes.
 
 import struct
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
 
-SECTOR = 512
+SECTOR = 512  # of the log
+WHOLE = 4096  # bytes that a disk writes whole, its physical sector
 _MAGIC, _VERSION = 0x6A736677736872, 1
 _SUPER, _ENTRY = struct.Struct("<QQQI"), struct.Struct("<4Q")
 _FLUSH, _FUA = 1, 2
@@ -58,11 +59,11 @@ def flushed(writes: Sequence[Write]) -> int:
 def cut(image: bytearray, writes: Sequence[Write], kept: int, random: Random) -> None:
     """Apply what a power cut leaves of writes: the first `kept`, and of the others any of their sectors, or all, or none.
 
-    A sector is whole; those of one address keep their order.
+    Those of one address keep their order.
     """
     apply(image, writes[:kept])
     share = random.choice((0.0, 0.1, 0.5, 0.9, 1.0))
     for write in writes[kept:]:
-        for at in range(0, len(write.data), SECTOR):
+        for at in range(0, len(write.data), WHOLE):
             if write.through or random.random() < share:
-                image[write.offset + at : write.offset + at + SECTOR] = write.data[at : at + SECTOR]
+                apply(image, [replace(write, offset=write.offset + at, data=write.data[at : at + WHOLE])])
