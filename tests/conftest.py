@@ -5,16 +5,17 @@ import os
 import signal
 import sys
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import pytest
-from effort import NIGHTLY
+from effort import NIGHTLY, SEED
 from hypothesis import settings
 from project import ROOT, need
 from tally import Tally
 
-# Seeds are fixed: the same examples in every run. No database, which workers would share.
-settings.register_profile("commit", max_examples=200, deadline=None, derandomize=True, database=None)
+# The same examples in every run, unless .ci/nightly gives a seed. No database, which workers would share.
+settings.register_profile("commit", max_examples=200, deadline=None, derandomize=SEED == 0, database=None)
 settings.register_profile("nightly", settings.get_profile("commit"), max_examples=2000)
 settings.load_profile("nightly" if NIGHTLY else "commit")
 
@@ -23,6 +24,13 @@ _TALLY = Tally()
 # A shell starts what it runs in the background deaf to SIGINT, and children inherit that: those that tests interrupt, too.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_configure(config: pytest.Config) -> None:
+    """Give hypothesis the seed, before its own plugin looks for one."""
+    if SEED:
+        config.option.hypothesis_seed = SEED
 
 
 @pytest.fixture(scope="session")
@@ -44,6 +52,12 @@ def cmake() -> str:
     """Find cmake beside the interpreter, as the test extra installs it, or the system's."""
     os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     return need("cmake")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Shuffle the tests if there is a seed for their order."""
+    if order := os.environ.get("PALPATE_ORDER"):
+        Random(order).shuffle(items)
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

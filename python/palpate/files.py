@@ -83,7 +83,8 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     except BaseException:
         beside.unlink(missing_ok=True)
         raise
-    sync_folder(path.parent)
+    for each in (path, path.parent):  # FAT writes what a name stands for only with the file, not with the folder
+        sync(each)
 
 
 def _create_beside(path: Path) -> tuple[Path, BinaryIO]:
@@ -92,10 +93,10 @@ def _create_beside(path: Path) -> tuple[Path, BinaryIO]:
     return beside, beside.open("xb")
 
 
-def sync_folder(folder: Path) -> None:
-    """Sync the names in a folder to the disk, if the system can."""
+def sync(path: Path) -> None:
+    """Sync a file, or the names in a folder, to the disk, if the system can."""
     with suppress(OSError):
-        opened = os.open(folder, os.O_RDONLY)
+        opened = os.open(path, os.O_RDONLY)
         try:
             os.fsync(opened)
         finally:

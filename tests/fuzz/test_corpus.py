@@ -4,7 +4,7 @@ import random
 from pathlib import Path
 
 import pytest
-from effort import TIMES
+from effort import TIMES, random_of
 from fuzz_parsers import TARGETS
 from project import ROOT
 from tally import Tally
@@ -26,7 +26,7 @@ def changed(data: bytes, rng: random.Random) -> bytes:
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_only_documented_errors(target: str, tally: Tally) -> None:
-    rng = random.Random(target)
+    rng = random_of(target)
     files = sorted((CORPUS / target).iterdir())
     assert files
     for file in files:

@@ -109,8 +109,8 @@ def test_a_full_disk(tmp_path: Path, tally: Tally) -> None:
     for blocks in (3, 4, 6):
         kept = tmp_path / f"{blocks}"
         script = (
-            f'mount -t tmpfs -o size={4 * blocks}k tmpfs "{disk}" && shift && "$@"; code=$?; rm -rf "{kept}"; cp -r "{disk}" "{kept}"; '
-            "exit $code"
+            f'mount -t tmpfs -o size={4 * blocks}k tmpfs "{disk}" && shift && "$@"; code=$?; '
+            f'rm -rf "{kept}"; cp -r "{disk}" "{kept}"; exit $code'
         )
         inside = [unshare, "--map-root-user", "--mount", "sh", "-c", script, "sh", "--"]
         said = acknowledge(disk / "run.csv", 0, *inside)

@@ -4,7 +4,6 @@ PALPATE_MOMENTS says how many random moments are tried of each kind; `python tes
 """
 
 import os
-import random
 import re
 import signal
 import subprocess
@@ -14,6 +13,7 @@ from pathlib import Path
 
 import palpate
 import pytest
+from effort import random_of
 from palpate import check, read
 from palpate.recording.foreign import recorded
 from palpate.recording.own_file import Recorded
@@ -33,7 +33,7 @@ def end_at_random(way: str, number: int | None, folder: Path, seed: int) -> list
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
         assert parent.stdout
         children = [int(word) for word in parent.stdout.readline().split()]
-        moments, begun = random.Random(seed), time.monotonic()
+        moments, begun = random_of(f"{way} {seed}"), time.monotonic()
         for moment, child in sorted((moments.uniform(0, LASTING_S), child) for child in children):
             time.sleep(max(0.0, begun + moment - time.monotonic()) if number else 0.0)
             if number:
