@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Self
+from urllib.parse import urlsplit
 
 from project import need
 from selenium import webdriver
@@ -46,7 +47,7 @@ class Live:
     @property
     def port(self) -> int:
         """Port of the server."""
-        return int(self.address.rstrip("/").rsplit(":", 1)[1])
+        return urlsplit(self.address).port or 80
 
     def __enter__(self) -> Self:
         """Return the server."""
