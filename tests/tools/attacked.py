@@ -19,6 +19,7 @@ from typing import Any
 
 import palpate
 from palpate import Sample, Source
+from palpate.cli.library_logs import library_logs
 from palpate.live.recordings import Recordings
 from palpate.live.serve import address_of, listen, serve
 from palpate.live.server import Server
@@ -56,8 +57,7 @@ class Loop:
     """An application that measures for how long its event loop does nothing else, s."""
 
     def __init__(self, app: ASGIApp) -> None:
-        self.worst = 0.0
-        self._app = app
+        self._app, self._worst, self._at = app, 0.0, math.inf
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "lifespan":
@@ -67,21 +67,33 @@ class Loop:
         await self._app(scope, receive, send)
         watching.cancel()
 
+    def worst(self) -> float:
+        """Return the longest block since the last call, also one that has not ended."""
+        worst, self._worst = max(self._worst, time.monotonic() - self._at - _TICK_S), 0.0
+        return worst
+
     async def _watch(self) -> None:
         while True:
-            begun = time.monotonic()
+            self._at = time.monotonic()
             await asyncio.sleep(_TICK_S)
-            self.worst = max(self.worst, time.monotonic() - begun - _TICK_S)
+            self._worst = max(self._worst, time.monotonic() - self._at - _TICK_S)
 
 
 def figures(session: Session, loop: Loop) -> dict[str, float]:
     """Return counters, rows in the file, memory, MB, and the worst block of the loop since the last call, ms."""
     status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
-    worst, loop.worst = loop.worst, 0.0
     file = session.recordings.find("run.csv")
     rows = file.read_bytes().count(b"\n") - 1 if file else 0
     peak, now = (int(status[name].split()[0]) / 1024 for name in ("VmHWM", "VmRSS"))
-    return {**asdict(session.counters), "rows": rows, "peak_MB": peak, "MB": now, "block_ms": 1000 * worst}
+    return {
+        **asdict(session.counters),
+        "rows": rows,
+        "cpu_s": time.process_time(),
+        "at_s": time.monotonic(),
+        "peak_MB": peak,
+        "MB": now,
+        "block_ms": 1000 * loop.worst(),
+    }
 
 
 def main() -> int:
@@ -93,7 +105,7 @@ def main() -> int:
         print(address_of(listening, HOST, token), flush=True)
         loop = Loop(Server(session, Summary(session), "polled").app(HOST, listening.getsockname()[1], token))
         Thread(target=_answer, args=[session, loop], daemon=True).start()
-        with suppress(KeyboardInterrupt):
+        with suppress(KeyboardInterrupt), library_logs(debug=False):
             serve(loop, listening, token)
     session.close()
     print(json.dumps(figures(session, loop) | {"clean": palpate.check(folder / "run.csv").clean}), flush=True)

@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 
 _PAGES = 16
 """Pages that the server allows."""
-_PATIENCE_S = 1.0
+_PATIENCE_S = 3.0
 
 
 class Target:
@@ -68,7 +68,13 @@ class Target:
 def frame(opcode: int, payload: bytes = b"", *, end: bool = True, masked: bool = True) -> bytes:
     """Return a frame of a web socket; the mask is 0."""
     size = len(payload)
-    length = bytes([size]) if size < 126 else struct.pack("!BH", 126, size) if size < 65536 else struct.pack("!BQ", 127, size)
+    length = (
+        bytes([size])
+        if size < 126
+        else struct.pack("!BH", 126, size)
+        if size < 65536
+        else struct.pack("!BQ", 127, size)
+    )
     return bytes([end * 0x80 | opcode, length[0] | 0x80 * masked]) + length[1:] + b"\0\0\0\0" * masked + payload
 
 
@@ -175,6 +181,14 @@ def deep(target: Target) -> None:
     flood(target, nested + digits)
 
 
+def reopen(target: Target) -> None:
+    """Open and close pages."""
+    for _ in target.going():
+        with suppress(OSError):
+            target.page().close()
+
+
+_END = b"\r\n\r\n"
 _SLOW = "Content-Length: 100000"
 _CHUNKED = "Transfer-Encoding: chunked"
 KINDS: dict[str, Callable[[Target], None]] = {
@@ -192,7 +206,7 @@ KINDS: dict[str, Callable[[Target], None]] = {
     "invalid UTF-8": lambda t: flood(t, frame(1, b"\xff\xfe\xfd")),
     "frames without a mask": lambda t: flood(t, frame(1, b"{}", masked=False)),
     "web sockets, nothing read": lambda t: deaf(t, None, _PAGES),
-    "pages opened and closed": lambda t: [t.page().close() for _ in t.going() if not time.sleep(0)] and None,
+    "pages opened and closed": reopen,
     "files": lambda t: keep_asking(t, t.head("/uplot/uPlot.iife.min.js")),
     "files, new connections": lambda t: ask(t, t.head("/uplot/uPlot.iife.min.js")),
     "downloads": lambda t: ask(t, t.head("/recording/run.csv")),
@@ -208,7 +222,7 @@ KINDS: dict[str, Callable[[Target], None]] = {
     "many headers": lambda t: ask(t, t.head("/", *["a: b"] * 9000, known=False)),
     "smuggled lengths": lambda t: keep_asking(t, t.head("/", _SLOW, _CHUNKED, verb="POST", known=False) + b"0\r\n\r\n" + t.head(known=False)),
     "endless chunks": lambda t: endless(t, t.head("/", _CHUNKED, verb="POST", known=False), b"1\r\nx\r\n" * 20000),
-    "random bytes": lambda t: [ask(t, os.urandom(4000) + b"\r\n\r\n")] and None,
+    "random bytes": lambda t: ask(t, os.urandom(4000) + _END),
 }  # fmt: skip
 
 
@@ -221,7 +235,9 @@ def honest(target: Target) -> None:
                 if opcode & 15 == 8:
                     break
                 size = {126: ">H", 127: ">Q"}.get(length)
-                payload = incoming.read(struct.unpack(size, incoming.read(struct.calcsize(size)))[0] if size else length)
+                payload = incoming.read(
+                    struct.unpack(size, incoming.read(struct.calcsize(size)))[0] if size else length
+                )
                 if opcode & 15 == 2:
                     client.sendall(said({"do": "seen", "frame": int.from_bytes(payload[4:8], "little")}))
 

@@ -38,9 +38,11 @@ class Attacked:
         self.address = self._process.stdout.readline().strip()
 
     def __enter__(self) -> Self:
+        """Return the server."""
         return self
 
     def __exit__(self, *_: object) -> None:
+        """End it, also after an error."""
         for stream in (self._process.stdin, self._process.stdout, self._errors):
             if stream:
                 stream.close()
@@ -76,6 +78,7 @@ class Measured(NamedTuple):
     late: int
     lost: int
     unwritten: int
+    cpu: float
     grown_MB: float
     block_ms: float
     fresh_s: float
@@ -90,7 +93,8 @@ def _measured(
     last, errors = end
     unwritten = last["read"] - last["rows"]
     grown = after["peak_MB"] - before["MB"]
-    return Measured(read + lost, late, lost, unwritten, grown, after["block_ms"], fresh_s, last["clean"], errors)
+    cpu = (after["cpu_s"] - before["cpu_s"]) / (after["at_s"] - before["at_s"])
+    return Measured(read + lost, late, lost, unwritten, cpu, grown, after["block_ms"], fresh_s, last["clean"], errors)
 
 
 def attacked(kind: str, rate: float, seconds: float) -> tuple[Measured, Measured]:
@@ -129,7 +133,7 @@ def main() -> int:
     """Print the table."""
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 3.0
     rates = [float(sys.argv[2])] if len(sys.argv) > 2 else RATES
-    print(f"{'attack, with and (without)':26} {'pairs/s':>8} {'pairs':>7} {'late':>15} {'lost':>15} {'unwritten':>9}"
+    print(f"{'attack, with and (without)':26} {'pairs/s':>8} {'pairs':>7} {'late':>15} {'lost':>15} {'unwritten':>9} {'processor':>11}"
           f" {'MB more':>15} {'block, ms':>17} {'fresh page, s':>15}")  # fmt: skip
     for rate in rates:
         for kind in sys.argv[3:] or KINDS:
@@ -141,7 +145,7 @@ def row(kind: str, rate: float, it: Measured, alone: Measured) -> str:
     """Return the row of a table."""
     return (
         f"{kind:26} {rate:8g} {it.pairs:7d} {it.late:6d} {f'({alone.late})':>8} {it.lost:6d} {f'({alone.lost})':>8}"
-        f" {it.unwritten:9d} {it.grown_MB:7.1f} {f'({alone.grown_MB:.1f})':>7} {it.block_ms:8.1f} {f'({alone.block_ms:.1f})':>8}"
+        f" {it.unwritten:9d} {it.cpu:5.0%} {f'({alone.cpu:.0%})':>5} {it.grown_MB:7.1f} {f'({alone.grown_MB:.1f})':>7} {it.block_ms:8.1f} {f'({alone.block_ms:.1f})':>8}"
         f" {it.fresh_s:7.2f} {f'({alone.fresh_s:.2f})':>7}{'' if it.clean else ' NOT CLEAN'} {len(it.errors.splitlines()) or ''}"
     )
 

@@ -19,7 +19,9 @@ HEADERS = {
     "Cache-Control": "no-store",
     "Connection": "close",  # one request on a connection
 }
-OLD = "open the address that palpate live printed in its terminal; each start prints a new one"
+NO_TOKEN = (
+    "token: missing or wrong; open the address that palpate live printed in its terminal; each start prints a new one"
+)
 _LOOPBACK = ("localhost", "127.0.0.1", "::1")
 _ANYWHERE = ("0.0.0.0", "::")
 
@@ -55,7 +57,7 @@ def has_token(token: str | None) -> Callable[[bytes], bool]:
     """
     if token is None:
         return lambda _: True
-    given = re.compile(rb"=([^\s;&]{%d})(?![^\s;&])" % len(token))
+    given = re.compile(rb"=([\w-]{%d})(?![\w-])" % len(token))
     return lambda head: any(secrets.compare_digest(found, token.encode()) for found in given.findall(head))
 
 
@@ -104,7 +106,7 @@ class Gatekeeper:
         if any(site not in ("same-origin", "none") for site in headers.getlist("sec-fetch-site")):
             return "Sec-Fetch-Site: asked by another page; copy the address into the browser"
         if self._token and not (self._asked(scope) or self._kept(headers)):
-            return f"token: missing or wrong; {OLD}"
+            return NO_TOKEN
         return ""
 
     def _is_own(self, host: str) -> bool:
@@ -127,7 +129,11 @@ class Gatekeeper:
         return self._has(headers.get("cookie", "").encode("latin-1").split(b";"), self._cookie)
 
     def _has(self, pairs: list[bytes], name: str) -> bool:
-        return any(self._right(value) for key, _, value in (pair.strip().partition(b"=") for pair in pairs) if key == name.encode())
+        return any(
+            self._right(value)
+            for key, _, value in (pair.strip().partition(b"=") for pair in pairs)
+            if key == name.encode()
+        )
 
     def _right(self, given: bytes) -> bool:
         return secrets.compare_digest(given, (self._token or "").encode())

@@ -12,7 +12,7 @@ from palpate.live.limits import BYTES, FRAGMENTS, HEAD, LINES, OPEN, PATIENCE_S,
 _END = b"\r\n\r\n"
 
 
-def fault(head: bytes) -> str:
+def fault(head: bytes | bytearray) -> str:
     """Return why the beginning of a request is refused, or nothing.
 
     Examples
@@ -90,7 +90,9 @@ class Requests(H11Protocol):
     def _refuse(self, reason: str) -> None:
         self._asked = True
         body = f"{reason}\n".encode()
-        head = f"HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nContent-Length: {len(body)}\r\nConnection: close"
+        head = (
+            f"HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nContent-Length: {len(body)}\r\nConnection: close"
+        )
         self.transport.write(head.encode() + _END + body)
         self.transport.close()
 

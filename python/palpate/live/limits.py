@@ -22,10 +22,12 @@ WAITING = 128
 """Connections that have not sent anything yet; when there are more, the oldest is closed."""
 OPEN = 64
 """Connections with a request, web sockets included."""
-REQUESTS = Limit(60, 120)
+REQUESTS = Limit(30, 120)
 """Requests with the token: a page makes 12 when it is opened."""
 STRANGERS = Limit(20, 20)
 """Requests without the token, which are refused in words; more are closed without a word."""
+PAGES_OPENED = Limit(3, 32)
+"""Web sockets opened."""
 BYTES = Limit(3000, 8192)
 """Bytes on a web socket: a page sends 30 confirmations of 40 bytes a second."""
 MESSAGES = Limit(45, 90)

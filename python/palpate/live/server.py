@@ -18,7 +18,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from palpate.errors import PalpateError
 from palpate.live.gatekeeper import Gatekeeper
 from palpate.live.hub import PAGES, Hub, Page
-from palpate.live.limits import COMMANDS, DOWNLOAD_PER_S, DOWNLOADS, MESSAGES, Bucket
+from palpate.live.limits import COMMANDS, DOWNLOAD_PER_S, DOWNLOADS, MESSAGES, PAGES_OPENED, Bucket
 from palpate.live.protocol import Command, Refused, parse, told
 from palpate.live.session import Session
 from palpate.live.summary import Summary
@@ -61,7 +61,11 @@ class Server:
     def __init__(self, session: Session, summary: Summary, source: str) -> None:
         self._session = session
         self.hub: Hub = Hub(session, summary, source)
-        self._commands, self._downloads = Bucket(COMMANDS), asyncio.Semaphore(DOWNLOADS)
+        self._opened, self._commands, self._downloads = (
+            Bucket(PAGES_OPENED),
+            Bucket(COMMANDS),
+            asyncio.Semaphore(DOWNLOADS),
+        )
 
     def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
         """Return the application for this address, with access control."""
@@ -99,6 +103,9 @@ class Server:
     async def _page(self, socket: WebSocket) -> None:
         if len(self.hub.pages) >= PAGES:
             await socket.close(1013, f"too many open pages, allowed: {PAGES}; close one")
+            return
+        if not self._opened.take():
+            await socket.close(1013, "too many pages opened; wait a second")
             return
         await socket.accept()
         page = Page(socket)
@@ -149,4 +156,3 @@ async def _next(socket: WebSocket) -> str | bytes:
 
 async def _file(content: bytes, kind: str, _: Request) -> Response:
     return Response(content, headers={"Content-Type": kind})
-

@@ -41,10 +41,11 @@ export class Connection {
   }
 
   async again(reason) {
-    this.on.down(reason || LOST[0], LOST[1]);
-    const wait = WAITS_MS[Math.min(this.failures++, WAITS_MS.length - 1)];
+    const wait = WAITS_MS[Math.min(this.failures, WAITS_MS.length - 1)];
     setTimeout(() => this.open(), wait);
-    if (!reason && (await refused())) this.on.down(...OLD);
+    if (reason || !this.failures++) this.on.down(reason || LOST[0], LOST[1]);
+    const told = (await refused()) ? OLD : LOST;
+    if (!reason && this.socket.readyState !== WebSocket.OPEN) this.on.down(...told);
   }
 
   say(message) {
