@@ -13,7 +13,7 @@ from palpate.live.gatekeeper import HEADERS, NO_TOKEN
 from palpate.live.limits import HEAD, PATIENCE_S, REQUESTS, STRANGERS, WAITING, Bucket
 
 _AT_ONCE = 32
-_NO_FILES_S = 0.1
+_LATER_S = 0.1
 _END = b"\r\n\r\n"
 
 
@@ -46,12 +46,12 @@ class Lobby:
         """Accept no more, and close who waits."""
         self._sweeping.cancel()
         self._resting.cancel()
-        self._loop.remove_reader(self._listening)
+        self._loop.remove_reader(self._listening.fileno())
         while self._waiting:
             self._dismiss(next(iter(self._waiting)))
 
     def _open(self) -> None:
-        self._loop.add_reader(self._listening, self._accept)
+        self._loop.add_reader(self._listening.fileno(), self._accept)
 
     def _sweep(self) -> None:
         """Close who has waited too long; the oldest come first."""
@@ -71,15 +71,18 @@ class Lobby:
             self._receive(connection)
 
     def _rest(self) -> None:
-        self._loop.remove_reader(self._listening)
-        self._resting = self._loop.call_later(_NO_FILES_S, self._open)
+        self._loop.remove_reader(self._listening.fileno())
+        self._resting = self._loop.call_later(_LATER_S, self._open)
 
     def _receive(self, connection: socket.socket) -> None:
         if len(self._waiting) >= WAITING:
             self._dismiss(next(iter(self._waiting)))
         connection.setblocking(False)
         self._waiting[connection] = self._loop.time() + PATIENCE_S
-        self._loop.add_reader(connection, self._look, connection)
+        self._watch(connection)
+
+    def _watch(self, connection: socket.socket) -> None:
+        self._loop.add_reader(connection.fileno(), self._look, connection)
 
     def _look(self, connection: socket.socket) -> None:
         """Look at the first bytes, which stay in the connection."""
@@ -88,13 +91,23 @@ class Lobby:
         except OSError:
             head = b""
         known = self._has_token(head)
-        if not head or not (self._requests if known else self._strangers).take():
+        if known and head and not self._requests.take():
+            self._look_later(connection)
+        elif not (head and (known or self._strangers.take())):
             self._dismiss(connection)
         elif known or not (_END in head or len(head) == HEAD):
             self._forget(connection)
             self._admit(connection)
         else:
             self._refuse(connection, head)
+
+    def _look_later(self, connection: socket.socket) -> None:
+        self._loop.remove_reader(connection.fileno())
+        self._loop.call_later(_LATER_S, self._look_again, connection)
+
+    def _look_again(self, connection: socket.socket) -> None:
+        if connection in self._waiting:
+            self._watch(connection)
 
     def _refuse(self, connection: socket.socket, head: bytes) -> None:
         with suppress(OSError):
@@ -108,7 +121,7 @@ class Lobby:
 
     def _forget(self, connection: socket.socket) -> None:
         del self._waiting[connection]
-        self._loop.remove_reader(connection)
+        self._loop.remove_reader(connection.fileno())
 
 
 def _refusal() -> bytes:

@@ -18,7 +18,7 @@ from palpate.live.protocol import LONGEST
 
 _GRACE_S = 1
 _BACKLOG = 1024
-_SWITCH_S = 5e-4  # the reader of the source waits at most this long for the interpreter, not 5 ms
+_SWITCH_S = 1e-4  # how long the reader of the source waits for the interpreter at most; Python: 5 ms
 _NOWHERE = ("192.0.2.1", 9)  # RFC 5737: an address without a host; connecting a datagram socket sends nothing
 
 
