@@ -6,6 +6,7 @@ python tests/tools/attacks.py KIND ADDRESS SECONDS      ADDRESS: with the token,
 import itertools
 import json
 import os
+import resource
 import socket
 import struct
 import sys
@@ -256,8 +257,15 @@ def fresh(target: Target) -> float:
     return time.monotonic() - begun
 
 
+def allow_files(count: int) -> None:
+    """Allow this process so many open connections."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(count, hard)), hard))
+
+
 def main() -> int:
     """Attack."""
+    allow_files(1500)
     KINDS.get(sys.argv[1], honest)(Target(sys.argv[2], float(sys.argv[3])))
     return 0
 

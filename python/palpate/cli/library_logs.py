@@ -18,7 +18,9 @@ class OneLine(logging.Handler):
         self._printed: set[str] = set()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Print a record."""
+        """Print a record, unless it is about what a client has sent."""
+        if record.getMessage().startswith("Invalid "):
+            return
         error = record.exc_info[1] if record.exc_info else None
         said = f"{type(error).__name__}: {error}" if error else record.getMessage()
         line = " ".join(said.split())[:200]
