@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from live_bench import HOST, ORIGIN, OWN, PORT, begun, client
 from palpate.cli import main
-from palpate.live.feed import HEADER, KEPT, ROW, History, pack
-from palpate.live.hub import AHEAD, WAITING, Page
+from palpate.live.feed import HEADER, KEPT, ROW, History
+from palpate.live.hub import AHEAD, ROWS, Page
 from palpate.live.protocol import Command, Refused, parse
 from palpate.live.recordings import Recordings
 from palpate.live.server import Server, page_files
@@ -166,38 +166,70 @@ class Slow:
 
     def __init__(self) -> None:
         self.may = asyncio.Event()
-        self.got: list[int] = []
+        self.frames: list[bytes] = []
 
     async def send_text(self, data: str) -> None:
         await self.may.wait()
 
     async def send_bytes(self, data: bytes) -> None:
         await self.may.wait()
-        self.got.append(HEADER.unpack_from(data)[1])
+        self.frames.append(data)
 
 
-def test_a_slow_page_loses_whole_frames_and_is_told() -> None:
-    async def run() -> tuple[Page, list[int]]:
-        socket = Slow()
+async def turns() -> None:
+    for _ in range(400):
+        await asyncio.sleep(0)
+
+
+def asleep(missed: int) -> tuple[Page, list[tuple[int, np.ndarray[Any, Any]]]]:
+    """Return a page that confirmed nothing while so many rows came, and its frames: whether it begins again, times."""
+
+    async def run() -> tuple[Page, list[bytes]]:
+        socket, history = Slow(), History()
         page = Page(socket)
-        sending = asyncio.create_task(page.send())
-        for number in range(200):
-            page.offer(number, pack(number, np.zeros(1, ROW)))
-            await asyncio.sleep(0)
+        page.begin(history)
         socket.may.set()
-        for _ in range(400):
-            await asyncio.sleep(0)
-        page.seen(199)
-        for _ in range(400):
-            await asyncio.sleep(0)
+        sending = asyncio.create_task(page.send())
+        for begin in range(0, missed, 50):
+            rows = np.zeros(50, ROW)
+            rows["t_s"] = np.arange(begin, begin + 50)
+            history.add(rows)
+            page.wake()
+            if begin < 50 * 2 * AHEAD:
+                await turns()
+        assert page.sent == AHEAD
+        before = 0
+        while page.sent > before:
+            before = page.sent
+            page.seen(page.sent)
+            await turns()
         sending.cancel()
-        return page, socket.got
+        return page, socket.frames
 
-    page, got = asyncio.run(run())
-    assert page.sent + page.lost == 200
-    assert len(got) == page.sent <= WAITING + AHEAD + 1
-    assert got == sorted(got)
-    assert got[-1] == 199
+    page, frames = asyncio.run(run())
+    found = []
+    for number, frame in enumerate(frames, 1):
+        _, told, size, past = HEADER.unpack_from(frame)
+        assert told == number
+        assert size <= ROWS
+        found.append((past, np.frombuffer(frame, "<f8", size, HEADER.size)))
+    return page, found
+
+
+def test_a_page_that_was_asleep_gets_what_it_missed() -> None:
+    page, frames = asleep(KEPT)
+    assert [past for past, _ in frames] == [1] + [0] * (len(frames) - 1)
+    assert np.array_equal(np.concatenate([t for _, t in frames]), np.arange(KEPT // 50 * 50 + 50))
+    assert page.lost == 0
+
+
+def test_a_page_that_slept_too_long_begins_again() -> None:
+    page, frames = asleep(2 * KEPT)
+    again = [i for i, (past, _) in enumerate(frames) if past]
+    assert again == [0, AHEAD]
+    rows = np.concatenate([t for _, t in frames[AHEAD:]])
+    assert np.array_equal(rows, np.arange(rows[-1] + 1 - KEPT, rows[-1] + 1))
+    assert page.lost == rows[0] - sum(len(t) for _, t in frames[:AHEAD])
 
 
 def test_the_state_comes_before_the_answer_that_speaks_of_it() -> None:
@@ -228,7 +260,9 @@ def test_the_history_is_the_newest_rows(sizes: list[int]) -> None:
         rows["t_s"] = np.arange(size) + len(t)
         t = np.append(t, rows["t_s"])
         history.add(rows)
-    assert np.array_equal(history.rows["t_s"], t[-KEPT:])
+    assert (history.begin, history.end) == (max(len(t) - KEPT, 0), len(t))
+    assert np.array_equal(history.rows(history.begin, KEPT)["t_s"], t[-KEPT:])
+    assert np.array_equal(history.rows(history.begin + 3, 5)["t_s"], t[-KEPT:][3:8])
 
 
 def test_the_line_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:

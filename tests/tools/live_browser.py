@@ -3,6 +3,7 @@
 python tests/tools/live_browser.py FOLDER      takes the screenshots for docs: contact, four touches, a phone
 """
 
+import base64
 import json
 import signal
 import subprocess
@@ -12,7 +13,10 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Self
+from urllib.parse import urlsplit
 
+import numpy as np
+from palpate.live.feed import HEADER
 from project import need
 from selenium import webdriver
 from selenium.webdriver.common.by import By
@@ -46,7 +50,12 @@ class Live:
     @property
     def port(self) -> int:
         """Port of the server."""
-        return int(self.address.rstrip("/").rsplit(":", 1)[1])
+        return urlsplit(self.address).port or 80
+
+    @property
+    def origin(self) -> str:
+        """Address without the token."""
+        return self.address.split("?")[0]
 
     def __enter__(self) -> Self:
         """Return the server."""
@@ -82,6 +91,16 @@ class Browser:
     def until(self, holds: Any) -> None:
         """Wait for a condition."""
         WebDriverWait(self.driver, PATIENCE_S, 0.1).until(lambda _: holds())
+
+    def times(self) -> list[float]:
+        """Return the times of all samples that have come since the last call, s."""
+        found: list[float] = []
+        for entry in self.driver.get_log("performance"):
+            message = json.loads(entry["message"])["message"]
+            if message["method"] == "Network.webSocketFrameReceived" and message["params"]["response"]["opcode"] == 2:
+                frame = base64.b64decode(message["params"]["response"]["payloadData"])
+                found += np.frombuffer(frame, "<f8", HEADER.unpack_from(frame)[2], HEADER.size).tolist()
+        return found
 
     def theme(self, name: str) -> None:
         """Select light or dark colours."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate.cli.exit import INTERRUPTED
+from palpate.cli.library_logs import library_logs
 from palpate.cli.options import estimating_options, json_option, tracking
 from palpate.cli.source import SourceType
 from palpate.several import TOUCH_SCATTER
@@ -46,7 +47,9 @@ _PORT = 8746
 )
 @click.option("--host", default="127.0.0.1", show_default=True,
               help="Address to listen at. With another address than 127.0.0.1 others on the network can open the page, "
-              "with a token.")  # fmt: skip
+              "with the token.")  # fmt: skip
+@click.option("--no-token", is_flag=True,
+              help="No token in the address: any user of this machine can open the page. Not with --host.")  # fmt: skip
 @click.option("--no-open", is_flag=True, help="Print the address, do not open a browser.")
 @json_option
 def live(
@@ -61,14 +64,15 @@ def live(
     settings: dict[str, float],
     port: int,
     host: str,
+    no_token: bool,
     no_open: bool,
     as_json: bool,
 ) -> None:
     """Watch a measurement in the browser.
 
     The page shows ratio, uncertainty and touches while you measure. SOURCE: as in `palpate record`; without it, the
-    connected board, or a simulated one. By default only this machine can open the page; it needs no network. A file is
-    written only with --record. Ends with Ctrl-C (exit code 130; a recording is closed properly). Exit codes: 3, no
+    connected board, or a simulated one. By default only this machine can open the page, with the token in the printed
+    address; it needs no network. A file is written only with --record. Ends with Ctrl-C (exit code 130; a recording is closed properly). Exit codes: 3, no
     device; 4, a file cannot be written; 6, an extra is missing.
 
     \b
@@ -84,6 +88,7 @@ def live(
     from palpate.live.session import Session
     from palpate.live.summary import Summary
 
+    token = _token(host, no_token=no_token)
     source = source or _plugged_in()
     how: dict[str, Any] = {"scene": scene, **tracking(touch_seconds, samples, settings)}
     calibrated = _calibration(calibration, scene) if calibration else None
@@ -93,11 +98,11 @@ def live(
         session.start()
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
-    token = _token(host)
     app = Server(session, Summary(session, calibrated, scatter), source).app(host, listening.getsockname()[1], token)
-    with _ending(session), listening:
+    debug = "palpate.debug" in click.get_current_context().meta
+    with _ending(session), listening, library_logs(debug=debug):
         _tell(address_of(listening, host, token), source, file, as_json=as_json, no_open=no_open)
-        serve(app, listening)
+        serve(app, listening, token)
 
 
 def _require() -> None:
@@ -144,11 +149,13 @@ def _calibration(path: Path, scene: str) -> "Calibration":
     return found
 
 
-def _token(host: str) -> str | None:
+def _token(host: str, *, no_token: bool) -> str | None:
     from palpate.live.gatekeeper import is_loopback, new_token
 
     if is_loopback(host):
-        return None
+        return None if no_token else new_token()
+    if no_token:
+        raise click.UsageError(f"--no-token: got --host {host}, allowed: only with an address of this machine alone")
     click.echo(
         f"Warning: others on the network can reach {host}. Anyone with the address below can watch, tare and record; "
         "it is not encrypted.",

@@ -73,7 +73,8 @@ def pack(number: int, rows: Rows, *, past: bool = False) -> bytes:
     """Return a frame as bytes.
 
     Little-endian: version, number, number of samples, past (0 or 1), each uint32; then the columns, float64; then the
-    flags, uint8. The header has 16 bytes: the columns are aligned, and a browser reads them without a copy.
+    flags, uint8. The header has 16 bytes: the columns are aligned, and a browser reads them without a copy. past: the
+    page shall forget all rows before these.
 
     Examples
     --------
@@ -86,22 +87,35 @@ def pack(number: int, rows: Rows, *, past: bool = False) -> bytes:
 
 
 class History:
-    """The newest rows, at most `KEPT`."""
+    """The newest rows of a measurement, at most `KEPT`; rows are counted from 0.
+
+    Attributes
+    ----------
+    end : int
+        Number of rows that were ever added.
+    """
 
     def __init__(self) -> None:
+        self.end: int = 0
         self._rows, self._used = np.empty(2 * KEPT, ROW), 0
 
     def add(self, rows: Rows) -> None:
         """Add rows, and remove the oldest ones."""
+        self.end += len(rows)
         rows = rows[-KEPT:]
         if self._used + len(rows) > len(self._rows):
-            kept = self.rows
+            kept = self._rows[max(self._used - KEPT, 0) : self._used]
             self._rows[: len(kept)] = kept.copy()
             self._used = len(kept)
         self._rows[self._used : self._used + len(rows)] = rows
         self._used += len(rows)
 
     @property
-    def rows(self) -> Rows:
-        """The rows in order of time; a view."""
-        return self._rows[max(self._used - KEPT, 0) : self._used]
+    def begin(self) -> int:
+        """Number of the oldest row that is still there."""
+        return max(self.end - KEPT, 0)
+
+    def rows(self, begin: int, most: int) -> Rows:
+        """Return rows from a number on, at most so many; a view."""
+        first = self._used - (self.end - begin)
+        return self._rows[first : min(first + most, self._used)]

@@ -1,9 +1,9 @@
-"""Access control: requests from this machine by the page itself; from other machines only with the token."""
+"""Access control: requests by the page itself, with the token."""
 
 import ipaddress
+import re
 import secrets
-from http.cookies import CookieError, SimpleCookie
-from urllib.parse import parse_qs
+from collections.abc import Callable
 
 from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse, RedirectResponse
@@ -17,7 +17,11 @@ HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cache-Control": "no-store",
+    "Connection": "close",  # one request on a connection
 }
+NO_TOKEN = (
+    "token: missing or wrong; open the address that palpate live printed in its terminal; each start prints a new one"
+)
 _LOOPBACK = ("localhost", "127.0.0.1", "::1")
 _ANYWHERE = ("0.0.0.0", "::")
 
@@ -37,16 +41,33 @@ def is_loopback(host: str) -> bool:
 
 
 def new_token() -> str:
-    """Return a random secret, for an address that other machines can reach."""
+    """Return a random secret for the address of the page."""
     return secrets.token_urlsafe(24)
+
+
+def has_token(token: str | None) -> Callable[[bytes], bool]:
+    """Return a function that looks for the token in the beginning of a request; always true without a token.
+
+    It finds what `Gatekeeper` would accept, and more: it decides what a request may cost, not what it may do.
+
+    Examples
+    --------
+    >>> has_token("abc")(b"GET /?token=abc HTTP/1.1"), has_token("abc")(b"GET / HTTP/1.1")
+    (True, False)
+    """
+    if token is None:
+        return lambda _: True
+    given = re.compile(rb"=([\w-]{%d})(?![\w-])" % len(token))
+    return lambda head: any(secrets.compare_digest(found, token.encode()) for found in given.findall(head))
 
 
 class Gatekeeper:
     """Refuses requests that do not come from the page.
 
     Host must be the server's own address; another name for it is a sign of DNS rebinding. Origin must be that of the
-    page, if the browser sends one; the web socket always needs it. A token must be in the query of the first request;
-    then a cookie stores it.
+    page, if the browser sends one; the web socket always needs it. Sec-Fetch-Site, if the browser sends it, must say
+    that the request comes from the page, or from the user. A token must be in the query of the first request; then a
+    cookie stores it. All this takes a time in proportion to the length of the request.
 
     Parameters
     ----------
@@ -82,8 +103,10 @@ class Gatekeeper:
             return "Host: not this page's own"
         if origin != [f"http://{host[0]}"] and (origin or scope["type"] == "websocket"):
             return "Origin: not this page's own"
+        if any(site not in ("same-origin", "none") for site in headers.getlist("sec-fetch-site")):
+            return "Sec-Fetch-Site: asked by another page; copy the address into the browser"
         if self._token and not (self._asked(scope) or self._kept(headers)):
-            return "token: missing or wrong; open the address that palpate printed"
+            return NO_TOKEN
         return ""
 
     def _is_own(self, host: str) -> bool:
@@ -100,18 +123,20 @@ class Gatekeeper:
         return self._host in _ANYWHERE and (name == "localhost" or _is_address(name))
 
     def _asked(self, scope: Scope) -> bool:
-        query = parse_qs(scope["query_string"].decode("latin-1"), max_num_fields=None)
-        return self._right(query.get("token", [""])[0])
+        return self._has(scope["query_string"].split(b"&"), "token")
 
     def _kept(self, headers: Headers) -> bool:
-        try:
-            morsel = SimpleCookie(headers.get("cookie", "")).get(self._cookie)
-        except CookieError:
-            return False
-        return morsel is not None and self._right(morsel.value)
+        return self._has(headers.get("cookie", "").encode("latin-1").split(b";"), self._cookie)
 
-    def _right(self, given: str) -> bool:
-        return secrets.compare_digest(given.encode("utf-8", "replace"), (self._token or "").encode())
+    def _has(self, pairs: list[bytes], name: str) -> bool:
+        return any(
+            self._right(value)
+            for key, _, value in (pair.strip().partition(b"=") for pair in pairs)
+            if key == name.encode()
+        )
+
+    def _right(self, given: bytes) -> bool:
+        return secrets.compare_digest(given, (self._token or "").encode())
 
 
 def _is_address(name: str) -> bool:

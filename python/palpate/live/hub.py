@@ -1,4 +1,4 @@
-"""Sends the measurement to the pages: 30 frames per second, fewer to a page that reads slowly."""
+"""Sends the measurement to the pages: 30 frames per second, fewer and larger ones to a page that reads slowly."""
 
 import asyncio
 from collections import deque
@@ -12,8 +12,8 @@ from palpate.live.summary import Summary
 
 FRAMES_PER_S = 30
 AHEAD = 30  # sent frames that a page has not confirmed; more would only fill buffers and be shown late
-WAITING = 30
-"""Frames in the queue of a page; if there are more, the oldest is dropped."""
+ROWS = 1024
+"""Rows of a frame; a page that was asleep gets what it missed in several frames."""
 PAGES = 16
 _STATES_PER_S = 5
 _ANSWERS = 32
@@ -27,30 +27,36 @@ class Sending(Protocol):
 
 
 class Page:
-    """One open page and its queue: at most 1 s of frames, and the newest message of each kind.
+    """One open page: how far it has read the history, and the newest message of each kind.
+
+    A page that confirms nothing, asleep or on a slow line, gets nothing more; afterwards it continues where it stopped,
+    so that it draws no hole. If the history no longer has those rows, it begins again.
 
     Attributes
     ----------
-    sent, lost : int
-        Numbers of frames sent and dropped.
+    sent : int
+        Number of frames sent.
+    lost : int
+        Number of samples that the history no longer had.
     """
 
     def __init__(self, socket: Sending) -> None:
         self.sent: int = 0
         self.lost: int = 0
         self._socket = socket
-        self._waiting: deque[tuple[int, bytes]] = deque()
         self._unseen: deque[int] = deque()
         self._latest: dict[str, str] = {}
         self._answers: deque[str] = deque(maxlen=_ANSWERS)
         self._something = asyncio.Event()
+        self.begin(History())
 
-    def offer(self, number: int, frame: bytes) -> None:
-        """Queue a frame; if the page is too slow, drop the oldest one."""
-        if len(self._waiting) >= WAITING:
-            self._waiting.popleft()
-            self.lost += 1
-        self._waiting.append((number, frame))
+    def begin(self, history: History) -> None:
+        """Follow this history from its beginning."""
+        self._history, self._next, self._past = history, history.begin, True
+        self._something.set()
+
+    def wake(self) -> None:
+        """Look at the history again."""
         self._something.set()
 
     def tell(self, kind: str, message: str) -> None:
@@ -62,10 +68,6 @@ class Page:
         """Queue the answer to a command of the page."""
         self._answers.append(message)
         self._something.set()
-
-    def begin_again(self) -> None:
-        """Remove the frames of the previous measurement."""
-        self._waiting.clear()
 
     def seen(self, number: int) -> None:
         """Confirm all frames up to this number."""
@@ -81,16 +83,27 @@ class Page:
             await self._something.wait()
 
     async def _send_waiting(self) -> None:
-        while self._answers or self._latest or (self._waiting and len(self._unseen) < AHEAD):
+        while self._answers or self._latest or self._has_rows():
             if self._latest:  # the state before the answer, so that the page shows it when the answer arrives
                 await self._socket.send_text(self._latest.pop(next(iter(self._latest))))
             elif self._answers:
                 await self._socket.send_text(self._answers.popleft())
             else:
-                number, frame = self._waiting.popleft()
-                self._unseen.append(number)
-                self.sent += 1
-                await self._socket.send_bytes(frame)
+                await self._socket.send_bytes(self._frame())
+
+    def _has_rows(self) -> bool:
+        return len(self._unseen) < AHEAD and (self._past or self._next < self._history.end)
+
+    def _frame(self) -> bytes:
+        missed = max(self._history.begin - self._next, 0)
+        self.lost += missed
+        self._next += missed
+        rows = self._history.rows(self._next, ROWS)
+        self._next += len(rows)
+        self.sent += 1
+        self._unseen.append(self.sent)
+        past, self._past = self._past or missed > 0, False
+        return pack(self.sent, rows, past=past)
 
 
 class Hub:
@@ -107,7 +120,7 @@ class Hub:
     def __init__(self, session: Session, summary: Summary, source: str) -> None:
         self.pages: set[Page] = set()
         self._session, self._summary, self._source = session, summary, source
-        self._history, self._frame = History(), 0
+        self._history = History()
         self._measurement = session.number
         self._told: dict[str, str] = {}
 
@@ -116,7 +129,7 @@ class Hub:
         self._greet(page)
         for kind, message in self._told.items():
             page.tell(kind, message)
-        page.offer(self._frame, pack(self._frame, self._history.rows, past=True))
+        page.begin(self._history)
         self.pages.add(page)
 
     async def run(self) -> None:
@@ -124,7 +137,7 @@ class Hub:
         loop = asyncio.get_running_loop()
         due, tick = loop.time(), 0
         while True:
-            self._send_frame()
+            self._take()
             if tick % (FRAMES_PER_S // _STATES_PER_S) == 0:
                 self.send_state()
             tick += 1
@@ -147,17 +160,15 @@ class Hub:
             self._told[kind] = message
             self._for_all(lambda page: page.tell(kind, message))
 
-    def _send_frame(self) -> None:
+    def _take(self) -> None:
         number, parts = self._session.number, self._session.take()
         if number != self._measurement:
             self._measurement, self._history = number, History()
-            self._for_all(Page.begin_again)
+            self._for_all(lambda page: page.begin(self._history))
             self._for_all(self._greet)
         if len(rows := joined(parts)):
             self._history.add(rows)
-            self._frame += 1
-            frame = pack(self._frame, rows)
-            self._for_all(lambda page: page.offer(self._frame, frame))
+            self._for_all(Page.wake)
 
     def _for_all(self, do: Callable[[Page], None]) -> None:
         for page in self.pages:

@@ -1,14 +1,24 @@
 """The socket, its address, and the server, which runs until SIGINT or SIGTERM."""
 
+import asyncio
 import errno
 import socket
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
 
 import uvicorn
 from starlette.types import ASGIApp
 
+from palpate.live.gatekeeper import has_token
+from palpate.live.guarded import Requests, Sockets
+from palpate.live.lobby import Lobby
 from palpate.live.protocol import LONGEST
 
 _GRACE_S = 1
+_BACKLOG = 1024
+_SWITCH_S = 1e-4  # how long the reader of the source waits for the interpreter at most; Python: 5 ms
 _NOWHERE = ("192.0.2.1", 9)  # RFC 5737: an address without a host; connecting a datagram socket sends nothing
 
 
@@ -34,7 +44,7 @@ def listen(host: str, port: int) -> socket.socket:
     try:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listening.bind(address)
-        listening.listen(64)
+        listening.listen(_BACKLOG)
     except OSError as error:
         listening.close()
         if error.errno == errno.EADDRNOTAVAIL:
@@ -53,15 +63,46 @@ def address_of(listening: socket.socket, host: str, token: str | None = None) ->
     return f"http://{name}:{listening.getsockname()[1]}/{query}"
 
 
-def serve(app: ASGIApp, listening: socket.socket) -> None:
-    """Serve until SIGINT or SIGTERM; their previous handlers run after the last page is closed."""
+class _Server(uvicorn.Server):
+    """A server that gets its connections from the lobby."""
+
+    def __init__(self, config: uvicorn.Config, listening: socket.socket, token: str | None) -> None:
+        super().__init__(config)
+        self._listening, self._token = listening, token
+        self._arriving: set[asyncio.Task[object]] = set()
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets=[])
+        self._lobby = Lobby(self._listening, has_token(self._token), self._admit)
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        self._lobby.close()
+        await super().shutdown(sockets)
+
+    def _admit(self, connection: socket.socket) -> None:
+        protocol = partial(Requests, self.config, self.server_state, self.lifespan.state)
+        loop = asyncio.get_running_loop()
+        arriving = loop.create_task(loop.connect_accepted_socket(protocol, connection))
+        self._arriving.add(arriving)
+        arriving.add_done_callback(self._arriving.discard)
+
+
+def serve(app: ASGIApp, listening: socket.socket, token: str | None = None) -> None:
+    """Serve until SIGINT or SIGTERM; their previous handlers run after the last page is closed.
+
+    Parameters
+    ----------
+    app : ASGI application
+    listening : socket
+    token : str, optional
+        Requests with it take precedence; the application decides what they may do.
+    """
     config = uvicorn.Config(
         app,
         http="h11",
-        ws="websockets-sansio",
-        loop="asyncio",
+        ws=Sockets,
         lifespan="on",
-        log_level="warning",
+        log_config=None,
         access_log=False,
         server_header=False,
         proxy_headers=False,
@@ -69,7 +110,19 @@ def serve(app: ASGIApp, listening: socket.socket) -> None:
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=_GRACE_S,
     )
-    uvicorn.Server(config).run(sockets=[listening])
+    # Not the default loop: that of Windows has no add_reader.
+    with _switching(_SWITCH_S), asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
+        runner.run(_Server(config, listening, token).serve())
+
+
+@contextmanager
+def _switching(interval_s: float) -> Iterator[None]:
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(interval_s)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
 
 
 def _own_address() -> str:

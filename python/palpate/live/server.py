@@ -18,6 +18,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from palpate.errors import PalpateError
 from palpate.live.gatekeeper import Gatekeeper
 from palpate.live.hub import PAGES, Hub, Page
+from palpate.live.limits import COMMANDS, DOWNLOAD_PER_S, DOWNLOADS, MESSAGES, PAGES_OPENED, Bucket
 from palpate.live.protocol import Command, Refused, parse, told
 from palpate.live.session import Session
 from palpate.live.summary import Summary
@@ -60,6 +61,11 @@ class Server:
     def __init__(self, session: Session, summary: Summary, source: str) -> None:
         self._session = session
         self.hub: Hub = Hub(session, summary, source)
+        self._opened, self._commands, self._downloads = (
+            Bucket(PAGES_OPENED),
+            Bucket(COMMANDS),
+            asyncio.Semaphore(DOWNLOADS),
+        )
 
     def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
         """Return the application for this address, with access control."""
@@ -83,19 +89,35 @@ class Server:
         kind = "text/csv" if path.suffix.lower() == ".csv" else "application/json"
         size = path.stat().st_size
         headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}", "Content-Length": str(size)}
-        return StreamingResponse(_parts(path, size), headers=headers, media_type=kind)
+        return StreamingResponse(self._parts(path, size), headers=headers, media_type=kind)
+
+    async def _parts(self, path: Path, size: int) -> AsyncIterator[bytes]:
+        """Yield a file in parts, up to its size at the time of the request; not faster than allowed."""
+        async with self._downloads:
+            with path.open("rb") as file:
+                while size > 0 and (part := await asyncio.to_thread(file.read, min(size, _PART))):
+                    size -= len(part)
+                    yield part
+                    await asyncio.sleep(len(part) / DOWNLOAD_PER_S)
 
     async def _page(self, socket: WebSocket) -> None:
         if len(self.hub.pages) >= PAGES:
             await socket.close(1013, f"too many open pages, allowed: {PAGES}; close one")
             return
+        if not self._opened.take():
+            await socket.close(1013, "too many pages opened; wait a second")
+            return
         await socket.accept()
         page = Page(socket)
         self.hub.join(page)
-        sending = asyncio.create_task(page.send())
+        sending, messages = asyncio.create_task(page.send()), Bucket(MESSAGES)
         try:
             while True:
-                await self._hear(page, await _next(socket))
+                message = await _next(socket)
+                if not messages.take():
+                    await socket.close(1008, f"messages: got more, allowed: {MESSAGES.per_s} a second")
+                    break
+                await self._hear(page, message)
         except WebSocketDisconnect:
             pass
         finally:
@@ -110,6 +132,8 @@ class Server:
             if command.do == "seen":
                 page.seen(command.frame)
                 return
+            if not self._commands.take():
+                raise Refused(f"{command.do}: too many commands; wait a second")
             page.answer(told("done", do=command.do, message=await self._obey(command)))
         except Refused as refusal:
             page.answer(told("refused", message=str(refusal)))
@@ -132,11 +156,3 @@ async def _next(socket: WebSocket) -> str | bytes:
 
 async def _file(content: bytes, kind: str, _: Request) -> Response:
     return Response(content, headers={"Content-Type": kind})
-
-
-async def _parts(path: Path, size: int) -> AsyncIterator[bytes]:
-    """Yield a file in parts, up to its size at the time of the request."""
-    with path.open("rb") as file:
-        while size > 0 and (part := await asyncio.to_thread(file.read, min(size, _PART))):
-            size -= len(part)
-            yield part

@@ -1,13 +1,18 @@
-// The web socket: connects again after a failure. The page confirms each frame, so that a slow page gets fewer.
+// The web socket: connects again after a failure, or when nothing comes any more. The page confirms each frame, so that a
+// slow page gets fewer.
 
 const WAITS_MS = [250, 500, 1000, 2000];
+const SILENT_S = 5; // the server sends its state five times a second
+const LOST = ["no connection: trying again", "not connected: last known values"];
+const OLD = ["address no longer valid", "palpate live has started again: open the address that it printed in its terminal"];
 
 export class Connection {
-  // on: { text(message), frame(buffer), up(), down() }
+  // on: { text(message), frame(buffer), up(), down(what, advice) }
   constructor(on) {
     this.on = on;
     this.failures = 0;
     this.open();
+    setInterval(() => this.listen(), 1000);
   }
 
   open() {
@@ -17,18 +22,44 @@ export class Connection {
       this.failures = 0;
       this.on.up();
     };
-    socket.onmessage = ({ data }) => (typeof data === "string" ? this.on.text(JSON.parse(data)) : this.on.frame(data));
-    socket.onclose = ({ reason }) => {
-      this.on.down(reason);
-      const wait = WAITS_MS[Math.min(this.failures++, WAITS_MS.length - 1)];
-      setTimeout(() => this.open(), wait);
+    socket.onmessage = ({ data }) => {
+      this.silent = 0;
+      if (typeof data === "string") this.on.text(JSON.parse(data));
+      else this.on.frame(data);
     };
+    socket.onclose = ({ reason }) => this.again(reason);
     this.socket = socket;
+    this.silent = 0;
+  }
+
+  // Counts seconds in which the page ran: after a sleep it first reads what has come.
+  listen() {
+    if (this.socket.readyState !== WebSocket.OPEN || ++this.silent <= SILENT_S) return;
+    this.socket.onclose = this.socket.onmessage = null;
+    this.socket.close();
+    this.again("");
+  }
+
+  async again(reason) {
+    const wait = WAITS_MS[Math.min(this.failures, WAITS_MS.length - 1)];
+    setTimeout(() => this.open(), wait);
+    if (reason || !this.failures++) this.on.down(reason || LOST[0], LOST[1]);
+    const told = (await refused()) ? OLD : LOST;
+    if (!reason && this.socket.readyState !== WebSocket.OPEN) this.on.down(...told);
   }
 
   say(message) {
     if (this.socket.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));
     return true;
+  }
+}
+
+// A web socket does not tell why it was refused; a request does.
+async function refused() {
+  try {
+    return (await fetch("/icon.svg", { cache: "no-store" })).status === 403;
+  } catch {
+    return false;
   }
 }

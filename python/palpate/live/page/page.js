@@ -12,7 +12,7 @@ let hello = {}, state = {}, changed = false, past = [];
 
 const connection = new Connection({
   up: () => setLink(true, "connected"),
-  down: (reason) => setLink(false, reason || "no connection: trying again"),
+  down: (what, advice) => setLink(false, what, advice),
   frame: (buffer) => {
     connection.say({ do: "seen", frame: store.take(buffer) });
     changed = true;
@@ -87,7 +87,7 @@ function showState() {
 function showCounters() {
   $("rate").textContent = state.pairs_per_s === null || state.state === "ended" ? "–" : state.pairs_per_s.toFixed(1);
   $("counters").textContent = counted(state.counters);
-  $("frames").textContent = `This page: ${state.frames.sent} frames, ${state.frames.lost} skipped because it was too slow.`;
+  $("frames").textContent = `This page: ${state.frames.sent} frames, ${state.frames.lost} samples missed because it slept too long.`;
   $("told").textContent = state.messages.at(-1) ?? "";
 }
 
@@ -128,10 +128,10 @@ function say(text, bad = false) {
   saying = setTimeout(() => ($("message").textContent = ""), SAID_MS);
 }
 
-function setLink(up, text) {
+function setLink(up, text, advice) {
   $("link").textContent = text;
   $("link").dataset.up = document.body.dataset.up = up ? "yes" : "no";
-  if (!up) $("advice").textContent = "not connected: last known values";
+  if (!up) $("advice").textContent = advice;
   for (const id of ["tare", "anyway", "mark", "record", "again"]) $(id).disabled = !up;
 }
 
