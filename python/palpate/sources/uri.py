@@ -6,6 +6,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
 
+from palpate.errors import shortened
 from palpate.sources.base import Source
 from palpate.sources.options import split
 
@@ -79,7 +80,7 @@ def open(uri: str, **options: Any) -> Source:
     """
     scheme, address, in_uri = split(uri)
     if twice := set(in_uri) & set(options):
-        raise ValueError(f"source: got {min(twice)} twice, allowed: in the name or by keyword")
+        raise ValueError(f"source: got {shortened(min(twice))} twice, allowed: in the name or by keyword")
     if not scheme or (scheme not in _OWN and os.path.exists(uri)):  # noqa: PTH110  Path's raises for a long name
         return _factory("palpate.sources.files", "open_file")(uri, options)
     return _find(scheme)(address, {**in_uri, **options})
@@ -91,7 +92,9 @@ def _find(scheme: str) -> Factory:
     for point in entry_points(group=GROUP, name=scheme):
         factory: Factory = point.load()
         return factory
-    raise ValueError(f"source: got {scheme}:, allowed: {', '.join(f'{name}:' for name in schemes())} or a path")
+    raise ValueError(
+        f"source: got {shortened(scheme)}:, allowed: {', '.join(f'{name}:' for name in schemes())} or a path"
+    )
 
 
 def _factory(module: str, name: str) -> Factory:
