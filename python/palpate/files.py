@@ -107,8 +107,11 @@ def _mode_of(path: Path) -> int | None:
 
 def _create_beside(path: Path) -> tuple[Path, BinaryIO]:
     """Create a new file beside another one: O_EXCL follows no link and opens no file that exists."""
-    beside = path.with_name(f".{path.name[:200]}.{os.urandom(8).hex()}")
-    return beside, beside.open("xb")
+    beside = path.with_name(f".{path.name[:40]}.{os.urandom(8).hex()}")
+    try:
+        return beside, beside.open("xb")
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def sync_folder(folder: Path) -> None:

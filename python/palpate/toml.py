@@ -8,6 +8,8 @@ from palpate.files import read_bytes
 MOST_BYTES = 1_000_000
 MOST_DOTS = 32
 """Dots in a line. A key cannot go on in the next line, so it has at most one part more; n parts cost n**2."""
+LONGEST = 10_000
+"""Characters of a line."""
 MOST_ENTRIES = 100_000
 _ENTRIES = ".=,[{"
 """Each part of a key, each value and each table needs one of these. 100,000 take some 100 MB at most."""
@@ -57,11 +59,13 @@ def require_small(text: str) -> None:
     Raises
     ------
     ValueError
-        Too long, too many dots in a line, or too many entries.
+        Too long, a line too long or with too many dots, or too many entries.
     """
     if len(text) > MOST_BYTES:
         raise ValueError(f"got {len(text):,} characters, allowed: {MOST_BYTES:,}")
     for number, line in enumerate(text.split("\n"), 1):
+        if len(line) > LONGEST:
+            raise ValueError(f"line {number}: got {len(line):,} characters, allowed: {LONGEST:,}")
         if (dots := line.count(".")) > MOST_DOTS:
             raise ValueError(f"line {number}: got {dots:,} dots, allowed: {MOST_DOTS} in a line")
     if (entries := sum(map(text.count, _ENTRIES))) > MOST_ENTRIES:

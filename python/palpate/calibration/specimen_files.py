@@ -10,7 +10,7 @@ from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.table import to_number
 from palpate.samples import Block
 
-LARGEST = 1_000_000
+LARGEST = 200_000
 """Bytes of a table of moduli, at most."""
 LONGEST = 1000
 """Characters of a line, at most."""
