@@ -4,7 +4,42 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Collection
     from pathlib import Path
+
+LONGEST = 60
+"""Characters of a value from outside in a message, at most."""
+
+
+def quoted(value: object) -> str:
+    """Return a value from outside as a message quotes it: its beginning, if it is long.
+
+    Examples
+    --------
+    >>> quoted("C1 (pF)"), len(quoted("9" * 1_000_000)) < 80
+    ("'C1 (pF)'", True)
+    """
+    try:
+        return shortened(repr(value))
+    except (ValueError, RecursionError):  # more digits than Python converts, or lists in lists
+        return f"a {type(value).__name__} that cannot be shown"
+
+
+def shortened(text: str, most: int = LONGEST) -> str:
+    """Return a text, or its beginning and its length."""
+    return text if len(text) <= most else f"{text[:most]}... ({len(text):,} characters)"
+
+
+def listed(names: Collection[str], most: int = 20) -> str:
+    """Return names as a message lists them, separated by commas.
+
+    Examples
+    --------
+    >>> listed(["a", "b", "c"], 2)
+    'a, b and 1 more'
+    """
+    shown = ", ".join(shortened(name) for name, _ in zip(names, range(most), strict=False))
+    return shown if len(names) <= most else f"{shown} and {len(names) - most:,} more"
 
 
 class PalpateError(Exception):

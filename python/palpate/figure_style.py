@@ -3,6 +3,7 @@
 import csv
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from palpate.extras import need
+from palpate.files import replacing
 
 COLUMN_IN, PAGE_IN = 3.5, 7.16  # widths of one and of two columns of a journal page, inches
 HARD, SOFT, PAPER, HANDHELD, SLOW, FAST = "#444444", "#999999", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
@@ -49,18 +51,21 @@ def sheet(width_in: float, height_in: float) -> Iterator[Any]:
 def save(figure: Any, stem: Path, title: str) -> list[Path]:
     """Write stem.pdf and stem.png, and return their paths; the same figure gives identical files."""
     paths = [stem.with_suffix(".pdf"), stem.with_suffix(".png")]
-    figure.savefig(paths[0], metadata={"Title": title, "CreationDate": None})
-    figure.savefig(paths[1], metadata={"Title": title})
+    for path, metadata in zip(paths, ({"Title": title, "CreationDate": None}, {"Title": title}), strict=True):
+        with replacing(path) as file:
+            figure.savefig(file, format=path.suffix[1:], metadata=metadata)
     return paths
 
 
 def write_csv(path: Path, columns: Mapping[str, ArrayLike]) -> Path:
     """Write columns of equal length with all digits, nan as an empty cell; return the path."""
     arrays = [np.asarray(values) for values in columns.values()]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows([_cell(value) for value in row] for row in zip(*(a.tolist() for a in arrays), strict=True))
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([_cell(value) for value in row] for row in zip(*(a.tolist() for a in arrays), strict=True))
+    with replacing(path) as file:
+        file.write(text.getvalue().encode())
     return path
 
 

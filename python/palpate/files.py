@@ -23,20 +23,24 @@ def open_regular(path: Path) -> BinaryIO:
     --------
     >>> open_regular(Path("/dev/zero"))  # doctest: +SKIP
     Traceback (most recent call last):
-    OSError: [Errno 22] a device, not a file: save its contents in a file first: '/dev/zero'
+    OSError: [Errno 22] a device, not a file: use a file in place of it: '/dev/zero'
     """
+    _require_regular(path, path.stat().st_mode)  # to open a device may already act on it
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
-        mode = os.fstat(descriptor).st_mode
-        if stat.S_ISDIR(mode):
-            raise OSError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-        if not stat.S_ISREG(mode):
-            kind = _KINDS.get(stat.S_IFMT(mode), "not a regular file")
-            raise OSError(errno.EINVAL, f"{kind}, not a file: save its contents in a file first", str(path))
+        _require_regular(path, os.fstat(descriptor).st_mode)  # another one since then
         return os.fdopen(descriptor, "rb")
     except BaseException:
         os.close(descriptor)
         raise
+
+
+def _require_regular(path: Path, mode: int) -> None:
+    if stat.S_ISDIR(mode):
+        raise OSError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(mode):
+        kind = _KINDS.get(stat.S_IFMT(mode), "not a regular file")
+        raise OSError(errno.EINVAL, f"{kind}, not a file: use a file in place of it", str(path))
 
 
 def read_bytes(path: Path, most: int) -> bytes:
@@ -54,8 +58,11 @@ def read_bytes(path: Path, most: int) -> bytes:
         As `open_regular`; or the file is larger.
     """
     with open_regular(path) as file:
-        data = file.read(most + 1)
-    if len(data) > most:
+        size = os.fstat(file.fileno()).st_size
+        data = b"" if size > most else file.read(size + 1)  # read(n) takes n bytes of memory first
+        if len(data) > size:  # it grows, or is one of the kernel's, which say 0
+            data += file.read(most)
+    if size > most or len(data) > most:
         raise OSError(errno.EFBIG, f"larger than {most:,} bytes, the most that such a file may have", str(path))
     return data
 
@@ -65,20 +72,23 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     """Write a file that takes the place of another one when it is complete: a reader sees the old one or the new one.
 
     It is written under a random name in the same folder; no file that exists is opened. After an error it is removed.
+    It has the permissions of the file it replaces, else those of the umask. A link is replaced; the file that it points
+    to stays as it is.
 
     Raises
     ------
     OSError
-        The file cannot be written.
+        The file cannot be written, or there is something else of this name: a pipe, a device, a folder.
     """
+    mode = _mode_of(path)
     beside, file = _create_beside(path)
     try:
         with file:
             yield file
             file.flush()
             os.fsync(file.fileno())
-        with suppress(OSError):
-            beside.chmod(stat.S_IMODE(path.stat().st_mode))
+        if mode is not None:
+            beside.chmod(mode)
         beside.replace(path)
     except BaseException:
         beside.unlink(missing_ok=True)
@@ -87,10 +97,22 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         sync(each)
 
 
+def _mode_of(path: Path) -> int | None:
+    """Return the permissions of a file that is replaced; None: there is none, or it is a link."""
+    with suppress(FileNotFoundError):
+        _require_regular(path, path.stat().st_mode)
+        mode = path.lstat().st_mode
+        return None if stat.S_ISLNK(mode) else mode & 0o777
+    return None
+
+
 def _create_beside(path: Path) -> tuple[Path, BinaryIO]:
     """Create a new file beside another one: O_EXCL follows no link and opens no file that exists."""
-    beside = path.with_name(f".{path.name[:200]}.{os.urandom(8).hex()}")
-    return beside, beside.open("xb")
+    beside = path.with_name(f".{path.name[:40]}.{os.urandom(8).hex()}")
+    try:
+        return beside, beside.open("xb")
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def sync(path: Path) -> None:

@@ -146,11 +146,12 @@ def replayed(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[N
         of `Tracker.process`.
     """
     if isinstance(recording, Blocks):
+        tares = recording.tares  # once: found anew among all marks at each use
         for block in recording.blocks():
             hard, soft = usable(block, tracker.settings["full_scale"])
             times = block["t_hard_ns"], block["t_soft_ns"]
             yield times[0] / 1e9, times[1] / 1e9, hard, soft, tracker.process(*times, hard, soft)
-            if int(block["seq"][-1]) in recording.tares:
+            if int(block["seq"][-1]) in tares:
                 tracker.tare(force=True)  # as in the measurement, where it may have been forced
         return
     rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, the same time for both channels

@@ -292,7 +292,7 @@ def test_a_file_too_large_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "probe.toml"
     with path.open("wb") as file:
         file.truncate(10_000_001)
-    with pytest.raises(CalibrationError, match="larger than 10 MB"):
+    with pytest.raises(CalibrationError, match="larger than 1,000,000 bytes"):
         Calibration.load(path)
 
 

@@ -217,10 +217,10 @@ def test_iio_errors(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         next(iter(source))
 
     def fail(number: int) -> None:
-        def read_text(self: Path) -> str:
+        def read_bytes(*_: object) -> bytes:
             raise OSError(number, os.strerror(number))
 
-        monkeypatch.setattr(Path, "read_text", read_text)
+        monkeypatch.setattr("palpate.sources.iio.read_bytes", read_bytes)
 
     fail(errno.EACCES)
     with pytest.raises(DeviceRefused, match="no permission"):

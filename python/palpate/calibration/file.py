@@ -1,33 +1,38 @@
 """Calibration files, TOML: parameters, scatter and the fitted data, with units and versions."""
 
-import os
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from palpate import toml
 from palpate.calibration.curve_fit import Fit
 from palpate.elasticity import Elasticity
-from palpate.errors import CalibrationError
+from palpate.errors import CalibrationError, quoted, shortened
 from palpate.extras import need
+from palpate.files import replacing
 
 SCHEMA = 1
 UNITS = {"modulus": "MPa", "ratio": "1", "standard_error": "1", "variance": "relative to the ratio squared"}
 PARAMETERS = ["rigid_ratio", "log(half_modulus / MPa)", "soft_ratio"]
 SCATTER = ["touch_variance", "touch_freedom", "specimen_variance", "specimen_freedom", "specimen_share", "misfit"]
 DATA = {"moduli": "moduli_MPa", "ratios": "ratios", "standard_errors": "standard_errors", "touches": "touches"}
-_LARGEST = 10_000_000  # bytes; a calibration file has some thousand bytes
 _RANGE = 1e30  # limit of a number: its fourth power, needed for an interval, stays finite
 
 
 def save(path: Path, document: Mapping[str, Any]) -> None:
-    """Write a document; the file is replaced atomically."""
+    """Write a document; the file is replaced atomically.
+
+    Raises
+    ------
+    ValueError
+        The document is larger than `load` reads.
+    """
     text = need("tomli_w", "science").dumps(document)
-    beside = path.with_name(path.name + ".part")
-    beside.write_text(text, encoding="utf-8")
-    os.replace(beside, path)  # noqa: PTH105
+    toml.require_small(text)
+    with replacing(path) as file:
+        file.write(text.encode())
 
 
 def document(
@@ -57,20 +62,21 @@ def document(
 def load(path: Path) -> dict[str, Any]:
     """Return the arguments of `Calibration` from a file."""
     try:
-        if path.stat().st_size > _LARGEST:
-            raise CalibrationError(f"{path}: not a calibration: larger than {_LARGEST // 1_000_000} MB")
-        read = tomllib.loads(path.read_text(encoding="utf-8"))
-        return _arguments(read)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        read = toml.read(path)
+    except OSError as error:
+        raise CalibrationError(f"{path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
         raise CalibrationError(f"{path}: not a calibration: {error}") from error
+    try:
+        return _arguments(read)
     except (KeyError, TypeError, ValueError, OverflowError) as error:
-        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        what = f"{error} is missing" if isinstance(error, KeyError) else shortened(str(error), 200)
         raise CalibrationError(f"{path}: not a calibration of palpate: {what}") from error
 
 
 def _arguments(read: dict[str, Any]) -> dict[str, Any]:
     if read["schema"] != SCHEMA:
-        raise ValueError(f"schema: got {read['schema']!r}, allowed: {SCHEMA}")
+        raise ValueError(f"schema: got {quoted(read['schema'])}, allowed: {SCHEMA}")
     scatter, data = read["scatter"], read["data"]
     fit = Fit(
         parameters=_array(read["fit"], "parameters", (3,)),
@@ -125,5 +131,5 @@ def _number(table: dict[str, Any], name: str) -> float:
 def _count(table: dict[str, Any], name: str, least: int) -> int:
     value = table[name]
     if not isinstance(value, int) or not least <= value < 2**31:
-        raise ValueError(f"{name}: got {value!r}, allowed: a whole number, {least} or more")
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: a whole number, {least} or more")
     return value

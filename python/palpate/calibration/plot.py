@@ -11,6 +11,7 @@ from palpate.calibration.calibration import Calibration
 from palpate.calibration.curve_fit import curve
 from palpate.calibration.interval import Measured, allowance
 from palpate.figure_style import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, sheet
+from palpate.files import replacing
 
 _POINTS = 400
 
@@ -75,7 +76,8 @@ def save(calibration: Calibration, path: Path) -> None:
         raise ValueError(f"plot: got {path.name!r}, allowed: a name that ends in .png, .pdf or .svg")
     with sheet(1.3 * COLUMN_IN, 1.2 * COLUMN_IN) as figure:
         _figure(figure, calibration)
-        figure.savefig(path)
+        with replacing(path) as file:
+            figure.savefig(file, format=path.suffix[1:])
 
 
 def svg(calibration: Calibration) -> str:

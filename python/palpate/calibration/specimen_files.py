@@ -1,14 +1,19 @@
 """Assigns recordings to specimens: reads a table of moduli, compares file names with specimen names."""
 
 import csv
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from palpate.errors import CalibrationError
+from palpate.errors import CalibrationError, listed, quoted
+from palpate.files import read_bytes
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.table import to_number
 from palpate.samples import Block
+
+LARGEST = 200_000
+"""Bytes of a table of moduli, at most."""
+LONGEST = 1000
+"""Characters of a line, at most."""
 
 
 def read_moduli(path: Path) -> dict[str, float]:
@@ -29,25 +34,37 @@ def read_moduli(path: Path) -> dict[str, float]:
     CalibrationError
         Not such a table; the message has the line and the reason.
     """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        raise CalibrationError(f"{path}: not a text table: {error}") from error
+    lines = _lines(path)
     delimiter = next((mark for mark in "\t;" if lines and mark in lines[0]), ",")
     moduli: dict[str, float] = {}
-    rows = list(csv.reader(lines, delimiter=delimiter))
-    for number, row in enumerate(rows[1:], 2):
-        cells = [cell.strip() for cell in row]
+    known = set[str]()
+    for number, line in enumerate(lines[1:], 2):
+        cells = [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
         if any(cells):
             name, modulus = _row(f"{path}, line {number}", cells)
-            if _bare(name) in map(_bare, moduli):
-                raise CalibrationError(f"{path}, line {number}: {name!r} appears twice")
+            if _bare(name) in known:
+                raise CalibrationError(f"{path}, line {number}: {quoted(name)} appears twice")
+            known.add(_bare(name))
             moduli[name] = modulus
     if not moduli:
         raise CalibrationError(
             f"{path}: no specimens found; expected a header row, then rows of name and modulus in MPa"
         )
     return moduli
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        text = read_bytes(path, LARGEST).decode("utf-8-sig")
+    except OSError as error:
+        raise CalibrationError(f"{path}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise CalibrationError(f"{path}: not a text table: {error}") from error
+    lines = text.splitlines()
+    for number, line in enumerate(lines, 1):
+        if len(line) > LONGEST:
+            raise CalibrationError(f"{path}, line {number}: got {len(line):,} characters, allowed: {LONGEST:,}")
+    return lines
 
 
 def _row(place: str, cells: list[str]) -> tuple[str, float]:
@@ -58,7 +75,7 @@ def _row(place: str, cells: list[str]) -> tuple[str, float]:
     except ValueError:
         modulus = float("nan")
     if not 0 < modulus < float("inf"):
-        raise CalibrationError(f"{place}: got {cells[1]!r} as a modulus, allowed: a positive number, MPa")
+        raise CalibrationError(f"{place}: got {quoted(cells[1])} as a modulus, allowed: a positive number, MPa")
     return cells[0], modulus
 
 
@@ -83,18 +100,21 @@ def assign(files: Sequence[Path], moduli: Mapping[str, float]) -> dict[str, list
     found: dict[str, list[Path]] = {name: [] for name in moduli}
     for file in files:
         stem = file.stem
-        ends = [len(stem), *(match.start() for match in reversed(list(re.finditer(r"[-_ .]", stem))))]
+        ends = [len(stem), *(at for at in reversed(range(len(stem))) if ord(stem[at]) in _SEPARATORS)]
         name = next((names[_bare(stem[:end])] for end in ends if _bare(stem[:end]) in names), None)
         if name is None:
             raise CalibrationError(
-                f"{file}: no specimen has this name, allowed: a name that begins with one of {', '.join(moduli)}"
+                f"{file}: no specimen has this name, allowed: a name that begins with one of {listed(moduli)}"
             )
         found[name].append(file)
     return found
 
 
+_SEPARATORS = dict.fromkeys(map(ord, "-_ ."))
+
+
 def _bare(name: str) -> str:
-    return re.sub(r"[-_ .]", "", name).casefold()
+    return name.translate(_SEPARATORS).casefold()
 
 
 def write_session(folder: Path, recordings: Mapping[str, Block], moduli: Mapping[str, float]) -> list[Path]:
@@ -107,11 +127,16 @@ def write_session(folder: Path, recordings: Mapping[str, Block], moduli: Mapping
     """
     paths = {name: folder / f"{name.replace(' ', '')}.csv" for name in recordings}
     table = folder / "moduli.csv"
-    if there := [path for path in [*paths.values(), table] if path.exists()]:
+    if there := [path for path in [*paths.values(), table] if path.exists() or path.is_symlink()]:
         raise FileExistsError(f"{there[0]} already exists")
     folder.mkdir(parents=True, exist_ok=True)
     for name, path in paths.items():
-        path.write_bytes(HEADER.encode() + format_rows(recordings[name]))
+        _create(path, HEADER.encode() + format_rows(recordings[name]))
     rows = "".join(f"{name},{moduli[name]!r}\n" for name in recordings)
-    table.write_text(f"specimen,modulus_MPa\n{rows}", encoding="utf-8")
+    _create(table, f"specimen,modulus_MPa\n{rows}".encode())
     return [*paths.values(), table]
+
+
+def _create(path: Path, data: bytes) -> None:
+    with path.open("xb") as file:
+        file.write(data)

@@ -11,6 +11,8 @@ import click
 from palpate import Touch
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.options import json_option, recording_options, tracking
+from palpate.cli.outputs import force_option, require_free
+from palpate.files import replacing
 
 if TYPE_CHECKING:
     from palpate import Calibration
@@ -37,6 +39,7 @@ _input = click.Path(exists=True, dir_okay=False, path_type=Path)
 )
 @click.option("--accept", multiple=True, metavar="FLAG",
               help="Use touches with this flag all the same; may be repeated. The file says so.")  # fmt: skip
+@force_option
 @recording_options
 @json_option
 def calibrate(
@@ -48,6 +51,7 @@ def calibrate(
     by: str,
     free_soft_ratio: bool,
     accept: tuple[str, ...],
+    force: bool,
     as_json: bool,
     **how: Any,
 ) -> None:
@@ -56,7 +60,7 @@ def calibrate(
     A recording may hold several touches, all on one specimen; the file name begins with the name of the specimen
     (30OO-2.csv belongs to "30 OO"). A touch weighs by its standard error and the scatter from touch to touch. One that is
     only short is used if it has a standard error; with another flag it is left out, and the flag is printed. Exit
-    codes: 4, not a recording, not a table of moduli, or no calibration possible; 5, written, but not reliable (the
+    codes: 4, not a recording, not a table of moduli, no calibration possible, or an output exists; 5, written, but not reliable (the
     verdict says why).
 
     \b
@@ -65,6 +69,7 @@ def calibrate(
     """  # noqa: D301
     from palpate.calibration import characterise
 
+    require_free(filter(None, [output, plot, report]), [*files, moduli], force=force)
     specimens = _specimens(files, moduli, how, accept)
     try:
         about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
@@ -144,7 +149,8 @@ def _draw(found: "Calibration", specimens: "list[Specimen]", plot: Path | None, 
     if report:
         from palpate.calibration.report import html
 
-        report.write_text(html(found, specimens), encoding="utf-8")
+        with replacing(report) as file:
+            file.write(html(found, specimens).encode())
 
 
 def _table(found: "Calibration", specimens: "list[Specimen]") -> str:

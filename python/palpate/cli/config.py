@@ -11,6 +11,8 @@ from typing import Any
 
 import click
 
+from palpate.errors import quoted
+
 NAME = "palpate.toml"
 _FILES = "palpate.files"  # key in context.meta: command -> files and variables with defaults for it
 
@@ -31,7 +33,7 @@ def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -
     """
     merged: dict[str, dict[str, Any]] = {}
     files: dict[str, list[Path]] = {}
-    for path in [chosen] if chosen else [path for path in places() if path.is_file()]:
+    for path in [chosen] if chosen else [path for path in places() if path.exists()]:
         for name, table in read(path, commands).items():
             merged.setdefault(name, {}).update(table)
             files.setdefault(name, []).append(path)
@@ -52,18 +54,20 @@ def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
     Raises
     ------
     click.UsageError
-        Not TOML, a table with an unknown command, or an entry that is not a table.
+        Not a file, not TOML, a table with an unknown command, or an entry that is not a table.
     """
-    import tomllib
+    from palpate import toml
 
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        tables = toml.read(path)
+    except OSError as error:
+        raise click.UsageError(f"{path}: cannot be read: {error.strerror}") from error
     except ValueError as error:  # not UTF-8, or not TOML
         raise click.UsageError(f"{path}: not TOML: {error}") from error
     allowed = ", ".join(f"[{name}]" for name in commands)
     for name, table in tables.items():
         if name not in commands or not isinstance(table, dict):
-            raise click.UsageError(f"{path}: got {name!r}, allowed: tables {allowed}")
+            raise click.UsageError(f"{path}: got {quoted(name)}, allowed: tables {allowed}")
     return tables
 
 
@@ -96,11 +100,13 @@ def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dic
     allowed = keys(command)
     for key, value in table.items():
         if key not in allowed:
-            raise click.UsageError(f"{where}: [{command.name}]: got {key!r}, allowed: {', '.join(allowed)}")
+            raise click.UsageError(f"{where}: [{command.name}]: got {quoted(key)}, allowed: {', '.join(allowed)}")
         if isinstance(value, dict):
             raise click.UsageError(
                 f"{where}: [{command.name}]: {key}: got a table, allowed: a value or a list of values"
             )
+        if any(isinstance(one, int) and abs(one) >= 2**63 for one in (value if isinstance(value, list) else [value])):
+            raise click.UsageError(f"{where}: [{command.name}]: {key}: got {quoted(value)}, allowed: below 2**63")
     return {allowed[key].name or key: value for key, value in table.items()}
 
 

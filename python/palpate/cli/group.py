@@ -9,7 +9,7 @@ from typing import Any, NoReturn, TypeVar
 
 import click
 
-from palpate.cli.exit import INTERRUPTED, UNEXPECTED, code_of, said_of
+from palpate.cli.exit import INTERRUPTED, UNEXPECTED, code_of, one_line, said_of
 
 
 def _remember(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
@@ -94,7 +94,7 @@ def _one_line(error: click.UsageError, files: list[Path]) -> click.UsageError:
     """Return the error with the source of the defaults and the help command; `palpate` alone shows its help."""
     if error.ctx is None or isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):  # new in click 8.2
         return error
-    message = error.format_message().rstrip(".")
+    message = one_line(error.format_message().rstrip("."))
     unnamed = [str(file) for file in files if str(file) not in message]
     defaults = f" (defaults: {', '.join(unnamed)})" if unnamed else ""
     return click.UsageError(f"{message}{defaults}; see {error.ctx.command_path} --help")

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from palpate._core import scenes
+from palpate.errors import quoted
 
 
 def columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
@@ -15,7 +16,7 @@ def columns(_context: click.Context, _parameter: click.Parameter, text: str | No
         return None
     parts = re.split(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=", text)
     if parts[0].strip() or len(parts) < 3 or len(set(parts[1::2])) < len(parts[1::2]):
-        raise click.BadParameter(f"got {text!r}, allowed: hard=COL,soft=COL[,time=COL], each once")
+        raise click.BadParameter(f"got {quoted(text)}, allowed: hard=COL,soft=COL[,time=COL], each once")
     return {key: name.strip() for key, name in zip(parts[1::2], parts[2::2], strict=True)}
 
 
@@ -27,7 +28,7 @@ def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[
         try:
             found[name.strip()] = float(value)
         except ValueError:
-            raise click.BadParameter(f"got {text!r}, allowed: NAME=NUMBER, for example threshold=6") from None
+            raise click.BadParameter(f"got {quoted(text)}, allowed: NAME=NUMBER, for example threshold=6") from None
     return found
 
 

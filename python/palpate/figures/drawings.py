@@ -7,6 +7,7 @@ from typing import Any
 
 from palpate.figure_style import COLUMN_IN, PAGE_IN, save, sheet, write_csv
 from palpate.figures import session, touch, traces
+from palpate.files import replacing
 from palpate.simulation.scenarios import PROBE
 
 
@@ -104,6 +105,21 @@ def caption(number: int, seed: int) -> str:
     )
 
 
+def files(folder: Path) -> list[Path]:
+    """Return the files that `draw` writes.
+
+    Examples
+    --------
+    >>> [path.name for path in files(Path("figures"))][:3]
+    ['fig06.pdf', 'fig06.png', 'fig06.csv']
+    """
+    stems = [folder / f"fig{number:02}" for number in FIGURES]
+    return [
+        *(stem.with_suffix(suffix) for stem in stems for suffix in (".pdf", ".png", ".csv")),
+        folder / "captions.md",
+    ]
+
+
 def draw(folder: Path, *, seed: int = 0) -> list[Path]:
     """Draw all figures into a folder.
 
@@ -144,5 +160,6 @@ def draw(folder: Path, *, seed: int = 0) -> list[Path]:
             paths += save(figure, stem, caption(number, seed))
         paths.append(write_csv(stem.with_suffix(".csv"), drawing.columns(data)))
     captions = folder / "captions.md"
-    captions.write_text("\n\n".join(caption(number, seed) for number in FIGURES) + "\n", encoding="utf-8")
+    with replacing(captions) as file:
+        file.write("\n\n".join([*(caption(number, seed) for number in FIGURES), ""]).encode())
     return [*paths, captions]

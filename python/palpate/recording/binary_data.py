@@ -14,12 +14,18 @@ from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import LAST_CODE, SATURATED_CODES, SATURATED_PF
 from palpate.errors import RecordingError
+from palpate.files import read_bytes
 from palpate.recording.rows import capacitances
 from palpate.recording.survey import Survey
 from palpate.samples import DTYPE, Block, Status
 
 _CODE = re.compile(r"[0-9A-Fa-f]{6}")
-_TIME = re.compile(r"([\d.,]+)\s*(ms|s)$")
+_TIME = re.compile(r"(?<![\d.,])(\d{1,9}(?:[.,]\d{1,9})?)\s{0,9}(ms|s)$")
+LARGEST = 500_000_000
+"""Bytes of a file, at most."""
+MOST_HEADER_ROWS = 1000
+LONGEST = 1000
+"""Characters of a line, at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +60,7 @@ class ChannelFile:
 
 def is_binary_data(path: Path) -> bool:
     """Return whether a file has a header with `key: value` and then a row of codes."""
-    try:
-        lines = path.read_text(encoding="latin-1").splitlines()
-    except OSError as error:
-        raise RecordingError(path, f"cannot be read: {error.strerror}") from error
-    header, rows = _parts(lines)
+    header, rows = _parts(_text(path).splitlines())
     return bool(rows) and any(":" in line for line in header)
 
 
@@ -68,23 +70,34 @@ def read_channel(path: Path) -> ChannelFile:
     Raises
     ------
     RecordingError
-        No row of codes, or a later line that is not a row: with its line number.
+        No row of codes, a header that is too long, or a later line that is not a row: with its line number.
     """
-    text = path.read_text(encoding="latin-1")
-    lines = text.splitlines()
-    header, rows = _parts(lines)
+    text = _text(path)
+    header, rows = _parts(text.splitlines())
+    for number, line in enumerate(header, 1):
+        if len(line) > LONGEST:
+            raise RecordingError(path, f"got {len(line):,} characters in a header line, allowed: {LONGEST:,}", number)
     torn = bool(rows) and not text.endswith(("\n", "\r")) and not _whole(rows[-1], len(_cells(rows[0])))
     parsed = [_row(path, len(header) + 1 + i, line) for i, line in enumerate(rows[: len(rows) - torn]) if line.strip()]
     if not parsed:
-        raise RecordingError(path, "no row of codes found; expected six hex digits, a tab, six hex digits")
+        where = f"found in {MOST_HEADER_ROWS:,} lines"
+        raise RecordingError(path, f"no row of codes {where}; expected six hex digits, a tab, six hex digits")
     cells = [cell for line in header for cell in line.split("\t") if ":" in cell]
     named = {key.strip(): value.strip() for key, _, value in (cell.partition(":") for cell in cells)}
     codes = np.array([row[0] for row in parsed], np.int32)
     return ChannelFile(path, named, codes, sum(len(row) > 1 for row in parsed), torn)
 
 
+def _text(path: Path) -> str:
+    try:
+        return read_bytes(path, LARGEST).decode("latin-1")
+    except OSError as error:
+        raise RecordingError(path, f"cannot be read: {error.strerror}") from error
+
+
 def _parts(lines: list[str]) -> tuple[list[str], list[str]]:
-    first = next((i for i, line in enumerate(lines) if _whole(line)), len(lines))
+    """Return the lines above the first row of codes, and the others; all are above if it comes too late."""
+    first = next((i for i, line in enumerate(lines[:MOST_HEADER_ROWS]) if _whole(line)), len(lines))
     return lines[:first], lines[first:]
 
 
@@ -93,7 +106,7 @@ def _cells(line: str) -> list[str]:
 
 
 def _whole(line: str, least: int = 1) -> bool:
-    cells = _cells(line)
+    cells = _cells(line) if len(line) <= LONGEST else []
     return least <= len(cells) <= 2 and all(_CODE.fullmatch(cell) for cell in cells)
 
 

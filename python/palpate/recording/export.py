@@ -1,15 +1,17 @@
 """Convert a recording to palpate's own CSV, or to Parquet. The output file is complete, or not written."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, BinaryIO, Self
 
 import numpy as np
 
 from palpate._core import __version__
 from palpate.errors import RecordingError
 from palpate.extras import need
+from palpate.files import replacing
 from palpate.recording import sidecar
 from palpate.recording.binary_data import BinaryData
 from palpate.recording.filelock import is_locked
@@ -37,8 +39,8 @@ _MEANT = {
 class _OwnWriter:
     """Writes rows as text, and the sidecar at the end."""
 
-    def __init__(self, path: Path, target: Path) -> None:
-        self._file = path.open("wb")
+    def __init__(self, file: BinaryIO, target: Path) -> None:
+        self._file = file
         self._sidecar = sidecar.sidecar_path(target)
         self._file.write(HEADER.encode())
 
@@ -46,23 +48,22 @@ class _OwnWriter:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._file.close()
+        """Do nothing: the file is closed when it takes its name."""
 
     def write(self, block: Block) -> None:
         self._file.write(format_rows(block))
 
     def finish(self, document: dict[str, Any]) -> None:
-        self._file.flush()
         sidecar.save(self._sidecar, document)
 
 
 class _ParquetWriter:
     """Writes columns with their unit, and the sidecar as JSON under the key `palpate`."""
 
-    def __init__(self, path: Path, _target: Path) -> None:
+    def __init__(self, file: BinaryIO, _target: Path) -> None:
         self._arrow, parquet = need("pyarrow", "export"), need("pyarrow.parquet", "export")
         self._schema = self._arrow.schema([self._field(name) for name in DTYPE.names or ()])
-        self._writer = parquet.ParquetWriter(path, self._schema)
+        self._writer = parquet.ParquetWriter(file, self._schema)
 
     def _field(self, name: str) -> Any:
         metadata = {"description": _MEANT[name], **({"unit": _UNITS[name]} if name in _UNITS else {})}
@@ -134,7 +135,7 @@ def convert(
         raise ValueError(f"period: got {period_s} for a file that has times, allowed: no period")
     _check_free(recording, target, force=force)
     rows = 0
-    with _whole(target) as path, _writer(target)(path, target) as writer:
+    with _whole(target) as file, _writer(target)(file, target) as writer:
         for block in recording.blocks():
             writer.write(_prepared(block, None if recording.timed else period_s))
             rows += len(block)
@@ -159,26 +160,23 @@ def _writer(target: Path) -> "type[_ParquetWriter | _OwnWriter]":
 def _check_free(recording: Recorded | Foreign | BinaryData, target: Path, *, force: bool) -> None:
     targets = [target] if target.suffix == ".parquet" else [target, sidecar.sidecar_path(target)]
     inputs = [channel.path for channel in recording.channels] if isinstance(recording, BinaryData) else [recording.path]
-    for path in filter(Path.exists, targets):
-        if any(path.samefile(read) for read in inputs):
+    for path in filter(os.path.lexists, targets):
+        if path.exists() and any(path.samefile(read) for read in inputs):
             raise RecordingError(path, "is an input file: choose another name")
-        if is_locked(path):
+        if path.is_file() and is_locked(path):
             raise RecordingError(path, "is still being recorded: choose another name")
         if not force:
             raise RecordingError(path, "already exists: choose another name, or use --force")
 
 
 @contextmanager
-def _whole(target: Path) -> Iterator[Path]:
-    """Yield a temporary name; rename it to the target when everything is written."""
-    beside = target.with_name(target.name + ".new")
+def _whole(target: Path) -> Iterator[BinaryIO]:
+    """Yield a file that takes the place of the target when everything is written."""
     try:
-        yield beside
-        beside.replace(target)
+        with replacing(target) as file:
+            yield file
     except OSError as error:
         raise RecordingError(target, f"cannot be written: {error.strerror or error}") from error
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def _prepared(block: Block, period_s: float | None) -> Block:

@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import IO, Any
 
+from palpate.files import open_regular
+
 try:
     import fcntl
 except ImportError:  # pragma: no cover: not on Windows: there a recording in progress looks complete or torn
@@ -19,7 +21,7 @@ def is_locked(path: Path) -> bool:
     """Return whether a process is writing the file; False where the system has no locks."""
     if fcntl is None:
         return False
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:

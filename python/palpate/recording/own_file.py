@@ -11,6 +11,7 @@ import numpy as np
 
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import RecordingError
+from palpate.files import open_regular
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, RowError, is_whole, parse_rows
 from palpate.recording.survey import Survey
@@ -136,7 +137,7 @@ class Recorded:
                 yield block
 
     def _lines(self, chunk: int) -> Iterator[list[str]]:
-        with self.path.open("rb") as file:
+        with open_regular(self.path) as file:
             header = file.readline()
             taken = len(header) if header.endswith(b"\n") else 0
             self.checksum = zlib.crc32(header[:taken])
@@ -164,7 +165,7 @@ class Recorded:
 def is_own(path: Path) -> bool:
     """Return whether a file is a recording made by palpate, from its first line or its sidecar."""
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             line = file.readline(2 * len(HEADER))
     except OSError as error:
         raise RecordingError(path, f"cannot be read: {error.strerror}") from error

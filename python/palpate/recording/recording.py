@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.errors import RecordingError
+from palpate.errors import RecordingError, listed, quoted, shortened
 from palpate.recording.own_file import Recorded, is_own
 from palpate.recording.table import PICOFARADS, SECONDS, Table, bare_name, is_data, read_table, to_number
 from palpate.samples import DTYPE, usable
@@ -134,13 +134,13 @@ def _own(recorded: Recorded) -> Recording:
 def _check(wanted: Mapping[str, str | int], unit: str | None) -> None:
     for key in ("hard", "soft"):
         if key not in wanted:
-            raise ValueError(f"columns: got {', '.join(wanted) or 'none'}, allowed: hard, soft and, if wanted, time")
+            raise ValueError(f"columns: got {listed(wanted) or 'none'}, allowed: hard, soft and, if wanted, time")
     if unknown := set(wanted) - set(OWN_COLUMNS):
-        raise ValueError(f"columns: got {min(unknown)!r}, allowed: {', '.join(OWN_COLUMNS)}")
+        raise ValueError(f"columns: got {quoted(min(unknown))}, allowed: {', '.join(OWN_COLUMNS)}")
     if str(wanted["hard"]).strip() == str(wanted["soft"]).strip():
-        raise ValueError(f"columns: got {wanted['hard']!r} for both channels, allowed: two columns")
+        raise ValueError(f"columns: got {quoted(wanted['hard'])} for both channels, allowed: two columns")
     if unit is not None and unit not in PICOFARADS:
-        raise ValueError(f"unit: got {unit!r}, allowed: {', '.join(PICOFARADS)}")
+        raise ValueError(f"unit: got {quoted(unit)}, allowed: {', '.join(PICOFARADS)}")
 
 
 def _capacitance(table: Table, wanted: str | int, unit: str | None) -> NDArray[np.float64]:
@@ -148,7 +148,7 @@ def _capacitance(table: Table, wanted: str | int, unit: str | None) -> NDArray[n
     named = table.unit(column, PICOFARADS)
     if unit is None and named == "%":
         raise ValueError(
-            f"column: got {wanted!r}, which is in per cent, allowed: a capacitance; if it is one, give its unit"
+            f"column: got {quoted(wanted)}, which is in per cent, allowed: a capacitance; if it is one, give its unit"
         )
     factor = PICOFARADS[unit or named or "pF"]
     values = np.empty(len(table.rows))
@@ -157,7 +157,7 @@ def _capacitance(table: Table, wanted: str | int, unit: str | None) -> NDArray[n
         try:
             values[row] = to_number(cell)
         except ValueError:
-            reason = f"{cell!r} in column {column + 1} ({wanted}) is neither a number nor an overload mark"
+            reason = f"{quoted(cell)} in column {column + 1} ({shortened(str(wanted))}) is neither a number nor an overload mark"
             raise RecordingError(table.path, reason, line) from None
     return values * factor
 
@@ -175,7 +175,7 @@ def _times(table: Table, wanted: str | int | None) -> NDArray[np.float64]:
         except ValueError:
             if wanted is None:
                 return np.full(len(table.rows), math.nan)
-            reason = f"{cell!r} in column {column + 1} ({wanted}) is neither a number nor a time"
+            reason = f"{quoted(cell)} in column {column + 1} ({shortened(str(wanted))}) is neither a number nor a time"
             raise RecordingError(table.path, reason, line) from None
     values -= values[0] if values[0] > _EPOCH else 0.0
     if (np.abs(values) >= _LATEST_S).any():

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from palpate._core import __version__
-from palpate.errors import RecordingError
+from palpate.errors import RecordingError, quoted
 from palpate.files import read_bytes, replacing
 
 BEGUN = "begun after "
@@ -26,6 +26,8 @@ LARGEST = 4_000_000
 """Bytes of a sidecar, at most."""
 MOST_MARKS = 10_000
 """Marks, and notes, at most."""
+MOST_LEVELS = 32
+"""Levels of lists and objects in others, at most."""
 _SUM = '"sidecar_crc32": "'
 
 
@@ -140,15 +142,31 @@ def _wrong(document: dict[str, Any]) -> Iterator[str]:
     """Yield the first invalid one of the parts that are used in computations."""
     for name, kind in _PARTS.items():
         if not isinstance(document.get(name, {} if name in _OPTIONAL else None), kind):
-            yield f"{name}: got {document.get(name)!r:.40}, allowed: {'a list' if kind is list else 'names and values'}"
+            yield f"{name}: got {quoted(document.get(name))}, allowed: {'a list' if kind is list else 'names and values'}"
             return
         if kind is list and len(document[name]) > MOST_MARKS:
             yield f"{name}: got {len(document[name])}, allowed: {MOST_MARKS} at most"
             return
+    if _is_deep(document):
+        yield f"got lists or objects deeper than {MOST_LEVELS} in others, allowed: {MOST_LEVELS} levels"
+        return
     full_scale = document["device"].get("full_scale_pF", math.inf)
     full_scale = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
-    if isinstance(full_scale, bool) or not isinstance(full_scale, int | float) or not full_scale > 0:
-        yield f"full_scale_pF: got {full_scale!r:.40}, allowed: above 0"
+    if isinstance(full_scale, bool) or not isinstance(full_scale, int | float) or not _usable(full_scale):
+        yield f"full_scale_pF: got {quoted(full_scale)}, allowed: above 0, a number of 64 bits or inf"
+
+
+def _usable(full_scale: float) -> bool:
+    return full_scale > 0 and (isinstance(full_scale, float) or full_scale < 2**63)
+
+
+def _is_deep(document: dict[str, Any]) -> bool:
+    """Return whether a value is deeper than `MOST_LEVELS` in others; without recursion."""
+    level: list[Any] = [document]
+    for _ in range(MOST_LEVELS):
+        level = [inner for value in level if isinstance(value, dict | list)
+                 for inner in (value.values() if isinstance(value, dict) else value)]  # fmt: skip
+    return bool(level)
 
 
 _PARTS: dict[str, type] = {"device": dict, "settings": dict, "notes": list, "marks": list}
@@ -159,7 +177,7 @@ _PARTS |= dict.fromkeys(_OPTIONAL, dict)
 def tares_of(document: dict[str, Any]) -> frozenset[int]:
     """Return the numbers of the samples after which the baseline was measured again."""
     marks = [mark for mark in document.get("marks", []) if isinstance(mark, dict) and mark.get("tare") is True]
-    return frozenset(mark["seq"] for mark in marks if isinstance(mark.get("seq"), int))
+    return frozenset(mark["seq"] for mark in marks if isinstance(mark.get("seq"), int) and 0 <= mark["seq"] < 2**63)
 
 
 def settings_of(document: dict[str, Any]) -> dict[str, Any]:

@@ -3,10 +3,14 @@
 import csv
 import math
 import re
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import accumulate, islice
 from pathlib import Path
 
-from palpate.errors import RecordingError
+from palpate.errors import RecordingError, listed, quoted, shortened
+from palpate.files import read_bytes
 
 _MARKS = """
     OL +OL -OL OVL OVLD OVER OVERLOAD OVERFLOW OVFL OPEN ERR ERROR NAN NA N/A NULL NONE - -- ---
@@ -21,10 +25,18 @@ OVERLOAD = 1e30
 PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "µF": 1e6, "μF": 1e6, "mF": 1e9, "F": 1e12}
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "min": 60.0}
 
+LARGEST = 500_000_000
+"""Bytes of a table, at most: it is read as a whole."""
+MOST_COLUMNS = 1000
+MOST_HEADER_ROWS = 1000
+LONGEST = 100_000
+"""Characters of a line, at most."""
+
 _UNIT = re.compile(r"(?:^|[\s_(\[/])(%|[A-Za-zµμ]{1,3})[)\]]?$")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
 _DELIMITERS = "\t;|,"
 _SAMPLE = 64  # lines used to find the delimiter
+_SURE = 3  # rows of numbers one after the other are the first rows
 
 
 @dataclass(frozen=True)
@@ -56,10 +68,30 @@ class Table:
 
         A blank cell of an upper header row belongs to the name on its left.
         """
-        cells = [row[column] if column < len(row) else "" for row in self.header]
-        spanning = [next((c for c in reversed(row[: column + 1]) if c), "") for row in self.header[:-1]]
-        joined = " ".join(part for part in [*spanning, *cells[-1:]] if part)
-        return [name for name in dict.fromkeys([*cells, joined]) if name]
+        return self._names[column]
+
+    @cached_property
+    def _names(self) -> list[list[str]]:
+        filled = [[*row, *[""] * (self.width - len(row))] for row in self.header]
+        spanning = [list(accumulate(row, lambda left, cell: cell or left)) for row in filled[:-1]]
+        found = []
+        for column in range(self.width):
+            cells = [row[column] for row in filled]
+            joined = " ".join(part for part in [*(row[column] for row in spanning), *cells[-1:]] if part)
+            found.append([name for name in dict.fromkeys([*cells, joined]) if name])
+        return found
+
+    @cached_property
+    def _columns(self) -> list[dict[str, list[int]]]:
+        """The columns of each name, stripped, and bare."""
+        found: list[dict[str, list[int]]] = []
+        for simplify in _SIMPLER:
+            columns: dict[str, list[int]] = {}
+            for column, names in enumerate(self._names):
+                for name in {simplify(name) for name in names}:
+                    columns.setdefault(name, []).append(column)
+            found.append(columns)
+        return found
 
     def column(self, wanted: str | int) -> int:
         """Return the index (from 0) of the column with this name, or at this position (from 1).
@@ -70,22 +102,21 @@ class Table:
             No column, or several columns have this name.
         """
         text = str(wanted).strip()
-        if text.isdecimal():
+        if text.isdecimal() and len(text) < 10:
             if not 1 <= int(text) <= self.width:
                 raise ValueError(f"column: got position {text}, allowed: 1 to {self.width}")
             return int(text) - 1
-        for simplify in (str.strip, bare_name):
-            name = simplify(text)
-            found = [c for c in range(self.width) if name in (simplify(n) for n in self.names(c))]
+        for simplify, columns in zip(_SIMPLER, self._columns, strict=True):
+            found = columns.get(simplify(text), [])
             if len(found) == 1:
                 self._require_header_as_wide_as_rows()
                 return found[0]
             if found:
-                positions = ", ".join(str(c + 1) for c in found)
+                positions = listed([str(column + 1) for column in found])
                 raise ValueError(
-                    f"column: got {text!r}, the name of several columns, allowed: one of the positions {positions}"
+                    f"column: got {quoted(text)}, the name of several columns, allowed: one of the positions {positions}"
                 )
-        raise ValueError(f"column: got {text!r}, allowed: {self.describe()}")
+        raise ValueError(f"column: got {quoted(text)}, allowed: {self.describe()}")
 
     def _require_header_as_wide_as_rows(self) -> None:
         width = len(self.header[-1])
@@ -96,8 +127,8 @@ class Table:
             )
 
     def describe(self) -> str:
-        """Return positions and names of all columns as text."""
-        return ", ".join(f"{c + 1} ({self.names(c)[-1]})" if self.names(c) else str(c + 1) for c in range(self.width))
+        """Return positions and names of the columns as text; of many columns those of the first ones."""
+        return listed([f"{c} ({shortened(names[-1])})" if names else str(c) for c, names in enumerate(self._names, 1)])
 
     def unit(self, column: int, units: dict[str, float]) -> str | None:
         """Return the unit in a column's header, the lowest cell first: one of `units`, "%", or None."""
@@ -130,32 +161,42 @@ def read_table(path: Path) -> Table:
     Raises
     ------
     RecordingError
-        Not text, or no row of numbers.
+        Not text, no row of numbers, or too many columns or header rows.
     """
     lines = re.split(r"\r\n|\r|\n", _text(path))
-    torn = lines[-1] != ""
-    delimiter = _delimiter([line for line in lines if line.strip()])
-    split: list[tuple[int, list[str]]] = []
+    rows = _rows(path, lines, _delimiter([line for line in lines if line.strip()]))
+    head = list(islice(rows, MOST_HEADER_ROWS + _SURE))
+    data = [is_data(cells) for _, cells in head]
+    first = next((i for i in range(len(head[: MOST_HEADER_ROWS + 1])) if all(data[i : i + _SURE])), None)
+    if first is None:
+        raise RecordingError(path, *_why_no_data(head))
+    body = [*head[first:], *rows]
+    torn = lines[-1] != "" and len(body) > 1
+    return Table(path, [cells for _, cells in head[:first]], body[:-1] if torn else body, torn)
+
+
+def _rows(path: Path, lines: list[str], delimiter: str | None) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and the cells of each line that is not empty, nor a comment below the first one."""
+    begun = False
     for number, line in enumerate(lines, 1):
+        if len(line) > LONGEST:
+            raise RecordingError(path, f"got a line of {len(line):,} characters, allowed: {LONGEST:,}", number)
         try:
             cells = _cells(line, delimiter)
         except csv.Error as error:
             raise RecordingError(path, f"{error}: not a table", number) from error
-        if any(cells) and not (split and line.lstrip().startswith("#")):
-            split.append((number, cells))
-    first = next((i for i in range(len(split)) if all(is_data(cells) for _, cells in split[i : i + 3])), None)
-    if first is None:
-        raise RecordingError(path, *_why_no_data(split))
-    rows = split[first:]
-    torn = torn and len(rows) > 1
-    return Table(path, [cells for _, cells in split[:first]], rows[:-1] if torn else rows, torn)
+        if len(cells) > MOST_COLUMNS:
+            raise RecordingError(path, f"got {len(cells):,} columns, allowed: {MOST_COLUMNS:,}", number)
+        if any(cells) and not (begun and line.lstrip().startswith("#")):
+            begun = True
+            yield number, cells
 
 
 def _why_no_data(split: list[tuple[int, list[str]]]) -> tuple[str, int]:
     """Return a reason and a line: those of the row with the most numbers."""
     best = max(split, key=lambda row: sum(map(_is_number, row[1])), default=(1, [""]))
     wrong = next((cell for cell in best[1] if not _is_number(cell)), best[1][0])
-    return f"not a recording: no row of numbers; {wrong[:40]!r} is not a number", best[0]
+    return f"not a recording: no row of numbers; {quoted(wrong)} is not a number", best[0]
 
 
 def _is_number(cell: str) -> bool:
@@ -183,7 +224,10 @@ def to_number(cell: str) -> float:
 
 
 def _text(path: Path) -> str:
-    raw = path.read_bytes()
+    try:
+        raw = read_bytes(path, LARGEST)
+    except OSError as error:
+        raise RecordingError(path, f"cannot be read: {error.strerror}") from error
     if raw.startswith(b"PAR1"):
         raise RecordingError(path, "a Parquet table: palpate cannot read Parquet; use the CSV from which it was made")
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -207,7 +251,8 @@ def _delimiter(lines: list[str]) -> str | None:
 
     def rows(candidate: str | None) -> int:
         try:
-            return sum(is_data(cells) for cells in (_cells(line, candidate) for line in body) if len(cells) > 1)
+            split = (_cells(line, candidate) for line in body)
+            return sum(is_data(cells[:MOST_COLUMNS]) for cells in split if len(cells) > 1)
         except csv.Error:
             return 0
 
@@ -218,7 +263,8 @@ def _delimiter(lines: list[str]) -> str | None:
 def _cells(line: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
         return [cell.strip('"') for cell in line.split()]
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+    cells = next(csv.reader([line], delimiter=delimiter), []) if '"' in line else line.split(delimiter)
+    return [cell.strip() for cell in cells]
 
 
 def is_data(cells: list[str]) -> bool:
@@ -234,3 +280,7 @@ def bare_name(name: str) -> str:
     match = _UNIT.search(name)
     known = match and (match[1] in PICOFARADS or match[1] in SECONDS or match[1] == "%")
     return (name[: match.start()] if match and known else name).strip(" _/").casefold()
+
+
+_SIMPLER: tuple[Callable[[str], str], ...] = (str.strip, bare_name)
+"""A name is compared as it is, then as its bare name."""

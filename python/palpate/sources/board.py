@@ -10,6 +10,7 @@ from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.configuration import Configuration
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.ad7746.driver import Ad7746
+from palpate.errors import quoted
 from palpate.samples import Sample
 from palpate.sources.base import Source
 from palpate.sources.options import Check, anything, checked, number, text
@@ -89,9 +90,9 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
     from palpate.ad7746.evalkit.board import EvalKit
 
     given = checked("usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything})
-    match = re.fullmatch(r"(?:(\d+)/(\d+))?", address)
+    match = re.fullmatch(r"(?:(\d{1,3})/(\d{1,3}))?", address)
     if not match:
-        raise ValueError(f"usb: got address {address!r}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing")
+        raise ValueError(f"usb: got address {quoted(address)}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing")
     bus, number_ = (int(part) if part else None for part in match.groups())
     clock = given.pop("clock", None) or RealClock()
     kit = EvalKit(bus, number_, firmware=given.pop("firmware", None), backend=given.pop("backend", None), clock=clock)

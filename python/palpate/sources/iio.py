@@ -13,7 +13,8 @@ from threading import Event
 from typing import Any
 
 from palpate.ad7746 import datasheet
-from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, quoted
+from palpate.files import read_bytes
 from palpate.samples import Sample, Status
 from palpate.sources.base import Source
 from palpate.sources.options import anything, checked, number
@@ -21,6 +22,7 @@ from palpate.sources.options import anything, checked, number
 DEVICES = Path("/sys/bus/iio/devices")
 NAME = "ad7746"
 STREAK = 3
+_LARGEST = 4096  # bytes of a file in sysfs: a page
 _KEPT = ("name", "in_capacitance0_scale", "in_capacitance0_offset", "in_capacitance1_offset")
 _FREQUENCIES = ("in_capacitance_sampling_frequency", "sampling_frequency")
 _GONE = (errno.ENOENT, errno.ENODEV, errno.ENXIO)
@@ -31,7 +33,7 @@ def devices(root: Path = DEVICES) -> list[Path]:
     found = []
     for path in sorted(root.glob("iio:device*")):
         with suppress(OSError):
-            if (path / "name").read_text().strip() == NAME:
+            if _read(path / "name") == NAME:
                 found.append(path)
     return found
 
@@ -89,12 +91,12 @@ class IioSource(Source):
     def _identity(self) -> dict[str, Any]:
         name = self._text("name")
         if name != NAME:
-            raise DeviceNotFound(f"{self._path} is {name!r}, not an {NAME}")
+            raise DeviceNotFound(f"{self._path} is {quoted(name)}, not an {NAME}")
         kept = {}
         for file in (*_KEPT, *_FREQUENCIES):
             with suppress(SourceError):
                 kept[file] = self._text(file)
-        period = [2 / float(kept[name]) for name in _FREQUENCIES if float(kept.get(name, 0)) > 0]
+        period = [2 / frequency for name in _FREQUENCIES if 1e-6 < (frequency := _number(kept.get(name, ""))) < 1e6]
         return {
             "name": "AD7746 by the kernel's driver",
             "note": "not tried on hardware",
@@ -113,14 +115,26 @@ class IioSource(Source):
             code = int(text) + datasheet.ZERO_CODE  # the kernel subtracts it
             datasheet.capacitance_pF(code)
         except ValueError as error:
-            raise ProtocolError(f"{file}: got {text!r}, allowed: -8388608 to 8388607") from error
+            raise ProtocolError(f"{file}: got {quoted(text)}, allowed: -8388608 to 8388607") from error
         return (begun + self._clock_ns()) // 2 - start_ns, code
 
     def _text(self, name: str) -> str:
         try:
-            return (self._path / name).read_text().strip()
+            return _read(self._path / name)
         except OSError as error:
             raise _error(self._path / name, error) from error
+
+
+def _read(path: Path) -> str:
+    """Return the text of one of the kernel's files."""
+    return read_bytes(path, _LARGEST).decode(errors="replace").strip()
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _sample(seq: int, hard: tuple[int, int], soft: tuple[int, int]) -> Sample:

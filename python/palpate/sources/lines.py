@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from threading import Event
 from typing import Any
 
-from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, SourceError
+from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, SourceError, quoted
 from palpate.recording.table import PICOFARADS, to_number
 from palpate.samples import Sample, Status
 from palpate.sources.base import Source
@@ -19,12 +19,13 @@ try:
 except ImportError as _missing:  # pragma: no cover
     raise MissingExtra("a serial port needs pyserial: pip install 'palpate[serial]'") from _missing
 
-NUMBER = r"[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?|[-+]?OV?LD?|nan"
-PATTERN = rf"(?P<hard>{NUMBER})\s*[a-zA-Z]*[\s,;|]+(?P<soft>{NUMBER})"
+# ++ takes all and gives nothing back, and no number begins within another one: so the time grows with the length only.
+NUMBER = r"[-+]?(?<!\d)\d++(?:[.,]\d++)?(?:[eE][-+]?\d++)?|[-+]?OV?LD?|nan"
+PATTERN = rf"(?P<hard>{NUMBER})(?:\s*+[a-zA-Z]{{1,20}}+)?[\s,;|]++(?P<soft>{NUMBER})"
 """Two numbers in a line, the hard channel first; a unit may follow each number."""
 _TIMEOUT_S = 0.1
 _AGAIN_S = 0.1
-_LONGEST = 1000  # longest line, bytes: anything longer is not text
+_LONGEST = 1000  # of a line, bytes, and of a pattern: anything longer is not text
 _SILENCE_S = 10.0
 
 
@@ -124,7 +125,9 @@ class SerialSource(Source):
                 self.notify(f"{self._settings['port']} sends nothing: check the baud rate, {self._settings['baud']}")
             *lines, self._buffer = (self._buffer + data).replace(b"\r", b"\n").split(b"\n")
             for line in lines:
-                if whole and line.strip():
+                if len(line) > _LONGEST:
+                    self._counters["errors"] += whole
+                elif whole and line.strip():
                     yield skipped, line.decode("latin-1")
                     skipped = 0
                 whole = True
@@ -184,12 +187,14 @@ def _error(port: str, error: Exception) -> SourceError:
 
 
 def _pattern(name: str, value: Any) -> str:
+    if len(str(value)) > _LONGEST:
+        raise ValueError(f"{name}: got {len(str(value)):,} characters, allowed: {_LONGEST}")
     try:
         groups = set(re.compile(str(value)).groupindex)
     except (re.error, OverflowError, RecursionError) as error:
-        raise ValueError(f"{name}: got {value!r}, allowed: a regular expression ({error})") from error
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: a regular expression ({error})") from error
     if not {"hard", "soft"} <= groups:
-        raise ValueError(f"{name}: got groups {sorted(groups)}, allowed: both (?P<hard>...) and (?P<soft>...)")
+        raise ValueError(f"{name}: got groups {quoted(sorted(groups))}, allowed: both (?P<hard>...) and (?P<soft>...)")
     return str(value)
 
 

@@ -6,9 +6,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 from urllib.parse import unquote
 
+from palpate.errors import quoted
+
 Check = Callable[[str, Any], Any]
 """(name, value) of an option -> checked value, or ValueError."""
 
+LONGEST = 10_000
+"""Characters of the name of a source, at most."""
 _SCHEME = re.compile(r"([a-z][a-z0-9+.-]+):(.*)", re.DOTALL)  # two letters or more: C:\ is a drive
 
 
@@ -27,7 +31,7 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
     Raises
     ------
     ValueError
-        An option is not NAME=VALUE, or is given twice.
+        Too long; an option is not NAME=VALUE, or is given twice.
 
     Examples
     --------
@@ -36,6 +40,8 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
     >>> split("run.csv")
     ('', 'run.csv', {})
     """
+    if len(uri) > LONGEST:
+        raise ValueError(f"source: got {len(uri):,} characters, allowed: {LONGEST:,}")
     match = _SCHEME.fullmatch(uri)
     if not match:
         return "", uri, {}
@@ -44,7 +50,7 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
     for part in filter(None, query.split("&")):
         name, equals, value = part.partition("=")
         if not equals or name in options:
-            raise ValueError(f"source: got {part!r}, allowed: NAME=VALUE, each name once, & between them")
+            raise ValueError(f"source: got {quoted(part)}, allowed: NAME=VALUE, each name once, & between them")
         options[unquote(name)] = unquote(value)
     return match[1], address, options
 
@@ -81,7 +87,7 @@ def checked(scheme: str, given: Mapping[str, Any], allowed: Mapping[str, Check])
     """
     for name in given:
         if name not in allowed:
-            raise ValueError(f"{scheme}: got option {name!r}, allowed: {', '.join(allowed) or 'none'}")
+            raise ValueError(f"{scheme}: got option {quoted(name)}, allowed: {', '.join(allowed) or 'none'}")
     return {name: allowed[name](name, value) for name, value in given.items()}
 
 
@@ -93,7 +99,7 @@ def number(low: float, high: float = math.inf, *, whole: bool = False, above: bo
     def check(name: str, value: Any) -> Any:
         found = _number(value, whole)
         if not low <= found <= high or found == math.inf or (above and found == low):
-            raise ValueError(f"{name}: got {value!r}, allowed: {kind} {bounds}")
+            raise ValueError(f"{name}: got {quoted(value)}, allowed: {kind} {bounds}")
         return found
 
     return check
@@ -113,7 +119,7 @@ def choice(*allowed: str) -> Check:
 
     def check(name: str, value: Any) -> str:
         if value not in allowed:
-            raise ValueError(f"{name}: got {value!r}, allowed: {', '.join(allowed)}")
+            raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(allowed)}")
         return str(value)
 
     return check

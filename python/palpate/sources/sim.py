@@ -8,6 +8,7 @@ from palpate.ad7746.clock import Clock, RealClock, VirtualClock
 from palpate.ad7746.evalkit.board import EvalKit
 from palpate.ad7746.twin.kit import FAULTS, Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
+from palpate.errors import quoted
 from palpate.samples import Sample
 from palpate.simulation.board import kit_of, known
 from palpate.simulation.scenarios import SCENARIOS
@@ -92,11 +93,11 @@ def _incident(name: str, text: str) -> Incident:
     kinds = {_plain(kind): kind for kind in FAULTS}
     match = _FAULT.fullmatch(text)
     if not match or _plain(match["kind"]) not in kinds:
-        raise ValueError(f"{name}: got {text!r}, allowed: KIND[:AMOUNT]@SECONDS, KIND one of {', '.join(kinds)}")
+        raise ValueError(f"{name}: got {quoted(text)}, allowed: KIND[:AMOUNT]@SECONDS, KIND one of {', '.join(kinds)}")
     try:
         amount = float(match["amount"] or 1.0)
     except ValueError:
-        raise ValueError(f"{name}: got amount {match['amount']!r}, allowed: a number, or inf") from None
+        raise ValueError(f"{name}: got amount {quoted(match['amount'])}, allowed: a number, or inf") from None
     return Incident(number(0)(f"{name}'s time", match["time"]), Fault(kinds[_plain(match["kind"])], amount))
 
 
@@ -110,5 +111,5 @@ def open_sim(address: str, options: Mapping[str, Any]) -> SimSource:
     given = checked("sim", options, allowed)
     name = address or DEFAULT
     if name not in known():
-        raise ValueError(f"sim: got scenario {name!r}, allowed: {', '.join(known())}")
+        raise ValueError(f"sim: got scenario {quoted(name)}, allowed: {', '.join(known())}")
     return SimSource(name, given)

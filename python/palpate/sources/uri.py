@@ -6,7 +6,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from palpate.errors import PalpateError, SourceError
+from palpate.errors import PalpateError, SourceError, shortened
 from palpate.sources.base import Source
 from palpate.sources.claims import is_source
 from palpate.sources.options import split
@@ -81,7 +81,7 @@ def open(uri: str, **options: Any) -> Source:
     """
     scheme, address, in_uri = split(uri)
     if twice := set(in_uri) & set(options):
-        raise ValueError(f"source: got {min(twice)} twice, allowed: in the name or by keyword")
+        raise ValueError(f"source: got {shortened(min(twice))} twice, allowed: in the name or by keyword")
     if not scheme or (scheme not in _OWN and os.path.exists(uri)):  # noqa: PTH110  Path's raises for a long name
         return _factory("palpate.sources.files", "open_file")(uri, options)
     source = _find(scheme)(address, {**in_uri, **options})
@@ -95,7 +95,9 @@ def _find(scheme: str) -> Factory:
         return _factory(*_OWN[scheme])
     for point in entry_points(group=GROUP, name=scheme):
         return _load(point)
-    raise ValueError(f"source: got {scheme}:, allowed: {', '.join(f'{name}:' for name in schemes())} or a path")
+    raise ValueError(
+        f"source: got {shortened(scheme)}:, allowed: {', '.join(f'{name}:' for name in schemes())} or a path"
+    )
 
 
 def _load(point: EntryPoint) -> Factory:

@@ -7,9 +7,12 @@ Devices for the kit, and the user gives its path.
 from pathlib import Path
 
 from palpate.errors import ProtocolError
+from palpate.files import read_bytes
 
 RAM_BYTES = 0x4000
 """Size of the program and data RAM of the FX2LP, from address 0."""
+LARGEST = 1_000_000
+"""Bytes of a firmware file, at most: the whole RAM in records of one byte is a quarter of this."""
 _DATA, _END = 0, 1
 
 
@@ -31,7 +34,7 @@ def read_hex(path: Path) -> dict[int, bytes]:
         The file is not valid Intel HEX, or does not fit the board.
     """
     try:
-        text = path.read_text(encoding="ascii")
+        text = read_bytes(path, LARGEST).decode("ascii")
     except OSError as error:
         raise ProtocolError(f"firmware {path}: {error.strerror}: check the path") from error
     except UnicodeDecodeError as error:

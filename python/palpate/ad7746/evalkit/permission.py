@@ -7,10 +7,12 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, Board
+from palpate.files import read_bytes
 
 RULES = tuple(
     Path(folder) for folder in ("/etc/udev/rules.d", "/run/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d")
 )
+_LARGEST = 1_000_000  # bytes of a file of rules
 USBFS = Path("/dev/bus/usb")
 
 
@@ -52,7 +54,7 @@ def rules_matter() -> bool:
 
 def _lines(file: Path) -> list[str]:
     try:
-        text = file.read_text(encoding="utf-8", errors="replace")
+        text = read_bytes(file, _LARGEST).decode(errors="replace")
     except OSError:
         return []
     return [line for line in text.splitlines() if not line.lstrip().startswith("#")]
