@@ -2,6 +2,7 @@
 
 import errno
 import os
+import time
 import zlib
 from io import FileIO
 from pathlib import Path
@@ -40,10 +41,38 @@ def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Pa
     assert not is_locked(path)
     document = load(path)
     assert document
-    checksum = zlib.crc32(path.read_bytes())
-    assert document["end"] == {"rows": 100, "dropped": 0, "clean": True, "crc32": checksum, "counters": {"read": 100}}
+    data = path.read_bytes()
+    written = {"rows": 100, "bytes": len(data), "crc32": zlib.crc32(data)}
+    assert document["end"] == {**written, "dropped": 0, "clean": True, "counters": {"read": 100}}
+    assert "checkpoint" not in document  # the end says the same
     assert path.read_text().startswith(HEADER)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.csv", "run.json"]
+
+
+def checkpoint_after(path: Path, rows: int) -> dict[str, int]:
+    """Wait until the sidecar says that so many rows are on the disk."""
+    until = time.monotonic() + 30
+    while (found := (load(path) or {}).get("checkpoint", {})).get("rows", 0) < rows:
+        assert time.monotonic() < until
+        time.sleep(0.01)
+    assert isinstance(found, dict)
+    return found
+
+
+def test_checkpoints_say_what_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recorder_module, "SYNC_S", 0.01)
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [])
+    for rows in (100, 150):
+        for seq in range(recorder.rows, rows):
+            assert recorder.push(sample(seq))
+        checkpoint = checkpoint_after(path, rows)
+        data = path.read_bytes()
+        assert checkpoint == {"rows": rows, "bytes": len(data), "crc32": zlib.crc32(data)}
+    before = sidecar.sidecar_path(path).stat()
+    time.sleep(0.3)
+    assert sidecar.sidecar_path(path).stat() == before  # nothing was written since: nothing is saved
+    recorder.close()
 
 
 @pytest.mark.parametrize("there", ["run.csv", "run.json"])

@@ -1,6 +1,7 @@
 """Writes a recording during the measurement, in its own thread: a slow disk does not delay the source.
 
-Rows are flushed every 0.1 s; they survive if the process is killed. Each second they are synced to the disk.
+Rows are flushed every 0.1 s; they survive if the process is killed. Each second they are synced to the disk, and then a
+checkpoint of what is synced goes to the sidecar: so a recording without an end can be verified up to it.
 """
 
 import os
@@ -80,7 +81,7 @@ class Recorder:
         self._lock = Lock()
         self._ring = SampleRing(CAPACITY)
         self._wake, self._closing = Event(), False
-        self._size = self._unwritten = self._checksum = 0
+        self._size = self._unwritten = self._checksum = self._synced = 0
         self._file = self._create()
         self._thread = Thread(target=self._run, name="palpate-recorder", daemon=True)
         self._thread.start()
@@ -129,8 +130,10 @@ class Recorder:
         self._thread.join()
         failure = str(self.error) if self.error else error
         end: dict[str, Any] = {"rows": self.rows, "dropped": self.dropped, "clean": self.error is None}
-        end |= {"crc32": self._checksum, "counters": counters()}
+        end |= {"bytes": self._size, "crc32": self._checksum, "counters": counters()}
         self._document["end"] = end | ({"error": failure} if failure else {})
+        if self.error is None:
+            self._document.pop("checkpoint", None)  # the end says the same
         with suppress(OSError):
             sync(self._file)
         self._file.close()
@@ -175,7 +178,7 @@ class Recorder:
                 closing = self._closing
                 self._write_rows(waiting[: self._ring.pop_many(waiting)])
                 if time.monotonic() - synced >= SYNC_S:
-                    sync(self._file)
+                    self._checkpoint()
                     synced = time.monotonic()
                 if closing:
                     return
@@ -183,6 +186,17 @@ class Recorder:
                 self._wake.clear()
         except OSError as error:
             self.error = self._unwritable(error)
+
+    def _checkpoint(self) -> None:
+        """Sync the rows; then say in the sidecar how many are on the disk. One that cannot be saved is tried again."""
+        if self._size == self._synced:
+            return
+        sync(self._file)
+        with self._lock:
+            self._document["checkpoint"] = {"rows": self.rows, "bytes": self._size, "crc32": self._checksum}
+        with suppress(OSError):
+            self._save()
+            self._synced = self._size
 
     def _write_rows(self, block: Block) -> None:
         try:
