@@ -79,7 +79,7 @@ class RecordingSlot:
 
     def _new(self, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
         settings = {"scene": self._tracker.scene, **self._tracker.settings}
-        return Recorder(path, self._source.describe(), settings, notes)
+        return Recorder(path, self._source.describe(), settings, notes, live=self._source.live)
 
     def _counted(self, counters: StreamCounters, recorder: Recorder) -> dict[str, int]:
         """Return the counters of the samples since the recording began."""
