@@ -83,7 +83,7 @@ def record(
         except PalpateError as error:
             failure = error
     if recorder := stream.recorder:
-        written = file if recorder.path == file.absolute() else recorder.path
+        written = file if recorder.path.name == file.name else recorder.path  # of a rescue recording: where it is
         session.report(written, as_json, failure)
     if failure:
         raise failure
