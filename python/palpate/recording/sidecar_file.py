@@ -1,11 +1,12 @@
 """The sidecar of a recording in progress: saved at each change, never over the file of another program."""
 
 import errno
+import os
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock
-from typing import Any
+from typing import Any, BinaryIO
 
 from palpate.errors import RecordingError
 from palpate.files import read_bytes, replacing
@@ -98,21 +99,25 @@ class SidecarFile:
     def _begin(self, path: Path, text: bytes) -> None:
         path.open("xb").close()  # the process that creates it owns the name
         try:
-            _replace(path, text)
+            with replacing(path) as file:
+                file.write(text)
         except OSError:
             path.unlink()
             raise
         self.path, self._saved = path, text
 
     def _save(self, document: dict[str, Any], text_of: Callable[[dict[str, Any]], bytes]) -> None:
-        try:
-            if self._is_changed():
-                raise RecordingError(self.path, "was changed by another program while it was recorded")
-        except FileNotFoundError:
-            document = _noted(document, AGAIN)
-        text = text_of(document)
-        _replace(self.path, text)
+        text, removed = text_of(document), False
+        with replacing(self.path) as file:
+            _write(file, text)
+            try:  # as late as can be: another program may write at any time
+                if self._is_changed():
+                    raise RecordingError(self.path, "was changed by another program while it was recorded")
+            except FileNotFoundError:
+                removed = True
         self._document, self._saved = document, text
+        if removed:
+            self._save(_noted(document, AGAIN), _text)
 
     def _is_ours(self) -> bool:
         try:
@@ -159,6 +164,7 @@ def _with(document: dict[str, Any], entries: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in {**document, **entries}.items() if value is not None}
 
 
-def _replace(path: Path, text: bytes) -> None:
-    with replacing(path) as file:
-        file.write(text)
+def _write(file: BinaryIO, text: bytes) -> None:
+    file.write(text)
+    file.flush()
+    os.fsync(file.fileno())

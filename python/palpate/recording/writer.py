@@ -136,10 +136,12 @@ class Writer:
         self._attempt(lambda: self._fill(rescued, lost))
 
     def _fill(self, rescued: RowFile, lost: RowFile) -> None:
-        rescue.fill(rescued, lost)
+        try:
+            rescue.fill(rescued, lost)
+        finally:
+            lost.close()
         if missing := lost.written.rows + lost.refused - rescued.written.rows:
             self.sidecar.put(f"rescued: {missing} rows are missing: {lost.path} had lost them")
-        lost.close()
 
 
 def unwritable(path: Path, error: OSError) -> RecordingError:
