@@ -6,45 +6,26 @@ PALPATE_MOMENTS says how many random moments are tried of each kind; `python tes
 import os
 import re
 import signal
-import subprocess
-import sys
-import time
+import zlib
 from pathlib import Path
 
 import palpate
 import pytest
-from effort import random_of
 from palpate import check, read
 from palpate.recording.foreign import recorded
 from palpate.recording.own_file import Recorded
 from palpate.recording.sidecar import load
-from project import ROOT
+from recording_child import rows_before_shutdown
+from recording_children import AT_ONCE, acknowledged, let_record
 from tally import Tally
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="no signals and forks on this system")
-MOMENTS, AT_ONCE = int(os.environ.get("PALPATE_MOMENTS", "50")), 10
-LASTING_S = 1.0
+MOMENTS = int(os.environ.get("PALPATE_MOMENTS", "50"))
 
 
 def end_at_random(way: str, number: int | None, folder: Path, seed: int) -> list[int]:
-    """Start children, send each a signal at a moment of its own; return their exit codes."""
-    folder.mkdir()
-    command = [sys.executable, str(ROOT / "tests" / "tools" / "recording_child.py"), way, str(folder), str(AT_ONCE)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
-        assert parent.stdout
-        children = [int(word) for word in parent.stdout.readline().split()]
-        moments, begun = random_of(f"{way} {seed}"), time.monotonic()
-        for moment, child in sorted((moments.uniform(0, LASTING_S), child) for child in children):
-            time.sleep(max(0.0, begun + moment - time.monotonic()) if number else 0.0)
-            if number:
-                os.kill(child, number)
-        return [int(word) for word in parent.stdout.readline().split()]
-
-
-def acknowledged(path: Path) -> int:
-    """Return how many rows were said to have left the process."""
-    lines = path.with_suffix(".acknowledged").read_text().split("\n")[-2:-1]
-    return int(lines[0]) if lines else 0
+    """Send each child a signal; return their exit codes."""
+    return let_record(way, folder, seed, (lambda _, child: os.kill(child, number)) if number else None)
 
 
 @pytest.mark.parametrize(("way", "number", "code"), [("endless", signal.SIGKILL, -9), ("shutdown", None, 0)])
@@ -64,7 +45,7 @@ def test_ended_at_random_moments_while_recording(
             tally.fault("killed (SIGKILL)" if number else "interpreter shut down in mid-stream", known, known - found)
             rows, begun = rows + found, begun + 1
     assert begun > AT_ONCE
-    assert rows > (1000 if number else 100)
+    assert rows > (1000 if number else 2 * sum(map(rows_before_shutdown, range(AT_ONCE))) - 1)
 
 
 def look_at(path: Path, known: int) -> int:
@@ -75,7 +56,10 @@ def look_at(path: Path, known: int) -> int:
     assert not report.running
     assert report.survey.gaps == report.survey.disordered == report.survey.miscoded == 0
     assert not report.clean
-    if load(path):
+    if document := load(path):
+        checkpoint = document.get("checkpoint", {"rows": 0, "bytes": 0, "crc32": 0})
+        assert checkpoint["rows"] <= rows
+        assert zlib.crc32(path.read_bytes()[: checkpoint["bytes"]]) == checkpoint["crc32"]
         assert report.faults[0].startswith("no end in the sidecar")
         assert len(read(path).hard) == rows
         assert isinstance(recorded(path), Recorded)

@@ -2,21 +2,23 @@
 
 import errno
 import os
+import time
 import zlib
 from io import FileIO
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import pytest
-from palpate import RecordingError, Source, check
+from palpate import RecordingError, Sample, Source, Stream, check, read
 from palpate import open as open_source
 from palpate.recording import recorder as recorder_module
-from palpate.recording import sidecar
+from palpate.recording import row_file, sidecar, sidecar_file
 from palpate.recording.filelock import is_locked
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER
 from palpate.recording.sidecar import load
-from recording_bench import sample
+from recording_bench import Scripted, sample
 
 
 def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Path) -> None:
@@ -40,10 +42,38 @@ def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Pa
     assert not is_locked(path)
     document = load(path)
     assert document
-    checksum = zlib.crc32(path.read_bytes())
-    assert document["end"] == {"rows": 100, "dropped": 0, "clean": True, "crc32": checksum, "counters": {"read": 100}}
+    data = path.read_bytes()
+    written = {"rows": 100, "bytes": len(data), "crc32": zlib.crc32(data)}
+    assert document["end"] == {**written, "dropped": 0, "clean": True, "counters": {"read": 100}}
+    assert "checkpoint" not in document  # the end says the same
     assert path.read_text().startswith(HEADER)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.csv", "run.json"]
+
+
+def checkpoint_after(path: Path, rows: int) -> dict[str, int]:
+    """Wait until the sidecar says that so many rows are on the disk."""
+    until = time.monotonic() + 30
+    while (found := (load(path) or {}).get("checkpoint", {})).get("rows", 0) < rows:
+        assert time.monotonic() < until
+        time.sleep(0.01)
+    assert isinstance(found, dict)
+    return found
+
+
+def test_checkpoints_say_what_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recorder_module, "SYNC_S", 0.01)
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [])
+    for rows in (100, 150):
+        for seq in range(recorder.rows, rows):
+            assert recorder.push(sample(seq))
+        checkpoint = checkpoint_after(path, rows)
+        data = path.read_bytes()
+        assert checkpoint == {"rows": rows, "bytes": len(data), "crc32": zlib.crc32(data)}
+    before = sidecar.sidecar_path(path).stat()
+    time.sleep(0.3)
+    assert sidecar.sidecar_path(path).stat() == before  # nothing was written since: nothing is saved
+    recorder.close()
 
 
 @pytest.mark.parametrize("there", ["run.csv", "run.json"])
@@ -61,6 +91,107 @@ def test_names_that_cannot_be(tmp_path: Path) -> None:
         Recorder(tmp_path / "nowhere" / "run.csv", {}, {}, [])
 
 
+@pytest.mark.parametrize("live", [True, False])
+def test_the_wall_clock_at_zero(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, live: bool) -> None:
+    """From the first sample of a live source; a jump of the wall clock changes neither it nor the times."""
+    path, given = tmp_path / "run.csv", [sample(seq) for seq in range(40, 60)]
+    now_ns = 1_800_000_000_000_000_000
+
+    def jump(at: Sample) -> None:
+        nonlocal now_ns
+        now_ns += 26_000_000 if at.seq != 50 else -3_600_000_000_000
+
+    monkeypatch.setattr(time, "time_ns", lambda: now_ns)
+    source = Scripted(list(given), live=live)
+    source.before = jump
+    with Stream(source, record=path) as stream:
+        for _ in stream:
+            pass
+    clock = (load(path) or {})["clock"]
+    arrived_ns = 1_800_000_000_026_000_000
+    assert clock.get("zero_utc_ns") == (arrived_ns - given[0].t_soft_ns if live else None)
+    assert clock["started_utc_ns"] == 1_800_000_000_000_000_000
+    assert read(path).t_hard_s.tolist() == [each.t_hard_ns / 1e9 for each in given]
+
+
+def test_marks_and_notes_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond it an error, and the recording goes on; the sidecar can be read."""
+    monkeypatch.setattr(sidecar_file, "_MOST", {"notes": 3, "marks": 4})
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, ["first"])
+    for number in range(4):
+        recorder.mark(f"{number}", sample(number))
+    for number in range(2):
+        recorder.note(f"{number}")
+    with pytest.raises(ValueError, match=r"^marks: got 5, allowed: 4 in one recording; begin another one$"):
+        recorder.mark("5", None)
+    with pytest.raises(ValueError, match=r"^notes: got 4, allowed: 3 in one recording; begin another one$"):
+        recorder.note("4")
+    with pytest.raises(ValueError, match=r"^notes: got 4, allowed: 3"):
+        Recorder(tmp_path / "other.csv", {}, {}, ["note"] * 4)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["run.csv", "run.json"]
+    recorder.push(sample(0))
+    recorder.close()
+    report, document = check(path), load(path)
+    assert report.clean
+    assert document
+    assert document["notes"] == ["first", "0", "1"]
+    assert [mark["text"] for mark in document["marks"]] == ["0", "1", "2", "3"]
+
+
+def test_a_sidecar_has_a_size_that_can_be_read(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [])
+    recorder.note("\u00e9" * 600_000)  # six bytes each
+    with pytest.raises(
+        ValueError, match=r"^marks: got \d+ bytes of sidecar with them, allowed: 3980000; begin another"
+    ):
+        recorder.mark("\u00e9" * 100_000, None)
+    recorder.close(error="x" * 2000)
+    assert check(path).clean
+    assert sidecar.sidecar_path(path).stat().st_size <= sidecar.LARGEST
+    with pytest.raises(ValueError, match=r"^notes: got \d+ bytes"):
+        Recorder(tmp_path / "other.csv", {}, {}, ["x" * sidecar.LARGEST])
+
+
+def test_an_unexpected_error_is_not_silent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_: object) -> bytes:
+        raise MemoryError("no more")
+
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [])
+    monkeypatch.setattr(row_file, "format_rows", fail)
+    recorder.push(sample(0))
+    recorder.close()
+    assert str(recorder.error) == f"{path}: cannot be written: MemoryError: no more"
+    assert (recorder.rows, recorder.dropped) == (0, 1)
+    assert not check(path).clean
+
+
+def test_a_checkpoint_that_hangs_delays_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The source goes on while the disk does not answer; then all of its rows are written."""
+    monkeypatch.setattr(recorder_module, "SYNC_S", 0.0)
+    hangs, hung = Event(), Event()
+    sync = os.fsync
+
+    def fsync(descriptor: int) -> None:
+        hung.set()
+        hangs.wait()
+        sync(descriptor)
+
+    recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
+    monkeypatch.setattr(os, "fdatasync", fsync, raising=False)
+    monkeypatch.setattr(os, "fsync", fsync)
+    recorder.push(sample(0))
+    assert hung.wait(30)
+    for seq in range(1, recorder_module.CAPACITY):
+        assert recorder.push(sample(seq))  # does not wait: the disk hangs until it is let go below
+    hangs.set()
+    recorder.close()
+    assert (recorder.rows, recorder.dropped) == (recorder_module.CAPACITY, 0)
+    assert check(tmp_path / "run.csv").clean
+
+
 def full_after(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
     """Let the disk be full after so many bytes of rows, in the middle of one."""
     left = count + len(HEADER)
@@ -74,7 +205,7 @@ def full_after(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         return len(data)
 
-    monkeypatch.setattr(recorder_module, "_write", write)
+    monkeypatch.setattr(row_file, "write", write)
 
 
 def test_a_full_disk_is_said_and_leaves_whole_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -97,8 +228,6 @@ def test_a_full_disk_is_said_and_leaves_whole_rows(tmp_path: Path, monkeypatch: 
 
 
 def test_a_full_disk_ends_a_stream(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from palpate import Stream
-
     full_after(monkeypatch, 20_000)
     with (
         pytest.raises(RecordingError, match="No space left on device"),
@@ -116,7 +245,7 @@ def test_a_sidecar_that_cannot_be_written_is_said(tmp_path: Path, monkeypatch: p
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
     recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
-    monkeypatch.setattr(sidecar, "save", refuse)
+    monkeypatch.setattr(sidecar_file, "replacing", refuse)
     with pytest.raises(RecordingError, match="cannot be written: Input/output error"):
         recorder.note("lost")
     with pytest.raises(RecordingError, match="cannot be written: Input/output error"):

@@ -57,13 +57,13 @@ def test_a_source_that_can_wait_waits_for_a_slow_consumer(tmp_path: Path, tally:
 
 def test_a_source_faster_than_the_disk(tmp_path: Path, tally: Tally, monkeypatch: pytest.MonkeyPatch) -> None:
     """A disk that hangs while three times what may wait for it comes: what has no room is counted, and said."""
-    from palpate.recording import recorder
+    from palpate.recording import row_file
 
     path, hangs = tmp_path / "run.csv", threading.Event()
-    write = recorder._write
+    write = row_file.write
     source = Scripted([sample(i) for i in range(3 * CAPACITY)], live=True)
     with Stream(source, record=path) as stream:
-        monkeypatch.setattr(recorder, "_write", lambda file, data: (hangs.wait(), write(file, data))[1])
+        monkeypatch.setattr(row_file, "write", lambda file, data: (hangs.wait(), write(file, data))[1])
         for _ in stream:
             pass
         hangs.set()

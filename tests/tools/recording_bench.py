@@ -8,6 +8,7 @@ from typing import Any
 
 from palpate import Sample, Source, Status
 from palpate.ad7746 import datasheet
+from palpate.recording import sidecar
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER
 
@@ -51,7 +52,7 @@ class Scripted(Source):
 
 
 def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any) -> Path:
-    """Write a recording; without `end`, as after a kill of the process."""
+    """Write a recording; without `end`, as after a kill of the process right after a checkpoint."""
     recorder = Recorder(path, device, {}, [])
     for each in samples:
         while recorder.is_behind:
@@ -59,10 +60,10 @@ def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any
         assert recorder.push(each)
     recorder.close()
     if not end:
-        side = path.with_suffix(".json")
-        text = side.read_text()
-        assert '"end"' in text
-        side.write_text(text[: text.index(',\n  "end"')] + "\n}\n")
+        document = sidecar.load(path) or {}
+        written = document.pop("end")
+        document["checkpoint"] = {name: written[name] for name in ("rows", "bytes", "crc32")}
+        sidecar.save(sidecar.sidecar_path(path), document)
     return path
 
 

@@ -1,7 +1,7 @@
 """A process that records and prints the number of written rows until it ends; arguments: mode, folder, count.
 
 The children are forks of one process, so imports are done once. `endless`: until it is killed. `shutdown`: until its
-main thread ends without closing anything. `command`: `palpate record`, until it is interrupted.
+main thread ends without closing anything, after a number of rows. `command`: `palpate record`, until it is interrupted.
 """
 
 import itertools
@@ -35,19 +35,26 @@ class Endless(Source):
         return {"name": "endless"}
 
 
-def measure(path: Path, output: int, until_s: float) -> None:
+def rows_before_shutdown(number: int) -> int:
+    """Return how many rows a child writes before it ends: none to some 0.3 s of them, however busy the machine is."""
+    return 100 * number
+
+
+def measure(path: Path, output: int, most: float) -> None:
     """Record, and print the written rows; return without closing anything."""
     stream = Stream(Endless(), record=path)
     stream.__enter__()
     assert stream.recorder
     for _ in stream.batches():
-        os.write(output, f"{stream.recorder.rows}\n".encode())
-        if time.monotonic() >= until_s:
+        rows = stream.recorder.rows
+        os.write(output, f"{rows}\n".encode())
+        if rows >= most:
             break
 
 
 def command(path: Path, output: int) -> NoReturn:
-    """Record with the command; keep its output."""
+    """Record with the command; keep what it says on standard error."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     os.dup2(output, 2)
     palpate_command(["record", "sim:four-specimens?speed=1", "-o", str(path)])
     raise AssertionError("the command ends with an exit")
@@ -61,8 +68,7 @@ def child(way: str, folder: Path, number: int, ready: int) -> None:
     os.write(ready, b".")
     if way == "command":
         command(folder / f"{number}.csv", output)
-    until_s = time.monotonic() + number * 0.03 if way == "shutdown" else float("inf")
-    measure(folder / f"{number}.csv", output, until_s)
+    measure(folder / f"{number}.csv", output, rows_before_shutdown(number) if way == "shutdown" else float("inf"))
 
 
 def main(way: str, folder: Path, count: int) -> None:
