@@ -1,6 +1,7 @@
-"""Write four-specimens.csv: a simulated recording of four touches, softest specimen first.
+"""Write four-specimens.csv: a simulated recording of four touches, softest specimen first; and its sidecar.
 
     python tests/data/make_four_specimens.py > tests/data/four-specimens.csv
+    python tests/data/make_four_specimens.py --sidecar > tests/data/four-specimens.json
 
 A hand presses four of the paper's specimens in turn. As on the real board, one converter reads the
 two channels alternately, 13 ms apart, each conversion averaging over 11 ms, with the AD7746's noise
@@ -10,6 +11,7 @@ and 24-bit codes; the hand trembles at 4 to 11 Hz. Everything is seeded.
 import math
 import random
 import sys
+import zlib
 
 MODULI_MPA = (0.143, 0.515, 1.54, 8.68)  # Table I: 30 OO, 70 OO, 40 A, 70 A
 RIGID_RATIO = 10.0  # k_h / k_s
@@ -61,5 +63,18 @@ def lines() -> list[str]:
     return result
 
 
+def described(rows: bytes) -> str:
+    """Return the sidecar of the rows."""
+    from palpate.ad7746.datasheet import SATURATED_PF
+    from palpate.recording import sidecar
+
+    count = rows.count(b"\n") - 1
+    end = {"rows": count, "dropped": 0, "clean": True, "bytes": len(rows), "crc32": zlib.crc32(rows)}
+    device = {"name": "simulated probe, tests/data/make_four_specimens.py", "full_scale_pF": SATURATED_PF}
+    parts = {"device": device, "settings": {}, "notes": [], "marks": []}
+    return sidecar.text_of({"schema": sidecar.SCHEMA, **parts, "end": end})
+
+
 if __name__ == "__main__":
-    sys.stdout.write("\n".join(lines()) + "\n")
+    text = "\n".join(lines()) + "\n"
+    sys.stdout.write(described(text.encode()) if sys.argv[1:] == ["--sidecar"] else text)

@@ -29,9 +29,9 @@ def samples(draw: st.DrawFn) -> Sample:
 def test_every_bit_comes_back(given_samples: list[Sample], tally: Tally) -> None:
     tally.count("rows of a recording")
     block = block_of(given_samples)
-    lines = format_rows(block).decode().splitlines()
-    assert all(is_whole(line) for line in lines)
-    for before, after in zip(given_samples, samples_of(parse_rows(lines)), strict=True):
+    data = format_rows(block)
+    assert all(is_whole(line) for line in data.splitlines())
+    for before, after in zip(given_samples, samples_of(parse_rows(data)), strict=True):
         assert after[:5] == before[:5]
         assert [after.hard.hex(), after.soft.hex()] == [before.hard.hex(), before.soft.hex()]
         assert after.status == before.status
@@ -39,18 +39,18 @@ def test_every_bit_comes_back(given_samples: list[Sample], tally: Tally) -> None
 
 @given(samples())
 def test_a_row_that_lost_any_part_of_its_end_shows_it(sample: Sample) -> None:
-    line = format_rows(block_of([sample])).decode().rstrip("\n")
+    line = format_rows(block_of([sample])).rstrip(b"\n")
     assert is_whole(line)
     assert not any(is_whole(line[:length]) for length in range(len(line)))
 
 
 def test_a_code_outweighs_the_rounded_value_beside_it() -> None:
-    [row] = parse_rows(["0,0,0,8451872,-1,0.03,0.03,0"])
+    [row] = parse_rows(b"0,0,0,8451872,-1,0.03,0.03,0\n")
     assert (row["hard"], row["soft"]) == (0.030890625, 0.03)
 
 
 def test_empty_cells_of_a_spreadsheet_are_nan() -> None:
-    [row] = parse_rows(["0,0.5,0.6,-1,-1,,,8"])
+    [row] = parse_rows(b"0,0.5,0.6,-1,-1,,,8")
     assert np.isnan([row["hard"], row["soft"]]).all()
 
 
@@ -74,5 +74,5 @@ def test_what_is_wrong_with_a_row(column: str, cell: str) -> None:
     good = ",".join(cells.values())
     bad = ",".join({**cells, column: cell}.values())
     with pytest.raises(RowError, match=r"is not a valid value for column|cells, allowed: 8") as caught:
-        parse_rows([good, good, bad, good])
+        parse_rows(f"{good}\n{good}\n{bad}\n{good}".encode())
     assert caught.value.number == 2
