@@ -68,11 +68,8 @@ def described(rows: bytes) -> str:
     from palpate.ad7746.datasheet import SATURATED_PF
     from palpate.recording import sidecar
 
-    count = rows.count(b"\n") - 1
-    end = {"rows": count, "dropped": 0, "clean": True, "bytes": len(rows), "crc32": zlib.crc32(rows)}
     device = {"name": "simulated probe, tests/data/make_four_specimens.py", "full_scale_pF": SATURATED_PF}
-    parts = {"device": device, "settings": {}, "notes": [], "marks": []}
-    return sidecar.text_of({"schema": sidecar.SCHEMA, **parts, "end": end})
+    return sidecar.text_of({**sidecar.made(device, rows.count(b"\n") - 1, rows), "versions": {}})
 
 
 if __name__ == "__main__":

@@ -8,12 +8,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import Sample
 from palpate.ad7746 import datasheet
-from palpate.recording.rows import COLUMNS, RowError, format_rows, is_whole, parse_rows
+from palpate.recording.rows import COLUMNS, RowError, format_rows, is_whole, parse_rows, unreadable
 from palpate.samples import block_of, samples_of
 from tally import Tally
 
 TIMES = st.one_of(st.integers(-(10**12), 10**13), st.integers(-(2**63) + 1, 2**63 - 1))
 VALUES = st.one_of(st.floats(allow_nan=False, allow_infinity=False), st.just(math.nan))
+PIECES = [
+    b" ",
+    b"+",
+    b"-",
+    b"1e5",
+    b".",
+    b",",
+    b"_",
+    b"inf",
+    b"NAN",
+    b"\t",
+    b"\x0b",
+    b"\x1c",
+    b"\0",
+    b"\r",
+    b"99999999999",
+]
 CODES = st.integers(0, datasheet.LAST_CODE)
 
 
@@ -76,3 +93,27 @@ def test_what_is_wrong_with_a_row(column: str, cell: str) -> None:
     with pytest.raises(RowError, match=r"is not a valid value for column|cells, allowed: 8") as caught:
         parse_rows(f"{good}\n{good}\n{bad}\n{good}".encode())
     assert caught.value.number == 2
+
+
+ROW = b"7,0.500000000,0.600000000,8388608,-1,-0.25,nan,0"
+MUTATIONS = st.lists(
+    st.tuples(st.integers(0, len(ROW)), st.integers(0, 3), st.binary(max_size=2) | st.sampled_from(PIECES)), max_size=4
+)
+
+
+@given(MUTATIONS)
+def test_a_line_is_a_row_for_the_block_parser_and_alone(mutations: list[tuple[int, int, bytes]], tally: Tally) -> None:
+    """What one takes the other takes: damage beside a row does not decide whether the row can be read."""
+    tally.count("lines that are rows or not")
+    line = ROW
+    for at, cut, new in mutations:
+        line = line[:at] + new + line[at + cut :]
+    line = line.replace(b"\n", b"\r")
+    try:
+        block = parse_rows(ROW + b"\n" + line + b"\n")
+    except RowError as error:
+        assert error.number == 1
+        assert unreadable(line.removesuffix(b"\r")) == str(error)
+    else:
+        assert unreadable(line.removesuffix(b"\r")) is None
+        assert len(block) == 2

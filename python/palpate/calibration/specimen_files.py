@@ -5,7 +5,9 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import CalibrationError
+from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.table import to_number
 from palpate.samples import Block
@@ -107,11 +109,15 @@ def write_session(folder: Path, recordings: Mapping[str, Block], moduli: Mapping
     """
     paths = {name: folder / f"{name.replace(' ', '')}.csv" for name in recordings}
     table = folder / "moduli.csv"
-    if there := [path for path in [*paths.values(), table] if path.exists()]:
+    beside = [sidecar.sidecar_path(path) for path in paths.values()]
+    if there := [path for path in [*paths.values(), *beside, table] if path.exists()]:
         raise FileExistsError(f"{there[0]} already exists")
     folder.mkdir(parents=True, exist_ok=True)
     for name, path in paths.items():
-        path.write_bytes(HEADER.encode() + format_rows(recordings[name]))
+        data = HEADER.encode() + format_rows(recordings[name])
+        path.write_bytes(data)
+        device = {"name": "simulated probe", "full_scale_pF": SATURATED_PF}
+        sidecar.save(sidecar.sidecar_path(path), sidecar.made(device, len(recordings[name]), data))
     rows = "".join(f"{name},{moduli[name]!r}\n" for name in recordings)
     table.write_text(f"specimen,modulus_MPa\n{rows}", encoding="utf-8")
     return [*paths.values(), table]

@@ -61,13 +61,17 @@ def _checked(file: Path, repair: bool, yes: bool, table: dict[str, Any]) -> "Ver
     from palpate.recording.verification import check as look
 
     report = look(file, repair=repair, remove_damage=yes, **table)
-    if repair and not yes and report.damaged and not report.running and sys.stdin.isatty():
+    if repair and not yes and report.damaged and not report.running and _is_terminal():
         size, places = sum(place.bytes for place in report.damaged), len(report.damaged)
         where = "1 place" if places == 1 else f"{places} places"
         question = f"{file}: {size:,} bytes in {where} are no rows. Remove them, and keep them in a file?"
         if click.confirm(question, err=True):
             return look(file, repair=True, remove_damage=True)
     return report
+
+
+def _is_terminal() -> bool:
+    return sys.stdin.isatty()
 
 
 def _code(reports: "list[Verification]", unreadable: list[RecordingError]) -> int:

@@ -164,15 +164,15 @@ def _open(known: Known, seen: Pass, rows: int) -> Integrity:
 def _unended(known: Known, verified: int, rows: int) -> str:
     part = f"the first {verified:,} of {rows:,} rows are verified" if verified else "no row is verified"
     if known.running:
-        return f"still being recorded, no end yet: {part}"
+        return f"still being recorded: only the rows written until now are there; {part}"
     why = "" if known.seal else " (it has no checkpoint)"
     return f"no end in the sidecar: the recording was not closed; {part}{why}; palpate check --repair writes an end"
 
 
 def _changed(what: str) -> str:
     return (
-        f"rows were changed after they were written, or the sidecar is that of another recording (checksum of {what} "
-        "differs): results may be wrong; take the file from a copy"
+        "the rows were changed after they were written, or the sidecar belongs to another recording (checksum of "
+        f"{what} differs): results may be wrong; take the file from a copy"
     )
 
 

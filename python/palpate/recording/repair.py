@@ -201,9 +201,7 @@ def _document(recording: Recorded, done: str) -> dict[str, Any]:
 
 def _unknown(recording: Recorded) -> dict[str, Any]:
     """Return the sidecar of a recording that has lost its own."""
-    device = {**recording.describe(), "full_scale_pF": recording.full_scale_pF}
-    found = sidecar.fresh(device, {}, [])
-    return {name: part for name, part in found.items() if name not in ("started", "clock")}
+    return sidecar.made({**recording.describe(), "full_scale_pF": recording.full_scale_pF}, 0, b"")
 
 
 def _done(recording: Recorded, damage: list[Damage], torn: str) -> str:
