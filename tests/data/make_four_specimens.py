@@ -11,7 +11,6 @@ and 24-bit codes; the hand trembles at 4 to 11 Hz. Everything is seeded.
 import math
 import random
 import sys
-import zlib
 
 MODULI_MPA = (0.143, 0.515, 1.54, 8.68)  # Table I: 30 OO, 70 OO, 40 A, 70 A
 RIGID_RATIO = 10.0  # k_h / k_s

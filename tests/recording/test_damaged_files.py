@@ -16,6 +16,11 @@ from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER
 from recording_bench import record, sample, tear
 
+CHANGED = (
+    "the rows were changed after they were written, or the sidecar belongs to another recording (checksum of {} differs): "
+    "results may be wrong; take the file from a copy"
+)
+
 
 def test_a_whole_recording(tmp_path: Path) -> None:
     report = check(record(tmp_path / "run.csv", [sample(i) for i in range(300)]))
@@ -47,8 +52,7 @@ def test_rows_that_were_tampered_with(tmp_path: Path) -> None:
     report = check(path)
     assert not report.clean
     assert report.faults == (
-        "the rows were changed after they were written, or the sidecar belongs to another recording (checksum of the 6 "
-        "rows differs): results may be wrong; take the file from a copy",
+        CHANGED.format("the 6 rows"),
         "2 rows out of order: their seq does not rise",
         "time goes back at 2 rows",
         "1 rows have codes of more than 24 bits",

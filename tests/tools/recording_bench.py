@@ -63,12 +63,9 @@ def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any
     if not end:
         document = sidecar.load(path) or {}
         written = document.pop("end")
-        synced = b"".join(path.read_bytes().splitlines(keepends=True)[: max(written["rows"], 1)])
-        document["checkpoint"] = {
-            "rows": max(written["rows"] - 1, 0),
-            "bytes": len(synced),
-            "crc32": zlib.crc32(synced),
-        }
+        if rows := written["rows"]:
+            synced = b"".join(path.read_bytes().splitlines(keepends=True)[:rows])
+            document["checkpoint"] = {"rows": rows - 1, "bytes": len(synced), "crc32": zlib.crc32(synced)}
         sidecar.save(sidecar.sidecar_path(path), document)
     return path
 
