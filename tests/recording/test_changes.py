@@ -14,6 +14,7 @@ from palpate import check, read
 from palpate.cli import main
 from tally import Tally
 
+pytestmark = pytest.mark.usefixtures("quick_disk")
 ROWS, SYNCED = 40, 35
 PARTS = 5
 CHANGES = (10_000 if NIGHTLY else 500) // PARTS

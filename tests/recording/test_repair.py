@@ -15,6 +15,7 @@ from palpate.recording import repair, sidecar
 from palpate.recording.rows import HEADER
 from tally import Tally
 
+pytestmark = pytest.mark.usefixtures("quick_disk")
 ROWS, SYNCED = 60, 50
 TRIES = 1000 if NIGHTLY else 50
 

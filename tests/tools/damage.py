@@ -63,12 +63,12 @@ def _inserted(data: bytes, random: Random) -> bytes:
 
 def _merged(data: bytes, random: Random) -> bytes:
     ends = [i for i, byte in enumerate(data) if byte == ord("\n")]
-    at = random.choice(ends)
+    at = random.choice(ends or [0])
     return data[:at] + data[at + 1 :]
 
 
 def _ended(data: bytes, random: Random) -> bytes:
-    return data[: random.randrange(1, len(data))] + bytes(random.choice((0, 0, 1, 512, 9000)))
+    return data[: random.randrange(len(data))] + bytes(random.choice((0, 0, 1, 512, 9000)))
 
 
 DAMAGES: dict[str, Callable[[bytes, Random], bytes]] = {
