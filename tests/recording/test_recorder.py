@@ -12,7 +12,7 @@ import pytest
 from palpate import RecordingError, Source, check
 from palpate import open as open_source
 from palpate.recording import recorder as recorder_module
-from palpate.recording import sidecar
+from palpate.recording import row_file, sidecar, sidecar_file
 from palpate.recording.filelock import is_locked
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER
@@ -103,7 +103,7 @@ def full_after(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         return len(data)
 
-    monkeypatch.setattr(recorder_module, "_write", write)
+    monkeypatch.setattr(row_file, "write", write)
 
 
 def test_a_full_disk_is_said_and_leaves_whole_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -145,7 +145,7 @@ def test_a_sidecar_that_cannot_be_written_is_said(tmp_path: Path, monkeypatch: p
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
     recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
-    monkeypatch.setattr(sidecar, "save", refuse)
+    monkeypatch.setattr(sidecar_file, "_replace", refuse)
     with pytest.raises(RecordingError, match="cannot be written: Input/output error"):
         recorder.note("lost")
     with pytest.raises(RecordingError, match="cannot be written: Input/output error"):

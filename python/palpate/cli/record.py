@@ -82,8 +82,9 @@ def record(
             session.run()
         except PalpateError as error:
             failure = error
-    if stream.recorder:
-        session.report(file, as_json, failure)
+    if recorder := stream.recorder:
+        written = file if recorder.path.name == file.name else recorder.path  # of a rescue recording: where it is
+        session.report(written, as_json, failure)
     if failure:
         raise failure
     if signals:

@@ -10,6 +10,8 @@ from palpate.sources import Source
 from palpate.stream.estimate import StreamCounters
 from palpate.stream.reader import Reader
 
+_LONGEST = 2000  # characters of an error in the sidecar
+
 
 class RecordingSlot:
     """Begins and ends the recordings of a stream.
@@ -75,17 +77,18 @@ class RecordingSlot:
     def close(self, error: BaseException | None) -> None:
         """Close the recording at the end of the measurement, and store the error that ended it."""
         if recorder := self.recorder:
-            recorder.close(lambda: self._counted(self._counters(), recorder), _told(error))
+            told = None if error is None or error is recorder.error else _told(error)  # the recorder knows its own
+            recorder.close(lambda: self._counted(self._counters(), recorder), told)
 
     def _new(self, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
         settings = {"scene": self._tracker.scene, **self._tracker.settings}
-        return Recorder(path, self._source.describe(), settings, notes)
+        return Recorder(path, self._source.describe(), settings, notes, live=self._source.live)
 
     def _counted(self, counters: StreamCounters, recorder: Recorder) -> dict[str, int]:
         """Return the counters of the samples since the recording began."""
         return counters.since(self._before) | {"recorded": recorder.rows, "unrecorded": recorder.dropped}
 
 
-def _told(error: BaseException | None) -> str | None:
+def _told(error: BaseException) -> str:
     """Return the text of an error for the recording, or its type if it has no text."""
-    return (str(error) or type(error).__name__) if error else None
+    return f"{str(error) or type(error).__name__:.{_LONGEST}}"

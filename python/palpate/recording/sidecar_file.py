@@ -1,0 +1,164 @@
+"""The sidecar of a recording in progress: saved at each change, never over the file of another program."""
+
+import errno
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from palpate.errors import RecordingError
+from palpate.files import read_bytes, replacing
+from palpate.recording import sidecar
+
+_MOST_BYTES = sidecar.LARGEST - 20_000  # the rest is for checkpoint and end
+_MOST = {"notes": sidecar.MOST_MARKS - 10, "marks": sidecar.MOST_MARKS}  # the rest is for notes of the recorder
+_NO_TEXT = (errno.EFBIG, errno.EINVAL, errno.EISDIR)  # of `read_bytes`: larger, or not a regular file
+AGAIN = "the sidecar was removed while it was recorded, and is written again"
+
+
+class SidecarFile:
+    """The sidecar of a recording in progress; may be changed from any thread.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        Absolute path of a file that does not exist.
+    document : dict
+        As from `sidecar.fresh`.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+
+    Raises
+    ------
+    FileExistsError, OSError
+        The file exists, or cannot be written.
+    ValueError
+        Too many notes, or too long ones.
+    """
+
+    def __init__(self, path: Path, document: dict[str, Any]) -> None:
+        self._lock = Lock()
+        self._document = document
+        _require_few(document, "notes")
+        self._begin(path, _small_text(document, "notes"))
+
+    def add(self, name: str, what: Any) -> None:
+        """Add a note or a mark.
+
+        Raises
+        ------
+        ValueError
+            There is no room for more; nothing is changed.
+        RecordingError
+            As `put`.
+        """
+        with self._lock:
+            longer = {**self._document, name: [*self._document[name], what]}
+            _require_few(longer, name)
+            self._save(longer, lambda document: _small_text(document, name))
+
+    def put(self, *notes: str, **entries: Any) -> None:
+        """Add notes of the recorder, set entries, and save; None removes one.
+
+        Raises
+        ------
+        RecordingError
+            Another program has changed or replaced the sidecar: it is left as it is.
+        OSError
+            The sidecar cannot be written; it is as it was before.
+        """
+        with self._lock:
+            self._save(_with(_noted(self._document, *notes), entries), _text)
+
+    def move(self, path: Path, note: str, end: dict[str, Any]) -> None:
+        """Go on in another file, with a note; the file until now gets this end, if it is still there.
+
+        Raises
+        ------
+        FileExistsError, OSError
+            The other file exists, or cannot be written; nothing is changed.
+        """
+        with self._lock:
+            before, old = self._document, self.path
+            ours = self._is_ours()
+            after = _with(_noted(before, note), {"checkpoint": None})
+            self._begin(path, _text(after))
+            self._document = after
+            if ours:
+                with suppress(OSError):
+                    sidecar.save(old, {**before, "end": end})
+
+    def discard(self) -> None:
+        """Remove the sidecar: there is no recording."""
+        self.path.unlink()
+
+    def _begin(self, path: Path, text: bytes) -> None:
+        path.open("xb").close()  # the process that creates it owns the name
+        try:
+            _replace(path, text)
+        except OSError:
+            path.unlink()
+            raise
+        self.path, self._saved = path, text
+
+    def _save(self, document: dict[str, Any], text_of: Callable[[dict[str, Any]], bytes]) -> None:
+        try:
+            if self._is_changed():
+                raise RecordingError(self.path, "was changed by another program while it was recorded")
+        except FileNotFoundError:
+            document = _noted(document, AGAIN)
+        text = text_of(document)
+        _replace(self.path, text)
+        self._document, self._saved = document, text
+
+    def _is_ours(self) -> bool:
+        try:
+            return not self._is_changed()
+        except OSError:
+            return False
+
+    def _is_changed(self) -> bool:
+        try:
+            return read_bytes(self.path, len(self._saved)) != self._saved
+        except OSError as error:
+            if error.errno in _NO_TEXT:
+                return True
+            raise
+
+
+def _require_few(document: dict[str, Any], name: str) -> None:
+    if len(document[name]) > _MOST[name]:
+        raise ValueError(
+            f"{name}: got {len(document[name])}, allowed: {_MOST[name]} in one recording; begin another one"
+        )
+
+
+def _small_text(document: dict[str, Any], name: str) -> bytes:
+    text = _text(document)
+    if len(text) > _MOST_BYTES:
+        raise ValueError(
+            f"{name}: got {len(text)} bytes of sidecar with them, allowed: {_MOST_BYTES}; begin another one"
+        )
+    return text
+
+
+def _noted(document: dict[str, Any], *notes: str) -> dict[str, Any]:
+    """Return a sidecar with more notes, each of them once."""
+    known = document["notes"]
+    return {**document, "notes": [*known, *(note for note in notes if note not in known)]}
+
+
+def _text(document: dict[str, Any]) -> bytes:
+    return sidecar.text_of(document).encode()
+
+
+def _with(document: dict[str, Any], entries: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in {**document, **entries}.items() if value is not None}
+
+
+def _replace(path: Path, text: bytes) -> None:
+    with replacing(path) as file:
+        file.write(text)
