@@ -2,6 +2,7 @@
 
 import zlib
 from collections.abc import Iterator
+from itertools import chain, groupby
 from pathlib import Path
 from typing import NamedTuple
 
@@ -122,17 +123,30 @@ def sift(piece: Piece, rows_before: int) -> tuple[bytes, list[Damage]]:
     >>> good == row + row, place.line, place.lines, place.offset, place.bytes, place.rows_before
     (True, 6, 2, 140, 10, 4)
     """
-    good, places = [], list[Damage]()
-    offset, left_out = piece.offset, piece.left_out
-    for number, line in enumerate(piece.data.split(b"\n")[:-1], piece.line):
-        size = len(line) + 1 + left_out
-        reason = f"got a line of {size} bytes" if left_out else unreadable(line.removesuffix(b"\r"))
-        if reason is None:
-            good.append(line + b"\n")
+    lines = piece.data.split(b"\n")[:-1]
+    first = f"got a line of {len(lines[0]) + piece.left_out} bytes" if piece.left_out else _reason(lines[0])
+    reasons = chain([first], map(_reason, lines[1:]))
+    good, places = list[bytes](), list[Damage]()
+    number, offset = piece.line, piece.offset
+    for is_row, group in groupby(zip(lines, reasons, strict=True), key=lambda pair: pair[1] is None):
+        alike, reason = _run(group)
+        size = sum(map(len, alike)) + len(alike) + (piece.left_out if number == piece.line else 0)
+        if is_row:
+            good += alike
         else:
-            add(places, Damage(number, 1, offset, size, rows_before + len(good), reason))
-        offset, left_out = offset + size, 0
-    return b"".join(good), places
+            places.append(Damage(number, len(alike), offset, size, rows_before + len(good), str(reason)))
+        number, offset = number + len(alike), offset + size
+    return b"".join(line + b"\n" for line in good), places
+
+
+def _run(group: Iterator[tuple[bytes, str | None]]) -> tuple[list[bytes], str | None]:
+    """Return lines, and the reason of the first one."""
+    line, reason = next(group)
+    return [line, *(line for line, _ in group)], reason
+
+
+def _reason(line: bytes) -> str | None:
+    return unreadable(line.removesuffix(b"\r"))
 
 
 def add(places: list[Damage], place: Damage) -> None:

@@ -4,7 +4,7 @@ import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -151,7 +151,10 @@ class Recorded:
         rows, self.headed = 0, False
         for piece in seen.pieces(chunk):
             rest = self._without_header(piece, damage) if piece.line == 1 else piece
-            block = self._block(rest, rows, damage)
+            try:
+                block = self._block(rest, rows, damage)
+            except RowError as error:
+                self._refuse(rest.line + error.number, str(error))
             rows += len(block)
             if len(block):
                 yield block
@@ -168,18 +171,16 @@ class Recorded:
         return piece
 
     def _block(self, piece: Piece, rows: int, damage: list[Damage] | None) -> Block:
-        try:
-            if not piece.left_out:
+        if not piece.left_out:
+            try:
                 return parse_rows(piece.data)
-        except RowError:
-            pass
+            except RowError:
+                if damage is None:
+                    raise
         good, places = sift(piece, rows)
         for place in places:
             self._damaged(place, damage)
-        try:
-            return parse_rows(good)
-        except RowError as error:
-            raise RecordingError(self.path, str(error), piece.line + error.number) from error
+        return parse_rows(good)
 
     def _last(self, seen: Pass, rows: int, damage: list[Damage] | None) -> Iterator[Block]:
         """Yield a last row without a line end; what is left then is an incomplete row, zeros of a power cut, or damage."""
@@ -198,9 +199,12 @@ class Recorded:
 
     def _damaged(self, place: Damage, damage: list[Damage] | None) -> None:
         if damage is None:
-            advice = "damaged; palpate check counts what can still be read, palpate check --repair takes the rest out"
-            raise RecordingError(self.path, f"{place.reason}: {advice}", place.line)
+            self._refuse(place.line, place.reason)
         add(damage, place)
+
+    def _refuse(self, line: int, reason: str) -> NoReturn:
+        advice = "damaged; palpate check counts what can still be read, palpate check --repair takes the rest out"
+        raise RecordingError(self.path, f"{reason}: {advice}", line)
 
 
 _BEGIN = 1 << 16  # bytes

@@ -92,16 +92,16 @@ def parse_rows(data: bytes) -> Block:
     >>> block["t_hard_ns"], block["hard"], block["soft"]
     (array([26000123]), array([0.512]), array([2.5]))
     """
-    lines = lines_of(data)
-    if not lines:
+    if not data:
         return np.zeros(0, DTYPE)
-    if not data.translate(None, _USED + b"\r\n"):  # numpy takes more bytes for blanks than `unreadable`
-        text = [line.decode("ascii") for line in lines]
+    # numpy takes more bytes for blanks than `unreadable`
+    if not data.translate(None, _USED + b"\r\n") and data.count(b"\r") == data.count(b"\r\n"):
+        text = data.decode("ascii").splitlines()
         with suppress(ValueError, InvalidOperation):
             return _parsed(text)
         with suppress(ValueError, InvalidOperation):
             return _parsed([_EMPTY.sub(",nan", line) for line in text])
-    wrong = ((number, reason) for number, line in enumerate(lines) if (reason := unreadable(line)))
+    wrong = ((number, reason) for number, line in enumerate(lines_of(data)) if (reason := unreadable(line)))
     raise RowError(*next(wrong, (0, "not rows of a recording")))
 
 
@@ -161,10 +161,9 @@ def unreadable(line: bytes) -> str | None:
     >>> unreadable(b"7,0.026,0.039,8388608,8388608,0.0,0.0,0"), unreadable(b"7,0.026,0.0")
     (None, 'got 3 cells, allowed: 8')
     """
-    cells = line.decode("latin-1").split(",")
-    if len(cells) != len(COLUMNS):
-        return f"got {len(cells)} cells, allowed: {len(COLUMNS)}"
-    for name, cell in zip(COLUMNS, cells, strict=True):
+    if (cells := line.count(b",") + 1) != len(COLUMNS):
+        return f"got {cells} cells, allowed: {len(COLUMNS)}"
+    for name, cell in zip(COLUMNS, line.decode("latin-1").split(","), strict=True):
         if not _fits(name, cell):
             return f"{_shown(cell)} is not a valid value for column {name}"
     return None
