@@ -1,6 +1,7 @@
-"""Write four-specimens.csv: a simulated recording of four touches, softest specimen first.
+"""Write four-specimens.csv: a simulated recording of four touches, softest specimen first; and its sidecar.
 
     python tests/data/make_four_specimens.py > tests/data/four-specimens.csv
+    python tests/data/make_four_specimens.py --sidecar > tests/data/four-specimens.json
 
 A hand presses four of the paper's specimens in turn. As on the real board, one converter reads the
 two channels alternately, 13 ms apart, each conversion averaging over 11 ms, with the AD7746's noise
@@ -61,5 +62,15 @@ def lines() -> list[str]:
     return result
 
 
+def described(rows: bytes) -> str:
+    """Return the sidecar of the rows."""
+    from palpate.ad7746.datasheet import SATURATED_PF
+    from palpate.recording import sidecar
+
+    device = {"name": "simulated probe, tests/data/make_four_specimens.py", "full_scale_pF": SATURATED_PF}
+    return sidecar.text_of({**sidecar.made(device, rows.count(b"\n") - 1, rows), "versions": {}})
+
+
 if __name__ == "__main__":
-    sys.stdout.write("\n".join(lines()) + "\n")
+    text = "\n".join(lines()) + "\n"
+    sys.stdout.write(described(text.encode()) if sys.argv[1:] == ["--sidecar"] else text)

@@ -3,14 +3,23 @@
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import palpate
 import pytest
+from damage import killed
 from palpate import RecordingError, Sample, Status, check, read
+from palpate.recording import sidecar
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER
 from recording_bench import record, sample, tear
+
+CHANGED = (
+    "the rows were changed after they were written, or the sidecar belongs to another recording (checksum of {} differs): "
+    "results may be wrong; take the file from a copy"
+)
 
 
 def test_a_whole_recording(tmp_path: Path) -> None:
@@ -43,7 +52,7 @@ def test_rows_that_were_tampered_with(tmp_path: Path) -> None:
     report = check(path)
     assert not report.clean
     assert report.faults == (
-        "checksum differs: the rows were changed, or the sidecar belongs to another recording",
+        CHANGED.format("the 6 rows"),
         "2 rows out of order: their seq does not rise",
         "time goes back at 2 rows",
         "1 rows have codes of more than 24 bits",
@@ -66,7 +75,8 @@ def test_an_unclean_stop_is_said_and_repaired_when_asked(tmp_path: Path, torn: i
     assert list(read(path).hard) == [sample(i).hard for i in range(4)]
     repaired = check(path, repair=True)
     assert (repaired.survey.rows, repaired.repaired, repaired.clean, repaired.faults) == (4, True, False, ())
-    assert repaired.findings[0].startswith("repaired: ")
+    assert repaired.findings[0].startswith("repaired: removed ")
+    assert "4 of 4 rows were verified before" in repaired.findings[0]
     assert left.startswith(path.read_bytes())
     assert check(path, repair=True) == repaired
     assert b",".join([b"4", b"0.104"]) not in path.read_bytes()
@@ -131,7 +141,9 @@ def _sidecar(device: str) -> str:
 def test_a_broken_sidecar_does_not_keep_the_rows_back(tmp_path: Path, text: str, message: str) -> None:
     path = record(tmp_path / "run.csv", [sample(i) for i in range(5)])
     path.with_suffix(".json").write_text(text)
-    assert check(path).faults == ("no valid sidecar: device and end of the recording are unknown",)
+    [fault] = check(path).faults
+    assert fault.startswith(f"no valid sidecar ({path.with_suffix('.json')}: ")
+    assert fault.endswith("the rows cannot be verified, the device and its range are unknown")
     recording = read(path)
     assert len(recording.hard) == 5
     assert recording.full_scale_pF == pytest.approx(4.0958, abs=1e-4)
@@ -143,8 +155,83 @@ def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:
     lines = path.read_text().splitlines(keepends=True)
     lines[20_001] = "what is this?\n"
     path.write_text("".join(lines))
-    with pytest.raises(RecordingError, match=r"run.csv, line 20002: got 1 cells, allowed: 8"):
-        check(path)
+    with pytest.raises(RecordingError, match=r"run.csv, line 20002: got 1 cells, allowed: 8: damaged; palpate check"):
+        read(path)
+    report = check(path)
+    [place] = report.damaged
+    assert (place.line, place.lines, place.bytes, place.rows_before) == (20_002, 1, 14, 20_000)
+    assert "damaged: line 20002, 14 bytes (got 1 cells, allowed: 8); 20000 rows before, 9999 after" in report.faults
+    assert report.as_dict()["damaged"][0]["line"] == 20_002
+
+
+def _edited(path: Path, edit: Callable[[dict[str, Any]], object]) -> Path:
+    document = sidecar.load(path)
+    assert document
+    edit(document)
+    sidecar.save(path.with_suffix(".json"), document)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("edit", "doubts", "rest"),
+    [
+        (lambda document: document["end"].pop("crc32"), "the end in the sidecar has no checksum, which", ""),
+        (lambda document: document["end"].update(crc32="7"), "the end in the sidecar has no checksum, which", ""),
+        (lambda document: document["end"].update(rows=[7] * 99), "5 rows in the file, but [7, 7, 7, 7, 7, 7, 7 were", ""),
+        (lambda document: document["end"].update(doubts=["as said"]), "as said", ""),
+        (lambda document: document["end"].update(clean=False, error="full"), "", "the recorder stopped with an error: full"),
+        (lambda document: document["end"].update(error="gone"), "", "the source ended with an error: gone"),
+        (lambda document: document.pop("end"), "", "no end in the sidecar: the recording was not closed; no row is verified (it"),
+    ],
+)  # fmt: skip
+def test_what_a_sidecar_says_or_does_not_say(
+    tmp_path: Path, edit: Callable[[dict[str, Any]], object], doubts: str, rest: str
+) -> None:
+    path = _edited(record(tmp_path / "run.csv", [sample(i) for i in range(5)]), edit)
+    recording = read(path)
+    [note] = recording.notes
+    assert note.startswith(doubts or rest)
+    assert recording.doubts == ((note,) if doubts else ())
+    report = check(path)
+    assert note in (*report.faults, *report.findings)
+
+
+def test_a_sidecar_that_was_edited_is_told(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(5)], full_scale_pF=4.0)
+    beside = path.with_suffix(".json")
+    beside.write_text(beside.read_text().replace('"full_scale_pF": 4.0', '"full_scale_pF": 8.0'))
+    recording = read(path)
+    assert recording.full_scale_pF == 8
+    assert recording.doubts == (
+        "the sidecar was changed after it was written (its checksum differs): device, settings, marks, end may be wrong",
+    )
+    assert check(path).faults == recording.doubts
+    assert check(path).verified == 0
+
+
+@pytest.mark.parametrize("checksum", [True, False])
+def test_a_recording_of_the_first_schema(tmp_path: Path, checksum: bool) -> None:
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(5)])
+    document = json.loads(path.with_suffix(".json").read_text())
+    for name in ("sidecar_crc32", "checkpoint"):
+        document.pop(name, None)
+    document["schema"] = "palpate-recording-1"
+    document["end"].pop("bytes")
+    if not checksum:
+        document["end"].pop("crc32")
+    path.with_suffix(".json").write_text(json.dumps(document))
+    old = "no checksum in the sidecar, which an older palpate wrote: only the number of rows is verified"
+    assert read(path).notes == (() if checksum else (old,))
+    assert (check(path).clean, check(path).verified) == (True, 5 if checksum else 0)
+    path.write_bytes(path.read_bytes().replace(b"8388610", b"8388617", 1))
+    assert bool(read(path).doubts) == checksum
+
+
+def test_a_checkpoint_that_the_file_does_not_reach(tmp_path: Path) -> None:
+    path = killed(tmp_path / "run.csv", 20, 20)
+    tear(path, 150)
+    [doubt] = read(path).doubts
+    assert doubt == "the file ends 150 bytes before its last checkpoint: rows that were written are missing"
 
 
 def test_another_loggers_table(tmp_path: Path) -> None:

@@ -8,12 +8,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import Sample
 from palpate.ad7746 import datasheet
-from palpate.recording.rows import COLUMNS, RowError, format_rows, is_whole, parse_rows
+from palpate.recording.rows import COLUMNS, RowError, format_rows, is_whole, parse_rows, unreadable
 from palpate.samples import block_of, samples_of
 from tally import Tally
 
 TIMES = st.one_of(st.integers(-(10**12), 10**13), st.integers(-(2**63) + 1, 2**63 - 1))
 VALUES = st.one_of(st.floats(allow_nan=False, allow_infinity=False), st.just(math.nan))
+PIECES = [
+    b" ",
+    b"+",
+    b"-",
+    b"1e5",
+    b".",
+    b",",
+    b"_",
+    b"inf",
+    b"NAN",
+    b"\t",
+    b"\x0b",
+    b"\x1c",
+    b"\0",
+    b"\r",
+    b"99999999999",
+]
 CODES = st.integers(0, datasheet.LAST_CODE)
 
 
@@ -29,9 +46,9 @@ def samples(draw: st.DrawFn) -> Sample:
 def test_every_bit_comes_back(given_samples: list[Sample], tally: Tally) -> None:
     tally.count("rows of a recording")
     block = block_of(given_samples)
-    lines = format_rows(block).decode().splitlines()
-    assert all(is_whole(line) for line in lines)
-    for before, after in zip(given_samples, samples_of(parse_rows(lines)), strict=True):
+    data = format_rows(block)
+    assert all(is_whole(line) for line in data.splitlines())
+    for before, after in zip(given_samples, samples_of(parse_rows(data)), strict=True):
         assert after[:5] == before[:5]
         assert [after.hard.hex(), after.soft.hex()] == [before.hard.hex(), before.soft.hex()]
         assert after.status == before.status
@@ -39,18 +56,18 @@ def test_every_bit_comes_back(given_samples: list[Sample], tally: Tally) -> None
 
 @given(samples())
 def test_a_row_that_lost_any_part_of_its_end_shows_it(sample: Sample) -> None:
-    line = format_rows(block_of([sample])).decode().rstrip("\n")
+    line = format_rows(block_of([sample])).rstrip(b"\n")
     assert is_whole(line)
     assert not any(is_whole(line[:length]) for length in range(len(line)))
 
 
 def test_a_code_outweighs_the_rounded_value_beside_it() -> None:
-    [row] = parse_rows(["0,0,0,8451872,-1,0.03,0.03,0"])
+    [row] = parse_rows(b"0,0,0,8451872,-1,0.03,0.03,0\n")
     assert (row["hard"], row["soft"]) == (0.030890625, 0.03)
 
 
 def test_empty_cells_of_a_spreadsheet_are_nan() -> None:
-    [row] = parse_rows(["0,0.5,0.6,-1,-1,,,8"])
+    [row] = parse_rows(b"0,0.5,0.6,-1,-1,,,8")
     assert np.isnan([row["hard"], row["soft"]]).all()
 
 
@@ -74,5 +91,32 @@ def test_what_is_wrong_with_a_row(column: str, cell: str) -> None:
     good = ",".join(cells.values())
     bad = ",".join({**cells, column: cell}.values())
     with pytest.raises(RowError, match=r"is not a valid value for column|cells, allowed: 8") as caught:
-        parse_rows([good, good, bad, good])
+        parse_rows(f"{good}\n{good}\n{bad}\n{good}".encode())
     assert caught.value.number == 2
+
+
+ROW = b"7,0.500000000,0.600000000,8388608,-1,-0.25,nan,0"
+MUTATIONS = st.lists(
+    st.tuples(st.integers(0, len(ROW)), st.integers(0, 3), st.binary(max_size=2) | st.sampled_from(PIECES)), max_size=4
+)
+
+
+def refusal(data: bytes) -> RowError | None:
+    try:
+        parse_rows(data)
+    except RowError as error:
+        return error
+    return None
+
+
+@given(mutations=MUTATIONS)
+def test_a_line_is_a_row_for_the_block_parser_and_alone(mutations: list[tuple[int, int, bytes]], tally: Tally) -> None:
+    """What one takes the other takes: damage beside a row does not decide whether the row can be read."""
+    tally.count("lines that are rows or not")
+    line = ROW
+    for at, cut, new in mutations:
+        line = line[:at] + new + line[at + cut :]
+    line = line.replace(b"\n", b"\r")
+    error, reason = refusal(ROW + b"\n" + line + b"\n"), unreadable(line.removesuffix(b"\r"))
+    assert (error and str(error)) == reason
+    assert error is None or error.number == 1

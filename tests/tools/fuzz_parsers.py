@@ -65,7 +65,7 @@ def own_file(data: bytes) -> None:
     with suppress(RecordingError):
         report = check(path)
         for block in recorded(path).blocks():
-            again = parse_rows(format_rows(block).decode().splitlines())
+            again = parse_rows(format_rows(block))
             assert again.tobytes() == block.tobytes()
             assert (block["status"] <= 8).all()
         assert json.dumps(report.as_dict())

@@ -2,6 +2,7 @@
 
 import math
 import time
+import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -52,7 +53,7 @@ class Scripted(Source):
 
 
 def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any) -> Path:
-    """Write a recording; without `end`, as after a kill of the process right after a checkpoint."""
+    """Write a recording; without `end`, as after a kill of the process: its last row is not in the last checkpoint."""
     recorder = Recorder(path, device, {}, [])
     for each in samples:
         while recorder.is_behind:
@@ -62,7 +63,9 @@ def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any
     if not end:
         document = sidecar.load(path) or {}
         written = document.pop("end")
-        document["checkpoint"] = {name: written[name] for name in ("rows", "bytes", "crc32")}
+        if rows := written["rows"]:
+            synced = b"".join(path.read_bytes().splitlines(keepends=True)[:rows])
+            document["checkpoint"] = {"rows": rows - 1, "bytes": len(synced), "crc32": zlib.crc32(synced)}
         sidecar.save(sidecar.sidecar_path(path), document)
     return path
 

@@ -4,8 +4,10 @@ import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import CalibrationError, listed, quoted
 from palpate.files import read_bytes
+from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.table import to_number
 from palpate.samples import Block
@@ -127,11 +129,15 @@ def write_session(folder: Path, recordings: Mapping[str, Block], moduli: Mapping
     """
     paths = {name: folder / f"{name.replace(' ', '')}.csv" for name in recordings}
     table = folder / "moduli.csv"
-    if there := [path for path in [*paths.values(), table] if path.exists() or path.is_symlink()]:
+    beside = [sidecar.sidecar_path(path) for path in paths.values()]
+    if there := [path for path in [*paths.values(), *beside, table] if path.exists() or path.is_symlink()]:
         raise FileExistsError(f"{there[0]} already exists")
     folder.mkdir(parents=True, exist_ok=True)
     for name, path in paths.items():
-        _create(path, HEADER.encode() + format_rows(recordings[name]))
+        data = HEADER.encode() + format_rows(recordings[name])
+        _create(path, data)
+        device = {"name": "simulated probe", "full_scale_pF": SATURATED_PF}
+        sidecar.save(sidecar.sidecar_path(path), sidecar.made(device, len(recordings[name]), data))
     rows = "".join(f"{name},{moduli[name]!r}\n" for name in recordings)
     _create(table, f"specimen,modulus_MPa\n{rows}".encode())
     return [*paths.values(), table]

@@ -4,7 +4,7 @@ import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -59,9 +59,10 @@ def calibrate(
 
     A recording may hold several touches, all on one specimen; the file name begins with the name of the specimen
     (30OO-2.csv belongs to "30 OO"). A touch weighs by its standard error and the scatter from touch to touch. One that is
-    only short is used if it has a standard error; with another flag it is left out, and the flag is printed. Exit
-    codes: 4, not a recording, not a table of moduli, no calibration possible, or an output exists; 5, written, but not reliable (the
-    verdict says why).
+    only short is used if it has a standard error; with another flag it is left out, and the flag is printed. What is
+    wrong with a recording is said on standard error and in the notes of --json. Exit codes: 4, not a recording, a
+    damaged one, not a table of moduli, no calibration possible, or an output exists; 5, written, but not reliable (the
+    verdict says why, or a recording is not as it was written).
 
     \b
     Example:
@@ -70,7 +71,8 @@ def calibrate(
     from palpate.calibration import characterise
 
     require_free(filter(None, [output, plot, report]), [*files, moduli], force=force)
-    specimens = _specimens(files, moduli, how, accept)
+    told = _Told([], [])
+    specimens = _specimens(files, moduli, how, accept, told)
     try:
         about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
         soft = None if free_soft_ratio else 1.0
@@ -79,11 +81,20 @@ def calibrate(
         found.save(output)
     except ValueError as error:
         raise click.UsageError(str(error)) from error
-    click.echo(_document(found, specimens, output) if as_json else _table(found, specimens))
-    sys.exit(0 if found.sound else NOT_RELIABLE)
+    click.echo(_document(found, specimens, output, told) if as_json else _table(found, specimens))
+    sys.exit(0 if found.sound and not told.doubts else NOT_RELIABLE)
 
 
-def _specimens(files: Sequence[Path], moduli: Path, how: dict[str, Any], accept: tuple[str, ...]) -> "list[Specimen]":
+class _Told(NamedTuple):
+    """Notes on the recordings; and those which say that one is not as it was written."""
+
+    notes: list[str]
+    doubts: list[str]
+
+
+def _specimens(
+    files: Sequence[Path], moduli: Path, how: dict[str, Any], accept: tuple[str, ...], told: _Told
+) -> "list[Specimen]":
     from palpate.calibration.characterise import Specimen
     from palpate.calibration.specimen_files import assign, read_moduli
 
@@ -91,7 +102,7 @@ def _specimens(files: Sequence[Path], moduli: Path, how: dict[str, Any], accept:
     assigned = assign([file for file in files if file.resolve() != moduli.resolve()], known)
     kept, carried = [], set[str]()
     for name in sorted(known, key=lambda name: known[name]):
-        found = {file: _touches(file, how) for file in assigned[name]}
+        found = {file: _touches(file, how, told) for file in assigned[name]}
         specimen = Specimen(name, known[name], [touch for touches in found.values() for touch in touches], accept)
         carried |= {flag for touch in specimen.touches for flag in touch.flags}
         if _tell(name, found, accept):
@@ -127,7 +138,7 @@ def _words(flags: tuple[str, ...]) -> str:
     return ", ".join(short if flag == "short" else flag for flag in flags)
 
 
-def _touches(file: Path, how: dict[str, Any]) -> list[Touch]:
+def _touches(file: Path, how: dict[str, Any], told: _Told) -> list[Touch]:
     from palpate import read, touches
 
     try:
@@ -138,6 +149,8 @@ def _touches(file: Path, how: dict[str, Any]) -> list[Touch]:
         raise click.UsageError(f"{file}: {str(error).splitlines()[0]}") from error
     for note in recording.notes:
         click.echo(f"{file}: {note}", err=True)
+    told.notes.extend(f"{file}: {note}" for note in recording.notes)
+    told.doubts.extend(recording.doubts)
     return found
 
 
@@ -163,7 +176,7 @@ def _table(found: "Calibration", specimens: "list[Specimen]") -> str:
     return "\n".join([*(line.rstrip() for line in lines), "", *parameters, "", found.verdict])
 
 
-def _document(found: "Calibration", specimens: "list[Specimen]", output: Path) -> str:
+def _document(found: "Calibration", specimens: "list[Specimen]", output: Path, told: _Told) -> str:
     from palpate.calibration.report import specimen_records
 
     whole = {
@@ -171,5 +184,6 @@ def _document(found: "Calibration", specimens: "list[Specimen]", output: Path) -
         **found.as_dict(),
         "sound": found.sound,
         "specimens": specimen_records(specimens),
+        "notes": told.notes,
     }
     return json.dumps(whole, indent=2, allow_nan=False)

@@ -3,7 +3,7 @@
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,25 +19,34 @@ if TYPE_CHECKING:
 @click.argument("files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @reading_options
 @click.option("--repair", is_flag=True, help="After an unclean stop: remove an incomplete last row, and write the end.")
+@click.option("--yes", is_flag=True, help="With --repair: remove damaged places, too, without a question.")
 @json_option
 def check(
-    files: tuple[Path, ...], columns: dict[str, str] | None, unit: str | None, repair: bool, as_json: bool
+    files: tuple[Path, ...],
+    columns: dict[str, str] | None,
+    unit: str | None,
+    repair: bool,
+    yes: bool,
+    as_json: bool,
 ) -> None:
     """Check that recordings are complete, without gaps and not saturated.
 
-    Exit codes: 4, a file is not a recording, or not complete; 5, samples are missing or have no usable value.
+    --repair never removes a row that can be read. What it removes is kept in NAME.torn, the files before it in
+    NAME.csv.unrepaired and NAME.json.unrepaired. More than an incomplete last row is removed only after a question, or
+    with --yes. Exit codes: 4, a file is not a recording, not complete, or not as it was written; 5, samples are missing
+    or have no usable value, or the file was repaired.
 
     \b
     Example:
       palpate check monday/*.csv
     """  # noqa: D301
-    from palpate.recording.verification import check as look
-
+    if yes and not repair:
+        raise click.UsageError("--yes: got it without --repair, allowed: both")
     reports: list[Verification] = []
     unreadable: list[RecordingError] = []
     for file in files:
         try:
-            reports.append(look(file, repair=repair, columns=columns, unit=unit))
+            reports.append(_checked(file, repair, yes, {"columns": columns, "unit": unit}))
         except ValueError as error:
             raise click.UsageError(f"{file}: {error}") from error
         except RecordingError as error:
@@ -46,6 +55,23 @@ def check(
     for wrong in unreadable:
         click.echo(f"Error: {wrong}", err=True)
     sys.exit(_code(reports, unreadable))
+
+
+def _checked(file: Path, repair: bool, yes: bool, table: dict[str, Any]) -> "Verification":
+    from palpate.recording.verification import check as look
+
+    report = look(file, repair=repair, remove_damage=yes, **table)
+    if repair and not yes and report.damaged and not report.running and _is_terminal():
+        size, places = sum(place.bytes for place in report.damaged), len(report.damaged)
+        where = "1 place" if places == 1 else f"{places} places"
+        question = f"{file}: {size:,} bytes in {where} are no rows. Remove them, and keep them in a file?"
+        if click.confirm(question, err=True):
+            return look(file, repair=True, remove_damage=True)
+    return report
+
+
+def _is_terminal() -> bool:
+    return sys.stdin.isatty()
 
 
 def _code(reports: "list[Verification]", unreadable: list[RecordingError]) -> int:

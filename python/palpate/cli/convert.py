@@ -1,11 +1,13 @@
 """`palpate convert`: a recording to Parquet, or to palpate's own CSV."""
 
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.options import json_option, reading_options
 
 if TYPE_CHECKING:
@@ -43,8 +45,10 @@ def convert(
 
     FILE is a recording, a table of another logger, or a "Binary Data.txt" of Analog Devices' program for the kit. That
     file has one channel: give the file of the other channel with --soft. Every row is kept; a row without a value is
-    marked as lost. A Parquet file has the sidecar in its metadata, under the key palpate. Exit codes: 4, not a
-    recording, or the output exists; 6, Parquet needs the extra export.
+    marked as lost. A Parquet file has the sidecar in its metadata, under the key palpate. What is wrong with the
+    recording is said on standard error, in the notes of --json, and in the sidecar of the output. Exit codes: 4, not a
+    recording, a damaged one, or the output exists; 5, converted, but the recording is not as it was written; 6, Parquet
+    needs the extra export.
 
     \b
     Example:
@@ -53,6 +57,7 @@ def convert(
       palpate convert "Binary Data.txt" --soft "Binary Data 2.txt" -o run.csv
     """  # noqa: D301
     from palpate.recording import export
+    from palpate.recording.own_file import Recorded
 
     try:
         recording = _opened(file, columns, unit, soft, period)
@@ -70,6 +75,7 @@ def convert(
         "notes": notes,
     }
     click.echo(json.dumps(document, indent=2) if as_json else f"{output}: {rows} rows")
+    sys.exit(NOT_RELIABLE if isinstance(recording, Recorded) and recording.doubts else 0)
 
 
 def _opened(
@@ -90,9 +96,7 @@ def _opened(
 
 def _notes(recording: "Recorded | Foreign | BinaryData", columns: dict[str, str] | None) -> list[str]:
     from palpate.recording import export
-    from palpate.recording.filelock import is_locked
     from palpate.recording.foreign import Foreign
-    from palpate.recording.own_file import Recorded
 
     refused = recording.survey.refused
     notes = [note for note in recording.notes if "have no value in a channel" not in note]
@@ -100,6 +104,4 @@ def _notes(recording: "Recorded | Foreign | BinaryData", columns: dict[str, str]
         notes.append(f"{refused} of {recording.survey.rows} rows have no usable value: kept, marked as lost")
     if isinstance(recording, Foreign) and (unused := export.unused_columns(recording, columns)):
         notes.append(f"columns left out: {', '.join(unused)}")
-    if isinstance(recording, Recorded) and is_locked(recording.path):
-        notes.append("still being recorded: only the rows written until now were converted")
     return notes

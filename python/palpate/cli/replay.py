@@ -45,7 +45,8 @@ def replay(
 
     Without --scene a recording made by palpate is estimated with the scene and settings of the live measurement and
     gives exactly the same results. Below the table there is a sentence for each flag: what it means, and what to do;
-    see help(palpate.Touch.flags). Exit codes: 4, not a recording; 5, no touch found.
+    see help(palpate.Touch.flags). What is wrong with the recording is said on standard error and in the notes of --json.
+    Exit codes: 4, not a recording, or a damaged one; 5, no touch found, or the recording is not as it was written.
 
     \b
     Example:
@@ -73,6 +74,7 @@ def replay(
     click.echo(document, nl=as_json)
     if not found:
         click.echo(f"{file}: no touch found: {_why_not(recording)}", err=True)
+    if not found or recording.doubts:
         sys.exit(NOT_RELIABLE)
 
 

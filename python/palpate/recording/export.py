@@ -1,6 +1,7 @@
 """Convert a recording to palpate's own CSV, or to Parquet. The output file is complete, or not written."""
 
 import os
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,7 +43,8 @@ class _OwnWriter:
     def __init__(self, file: BinaryIO, target: Path) -> None:
         self._file = file
         self._sidecar = sidecar.sidecar_path(target)
-        self._file.write(HEADER.encode())
+        self._size = self._checksum = 0
+        self._write(HEADER.encode())
 
     def __enter__(self) -> Self:
         return self
@@ -51,10 +53,15 @@ class _OwnWriter:
         """Do nothing: the file is closed when it takes its name."""
 
     def write(self, block: Block) -> None:
-        self._file.write(format_rows(block))
+        self._write(format_rows(block))
+
+    def _write(self, data: bytes) -> None:
+        self._size += self._file.write(data)
+        self._checksum = zlib.crc32(data, self._checksum)
 
     def finish(self, document: dict[str, Any]) -> None:
-        sidecar.save(self._sidecar, document)
+        written = {"bytes": self._size, "crc32": self._checksum}
+        sidecar.save(self._sidecar, {**document, "end": document["end"] | written})
 
 
 class _ParquetWriter:
@@ -191,7 +198,20 @@ def _document(recording: Recorded | Foreign | BinaryData, rows: int) -> dict[str
     document = dict(known) if known else sidecar.fresh(recording.describe(), {}, [])
     made = f"converted from {recording.path.name} by palpate {__version__}"
     document["notes"] = [*document.get("notes", []), *([] if known else recording.notes), made]
-    unclean = {"rows": rows, "dropped": 0, "clean": False, "repaired": "converted from a recording without an end"}
-    own = isinstance(recording, Recorded)
-    document["end"] = document.get("end", unclean if own else {"rows": rows, "dropped": 0, "clean": True})
-    return document
+    document["schema"] = sidecar.SCHEMA
+    document.pop("checkpoint", None)
+    end = {"dropped": 0, "clean": True, **document.get("end", {}), "rows": rows}
+    if isinstance(recording, Recorded):
+        end |= _history(recording)
+    return {**document, "end": end}
+
+
+def _history(recording: Recorded) -> dict[str, Any]:
+    """Return what the end of the output says of its source: a checksum of the output alone would hide it."""
+    found, before = recording.integrity, recording.known.end
+    old = before.get("doubts", [])
+    doubts = [text if text in old else f"before the conversion: {text}" for text in found.doubts]
+    history: dict[str, Any] = {"verified": found.verified} if found.verified < recording.survey.rows else {}
+    if found.limits and "repaired" not in before:
+        history |= {"clean": False, "repaired": f"converted from {recording.path.name}: {'; '.join(found.limits)}"}
+    return history | ({"doubts": doubts} if doubts else {})

@@ -37,7 +37,7 @@ class Foreign:
     """
 
     document = None
-    torn_bytes = 0
+    doubts: tuple[str, ...] = ()
 
     def __init__(
         self,

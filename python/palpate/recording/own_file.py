@@ -2,22 +2,23 @@
 
 import math
 import os
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import RecordingError
-from palpate.files import open_regular
 from palpate.recording import sidecar
-from palpate.recording.rows import HEADER, RowError, is_whole, parse_rows
+from palpate.recording.integrity import Integrity, judge, known_of
+from palpate.recording.lines import LONGEST_ROW, Damage, Pass, Piece, add, begin_of, sift
+from palpate.recording.rows import HEADER, RowError, is_whole, parse_rows, unreadable
 from palpate.recording.survey import Survey
 from palpate.samples import Block
 
 _CHUNK = 1 << 20  # bytes: some 10,000 rows
+_NONE = Integrity((), (), (), 0)
 
 
 class Recorded:
@@ -30,14 +31,16 @@ class Recorded:
     Attributes
     ----------
     path : pathlib.Path
-    document : dict or None
-        The sidecar; None without one.
+    known : Known
+        What the sidecar says; read once, when the recording is opened.
     survey : Survey
         Counts over the blocks of the last `blocks()`.
+    seen : Pass
+        The bytes of the last `blocks()`.
     torn_bytes : int
         Bytes after the last complete row, after `blocks()`: the recording was not closed.
-    checksum : int
-        CRC-32 of the complete rows, after `blocks()`.
+    headed : bool
+        Whether the first line is the header, after `blocks()`.
 
     Raises
     ------
@@ -55,26 +58,27 @@ class Recorded:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path: Path = Path(path)
-        self.document: dict[str, Any] | None = None
-        self.survey: Survey = Survey()
-        self.torn_bytes: int = 0
-        self.checksum: int = 0
-        self._notes: list[str] = []
-        try:
-            self.document = sidecar.load(self.path)
-        except RecordingError as error:
-            self._notes.append(f"sidecar not used: {error}")
         if not is_own(self.path):
             raise RecordingError(
                 self.path, f"not a recording made by palpate; its first line has to be {HEADER.strip()}"
             )
+        self.known = known_of(self.path)
+        self.survey: Survey = Survey()
+        self.seen = Pass(self.path)
+        self.torn_bytes: int = 0
+        self.headed: bool = False
+
+    @property
+    def document(self) -> dict[str, Any] | None:
+        """The sidecar; None without a valid one."""
+        return self.known.document
 
     @property
     def full_scale_pF(self) -> float:
         """Full scale from the sidecar, pF; without one that of the AD7746 if the first row has a code, else inf."""
         if self.document is not None:
             return float(self.document["device"].get("full_scale_pF", math.inf))
-        first = next(self._parsed(4096), None)
+        first = next(self._parsed(Pass(self.path), 4096, []), None)
         return SATURATED_PF if first is not None and first["hard_raw"][0] >= 0 else math.inf
 
     @property
@@ -93,6 +97,16 @@ class Recorded:
         return sidecar.tares_of(self.document or {})
 
     @property
+    def integrity(self) -> Integrity:
+        """Whether the recording is as it was written; known after `blocks()`."""
+        return judge(self.known, self.seen, self.survey.rows) if self.seen.complete else _NONE
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What is not as it was written, after `blocks()`: results may be wrong. They are in `notes`, too."""
+        return self.integrity.doubts
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the data; complete after `blocks()`."""
         survey = self.survey
@@ -105,71 +119,111 @@ class Recorded:
             "the last row is incomplete (no line end): left out": self.torn_bytes,
         }
         told = [str(note) for note in (self.document or {}).get("notes", []) if str(note).startswith(sidecar.BEGUN)]
-        return (*self._notes, *told, *(note for note, holds in notes.items() if holds))
+        found = self.integrity
+        whole = (*found.doubts, *found.limits, *found.remarks)
+        return (*whole, *told, *(note for note, holds in notes.items() if holds))
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""
         return dict(self.document["device"]) if self.document else {"name": "recording", "file": self.path.name}
 
-    def blocks(self) -> Iterator[Block]:
+    def blocks(self, damage: list[Damage] | None = None) -> Iterator[Block]:
         """Yield the samples in blocks of some thousand.
+
+        Parameters
+        ----------
+        damage : list of Damage, optional
+            Damaged places are left out and added to this list. Without it, the first one is an error.
 
         Yields
         ------
         numpy.ndarray, shape (n,), of `palpate.SampleRing.dtype`
         """
         self.survey = Survey()
+        self.seen = Pass(self.path, self.known.marked)
         tares = sorted(self.tares)
-        for block in self._parsed(_CHUNK):
+        for block in self._parsed(self.seen, _CHUNK, damage):
             self.survey.add(block)
             cuts = np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1
             yield from np.split(block, cuts)
 
-    def _parsed(self, chunk: int) -> Iterator[Block]:
-        first = 2
-        for lines in self._lines(chunk):
+    def _parsed(self, seen: Pass, chunk: int, damage: list[Damage] | None) -> Iterator[Block]:
+        rows, self.headed = 0, False
+        for piece in seen.pieces(chunk):
+            rest = self._without_header(piece, damage) if piece.line == 1 else piece
             try:
-                block = parse_rows(lines)
+                block = self._block(rest, rows, damage)
             except RowError as error:
-                raise RecordingError(self.path, str(error), first + error.number) from error
-            first += len(lines)
+                self._refuse(rest.line + error.number, str(error))
+            rows += len(block)
             if len(block):
                 yield block
+        yield from self._last(seen, rows, damage)
 
-    def _lines(self, chunk: int) -> Iterator[list[str]]:
-        with open_regular(self.path) as file:
-            header = file.readline()
-            taken = len(header) if header.endswith(b"\n") else 0
-            self.checksum = zlib.crc32(header[:taken])
-            rest, zero = b"", b""
-            while not zero and (data := file.read(chunk)):
-                data, zero, _ = (rest + data).partition(b"\0")  # a power cut can leave zeros at the end of a file
-                whole, end, rest = data.rpartition(b"\n")
-                taken += len(whole + end)
-                self.checksum = zlib.crc32(whole + end, self.checksum)
-                if whole:
-                    yield self._text(whole).splitlines()
-            if is_whole(self._text(rest)):
-                taken += len(rest)
-                self.checksum = zlib.crc32(rest, self.checksum)
-                yield [self._text(rest)]
-        self.torn_bytes = self.path.stat().st_size - taken
+    def _without_header(self, piece: Piece, damage: list[Damage] | None) -> Piece:
+        first, _, rest = piece.data.partition(b"\n")
+        line = first.removesuffix(b"\r")
+        self.headed = line == HEADER.strip().encode()
+        if self.headed:
+            return Piece(rest, len(first) + 1, 2, 0)
+        if unreadable(line) is None:
+            self._damaged(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
+        return piece
 
-    def _text(self, data: bytes) -> str:
-        try:
-            return data.decode("ascii")
-        except UnicodeDecodeError as error:
-            raise RecordingError(self.path, f"not a recording: {error}") from error
+    def _block(self, piece: Piece, rows: int, damage: list[Damage] | None) -> Block:
+        if not piece.left_out:
+            try:
+                return parse_rows(piece.data)
+            except RowError:
+                if damage is None:
+                    raise
+        good, places = sift(piece, rows)
+        for place in places:
+            self._damaged(place, damage)
+        return parse_rows(good)
+
+    def _last(self, seen: Pass, rows: int, damage: list[Damage] | None) -> Iterator[Block]:
+        """Yield a last row without a line end; what is left then is an incomplete row, zeros of a power cut, or damage."""
+        last = seen.tail.partition(b"\0")[0]
+        begin = seen.tail_offset
+        if is_whole(last):
+            if begin == 0:
+                self._damaged(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
+            yield parse_rows(last)
+            begin, rows = begin + len(last), rows + 1
+        self.torn_bytes = seen.size - begin
+        if seen.filled - begin > LONGEST_ROW:
+            self.torn_bytes = 0
+            reason = f"{seen.size - begin} bytes without a line end"
+            self._damaged(Damage(seen.tail_line, 1, begin, seen.size - begin, rows, reason), damage)
+
+    def _damaged(self, place: Damage, damage: list[Damage] | None) -> None:
+        if damage is None:
+            self._refuse(place.line, place.reason)
+        add(damage, place)
+
+    def _refuse(self, line: int, reason: str) -> NoReturn:
+        advice = "damaged; palpate check counts what can still be read, palpate check --repair takes the rest out"
+        raise RecordingError(self.path, f"{reason}: {advice}", line)
+
+
+_BEGIN = 1 << 16  # bytes
 
 
 def is_own(path: Path) -> bool:
-    """Return whether a file is a recording made by palpate, from its first line or its sidecar."""
-    try:
-        with open_regular(path) as file:
-            line = file.readline(2 * len(HEADER))
-    except OSError as error:
-        raise RecordingError(path, f"cannot be read: {error.strerror}") from error
-    if line.rstrip(b"\r\n") == HEADER.strip().encode():
+    """Return whether a file is a recording made by palpate.
+
+    Its first line is the header. If it has a sidecar, the header may be damaged, as long as there are rows; or it was
+    stopped before its first row.
+    """
+    begin = begin_of(path, _BEGIN)
+    first, *others = begin.split(b"\n")
+    if first.removesuffix(b"\r") == HEADER.strip().encode():
         return True
-    # Stopped before the first row was written.
-    return HEADER.encode().startswith(line) and path.suffix == ".csv" and sidecar.sidecar_path(path).is_file()
+    try:
+        if sidecar.load(path) is None:
+            return False
+    except RecordingError:
+        return False
+    stopped = HEADER.encode().startswith(begin.rstrip(b"\0"))
+    return stopped or any(unreadable(line.removesuffix(b"\r")) is None for line in others)

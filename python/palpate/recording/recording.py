@@ -38,6 +38,8 @@ class Recording:
         Readings of this magnitude are saturated: that of the AD7746 in palpate's own files, else inf.
     host_stamps : bool
         Whether the times are those of the arrival at the computer; False if it is not known.
+    doubts : tuple of str
+        Those of the notes that say that the file is not as it was written: results may be wrong.
 
     Examples
     --------
@@ -53,6 +55,7 @@ class Recording:
     notes: tuple[str, ...] = ()
     full_scale_pF: float = math.inf
     host_stamps: bool = False
+    doubts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Convert the fields to arrays, and check them."""
@@ -128,7 +131,7 @@ def _own(recorded: Recorded) -> Recording:
     block = np.concatenate([np.zeros(0, DTYPE), *recorded.blocks()])
     times = (block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9)
     values = usable(block, recorded.full_scale_pF)
-    return Recording(*times, *values, recorded.notes, recorded.full_scale_pF, recorded.host_stamps)
+    return Recording(*times, *values, recorded.notes, recorded.full_scale_pF, recorded.host_stamps, recorded.doubts)
 
 
 def _check(wanted: Mapping[str, str | int], unit: str | None) -> None:

@@ -90,16 +90,16 @@ def _whole_rows(lost: RowFile) -> Iterator[bytes]:
         rest = b""
         while data := lost.file.read(_CHUNK):
             *lines, rest = (rest + data).split(b"\n")
-            whole = _leading([line.decode("ascii", "replace") for line in lines], newest)
+            whole = _leading(lines, newest)
             yield b"".join(line + b"\n" for line in lines[:whole])
             if whole < len(lines):
                 return
 
 
-def _leading(lines: list[str], newest: float) -> int:
+def _leading(lines: list[bytes], newest: float) -> int:
     """Return how many lines at the begin are rows older than a sample."""
     try:
-        old = parse_rows(lines)["seq"] < newest
+        old = parse_rows(b"".join(line + b"\n" for line in lines))["seq"] < newest
         return len(lines) if old.all() else int(old.argmin())
     except RowError as error:
         return _leading(lines[: error.number], newest)

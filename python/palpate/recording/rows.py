@@ -3,7 +3,6 @@
 import re
 from contextlib import suppress
 from decimal import Decimal, InvalidOperation
-from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,8 +66,20 @@ def _seconds(ns: int) -> str:
     return f"{'-' if ns < 0 else ''}{whole}.{rest:09d}"
 
 
-def parse_rows(lines: list[str]) -> Block:
-    """Return lines as samples; capacitances are computed from the codes, if a row has codes.
+def lines_of(data: bytes) -> list[bytes]:
+    r"""Split bytes at the line ends; those of Windows are understood.
+
+    Examples
+    --------
+    >>> lines_of(b"1\r\n2\n\n3")
+    [b'1', b'2', b'', b'3']
+    """
+    lines = data.split(b"\n")
+    return [line.removesuffix(b"\r") for line in (lines if lines[-1] else lines[:-1])]
+
+
+def parse_rows(data: bytes) -> Block:
+    r"""Return lines as samples; capacitances are computed from the codes, if a row has codes.
 
     Raises
     ------
@@ -77,28 +88,38 @@ def parse_rows(lines: list[str]) -> Block:
 
     Examples
     --------
-    >>> block = parse_rows(["7,0.026000123,0.039,9437184,-1,0,2.5,0"])
+    >>> block = parse_rows(b"7,0.026000123,0.039,9437184,-1,0,2.5,0\n")
     >>> block["t_hard_ns"], block["hard"], block["soft"]
     (array([26000123]), array([0.512]), array([2.5]))
     """
-    if not lines:
+    if not data:
         return np.zeros(0, DTYPE)
-    with suppress(ValueError, InvalidOperation):
-        return _parsed(lines)
-    try:
-        return _parsed([_EMPTY.sub(",nan", line) for line in lines])
-    except (ValueError, InvalidOperation):
-        _explain(lines)
+    # numpy takes more bytes for blanks than `unreadable`
+    if not data.translate(None, _USED + b"\r\n") and data.count(b"\r") == data.count(b"\r\n"):
+        text = data.decode("ascii").splitlines()
+        with suppress(ValueError, InvalidOperation):
+            return _parsed(text)
+        with suppress(ValueError, InvalidOperation):
+            return _parsed([_EMPTY.sub(",nan", line) for line in text])
+    wrong = ((number, reason) for number, line in enumerate(lines_of(data)) if (reason := unreadable(line)))
+    raise RowError(*next(wrong, (0, "not rows of a recording")))
 
 
 _EMPTY = re.compile(",(?=,)")  # spreadsheets write nan as an empty cell
+_USED = b"0123456789+-., \tabcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
 def _parsed(lines: list[str]) -> Block:
     if "" in lines:
         raise ValueError("an empty line")
     text = np.loadtxt(lines, dtype=_TEXT, delimiter=",", comments=None, ndmin=1)
-    if len(text) != len(lines) or (text["status"] > LARGEST_STATUS).any() or (text["seq"] < 0).any():
+    codes = np.minimum(text["hard_raw"], text["soft_raw"])
+    if (
+        len(text) != len(lines)
+        or (text["status"] > LARGEST_STATUS).any()
+        or (text["seq"] < 0).any()
+        or codes.min() < -1
+    ):
         raise ValueError
     block = np.zeros(len(text), DTYPE)
     for name in ("seq", "hard_raw", "soft_raw", "status"):
@@ -132,38 +153,60 @@ def _exactly(text: str) -> int:
     return ns
 
 
-def is_whole(line: str) -> bool:
-    """Return whether a line without a line end is still a complete row.
+def unreadable(line: bytes) -> str | None:
+    """Return why a line is not a row; None if it is one.
 
     Examples
     --------
-    >>> is_whole("7,0.026,0.039,8388608,8388608,0.0,0.0,0"), is_whole("7,0.026,0.039,8388608,8388608,0.0,0")
+    >>> unreadable(b"7,0.026,0.039,8388608,8388608,0.0,0.0,0"), unreadable(b"7,0.026,0.0")
+    (None, 'got 3 cells, allowed: 8')
+    """
+    if (cells := line.count(b",") + 1) != len(COLUMNS):
+        return f"got {cells} cells, allowed: {len(COLUMNS)}"
+    for name, cell in zip(COLUMNS, line.decode("latin-1").split(","), strict=True):
+        if not _fits(name, cell):
+            return f"{_shown(cell)} is not a valid value for column {name}"
+    return None
+
+
+def is_whole(line: bytes) -> bool:
+    """Return whether a line without a line end is still a complete row: its last cell has one digit.
+
+    Examples
+    --------
+    >>> is_whole(b"7,0.026,0.039,8388608,8388608,0.0,0.0,0"), is_whole(b"7,0.026,0.039,8388608,8388608,0.0,0")
     (True, False)
     """
-    cells = line.split(",")
-    return len(cells) == len(COLUMNS) and len(cells[-1]) == 1 and cells[-1].isdecimal()
+    return len(line.rpartition(b",")[2]) == 1 and not unreadable(line)
 
 
-def _explain(lines: list[str]) -> NoReturn:
-    """Raise the error for the first line that is not a row."""
-    for number, line in enumerate(lines):
-        cells = line.split(",")
-        if len(cells) != len(COLUMNS):
-            raise RowError(number, f"got {len(cells)} cells, allowed: {len(COLUMNS)}")
-        for name, cell in zip(COLUMNS, cells, strict=True):
-            if not _fits(name, cell):
-                raise RowError(number, f"{cell!r} is not a valid value for column {name}")
-    raise RowError(0, "not rows of a recording")
+_SHOWN = 40  # characters
+
+
+def _shown(cell: str) -> str:
+    text = ascii(cell[:_SHOWN])
+    return text if len(cell) <= _SHOWN and len(text) <= _SHOWN + 2 else f"{text[:_SHOWN]}...'"
+
+
+_WHOLE = re.compile(r"[ \t]*[+-]?[0-9]+[ \t]*")
+_REAL = re.compile(r"[ \t]*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]+)?[ \t]*", re.IGNORECASE)
+_CAPACITANCE = re.compile(rf"{_REAL.pattern}|[ \t]*[+-]?(nan|inf|infinity)[ \t]*|", re.IGNORECASE)
 
 
 def _fits(name: str, cell: str) -> bool:
     try:
-        if name == "status":
-            return len(cell) == 1 and 0 <= int(cell) <= LARGEST_STATUS
         if name.endswith("_pF"):
-            return cell == "" or isinstance(float(cell), float)
+            return _CAPACITANCE.fullmatch(cell) is not None
         if name.endswith("_s"):
-            return len(cell) <= _LONGEST and abs(float(cell)) < _LATEST_S and isinstance(_exactly(cell), int)
-        return (-1 if name.endswith("_raw") else 0) <= int(cell) < (2**31 if name.endswith("_raw") else 2**63)
+            return bool(_REAL.fullmatch(cell)) and len(cell) <= _LONGEST and _is_time(cell)
+        return _WHOLE.fullmatch(cell) is not None and _LOWEST.get(name, 0) <= int(cell) <= _HIGHEST[name]
     except (ValueError, InvalidOperation):
         return False
+
+
+_LOWEST = {"hard_raw": -1, "soft_raw": -1}
+_HIGHEST = {"seq": 2**63 - 1, "hard_raw": 2**31 - 1, "soft_raw": 2**31 - 1, "status": LARGEST_STATUS}
+
+
+def _is_time(cell: str) -> bool:
+    return abs(float(cell)) < _LATEST_S and isinstance(_exactly(cell), int)

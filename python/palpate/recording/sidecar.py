@@ -67,6 +67,21 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
     }
 
 
+def made(device: dict[str, Any], rows: int, data: bytes) -> dict[str, Any]:
+    """Return the sidecar of a recording that was not measured but computed: the same rows give the same sidecar.
+
+    Parameters
+    ----------
+    device : dict
+    rows : int
+    data : bytes
+        The file as it is written, header included.
+    """
+    end = {"rows": rows, "dropped": 0, "clean": True, "bytes": len(data), "crc32": zlib.crc32(data)}
+    parts: dict[str, Any] = {"device": device, "settings": {}, "notes": [], "marks": [], "end": end}
+    return {"schema": SCHEMA, "versions": {"palpate": __version__}, **parts}
+
+
 def save(path: Path, document: dict[str, Any]) -> None:
     """Write or replace a sidecar atomically: a reader sees the old text or the new one."""
     text = text_of(document)

@@ -6,11 +6,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.errors import RecordingError
-from palpate.recording import sidecar
-from palpate.recording.filelock import is_locked
 from palpate.recording.foreign import Foreign, recorded
+from palpate.recording.lines import Damage
 from palpate.recording.own_file import Recorded
+from palpate.recording.repair import repair as mend
+from palpate.recording.repair import why_not
 from palpate.recording.survey import Survey
 
 
@@ -32,7 +32,11 @@ class Verification:
     faults : tuple of str
         Why the file may differ from the measured samples.
     findings : tuple of str
-        Lost, refused or saturated samples in the measurement itself.
+        Lost, refused or saturated samples in the measurement itself; and an earlier repair.
+    verified : int
+        Rows whose checksum is right.
+    damaged : tuple of Damage
+        Places in the file that are no rows.
 
     Examples
     --------
@@ -48,6 +52,8 @@ class Verification:
     repaired: bool
     faults: tuple[str, ...]
     findings: tuple[str, ...]
+    verified: int = 0
+    damaged: tuple[Damage, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields as plain values, for JSON."""
@@ -62,18 +68,26 @@ class Verification:
             **{name: value for name, value in numbers.items() if not name.endswith("_ns")},
             "faults": list(self.faults),
             "findings": list(self.findings),
+            "verified": self.verified,
+            "damaged": [place._asdict() for place in self.damaged],
         }
 
 
-def check(path: str | os.PathLike[str], *, repair: bool = False, **table: Any) -> Verification:
-    """Check whether a recording is complete, and whether samples are missing or saturated.
+def check(
+    path: str | os.PathLike[str], *, repair: bool = False, remove_damage: bool = False, **table: Any
+) -> Verification:
+    """Check whether a recording is complete and as it was written, and whether samples are missing or saturated.
 
     Parameters
     ----------
     path : path-like
     repair : bool
-        If the recording was not closed: remove an incomplete last row, and write the end into the sidecar. A file that
-        is still being recorded is not changed.
+        If the recording was not closed: remove an incomplete last row, and write the end into the sidecar. What is
+        removed is kept in NAME.torn, the files before it in NAME.csv.unrepaired and NAME.json.unrepaired. A file that
+        is still being recorded is not changed; nor is one with an end, unless it has damaged places.
+    remove_damage : bool
+        With `repair`: also remove damaged places, which are more than an incomplete last row. The rows of before and
+        after are kept, and the missing ones are a gap in `seq`.
     **table
         `columns` and `unit`, as in `palpate.read`.
 
@@ -84,7 +98,7 @@ def check(path: str | os.PathLike[str], *, repair: bool = False, **table: Any) -
     Raises
     ------
     RecordingError
-        Not a recording, or a line is not a row.
+        Not a recording, or it cannot be repaired: then all files are as they were.
 
     Examples
     --------
@@ -92,29 +106,35 @@ def check(path: str | os.PathLike[str], *, repair: bool = False, **table: Any) -
     0
     """
     recording = recorded(path, **table)
-    for _ in recording.blocks():
-        pass
     if isinstance(recording, Foreign):
+        for _ in recording.blocks():
+            pass
         findings = (*_findings(recording.survey), *recording.notes)
         return Verification(recording.path, recording.survey, None, False, False, (), findings)
-    running = is_locked(recording.path)
-    if repair and not running and recording.document is not None and "end" not in recording.document:
-        _repair(recording)
+    damage: list[Damage] = []
+    for _ in recording.blocks(damage):
+        pass
+    refused = why_not(recording, damage, remove_damage=remove_damage) if repair else ""
+    if refused is None:
+        mend(recording, damage)
         return check(path)
-    end = (recording.document or {}).get("end", {})
-    faults, findings = tuple(_faults(recording, end)), tuple(_findings(recording.survey, end))
-    clean = bool(end.get("clean")) and not faults
-    return Verification(recording.path, recording.survey, clean, running, "repaired" in end, faults, findings)
+    return _verification(recording, damage, refused)
 
 
-def _faults(recording: Recorded, end: dict[str, Any]) -> Iterator[str]:
-    if recording.document is None:
-        yield "no valid sidecar: device and end of the recording are unknown"
-    elif not end:
-        yield "no end in the sidecar: the recording was not closed, or is still running; --repair writes an end"
-    else:
-        yield from _wrong_end(recording, end)
+def _verification(recording: Recorded, damage: list[Damage], refused: str) -> Verification:
+    known, found, survey = recording.known, recording.integrity, recording.survey
+    faults = (*found.limits, *found.doubts, *_faults(recording, damage), *([refused] if refused else []))
+    findings = (*found.remarks, *_findings(survey, known.end))
+    clean = bool(known.end.get("clean")) and not faults
+    repaired = "repaired" in known.end
+    return Verification(
+        recording.path, survey, clean, known.running, repaired, faults, findings, found.verified, tuple(damage)
+    )
+
+
+def _faults(recording: Recorded, damage: list[Damage]) -> Iterator[str]:
     survey = recording.survey
+    yield from _damaged(damage, survey.rows)
     counts = {
         f"{recording.torn_bytes} bytes after the last complete row": recording.torn_bytes,
         f"{survey.disordered} rows out of order: their seq does not rise": survey.disordered,
@@ -124,25 +144,26 @@ def _faults(recording: Recorded, end: dict[str, Any]) -> Iterator[str]:
     yield from (text for text, holds in counts.items() if holds)
 
 
-def _wrong_end(recording: Recorded, end: dict[str, Any]) -> Iterator[str]:
-    rows = recording.survey.rows
-    if end.get("rows") != rows:
-        yield f"{rows} rows in the file, but {end.get('rows')} were written"
-    elif end.get("crc32", recording.checksum) != recording.checksum:
-        yield "checksum differs: the rows were changed, or the sidecar belongs to another recording"
-    if not end.get("clean") and "repaired" not in end:
-        yield f"the recorder stopped with an error: {end.get('error')}"
+_SHOWN = 3  # damaged places
+
+
+def _damaged(damage: list[Damage], rows: int) -> Iterator[str]:
+    for place in damage[:_SHOWN]:
+        last = place.line + max(place.lines, 1) - 1
+        where = f"line {place.line}" if last == place.line else f"lines {place.line} to {last}"
+        around = f"{place.rows_before} rows before, {rows - place.rows_before} after"
+        yield f"damaged: {where}, {place.bytes} bytes ({place.reason}); {around}"
+    if more := damage[_SHOWN:]:
+        yield f"damaged: {len(more)} more places, {sum(place.bytes for place in more)} bytes"
+    if damage:
+        yield "a damaged recording is not read; --repair takes out what is no row, and keeps it in a file"
 
 
 def _findings(survey: Survey, end: dict[str, Any] | None = None) -> Iterator[str]:
-    end = end or {}
-    if "repaired" in end:
-        yield f"repaired: {end['repaired']}"
-    elif end.get("error"):
-        yield f"the source ended with an error: {end['error']}"
+    dropped = (end or {}).get("dropped")
     counts = {
         f"{survey.lost} samples lost {survey.in_gaps}": survey.lost,
-        f"{end.get('dropped')} samples read but not written": end.get("dropped"),
+        f"{dropped!s:.20} samples read but not written": dropped,
         f"{survey.refused} rows without a usable value": survey.refused,
         f"{survey.excitation} of them with the excitation shorted or overloaded": survey.excitation,
         f"saturated: {survey.hard_saturated} rows in the hard channel": survey.hard_saturated,
@@ -150,17 +171,3 @@ def _findings(survey: Survey, end: dict[str, Any] | None = None) -> Iterator[str
         "no rows": survey.rows == 0,
     }
     yield from (text for text, holds in counts.items() if holds)
-
-
-def _repair(recording: Recorded) -> None:
-    """Repair a recording that was not closed: remove the incomplete row, write the end into the sidecar."""
-    try:
-        if recording.torn_bytes:
-            size = recording.path.stat().st_size - recording.torn_bytes
-            os.truncate(recording.path, size)
-        survey = recording.survey
-        what = f"removed {recording.torn_bytes} bytes of an incomplete row"
-        end = {"rows": survey.rows, "dropped": 0, "clean": False, "repaired": what, "crc32": recording.checksum}
-        sidecar.save(sidecar.sidecar_path(recording.path), {**(recording.document or {}), "end": end})
-    except OSError as error:
-        raise RecordingError(recording.path, f"cannot be repaired: {error.strerror}") from error

@@ -16,6 +16,8 @@ from palpate.sources.options import anything, checked, choice, number
 class FileSource(Source):
     """The samples of a file, as fast as possible or with the timing of the recording.
 
+    After the last sample `notify` is called with each note on the recording: what is wrong with it is known then.
+
     Parameters
     ----------
     path : str
@@ -48,6 +50,8 @@ class FileSource(Source):
                 if self._stopped.is_set():
                     return
                 yield sample
+        for note in self.recording.notes:
+            self.notify(f"{self.recording.path}: {note}")
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""
