@@ -4,6 +4,7 @@ import math
 import time
 from contextlib import suppress
 from threading import Event, RLock, Thread, current_thread
+from typing import Any
 
 from palpate._core import SampleRing
 from palpate.errors import ProtocolError, SourceTimeout
@@ -111,7 +112,7 @@ class Reader:
             self._ring.close()
             self.ready.set()
 
-    def _take(self, given: object) -> None:
+    def _take(self, given: Any) -> None:
         if not self._live and not self._has_room():
             return
         sample = self._checked(given)
@@ -126,7 +127,7 @@ class Reader:
             self._ring.push(sample)
         self.ready.set()
 
-    def _checked(self, given: object) -> Sample:
+    def _checked(self, given: Any) -> Sample:
         """Return a sample with fields of int and float that a recording can store; nothing is counted before this."""
         last = self.last.seq if self.last else -1
         try:
