@@ -194,7 +194,7 @@ def test_a_full_disk_leaves_everything_as_it_was(tmp_path: Path, monkeypatch: py
             raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("os.fsync", full)
-    monkeypatch.setattr("palpate.files.sync_folder", lambda _: None)
+    monkeypatch.setattr("palpate.files.sync", lambda _: None)
     if call < 5:
         with pytest.raises(
             RecordingError, match="cannot be repaired: No space left on device; all files are as they were"
