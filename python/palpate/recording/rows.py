@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, ZERO_CODE
+from palpate.errors import quoted
 from palpate.samples import DTYPE, Block, Status
 
 COLUMNS = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "status")
@@ -152,7 +153,7 @@ def _explain(lines: list[str]) -> NoReturn:
             raise RowError(number, f"got {len(cells)} cells, allowed: {len(COLUMNS)}")
         for name, cell in zip(COLUMNS, cells, strict=True):
             if not _fits(name, cell):
-                raise RowError(number, f"{cell!r} is not a valid value for column {name}")
+                raise RowError(number, f"{quoted(cell)} is not a valid value for column {name}")
     raise RowError(0, "not rows of a recording")
 
 

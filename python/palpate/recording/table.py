@@ -73,7 +73,7 @@ class Table:
     @cached_property
     def _names(self) -> list[list[str]]:
         filled = [[*row, *[""] * (self.width - len(row))] for row in self.header]
-        spanning = [list(accumulate(row, lambda left, cell: cell or left)) for row in filled[:-1]]
+        spanning = [list(accumulate(row, _filled)) for row in filled[:-1]]
         found = []
         for column in range(self.width):
             cells = [row[column] for row in filled]
@@ -153,6 +153,10 @@ class Table:
         if column >= len(cells):
             raise RecordingError(self.path, f"got {len(cells)} cells, but column {column + 1} is needed", line)
         return cells[column]
+
+
+def _filled(left: str, cell: str) -> str:
+    return cell or left
 
 
 def read_table(path: Path) -> Table:
