@@ -16,7 +16,7 @@ def quoted(value: object) -> str:
 
     Examples
     --------
-    >>> quoted("C1 (pF)"), len(quoted("9" * 1_000_000)) < 80
+    >>> quoted("C1 (pF)"), len(quoted("9" * 1_000_000)) < 100
     ("'C1 (pF)'", True)
     """
     try:

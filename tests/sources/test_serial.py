@@ -2,6 +2,8 @@
 
 import math
 import os
+import random
+import re
 import threading
 import tty
 from collections.abc import Iterator
@@ -13,6 +15,7 @@ import pytest
 from fuzz_parsers import ChunkedLines, ChunkedPort
 from palpate import DeviceNotFound, DeviceRefused, Sample, Source, Status, Stream
 from palpate.recording.foreign import recorded
+from palpate.sources.lines import PATTERN
 
 pytest.importorskip("pty")
 
@@ -186,3 +189,26 @@ def test_no_such_port(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(serial, "Serial", refuse)
     with pytest.raises(DeviceRefused, match="usermod -aG dialout"):
         palpate.open("serial:/dev/ttyACM0")
+
+
+def test_the_pattern_finds_what_one_that_backtracks_finds() -> None:
+    """Against the plain pattern, which takes time with the third power of the length."""
+    number = r"[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?|[-+]?OV?LD?|nan"
+    plain = re.compile(rf"(?P<hard>{number})\s*[a-zA-Z]*[\s,;|]+(?P<soft>{number})")
+    parts = ["1", "22", "2.5", "1,5", "-3e-2", "e55", "OL", "-OVLD", "nan", " ", "  ", ",", ";", "|", "\t", "pF", "x", "-",
+             "+", ".", "E", ":", "=", "µF", "1.2.3"]  # fmt: skip
+    rng = random.Random(20)
+    found = 0
+    for _ in range(20_000):
+        line = "".join(rng.choices(parts, k=rng.randint(2, 9)))
+        expected, match = plain.search(line), re.search(PATTERN, line)
+        assert (expected and expected.groupdict()) == (match and match.groupdict()), line
+        found += match is not None
+    assert 2000 < found < 18_000
+
+
+def test_a_long_line_is_an_error_however_it_arrives() -> None:
+    source = ChunkedLines("x")
+    source._port = ChunkedPort(b"\n" + b"1" * 5000 + b" 2\n3 4\n")
+    assert [(sample.hard, sample.soft) for sample in source] == [(3.0, 4.0)]
+    assert source.counters["errors"] == 1

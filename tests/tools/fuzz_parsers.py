@@ -17,6 +17,9 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+import scipy.optimize
+import scipy.special  # noqa: F401
+
 FOLDER = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None, prefix="palpate-"))
 
 
@@ -34,6 +37,7 @@ if __name__ == "__main__":
     import atheris
 
 with _instrumented():
+    import click
     import palpate
     import palpate.sources.lines as serial_lines
     from fuzz_page import message, request
@@ -43,7 +47,9 @@ with _instrumented():
     from palpate.ad7746.evalkit.firmware import RAM_BYTES, read_hex
     from palpate.ad7746.twin.usb import TwinBackend
     from palpate.calibration.specimen_files import assign, read_moduli
+    from palpate.cli import COMMANDS, config
     from palpate.recording import sidecar
+    from palpate.recording.binary_data import BinaryData, is_binary_data
     from palpate.recording.foreign import recorded
     from palpate.recording.rows import HEADER, format_rows, parse_rows
     from palpate.recording.verification import check
@@ -110,6 +116,24 @@ def calibration(data: bytes) -> None:
         found = palpate.Calibration.load(path)
         modulus = found.modulus(2.5, 0.01)
         assert math.isnan(modulus.value) or modulus.low <= modulus.value <= modulus.high
+
+
+def config_file(data: bytes) -> None:
+    """Parse a palpate.toml; an accepted one has a table for each of some commands."""
+    with suppress(click.UsageError):
+        assert set(config.read(_file("palpate.toml", data), COMMANDS)) <= set(COMMANDS)
+
+
+def binary_data(data: bytes) -> None:
+    """Parse a "Binary Data.txt"; an accepted one has a code in each row."""
+    path = _file("Binary Data.txt", data)
+    with suppress(RecordingError, ValueError):
+        if is_binary_data(path):
+            recording = BinaryData(path)
+            [block] = recording.blocks()
+            assert recording.survey.rows == len(block) > 0
+            assert recording.notes
+            assert json.dumps(recording.describe())
 
 
 def moduli(data: bytes) -> None:
@@ -191,6 +215,8 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "table": table,
     "sidecar": sidecar_of,
     "calibration": calibration,
+    "config": config_file,
+    "binary_data": binary_data,
     "moduli": moduli,
     "firmware": firmware,
     "lines": lines,

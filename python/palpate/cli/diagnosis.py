@@ -68,7 +68,7 @@ _LEFT_OUT = {"test", "docs", "all"}  # for developers, or the sum of the others
 def _extras() -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for requirement in metadata.requires("palpate") or []:
-        match = re.match(r"([\w.-]+).*extra == ['\"]([\w-]+)['\"]", requirement)
+        match = re.match(r"([\w.-]++).*?extra == ['\"]([\w-]++)['\"]", requirement)
         if match and match[2] not in _LEFT_OUT:
             found.setdefault(match[2], []).append(match[1])
     return found

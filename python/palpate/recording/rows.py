@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, ZERO_CODE
+from palpate.errors import quoted
 from palpate.samples import DTYPE, Block, Status
 
 COLUMNS = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "status")
@@ -165,7 +166,7 @@ def unreadable(line: bytes) -> str | None:
         return f"got {cells} cells, allowed: {len(COLUMNS)}"
     for name, cell in zip(COLUMNS, line.decode("latin-1").split(","), strict=True):
         if not _fits(name, cell):
-            return f"{_shown(cell)} is not a valid value for column {name}"
+            return f"{quoted(cell)} is not a valid value for column {name}"
     return None
 
 
@@ -180,16 +181,8 @@ def is_whole(line: bytes) -> bool:
     return len(line.rpartition(b",")[2]) == 1 and not unreadable(line)
 
 
-_SHOWN = 40  # characters
-
-
-def _shown(cell: str) -> str:
-    text = ascii(cell[:_SHOWN])
-    return text if len(cell) <= _SHOWN and len(text) <= _SHOWN + 2 else f"{text[:_SHOWN]}...'"
-
-
 _WHOLE = re.compile(r"[ \t]*[+-]?[0-9]+[ \t]*")
-_REAL = re.compile(r"[ \t]*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]+)?[ \t]*", re.IGNORECASE)
+_REAL = re.compile(r"[ \t]*[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?[ \t]*", re.IGNORECASE)
 _CAPACITANCE = re.compile(rf"{_REAL.pattern}|[ \t]*[+-]?(nan|inf|infinity)[ \t]*|", re.IGNORECASE)
 
 
