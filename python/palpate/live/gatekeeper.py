@@ -123,17 +123,15 @@ class Gatekeeper:
         return self._host in _ANYWHERE and (name == "localhost" or _is_address(name))
 
     def _asked(self, scope: Scope) -> bool:
-        return self._has(scope["query_string"].split(b"&"), "token")
+        return self._has(scope["query_string"], b"&", "token")
 
     def _kept(self, headers: Headers) -> bool:
-        return self._has(headers.get("cookie", "").encode("latin-1").split(b";"), self._cookie)
+        return self._has(headers.get("cookie", "").encode("latin-1"), b";", self._cookie)
 
-    def _has(self, pairs: list[bytes], name: str) -> bool:
-        return any(
-            self._right(value)
-            for key, _, value in (pair.strip().partition(b"=") for pair in pairs)
-            if key == name.encode()
-        )
+    def _has(self, text: bytes, between: bytes, name: str) -> bool:
+        """Return whether a value of this name is the token; each byte is looked at once."""
+        values = re.findall(rb"(?:^|%b)\s*%b=([^%b]*)" % (between, name.encode(), between), text)
+        return any(self._right(value.strip()) for value in values)
 
     def _right(self, given: bytes) -> bool:
         return secrets.compare_digest(given, (self._token or "").encode())

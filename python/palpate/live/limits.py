@@ -40,6 +40,8 @@ UNREAD = 1 << 18
 """Bytes that wait for a client which does not read."""
 DOWNLOADS = 2
 """Recordings sent at the same time; others wait."""
+DOWNLOADS_ASKED = 8
+"""Recordings sent or waiting; more are refused."""
 DOWNLOAD_PER_S = 8 << 20
 """Bytes per second of one download."""
 
