@@ -31,7 +31,7 @@ TOKEN = "a-token"
 
 @pytest.fixture
 def session(tmp_path: Path) -> Iterator[Session]:
-    session = begun(tmp_path)
+    session = begun(tmp_path, speed=None)
     yield session
     session.close()
 

@@ -64,11 +64,11 @@ class Server:
         self._opened, self._commands = Bucket(PAGES_OPENED), Bucket(COMMANDS)
         self._downloads, self._asked = asyncio.Semaphore(DOWNLOADS), 0
 
-    def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
+    def app(self, host: str, port: int, token: str | None = None, ticket: str | None = None) -> ASGIApp:
         """Return the application for this address, with access control."""
         routes: list[BaseRoute] = [Route(path, partial(_file, *content)) for path, content in page_files().items()]
         routes += [Route("/recording/{name}", self._download), WebSocketRoute("/ws", self._page)]
-        return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token)
+        return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token, ticket)
 
     @asynccontextmanager
     async def _life(self, _: Starlette) -> AsyncIterator[None]:
