@@ -35,9 +35,7 @@ MESSAGES = Limit(45, 90)
 COMMANDS = Limit(4, 12)
 """Buttons of all pages."""
 FRAGMENTS = 16
-"""Frames of one message."""
-UNREAD = 1 << 18
-"""Bytes that wait for a client which does not read."""
+"""Frames that continue one message."""
 DOWNLOADS = 2
 """Recordings sent at the same time; others wait."""
 DOWNLOADS_ASKED = 8
