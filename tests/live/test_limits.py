@@ -14,7 +14,7 @@ from palpate.live.gatekeeper import Gatekeeper, has_token, new_token
 from palpate.live.guarded import fault
 from palpate.live.limits import HEAD, LINES, Bucket, Limit
 
-TOKEN = new_token()
+TOKEN = "Q4h-Zk_0aBcDeFgHiJkLmNoPqRsTuVwX"
 _WORK_S = 0.005
 
 
@@ -59,21 +59,27 @@ def test_a_request_in_parts_is_no_fault(size: int) -> None:
     assert fault(b"GET /recording/run.csv HTTP/1.1\r\nHost: 127.0.0.1:8746\r\n\r\n"[:size]) == ""
 
 
-def _answer(token: str | None, query: bytes, *headers: tuple[bytes, bytes]) -> int:
-    told: list[int] = []
+async def _page(_scope: Any, _receive: Any, send: Any) -> None:
+    await send({"type": "http.response.start", "status": 200})
 
-    async def page(_scope: Any, _receive: Any, send: Any) -> None:
-        await send({"type": "http.response.start", "status": 200})
+
+def _asked(app: Gatekeeper, query: bytes, *headers: tuple[bytes, bytes]) -> dict[str, Any]:
+    """Ask for the page; return the beginning of the answer."""
+    told: list[dict[str, Any]] = []
 
     async def send(message: Any) -> None:
-        told.append(message.get("status", 0))
+        told.append(message)
 
     async def receive() -> dict[str, Any]:
         return {"type": "http.request"}
 
     scope = {"type": "http", "path": "/", "query_string": query, "headers": [(b"host", OWN.encode()), *headers]}
-    asyncio.run(Gatekeeper(page, HOST, PORT, token)(scope, receive, send))
+    asyncio.run(app(scope, receive, send))
     return told[0]
+
+
+def _answer(token: str | None, query: bytes, *headers: tuple[bytes, bytes]) -> int:
+    return int(_asked(Gatekeeper(_page, HOST, PORT, token), query, *headers)["status"])
 
 
 def _cookie(value: str) -> tuple[bytes, bytes]:
@@ -105,6 +111,17 @@ def test_what_another_page_asks_is_refused(site: str) -> None:
     assert [_answer(None, b"", (b"sec-fetch-site", own)) for own in (b"same-origin", b"none")] == [200, 200]
     assert _answer(None, b"", (b"sec-fetch-site", site.encode())) == 403
     assert _answer(TOKEN, b"token=" + TOKEN.encode(), (b"sec-fetch-site", site.encode())) == 403
+
+
+def test_a_ticket_is_valid_once() -> None:
+    """And gives the cookie of the token; a second browser that has seen it gets nothing."""
+    ticket = new_token()
+    app = Gatekeeper(_page, HOST, PORT, TOKEN, ticket)
+    first, second = (_asked(app, b"token=" + ticket.encode()) for _ in range(2))
+    assert (first["status"], second["status"]) == (303, 403)
+    assert f"palpate-{PORT}={TOKEN};".encode() in dict(first["headers"])[b"set-cookie"]
+    assert _asked(app, b"token=" + ticket.encode(), _cookie(f"palpate-{PORT}={TOKEN}"))["status"] == 200
+    assert has_token(TOKEN, ticket)(b"GET /?token=" + ticket.encode() + b" HTTP/1.1")
 
 
 _LONGEST = {

@@ -12,7 +12,8 @@ import numpy as np
 import palpate
 import pytest
 from effort import random_of
-from live_browser import Browser, Live, browser
+from live_browser import Browser, browser
+from live_server import Live
 from palpate import digits
 from palpate.live.server import page_files
 from palpate.simulation.scenarios import SCENARIOS

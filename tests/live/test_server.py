@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from live_bench import HOST, ORIGIN, OWN, PORT, begun, client
-from palpate.cli import main
 from palpate.live.feed import HEADER, KEPT, ROW, History
 from palpate.live.hub import AHEAD, ROWS, Page
 from palpate.live.protocol import Command, Refused, parse
@@ -27,7 +25,7 @@ TOKEN = "a-token"
 
 @pytest.fixture
 def session(tmp_path: Path) -> Iterator[Session]:
-    session = begun(tmp_path)
+    session = begun(tmp_path, speed=None)
     yield session
     session.close()
 
@@ -263,20 +261,3 @@ def test_the_history_is_the_newest_rows(sizes: list[int]) -> None:
     assert (history.begin, history.end) == (max(len(t) - KEPT, 0), len(t))
     assert np.array_equal(history.rows(history.begin, KEPT)["t_s"], t[-KEPT:])
     assert np.array_equal(history.rows(history.begin + 3, 5)["t_s"], t[-KEPT:][3:8])
-
-
-def test_the_line_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
-    result = CliRunner().invoke(main, ["live", "sim:four-specimens"])
-    assert result.exit_code == 6
-    assert "pip install 'palpate[live]'" in result.stderr
-
-
-def test_a_port_that_is_not_free() -> None:
-    from palpate.live.serve import listen
-
-    with listen(HOST, 0) as taken:
-        port = str(taken.getsockname()[1])
-        result = CliRunner().invoke(main, ["live", "sim:four-specimens", "--no-open", "--port", port])
-    assert result.exit_code == 2
-    assert "not free" in result.stderr or "in use" in result.stderr

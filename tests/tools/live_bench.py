@@ -14,7 +14,7 @@ OWN = f"{HOST}:{PORT}"
 ORIGIN = f"http://{OWN}"
 
 
-def begun(folder: Path, *, speed: float | None = 4, record: bool = True) -> Session:
+def begun(folder: Path, *, speed: float | None = 1, record: bool = True) -> Session:
     recordings = Recordings(folder / "run.csv" if record else None)
     pace = {"speed": speed} if speed else {}
     session = Session(lambda: palpate.open("sim:four-specimens?seed=1", **pace), recordings, {"scene": "handheld"})

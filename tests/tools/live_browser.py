@@ -1,77 +1,25 @@
-"""A running `palpate live`, and headless Chromium on its page.
+"""Headless Chromium on the page of a running `palpate live`.
 
 python tests/tools/live_browser.py FOLDER      takes the screenshots for docs: contact, four touches, a phone
 """
 
 import base64
 import json
-import signal
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, Self
-from urllib.parse import urlsplit
+from typing import Any
 
 import numpy as np
+from live_server import PATIENCE_S, Live
 from palpate.live.feed import HEADER
 from project import need
 from selenium import webdriver
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
-
-SOURCE = "sim:four-specimens?seed=1"
-PATIENCE_S = 90
-"""Long, since a busy machine is slow."""
-
-
-class Live:
-    """A server in a separate process."""
-
-    def __init__(self, *options: str, source: str = SOURCE, port: int = 0) -> None:
-        command = [
-            sys.executable,
-            "-m",
-            "palpate",
-            "live",
-            source,
-            "--no-open",
-            "--json",
-            "--port",
-            str(port),
-            *options,
-        ]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        assert self.process.stdout
-        self.address: str = json.loads(self.process.stdout.readline())["address"]
-
-    @property
-    def port(self) -> int:
-        """Port of the server."""
-        return urlsplit(self.address).port or 80
-
-    @property
-    def origin(self) -> str:
-        """Address without the token."""
-        return self.address.split("?")[0]
-
-    def __enter__(self) -> Self:
-        """Return the server."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """End the server, also after an error."""
-        if self.process.poll() is None:
-            self.end(signal.SIGKILL)
-
-    def end(self, how: int = signal.SIGINT) -> int:
-        """End the server; return its exit code."""
-        self.process.send_signal(how)
-        if self.process.stdout:
-            self.process.stdout.close()
-        return self.process.wait(PATIENCE_S)
 
 
 class Browser:

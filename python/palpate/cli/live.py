@@ -82,6 +82,7 @@ def live(
       palpate live "sim:sliding?seed=1" --scene sliding --no-open
     """  # noqa: D301
     _require()
+    from palpate.live.gatekeeper import new_token
     from palpate.live.recordings import Recordings
     from palpate.live.serve import address_of, listen, serve
     from palpate.live.server import Server
@@ -98,11 +99,14 @@ def live(
         session.start()
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
-    app = Server(session, Summary(session, calibrated, scatter), source).app(host, listening.getsockname()[1], token)
+    ticket = new_token() if token else None
+    server, port = Server(session, Summary(session, calibrated, scatter), source), listening.getsockname()[1]
     debug = "palpate.debug" in click.get_current_context().meta
     with _ending(session), listening, library_logs(debug=debug):
-        _tell(address_of(listening, host, token), source, file, as_json=as_json, no_open=no_open)
-        serve(app, listening, token)
+        _tell(address_of(listening, host, token), source, file, as_json=as_json)
+        if not no_open and _has_screen():
+            webbrowser.open(address_of(listening, host, ticket))
+        serve(server.app(host, port, token, ticket), listening, token, ticket)
 
 
 def _require() -> None:
@@ -164,12 +168,10 @@ def _token(host: str, *, no_token: bool) -> str | None:
     return new_token()
 
 
-def _tell(address: str, source: str, file: Path | None, *, as_json: bool, no_open: bool) -> None:
+def _tell(address: str, source: str, file: Path | None, *, as_json: bool) -> None:
     document = {"address": address, "source": source, "recording": str(file) if file else None}
     click.echo(json.dumps(document) if as_json else f"{source} at {address} (Ctrl-C ends it)")
     sys.stdout.flush()
-    if not no_open and _has_screen():
-        webbrowser.open(address)
 
 
 def _has_screen() -> bool:

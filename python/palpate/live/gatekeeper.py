@@ -45,8 +45,8 @@ def new_token() -> str:
     return secrets.token_urlsafe(24)
 
 
-def has_token(token: str | None) -> Callable[[bytes], bool]:
-    """Return a function that looks for the token in the beginning of a request; always true without a token.
+def has_token(*tokens: str | None) -> Callable[[bytes], bool]:
+    """Return a function that looks for a token in the beginning of a request; always true without a token.
 
     It finds what `Gatekeeper` would accept, and more: it decides what a request may cost, not what it may do.
 
@@ -55,10 +55,11 @@ def has_token(token: str | None) -> Callable[[bytes], bool]:
     >>> has_token("abc")(b"GET /?token=abc HTTP/1.1"), has_token("abc")(b"GET / HTTP/1.1")
     (True, False)
     """
-    if token is None:
+    known = [token.encode() for token in tokens if token]
+    if not known:
         return lambda _: True
-    given = re.compile(rb"=([\w-]{%d})(?![\w-])" % len(token))
-    return lambda head: any(secrets.compare_digest(found, token.encode()) for found in given.findall(head))
+    given = re.compile(rb"=([\w-]{%d})(?![\w-])" % len(known[0]))
+    return lambda head: any(secrets.compare_digest(found, token) for found in given.findall(head) for token in known)
 
 
 class Gatekeeper:
@@ -76,10 +77,12 @@ class Gatekeeper:
         Address at which the server listens.
     port : int
     token : str, optional
+    ticket : str, optional
+        Valid instead of the token, once: a browser gets it on its command line, which other users can see.
     """
 
-    def __init__(self, app: ASGIApp, host: str, port: int, token: str | None = None) -> None:
-        self._app, self._host, self._port, self._token = app, host, port, token
+    def __init__(self, app: ASGIApp, host: str, port: int, token: str | None = None, ticket: str | None = None) -> None:
+        self._app, self._host, self._port, self._token, self._ticket = app, host, port, token, ticket
         self._cookie = f"palpate-{port}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -87,17 +90,21 @@ class Gatekeeper:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
-        if reason := self._refusal(scope):
+        headers = Headers(scope=scope)
+        reason = self._refusal(scope, headers)
+        asked = not reason and self._asked(scope)
+        if not reason and self._token and not (asked or self._kept(headers)):
+            reason = NO_TOKEN
+        if reason:
             await _refuse(reason, scope, receive, send)
-        elif self._token and scope["type"] == "http" and self._asked(scope):
+        elif self._token and asked and scope["type"] == "http":
             answer = RedirectResponse("/", 303, HEADERS)
             answer.set_cookie(self._cookie, self._token, httponly=True, samesite="strict")
             await answer(scope, receive, send)
         else:
             await self._app(scope, receive, _with_headers(send))
 
-    def _refusal(self, scope: Scope) -> str:
-        headers = Headers(scope=scope)
+    def _refusal(self, scope: Scope, headers: Headers) -> str:
         host, origin = headers.getlist("host"), headers.getlist("origin")
         if len(host) != 1 or not self._is_own(host[0]):
             return "Host: not this page's own"
@@ -105,8 +112,6 @@ class Gatekeeper:
             return "Origin: not this page's own"
         if any(site not in ("same-origin", "none") for site in headers.getlist("sec-fetch-site")):
             return "Sec-Fetch-Site: asked by another page; copy the address into the browser"
-        if self._token and not (self._asked(scope) or self._kept(headers)):
-            return NO_TOKEN
         return ""
 
     def _is_own(self, host: str) -> bool:
@@ -123,20 +128,24 @@ class Gatekeeper:
         return self._host in _ANYWHERE and (name == "localhost" or _is_address(name))
 
     def _asked(self, scope: Scope) -> bool:
-        return self._has(scope["query_string"].split(b"&"), "token")
+        given = _values(scope["query_string"], b"&", b"token")
+        if _has(given, self._ticket):
+            self._ticket = None
+            return True
+        return _has(given, self._token)
 
     def _kept(self, headers: Headers) -> bool:
-        return self._has(headers.get("cookie", "").encode("latin-1").split(b";"), self._cookie)
+        cookies = headers.get("cookie", "").encode("latin-1")
+        return _has(_values(cookies, b";", self._cookie.encode()), self._token)
 
-    def _has(self, pairs: list[bytes], name: str) -> bool:
-        return any(
-            self._right(value)
-            for key, _, value in (pair.strip().partition(b"=") for pair in pairs)
-            if key == name.encode()
-        )
 
-    def _right(self, given: bytes) -> bool:
-        return secrets.compare_digest(given, (self._token or "").encode())
+def _values(text: bytes, between: bytes, name: bytes) -> list[bytes]:
+    """Return the values of a name in a query or a cookie; each byte is looked at once."""
+    return [value.strip() for value in re.findall(rb"(?:^|%b)\s*%b=([^%b]*)" % (between, name, between), text)]
+
+
+def _has(values: list[bytes], secret: str | None) -> bool:
+    return secret is not None and any(secrets.compare_digest(value, secret.encode()) for value in values)
 
 
 def _is_address(name: str) -> bool:

@@ -7,7 +7,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import CloseCode, Frame
 
-from palpate.live.limits import BYTES, FRAGMENTS, HEAD, LINES, OPEN, PATIENCE_S, UNREAD, Bucket
+from palpate.live.limits import BYTES, FRAGMENTS, HEAD, LINES, OPEN, PATIENCE_S, Bucket
 
 _END = b"\r\n\r\n"
 
@@ -109,8 +109,6 @@ class Sockets(WebSocketsSansIOProtocol):
         """Parse what arrives, if it is not too much."""
         if self.handshake_complete and not self._bytes.take(len(data)):
             self._end(f"messages: got more, allowed: {BYTES.per_s:.0f} bytes a second")
-        elif self.transport.get_write_buffer_size() > UNREAD:
-            self.transport.abort()
         else:
             super().data_received(data)
 

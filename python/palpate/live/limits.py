@@ -35,11 +35,11 @@ MESSAGES = Limit(45, 90)
 COMMANDS = Limit(4, 12)
 """Buttons of all pages."""
 FRAGMENTS = 16
-"""Frames of one message."""
-UNREAD = 1 << 18
-"""Bytes that wait for a client which does not read."""
+"""Frames that continue one message."""
 DOWNLOADS = 2
 """Recordings sent at the same time; others wait."""
+DOWNLOADS_ASKED = 8
+"""Recordings sent or waiting; more are refused."""
 DOWNLOAD_PER_S = 8 << 20
 """Bytes per second of one download."""
 

@@ -66,14 +66,14 @@ def address_of(listening: socket.socket, host: str, token: str | None = None) ->
 class _Server(uvicorn.Server):
     """A server that gets its connections from the lobby."""
 
-    def __init__(self, config: uvicorn.Config, listening: socket.socket, token: str | None) -> None:
+    def __init__(self, config: uvicorn.Config, listening: socket.socket, tokens: tuple[str | None, ...]) -> None:
         super().__init__(config)
-        self._listening, self._token = listening, token
+        self._listening, self._has_token = listening, has_token(*tokens)
         self._arriving: set[asyncio.Task[object]] = set()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets=[])
-        self._lobby = Lobby(self._listening, has_token(self._token), self._admit)
+        self._lobby = Lobby(self._listening, self._has_token, self._admit)
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         self._lobby.close()
@@ -87,15 +87,15 @@ class _Server(uvicorn.Server):
         arriving.add_done_callback(self._arriving.discard)
 
 
-def serve(app: ASGIApp, listening: socket.socket, token: str | None = None) -> None:
+def serve(app: ASGIApp, listening: socket.socket, *tokens: str | None) -> None:
     """Serve until SIGINT or SIGTERM; their previous handlers run after the last page is closed.
 
     Parameters
     ----------
     app : ASGI application
     listening : socket
-    token : str, optional
-        Requests with it take precedence; the application decides what they may do.
+    *tokens : str or None
+        Requests with one of them take precedence; the application decides what they may do.
     """
     config = uvicorn.Config(
         app,
@@ -112,7 +112,7 @@ def serve(app: ASGIApp, listening: socket.socket, token: str | None = None) -> N
     )
     # Not the default loop: that of Windows has no add_reader.
     with _switching(_SWITCH_S), asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
-        runner.run(_Server(config, listening, token).serve())
+        runner.run(_Server(config, listening, tokens).serve())
 
 
 @contextmanager

@@ -18,7 +18,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from palpate.errors import PalpateError
 from palpate.live.gatekeeper import Gatekeeper
 from palpate.live.hub import PAGES, Hub, Page
-from palpate.live.limits import COMMANDS, DOWNLOAD_PER_S, DOWNLOADS, MESSAGES, PAGES_OPENED, Bucket
+from palpate.live.limits import COMMANDS, DOWNLOAD_PER_S, DOWNLOADS, DOWNLOADS_ASKED, MESSAGES, PAGES_OPENED, Bucket
 from palpate.live.protocol import Command, Refused, parse, told
 from palpate.live.session import Session
 from palpate.live.summary import Summary
@@ -61,17 +61,14 @@ class Server:
     def __init__(self, session: Session, summary: Summary, source: str) -> None:
         self._session = session
         self.hub: Hub = Hub(session, summary, source)
-        self._opened, self._commands, self._downloads = (
-            Bucket(PAGES_OPENED),
-            Bucket(COMMANDS),
-            asyncio.Semaphore(DOWNLOADS),
-        )
+        self._opened, self._commands = Bucket(PAGES_OPENED), Bucket(COMMANDS)
+        self._downloads, self._asked = asyncio.Semaphore(DOWNLOADS), 0
 
-    def app(self, host: str, port: int, token: str | None = None) -> ASGIApp:
+    def app(self, host: str, port: int, token: str | None = None, ticket: str | None = None) -> ASGIApp:
         """Return the application for this address, with access control."""
         routes: list[BaseRoute] = [Route(path, partial(_file, *content)) for path, content in page_files().items()]
         routes += [Route("/recording/{name}", self._download), WebSocketRoute("/ws", self._page)]
-        return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token)
+        return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token, ticket)
 
     @asynccontextmanager
     async def _life(self, _: Starlette) -> AsyncIterator[None]:
@@ -86,6 +83,8 @@ class Server:
         path = self._session.recordings.find(name)
         if path is None or not path.is_file():
             return PlainTextResponse("this run has no such recording\n", 404)
+        if self._asked >= DOWNLOADS_ASKED:
+            return PlainTextResponse(f"too many downloads, allowed: {DOWNLOADS_ASKED}; wait for one to end\n", 503)
         kind = "text/csv" if path.suffix.lower() == ".csv" else "application/json"
         size = path.stat().st_size
         headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}", "Content-Length": str(size)}
@@ -93,12 +92,16 @@ class Server:
 
     async def _parts(self, path: Path, size: int) -> AsyncIterator[bytes]:
         """Yield a file in parts, up to its size at the time of the request; not faster than allowed."""
-        async with self._downloads:
-            with path.open("rb") as file:
-                while size > 0 and (part := await asyncio.to_thread(file.read, min(size, _PART))):
-                    size -= len(part)
-                    yield part
-                    await asyncio.sleep(len(part) / DOWNLOAD_PER_S)
+        self._asked += 1
+        try:
+            async with self._downloads:
+                with path.open("rb") as file:
+                    while size > 0 and (part := await asyncio.to_thread(file.read, min(size, _PART))):
+                        size -= len(part)
+                        yield part
+                        await asyncio.sleep(len(part) / DOWNLOAD_PER_S)
+        finally:
+            self._asked -= 1
 
     async def _page(self, socket: WebSocket) -> None:
         if len(self.hub.pages) >= PAGES:

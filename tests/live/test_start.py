@@ -1,0 +1,67 @@
+"""How `palpate live` starts: what is missing, the printed address, what libraries log."""
+
+import logging
+import re
+
+import pytest
+from click.testing import CliRunner
+from live_bench import HOST
+from live_server import Live
+from palpate.cli import main
+from palpate.cli.library_logs import LIBRARIES, library_logs
+
+
+def test_the_line_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "uvicorn", None)
+    result = CliRunner().invoke(main, ["live", "sim:four-specimens"])
+    assert result.exit_code == 6
+    assert "pip install 'palpate[live]'" in result.stderr
+
+
+def test_a_port_that_is_not_free() -> None:
+    from palpate.live.serve import listen
+
+    with listen(HOST, 0) as taken:
+        port = str(taken.getsockname()[1])
+        result = CliRunner().invoke(main, ["live", "sim:four-specimens", "--no-open", "--port", port])
+    assert result.exit_code == 2
+    assert "not free" in result.stderr or "in use" in result.stderr
+
+
+def test_the_token_is_in_the_printed_address() -> None:
+    with Live() as live:
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\?token=[\w-]{32}", live.address)
+        assert live.asks("/") == 403
+        assert live.asks("/", live.token) == 200
+        with Live() as other:
+            assert live.asks("/", other.token) == 403
+    with Live("--no-token") as live:
+        assert live.address == live.origin
+        assert live.asks("/") == 200
+
+
+def test_other_machines_always_need_the_token() -> None:
+    result = CliRunner().invoke(main, ["live", "sim:four-specimens", "--no-open", "--host", "0.0.0.0", "--no-token"])
+    assert result.exit_code == 2
+    assert "--no-token: got --host 0.0.0.0, allowed: only with an address of this machine" in result.stderr
+
+
+@pytest.mark.parametrize("debug", [False, True])
+def test_a_librarys_traceback_is_one_line(debug: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    with library_logs(debug=debug):
+        for _ in range(3):
+            try:
+                raise KeyError("lost\nin the middle")
+            except KeyError:
+                logging.getLogger("uvicorn.error").exception("Exception in ASGI application\n")
+            logging.getLogger("uvicorn.error").warning("Invalid HTTP request received.")
+        for name in LIBRARIES:
+            logging.getLogger(name).error("broken")
+    lines = capsys.readouterr().err.splitlines()
+    if debug:
+        assert lines.count("Traceback (most recent call last):") == 3
+    else:
+        assert lines == [
+            "page: uvicorn.error: KeyError: 'lost\\nin the middle'; --debug shows more",
+            *(f"page: {name}: broken; --debug shows more" for name in LIBRARIES),
+        ]

@@ -1,0 +1,73 @@
+"""A running `palpate live`."""
+
+import json
+import signal
+import subprocess
+import sys
+from contextlib import closing
+from http.client import HTTPConnection
+from typing import Self
+from urllib.parse import urlsplit
+
+SOURCE = "sim:four-specimens?seed=1"
+PATIENCE_S = 90
+"""Long, since a busy machine is slow."""
+
+
+class Live:
+    """A server in a separate process."""
+
+    def __init__(self, *options: str, source: str = SOURCE, port: int = 0) -> None:
+        command = [
+            sys.executable,
+            "-m",
+            "palpate",
+            "live",
+            source,
+            "--no-open",
+            "--json",
+            "--port",
+            str(port),
+            *options,
+        ]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        assert self.process.stdout
+        self.address: str = json.loads(self.process.stdout.readline())["address"]
+
+    @property
+    def port(self) -> int:
+        """Port of the server."""
+        return urlsplit(self.address).port or 80
+
+    @property
+    def origin(self) -> str:
+        """Address without the token."""
+        return self.address.split("?")[0]
+
+    def __enter__(self) -> Self:
+        """Return the server."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the server, also after an error."""
+        if self.process.poll() is None:
+            self.end(signal.SIGKILL)
+
+    def end(self, how: int = signal.SIGINT) -> int:
+        """End the server; return its exit code."""
+        self.process.send_signal(how)
+        if self.process.stdout:
+            self.process.stdout.close()
+        return self.process.wait(PATIENCE_S)
+
+    @property
+    def token(self) -> str:
+        """Token of the address."""
+        return self.address.partition("?token=")[2]
+
+    def asks(self, path: str, token: str = "") -> int:
+        """Ask with this token as the page's cookie; return the status."""
+        connection = HTTPConnection(urlsplit(self.address).netloc, timeout=PATIENCE_S)
+        connection.request("GET", path, headers={"Cookie": f"palpate-{self.port}={token}"} if token else {})
+        with closing(connection):
+            return connection.getresponse().status
