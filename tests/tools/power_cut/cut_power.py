@@ -186,7 +186,14 @@ def look_without_promise(path: Path) -> None:
         return
 
 
-WRONG = ("lost by the cut", "lost by the repair", "wrong checkpoints", "faults after it")
+WRONG = (
+    "lost by the cut",
+    "lost by the repair",
+    "wrong checkpoints",
+    "faults after it",
+    "without a sidecar",
+    "closed, not clean",
+)
 
 
 def judge(recorded: Recorded, cuts: int, random: Random) -> bool:
@@ -199,7 +206,7 @@ def judge(recorded: Recorded, cuts: int, random: Random) -> bool:
         control += recorded.control(random.randint(last // 2, last), random)
     flushes = sum(write.flush for write in recorded.writes)
     print(f"{recorded.system.name}: {last - flushes} writes, {flushes} flushes, {len(recorded.whole)} recordings")
-    for name in ("cuts", "recordings", "synced rows", "checkpoints", *WRONG, "without a sidecar", "closed, not clean"):
+    for name in ("cuts", "recordings", "synced rows", "checkpoints", *WRONG):
         print(f"  {tally[name]:9d} {name}")
     print(f"  control, a disk that ignores flushes: {control['lost by the cut']} of {control['synced rows']} rows lost")
     return not any(tally[name] for name in WRONG) and bool(control["lost by the cut"])
