@@ -43,11 +43,19 @@ class System:
     make: str
     repair: str
     copy: str
+    may: tuple[str, ...] = ()  # what cannot be held against a recorder on it
 
 
+# FAT has no journal: between two of its writes, a file that is replaced can be neither the old one nor the new one.
 SYSTEMS = (
     System("ext4", "mkfs.ext4 -q -F -b 4096 {}", "e2fsck -fy {}", "debugfs -R 'rdump / {into}' {}"),
-    System("vfat", "mkfs.vfat -F 32 -s 1 {}", "fsck.vfat -a {}", "mcopy -s -n -i {} :: {into}"),
+    System(
+        "vfat",
+        "mkfs.vfat -F 32 -s 1 {}",
+        "fsck.vfat -a {}",
+        "mcopy -s -n -i {} :: {into}",
+        may=("without a sidecar",),
+    ),
 )
 
 
@@ -186,7 +194,14 @@ def look_without_promise(path: Path) -> None:
         return
 
 
-WRONG = ("lost by the cut", "lost by the repair", "wrong checkpoints", "faults after it")
+WRONG = (
+    "lost by the cut",
+    "lost by the repair",
+    "wrong checkpoints",
+    "faults after it",
+    "without a sidecar",
+    "closed, not clean",
+)
 
 
 def judge(recorded: Recorded, cuts: int, random: Random) -> bool:
@@ -199,10 +214,11 @@ def judge(recorded: Recorded, cuts: int, random: Random) -> bool:
         control += recorded.control(random.randint(last // 2, last), random)
     flushes = sum(write.flush for write in recorded.writes)
     print(f"{recorded.system.name}: {last - flushes} writes, {flushes} flushes, {len(recorded.whole)} recordings")
-    for name in ("cuts", "recordings", "synced rows", "checkpoints", *WRONG, "without a sidecar", "closed, not clean"):
+    for name in ("cuts", "recordings", "synced rows", "checkpoints", *WRONG):
         print(f"  {tally[name]:9d} {name}")
     print(f"  control, a disk that ignores flushes: {control['lost by the cut']} of {control['synced rows']} rows lost")
-    return not any(tally[name] for name in WRONG) and bool(control["lost by the cut"])
+    wrong = [name for name in WRONG if tally[name] and name not in recorded.system.may]
+    return not wrong and bool(control["lost by the cut"])
 
 
 def main() -> None:
