@@ -13,6 +13,7 @@ from disturbing import disturbed, remove, rename, rows_text
 from palpate import RecordingError, check
 from palpate.recording import rescue, sidecar
 from palpate.recording.recorder import Recorder
+from palpate.recording.rows import HEADER
 from palpate.recording.sidecar_file import AGAIN
 from recording_bench import sample
 from recording_children import wait
@@ -73,6 +74,18 @@ def test_a_disk_that_fails_to_sync(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert "run.csv: cannot be written: Input/output error; what could be saved is in" in str(recorder.error)
     assert recorder.path.read_bytes() == rows_text(recorder.rows)
     assert recorder.dropped == 0
+
+
+def test_a_disk_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was synced stays on that disk; what came since then is in memory, and is saved."""
+    monkeypatch.setattr(rescue, "_chunks", lambda _: [])
+    monkeypatch.setattr(rescue, "_whole_rows", lambda _: [])
+    recorder = disturbed(tmp_path / "run" / "run.csv", rename)
+    assert recorder.dropped > 0
+    assert rows_text(recorder.rows + recorder.dropped).endswith(recorder.path.read_bytes()[len(HEADER) :])
+    document = sidecar.load(recorder.path) or {}
+    assert document["end"]["dropped"] == recorder.dropped
+    assert document["notes"][-1].startswith(f"rescued: {recorder.dropped} rows are missing: ")
 
 
 def test_a_rescue_that_cannot_begin_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
