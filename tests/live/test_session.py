@@ -163,3 +163,20 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
     session.touches = [first]
     assert (plain.touches()["most_reliable"], plain.touches()["together"]) == (1, None)
     session.close()
+
+
+def test_a_recording_that_is_removed_is_said_on_the_page(tmp_path: Path) -> None:
+    """The measurement ends with the error, as for a full disk, and the rows are in the rescue recording."""
+    session = begun(tmp_path)
+    (tmp_path / "run.csv").unlink()
+    until = time.monotonic() + 60
+    while session.running:
+        assert time.monotonic() < until
+        time.sleep(0.02)
+    rescued = tmp_path / "run.rescued.csv"
+    assert (
+        session.error
+        == f"{tmp_path / 'run.csv'}: was removed while it was recorded; what could be saved is in {rescued}"
+    )
+    session.close()
+    assert palpate.check(rescued).clean

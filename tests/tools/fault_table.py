@@ -15,6 +15,8 @@ import pytest
 FILES = (
     "recording/test_killed.py",
     "recording/test_disk_faults.py",
+    "recording/test_disturbed.py",
+    "recording/test_rescue.py",
     "stream/test_stream_load.py",
     "stream/test_stream_faults.py",
 )

@@ -53,10 +53,14 @@ def measure(path: Path, output: int, most: float) -> None:
 
 
 def command(path: Path, output: int) -> NoReturn:
-    """Record with the command; keep what it says on standard error."""
+    """Record with the command; keep what it says on standard error.
+
+    Not from a simulated board: its driver refuses to go on if the machine is too busy.
+    """
+    setattr(sim, "open_sim", lambda *_: Endless())  # noqa: B010  mypy allows no other way
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     os.dup2(output, 2)
-    palpate_command(["record", "sim:four-specimens?speed=1", "-o", str(path)])
+    palpate_command(["record", "sim:", "-o", str(path)])
     raise AssertionError("the command ends with an exit")
 
 

@@ -13,8 +13,20 @@ AT_ONCE = 10
 LASTING_S = 1.0
 
 
+def wait(ready: Callable[[], object]) -> None:
+    """Wait until something holds."""
+    until = time.monotonic() + 60
+    while not ready():
+        assert time.monotonic() < until
+        time.sleep(0.002)
+
+
 def let_record(
-    way: str, folder: Path, seed: int, act: Callable[[int, int], None] | None, lasting_s: float = LASTING_S
+    way: str,
+    folder: Path,
+    seed: int,
+    act: Callable[[int, int], None] | None = None,
+    begins: Callable[[Path], object] = lambda _: True,
 ) -> list[int]:
     """Start children, each with `folder`/NUMBER.csv; return their exit codes.
 
@@ -24,16 +36,18 @@ def let_record(
         As in `recording_child`.
     act : callable, optional
         Called once for each child, at a random moment, with its number and its process id.
-    lasting_s : float
-        Time of the latest moment, s, after all children are ready.
+    begins : callable
+        The moments are within 1 s after it holds for all recordings: however busy the machine is, they have begun.
     """
     folder.mkdir()
     command = [sys.executable, str(ROOT / "tests" / "tools" / "recording_child.py"), way, str(folder), str(AT_ONCE)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
         assert parent.stdout
         children = [int(word) for word in parent.stdout.readline().split()]
+        for child in range(AT_ONCE):
+            wait(lambda path=folder / f"{child}.csv": begins(path))  # type: ignore[misc]
         moments, begun = random_of(f"{way} {seed}"), time.monotonic()
-        for moment, child in sorted((moments.uniform(0, lasting_s), child) for child in children):
+        for moment, child in sorted((moments.uniform(0, LASTING_S), child) for child in children):
             if act:
                 time.sleep(max(0.0, begun + moment - time.monotonic()))
                 act(children.index(child), child)
@@ -42,5 +56,6 @@ def let_record(
 
 def acknowledged(path: Path) -> int:
     """Return how many rows were said to have left the process."""
-    lines = path.with_suffix(".acknowledged").read_text().split("\n")[-2:-1]
+    told = path.with_suffix(".acknowledged")
+    lines = told.read_text().split("\n")[-2:-1] if told.exists() else []
     return int(lines[0]) if lines else 0

@@ -199,7 +199,7 @@ class Session:
         failures = [self._attempt(lambda: self._measure(stream)), self._attempt(stream.close)]
         with self._batches:
             self.touches = stream.touches
-            self.error = next(filter(None, failures), "")
+            self.error = "; ".join(dict.fromkeys(filter(None, failures)))
             self.moment = self.moment._replace(state="ended")
 
     @staticmethod

@@ -20,7 +20,7 @@ from palpate.recording.writer import Writer, unwritable
 from palpate.samples import DTYPE, Sample
 
 FLUSH_S, SYNC_S = 0.1, 1.0
-CAPACITY = 8192  # samples: buffer for a disk that hangs for about a minute
+CAPACITY = 32768  # samples: a disk may hang for 3 s at 10,000 pairs a second, for 14 minutes at 38
 
 
 class Recorder:

@@ -82,7 +82,7 @@ def _chunks(lost: RowFile) -> Iterator[bytes]:
 
 def _whole_rows(lost: RowFile) -> Iterator[bytes]:
     """Return the rows before the first one that is not a row, or that is in memory as well."""
-    newest = int(lost.unsynced[0][1].split(b",")[0]) if lost.unsynced else math.inf
+    newest = next((int(data.split(b",")[0]) for rows, data in lost.unsynced if rows), math.inf)
     with suppress(OSError):
         lost.file.seek(0)
         if lost.file.read(len(HEADER)) != HEADER.encode():

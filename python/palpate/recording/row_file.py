@@ -68,13 +68,22 @@ class RowFile:
         return self.synced.rows + sum(rows for rows, _ in self.unsynced) - self.written.rows
 
     def append(self, block: Block) -> None:
-        """Write samples as rows: all of them or, after an error, none."""
-        if len(block):
-            self.unsynced.append((len(block), format_rows(block)))
-            self.put(*self.unsynced[-1])
+        """See that the file is as it was written, and write samples as rows: all of them or, after an error, none.
+
+        Raises
+        ------
+        RecordingError
+            Another program has changed the file, or its name.
+        OSError
+            The disk failed, or is full.
+        """
+        rows = len(block), format_rows(block)
+        self.unsynced.append(rows)  # before anything can fail
+        self._watch.look(self.written.bytes)
+        self.put(*rows)
 
     def put(self, rows: int, data: bytes) -> None:
-        """Write rows that are text already, as `append`, and do not keep them."""
+        """Write rows that are text already, and do not keep them."""
         try:
             write(self.file, data)
         except OSError:
@@ -83,16 +92,13 @@ class RowFile:
         self.written = _longer(self.written, rows, data)
 
     def sync(self) -> None:
-        """See that the file is as it was written, and sync it to the disk.
+        """Sync the rows to the disk.
 
         Raises
         ------
-        RecordingError
-            Another program has changed the file, or its name.
         OSError
             The disk failed.
         """
-        self._watch.look(self.written.bytes)
         getattr(os, "fdatasync", os.fsync)(self.file.fileno())
         self.synced = self.written
         self.unsynced.clear()

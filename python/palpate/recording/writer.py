@@ -141,7 +141,7 @@ class Writer:
         finally:
             lost.close()
         if missing := lost.written.rows + lost.refused - rescued.written.rows:
-            self.sidecar.put(f"rescued: {missing} rows are missing: {lost.path} had lost them")
+            self.sidecar.put(f"rescued: {missing} rows are missing: {lost.path} has lost them, or cannot be read")
 
 
 def unwritable(path: Path, error: OSError) -> RecordingError:
