@@ -56,6 +56,7 @@ def test_toml(at: str, beyond: str, said: str) -> None:
 
 def test_what_is_saved_can_be_loaded(tmp_path: Path) -> None:
     probe = Calibration.load(PROBE)
+    assert isinstance(probe.about, dict)
     probe.about["specimen"] = "x" * 11_000
     with pytest.raises(ValueError, match="characters, allowed: 10,000"):
         probe.save(tmp_path / "p.toml")
@@ -108,8 +109,13 @@ def test_sidecars(tmp_path: Path) -> None:
 def test_the_marks_are_searched_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Not at each block: 10,000 tares took 30 s."""
     path = sidecar(tmp_path, marks=",".join(json.dumps({"seq": n, "tare": True}) for n in range(9)))
-    calls = []
+    calls: list[object] = []
     found = sidecar_module.tares_of
-    monkeypatch.setattr("palpate.recording.sidecar.tares_of", lambda document: calls.append(1) or found(document))
+
+    def counted(document: dict[str, object]) -> frozenset[int]:
+        calls.append(document)
+        return found(document)
+
+    monkeypatch.setattr("palpate.recording.sidecar.tares_of", counted)
     palpate.touches(recorded(path))
     assert 0 < len(calls) < 9
