@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from threading import Event
 from typing import Any
 
+from palpate.errors import RecordingError
 from palpate.recording.foreign import Foreign, recorded
 from palpate.recording.own_file import Recorded
 from palpate.recording.table import PICOFARADS
@@ -39,7 +40,7 @@ class FileSource(Source):
         self._stopped = Event()
 
     def __iter__(self) -> Iterator[Sample]:
-        """Return the samples, from the first one."""
+        """Return the samples, from the first one; raises RecordingError after the last one if a checksum differs."""
         begun, first = time.monotonic(), None
         for block in self.recording.blocks():
             for sample in samples_of(block):
@@ -50,8 +51,12 @@ class FileSource(Source):
                 if self._stopped.is_set():
                     return
                 yield sample
+        doubts = self.recording.doubts
         for note in self.recording.notes:
-            self.notify(f"{self.recording.path}: {note}")
+            if note not in doubts:
+                self.notify(f"{self.recording.path}: {note}")
+        if doubts:
+            raise RecordingError(self.recording.path, "; ".join(doubts))
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""

@@ -1,0 +1,30 @@
+"""A recording as a source: what is wrong with it reaches the user, and a copy of it."""
+
+from pathlib import Path
+
+import pytest
+from damage import finished, killed
+from palpate import RecordingError, Stream, check
+
+CHANGED = "were changed after they were written"
+
+
+def test_a_copy_of_changed_rows_says_so(tmp_path: Path) -> None:
+    """All rows are in the copy, and its sidecar says what is wrong with them."""
+    path, copy = finished(tmp_path / "run.csv", 300), tmp_path / "copy.csv"
+    path.write_bytes(path.read_bytes().replace(b"0.026000001", b"0.026000009"))
+    stream = Stream(str(path), record=copy)
+    with pytest.raises(RecordingError, match=CHANGED), stream:
+        list(stream)
+    report = check(copy)
+    assert (report.survey.rows, report.faults) == (300, ())
+    assert report.findings[0].startswith(f"the source ended with an error: {path}: the rows {CHANGED}")
+
+
+def test_a_copy_of_a_killed_recording(tmp_path: Path) -> None:
+    """What cannot be verified is said; it is no error."""
+    path, copy, said = killed(tmp_path / "run.csv", 300, 200), tmp_path / "copy.csv", list[str]()
+    with Stream(str(path), record=copy, notify=said.append) as stream:
+        list(stream)
+    assert [text for text in said if "the first 200 of 300 rows are verified" in text]
+    assert check(copy).clean
