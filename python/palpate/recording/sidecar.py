@@ -52,8 +52,9 @@ def sidecar_path(path: Path) -> Path:
 def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) -> dict[str, Any]:
     """Return the sidecar of a new recording.
 
-    Later `checkpoint` (rows, bytes and crc32 of the rows that are on the disk) and `end` are added, and, if they are
-    known, `clock["zero_utc_ns"]` (the time at which t = 0) and `session` (`specimens`, a list of names and values).
+    Later `checkpoint` (rows, bytes and crc32 of the rows that are on the disk, from the first byte of the file on) is
+    added, and at a clean end `end` takes its place, with the same three; and, if they are known, `clock["zero_utc_ns"]`
+    (the time at which t = 0) and `session` (`specimens`, a list of names and values).
     """
     return {
         "schema": SCHEMA,
