@@ -174,3 +174,19 @@ def test_an_error_leaves_the_old_file(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as caught:
         write(tmp_path / "nowhere" / "a")
     assert caught.value.filename == str(tmp_path / "nowhere" / "a")
+
+
+def test_a_file_is_synced_before_and_after_it_gets_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On FAT the name stands for an empty file until the file is synced once more; then the folder."""
+    path, sync = tmp_path / "a", os.fsync
+    path.write_bytes(b"old")
+    synced: list[tuple[int, bytes]] = []
+
+    def fsync(descriptor: int) -> None:
+        synced.append((os.fstat(descriptor).st_ino, path.read_bytes()))
+        sync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    write(path)
+    file, folder = path.stat().st_ino, tmp_path.stat().st_ino
+    assert synced == [(file, b"old"), (file, b"new"), (folder, b"new")]
