@@ -39,6 +39,8 @@ def test_each_program_of_ci_has_one_version_and_users_are_free() -> None:
     names = [line.partition("==")[0] for line in pinned]
     assert names == sorted(set(names))
     for script in TOOLS.parent.iterdir():
-        for install in re.findall(r"pip install --quiet (?!--no-deps)(.*)", script.read_text(encoding="utf-8")):
+        for install in re.findall(
+            r"(?<!uv )pip\"? install --quiet (?!--no-deps)(.*)", script.read_text(encoding="utf-8")
+        ):
             assert install.startswith("-c .ci/tools.txt "), script
     assert "==" not in (ROOT / "pyproject.toml").read_text(encoding="utf-8")

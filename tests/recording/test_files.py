@@ -99,7 +99,7 @@ def test_a_sidecar_that_is_a_pipe(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     path.write_bytes(FOUR.read_bytes())
     os.mkfifo(tmp_path / "run.json")
-    assert "a pipe, not a file" in str(recorded(path).notes)
+    assert "a pipe, not a file" in str(palpate.read(path).notes)
 
 
 def test_a_config_in_the_folder_that_is_a_pipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -92,7 +92,7 @@ def _interrupted() -> NoReturn:
 
 def _one_line(error: click.UsageError, files: list[Path]) -> click.UsageError:
     """Return the error with the source of the defaults and the help command; `palpate` alone shows its help."""
-    if error.ctx is None or isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):  # new in click 8.2
+    if error.ctx is None or isinstance(error, click.exceptions.NoArgsIsHelpError):
         return error
     message = one_line(error.format_message().rstrip("."))
     unnamed = [str(file) for file in files if str(file) not in message]

@@ -183,13 +183,13 @@ def is_whole(line: bytes) -> bool:
 
 _WHOLE = re.compile(r"[ \t]*[+-]?[0-9]+[ \t]*")
 _REAL = re.compile(r"[ \t]*[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?[ \t]*", re.IGNORECASE)
-_CAPACITANCE = re.compile(rf"{_REAL.pattern}|[ \t]*[+-]?(nan|inf|infinity)[ \t]*|", re.IGNORECASE)
+_NO_NUMBER = re.compile(r"[ \t]*[+-]?(nan|inf|infinity)[ \t]*|", re.IGNORECASE)
 
 
 def _fits(name: str, cell: str) -> bool:
     try:
         if name.endswith("_pF"):
-            return _CAPACITANCE.fullmatch(cell) is not None
+            return bool(_REAL.fullmatch(cell) or _NO_NUMBER.fullmatch(cell))
         if name.endswith("_s"):
             return bool(_REAL.fullmatch(cell)) and len(cell) <= _LONGEST and _is_time(cell)
         return _WHOLE.fullmatch(cell) is not None and _LOWEST.get(name, 0) <= int(cell) <= _HIGHEST[name]

@@ -107,17 +107,23 @@ class SidecarFile:
         self.path, self._saved = path, text
 
     def _save(self, document: dict[str, Any], text_of: Callable[[dict[str, Any]], bytes]) -> None:
-        text, removed = text_of(document), False
+        text = text_of(document)
+        self._require_ours()
         with replacing(self.path) as file:
             _write(file, text)
-            try:  # as late as can be: another program may write at any time
-                if self._is_changed():
-                    raise RecordingError(self.path, "was changed by another program while it was recorded")
-            except FileNotFoundError:
-                removed = True
+            removed = self._require_ours()  # as late as can be: another program may write at any time
         self._document, self._saved = document, text
         if removed:
             self._save(_noted(document, AGAIN), _text)
+
+    def _require_ours(self) -> bool:
+        """Raise RecordingError if another program has changed the sidecar; return whether it was removed."""
+        try:
+            if self._is_changed():
+                raise RecordingError(self.path, "was changed by another program while it was recorded")
+        except FileNotFoundError:
+            return True
+        return False
 
     def _is_ours(self) -> bool:
         try:
