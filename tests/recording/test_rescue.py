@@ -109,7 +109,7 @@ def test_a_rescue_that_is_disturbed_is_said(tmp_path: Path) -> None:
     def act(path: Path) -> None:
         path.unlink()
         rescued = path.with_name("run.rescued.csv")
-        wait(rescued.exists)
+        wait(rescued.with_suffix(".json").exists)  # made after it
         rescued.unlink()
 
     with pytest.raises(RecordingError, match=r"run.csv: was removed .*, but not all: \S+run.rescued.csv: was removed"):
