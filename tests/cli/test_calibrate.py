@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -115,6 +116,20 @@ def test_another_scene_is_said(folder: Path) -> None:
     result = run("replay", folder / "gel" / "gel.csv", "--scene", "paper", "--calibration", folder / "probe.toml")
     assert result.exit_code == 0
     assert "was made with scene handheld, but this is scene paper" in result.stderr
+
+
+def test_a_doubt_goes_into_the_calibration(folder: Path, tmp_path: Path) -> None:
+    """A calibration from rows that were changed says so wherever it is used."""
+    ten = tmp_path / "ten"
+    shutil.copytree(folder / "ten", ten)
+    changed = files(tmp_path)[0]
+    changed.write_bytes(changed.read_bytes().replace(b",0\n", b",1\n", 1))
+    probe = tmp_path / "probe.toml"
+    made = run("calibrate", *files(tmp_path), "--moduli", ten / "moduli.csv", "-o", probe)
+    assert made.exit_code == 5
+    result = run("replay", folder / "gel" / "gel.csv", "--calibration", probe)
+    assert "was made from recordings that were not as written, so the moduli may be wrong" in result.stderr
+    assert f"{changed.name}: the rows were changed" in result.stderr
 
 
 def test_calibrate_as_json(folder: Path, tmp_path: Path) -> None:

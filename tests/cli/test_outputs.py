@@ -61,6 +61,25 @@ def test_calibrate_replaces_nothing_unasked(option: str, tmp_path: Path) -> None
     assert (taken.read_text(), link.is_symlink(), list(tmp_path.glob("p.*"))) == ("precious", True, [])
 
 
+def test_a_sidecar_of_an_input_is_an_input(tmp_path: Path) -> None:
+    for suffix in (".csv", ".json"):
+        (tmp_path / "four").with_suffix(suffix).write_bytes(FOUR.with_suffix(suffix).read_bytes())
+    beside, before = tmp_path / "four.json", FOUR.with_suffix(".json").read_bytes()
+    for option in ("-o", "--report"):
+        given = {"-o": tmp_path / "p.toml"} | {option: beside}
+        result = run(
+            "calibrate",
+            tmp_path / "four.csv",
+            "--moduli",
+            FOUR,
+            *[x for pair in given.items() for x in pair],
+            "--force",
+        )
+        assert result.exit_code == 4
+        assert "four.json: is an input file: choose another name" in result.stderr
+    assert beside.read_bytes() == before
+
+
 def test_one_name_for_two_outputs(tmp_path: Path) -> None:
     both = ("-o", tmp_path / "p.svg", "--plot", tmp_path / "p.svg")
     result = run("calibrate", FOUR, "--moduli", FOUR, *both)

@@ -12,6 +12,7 @@ from palpate import Touch
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.options import json_option, recording_options, tracking
 from palpate.cli.outputs import force_option, require_free
+from palpate.errors import shortened
 from palpate.files import replacing
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ def calibrate(
     specimens = _specimens(files, moduli, how, accept, told)
     try:
         about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
+        about |= {"doubts": shortened("; ".join(told.doubts), 1000)} if told.doubts else {}
         soft = None if free_soft_ratio else 1.0
         found = characterise.calibrate(specimens, by=by, soft_ratio=soft, about=about)
         _draw(found, specimens, plot, report)
@@ -150,7 +152,7 @@ def _touches(file: Path, how: dict[str, Any], told: _Told) -> list[Touch]:
     for note in recording.notes:
         click.echo(f"{file}: {note}", err=True)
     told.notes.extend(f"{file}: {note}" for note in recording.notes)
-    told.doubts.extend(recording.doubts)
+    told.doubts.extend(f"{file.name}: {doubt}" for doubt in recording.doubts)
     return found
 
 

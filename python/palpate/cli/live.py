@@ -14,6 +14,7 @@ import click
 
 from palpate.cli.exit import INTERRUPTED
 from palpate.cli.library_logs import library_logs
+from palpate.cli.moduli import tell_origin
 from palpate.cli.options import estimating_options, json_option, tracking
 from palpate.cli.source import SourceType
 from palpate.several import TOUCH_SCATTER
@@ -145,11 +146,7 @@ def _calibration(path: Path, scene: str) -> "Calibration":
 
     found = Calibration.load(path)
     found.modulus(found.probe.soft_ratio)  # raises MissingExtra now, not during the measurement
-    made_by = found.about.get("scene", scene)
-    if made_by != scene:
-        click.echo(
-            f"{path}: was made with scene {made_by}, but this is scene {scene}: the moduli may be wrong", err=True
-        )
+    tell_origin(path, found.about, scene)
     return found
 
 

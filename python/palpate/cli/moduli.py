@@ -1,7 +1,7 @@
 """`palpate replay --calibration`: the modulus for each touch, and for the mean of touches that agree."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,19 @@ if TYPE_CHECKING:
     from palpate.several import Agreement
 
 
+def tell_origin(path: Path, about: Mapping[str, str], scene: str) -> None:
+    """Print what may be wrong with a calibration for this scene, from what its file says about its origin."""
+    made_by, doubts = about.get("scene", scene), about.get("doubts", "")
+    if made_by != scene:
+        click.echo(
+            f"{path}: was made with scene {made_by}, but this is scene {scene}: the moduli may be wrong", err=True
+        )
+    if doubts:
+        click.echo(
+            f"{path}: was made from recordings that were not as written, so the moduli may be wrong: {doubts}", err=True
+        )
+
+
 class Moduli:
     """Moduli of the touches of a recording, by a calibration."""
 
@@ -21,11 +34,7 @@ class Moduli:
         from palpate import Calibration
 
         self._calibration = Calibration.load(path)
-        made_by = self._calibration.about.get("scene", scene)
-        if made_by != scene:
-            click.echo(
-                f"{path}: was made with scene {made_by}, but this is scene {scene}: the moduli may be wrong", err=True
-            )
+        tell_origin(path, self._calibration.about, scene)
 
     def of(self, touch: Touch) -> "Modulus":
         """Return the modulus of the object of one touch."""

@@ -20,13 +20,16 @@ def require_free(outputs: Iterable[Path], inputs: Iterable[Path] = (), *, force:
     Raises
     ------
     FileExistsError
-        A file of this name exists, and `force` is False; or it is an input.
+        A file of this name exists, and `force` is False; or it is an input, or the sidecar of one.
     click.UsageError
         Two outputs have the same name.
     """
+    from palpate.recording.sidecar import sidecar_path
+
     read, chosen = list(inputs), set[Path]()
+    read += [sidecar_path(path) for path in read if path.suffix.lower() == ".csv"]
     for path in outputs:
-        if path.exists() and any(path.samefile(one) for one in read):
+        if path.exists() and any(one.exists() and path.samefile(one) for one in read):
             raise FileExistsError(errno.EEXIST, "is an input file: choose another name", str(path))
         if path.resolve() in chosen:
             raise click.UsageError(f"got {path} for two files, allowed: another name for each")
