@@ -90,8 +90,10 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         if mode is not None:
             beside.chmod(mode)
         beside.replace(path)
-    except BaseException:
+    except BaseException as error:
         beside.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno and error.filename is None:  # a write knows no name
+            raise OSError(error.errno, error.strerror, str(path)) from error
         raise
     for each in (path, path.parent):  # FAT writes what a name stands for only with the file, not with the folder
         sync(each)

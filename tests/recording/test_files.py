@@ -168,12 +168,13 @@ def test_an_error_leaves_the_old_file(tmp_path: Path) -> None:
             file.write(b"half")
             raise OSError(errno.ENOSPC, "full")
 
-    with pytest.raises(OSError, match="full"):
+    with pytest.raises(OSError, match="full") as caught:
         fail()
+    assert caught.value.filename == str(path)
     assert (path.read_bytes(), list(tmp_path.iterdir())) == (b"old", [path])
-    with pytest.raises(FileNotFoundError) as caught:
+    with pytest.raises(FileNotFoundError) as missing:
         write(tmp_path / "nowhere" / "a")
-    assert caught.value.filename == str(tmp_path / "nowhere" / "a")
+    assert missing.value.filename == str(tmp_path / "nowhere" / "a")
 
 
 def test_a_file_is_synced_before_and_after_it_gets_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -110,6 +110,8 @@ def read(
         return _own(Recorded(path))
     table = read_table(Path(path))
     own = {name for column in range(table.width) for name in table.names(column)} >= set(OWN_COLUMNS.values())
+    if table.width < 2:
+        raise RecordingError(table.path, "not a recording: one column, two are needed", table.rows[0][0])
     if columns is None and not own:
         raise ValueError(
             f"columns: got none for a table of another logger, allowed: hard and soft, two of {table.describe()}"

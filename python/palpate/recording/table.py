@@ -198,7 +198,9 @@ def _rows(path: Path, lines: list[str], delimiter: str | None) -> Iterator[tuple
 
 def _why_no_data(split: list[tuple[int, list[str]]]) -> tuple[str, int]:
     """Return a reason and a line: those of the row with the most numbers."""
-    best = max(split, key=lambda row: sum(map(_is_number, row[1])), default=(1, [""]))
+    if not split:
+        return "not a recording: an empty file", 1
+    best = max(split, key=lambda row: sum(map(_is_number, row[1])))
     wrong = next((cell for cell in best[1] if not _is_number(cell)), best[1][0])
     return f"not a recording: no row of numbers; {quoted(wrong)} is not a number", best[0]
 
