@@ -152,7 +152,7 @@ def test_names_need_a_header_as_wide_as_the_rows(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "line", "reason"),
     [
-        ("", 1, "no row of numbers"),
+        ("", None, "is empty"),
         ("hello\nworld\n", 1, "no row of numbers"),
         (b"\x7fELF\n\0\0", 2, "a zero byte, so this is not a text file"),
         (b"\xff\xfe\x00", 1, "not text"),

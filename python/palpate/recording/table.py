@@ -232,6 +232,8 @@ def _text(path: Path) -> str:
         raw = read_bytes(path, LARGEST)
     except OSError as error:
         raise RecordingError(path, f"cannot be read: {error.strerror}") from error
+    if not raw:
+        raise RecordingError(path, "is empty")
     if raw.startswith(b"PAR1"):
         raise RecordingError(path, "a Parquet table: palpate cannot read Parquet; use the CSV from which it was made")
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
