@@ -76,7 +76,7 @@ def test_an_unclean_stop_is_said_and_repaired_when_asked(tmp_path: Path, torn: i
     repaired = check(path, repair=True)
     assert (repaired.survey.rows, repaired.repaired, repaired.clean, repaired.faults) == (4, True, False, ())
     assert repaired.findings[0].startswith("repaired: removed ")
-    assert "4 of 4 rows were verified before" in repaired.findings[0]
+    assert "4 of 4 rows are verified" in repaired.findings[0]
     assert left.startswith(path.read_bytes())
     assert check(path, repair=True) == repaired
     assert b",".join([b"4", b"0.104"]) not in path.read_bytes()
@@ -203,10 +203,38 @@ def test_a_sidecar_that_was_edited_is_told(tmp_path: Path) -> None:
     recording = read(path)
     assert recording.full_scale_pF == 8
     assert recording.doubts == (
-        "the sidecar was changed after it was written (its checksum differs): device, settings, marks, end may be wrong",
+        (
+            "the sidecar was changed after it was written (its checksum differs): device, settings, marks, end may be "
+            "wrong; the rows agree with the checksum in it: take the sidecar from a copy"
+        ),
     )
     assert check(path).faults == recording.doubts
-    assert check(path).verified == 0
+    assert (check(path).verified, check(path).changed) == (5, True)
+    assert check(path, repair=True).faults[-1] == (
+        "not repaired: only the sidecar was changed, and what it said before cannot be known: take it from a copy"
+    )
+
+
+def test_line_ends_of_windows_are_told_and_the_rows_are_verified(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(5)])
+    data = path.read_bytes()
+    path.write_bytes(data.replace(b"\n", b"\r\n"))
+    report = check(path)
+    assert (report.verified, report.faults, report.clean) == (5, (), True)
+    told = ("the line ends were changed to those of Windows; the rows are as they were written",)
+    assert report.findings == read(path).notes == told
+    path.write_bytes(data.replace(b"8388610", b"8388617", 1).replace(b"\n", b"\r\n"))
+    assert "the rows were changed after they were written" in check(path).faults[0]
+
+
+def test_an_empty_file_is_said_to_be_empty(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(5)])
+    path.write_bytes(b"")
+    assert check(path).faults == ("the file is empty, but 5 rows were written",)
+    path.with_suffix(".json").unlink()
+    for reader in (read, check):
+        with pytest.raises(RecordingError, match=r"run.csv: is empty$"):
+            reader(path)
 
 
 @pytest.mark.parametrize("checksum", [True, False])

@@ -61,14 +61,15 @@ def test_all_rows_are_in_the_rescue_recording(tmp_path: Path, act: Callable[[Pat
     assert rescued.name == "run.rescued.csv"
     assert rescued.read_bytes() == rows_text(recorder.rows)
     assert recorder.dropped == 0
-    report = check(rescued)
-    assert (report.clean, report.faults, report.survey.rows) == (True, (), recorder.rows)
-    assert not is_locked(rescued)
-    document = sidecar.load(rescued)
+    report, document = check(rescued), sidecar.load(rescued)
     assert document
+    assert (report.clean, report.faults, report.survey.rows) == (True, (), recorder.rows)
+    assert (report.rescued, list(report.findings)) == (True, document["notes"][1:])
+    assert set(report.findings) <= set(read(rescued).notes)
+    assert not is_locked(rescued)
     assert document["device"] == {"name": "x"}
     assert document["notes"][0] == "first"
-    assert re.search(f"^rescued: .*{message}$", document["notes"][1])
+    assert re.search(f"^rescued: .*{message}$", document["notes"][-1])
     assert [mark["text"] for mark in document["marks"]] == ["behind it"]
     assert "error" not in document["end"]
 
@@ -115,6 +116,8 @@ def test_a_cut_file_loses_only_what_was_cut(tmp_path: Path, tally: Tally) -> Non
         report = check(recorder.path)
         assert report.clean
         assert report.survey.lost == recorder.dropped or left == 0
+        first = f"{recorder.dropped} samples are missing before the first row"
+        assert (first in report.findings) == (first in read(recorder.path).notes) == (left == 0 < recorder.dropped)
         tally.fault("file cut while it is recorded", recorder.rows, 0)
 
 

@@ -152,8 +152,9 @@ def test_names_need_a_header_as_wide_as_the_rows(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "line", "reason"),
     [
-        ("", 1, "an empty file"),
+        ("", None, "is empty"),
         ("1\n2\n3\n", 1, "one column, two are needed"),
+        ("\n\n", 1, "nothing but blank lines"),
         ("hello\nworld\n", 1, "no row of numbers"),
         (b"\x7fELF\n\0\0", 2, "a zero byte, so this is not a text file"),
         (b"\xff\xfe\x00", 1, "not text"),

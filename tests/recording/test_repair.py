@@ -120,7 +120,7 @@ def test_a_torn_row_is_removed_without_a_question_and_verified_rows_stay_so(tmp_
     [finding] = report.findings
     removed, left = finding.split("; ", 1)
     assert removed == "repaired: removed 17 bytes of an incomplete row (kept in run.torn)"
-    assert left == "50 of 60 rows were verified before; the checksum of now is that of the rows left"
+    assert left == "50 of 60 rows are verified"
     end = json.loads((tmp_path / "run.json").read_text())["end"]
     assert (end["rows"], end["verified"], end["clean"]) == (ROWS, SYNCED, False)
     assert recorded(path).doubts == ()
@@ -142,13 +142,18 @@ def test_a_changed_row_stays_a_doubt_after_the_repair(tmp_path: Path) -> None:
 def test_a_finished_recording_is_repaired_only_if_it_has_damaged_places(tmp_path: Path) -> None:
     path = finished(tmp_path / "run.csv", ROWS)
     data = path.read_bytes()
-    for wrong in (data.replace(b"838861", b"838862", 1), data[:-200]):
+    reasons = {
+        data.replace(b"838861", b"838862", 1): (
+            "every line is a row, and which ones are not as they were written cannot be known"
+        ),
+        data[:-20]: "1 rows that were written are missing: take the file from a copy",
+    }
+    for wrong, reason in reasons.items():
         path.write_bytes(wrong)
         before = contents(tmp_path)
         report = check(path, repair=True)
-        assert report.faults[-1] == (
-            "not repaired: every line is a row, and which ones are not as they were written cannot be known"
-        )
+        assert report.changed == (len(wrong) == len(data))
+        assert report.faults[-1] == f"not repaired: {reason}"
         assert contents(tmp_path) == before
     (tmp_path / "holed").mkdir()
     path, data = holed(tmp_path / "holed" / "run.csv", closed=True)
@@ -172,6 +177,32 @@ def test_a_lost_header_or_sidecar_does_not_cost_the_rows(tmp_path: Path) -> None
     assert report.survey.lost > 0
     assert any("no valid sidecar (other.json is missing)" in fault for fault in report.faults)
     assert read(path).full_scale_pF == pytest.approx(4.0958, abs=1e-4)
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_header_that_is_repaired_leaves_no_doubt(tmp_path: Path, closed: bool) -> None:
+    """The bytes are again those that were recorded: they agree with the checksum of that time."""
+    path = finished(tmp_path / "run.csv", ROWS) if closed else killed(tmp_path / "run.csv", ROWS, SYNCED)
+    data = path.read_bytes()
+    path.write_bytes(data.replace(b"t_hard", b"t\xffhard", 1))
+    assert check(path).faults
+    report = check(path, repair=True, remove_damage=True)
+    assert path.read_bytes() == data
+    assert (report.faults, report.verified) == ((), ROWS if closed else SYNCED)
+    assert report.findings[0].endswith(f"wrote the missing header; {report.verified} of {ROWS} rows are verified")
+    path.write_bytes(data.replace(b"838861", b"838862", 1))
+    assert check(path).faults
+
+
+def test_a_changed_sidecar_of_a_killed_recording_is_told_the_same_after_the_repair(tmp_path: Path) -> None:
+    path = killed(tmp_path / "run.csv", ROWS, SYNCED)
+    beside = path.with_suffix(".json")
+    beside.write_text(beside.read_text().replace("a board", "a bored"))
+    assert any(f"the first {SYNCED} of {ROWS} rows are verified" in note for note in read(path).notes)
+    report = check(path, repair=True)
+    assert report.findings == (f"repaired: wrote the missing end; {SYNCED} of {ROWS} rows are verified",)
+    assert report.verified == SYNCED
+    assert [fault[:41] for fault in report.faults] == ["before the repair: the sidecar was change"]
 
 
 def test_without_a_sidecar_there_is_nothing_to_repair(tmp_path: Path) -> None:
@@ -226,10 +257,14 @@ def test_the_command_asks_on_a_terminal_only(tmp_path: Path, monkeypatch: pytest
         assert result.exit_code == 4
         return result.stdout + result.stderr
 
-    assert "only when it is confirmed (--yes" in run("--repair", text="y\n")
+    refused = run("--repair", text="y\n")
+    assert "would be taken out, and kept in a file: not confirmed; --yes confirms it\n" in refused
+    assert "a damaged recording is not read" not in refused
+    assert "got 512 zero bytes, allowed: text" in refused
     monkeypatch.setattr("palpate.cli.check._is_terminal", lambda: True)
     asked = run("--repair", text="n\n")
     assert "bytes in 1 place are no rows. Remove them, and keep them in a file? [y/N]" in asked
+    assert "would be taken out, and kept in a file: not confirmed\n" in asked
     assert path.read_bytes() == data
     assert "repaired: removed" in run("--repair", text="y\n")
     path.write_bytes(data)

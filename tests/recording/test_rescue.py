@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 from disturbing import disturbed, remove, rename, rows_text
-from palpate import RecordingError, check
+from palpate import RecordingError, check, read
+from palpate.cli import main
 from palpate.recording import rescue, sidecar
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER
-from palpate.recording.sidecar_file import AGAIN
 from recording_bench import sample
 from recording_children import wait
 
@@ -47,7 +48,9 @@ def test_a_sidecar_that_is_removed_is_written_again(tmp_path: Path) -> None:
     recorder.close()
     assert recorder.error is None
     assert check(path).clean
-    assert (sidecar.load(path) or {})["notes"] == ["first", AGAIN]
+    assert (sidecar.load(path) or {})["notes"] == ["first", sidecar.AGAIN]
+    assert sidecar.AGAIN in read(path).notes
+    assert check(path).findings == (sidecar.AGAIN,)
 
 
 def fail(number: int) -> Callable[..., Any]:
@@ -86,6 +89,14 @@ def test_a_disk_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     document = sidecar.load(recorder.path) or {}
     assert document["end"]["dropped"] == recorder.dropped
     assert document["notes"][-1].startswith(f"rescued: {recorder.dropped} rows are missing: ")
+    report, notes = check(recorder.path), read(recorder.path).notes
+    for told in (document["notes"][-1], f"{recorder.dropped} samples are missing before the first row"):
+        assert told in report.findings
+        assert told in notes
+    assert f"{recorder.dropped} samples were read, but are not in the file" in report.findings
+    result = CliRunner().invoke(main, ["check", str(recorder.path)])
+    assert result.exit_code == 5
+    assert f": rescued: {recorder.rows} rows" in result.stdout
 
 
 def test_a_rescue_that_cannot_begin_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

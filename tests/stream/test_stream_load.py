@@ -72,7 +72,9 @@ def test_a_source_faster_than_the_disk(tmp_path: Path, tally: Tally, monkeypatch
     assert counters.read == counters.recorded + counters.unrecorded == 3 * CAPACITY
     report = check(path)
     assert report.survey.rows == counters.recorded
-    assert any(f"{counters.unrecorded} samples read but not written" in finding for finding in report.findings)
+    assert any(
+        f"{counters.unrecorded} samples were read, but are not in the file" in finding for finding in report.findings
+    )
     tally.fault("disk hangs", counters.recorded, counters.recorded - report.survey.rows)
 
 

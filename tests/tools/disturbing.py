@@ -3,6 +3,7 @@
 import shutil
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from palpate.recording.recorder import Recorder
@@ -50,8 +51,10 @@ def write_sidecar(path: Path) -> None:
 
 
 def sidecar_is_a_folder(path: Path) -> None:
-    path.with_suffix(".json").unlink()
-    path.with_suffix(".json").mkdir()
+    while not path.with_suffix(".json").is_dir():  # if the recorder writes it again at this very moment, again
+        path.with_suffix(".json").unlink()
+        with suppress(FileExistsError):
+            path.with_suffix(".json").mkdir()
 
 
 def disturbed(path: Path, act: Callable[[Path], None]) -> Recorder:

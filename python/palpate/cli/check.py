@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +35,7 @@ def check(
     --repair never removes a row that can be read. What it removes is kept in NAME.torn, the files before it in
     NAME.csv.unrepaired and NAME.json.unrepaired. More than an incomplete last row is removed only after a question, or
     with --yes. Exit codes: 4, a file is not a recording, not complete, or not as it was written; 5, samples are missing
-    or have no usable value, or the file was repaired.
+    or have no usable value, or the file was repaired or rescued.
 
     \b
     Example:
@@ -61,13 +62,15 @@ def _checked(file: Path, repair: bool, yes: bool, table: dict[str, Any]) -> "Ver
     from palpate.recording.verification import check as look
 
     report = look(file, repair=repair, remove_damage=yes, **table)
-    if repair and not yes and report.damaged and not report.running and _is_terminal():
-        size, places = sum(place.bytes for place in report.damaged), len(report.damaged)
-        where = "1 place" if places == 1 else f"{places} places"
-        question = f"{file}: {size:,} bytes in {where} are no rows. Remove them, and keep them in a file?"
-        if click.confirm(question, err=True):
-            return look(file, repair=True, remove_damage=True)
-    return report
+    if not repair or yes or not report.damaged or report.running:
+        return report
+    if not _is_terminal():
+        *faults, refused = report.faults
+        return replace(report, faults=(*faults, f"{refused}; --yes confirms it"))
+    size, places = sum(place.bytes for place in report.damaged), len(report.damaged)
+    where = "1 place" if places == 1 else f"{places} places"
+    question = f"{file}: {size:,} bytes in {where} are no rows. Remove them, and keep them in a file?"
+    return look(file, repair=True, remove_damage=True) if click.confirm(question, err=True) else report
 
 
 def _is_terminal() -> bool:
@@ -99,7 +102,9 @@ def _verdict(report: "Verification") -> str:
     if report.running:
         return "still being recorded"
     if report.faults:
-        return "not complete"
+        return "changed" if report.changed else "not complete"
     if report.repaired:
         return "repaired"
+    if report.rescued:
+        return "rescued"
     return "readable" if report.clean is None else "complete, clean end"

@@ -64,6 +64,11 @@ class Known:
         return self.end or dict((self.document or {}).get("checkpoint", {}))
 
     @property
+    def rows(self) -> int:
+        """Number of rows that were written, from the end; 0 without one."""
+        return _count(self.end.get("rows")) or 0
+
+    @property
     def marked(self) -> int | None:
         """Number of bytes that the CRC-32 is of; None: all, or unknown."""
         return _count(self.seal.get("bytes"))
@@ -113,7 +118,12 @@ def judge(known: Known, seen: Pass, rows: int) -> Integrity:
     changed = (
         "the sidecar was changed after it was written (its checksum differs): device, settings, marks, end may be wrong"
     )
-    return found._replace(doubts=(changed, *found.doubts), verified=0)
+    only = (
+        "; the rows agree with the checksum in it: take the sidecar from a copy"
+        if found.verified and not found.doubts
+        else ""
+    )
+    return found._replace(doubts=(changed + only, *found.doubts))
 
 
 def _ended(known: Known, seen: Pass, rows: int) -> Integrity:
@@ -121,8 +131,13 @@ def _ended(known: Known, seen: Pass, rows: int) -> Integrity:
     doubts, limits, remarks = list(map(str, _items(end, "doubts"))), list[str](), list(_remarks(end))
     checksum = _count(end.get("crc32"))
     held = seen.checksum if known.marked is None else seen.marked_checksum
+    if held != checksum == seen.joined_checksum:
+        held = checksum
+        remarks.append("the line ends were changed to those of Windows; the rows are as they were written")
     if end.get("rows") != rows:
-        doubts.append(f"{rows} rows in the file, but {end.get('rows')!r:.20} were written")
+        written = f"{end.get('rows')!r:.20}"
+        there = f"{rows} rows in the file, but {written}" if seen.size else f"the file is empty, but {written} rows"
+        doubts.append(f"{there} were written")
     elif checksum is None and not known.is_old:
         doubts.append(
             "the end in the sidecar has no checksum, which palpate always writes: the rows cannot be verified"

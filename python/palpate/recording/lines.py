@@ -62,6 +62,8 @@ class Pass:
     ----------
     size, checksum : int
         Bytes read so far, and their CRC-32.
+    joined_checksum : int
+        CRC-32 of the same without carriage returns: that of a file whose line ends were changed.
     marked_checksum : int or None
         CRC-32 of the first `marked` bytes; None: the file has not as many.
     filled : int
@@ -75,7 +77,7 @@ class Pass:
     def __init__(self, path: Path, marked: int | None = None) -> None:
         self.path = path
         self._marked = marked
-        self.size = self.checksum = self.filled = self.tail_offset = 0
+        self.size = self.checksum = self.joined_checksum = self.filled = self.tail_offset = 0
         self.marked_checksum: int | None = None
         self.tail, self.tail_line = b"", 1
         self.complete = False
@@ -98,16 +100,18 @@ class Pass:
         try:
             with open_regular(self.path) as file:
                 while data := file.read(chunk):
-                    self._sum(data)
+                    self.count(data)
                     yield data
         except OSError as error:
             raise RecordingError(self.path, f"cannot be read: {error.strerror or error}") from error
 
-    def _sum(self, data: bytes) -> None:
+    def count(self, data: bytes) -> None:
+        """Count the next bytes."""
         to_mark = -1 if self._marked is None else self._marked - self.size
         if 0 <= to_mark <= len(data):
             self.marked_checksum = zlib.crc32(data[:to_mark], self.checksum)
         self.checksum = zlib.crc32(data, self.checksum)
+        self.joined_checksum = zlib.crc32(data.replace(b"\r", b""), self.joined_checksum)
         if filled := len(data.rstrip(b"\0")):
             self.filled = self.size + filled
         self.size += len(data)

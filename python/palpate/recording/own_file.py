@@ -107,6 +107,15 @@ class Recorded:
         return self.integrity.doubts
 
     @property
+    def told(self) -> tuple[str, ...]:
+        """What the recorder said of the recording: it began late, or was disturbed; and what a rescue lacks before it."""
+        notes = sidecar.told_of(self.document or {})
+        missing = self.survey.first_seq if any(note.startswith(sidecar.RESCUED) for note in notes) else 0
+        if not missing or any(note.startswith(sidecar.BEGUN) for note in notes):
+            return notes
+        return (*notes, f"{missing} samples are missing before the first row")
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the data; complete after `blocks()`."""
         survey = self.survey
@@ -118,10 +127,9 @@ class Recorded:
             ),
             "the last row is incomplete (no line end): left out": self.torn_bytes,
         }
-        told = [str(note) for note in (self.document or {}).get("notes", []) if str(note).startswith(sidecar.BEGUN)]
         found = self.integrity
         whole = (*found.doubts, *found.limits, *found.remarks)
-        return (*whole, *told, *(note for note, holds in notes.items() if holds))
+        return (*whole, *self.told, *(note for note, holds in notes.items() if holds))
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""

@@ -23,7 +23,8 @@ from typing import Any, BinaryIO, NamedTuple
 from palpate.errors import RecordingError
 from palpate.files import open_regular, replacing
 from palpate.recording import sidecar
-from palpate.recording.lines import Damage
+from palpate.recording.integrity import judge
+from palpate.recording.lines import Damage, Pass
 from palpate.recording.own_file import Recorded
 from palpate.recording.rows import HEADER
 
@@ -51,16 +52,26 @@ def why_not(recording: Recorded, damage: list[Damage], *, remove_damage: bool) -
         return "not repaired: it is still being recorded"
     if damage and not remove_damage:
         return (
-            f"not repaired: {sum(place.bytes for place in damage):,} damaged bytes would be taken out, and kept in a file; "
-            "this is done only when it is confirmed (--yes, or remove_damage=True)"
+            f"not repaired: {sum(place.bytes for place in damage):,} damaged bytes would be taken out, and kept in a file: "
+            "not confirmed"
         )
     if damage or (known.document is not None and not known.end):
         return None
     if known.document is None:
         return "not repaired: every line is a row, and what the sidecar said cannot be known again"
     if recording.doubts:
-        return "not repaired: every line is a row, and which ones are not as they were written cannot be known"
+        return f"not repaired: {_why_doubted(recording)}"
     return ""
+
+
+def _why_doubted(recording: Recorded) -> str:
+    """Return why a recording with an end, in which every line is a row, cannot be repaired."""
+    known, rows = recording.known, recording.survey.rows
+    if known.intact is not False and known.rows > rows:
+        return f"{known.rows - rows:,} rows that were written are missing: take the file from a copy"
+    if known.intact is False and len(recording.doubts) == 1:
+        return "only the sidecar was changed, and what it said before cannot be known: take it from a copy"
+    return "every line is a row, and which ones are not as they were written cannot be known"
 
 
 def repair(recording: Recorded, damage: list[Damage]) -> None:
@@ -82,16 +93,14 @@ def repair(recording: Recorded, damage: list[Damage]) -> None:
     try:
         names = _free(rows, beside)
         plan = _plan(recording, damage)
-        document = _document(recording, _done(recording, damage, names.torn.name))
         with ExitStack() as undo:
             if beside.exists():
                 _keep(beside, names.document, undo)
-            size, checksum = recording.seen.size, recording.seen.checksum
+            seen = recording.seen
             if plan.parts or plan.written:
                 _keep(rows, names.rows, undo)
-                size, checksum = _take_out(recording, plan, names, undo)
-            document["end"] |= {"bytes": size, "crc32": checksum}
-            sidecar.save(beside, document)
+                seen = _take_out(recording, plan, names, undo)
+            sidecar.save(beside, _document(recording, _done(recording, damage, names.torn.name), seen))
             undo.pop_all()
     except OSError as error:
         reason = f"cannot be repaired: {error.strerror or error}; all files are as they were"
@@ -137,8 +146,8 @@ def _keep(path: Path, kept: Path, undo: ExitStack) -> None:
         shutil.copymode(path, kept)
 
 
-def _take_out(recording: Recorded, plan: _Plan, names: _Names, undo: ExitStack) -> tuple[int, int]:
-    """Write the torn parts, and the rows without them; return size and CRC-32 of the rows."""
+def _take_out(recording: Recorded, plan: _Plan, names: _Names, undo: ExitStack) -> Pass:
+    """Write the torn parts, and the rows without them; return what was counted of the rows."""
     seen, rows = recording.seen, recording.path.resolve()
     about = {"format": _FORMAT, "file": rows.name, "bytes": seen.size, "crc32": seen.checksum}
     about |= {"parts": [{"offset": offset, "bytes": size} for offset, size in plan.parts]}
@@ -150,10 +159,13 @@ def _take_out(recording: Recorded, plan: _Plan, names: _Names, undo: ExitStack) 
             torn.write(json.dumps(about).encode() + b"\n")
             for offset, size in plan.parts:
                 torn.writelines(_ranged(kept, offset, size))
+        left = Pass(rows, recording.known.marked)
         with replacing(rows) as file:
-            found = _sum(_written(file, _remaining(kept, plan, seen.size)))
+            for data in _remaining(kept, plan, seen.size):
+                file.write(data)
+                left.count(data)
     undo.callback(names.rows.replace, rows)
-    return found
+    return left
 
 
 def _remaining(kept: BinaryIO, plan: _Plan, size: int) -> Iterator[bytes]:
@@ -171,12 +183,6 @@ def _ranged(file: BinaryIO, offset: int, size: int) -> Iterator[bytes]:
         yield data
 
 
-def _written(file: BinaryIO, parts: Iterator[bytes]) -> Iterator[bytes]:
-    for part in parts:
-        file.write(part)
-        yield part
-
-
 def _sum(parts: Iterator[bytes]) -> tuple[int, int]:
     """Return the size and the CRC-32 of bytes."""
     size = checksum = 0
@@ -185,17 +191,19 @@ def _sum(parts: Iterator[bytes]) -> tuple[int, int]:
     return size, checksum
 
 
-def _document(recording: Recorded, done: str) -> dict[str, Any]:
+def _document(recording: Recorded, done: str, seen: Pass) -> dict[str, Any]:
     """Return the sidecar after the repair: the rows of the end are those of now, not those that were measured."""
-    known, found, rows = recording.known, recording.integrity, recording.survey.rows
+    known, rows = recording.known, recording.survey.rows
+    after = judge(known, seen, rows)
+    found = recording.integrity if after.doubts else after  # without what was added, it may be as it was written
     document = dict(known.document or _unknown(recording))
     document.pop("checkpoint", None)
     lost = found.doubts if known.document and not known.end else (*found.doubts, *found.limits)
     old = known.end.get("doubts", [])
     doubts = [text if text in old else f"before the repair: {text}" for text in lost]
-    before = f"{found.verified:,} of {rows:,} rows were verified before; the checksum of now is that of the rows left"
-    end = {"dropped": 0, **known.end, "rows": rows, "clean": False, "verified": found.verified}
-    end |= {"repaired": f"{done}; {before}"} | ({"doubts": doubts} if doubts else {})
+    end = {"dropped": 0, **known.end, "rows": rows, "bytes": seen.size, "crc32": seen.checksum, "clean": False}
+    end |= {"verified": found.verified, "repaired": f"{done}; {found.verified:,} of {rows:,} rows are verified"}
+    end |= {"doubts": doubts} if doubts else {}
     return {**document, "schema": sidecar.SCHEMA, "end": end}
 
 
@@ -213,4 +221,4 @@ def _done(recording: Recorded, damage: list[Damage], torn: str) -> str:
     removed += [f"{recording.torn_bytes} bytes of an incomplete row"] if recording.torn_bytes else []
     done = [f"removed {' and '.join(removed)} (kept in {torn})"] if removed else []
     done += [] if recording.headed else ["wrote the missing header"]
-    return ", ".join(done) or "removed nothing, wrote the missing end"
+    return ", ".join(done) or "wrote the missing end"

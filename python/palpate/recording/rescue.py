@@ -10,7 +10,7 @@ from pathlib import Path
 
 from palpate.recording.row_file import RowFile
 from palpate.recording.rows import HEADER, RowError, parse_rows
-from palpate.recording.sidecar import sidecar_path
+from palpate.recording.sidecar import RESCUED, sidecar_path
 from palpate.recording.sidecar_file import SidecarFile
 
 _CHUNK = 1 << 20  # bytes
@@ -63,7 +63,7 @@ def _create(path: Path, lost: RowFile, sidecar: SidecarFile, why: str) -> RowFil
     rescued = RowFile(path)
     end = {**lost.written._asdict(), "dropped": lost.refused, "clean": False}
     try:
-        sidecar.move(sidecar_path(path), f"rescued: {why}", end | {"error": f"{why}; see {path}"})
+        sidecar.move(sidecar_path(path), f"{RESCUED}{why}", end | {"error": f"{why}; see {path}"})
     except OSError:
         rescued.discard()
         raise

@@ -162,6 +162,8 @@ def unreadable(line: bytes) -> str | None:
     >>> unreadable(b"7,0.026,0.039,8388608,8388608,0.0,0.0,0"), unreadable(b"7,0.026,0.0")
     (None, 'got 3 cells, allowed: 8')
     """
+    if zeros := line.count(b"\0"):
+        return f"got {zeros} zero bytes, allowed: text"
     if (cells := line.count(b",") + 1) != len(COLUMNS):
         return f"got {cells} cells, allowed: {len(COLUMNS)}"
     for name, cell in zip(COLUMNS, line.decode("latin-1").split(","), strict=True):

@@ -19,6 +19,9 @@ from palpate.files import read_bytes, replacing
 
 BEGUN = "begun after "
 """First words of the note that a recording was started later than the measurement."""
+RESCUED = "rescued: "
+"""First word of the notes of a rescue recording."""
+AGAIN = "the sidecar was removed while it was recorded, and is written again"
 SCHEMA = "palpate-recording-2"
 SCHEMAS = ("palpate-recording-1", SCHEMA)
 """Those that can be read: the first one has no checkpoint and no checksum of its own."""
@@ -188,6 +191,11 @@ def _is_deep(document: dict[str, Any]) -> bool:
 _PARTS: dict[str, type] = {"device": dict, "settings": dict, "notes": list, "marks": list}
 _OPTIONAL = ("clock", "session", "checkpoint", "end")
 _PARTS |= dict.fromkeys(_OPTIONAL, dict)
+
+
+def told_of(document: dict[str, Any]) -> tuple[str, ...]:
+    """Return those notes of the recorder that every reader repeats: it began late, or it was disturbed."""
+    return tuple(str(note) for note in document.get("notes", []) if str(note).startswith((BEGUN, RESCUED, AGAIN)))
 
 
 def tares_of(document: dict[str, Any]) -> frozenset[int]:

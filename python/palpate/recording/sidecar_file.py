@@ -15,7 +15,6 @@ from palpate.recording import sidecar
 _MOST_BYTES = sidecar.LARGEST - 20_000  # the rest is for checkpoint and end
 _MOST = {"notes": sidecar.MOST_MARKS - 10, "marks": sidecar.MOST_MARKS}  # the rest is for notes of the recorder
 _NO_TEXT = (errno.EFBIG, errno.EINVAL, errno.EISDIR)  # of `read_bytes`: larger, or not a regular file
-AGAIN = "the sidecar was removed while it was recorded, and is written again"
 
 
 class SidecarFile:
@@ -114,7 +113,7 @@ class SidecarFile:
             removed = self._require_ours()  # as late as can be: another program may write at any time
         self._document, self._saved = document, text
         if removed:
-            self._save(_noted(document, AGAIN), _text)
+            self._save(_noted(document, sidecar.AGAIN), _text)
 
     def _require_ours(self) -> bool:
         """Raise RecordingError if another program has changed the sidecar; return whether it was removed."""

@@ -199,7 +199,7 @@ def _rows(path: Path, lines: list[str], delimiter: str | None) -> Iterator[tuple
 def _why_no_data(split: list[tuple[int, list[str]]]) -> tuple[str, int]:
     """Return a reason and a line: those of the row with the most numbers."""
     if not split:
-        return "not a recording: an empty file", 1
+        return "not a recording: nothing but blank lines", 1
     best = max(split, key=lambda row: sum(map(_is_number, row[1])))
     wrong = next((cell for cell in best[1] if not _is_number(cell)), best[1][0])
     return f"not a recording: no row of numbers; {quoted(wrong)} is not a number", best[0]
@@ -234,6 +234,8 @@ def _text(path: Path) -> str:
         raw = read_bytes(path, LARGEST)
     except OSError as error:
         raise RecordingError(path, f"cannot be read: {error.strerror}") from error
+    if not raw:
+        raise RecordingError(path, "is empty")
     if raw.startswith(b"PAR1"):
         raise RecordingError(path, "a Parquet table: palpate cannot read Parquet; use the CSV from which it was made")
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):

@@ -11,6 +11,7 @@ from palpate.recording.lines import Damage
 from palpate.recording.own_file import Recorded
 from palpate.recording.repair import repair as mend
 from palpate.recording.repair import why_not
+from palpate.recording.sidecar import BEGUN, RESCUED
 from palpate.recording.survey import Survey
 
 
@@ -32,11 +33,15 @@ class Verification:
     faults : tuple of str
         Why the file may differ from the measured samples.
     findings : tuple of str
-        Lost, refused or saturated samples in the measurement itself; and an earlier repair.
+        Lost, refused or saturated samples in the measurement itself; and an earlier repair or rescue.
     verified : int
         Rows whose checksum is right.
     damaged : tuple of Damage
         Places in the file that are no rows.
+    rescued : bool
+        Whether it is a rescue recording, of one that was disturbed while it ran.
+    changed : bool
+        Whether no row is missing, but the recording is not as it was written.
 
     Examples
     --------
@@ -54,6 +59,8 @@ class Verification:
     findings: tuple[str, ...]
     verified: int = 0
     damaged: tuple[Damage, ...] = ()
+    rescued: bool = False
+    changed: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields as plain values, for JSON."""
@@ -64,6 +71,8 @@ class Verification:
             "clean": self.clean,
             "running": self.running,
             "repaired": self.repaired,
+            "rescued": self.rescued,
+            "changed": self.changed,
             "seconds": survey.seconds,
             **{name: value for name, value in numbers.items() if not name.endswith("_ns")},
             "faults": list(self.faults),
@@ -123,12 +132,24 @@ def check(
 
 def _verification(recording: Recorded, damage: list[Damage], refused: str) -> Verification:
     known, found, survey = recording.known, recording.integrity, recording.survey
-    faults = (*found.limits, *found.doubts, *_faults(recording, damage), *([refused] if refused else []))
-    findings = (*found.remarks, *_findings(survey, known.end))
+    advice = refused or (_ADVICE if damage else "")
+    faults = (*found.limits, *found.doubts, *_faults(recording, damage), *([advice] if advice else []))
+    told = [note for note in recording.told if not note.startswith(BEGUN)]
+    findings = (*found.remarks, *told, *_findings(survey, known.end))
     clean = bool(known.end.get("clean")) and not faults
     repaired = "repaired" in known.end
     return Verification(
-        recording.path, survey, clean, known.running, repaired, faults, findings, found.verified, tuple(damage)
+        recording.path,
+        survey,
+        clean,
+        known.running,
+        repaired,
+        faults,
+        findings,
+        found.verified,
+        tuple(damage),
+        rescued=any(note.startswith(RESCUED) for note in told),
+        changed=bool(found.doubts) and not (found.limits or repaired) and known.rows == survey.rows,
     )
 
 
@@ -145,6 +166,7 @@ def _faults(recording: Recorded, damage: list[Damage]) -> Iterator[str]:
 
 
 _SHOWN = 3  # damaged places
+_ADVICE = "a damaged recording is not read; --repair takes out what is no row, and keeps it in a file"
 
 
 def _damaged(damage: list[Damage], rows: int) -> Iterator[str]:
@@ -155,15 +177,13 @@ def _damaged(damage: list[Damage], rows: int) -> Iterator[str]:
         yield f"damaged: {where}, {place.bytes} bytes ({place.reason}); {around}"
     if more := damage[_SHOWN:]:
         yield f"damaged: {len(more)} more places, {sum(place.bytes for place in more)} bytes"
-    if damage:
-        yield "a damaged recording is not read; --repair takes out what is no row, and keeps it in a file"
 
 
 def _findings(survey: Survey, end: dict[str, Any] | None = None) -> Iterator[str]:
     dropped = (end or {}).get("dropped")
     counts = {
         f"{survey.lost} samples lost {survey.in_gaps}": survey.lost,
-        f"{dropped!s:.20} samples read but not written": dropped,
+        f"{dropped!s:.20} samples were read, but are not in the file": dropped,
         f"{survey.refused} rows without a usable value": survey.refused,
         f"{survey.excitation} of them with the excitation shorted or overloaded": survey.excitation,
         f"saturated: {survey.hard_saturated} rows in the hard channel": survey.hard_saturated,

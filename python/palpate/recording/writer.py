@@ -9,7 +9,7 @@ from typing import Any
 from palpate.errors import RecordingError
 from palpate.recording import rescue
 from palpate.recording.row_file import RowFile
-from palpate.recording.sidecar import sidecar_path
+from palpate.recording.sidecar import RESCUED, sidecar_path
 from palpate.recording.sidecar_file import SidecarFile
 from palpate.samples import Block
 
@@ -141,7 +141,7 @@ class Writer:
         finally:
             lost.close()
         if missing := lost.written.rows + lost.refused - rescued.written.rows:
-            self.sidecar.put(f"rescued: {missing} rows are missing: {lost.path} has lost them, or cannot be read")
+            self.sidecar.put(f"{RESCUED}{missing} rows are missing: {lost.path} has lost them, or cannot be read")
 
 
 def unwritable(path: Path, error: OSError) -> RecordingError:
