@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from palpate import check
 
-PATIENCE_S = 90
+PATIENCE_S = 60
 posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="no signals and terminals on this system")
 SOURCE = "sim:four-specimens?speed=1"
 COMMANDS = {
@@ -25,7 +25,7 @@ NOHUP = "import os, signal, sys; signal.signal(signal.SIGHUP, signal.SIG_IGN); o
 
 
 def begun(first: str, command: list[str], path: Path, output: int) -> "subprocess.Popen[str]":
-    """Return the running command, when some rows are in its file."""
+    """Return the running command, when some rows are in its file; the output, if it is no pipe, is its input, too."""
     whole = [sys.executable, "-c", first, sys.executable, *command, str(path)]
     process = subprocess.Popen(
         whole, stdin=output if output > 0 else None, stdout=output, stderr=output, text=True, start_new_session=True
@@ -81,16 +81,15 @@ def test_live_says_in_the_terminal_what_it_recorded(tmp_path: Path) -> None:
 
 @posix
 def test_live_says_in_the_terminal_that_a_recording_failed(tmp_path: Path) -> None:
-    path, rescued = tmp_path / "run.csv", tmp_path / "run.rescued.csv"
-    with begun(
-        "import os, sys; os.execv(sys.argv[1], sys.argv[1:])", COMMANDS["live"], path, subprocess.PIPE
-    ) as process:
+    path, rescued, printed = tmp_path / "run.csv", tmp_path / "run.rescued.csv", tmp_path / "printed"
+    with printed.open("w") as output:
+        process = begun("import os, sys; os.execv(sys.argv[1], sys.argv[1:])", COMMANDS["live"], path, output.fileno())
         path.unlink()
-        assert process.stderr
-        told = [process.stderr.readline(), process.stderr.readline()]
-        assert process.poll() is None
+        until(lambda: "Error: " in printed.read_text(), process)
         process.send_signal(signal.SIGINT)
-        rest = process.communicate(timeout=PATIENCE_S)[1]
-    error = f"Error: {path}: was removed while it was recorded; what could be saved is in {rescued}\n"
-    assert told == [f"run.rescued.csv: {check(rescued).survey.rows} rows; file closed\n", error]
-    assert (process.returncode, rest) == (4, "ended\n")
+        assert process.wait(PATIENCE_S) == 4
+    assert printed.read_text().splitlines()[1:] == [
+        f"run.rescued.csv: {check(rescued).survey.rows} rows; file closed",
+        f"Error: {path}: was removed while it was recorded; what could be saved is in {rescued}",
+        "ended",
+    ]
