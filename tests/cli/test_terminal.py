@@ -37,8 +37,10 @@ def begun(first: str, command: list[str], path: Path, output: int) -> "subproces
 def until(there: Callable[[], bool], process: "subprocess.Popen[str]") -> None:
     end = time.monotonic() + PATIENCE_S
     while not there():
-        assert time.monotonic() < end
         assert process.poll() is None
+        if time.monotonic() > end:
+            process.kill()
+            pytest.fail(f"not within {PATIENCE_S} s")
         time.sleep(0.02)
 
 
