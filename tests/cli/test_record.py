@@ -90,7 +90,7 @@ def test_unplugged_for_good(tmp_path: Path) -> None:
     assert recorded.exit_code == 3
     assert recorded.stderr.splitlines()[-1].startswith("Error: ")
     assert list(rows(recorded.stdout)) == [1, 2]
-    assert "touch 2: short: the touch ended after" in recorded.stdout
+    assert "touch 2: short: the recording ended during this touch\n" in recorded.stdout
     checked = run("check", path)
     assert checked.exit_code == 5
     assert "the source ended with an error: " in checked.stdout
@@ -107,6 +107,13 @@ def test_so_many_seconds_and_fewer_touches_than_asked_for(tmp_path: Path) -> Non
     recorded = run("record", "sim:step-up", "-o", tmp_path / "b.csv", "--touches", "2")
     assert recorded.exit_code == 5
     assert "1 of 2 touches were measured" in recorded.stderr
+
+
+def test_a_touch_that_the_end_of_the_recording_cuts(tmp_path: Path) -> None:
+    recorded = run("record", "sim:step-up", "-o", tmp_path / "a.csv", "--seconds", "4")
+    assert "touch 1: short: the recording ended during this touch\n" in recorded.stdout
+    lifted = run("record", "sim:step-up", "-o", tmp_path / "b.csv", "--samples", "1000")
+    assert "touch 1: short: the touch ended after" in lifted.stdout
 
 
 @pytest.mark.parametrize(
@@ -136,7 +143,7 @@ def test_how_it_ends(
     assert Path("there.csv").read_text() == "precious"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)])
 def test_ctrl_c_closes_the_file(tmp_path: Path, number: int) -> None:
     path = tmp_path / "run.csv"
     command = [sys.executable, "-m", "palpate", "record", "sim:four-specimens?speed=1", "-o", str(path)]

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate.cli.exit import INTERRUPTED
+from palpate.cli.exit import BAD_DATA, INTERRUPTED, one_line
 from palpate.cli.library_logs import library_logs
 from palpate.cli.moduli import tell_origin
 from palpate.cli.options import estimating_options, json_option, tracking
 from palpate.cli.source import SourceType
+from palpate.cli.terminal import say, signals
 from palpate.several import TOUCH_SCATTER
 
 if TYPE_CHECKING:
@@ -73,8 +74,8 @@ def live(
 
     The page shows ratio, uncertainty and touches while you measure. SOURCE: as in `palpate record`; without it, the
     connected board, or a simulated one. By default only this machine can open the page, with the token in the printed
-    address; it needs no network. A file is written only with --record. Ends with Ctrl-C (exit code 130; a recording is closed properly). Exit codes: 3, no
-    device; 4, a file cannot be written; 6, an extra is missing.
+    address; it needs no network. A file is written only with --record. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed properly).
+    Exit codes: 3, no device; 4, a file cannot be written, or a recording failed; 6, an extra is missing.
 
     \b
     Example:
@@ -95,7 +96,7 @@ def live(
     how: dict[str, Any] = {"scene": scene, **tracking(touch_seconds, samples, settings)}
     calibrated = _calibration(calibration, scene) if calibration else None
     try:
-        session = Session(_opener(source, firmware), Recordings(file), how)
+        session = Session(_opener(source, firmware), Recordings(file), how, lambda message: say(one_line(message)))
         listening = listen(host, port)
         session.start()
     except (ValueError, TypeError) as error:
@@ -177,18 +178,17 @@ def _has_screen() -> bool:
 
 @contextmanager
 def _ending(session: "Session") -> Iterator[None]:
-    """Close the session when the server ends, also after an error; SIGTERM acts like Ctrl-C."""
+    """Close the session when the server ends, also after an error; SIGTERM and a closed terminal act like Ctrl-C."""
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
-        yield
-    except KeyboardInterrupt:
-        click.echo("ended", err=True)
-        session.close()
-        sys.exit(INTERRUPTED)
-    finally:
-        signal.signal(signal.SIGTERM, before)
-        session.close()
+    with signals(interrupt, signal.SIGTERM):
+        try:
+            yield
+        except KeyboardInterrupt:
+            say("ended")
+            session.close()
+            sys.exit(BAD_DATA if session.failed else INTERRUPTED)
+        finally:
+            session.close()

@@ -3,7 +3,6 @@
 import json
 import signal
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from palpate.cli import touches as cli_touches
 from palpate.cli.exit import INTERRUPTED, NOT_RELIABLE
 from palpate.cli.options import estimating_options, json_option, tracking
 from palpate.cli.source import SourceType
+from palpate.cli.terminal import say, signals
 
 if TYPE_CHECKING:
     from palpate import Touch
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from palpate.stream.estimate import Batch
 
 _PROGRESS_S = 0.2
+_CUT = "the recording ended during this touch"
 _REVISED_S = 5.0  # longest wait for the revised result of the last touch
 
 
@@ -57,7 +58,7 @@ def record(
     """Record from SOURCE and print a row for each touch as it ends, and another when its result is revised.
 
     SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices` and
-    help(palpate.open). Ctrl-C ends the recording, too; the file is closed properly. Exit codes: 3, no device, or it was
+    help(palpate.open). Ctrl-C ends the recording, too, and so does a closed terminal; the file is closed properly. Exit codes: 3, no device, or it was
     unplugged and not connected again; 4, the device sends invalid data, or the file cannot be written; 5, fewer touches
     than --touches; 130, Ctrl-C.
 
@@ -72,12 +73,12 @@ def record(
     how = tracking(touch_seconds, samples, settings)
     try:
         opened = sources.open(source, **({"firmware": str(firmware)} if firmware else {}))
-        stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=_say, **how)
+        stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=say, **how)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
     session = _Session(stream, touches, seconds, quiet=as_json)
     failure: PalpateError | None = None
-    with _interruptible(stream) as signals:
+    with _interruptible(stream) as came:
         try:
             session.run()
         except PalpateError as error:
@@ -87,7 +88,7 @@ def record(
         session.report(written, as_json, failure)
     if failure:
         raise failure
-    if signals:
+    if came:
         sys.exit(INTERRUPTED)
     if touches and len(stream.touches) < touches:
         click.echo(f"{len(stream.touches)} of {touches} touches were measured", err=True)
@@ -115,13 +116,13 @@ class _Session:
         with self._stream:
             for batch in self._stream.batches():
                 self._count(batch)
-                self._print_new()
+                self._print_new(cut=not len(batch.samples))  # without samples: what the end of the stream ended
                 for number, touch in batch.revised:
                     self._print(number, touch)
                 self._progress.show(self._line)
                 if self._enough():
                     break
-        self._print_new()
+        self._print_new(cut=True)  # they ran when the measurement was stopped
 
     def report(self, file: Path, as_json: bool, failure: PalpateError | None) -> None:
         """Print the number of rows and of missing samples."""
@@ -142,7 +143,7 @@ class _Session:
             "times a wrong baseline": counters.retaken,
         }
         told = "".join(f", {count} {what}" for what, count in parts.items() if count)
-        click.echo(f"{file}: {counters.recorded} rows{told}; file closed", err=True)
+        say(f"{file}: {counters.recorded} rows{told}; file closed")
 
     def _count(self, batch: "Batch") -> None:
         if len(batch.samples):
@@ -162,12 +163,12 @@ class _Session:
         [last] = tracker.touches_since(self._touches - 1)[:1]
         return last.revised or not last.effects or self._elapsed_s - self._all_s >= _REVISED_S
 
-    def _print_new(self) -> None:
+    def _print_new(self, *, cut: bool) -> None:
         for touch in self._stream.tracker.touches_since(self._printed):
             self._printed += 1
-            self._print(self._printed, touch)
+            self._print(self._printed, touch, cut=cut)
 
-    def _print(self, number: int, touch: "Touch") -> None:
+    def _print(self, number: int, touch: "Touch", *, cut: bool = False) -> None:
         if self._quiet:
             return
         self._progress.clear()
@@ -175,7 +176,9 @@ class _Session:
             click.echo(cli_touches.HEADER)
             self._headed = True
         click.echo(cli_touches.row(number, touch))
-        for line in cli_touches.advised([touch], number).splitlines():
+        short = f"touch {number}: short: "
+        for sentence in cli_touches.advised([touch], number).splitlines():
+            line = short + _CUT if cut and sentence.startswith(short) else sentence
             if line not in self._said:
                 self._said.add(line)
                 click.echo(line)
@@ -199,18 +202,18 @@ class _Progress:
         now = time.monotonic()
         if self._terminal and now - self._shown_s >= _PROGRESS_S:
             text = line()
-            click.echo(f"\r{text:{self._width}}", err=True, nl=False)
+            say(f"\r{text:{self._width}}", nl=False)
             self._shown_s, self._width = now, len(text)
 
     def clear(self) -> None:
         if self._width:
-            click.echo("\r" + " " * self._width + "\r", err=True, nl=False)
+            say("\r" + " " * self._width + "\r", nl=False)
             self._width = 0
 
 
 @contextmanager
 def _interruptible(stream: "Stream") -> Iterator[list[int]]:
-    """Let Ctrl-C and SIGTERM end the measurement, not the program; yield the list of received signals."""
+    """Let Ctrl-C, SIGTERM and a closed terminal end the measurement, not the program; yield the received signals."""
     came: list[int] = []
 
     def handle(number: int, _: object) -> None:
@@ -218,16 +221,5 @@ def _interruptible(stream: "Stream") -> Iterator[list[int]]:
         if not stream.stop():
             raise KeyboardInterrupt
 
-    if threading.current_thread() is not threading.main_thread():
+    with signals(handle, signal.SIGINT, signal.SIGTERM):
         yield came
-        return
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield came
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def _say(message: str) -> None:
-    click.echo(message, err=True)

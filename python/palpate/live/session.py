@@ -7,9 +7,11 @@ from threading import Event, Lock, Thread
 from typing import Any, NamedTuple
 
 from palpate._core import Touch
+from palpate.errors import PalpateError, RecordingError
 from palpate.live.feed import Rows, rows_of
 from palpate.live.protocol import Command, Refused
 from palpate.live.recordings import Recordings
+from palpate.recording.recorder import Recorder
 from palpate.sources import Source
 from palpate.stream import Stream
 from palpate.stream.estimate import Batch, StreamCounters
@@ -38,6 +40,8 @@ class Session:
     recordings : Recordings
     how : dict
         Scene and settings of `Stream`.
+    tell : callable, optional
+        Called with each message and each error when it comes, and with a line for each recording that is closed.
 
     Attributes
     ----------
@@ -49,13 +53,21 @@ class Session:
     moment : Moment
     error : str
         The error that ended the measurement; empty without an error.
+    failed : bool
+        Whether a recording failed in any of the measurements: the one written, or a file as the source.
     messages : list of str
         Messages of the source and of the stream, newest last.
     marks : list of (float, str)
         Time, s, and text.
     """
 
-    def __init__(self, open_source: Callable[[], Source], recordings: Recordings, how: dict[str, Any]) -> None:
+    def __init__(
+        self,
+        open_source: Callable[[], Source],
+        recordings: Recordings,
+        how: dict[str, Any],
+        tell: Callable[[str], object] = lambda _: None,
+    ) -> None:
         self.recordings = recordings
         self.number: int = 0
         self.touches: list[Touch] = []
@@ -63,7 +75,8 @@ class Session:
         self.messages: list[str] = []
         self.moment: Moment = Moment()
         self.error: str = ""
-        self._open, self._how = open_source, how
+        self.failed: bool = False
+        self._open, self._how, self._tell = open_source, how, tell
         self._commands, self._batches = Lock(), Lock()
         self._unread: list[Rows] = []
         self._tare, self._forced = Event(), Event()
@@ -180,10 +193,20 @@ class Session:
         return f"Recording to {path}{warning}"
 
     def _do_stop(self) -> str:
-        recorder = self.stream.stop_recording()
+        try:
+            recorder = self.stream.stop_recording()
+        except PalpateError as error:
+            self.failed = True
+            self._tell(f"Error: {error}")
+            raise
         if recorder is None:
             raise Refused("stop: no recording is running")
-        return f"{recorder.path.name}: {recorder.rows} rows; file closed"
+        return self._closed(recorder)
+
+    def _closed(self, recorder: Recorder) -> str:
+        line = f"{recorder.path.name}: {recorder.rows} rows; file closed"
+        self._tell(line)
+        return line
 
     def _do_again(self) -> str:
         if self.running:
@@ -194,21 +217,27 @@ class Session:
 
     def _note(self, message: str) -> None:
         self.messages = [*self.messages, message][-_MESSAGES:]
+        self._tell(message)
 
     def _run(self, stream: Stream) -> None:
         failures = [self._attempt(lambda: self._measure(stream)), self._attempt(stream.close)]
         with self._batches:
             self.touches = stream.touches
-            self.error = "; ".join(dict.fromkeys(filter(None, failures)))
+            self.error = "; ".join(dict.fromkeys(str(e) or type(e).__name__ for e in failures if e))
+            self.failed |= any(isinstance(e, RecordingError) for e in failures)
             self.moment = self.moment._replace(state="ended")
+        if stream.recorder:
+            self._closed(stream.recorder)
+        if self.error:
+            self._tell(f"Error: {self.error}")
 
     @staticmethod
-    def _attempt(step: Callable[[], None]) -> str:
+    def _attempt(step: Callable[[], None]) -> Exception | None:
         try:
             step()
         except Exception as error:  # noqa: BLE001  the page shows any error of a source
-            return str(error) or type(error).__name__
-        return ""
+            return error
+        return None
 
     def _measure(self, stream: Stream) -> None:
         for batch in stream.batches():
