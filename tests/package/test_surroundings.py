@@ -24,7 +24,10 @@ def test_ctrl_c_is_tested_also_where_the_suite_runs_in_the_background() -> None:
         "-k",
         "first_command or ctrl_c",
     ]
-    ignore = "import os, signal, sys; signal.signal(signal.SIGINT, signal.SIG_IGN); os.execv(sys.argv[1], sys.argv[1:])"
+    ignore = (
+        "import os, signal, sys; [signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGHUP)]; "
+        "os.execv(sys.argv[1], sys.argv[1:])"
+    )
     done = subprocess.run(
         [sys.executable, "-c", ignore, *command],
         cwd=ROOT,
@@ -34,5 +37,5 @@ def test_ctrl_c_is_tested_also_where_the_suite_runs_in_the_background() -> None:
         check=False,
         start_new_session=True,
     )
-    assert "3 passed" in done.stdout, done.stdout
+    assert "4 passed" in done.stdout, done.stdout
     assert done.returncode == 0
