@@ -1,8 +1,6 @@
 """`check` tells the truth about a file, and `read` opens whatever is left of one."""
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,7 +8,7 @@ from typing import Any
 import palpate
 import pytest
 from damage import killed
-from palpate import RecordingError, Sample, Status, check, read
+from palpate import RecordingError, Status, check, read
 from palpate.recording import sidecar
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER
@@ -268,47 +266,3 @@ def test_another_loggers_table(tmp_path: Path) -> None:
     report = check(path, columns={"hard": 2, "soft": 3}, unit="pF")
     assert (report.clean, report.survey.rows, report.survey.refused) == (None, 3, 1)
     assert json.dumps(report.as_dict())
-
-
-ROWS = 1_200_000
-MEMORY = 48 << 20
-"""Beyond what the imports take; the rows' arrays alone would be 67 MB."""
-
-
-def test_long_files_need_little_memory(tmp_path: Path) -> None:
-    path = tmp_path / "long.csv"
-    record(path, [])
-    with path.open("a") as file:
-        for first in range(0, ROWS, 100_000):
-            file.write(
-                "".join(f"{i},{i}.000000001,{i}.5,8388608,8388608,0,0,0\n" for i in range(first, first + 100_000))
-            )
-    code = f"""
-import resource, palpate, palpate.recording.verification, palpate.sources.files
-palpate.Tracker().process([0.0], [0.0], [0.0], [0.0])
-with open("/proc/self/statm") as file:
-    size = int(file.read().split()[0]) * resource.getpagesize()
-resource.setrlimit(resource.RLIMIT_AS, (size + {MEMORY}, size + {MEMORY}))
-report = palpate.check({str(path)!r})
-assert report.survey.rows == {ROWS} and report.survey.lost == 0, report
-assert palpate.touches(palpate.open({str(path)!r})) == []
-try:
-    palpate.read({str(path)!r})
-except MemoryError:
-    print("the limit holds")
-"""
-
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert (done.stdout, done.returncode) == ("the limit holds\n", 0), done.stderr
-
-
-def test_the_survey_is_the_same_however_the_file_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from palpate.recording import own_file
-
-    rows: list[Sample] = [sample(i, status=Status.LOST if i % 11 == 3 else 0) for i in range(0, 600, 2)]
-    path = record(tmp_path / "run.csv", rows)
-    whole = check(path)
-    assert whole.survey.lost == 299
-    for chunk in (1, 7, 100, 1000):
-        monkeypatch.setattr(own_file, "_CHUNK", chunk)
-        assert check(path) == whole
