@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import palpate
 import pytest
 from damage import finished, killed
 from palpate import RecordingError, Stream, check
@@ -28,3 +29,20 @@ def test_a_copy_of_a_killed_recording(tmp_path: Path) -> None:
         list(stream)
     assert [text for text in said if "the first 200 of 300 rows are verified" in text]
     assert check(copy).clean
+
+
+@pytest.mark.parametrize("speed", [None, 1000])
+def test_a_file_that_is_not_read_to_its_end(tmp_path: Path, speed: float | None) -> None:
+    """The checksum is compared at its end: stopped before, a change would not be noticed, and that is said."""
+    path, said = finished(tmp_path / "run.csv", 5000), list[str]()
+    with Stream(palpate.open(str(path), **({"speed": speed} if speed else {})), notify=said.append) as stream:
+        for _ in stream:
+            break
+    assert said == [f"{path}: not read to its end: its rows are not verified"]
+
+
+def test_a_recording_read_as_a_table_says_that_it_is_not_verified(tmp_path: Path) -> None:
+    path = finished(tmp_path / "run.csv", 300)
+    path.write_bytes(path.read_bytes().replace(b"0.026000001", b"0.026000009"))
+    notes = palpate.read(path, columns={"hard": "hard_pF", "soft": "soft_pF"}).notes
+    assert notes[0].startswith("a recording of palpate, read as a table of another logger: its rows are not verified")

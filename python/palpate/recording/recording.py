@@ -18,6 +18,11 @@ from palpate.recording.table import PICOFARADS, SECONDS, Table, bare_name, is_da
 from palpate.samples import DTYPE, usable
 
 OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s", "soft_time": "t_soft_s"}
+AS_TABLE = (
+    "a recording of palpate, read as a table of another logger: its rows are not verified, its status, codes and tares not "
+    "used; leave out --map and --unit"
+)
+"""Note of a recording that is read with `columns` or `unit`."""
 _TIMES = {"time", "t", "t_hard", "timestamp", "time stamp", "timestamps", "seconds", "elapsed", "elapsed time", "zeit"}
 _TIMES |= {"date", "datetime", "clock"}
 
@@ -106,7 +111,8 @@ def read(
     """
     wanted = dict(OWN_COLUMNS if columns is None else columns)
     _check(wanted, unit)
-    if columns is None and unit is None and is_own(Path(path)):
+    recorded = is_own(Path(path))
+    if recorded and columns is None and unit is None:
         return _own(Recorded(path))
     table = read_table(Path(path))
     own = {name for column in range(table.width) for name in table.names(column)} >= set(OWN_COLUMNS.values())
@@ -123,6 +129,8 @@ def read(
     t_hard_s = _times(table, wanted.get("time"))
     t_soft_s = _times(table, wanted["soft_time"]) if "soft_time" in wanted else t_hard_s
     notes = _notes(table, t_hard_s, hard, soft)
+    if recorded:
+        notes.append(AS_TABLE)
     if unit is None and not table.unit(table.column(wanted["hard"]), PICOFARADS):
         notes.append("no unit in the header: pF assumed")
     full_scale = SATURATED_PF if columns is None else math.inf

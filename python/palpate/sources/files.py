@@ -1,7 +1,7 @@
 """A recording as a source: a recording made by palpate, or a table of another logger."""
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Iterator, Mapping
 from threading import Event
 from typing import Any
 
@@ -12,6 +12,9 @@ from palpate.recording.table import PICOFARADS
 from palpate.samples import Block, Sample, samples_of
 from palpate.sources.base import Source
 from palpate.sources.options import anything, checked, choice, number
+
+UNREAD = "not read to its end: its rows are not verified"
+"""Message of a source that was stopped before the end of its file, where the checksum is compared."""
 
 
 class FileSource(Source):
@@ -41,6 +44,17 @@ class FileSource(Source):
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the samples, from the first one; raises RecordingError after the last one if a checksum differs."""
+        whole = False
+        try:
+            whole = yield from self._samples()
+        finally:  # also if the reader wants no more
+            if not whole:
+                self.notify(f"{self.recording.path}: {UNREAD}")
+        if whole:
+            self._tell()
+
+    def _samples(self) -> Generator[Sample, None, bool]:
+        """Yield the samples; return whether all of them."""
         begun, first = time.monotonic(), None
         for block in self.recording.blocks():
             for sample in samples_of(block):
@@ -49,8 +63,11 @@ class FileSource(Source):
                     due = begun + (sample.t_hard_ns - first) / 1e9 / self._speed
                     self._stopped.wait(max(due - time.monotonic(), 0))
                 if self._stopped.is_set():
-                    return
+                    return False
                 yield sample
+        return True
+
+    def _tell(self) -> None:
         doubts = self.recording.doubts
         for note in self.recording.notes:
             if note not in doubts:
