@@ -99,6 +99,11 @@ class Ad7746:
         """Approximate time from one pair to the next, s."""
         return 2 * (self.configuration.conversion_s + BUS_S)
 
+    @property
+    def zero_ns(self) -> int | None:
+        """`time.monotonic_ns()` at t = 0; None: the clock is not that of the computer."""
+        return self._start_ns if isinstance(self._clock, RealClock) and self._clock.speed == 1 else None
+
     def start(self) -> None:
         """Reset and configure the chip, and begin to count time."""
         self._converter.set_up()
