@@ -38,27 +38,6 @@ class Overdue(SourceTimeout):
     """The device answers, but this conversion is too late."""
 
 
-class _Span(NamedTuple):
-    """Earliest and latest start of a conversion, its duration (ns), and the registers after it."""
-
-    earliest: int
-    latest: int
-    nominal: int
-    image: bytes
-
-    def middle_ns(self) -> int:
-        """Return the time of the middle, ns.
-
-        Normally the start is known to within one transfer; on a busy computer it is less certain.
-        """
-        if self.latest - self.earliest > self.nominal:
-            raise Overdue(
-                f"the start of a conversion is uncertain by {(self.latest - self.earliest) / 1e9:.3f} s, more than its "
-                "duration: the computer is too busy, or the board answers late"
-            )
-        return self.latest + self.nominal // 2
-
-
 class Converter:
     """Converts one channel at a time, with a configuration.
 
