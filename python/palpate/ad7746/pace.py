@@ -12,6 +12,8 @@ _SHORTEST, _LONGEST = 0.9, 1.5
 """Duration of a conversion before one was seen, relative to the data sheet's: the chip's clock is +-5 %."""
 _DRIFT = 2e-5
 """Change of the chip's clock from one conversion to the next, relative, at most: 0.018 to 0.18 % a second."""
+_OVERDUE_NS = 20_000_000
+"""A conversion is overdue after its longest duration, relative to the data sheet's, and this."""
 
 
 class Seen(NamedTuple):
@@ -29,6 +31,11 @@ class Middle(NamedTuple):
     t_ns: int
     early_ns: int = 0
     late_ns: int = 0
+
+    @property
+    def error_ns(self) -> int:
+        """Largest possible error of the time, ns."""
+        return max(self.early_ns, self.late_ns)
 
 
 def difference_ns(first: Middle, second: Middle) -> int:
@@ -50,17 +57,19 @@ class Pace:
 
     Parameters
     ----------
-    nominal_ns : int
-        The data sheet's duration.
+    nominal_s : float
+        The data sheet's duration, s.
 
     Attributes
     ----------
     shortest_ns, longest_ns : int
         The interval.
+    overdue_ns : int
+        Time after the begin at which a conversion must have ended.
 
     Examples
     --------
-    >>> pace = Pace(11_000_000)
+    >>> pace = Pace(0.011)
     >>> seen = Seen(asked=0, begun=800_000, busy=11_400_000, ended=11_800_000)
     >>> pace.learn(seen)
     >>> pace.shortest_ns, pace.longest_ns
@@ -71,11 +80,12 @@ class Pace:
     Middle(t_ns=6500000, early_ns=800000, late_ns=0)
     """
 
-    def __init__(self, nominal_ns: int) -> None:
-        self._nominal_ns = nominal_ns
-        self.forget()
+    def __init__(self, nominal_s: float) -> None:
+        self._nominal_ns = nominal_s * 1e9
+        self.overdue_ns: int = round(_LONGEST * self._nominal_ns) + _OVERDUE_NS
+        self._forget()
 
-    def forget(self) -> None:
+    def _forget(self) -> None:
         """Know only the data sheet's duration, as before the first conversion."""
         self.shortest_ns: int = round(_SHORTEST * self._nominal_ns)
         self.longest_ns: int = round(_LONGEST * self._nominal_ns)
@@ -97,7 +107,7 @@ class Pace:
         shortest = max(self.shortest_ns - drift, seen.busy - seen.begun)
         longest = min(self.longest_ns + drift, seen.ended - seen.asked)
         if shortest > longest:
-            self.forget()
+            self._forget()
             raise ProtocolError(
                 f"a conversion took {(seen.busy - seen.begun) / 1e6:.2f} to {(seen.ended - seen.asked) / 1e6:.2f} ms, "
                 f"those before it {shortest / 1e6:.2f} to {longest / 1e6:.2f} ms: another program uses the board, or "
@@ -123,7 +133,7 @@ class Pace:
             A write normally returns as late after the begin as the shortest duration is too short, in each case half of
             a transfer, or a little more: so the time is `begun` plus half of that, if the bounds allow it.
         """
-        short, long = self.shortest_ns // 2, self.longest_ns // 2
+        short, long = self.shortest_ns // 2, -(-self.longest_ns // 2)
         earliest = max(seen.asked + short, seen.busy - long, (seen.asked + seen.busy) // 2)
         latest = min(seen.begun + long, seen.ended - short, (seen.begun + seen.ended) // 2)
         t_ns = min(max(seen.begun + short, earliest), latest)
