@@ -22,8 +22,10 @@ from palpate.ad7746.pace import Middle, Pace, Seen
 from palpate.errors import ProtocolError, SourceTimeout
 from palpate.samples import Status
 
-_POLL_S = 0.00025
-_PATIENCE = 3  # tries of a conversion in the CAPDAC search
+_SOONER_NS = 500_000  # polls begin up to this before the earliest possible end
+_SECTION_NS = 309_017  # its golden section, whose multiples fill it evenly
+_PROMPT = 0.75  # part of the limit: a write that took longer leaves the begin too uncertain
+_PATIENCE = 3  # tries of a conversion in the CAPDAC search, and to begin one at a known time
 _BUS_S = 0.0047  # what bus and USB add to a conversion, until one was measured: the kit's bus at 85 kHz
 _STEPS = 15  # conversions whose median is the time of one
 _SATURATED = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
@@ -57,6 +59,8 @@ class Converter:
         Counts failed and repeated accesses.
     check : callable
         Called before each access; an exception that it raises ends the method.
+    limit_ns : int
+        As in `Ad7746`: a conversion whose begin is nearly as uncertain is begun again.
 
     Raises
     ------
@@ -71,7 +75,9 @@ class Converter:
         clock: Clock,
         counters: Counters,
         check: Callable[[], None],
+        limit_ns: int,
     ) -> None:
+        self.limit_ns: int = limit_ns
         self.configuration: Configuration = configuration
         self.dump: bytes = b""
         self._bus = bus
@@ -80,6 +86,7 @@ class Converter:
         self._check = check
         self._pace = Pace(configuration.conversion_s)
         self._steps_ns: deque[int] = deque(maxlen=_STEPS)
+        self._sooner_ns = 0
         self._trust_pin = True
 
     @property
@@ -154,7 +161,7 @@ class Converter:
 
     def _run(self, setup: bytes, in_range: bytes, pace: Pace, bit: int) -> tuple[Seen, bytes]:
         """Begin a conversion with the last byte of `setup`, wait until it has ended, read 0x00 to 0x0E."""
-        asked, begun = self._access(lambda: (self._clock.now_ns(), self._bus.write(datasheet.CAP_SETUP, setup)))
+        asked, begun = self._begin(setup)
         busy, ended = self._wait(asked, begun, pace, bit)
         retries = self._counters.retries
         image = self._access(lambda: self._bus.read(0, datasheet.CAP_GAIN))
@@ -163,6 +170,14 @@ class Converter:
             self._not_new(repeated=self._counters.retries != retries)
         # A pin that was never high may be stuck low: then only STATUS, in the image, shows the end.
         return Seen(asked, begun, busy, ended if busy > asked else self._clock.now_ns()), image
+
+    def _begin(self, setup: bytes) -> tuple[int, int]:
+        """Begin a conversion; return times before and after it, ns. If they are far apart, begin it again."""
+        for _ in range(_PATIENCE):
+            asked, begun = self._access(lambda: (self._clock.now_ns(), self._bus.write(datasheet.CAP_SETUP, setup)))
+            if begun - asked <= _PROMPT * self.limit_ns:
+                break
+        return asked, begun
 
     def _not_new(self, *, repeated: bool) -> NoReturn:
         if repeated:
@@ -176,9 +191,11 @@ class Converter:
     def _wait(self, asked: int, begun: int, pace: Pace, bit: int) -> tuple[int, int]:
         """Return two times, ns: the last poll that found the conversion running, the first that found it ended.
 
-        The first one is `asked` if no poll found it running.
+        The first one is `asked` if no poll found it running. The polls begin at another time in each conversion: so one
+        is just before the end now and then, and shows the duration.
         """
-        self._clock.sleep((asked + pace.shortest_ns - self._clock.now_ns()) / 1e9)
+        self._sooner_ns = (self._sooner_ns + _SECTION_NS) % _SOONER_NS
+        self._clock.sleep((asked + pace.shortest_ns - self._sooner_ns - self._clock.now_ns()) / 1e9)
         busy = asked
         while True:
             now = self._clock.now_ns()
@@ -188,7 +205,6 @@ class Converter:
             if now > begun + pace.overdue_ns:
                 self._check_overdue((now - begun) / 1e9, bit)
                 return asked, self._clock.now_ns()
-            self._clock.sleep(_POLL_S)
 
     def _check_overdue(self, waited_s: float, bit: int) -> None:
         if not self._trust_pin or not self._ready_by_status(bit):

@@ -10,7 +10,7 @@ What happens after an error:
 3. After `STREAK` lost pairs in a row, or as soon as an access got no answer in any of its tries, the device is
    opened and configured again (with the firmware, if its path is known), counted in `reopened`; after `STREAK`
    more lost pairs the last error is raised.
-4. If the computer stopped so long that the difference of a pair's two times may be wrong by more than `LIMIT_NS`, the
+4. If the computer stopped so long that the difference of a pair's two times may be wrong by more than `limit_ns`, the
    pair is LOST and counted in `lost`; the hard reading keeps its value if its own time is good. Such pairs are no
    failures of the device: it is not opened again.
 5. If the device is unplugged, the driver waits for it, up to `replug_s`. The pairs that the gap would have held
@@ -32,7 +32,7 @@ from palpate.samples import Sample, Status
 
 STREAK = 3
 LIMIT_NS = 2_000_000
-"""Largest possible error of the difference of a pair's two times, ns; above it the pair is LOST."""
+"""Largest possible error of the difference of the two times of a pair that is not LOST, ns."""
 _UNKNOWN_NS = -1000
 _REPLUG_POLL_S = 0.1
 
@@ -55,6 +55,8 @@ class Ad7746:
         Longest time to wait for an unplugged device, s.
     notify : callable, optional
         Called with a message when the device is unplugged and when it is back.
+    limit_ns : int
+        Largest possible error of the difference of a pair's two times, ns; above it the pair is LOST.
 
     Raises
     ------
@@ -81,6 +83,7 @@ class Ad7746:
         *,
         replug_s: float = 30.0,
         notify: Callable[[str], None] = lambda _: None,
+        limit_ns: int = LIMIT_NS,
     ) -> None:
         self.counters: Counters = Counters()
         self._bus = bus
@@ -89,7 +92,7 @@ class Ad7746:
         self._notify = notify
         self._interrupted = Event()
         self._converter = Converter(
-            bus, configuration or Configuration(), self._clock, self.counters, self._check_interrupt
+            bus, configuration or Configuration(), self._clock, self.counters, self._check_interrupt, limit_ns
         )
         self._start_ns = self._last_ns = self._clock.now_ns()
         self._streak = 0
@@ -185,11 +188,11 @@ class Ad7746:
             uncertainty_ns = difference_ns(hard.middle, soft.middle)
         except (SourceTimeout, ProtocolError) as failure:
             self._give_up(failure)
-        if 0 <= uncertainty_ns <= LIMIT_NS:
+        if 0 <= uncertainty_ns <= self._converter.limit_ns:
             self.counters.pairs += 1
         else:
             self.counters.lost += 1
-            good = not hard.status and hard.middle.error_ns <= LIMIT_NS
+            good = not hard.status and hard.middle.error_ns <= self._converter.limit_ns
             hard, soft = hard._replace(status=Status.LOST) if good else _empty(hard.middle), _empty(soft.middle)
         self._last_ns = self._clock.now_ns()
         return Sample(
