@@ -125,6 +125,10 @@ class Converter:
         """Write all registers again before the next conversion."""
         self._range = b""
 
+    def gains(self) -> bytes:
+        """Return CAP_GAIN and VOLT_GAIN: set in the factory, other ones in each chip, and constant."""
+        return self._access(lambda: self._bus.read(datasheet.CAP_GAIN, datasheet.REGISTERS - datasheet.CAP_GAIN))
+
     def temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius."""
         setup = self.configuration.temperature_registers
@@ -136,6 +140,11 @@ class Converter:
         for channel in (HARD, SOFT):
             self._centre(channel)
         self.dump = self._access(lambda: self._bus.read(0, datasheet.REGISTERS))
+
+    def restore_capdac(self, hard: int, soft: int) -> None:
+        """Use these CAPDAC steps, from the next conversion on."""
+        self.configuration = self.configuration.with_capdac(HARD, hard).with_capdac(SOFT, soft)
+        self.forget()
 
     def _centre(self, channel: int) -> None:
         low, high = -datasheet.DAC_STEPS, datasheet.DAC_STEPS
