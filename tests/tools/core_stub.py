@@ -58,6 +58,7 @@ METHODS = {
     "copy": "Self",
     "feed": "Touch | None",
     "finish": "Touch | None",
+    "gap": "None",
     "pop_many": "int",
     "push": "bool",
     "row": "tuple[int, int, int, int, int, float, float, int, int]",
