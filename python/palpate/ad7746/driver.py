@@ -203,9 +203,9 @@ class Ad7746:
     def _pair(self, seq: int) -> Sample:
         hard = soft = lost = Reading(self._clock.now_ns() - self._start_ns, -1, math.nan, Status.LOST)
         try:
+            self._connection.check_gains()
             hard = self.read_channel(HARD)
             soft = self.read_channel(SOFT)
-            self._connection.check_gains()
             self._streak = 0
             self.counters.pairs += 1
         except (SourceTimeout, ProtocolError) as failure:

@@ -45,6 +45,8 @@ class Recording:
         Whether the times are those of the arrival at the computer; False if it is not known.
     doubts : tuple of str
         Those of the notes that say that the file is not as it was written: results may be wrong.
+    gap_rows : tuple of int
+        Rows from which on the baseline before does not hold, from 1: the board was opened again, or its range moved.
 
     Examples
     --------
@@ -61,6 +63,7 @@ class Recording:
     full_scale_pF: float = math.inf
     host_stamps: bool = False
     doubts: tuple[str, ...] = ()
+    gap_rows: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         """Convert the fields to arrays, and check them."""
@@ -141,7 +144,16 @@ def _own(recorded: Recorded) -> Recording:
     block = np.concatenate([np.zeros(0, DTYPE), *recorded.blocks()])
     times = (block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9)
     values = usable(block, recorded.full_scale_pF)
-    return Recording(*times, *values, recorded.notes, recorded.full_scale_pF, recorded.host_stamps, recorded.doubts)
+    last = np.flatnonzero(np.isin(block["seq"][:-1], [seq for seq, _ in recorded.gap_marks]))
+    return Recording(
+        *times,
+        *values,
+        recorded.notes,
+        recorded.full_scale_pF,
+        recorded.host_stamps,
+        recorded.doubts,
+        tuple((last + 1).tolist()),
+    )
 
 
 def _check(wanted: Mapping[str, str | int], unit: str | None) -> None:

@@ -12,7 +12,7 @@ from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.ad7746.driver import Ad7746
 from palpate.errors import quoted
 from palpate.samples import Sample
-from palpate.sources.base import Source
+from palpate.sources.base import Gap, Source
 from palpate.sources.options import Check, anything, checked, number, text
 
 CONVERTER: dict[str, Check] = {
@@ -71,6 +71,15 @@ class BoardSource(Source):
     def counters(self) -> dict[str, int]:
         """Counters of the driver."""
         return asdict(self.driver.counters)
+
+    @property
+    def gaps(self) -> list[Gap]:
+        """Gaps of the driver."""
+        return [Gap(*gap) for gap in self.driver.gaps]
+
+    def centre(self) -> None:
+        """Set the CAPDACs again, so that both signals are in the middle of the range, before the next pair."""
+        self.driver.centre()
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the driver, with the range of the converter."""
