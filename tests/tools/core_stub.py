@@ -61,7 +61,7 @@ METHODS = {
     "gap": "None",
     "pop_many": "int",
     "push": "bool",
-    "row": "tuple[int, int, int, int, int, float, float, int]",
+    "row": "tuple[int, int, int, int, int, float, float, int, int]",
     "push_many": "int",
     "revisions_since": "list[int]",
     "reset": "None",

@@ -10,12 +10,15 @@ What happens after an error:
 3. After `STREAK` lost pairs in a row, or as soon as an access got no answer in any of its tries, the device is
    opened and configured again (with the firmware, if its path is known), counted in `reopened`; after `STREAK`
    more lost pairs the last error is raised.
-4. If the device is unplugged, the driver waits for it, up to `replug_s`. The pairs that the gap would have held
+4. If the computer stopped so long that the difference of a pair's two times may be wrong by more than `limit_ns`, the
+   pair is LOST and counted in `lost`; the hard reading keeps its value if its own time is good. Such pairs are no
+   failures of the device: it is not opened again.
+5. If the device is unplugged, the driver waits for it, up to `replug_s`. The pairs that the gap would have held
    are counted in `lost`, and their sequence numbers are skipped.
-5. Once a second the gains of the chip are read. If another program has changed them, the pair is LOST, and the device
+6. Once a second the gains of the chip are read. If another program has changed them, the pair is LOST, and the device
    is opened again.
 
-After 3, 4 and 5, and where the range was set again, the baseline before does not hold any more: `gaps` says from which
+After 3, 5 and 6, and where the range was set again, the baseline before does not hold any more: `gaps` says from which
 sample on, and why.
 """
 
@@ -29,12 +32,14 @@ from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
 from palpate.ad7746.connection import Connection, OtherGains
 from palpate.ad7746.converter import Converter, Overdue, Reading
+from palpate.ad7746.pace import Middle, difference_ns
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Sample, Status
 
 STREAK = 3
-BUS_S = 0.002
-"""Approximate time that the bus and USB add to a conversion, s."""
+LIMIT_NS = 2_000_000
+"""Largest possible error of the difference of the two times of a pair that is not LOST, ns."""
+_UNKNOWN_NS = -1000
 
 
 class _Interrupted(Exception):
@@ -55,6 +60,8 @@ class Ad7746:
         Longest time to wait for an unplugged device, s.
     notify : callable, optional
         Called with a message when the device is unplugged and when it is back, or if its range cannot be set again.
+    limit_ns : int
+        Largest possible error of the difference of a pair's two times, ns; above it the pair is LOST.
 
     Attributes
     ----------
@@ -86,6 +93,7 @@ class Ad7746:
         *,
         replug_s: float = 30.0,
         notify: Callable[[str], None] = lambda _: None,
+        limit_ns: int = LIMIT_NS,
     ) -> None:
         self.counters: Counters = Counters()
         self.gaps: list[tuple[int, str]] = []
@@ -95,7 +103,7 @@ class Ad7746:
         self._notify = notify
         self._interrupted, self._centre = Event(), Event()
         self._converter = Converter(
-            bus, configuration or Configuration(), self._clock, self.counters, self._check_interrupt
+            bus, configuration or Configuration(), self._clock, self.counters, self._check_interrupt, limit_ns
         )
         self._connection = Connection(bus, self._converter, self._clock, notify, self._check_interrupt)
         self._start_ns = self._last_ns = self._clock.now_ns()
@@ -108,8 +116,13 @@ class Ad7746:
 
     @property
     def period_s(self) -> float:
-        """Approximate time from one pair to the next, s."""
-        return 2 * (self.configuration.conversion_s + BUS_S)
+        """Time from one pair to the next, s: twice the median of the last conversions' times, in pairs or `auto_capdac`."""
+        return 2 * self._converter.step_s
+
+    @property
+    def zero_ns(self) -> int | None:
+        """`time.monotonic_ns()` at t = 0; None: the clock is not that of the computer."""
+        return self._start_ns if isinstance(self._clock, RealClock) and self._clock.speed == 1 else None
 
     def start(self) -> None:
         """Reset and configure the chip, and begin to count time."""
@@ -170,7 +183,7 @@ class Ad7746:
     def read_channel(self, channel: int) -> Reading:
         """Convert one channel only, `HARD` or `SOFT`; a lost conversion raises an error here."""
         reading = self._converter.convert(channel)
-        return reading._replace(t_ns=reading.t_ns - self._start_ns)
+        return reading._replace(middle=reading.middle._replace(t_ns=reading.middle.t_ns - self._start_ns))
 
     def read_pair(self, seq: int) -> Sample | None:
         """Read both channels, the hard one first.
@@ -201,24 +214,36 @@ class Ad7746:
             return None
 
     def _pair(self, seq: int) -> Sample:
-        hard = soft = lost = Reading(self._clock.now_ns() - self._start_ns, -1, math.nan, Status.LOST)
+        hard = soft = _empty(Middle(self._clock.now_ns() - self._start_ns))
+        uncertainty_ns = _UNKNOWN_NS
         try:
             self._connection.check_gains()
             hard = self.read_channel(HARD)
             soft = self.read_channel(SOFT)
             self._streak = 0
-            self.counters.pairs += 1
+            uncertainty_ns = difference_ns(hard.middle, soft.middle)
         except (SourceTimeout, ProtocolError) as failure:
             self._give_up(failure, seq)
+        if 0 <= uncertainty_ns <= self._converter.limit_ns:
+            self.counters.pairs += 1
+        else:
             self.counters.lost += 1
-            hard = lost if hard.status else hard._replace(status=Status.LOST)
+            good = not hard.status and hard.middle.error_ns <= self._converter.limit_ns
+            hard, soft = hard._replace(status=Status.LOST) if good else _empty(hard.middle), _empty(soft.middle)
         self._last_ns = self._clock.now_ns()
         return Sample(
-            seq, hard.t_ns, soft.t_ns, hard.raw, soft.raw, hard.capacitance, soft.capacitance, hard.status | soft.status
+            seq,
+            hard.middle.t_ns,
+            soft.middle.t_ns,
+            hard.raw,
+            soft.raw,
+            hard.capacitance,
+            soft.capacitance,
+            hard.status | soft.status,
+            -(-uncertainty_ns // 1000),
         )
 
     def _give_up(self, failure: SourceError, seq: int) -> None:
-        self._converter.forget()
         deaf = isinstance(failure, SourceTimeout) and not isinstance(failure, Overdue)
         at_once = deaf or isinstance(failure, OtherGains)
         self._streak = STREAK if at_once and self._streak < STREAK else self._streak + 1
@@ -263,3 +288,8 @@ class Ad7746:
     def _check_interrupt(self) -> None:
         if self._interrupted.is_set():
             raise _Interrupted
+
+
+def _empty(middle: Middle) -> Reading:
+    """Return a reading that has only a time."""
+    return Reading(middle, -1, math.nan, Status.LOST)

@@ -84,6 +84,20 @@ def counted(source: Source) -> tuple[int, int]:
         raise ProtocolError(f"source: its counters cannot be read: {type(error).__name__}") from error
 
 
+def zero_of(source: Source) -> int | None:
+    """Return `zero_ns` of a source, checked.
+
+    Raises
+    ------
+    ProtocolError
+        It is neither an integer nor None.
+    """
+    zero_ns: Any = getattr(source, "zero_ns", None)
+    if zero_ns is not None and (isinstance(zero_ns, bool) or not isinstance(zero_ns, Integral)):
+        raise _wrong(zero_ns, "an integer or None", "zero_ns")
+    return None if zero_ns is None else int(zero_ns)
+
+
 def gap_of(source: Source, number: int) -> Gap | None:
     """Return a gap of a source, by its number from 0, checked; None: there is no such gap so far.
 
@@ -93,7 +107,7 @@ def gap_of(source: Source, number: int) -> Gap | None:
         `gaps` is not a sequence of `Gap`.
     """
     try:
-        gaps = source.gaps
+        gaps = getattr(source, "gaps", ())
         if len(gaps) <= number:
             return None
         seq, text = gaps[number]
