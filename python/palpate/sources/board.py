@@ -37,6 +37,8 @@ class BoardSource(Source):
     """
 
     def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock) -> None:
+        self.bus: RegisterBus = bus
+        self.clock: Clock = clock
         chosen = {name: options[name] for name in ("capf", "hard_input") if name in options}
         self.driver: Ad7746 = Ad7746(
             bus,

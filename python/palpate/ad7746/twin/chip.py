@@ -69,6 +69,7 @@ class ChipTwin:
     ) -> None:
         self.conversions: deque[Conversion] = deque(maxlen=4096)
         self.temperature_C: float = 25.0
+        self.supply_V: float = 3.3
         self.present = True
         # Number of the next conversions that are lost, are of the other input, have EXCERR.
         self.lose: int = 0
@@ -163,7 +164,7 @@ class ChipTwin:
         if running.registers[datasheet.CAP_SETUP] & datasheet.CAPEN:
             self._end_capacitance(running, lost=lost)
         if running.registers[datasheet.VT_SETUP] & datasheet.VTEN and not lost:
-            code = round((self.temperature_C + 4096) * 2048)
+            code = self._vt_code(running.registers[datasheet.VT_SETUP])
             self.registers[datasheet.VT_DATA : datasheet.CAP_SETUP] = code.to_bytes(3, "big")
             self.registers[datasheet.STATUS] &= ~(datasheet.RDY | datasheet.RDYVT)
         self._running = None
@@ -171,6 +172,11 @@ class ChipTwin:
             self._begin(running.end)
         else:
             self.registers[datasheet.CONFIG] &= ~7
+
+    def _vt_code(self, setup: int) -> int:
+        if setup & datasheet.VT_SUPPLY:
+            return round(self.supply_V / (6 * datasheet.REFERENCE_V) * 2**23) + datasheet.ZERO_CODE
+        return round((self.temperature_C + 4096) * 2048)
 
     def _end_capacitance(self, running: Running, *, lost: bool) -> None:
         pin = 2 if running.registers[datasheet.CAP_SETUP] & datasheet.CIN2 else 1
