@@ -32,6 +32,8 @@ class Bench:
         The registers after the reset; empty: not read.
     levels : dict
         (pin, excitation) -> level.
+    minus_pF : dict
+        (pin, excitation) -> capacitance at CIN-, pF, where nothing is connected to CIN+.
     steps_pF : dict
         Pin -> size of its CAPDAC step, pF.
     """
@@ -40,6 +42,7 @@ class Bench:
     chip: Chip
     dump: bytes = b""
     levels: dict[tuple[int, str], Level] = field(default_factory=dict)
+    minus_pF: dict[tuple[int, str], float] = field(default_factory=dict)
     steps_pF: dict[int, float] = field(default_factory=dict)
 
     @property

@@ -30,6 +30,14 @@ def scan(bench: Bench) -> None:
     for pin in PINS:
         for name in EXCITATIONS:
             bench.levels[pin, name] = bench.chip.level(pin, name, bench.configuration)
+        if not any(bench.answers(pin, name) or math.isnan(bench.levels[pin, name].pF) for name in EXCITATIONS):
+            _scan_minus(bench, pin)
+
+
+def _scan_minus(bench: Bench, pin: int) -> None:
+    base = replace(bench.configuration, differential=True)
+    for name in EXCITATIONS:
+        bench.minus_pF[pin, name] = -bench.chip.level(pin, name, base).total_pF
 
 
 def inputs(bench: Bench) -> Iterator[Step]:

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 from palpate.ad7746.configuration import HARD, NAMES, SOFT
-from palpate.kit.bench import EXCITATIONS, Bench
+from palpate.kit.bench import CONNECTED_PF, EXCITATIONS, Bench
 from palpate.kit.chip import Level
 
 _RANGE = "17 pF"
@@ -49,13 +49,10 @@ def _short(pin: int, excitation: str, level: Level) -> list[Fault]:
 
 
 def _connection(bench: Bench, channel: int, wanted: str) -> list[Fault]:
-    pin, bump = bench.pin(channel), f"the {NAMES[channel]} bump"
+    pin = bench.pin(channel)
     answers = [name for name in EXCITATIONS if bench.answers(pin, name)]
     if not answers:
-        return [Fault(
-            f"nothing is connected to CIN{pin} ({bump}): {_shown(bench, pin)}",
-            f"connect {bump} between CIN{pin}+ and EXC{wanted[-1]}; check the plugs and the cable",
-        )]  # fmt: skip
+        return [_nothing(bench, channel, wanted)]
     if not set(answers) & set(wanted):
         return [_other_excitation(bench, channel, wanted, answers[0])]
     if pin == 2 and "A" in set(answers) - set(wanted):
@@ -64,6 +61,17 @@ def _connection(bench: Bench, channel: int, wanted: str) -> list[Fault]:
             "take the resistors R1 and R2 off the board",
         )]  # fmt: skip
     return []
+
+
+def _nothing(bench: Bench, channel: int, wanted: str) -> Fault:
+    pin, bump = bench.pin(channel), f"the {NAMES[channel]} bump"
+    for name in EXCITATIONS:
+        if (minus := bench.minus_pF.get((pin, name), 0.0)) > CONNECTED_PF:
+            return Fault(f"{bump} is on CIN{pin}-: {minus:.2f} pF with EXC{name}", f"move its wire from CIN{pin}- to CIN{pin}+")
+    return Fault(
+        f"nothing is connected to CIN{pin} ({bump}): {_shown(bench, pin)}",
+        f"connect {bump} between CIN{pin}+ and EXC{wanted[-1]}; check the plugs and the cable",
+    )
 
 
 def _other_excitation(bench: Bench, channel: int, wanted: str, answer: str) -> Fault:
