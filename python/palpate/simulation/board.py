@@ -11,9 +11,10 @@ from palpate.ad7746.configuration import Configuration
 from palpate.ad7746.datasheet import NOISE_PF
 from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.evalkit.board import EvalKit
-from palpate.ad7746.twin.chip import ChipTwin, Pins
+from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
+from palpate.ad7746.twin.wiring import WIRINGS, Pins, Wiring
 from palpate.simulation.converter import Converter, Stamps
 from palpate.simulation.ranges import stream
 from palpate.simulation.scenario import Scenario
@@ -21,7 +22,7 @@ from palpate.simulation.scenarios import SCENARIOS
 from palpate.simulation.truth import Truth
 
 PARASITIC_PF = (6.3, 5.1)
-"""Parasitic capacitance of the two inputs, hard and soft, pF, which the CAPDACs compensate."""
+"""Parasitic capacitance of the two bumps, hard and soft, pF, which the CAPDACs compensate."""
 
 
 def foreign(scenario: Scenario) -> str:
@@ -49,8 +50,10 @@ def known() -> list[str]:
     return [name for name, scenario in SCENARIOS.items() if not foreign(scenario)]
 
 
-def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
-    """Return a board whose inputs follow a scenario from now on.
+def kit_of(
+    scenario: Scenario, clock: Clock, seed: int = 0, wiring: Wiring = WIRINGS["guide"], idle_s: float = 0.0
+) -> KitTwin:
+    """Return a board whose bumps follow a scenario from now on.
 
     Parameters
     ----------
@@ -60,6 +63,10 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
         The clock of the driver.
     seed : int
         The same seed gives the same readings.
+    wiring : Wiring
+        One of `palpate.ad7746.twin.wiring.WIRINGS`.
+    idle_s : float
+        Time at rest before the scenario begins, s.
 
     Returns
     -------
@@ -73,8 +80,8 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
     if foreign(scenario):
         raise ValueError(f"scenario: got {foreign(scenario)}, allowed on a board: its own; use palpate.simulation.run")
     random = np.random.default_rng(seed)
-    start_s = clock.now_ns() / 1e9
-    chip = ChipTwin(_pins(Truth(scenario, random, seed), start_s), seed=seed)
+    start_s = clock.now_ns() / 1e9 + idle_s
+    chip = ChipTwin(_pins(Truth(scenario, random, seed), start_s), seed=seed, wiring=wiring)
     faults = scenario.faults
     if faults.lost or faults.spikes_per_s or faults.bursts_per_s:
         chip.disturb = _disturbance(scenario, chip, random, lambda: clock.now_ns() / 1e9 - start_s, seed)
@@ -101,9 +108,9 @@ def _disturbance(
 
 
 def _pins(truth: Truth, start_s: float) -> Pins:
-    def mean_pF(pin: int, begin_s: float, end_s: float) -> float:
-        middle = np.array([(begin_s + end_s) / 2 - start_s])
-        return PARASITIC_PF[pin - 1] + float(truth.mean_pF(pin - 1, middle, end_s - begin_s)[0])
+    def mean_pF(bump: int, begin_s: float, end_s: float) -> float:
+        middle = np.array([max((begin_s + end_s) / 2 - start_s, 0.0)])
+        return PARASITIC_PF[bump - 1] + float(truth.mean_pF(bump - 1, middle, end_s - begin_s)[0])
 
     return mean_pF
 

@@ -7,20 +7,73 @@ from typing import Any, Self
 
 from palpate.ad7746.bus import RegisterBus
 from palpate.ad7746.clock import Clock, RealClock
-from palpate.ad7746.configuration import Configuration
+from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.ad7746.driver import Ad7746
 from palpate.errors import quoted
 from palpate.samples import Sample
 from palpate.sources.base import Source
-from palpate.sources.options import Check, anything, checked, number, text
+from palpate.sources.options import Check, anything, checked, number, text, yes_no
+
+_PINS = ("A", "B", "AB")
+
+
+def excitation(name: str, value: Any) -> tuple[str, str]:
+    """Return the excitation pins of the hard and the soft bump; one word is for both.
+
+    Examples
+    --------
+    >>> excitation("excitation", "B,A"), excitation("excitation", "AB")
+    (('B', 'A'), ('AB', 'AB'))
+    """
+    words = str(value).split(",")
+    if len(words) > 2 or not set(words) <= set(_PINS):
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(_PINS)}, or two of them: HARD,SOFT as B,A")
+    return words[0], words[-1]
+
 
 CONVERTER: dict[str, Check] = {
     "capf": number(0, 7, whole=True),
+    "excitation": excitation,
+    "level": number(0, 3, whole=True),
+    "chop": yes_no,
+    "differential": yes_no,
     "hard_input": number(1, 2, whole=True),
+    "soft_input": number(1, 2, whole=True),
     "replug": number(0, 86400),
 }
-"""Options: speed; input of the hard bump; longest time to wait for an unplugged device, s."""
+"""Options: those of `Configuration`, and the longest time to wait for an unplugged device, s."""
+
+
+def configuration_of(options: Mapping[str, Any]) -> Configuration:
+    """Return the configuration of checked options.
+
+    Parameters
+    ----------
+    options : mapping
+        Checked options, as in `CONVERTER`; others are ignored.
+
+    Returns
+    -------
+    Configuration
+
+    Raises
+    ------
+    ValueError
+        Both bumps are on the same input.
+
+    Examples
+    --------
+    >>> found = configuration_of({"soft_input": 1, "excitation": ("B", "A")})
+    >>> found.hard_input, found.hard.excitation, found.soft.excitation
+    (2, 'B', 'A')
+    """
+    chosen = {name: options[name] for name in ("capf", "level", "chop", "differential") if name in options}
+    hard, soft = options.get("excitation", (Channel.excitation, Channel.excitation))
+    hard_input = options.get("hard_input", 3 - options.get("soft_input", 2))
+    if options.get("soft_input") == hard_input:
+        raise ValueError(f"soft_input: got {hard_input}, as hard_input, allowed: the other one")
+    return Configuration(**chosen, hard_input=hard_input, hard=Channel(excitation=hard), soft=Channel(excitation=soft))
 
 
 class BoardSource(Source):
@@ -39,10 +92,9 @@ class BoardSource(Source):
     def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock) -> None:
         self.bus: RegisterBus = bus
         self.clock: Clock = clock
-        chosen = {name: options[name] for name in ("capf", "hard_input") if name in options}
         self.driver: Ad7746 = Ad7746(
             bus,
-            Configuration(**chosen),
+            configuration_of(options),
             clock,
             replug_s=options.get("replug", 30.0),
             notify=lambda message: self.notify(message),
