@@ -12,6 +12,7 @@ from palpate.sources.board import BoardSource
 from palpate.sources.options import split
 from palpate.sources.uri import open as open_source
 
+_SCHEMES = ("usb", "i2c", "sim")
 _IDLE_S = 60.0  # of a simulated probe, before its first press: longer than the steps without one take
 EXCITATIONS = ("A", "B")
 CONNECTED_PF = 0.05
@@ -93,9 +94,9 @@ def open_bench(uri: str, options: Mapping[str, Any]) -> Bench:
         The board was not found, or cannot be used.
     """
     scheme, _, given = split(uri)
+    if scheme not in _SCHEMES:
+        raise ValueError(f"source: got {quoted(uri)}, allowed: usb:, i2c:, or sim: for a simulated board")
     simulated = {"idle": _IDLE_S} if scheme == "sim" and "idle" not in given else {}
     source = open_source(uri, **{**simulated, **options})
-    if not isinstance(source, BoardSource):
-        source.close()
-        raise ValueError(f"source: got {quoted(uri)}, allowed: usb:, i2c:, or sim: for a simulated board")
+    assert isinstance(source, BoardSource)
     return Bench(source, Chip(source.bus, source.clock))

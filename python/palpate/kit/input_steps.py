@@ -48,11 +48,11 @@ def inputs(bench: Bench) -> Iterator[Step]:
     hard, soft = bench.configuration.hard, bench.configuration.soft
     yield judged(
         "inputs and excitations (absolute values: 20 %)",
-        "; ".join([", ".join(levels), *(fault.what for fault in found)]),
+        ", ".join(levels),
         f"hard bump on CIN{bench.pin(0)} and EXC{hard.excitation}, soft bump on CIN{bench.pin(1)} and "
         f"EXC{soft.excitation}",
         right=not found,
-        do=[fault.do for fault in found],
+        do=[f"{fault.what}: {fault.do}" for fault in found],
         values={f"cin{pin}_exc{name.lower()}_pF": None if math.isnan(level.pF) else round(level.total_pF, 4)
                 for (pin, name), level in bench.levels.items()},
     )  # fmt: skip

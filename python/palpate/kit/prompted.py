@@ -47,7 +47,7 @@ class Nobody:
 
 
 def _skipped(name: str) -> Step:
-    return left_out(_STEPS[name], "left out", "run this at a terminal, or with --prompt, to do it")
+    return left_out(_STEPS[name], "left out: it needs a hand")
 
 
 def replug(bench: Bench, prompts: Prompts) -> Iterator[Step]:

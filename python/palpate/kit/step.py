@@ -27,7 +27,7 @@ class Step:
     measured, expected : str
         For a person, with units.
     do : tuple of str
-        What to do if it is wrong; or, not done, how to do it.
+        What to do if it is wrong.
     values : mapping
         The numbers behind `measured`, with the unit in the name.
     """
@@ -76,9 +76,9 @@ def one_line(error: Exception) -> str:
     return shortened(" ".join(str(error).split()), LONGEST // 2)
 
 
-def left_out(name: str, why: str, *do: str) -> Step:
+def left_out(name: str, why: str) -> Step:
     """Return a step that was not done."""
-    return Step(name, NOT_DONE, why, "", do)
+    return Step(name, NOT_DONE, why)
 
 
 def summary(steps: Iterable[Step]) -> str:

@@ -57,7 +57,7 @@ def _connection(bench: Bench, channel: int, wanted: str) -> list[Fault]:
         return [_other_excitation(bench, channel, wanted, answers[0])]
     if pin == 2 and "A" in set(answers) - set(wanted):
         return [Fault(
-            f"CIN2 answers to EXCA, too: {_shown(bench, 2)}: the board's own length sensor is on it",
+            "CIN2 answers to EXCA, too: the board's own length sensor is on it",
             "take the resistors R1 and R2 off the board",
         )]  # fmt: skip
     return []
@@ -67,9 +67,10 @@ def _nothing(bench: Bench, channel: int, wanted: str) -> Fault:
     pin, bump = bench.pin(channel), f"the {NAMES[channel]} bump"
     for name in EXCITATIONS:
         if (minus := bench.minus_pF.get((pin, name), 0.0)) > CONNECTED_PF:
-            return Fault(f"{bump} is on CIN{pin}-: {minus:.2f} pF with EXC{name}", f"move its wire from CIN{pin}- to CIN{pin}+")
+            what = f"{bump} is on CIN{pin}-: {minus:.2f} pF with EXC{name}"
+            return Fault(what, f"move its wire from CIN{pin}- to CIN{pin}+")
     return Fault(
-        f"nothing is connected to CIN{pin} ({bump}): {_shown(bench, pin)}",
+        f"nothing is connected to CIN{pin} ({bump})",
         f"connect {bump} between CIN{pin}+ and EXC{wanted[-1]}; check the plugs and the cable",
     )
 
@@ -80,13 +81,9 @@ def _other_excitation(bench: Bench, channel: int, wanted: str, answer: str) -> F
     option = both[0] if both[0] == both[1] else ",".join(both)
     own = "; or, with R1 and R2 still on the board, this is its own length sensor: take them off" if pin == 2 else ""
     return Fault(
-        f"CIN{pin} ({NAMES[channel]} bump) answers to EXC{answer}, not to EXC{wanted}: {_shown(bench, pin)}",
+        f"CIN{pin} ({NAMES[channel]} bump) answers to EXC{answer}, not to EXC{wanted}",
         f"move its wire from EXC{answer} to EXC{wanted}, or add excitation={option} to SOURCE{own}",
     )
-
-
-def _shown(bench: Bench, pin: int) -> str:
-    return ", ".join(f"{shown(bench.levels[pin, name])} with EXC{name}" for name in EXCITATIONS)
 
 
 def shown(level: Level) -> str:

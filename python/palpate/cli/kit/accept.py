@@ -74,8 +74,12 @@ def _run(
         stopped = acceptance.stopped
     except (KeyboardInterrupt, click.Abort):
         stopped = BY_USER
-    found = reports.made(started, source, bench.source.describe(), bench.dump, steps, stopped)
-    output.write(found.text().encode())
+    except Exception as error:
+        stopped = f"unexpected: {type(error).__name__}"
+        raise
+    finally:
+        found = reports.made(started, source, bench.source.describe(), bench.dump, steps, stopped)
+        output.write(found.text().encode())
     return found
 
 
