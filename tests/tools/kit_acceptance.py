@@ -31,7 +31,7 @@ class Board:
         self.dac_step_pF = (0.164 * random.uniform(0.8, 1.2), 0.164 * random.uniform(0.8, 1.2))
         chip = ChipTwin(self._pF, seed=seed, dac_step_pF=self.dac_step_pF, wiring=WIRINGS[wiring])
         chip.pace = random.uniform(0.95, 1.05)
-        self.kit = KitTwin(chip, self.clock)
+        self.kit = KitTwin(chip, self.clock, bus_kHz=random.uniform(60, 400))
         self.backend = TwinBackend(self.clock)
         self.port = self.backend.plug(self.kit)
 

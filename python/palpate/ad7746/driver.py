@@ -10,7 +10,10 @@ What happens after an error:
 3. After `STREAK` lost pairs in a row, or as soon as an access got no answer in any of its tries, the device is
    opened and configured again (with the firmware, if its path is known), counted in `reopened`; after `STREAK`
    more lost pairs the last error is raised.
-4. If the device is unplugged, the driver waits for it, up to `replug_s`. The pairs that the gap would have held
+4. If the computer stopped so long that the difference of a pair's two times may be wrong by more than `limit_ns`, the
+   pair is LOST and counted in `lost`; the hard reading keeps its value if its own time is good. Such pairs are no
+   failures of the device: it is not opened again.
+5. If the device is unplugged, the driver waits for it, up to `replug_s`. The pairs that the gap would have held
    are counted in `lost`, and their sequence numbers are skipped.
 """
 
@@ -23,12 +26,14 @@ from palpate.ad7746.bus import Counters, RegisterBus
 from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
 from palpate.ad7746.converter import Converter, Overdue, Reading
+from palpate.ad7746.pace import Middle, difference_ns
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Sample, Status
 
 STREAK = 3
-BUS_S = 0.002
-"""Approximate time that the bus and USB add to a conversion, s."""
+LIMIT_NS = 2_000_000
+"""Largest possible error of the difference of the two times of a pair that is not LOST, ns."""
+_UNKNOWN_NS = -1000
 _REPLUG_POLL_S = 0.1
 
 
@@ -50,6 +55,8 @@ class Ad7746:
         Longest time to wait for an unplugged device, s.
     notify : callable, optional
         Called with a message when the device is unplugged and when it is back.
+    limit_ns : int
+        Largest possible error of the difference of a pair's two times, ns; above it the pair is LOST.
 
     Raises
     ------
@@ -76,6 +83,7 @@ class Ad7746:
         *,
         replug_s: float = 30.0,
         notify: Callable[[str], None] = lambda _: None,
+        limit_ns: int = LIMIT_NS,
     ) -> None:
         self.counters: Counters = Counters()
         self._bus = bus
@@ -84,7 +92,7 @@ class Ad7746:
         self._notify = notify
         self._interrupted = Event()
         self._converter = Converter(
-            bus, configuration or Configuration(), self._clock, self.counters, self._check_interrupt
+            bus, configuration or Configuration(), self._clock, self.counters, self._check_interrupt, limit_ns
         )
         self._start_ns = self._last_ns = self._clock.now_ns()
         self._streak = 0
@@ -96,8 +104,8 @@ class Ad7746:
 
     @property
     def period_s(self) -> float:
-        """Approximate time from one pair to the next, s."""
-        return 2 * (self.configuration.conversion_s + BUS_S)
+        """Time from one pair to the next, s: twice the median of the last conversions' times, in pairs or `auto_capdac`."""
+        return 2 * self._converter.step_s
 
     def start(self) -> None:
         """Reset and configure the chip, and begin to count time."""
@@ -144,7 +152,7 @@ class Ad7746:
     def read_channel(self, channel: int) -> Reading:
         """Convert one channel only, `HARD` or `SOFT`; a lost conversion raises an error here."""
         reading = self._converter.convert(channel)
-        return reading._replace(t_ns=reading.t_ns - self._start_ns)
+        return reading._replace(middle=reading.middle._replace(t_ns=reading.middle.t_ns - self._start_ns))
 
     def read_pair(self, seq: int) -> Sample | None:
         """Read both channels, the hard one first.
@@ -171,23 +179,35 @@ class Ad7746:
             return None
 
     def _pair(self, seq: int) -> Sample:
-        hard = soft = lost = Reading(self._clock.now_ns() - self._start_ns, -1, math.nan, Status.LOST)
+        hard = soft = _empty(Middle(self._clock.now_ns() - self._start_ns))
+        uncertainty_ns = _UNKNOWN_NS
         try:
             hard = self.read_channel(HARD)
             soft = self.read_channel(SOFT)
             self._streak = 0
-            self.counters.pairs += 1
+            uncertainty_ns = difference_ns(hard.middle, soft.middle)
         except (SourceTimeout, ProtocolError) as failure:
             self._give_up(failure)
+        if 0 <= uncertainty_ns <= self._converter.limit_ns:
+            self.counters.pairs += 1
+        else:
             self.counters.lost += 1
-            hard = lost if hard.status else hard._replace(status=Status.LOST)
+            good = not hard.status and hard.middle.error_ns <= self._converter.limit_ns
+            hard, soft = hard._replace(status=Status.LOST) if good else _empty(hard.middle), _empty(soft.middle)
         self._last_ns = self._clock.now_ns()
         return Sample(
-            seq, hard.t_ns, soft.t_ns, hard.raw, soft.raw, hard.capacitance, soft.capacitance, hard.status | soft.status
+            seq,
+            hard.middle.t_ns,
+            soft.middle.t_ns,
+            hard.raw,
+            soft.raw,
+            hard.capacitance,
+            soft.capacitance,
+            hard.status | soft.status,
+            -(-uncertainty_ns // 1000),
         )
 
     def _give_up(self, failure: SourceError) -> None:
-        self._converter.forget()
         deaf = isinstance(failure, SourceTimeout) and not isinstance(failure, Overdue)
         self._streak = STREAK if deaf and self._streak < STREAK else self._streak + 1
         if self._streak >= 2 * STREAK:
@@ -226,3 +246,8 @@ class Ad7746:
     def _check_interrupt(self) -> None:
         if self._interrupted.is_set():
             raise _Interrupted
+
+
+def _empty(middle: Middle) -> Reading:
+    """Return a reading that has only a time."""
+    return Reading(middle, -1, math.nan, Status.LOST)

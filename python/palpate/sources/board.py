@@ -9,7 +9,7 @@ from palpate.ad7746.bus import RegisterBus
 from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.errors import quoted
 from palpate.samples import Sample
 from palpate.sources.base import Source
@@ -84,7 +84,7 @@ class BoardSource(Source):
     bus : RegisterBus
         An open bus.
     options : mapping
-        Checked options, as in `CONVERTER`.
+        Checked options, as in `CONVERTER`; and `limit_ns`, as in `Ad7746`.
     clock : Clock
         The clock of the bus.
     """
@@ -98,6 +98,7 @@ class BoardSource(Source):
             clock,
             replug_s=options.get("replug", 30.0),
             notify=lambda message: self.notify(message),
+            limit_ns=options.get("limit_ns", LIMIT_NS),
         )
         self._started = False
 
