@@ -61,7 +61,7 @@ def test_the_nearer_wins(places: tuple[Path, Path], tmp_path: Path) -> None:
 
 def test_a_command_of_a_group_has_a_table_and_variables(places: tuple[Path, Path]) -> None:
     user, here = places
-    user.write_text('[kit.noise]\nreadings = 4\ncapf = [7]\n[kit.scan]\njson = true\n')
+    user.write_text("[kit.noise]\nreadings = 4\ncapf = [7]\n[kit.scan]\njson = true\n")
     here.write_text("[kit.noise]\ncapf = [1, 2]\n")
 
     def noise(*arguments: str, **variables: str) -> tuple[int, list[int]]:

@@ -120,14 +120,16 @@ def test_what_is_no_board_is_refused(source: str) -> None:
 def test_scan() -> None:
     rows = json.loads(run("scan", "sim:?wiring=soft-exca", "--json").stdout)["inputs"]
     found = {row["input"] + row["excitation"]: row["pF"] for row in rows}
-    assert found["CIN1EXCB"] > 5 > 0.1 > found["CIN1EXCA"]
-    assert found["CIN2EXCA"] > 3 > 0.1 > found["CIN2EXCB"]
+    assert {name for name, pF in found.items() if pF > 3} == {"CIN1EXCB", "CIN2EXCA"}
+    assert {name for name, pF in found.items() if pF < 0.01} == {"CIN1EXCA", "CIN2EXCB"}
     assert "shorted" in run("scan", "sim:?wiring=excb-shorted").stdout
     assert "out of range" in run("scan", "sim:?wiring=hard-shorted").stdout
 
 
 def test_noise_is_that_of_the_data_sheet() -> None:
-    document = json.loads(run("noise", "sim:?idle=600", "--readings", "400", "--capf", "0", "--capf", "7", "--json").stdout)
+    document = json.loads(
+        run("noise", "sim:?idle=600", "--readings", "400", "--capf", "0", "--capf", "7", "--json").stdout
+    )
     assert [row["capf"] for row in document["noise"]] == [0, 7]
     for row in document["noise"]:
         for value in (row["cin1_aF"], row["cin2_aF"]):

@@ -116,7 +116,9 @@ def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dic
     allowed = keys(command)
     for key, value in table.items():
         if key not in allowed:
-            raise click.UsageError(f"{where}: [{command.name}]: got {quoted(key)}, allowed: {', '.join([*allowed, *inner])}")
+            raise click.UsageError(
+                f"{where}: [{command.name}]: got {quoted(key)}, allowed: {', '.join([*allowed, *inner])}"
+            )
         if isinstance(value, dict):
             raise click.UsageError(
                 f"{where}: [{command.name}]: {key}: got a table, allowed: a value or a list of values"

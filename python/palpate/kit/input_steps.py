@@ -90,8 +90,10 @@ def noise(bench: Bench) -> Iterator[Step]:
     for pin, level in _connected(bench):
         for capf, count in sorted(_NOISE.items()):
             name = f"noise at CIN{pin}, CAPF {capf}"
-            yield left_out(name, "nothing is connected") if level is None else _judged_noise(
-                name, noise_of(bench, pin, level, capf, count), capf, f"noise_{pin}_capf_{capf}_aF"
+            yield (
+                left_out(name, "nothing is connected")
+                if level is None
+                else _judged_noise(name, noise_of(bench, pin, level, capf, count), capf, f"noise_{pin}_capf_{capf}_aF")
             )
 
 

@@ -66,7 +66,7 @@ def judged(
 
 
 def one_line(error: Exception) -> str:
-    """Return the message of an error as a step shows it.
+    r"""Return the message of an error as a step shows it.
 
     Examples
     --------

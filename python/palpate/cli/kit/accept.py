@@ -57,9 +57,7 @@ def accept(
     sys.exit(code)
 
 
-def _run(
-    bench: "Bench", source: str, output: BinaryIO, *, asks: bool, skip: tuple[str, ...], quiet: bool
-) -> "Report":
+def _run(bench: "Bench", source: str, output: BinaryIO, *, asks: bool, skip: tuple[str, ...], quiet: bool) -> "Report":
     """Do the steps, whatever ends them; write the report."""
     from palpate.kit import report as reports
     from palpate.kit.acceptance import Acceptance
