@@ -120,6 +120,10 @@ class Converter:
         status |= Status.EXCITATION if image[datasheet.STATUS] & datasheet.EXCERR else Status.OK
         return Reading(self._pace.middle(seen), raw, datasheet.capacitance_pF(raw), status)
 
+    def gains(self) -> bytes:
+        """Return CAP_GAIN and VOLT_GAIN: set in the factory, other ones in each chip, and constant."""
+        return self._access(lambda: self._bus.read(datasheet.CAP_GAIN, datasheet.REGISTERS - datasheet.CAP_GAIN))
+
     def temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius."""
         setup = self.configuration.temperature_registers
@@ -131,6 +135,10 @@ class Converter:
         for channel in (HARD, SOFT):
             self._centre(channel)
         self.dump = self._access(lambda: self._bus.read(0, datasheet.REGISTERS))
+
+    def restore_capdac(self, hard: int, soft: int) -> None:
+        """Use these CAPDAC steps, from the next conversion on."""
+        self.configuration = self.configuration.with_capdac(HARD, hard).with_capdac(SOFT, soft)
 
     def _centre(self, channel: int) -> None:
         low, high = -datasheet.DAC_STEPS, datasheet.DAC_STEPS

@@ -127,6 +127,11 @@ class BoardSource(Source):
         """Counters of the driver."""
         return asdict(self.driver.counters)
 
+    @property
+    def zero_ns(self) -> int | None:
+        """Begin of the measurement on the clock of the computer."""
+        return self.driver.zero_ns
+
     def describe(self) -> dict[str, Any]:
         """Return the description of the driver, with the range of the converter."""
         return {**self.driver.describe(), "full_scale_pF": SATURATED_PF}
