@@ -45,7 +45,7 @@ def _deep(levels: int) -> dict[str, Any]:
         ({"schema": "palpate-kit-report-9"}, "no schema palpate-kit-report-1 in it"),
         ({"more": 1}, "'more' is unknown"),
         ({"steps": {}}, "steps: got {}"),
-        ({"steps": [1]}, "steps: got 1, allowed: names and values"),
+        ({"steps": [1]}, "step: got 1, allowed: names and values"),
         ({"steps": [{}]}, "is missing"),
         ({"started": "\x1b[2J"}, "not printable"),
         ({"stopped": "x" * 3000}, "too long"),

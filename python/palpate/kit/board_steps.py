@@ -27,9 +27,8 @@ def registers(bench: Bench) -> Iterator[Step]:
         got.hex(" "),
         wanted.hex(" "),
         right=got == wanted,
-        do=["not an AD7745 or AD7746, or another program uses the board: close that program, unplug the board for a "
-            "moment, and run this again"],
-    )  # fmt: skip
+        do=["not an AD7746, or another program uses it: close that, unplug the board for a moment, run this again"],
+    )
     yield judged(
         "fingerprint: CAP_GAIN and VOLT_GAIN",
         bench.gains.hex(),

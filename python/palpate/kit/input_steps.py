@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 from palpate.ad7746 import datasheet
@@ -81,7 +82,7 @@ def noise_of(bench: Bench, pin: int, level: Level, capf: int, count: int) -> Noi
     """Measure the noise of an input; a slow drift does not count."""
     base = replace(bench.configuration, capf=capf)
     codes = [bench.convert(pin, level, base).code for _ in range(count)]
-    squares = [(after - before) ** 2 for before, after in zip(codes, codes[1:], strict=False)]
+    squares = [(after - before) ** 2 for before, after in pairwise(codes)]
     return Noise(math.sqrt(sum(squares) / (2 * len(squares))) / datasheet.CODES_PER_PF, len(set(codes)))
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from statistics import mean
 from typing import Protocol
 
@@ -125,7 +126,7 @@ def press(bench: Bench, prompts: Prompts) -> Iterator[Step]:
 
 def _at_rest(idle: list[Sample]) -> _Press:
     columns = [sample.hard for sample in idle], [sample.soft for sample in idle]
-    noise = [math.sqrt(mean((b - a) ** 2 for a, b in zip(c, c[1:], strict=False)) / 2) for c in columns]
+    noise = [math.sqrt(mean((b - a) ** 2 for a, b in pairwise(c)) / 2) for c in columns]
     return _Press((mean(columns[HARD]), mean(columns[SOFT])), max(_NOISES * max(noise), _LEAST_PF))
 
 

@@ -121,15 +121,15 @@ def _report(document: Any) -> Report:
 
 
 def _step(given: Any) -> Step:
-    if not isinstance(given, dict):
-        raise ValueError(f"steps: got {quoted(given)}, allowed: names and values")
     _exactly("step", given, _STEP)
     if given["verdict"] not in VERDICTS:
         raise ValueError(f"verdict: got {quoted(given['verdict'])}, allowed: {', '.join(VERDICTS)}")
     return Step(**{**given, "do": tuple(given["do"])})
 
 
-def _exactly(what: str, given: Mapping[str, Any], wanted: Mapping[str, Callable[[Any], bool]]) -> None:
+def _exactly(what: str, given: Any, wanted: Mapping[str, Callable[[Any], bool]]) -> None:
+    if not isinstance(given, dict):
+        raise ValueError(f"{what}: got {quoted(given)}, allowed: names and values")  # noqa: TRY004  of a file
     if set(given) != set(wanted):
         wrong = min(set(given) ^ set(wanted))
         raise ValueError(f"{what}: {quoted(wrong)} is {'unknown' if wrong in given else 'missing'}")

@@ -40,11 +40,11 @@ class Step:
     values: Mapping[str, Value] = field(default_factory=dict)
 
     def lines(self) -> list[str]:
-        """Return the step as lines of text.
+        r"""Return the step as lines of text.
 
         Examples
         --------
-        >>> print("\\n".join(Step("supply", "wrong", "2.1 V", "2.7 to 5.25 V", ("check the cable",)).lines()))
+        >>> print("\n".join(Step("supply", "wrong", "2.1 V", "2.7 to 5.25 V", ("check the cable",)).lines()))
         !!  supply: 2.1 V (expected: 2.7 to 5.25 V)
               check the cable
         """

@@ -12,7 +12,7 @@ from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.errors import quoted
 from palpate.samples import Sample
-from palpate.sources.base import Source
+from palpate.sources.base import Gap, Source
 from palpate.sources.options import Check, anything, checked, number, text, yes_no
 
 _PINS = ("A", "B", "AB")
@@ -128,9 +128,18 @@ class BoardSource(Source):
         return asdict(self.driver.counters)
 
     @property
+    def gaps(self) -> list[Gap]:
+        """Gaps of the driver."""
+        return [Gap(*gap) for gap in self.driver.gaps]
+
+    @property
     def zero_ns(self) -> int | None:
         """Begin of the measurement on the clock of the computer."""
         return self.driver.zero_ns
+
+    def centre(self) -> None:
+        """Set the CAPDACs again, so that both signals are in the middle of the range, before the next pair."""
+        self.driver.centre()
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the driver, with the range of the converter."""

@@ -13,7 +13,7 @@ from palpate.ad7746 import datasheet
 from palpate.ad7746.twin.wiring import WIRINGS, Pins, Wiring
 
 FACTORY = bytes([0x66, 0xCC, 0x5C, 0x90])
-"""CAP_GAIN and VOLT_GAIN of this chip."""
+"""CAP_GAIN and VOLT_GAIN of a chip."""
 _ALL_READY = datasheet.RDY | datasheet.RDYVT | datasheet.RDYCAP
 _CAP_BYTES, _VT_BYTES = range(1, 4), range(4, 7)
 
@@ -55,6 +55,8 @@ class ChipTwin:
 
     Attributes
     ----------
+    factory : bytes
+        CAP_GAIN and VOLT_GAIN, which differ from chip to chip.
     conversions : deque of Conversion
         The last finished conversions, at most 4096.
     """
@@ -69,6 +71,7 @@ class ChipTwin:
         wiring: Wiring = WIRINGS["guide"],
     ) -> None:
         self.conversions: deque[Conversion] = deque(maxlen=4096)
+        self.factory: bytes = FACTORY
         self.temperature_C: float = 25.0
         self.supply_V: float = 3.3
         self.present = True
@@ -96,7 +99,7 @@ class ChipTwin:
 
     def power_on(self, now: int) -> None:
         """Reset, as at power-on or by command."""
-        self.registers[:] = datasheet.RESET_VALUES + FACTORY
+        self.registers[:] = datasheet.RESET_VALUES + self.factory
         self._running = None
         self._silent_until = now + round(datasheet.RESET_S * 1e9)
 
