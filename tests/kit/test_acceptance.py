@@ -6,10 +6,14 @@ from random import Random
 
 import pytest
 from effort import NIGHTLY, random_of
+from i2c_bus import Bus
 from kit_acceptance import Board, not_done, said, wrong
+from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import Fault, KitTwin
 from palpate.errors import DeviceNotFound
 from palpate.kit.acceptance import NAMES, Acceptance
+from palpate.kit.bench import open_bench
 from palpate.kit.step import OK
 from tally import Tally
 
@@ -151,3 +155,14 @@ def _fault(random: Random) -> Fault:
     kind = random.choice(KINDS)
     amount = {"unplug": random.choice([math.inf, 0.5]), "short": 1, "late": 0.25}.get(kind, random.choice([1, 1e9]))
     return Fault(kind, amount, skip=random.randrange(3000), times=random.choice([1, 2, 5, math.inf]))
+
+
+def test_a_chip_on_an_i2c_bus() -> None:
+    clock = VirtualClock()
+    bus = Bus(ChipTwin(lambda bump, begin_s, end_s: 5.0), clock)
+    bench = open_bench("i2c:/dev/i2c-1", {"open_bus": bus, "clock": clock})
+    clock.sleep(0.001)
+    steps = list(Acceptance(bench))
+    assert said(steps) == ""
+    assert "I2C clock: 400 kHz" in "\n".join(line for step in steps for line in step.lines())
+    bench.source.close()

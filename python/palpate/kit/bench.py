@@ -29,6 +29,8 @@ class Bench:
         Open, not started.
     chip : Chip
         The same chip, without the driver.
+    on_usb : bool
+        Whether it has a USB plug, a simulated one among them.
     dump : bytes
         The registers after the reset; empty: not read.
     levels : dict
@@ -41,6 +43,7 @@ class Bench:
 
     source: BoardSource
     chip: Chip
+    on_usb: bool = True
     dump: bytes = b""
     levels: dict[tuple[int, str], Level] = field(default_factory=dict)
     minus_pF: dict[tuple[int, str], float] = field(default_factory=dict)
@@ -99,4 +102,4 @@ def open_bench(uri: str, options: Mapping[str, Any]) -> Bench:
     simulated = {"idle": _IDLE_S} if scheme == "sim" and "idle" not in given else {}
     source = open_source(uri, **{**simulated, **options})
     assert isinstance(source, BoardSource)
-    return Bench(source, Chip(source.bus, source.clock))
+    return Bench(source, Chip(source.bus, source.clock), on_usb=scheme != "i2c")
