@@ -60,6 +60,8 @@ class Sample(NamedTuple):
         Capacitances, pF, with the baseline; nan if lost.
     status : int
         See `Status`.
+    t_uncertainty_us : int
+        Largest possible error of the difference of the two times, us, rounded up; -1: unknown.
 
     Examples
     --------
@@ -75,6 +77,7 @@ class Sample(NamedTuple):
     hard: float
     soft: float
     status: int = 0
+    t_uncertainty_us: int = -1
 
 
 Block = NDArray[np.void]
@@ -114,6 +117,21 @@ def block_of(samples: Iterable[Sample]) -> Block:
     rows = [row(sample) for sample in samples]
     block = np.zeros(len(rows), DTYPE)
     block[:] = rows
+    return block
+
+
+def blank(count: int) -> Block:
+    """Return samples numbered from 0, without codes and with unknown uncertainty; times, capacitances and status are 0.
+
+    Examples
+    --------
+    >>> blank(2)[["seq", "hard_raw", "t_uncertainty_us"]].tolist()
+    [(0, -1, -1), (1, -1, -1)]
+    """
+    block = np.zeros(count, DTYPE)
+    block["seq"] = np.arange(count)
+    for name in ("hard_raw", "soft_raw", "t_uncertainty_us"):
+        block[name] = -1
     return block
 
 
