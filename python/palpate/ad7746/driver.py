@@ -23,6 +23,7 @@ from palpate.ad7746.bus import Counters, RegisterBus
 from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
 from palpate.ad7746.converter import Converter, Overdue, Reading
+from palpate.ad7746.inputs import Look, look
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Sample, Status
 
@@ -78,6 +79,7 @@ class Ad7746:
         notify: Callable[[str], None] = lambda _: None,
     ) -> None:
         self.counters: Counters = Counters()
+        self.gaps: list[tuple[int, str]] = []
         self._bus = bus
         self._clock = clock or RealClock()
         self._replug_s = replug_s
@@ -145,6 +147,13 @@ class Ad7746:
         """Convert one channel only, `HARD` or `SOFT`; a lost conversion raises an error here."""
         reading = self._converter.convert(channel)
         return reading._replace(t_ns=reading.t_ns - self._start_ns)
+
+    def look(self, name: str, excitation: str) -> Look:
+        """Measure what an input, "1+" to "2-", has on an excitation pin, "A" or "B"; nan after `interrupt`."""
+        try:
+            return look(self._converter, name, excitation)
+        except _Interrupted:
+            return Look(math.nan)
 
     def read_pair(self, seq: int) -> Sample | None:
         """Read both channels, the hard one first.
