@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict
 from typing import Any, Self
 
@@ -10,7 +11,9 @@ from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.ad7746.driver import LIMIT_NS, Ad7746
-from palpate.errors import quoted
+from palpate.ad7746.wiring import Wiring
+from palpate.ad7746.wiring_watch import WiringWatch
+from palpate.errors import DeviceRefused, SourceError, quoted
 from palpate.samples import Sample
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import Check, anything, checked, number, text, yes_no
@@ -87,9 +90,11 @@ class BoardSource(Source):
         Checked options, as in `CONVERTER`; and `limit_ns`, as in `Ad7746`.
     clock : Clock
         The clock of the bus.
+    kit : bool
+        Whether it is the evaluation kit: messages about the wiring name its sockets and resistors.
     """
 
-    def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock) -> None:
+    def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock, *, kit: bool = True) -> None:
         self.bus: RegisterBus = bus
         self.clock: Clock = clock
         self.driver: Ad7746 = Ad7746(
@@ -100,12 +105,23 @@ class BoardSource(Source):
             notify=lambda message: self.notify(message),
             limit_ns=options.get("limit_ns", LIMIT_NS),
         )
+        self._watch = WiringWatch(self.driver.look)
+        self._kit = kit
         self._started = False
 
     def __enter__(self) -> Self:
-        """Configure the converter, and set the CAPDACs so that both idle signals are in its range."""
+        """Configure the converter, check the wiring, and set the CAPDACs so that both idle signals are in its range.
+
+        Raises
+        ------
+        DeviceRefused
+            The wiring lets no ratio be measured; the message says where to look and what to do.
+        SourceError
+            As from the driver.
+        """
         try:
             self.driver.start()
+            self._check_wiring()
             self.driver.auto_capdac()
         except BaseException:
             self.close()
@@ -121,6 +137,26 @@ class BoardSource(Source):
         while (sample := self.driver.read_pair(seq)) is not None:
             yield sample
             seq = sample.seq + 1
+            self._watch_wiring(sample)
+
+    def _check_wiring(self) -> None:
+        mistakes = Wiring(self.driver.look, self.driver.configuration, kit=self._kit).mistakes()
+        if fatal := [str(mistake) for mistake in mistakes if mistake.fatal]:
+            raise DeviceRefused("; ".join(fatal))
+        for mistake in mistakes:
+            self.notify(str(mistake))
+
+    def _watch_wiring(self, sample: Sample) -> None:
+        with suppress(SourceError):  # the next pair meets the same error
+            if texts := self._watch.take(sample, self.driver.configuration):
+                self.driver.gaps.append((sample.seq + 1, "; ".join(texts)))
+            for text in texts:
+                self.notify(text)
+
+    @property
+    def gaps(self) -> list[Gap]:
+        """Gaps of the driver, and those from wires that came off or were put on."""
+        return [Gap(*gap) for gap in self.driver.gaps]
 
     @property
     def counters(self) -> dict[str, int]:
@@ -177,4 +213,4 @@ def open_i2c(address: str, options: Mapping[str, Any]) -> BoardSource:
         raise ValueError("i2c: got no address, allowed: a bus, for example i2c:/dev/i2c-1")
     clock = given.pop("clock", None) or RealClock()
     opener = {"open_bus": given.pop("open_bus")} if "open_bus" in given else {}
-    return BoardSource(I2cBus(address, clock, **opener), given, clock)
+    return BoardSource(I2cBus(address, clock, **opener), given, clock, kit=False)
