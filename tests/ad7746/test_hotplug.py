@@ -79,7 +79,7 @@ def test_it_is_noticed_within_a_second(bench: Bench, tally: Tally) -> None:
     wait_for(lambda: heard)
     watch.close()
     tally.say(f"{type(bench.carrier).__name__}, a board that is plugged in: noticed after {heard[0] - begun:.2f} s")
-    assert hotplug.POLL_S <= 0.25
+    assert hotplug.POLL_S <= 0.5
 
 
 def test_a_second_board_is_named_and_disturbs_nothing(bench: Bench) -> None:
@@ -128,7 +128,7 @@ def test_the_board_that_measures(bench: Bench) -> None:
         reading = threading.Thread(target=lambda: next(samples))
         reading.start()
         wait_for(lambda: notes)
-        time.sleep(4 * hotplug.POLL_S)
+        time.sleep(2 * hotplug.POLL_S)
         assert len(notes) == 1
         assert notes[0].startswith(f"usb:{first}, ")
         assert "was unplugged" in notes[0]

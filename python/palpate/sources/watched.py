@@ -13,7 +13,7 @@ from palpate.sources.board import BoardSource
 
 
 class WatchedKit(BoardSource):
-    """Pairs of the evaluation kit, with a message within 0.5 s if a board is plugged in or unplugged.
+    """Pairs of the evaluation kit, with a message within a second if a board is plugged in or unplugged.
 
     If the board that measures is unplugged, the driver tells it, and waits.
 

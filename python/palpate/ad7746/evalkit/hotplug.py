@@ -15,7 +15,7 @@ from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, Board, boards, fresh, s
 from palpate.errors import PalpateError
 
 SYSFS = Path("/sys/bus/usb/devices")
-POLL_S = 0.25
+POLL_S = 0.5
 _END_S = 1.0
 _KIT = f"{VENDOR:04x}", f"{PRODUCT:04x}"
 
