@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
+from types import SimpleNamespace
 
 import palpate
 import pytest
@@ -171,6 +172,13 @@ def test_a_watch_may_be_closed_by_what_it_calls() -> None:
     wait_for(lambda: not watch._thread.is_alive())
 
 
+def test_other_systems_are_asked_through_libusb(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hotplug, "sys", SimpleNamespace(platform="darwin"))
+    monkeypatch.setattr(hotplug, "system_backend", bench.carrier.backend)
+    assert looking()() == set(boards(bench.carrier.backend()))
+    assert len(looking()()) == 1
+
+
 def device(folder: Path, name: str, **files: str) -> None:
     (folder / name).mkdir(parents=True)
     for file, text in files.items():
@@ -200,3 +208,4 @@ def test_sysfs_is_read_only_after_a_change(tmp_path: Path, monkeypatch: pytest.M
         (tmp_path / "3-2.4.1" / file).unlink()
     (tmp_path / "3-2.4.1").rmdir()
     assert look() == set()
+    assert looking(tmp_path / "nowhere")() == set()

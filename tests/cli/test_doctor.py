@@ -57,7 +57,14 @@ def test_a_board_that_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     plug(monkeypatch, allowed=True)
     result = run()
     assert result.exit_code == 0
-    assert "can be opened, firmware is running" in result.stdout
+    assert "can be opened, firmware is running, the AD7746 answers" in result.stdout
+
+
+def test_a_board_without_a_chip(monkeypatch: pytest.MonkeyPatch) -> None:
+    plug(monkeypatch).chip.present = False
+    result = run()
+    assert result.exit_code == 4
+    assert "the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link LK2" in result.stdout
 
 
 def test_a_board_without_firmware(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -98,8 +105,19 @@ def test_a_rule_that_gives_this_user_nothing(tmp_path: Path, monkeypatch: pytest
             "lets every user and program of this machine write",
             "palpate doctor --inst",
         ),
-        ("99-ad7746.rules", 'MODE:="666"', "lets every user and program of this machine write", "sudo rm "),
-        ("99-ad7746.rules", 'TAG+="uaccess"', "sorts after 73-seat-late.rules", "sudo rm "),
+        (
+            "99-ad7746.rules",
+            'MODE:="666"',
+            "lets every user and program of this machine write",
+            "take the board's mode",
+        ),
+        (
+            "99-ad7746.rules",
+            'RUN+="fxload -m 0666"',
+            "lets every user and program",
+            "take the board's mode and tag out of",
+        ),
+        ("99-ad7746.rules", 'TAG+="uaccess"', "sorts after 73-seat-late.rules", "take the board's mode"),
     ],
 )
 def test_a_rule_that_should_be_replaced(

@@ -5,6 +5,7 @@ import platform
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing
 from functools import partial
 from importlib import metadata
 from pathlib import Path
@@ -124,7 +125,8 @@ def _rules(*, needed: bool, asked: bool) -> Iterator[Finding]:
     files = udev.rule_files()
     for file in files:
         if flaw := udev.flaw(file):
-            do = INSTALL_UDEV if file.name == udev.RULE_FILE else f"sudo rm {file}\n{INSTALL_UDEV}"
+            edit = f"take the board's mode and tag out of {file}, then:\n"
+            do = INSTALL_UDEV if file.name == udev.RULE_FILE else edit + INSTALL_UDEV
             yield Finding("permission", "free", f"the udev rule in {file} {flaw}: replace it", do)
     named = ", ".join(map(str, files))
     if needed and files:
@@ -142,14 +144,17 @@ def _rules(*, needed: bool, asked: bool) -> Iterator[Finding]:
 
 
 def _open(board: Any, backend: Any) -> Finding:
+    from palpate.ad7746.bus import Counters, repeated
+    from palpate.ad7746.clock import RealClock
     from palpate.ad7746.evalkit.board import EvalKit
 
     what = f"board usb:{board}"
     try:
-        EvalKit(board.bus, board.address, backend=backend).close()
+        with closing(EvalKit(board.bus, board.address, backend=backend)) as kit:
+            repeated(lambda: kit.read(0, 1), Counters(), RealClock(), lambda: None)
     except PalpateError as error:
         return Finding(what, "wrong", str(error), "", code_of(error))
-    return Finding(what, "ok", "can be opened, firmware is running")
+    return Finding(what, "ok", "can be opened, firmware is running, the AD7746 answers")
 
 
 def _firmware() -> Finding:

@@ -22,8 +22,8 @@ def doctor(context: click.Context, install_udev: bool, as_json: bool) -> None:
 
     A board is opened for a moment. "ok": nothing to do; "--": optional, or could be better; "!!": wrong. Exit codes: 0,
     nothing is wrong (a missing board is not wrong); else that of the first wrong line: 1, damaged installation; 2,
-    error in a palpate.toml; 3, no permission to open the board or to write the rule; 4, the rule cannot be written; 6,
-    no libusb for pyusb.
+    error in a palpate.toml; 3, no permission to open the board or to write the rule; 4, the AD7746 does not answer, or
+    the rule cannot be written; 6, no libusb for pyusb.
 
     \b
     Example:

@@ -26,7 +26,7 @@ _OLDER = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MOD
 _LARGEST = 1_000_000  # bytes of a file of rules
 _VENDOR = re.compile(r'idVendor}=="0456"', re.IGNORECASE)
 _PRODUCT = re.compile(r'idProduct}=="b481"', re.IGNORECASE)
-_FOR_ALL = re.compile(r'MODE\s*:?=\s*"\d?\d\d[2367]"')  # others may write
+_FOR_ALL = re.compile(r'MODE\s*:?=\s*"\d?\d\d[2367]"|-m 0?666')  # others may write; the second one is fxload's
 _BOARD = ("--subsystem-match=usb", "--attr-match=idVendor=0456", "--attr-match=idProduct=b481")
 _UDEVADM = (("control", "--reload"), ("trigger", "--action=change", *_BOARD))
 _WAIT_S = 10.0
