@@ -31,7 +31,7 @@ class WatchedKit(BoardSource):
 
     def __init__(self, kit: EvalKit, options: Mapping[str, Any], clock: Clock, look: Look | None = None) -> None:
         super().__init__(kit, options, clock)
-        self._kit, self._look = kit, look
+        self._evalkit, self._look = kit, look
         self._hotplug: Hotplug | None = None
 
     def __enter__(self) -> Self:
@@ -48,7 +48,7 @@ class WatchedKit(BoardSource):
         super().close()
 
     def _tell(self, before: set[Board], now: set[Board]) -> None:
-        measuring = self._kit.board
+        measuring = self._evalkit.board
         beside = f"; usb:{measuring} goes on measuring" if measuring in now else ""
         for board in sorted(before - now):
             if board.ports != measuring.ports or board.bus != measuring.bus:
