@@ -17,6 +17,10 @@ class NotAllowed(DeviceRefused):
     """No permission, or not yet: after plugging in it may take a moment."""
 
 
+class NoFirmware(DeviceRefused):
+    """The board has no firmware, or not yet: another program may load it after plugging in."""
+
+
 _DRIVER = "On Windows the board needs the driver WinUSB: install it for 0456:b481 with Zadig (https://zadig.akeo.ie)"
 _PERMISSION = {
     "linux": "Type `palpate doctor --install-udev`; in a container, on the host",
