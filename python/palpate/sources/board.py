@@ -209,6 +209,7 @@ class BoardSource(Source):
 def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
     """Return the source of `usb:` or `usb:BUS/ADDRESS`, the evaluation kit."""
     from palpate.ad7746.evalkit.board import EvalKit
+    from palpate.sources.watched import WatchedKit
 
     given = checked("usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything})
     match = re.fullmatch(r"(?:(\d{1,3})/(\d{1,3}))?", address)
@@ -216,8 +217,9 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
         raise ValueError(f"usb: got address {quoted(address)}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing")
     bus, number_ = (int(part) if part else None for part in match.groups())
     clock = given.pop("clock", None) or RealClock()
-    kit = EvalKit(bus, number_, firmware=given.pop("firmware", None), backend=given.pop("backend", None), clock=clock)
-    return BoardSource(kit, given, clock)
+    backend = given.pop("backend", None)
+    kit = EvalKit(bus, number_, firmware=given.pop("firmware", None), backend=backend, clock=clock)
+    return WatchedKit(kit, given, clock) if backend is None else BoardSource(kit, given, clock)
 
 
 def open_i2c(address: str, options: Mapping[str, Any]) -> BoardSource:
