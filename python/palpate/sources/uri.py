@@ -94,25 +94,29 @@ def _find(scheme: str) -> Factory:
     if scheme in _OWN:
         return _factory(*_OWN[scheme])
     for point in entry_points(group=GROUP, name=scheme):
-        return _load(point)
+        factory: Factory = loaded(point)
+        return factory
     raise ValueError(
         f"source: got {shortened(scheme)}:, allowed: {', '.join(f'{name}:' for name in schemes())} or a path"
     )
 
 
-def _load(point: EntryPoint) -> Factory:
-    """Return the function of another package; an error names the package."""
+def loaded(point: EntryPoint) -> Any:
+    """Return the object of an entry point of another package; SourceError with the name of the package if it fails."""
     try:
-        factory: Factory = point.load()
+        return point.load()
     except PalpateError:
         raise
     except Exception as error:
-        package = f"package {point.dist.name}" if point.dist else "another package"
         raise SourceError(
-            f"{point.name}: of {package} cannot be loaded from {point.value}: {type(error).__name__}: {error!s:.200}; "
-            "reinstall or remove this package"
+            f"{point.name}: of {package_of(point)} cannot be loaded from {point.value}: {type(error).__name__}: "
+            f"{error!s:.200}; reinstall or remove this package"
         ) from error
-    return factory
+
+
+def package_of(point: EntryPoint) -> str:
+    """Return the name of the package that has an entry point, for a message."""
+    return f"package {point.dist.name}" if point.dist else "another package"
 
 
 def _factory(module: str, name: str) -> Factory:
