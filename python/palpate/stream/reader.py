@@ -8,6 +8,7 @@ from typing import Any
 
 from palpate._core import SampleRing
 from palpate.errors import ProtocolError, SourceTimeout
+from palpate.recording.codes import Codes
 from palpate.recording.recorder import Recorder
 from palpate.samples import Sample
 from palpate.sources import Source
@@ -31,6 +32,8 @@ class Reader:
     recorder : Recorder, optional
     period_s : float
         Time from one pair to the next; nan: unknown.
+    codes : Codes
+        Scale of the codes: a reading has to be the one that a replay computes from its code.
 
     Attributes
     ----------
@@ -46,7 +49,14 @@ class Reader:
     recorder : Recorder or None
     """
 
-    def __init__(self, source: Source, ring: SampleRing, recorder: Recorder | None, period_s: float = math.nan) -> None:
+    def __init__(
+        self,
+        source: Source,
+        ring: SampleRing,
+        recorder: Recorder | None,
+        period_s: float = math.nan,
+        codes: Codes = Codes(),  # noqa: B008  it cannot be changed
+    ) -> None:
         self.read: int = 0
         self.lost: int = 0
         self.late: int = 0
@@ -59,6 +69,7 @@ class Reader:
         self.lock: RLock = RLock()
         self.recorder = recorder
         self._late_ns = _LATE * period_s * 1e9
+        self._disagreement = codes.disagreement
         self._stopping = Event()
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
 
@@ -137,6 +148,9 @@ class Reader:
             raise ProtocolError(f"source, {where}: {error}") from error
         if sample.seq <= last:
             raise ProtocolError(f"source: seq: got {sample.seq}, allowed: above {last}")
+        for name, code, value in (("hard", sample.hard_raw, sample.hard), ("soft", sample.soft_raw, sample.soft)):
+            if code >= 0 and (wrong := self._disagreement(name, code, value)):
+                raise ProtocolError(f"source, seq {sample.seq}: {wrong}")
         return sample
 
     def _count(self, sample: Sample) -> None:

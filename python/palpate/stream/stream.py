@@ -9,6 +9,7 @@ from threading import RLock
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from palpate._core import SampleRing, Touch, Tracker
+from palpate.recording.codes import codes_of
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import sidecar_path
 from palpate.samples import settings_for
@@ -124,7 +125,8 @@ class Stream:
             device = self._instrument.begin()
             self._begins = True  # from here on there may be a recording to close
             self._recordings.first()
-            self._reader = Reader(self.source, self._ring, self.recorder, float(device.get("period_s", math.nan)))
+            period_s, codes = float(device.get("period_s", math.nan)), codes_of(device)
+            self._reader = Reader(self.source, self._ring, self.recorder, period_s, codes)
             self._reader.start()
             if self._stop_asked:
                 self._reader.stop()
