@@ -17,6 +17,7 @@ from palpate.sources import open as open_source
 from palpate.sources.claims import counted, described, is_source
 
 BEGIN_S, INTERRUPT_S, CLOSE_S = 30.0, 0.3, 2.0
+_OWN_THREADS = "palpate-check-"
 _NO_OPTION = "no_option_has_this_name"
 _AWRY = 0.2  # of a period
 _FAST = 300.0  # a recording or a simulation may be live, and so much faster than the clock
@@ -108,7 +109,7 @@ class _Trial:
     def run(self, source: Source, seconds: float) -> None:
         """Read the source in a thread, and end it from this one."""
         self._describe(source)
-        reading = threading.Thread(target=self._read, args=(source,), name="palpate-check-reader", daemon=True)
+        reading = threading.Thread(target=self._read, args=(source,), name=f"{_OWN_THREADS}reader", daemon=True)
         reading.start()
         if not self._entered.wait(BEGIN_S * self._patience):
             self.find(f"__enter__: did not return within {BEGIN_S * self._patience:g} s")
@@ -126,11 +127,12 @@ class _Trial:
 
     def judge_threads(self, before: set[threading.Thread]) -> None:
         """Find threads of the source that still run."""
-        left = [thread for thread in threading.enumerate() if thread not in before]
+        left = [thread for thread in threading.enumerate()
+                if thread not in before and not thread.name.startswith(_OWN_THREADS)]  # fmt: skip
         deadline = time.monotonic() + INTERRUPT_S * self._patience
         for thread in left:
             thread.join(max(deadline - time.monotonic(), 0))
-        if names := sorted(thread.name for thread in left if thread.is_alive()):
+        if names := sorted({thread.name for thread in left if thread.is_alive()}):
             self.find(f"threads: {', '.join(names)} still run after close(), allowed: none")
 
     def _refuses_unknown_options(self, name: str) -> None:
@@ -246,7 +248,7 @@ class _Trial:
             finally:
                 done.set()
 
-        threading.Thread(target=run, name=f"palpate-check-{name}", daemon=True).start()
+        threading.Thread(target=run, name=f"{_OWN_THREADS}{name}", daemon=True).start()
         if not done.wait(limit_s * self._patience):
             self.find(f"{name}: did not return within {limit_s * self._patience:g} s")
 
@@ -265,7 +267,7 @@ class _Trial:
             return
         steps = [(b.t_hard_ns - a.t_hard_ns) / (b.seq - a.seq) for a, b in pairwise(self.samples) if b.seq > a.seq]
         median_s = statistics.median(steps or [math.nan]) / 1e9
-        if period_s and abs(median_s - period_s) > _AWRY * period_s:
+        if period_s and not (1 - _AWRY) * period_s <= median_s <= (1 + _AWRY * self._patience) * period_s:
             self.find(f"period_s: got {period_s:g}, allowed: {median_s:.3g}, the median of its times, within 20 %")
         if not live:
             return

@@ -191,7 +191,7 @@ def test_a_name_whose_options_are_ignored(monkeypatch: pytest.MonkeyPatch) -> No
     [
         "sim:four-specimens?seed=1",
         "sim:dropouts?seed=2",
-        "sim:soft-steady?speed=20",
+        "sim:soft-steady?speed=2",
         "sim:soft-steady?fault=unplug:0.5@1",
         str(ROOT / "tests" / "data" / "four-specimens.csv"),
         f"{ROOT / 'tests' / 'data' / 'four-specimens.csv'}?speed=20",

@@ -34,8 +34,14 @@ def devices() -> tuple[list[Found], list[str]]:
     >>> all(":" in device.uri for device in found)
     True
     """
-    others = (partial(_of_package, point) for point in entry_points(group=GROUP))
-    return _look_for(_boards, _iio, _i2c, _ports, *others)
+    found, notes = _look_for(_boards, _iio, _i2c, _ports)
+    others, more = devices_of_packages()
+    return found + others, notes + more
+
+
+def devices_of_packages() -> tuple[list[Found], list[str]]:
+    """Return what the searches of other packages find, in the same form as `devices`."""
+    return _look_for(*(partial(_of_package, point) for point in entry_points(group=GROUP)))
 
 
 def boards() -> tuple[list[Found], list[str]]:

@@ -35,10 +35,14 @@ SAME = 8
 """So many equal codes in a row are no measurement: the least noise of the chip is 9 codes rms."""
 
 
+LATE_S = 0.012
+"""A tick of the slowest kernel, and 2 ms."""
+
+
 class _Reading(NamedTuple):
     t_ns: int
     code: int
-    excess_ns: int
+    uncertainty_us: int
 
 
 def devices(root: Path = DEVICES) -> list[Path]:
@@ -55,8 +59,9 @@ class IioSource(Source):
     """Pairs of both channels, read from two files one after the other.
 
     The time of a value is the begin of its read, and half a conversion: writing the registers before a conversion takes
-    some 0.3 to 1.2 ms more, alike in both channels. How much longer than the shortest one the two reads took is
-    `t_uncertainty_us`: by so much the difference of the times can be wrong.
+    some 0.3 to 1.2 ms more, alike in both channels. The driver does not say when a conversion begins: somewhere in its
+    read, the least sleep before the end. What is left of the longer read is `t_uncertainty_us`: some 3 ms with a kernel
+    of 1000 ticks a second, 18 ms with 100. A pair with a read `LATE_S` longer than usual is LOST.
 
     Parameters
     ----------
@@ -84,9 +89,9 @@ class IioSource(Source):
         self._begun = False
         self._errors = 0
         self._gaps: list[Gap] = []
-        self._conversion_s = self._device.conversion_s
-        self._period_s = 2 * self._conversion_s
-        self._shortest_ns: float = math.inf
+        self._conversion_s, self._sleep_s = self._device.times_s()
+        self._period_s = 2 * self._sleep_s
+        self._longest_ns = math.inf
         self._steps = self._read_steps()
         self._unjudged = True
         self._same = {"hard": (-1, 0), "soft": (-1, 0)}
@@ -172,9 +177,15 @@ class IioSource(Source):
         begun = self._clock_ns()
         code = self._device.code(channel)
         lasted = self._clock_ns() - begun
-        self._shortest_ns = min(self._shortest_ns, lasted)
-        half = lasted / 2 if math.isnan(self._conversion_s) else self._conversion_s * 1e9 / 2
-        return _Reading(begun + round(half), code, lasted - round(self._shortest_ns))
+        if lasted > self._longest_ns:
+            raise ProtocolError(
+                f"{self._device.path}: a conversion lasted {lasted / 1e6:.0f} ms, allowed: {self._longest_ns / 1e6:.0f} ms: "
+                "another program uses the driver, or changed its sampling frequency"
+            )
+        if math.isnan(self._conversion_s):
+            return _Reading(begun + lasted // 2, code, -1)
+        uncertainty_us = math.ceil(max(lasted - self._sleep_s * 1e9, 0) / 1000)
+        return _Reading(begun + round(self._conversion_s * 1e9 / 2), code, uncertainty_us)
 
     def _measured_period(self) -> float:
         """Return the time from pair to pair, s: the driver sleeps for a time that depends on the kernel's tick."""
@@ -186,7 +197,9 @@ class IioSource(Source):
                     self._convert(channel)
             self._read_steps()
             lasted.append(self._clock_ns() - begun)
-        return max(statistics.median(lasted), 1) / 1e9
+        period_ns = max(statistics.median(lasted), 1)
+        self._longest_ns = period_ns / 2 + LATE_S * 1e9
+        return period_ns / 1e9
 
     def _read_steps(self) -> list[int | None]:
         return [self._device.steps(channel) for channel in (0, 1)]
@@ -250,9 +263,10 @@ _HOW_TO_EXCITE = (
 def _sample(seq: int, start_ns: int, hard: _Reading, soft: _Reading) -> Sample:
     status = Status.HARD_SATURATED * datasheet.saturated(hard.code) | Status.SOFT_SATURATED * datasheet.saturated(soft.code)
     values = datasheet.capacitance_pF(hard.code), datasheet.capacitance_pF(soft.code)
-    uncertainty_us = -(-(hard.excess_ns + soft.excess_ns) // 1000)
     times = hard.t_ns - start_ns, soft.t_ns - start_ns
-    return Sample(seq, *times, hard.code, soft.code, *values, int(status), uncertainty_us)
+    return Sample(
+        seq, *times, hard.code, soft.code, *values, int(status), max(hard.uncertainty_us, soft.uncertainty_us)
+    )
 
 
 def open_iio(address: str, options: Mapping[str, Any]) -> IioSource:

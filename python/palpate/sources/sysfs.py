@@ -25,6 +25,12 @@ PINS: Final = {"A": "adi,exca-output-en", "B": "adi,excb-output-en"}
 """Excitation pin -> property of the device tree that drives it; without both the chip measures exactly 0."""
 LEVEL: Final = "adi,excitation-vdd-permille"
 """Property of the level: 125, 250, 375 or 500; 125 if it is missing."""
+_TIMES_S = {
+    frequency: (conversion_s, sleep_ms / 1000)
+    for frequency, conversion_s, sleep_ms in zip(
+        (91, 84, 50, 26, 16, 13, 11, 9), datasheet.CONVERSION_S, (12, 13, 21, 39, 63, 78, 93, 111), strict=True
+    )
+}
 _LARGEST = 4096  # bytes of a file in sysfs: a page
 _SCALES = ("in_capacitance_scale", "in_capacitance0_scale")
 _FREQUENCIES = ("in_capacitance_sampling_frequency", "sampling_frequency")
@@ -53,11 +59,9 @@ class KernelDevice:
         self.scale: str = self._first(_SCALES)
         self._check_scale()
 
-    @property
-    def conversion_s(self) -> float:
-        """Conversion time from the sampling frequency, s; nan if unknown."""
-        frequency = _number(self._first(_FREQUENCIES))
-        return 1 / frequency if 1e-6 < frequency < 1e6 else math.nan
+    def times_s(self) -> tuple[float, float]:
+        """Return the conversion time and the least sleep of the driver, from the sampling frequency, s; nan if unknown."""
+        return _TIMES_S.get(_number(self._first(_FREQUENCIES)), (math.nan, math.nan))
 
     @property
     def excitation(self) -> str | None:

@@ -142,15 +142,19 @@ class Reader:
         """Return a sample with fields of int and float that a recording can store; nothing is counted before this."""
         last = self.last.seq if self.last else -1
         try:
-            sample = _made(Sample, self._ring.row(given))
+            sample = self._agreeing(_made(Sample, self._ring.row(given)))
         except Exception as error:
             where = f"after seq {last}" if self.last else "first sample"
             raise ProtocolError(f"source, {where}: {error}") from error
         if sample.seq <= last:
             raise ProtocolError(f"source: seq: got {sample.seq}, allowed: above {last}")
+        return sample
+
+    def _agreeing(self, sample: Sample) -> Sample:
+        """Return a sample whose readings are those of its codes: else a replay would have other ones."""
         for name, code, value in (("hard", sample.hard_raw, sample.hard), ("soft", sample.soft_raw, sample.soft)):
             if code >= 0 and (wrong := self._disagreement(name, code, value)):
-                raise ProtocolError(f"source, seq {sample.seq}: {wrong}")
+                raise ValueError(wrong)
         return sample
 
     def _count(self, sample: Sample) -> None:
