@@ -99,7 +99,9 @@ class _Trial:
             self._refuses_unknown_options(source)
             source = open_source(source)
         if not is_source(source):
-            self.find(f"got an object of type {type(source).__name__}, allowed: one that is derived from palpate.Source")
+            self.find(
+                f"got an object of type {type(source).__name__}, allowed: one that is derived from palpate.Source"
+            )
             return None
         if not isinstance(getattr(source, "live", None), bool):
             self.find(f"live: got {getattr(source, 'live', None)!r:.60}, allowed: True or False")
@@ -121,7 +123,9 @@ class _Trial:
         self._judge_counters(source)
         self._judge_gaps(source)
         for name in ("__exit__", "close"):
-            self._call(name, (lambda: source.__exit__(None, None, None)) if name == "__exit__" else source.close, CLOSE_S)
+            self._call(
+                name, (lambda: source.__exit__(None, None, None)) if name == "__exit__" else source.close, CLOSE_S
+            )
         self._judge_times(bool(source.live), period_s)
         self._after_the_end(source)
 

@@ -36,9 +36,10 @@ def touched(scale: Codes) -> list[Sample]:
     noise = itertools.cycle([0, 7, -3, 11, -8, 2, -5])
     found = []
     for i, (soft, n, m) in enumerate(zip(change, noise, itertools.islice(noise, 3, None), strict=False)):
-        codes = [round((base + value) * scale.per_pF) + scale.zero + e * round(scale.per_pF * 1e-5)
-                 for base, value, e in ((6.9, 2.5 * soft, n), (4.7, soft, m))]  # fmt: skip
-        found.append(Sample(i, i * 10**7, i * 10**7 + 10**6, *codes, scale.pF(codes[0]), scale.pF(codes[1])))
+        hard_raw, soft_raw = (round((value + 1e-5 * error) * scale.per_pF) + scale.zero
+                              for value, error in ((6.9 + 2.5 * soft, n), (4.7 + soft, m)))  # fmt: skip
+        values = scale.pF(hard_raw), scale.pF(soft_raw)
+        found.append(Sample(i, i * 10**7, i * 10**7 + 10**6, hard_raw, soft_raw, *values))
     return found
 
 
@@ -71,7 +72,9 @@ def test_touches_are_the_same_again(tmp_path: Path) -> None:
 def test_a_stream_refuses_what_a_replay_would_read_otherwise(tmp_path: Path) -> None:
     """Codes of another converter without their scale would be read as those of an AD7746."""
     source = Scripted([*samples_of(WIDE, [5, 6])])
-    message = r"source, first sample: hard: got 4.28\d+e-08 pF for the code 5, allowed: -4.095\d+, \(code - zero\) / per_pF"
+    message = (
+        r"source, first sample: hard: got 4.28\d+e-08 pF for the code 5, allowed: -4.095\d+, \(code - zero\) / per_pF"
+    )
     with pytest.raises(ProtocolError, match=message), Stream(source, record=tmp_path / "run.csv") as stream:
         list(stream)
 
@@ -104,7 +107,7 @@ def test_a_scale_that_is_none(codes: Any, message: str, tmp_path: Path) -> None:
 def test_a_code_above_the_largest_is_found(tmp_path: Path) -> None:
     scale = Codes(0, 1000.0, 4095)
     path = record(tmp_path / "run.csv", samples_of(scale, [4095, 4096]), codes=scale._asdict())
-    assert "1 rows have codes above 4095, the largest of the converter" in palpate.check(path).findings
+    assert "1 rows have codes above 4095, the largest of the converter" in palpate.check(path).faults
 
 
 def test_without_a_sidecar_codes_of_another_converter_are_left_out(tmp_path: Path) -> None:

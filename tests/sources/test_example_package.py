@@ -37,7 +37,9 @@ def test_its_own_tests(installed: dict[str, str], tmp_path: Path) -> None:
 
 def test_a_recording_and_its_replay(installed: dict[str, str], tmp_path: Path) -> None:
     """The replay computes the capacitances from the codes, wider than 24 bits: the touch has the same numbers."""
-    done = palpate(installed, "record", "fdc1004:fake?rate=400", "-o", "run.csv", "--touches", "1", "--json", cwd=tmp_path)
+    done = palpate(
+        installed, "record", "fdc1004:fake?rate=400", "-o", "run.csv", "--touches", "1", "--json", cwd=tmp_path
+    )
     assert done.returncode in (0, 5), done.stderr
     rows = (tmp_path / "run.csv").read_text().splitlines()[1:]
     assert max(int(row.split(",")[3]) for row in rows) > 2**24

@@ -14,8 +14,6 @@ import palpate
 import pytest
 from palpate import (
     DeviceNotFound,
-    DeviceRefused,
-    ProtocolError,
     RecordingError,
     Sample,
     Source,

@@ -38,7 +38,7 @@ class Codes(NamedTuple):
     per_pF: float = CODES_PER_PF
     largest: int = LAST_CODE
 
-    def pF(self, code: int) -> float:  # noqa: N802  a unit
+    def pF(self, code: int) -> float:
         """Return the capacitance of a code; the readers of a recording compute the same bits."""
         return (code - self.zero) / self.per_pF
 

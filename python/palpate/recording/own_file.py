@@ -169,9 +169,13 @@ class Recorded:
         written = next(self._parsed(Pass(self.path), 4096, []), None)
         self.codes = Codes()
         computed = next(self._parsed(Pass(self.path), 4096, []), None)
-        agree = written is None or computed is None or all(
-            np.allclose(written[name], computed[name], rtol=0, atol=_ROUNDED_PF, equal_nan=True)
-            for name in ("hard", "soft")
+        agree = (
+            written is None
+            or computed is None
+            or all(
+                np.allclose(written[name], computed[name], rtol=0, atol=_ROUNDED_PF, equal_nan=True)
+                for name in ("hard", "soft")
+            )
         )
         return self.codes if agree else None
 

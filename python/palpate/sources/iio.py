@@ -261,7 +261,9 @@ _HOW_TO_EXCITE = (
 
 
 def _sample(seq: int, start_ns: int, hard: _Reading, soft: _Reading) -> Sample:
-    status = Status.HARD_SATURATED * datasheet.saturated(hard.code) | Status.SOFT_SATURATED * datasheet.saturated(soft.code)
+    status = Status.HARD_SATURATED * datasheet.saturated(hard.code) | Status.SOFT_SATURATED * datasheet.saturated(
+        soft.code
+    )
     values = datasheet.capacitance_pF(hard.code), datasheet.capacitance_pF(soft.code)
     times = hard.t_ns - start_ns, soft.t_ns - start_ns
     return Sample(

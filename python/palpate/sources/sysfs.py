@@ -25,7 +25,7 @@ PINS: Final = {"A": "adi,exca-output-en", "B": "adi,excb-output-en"}
 """Excitation pin -> property of the device tree that drives it; without both the chip measures exactly 0."""
 LEVEL: Final = "adi,excitation-vdd-permille"
 """Property of the level: 125, 250, 375 or 500; 125 if it is missing."""
-_TIMES_S = {
+_TIMES_S: dict[float, tuple[float, float]] = {
     frequency: (conversion_s, sleep_ms / 1000)
     for frequency, conversion_s, sleep_ms in zip(
         (91, 84, 50, 26, 16, 13, 11, 9), datasheet.CONVERSION_S, (12, 13, 21, 39, 63, 78, 93, 111), strict=True
