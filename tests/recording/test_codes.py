@@ -85,7 +85,7 @@ def test_a_stream_refuses_what_a_replay_would_read_otherwise(tmp_path: Path) -> 
         (5, "codes: got 5, allowed: the keys zero, per_pF, largest"),
         ({"zero": 0, "per_pF": 1.0}, "codes: got .*allowed: the keys"),
         ({"zero": 0.5, "per_pF": 1.0, "largest": 9}, "codes: zero: got 0.5, allowed: an integer from -2147483648"),
-        ({"zero": 0, "per_pF": 0, "largest": 9}, "codes: per_pF: got 0, allowed: a number above 0"),
+        ({"zero": 0, "per_pF": 0, "largest": 9}, "codes: per_pF: got 0, allowed: a number from 1e-6"),
         ({"zero": 0, "per_pF": "1", "largest": 9}, "codes: per_pF: got '1'"),
         ({"zero": 0, "per_pF": True, "largest": 9}, "codes: per_pF: got True"),
         ({"zero": 0, "per_pF": 1.0, "largest": 2**31}, "codes: largest: got 2147483648, allowed: an integer from 1"),

@@ -182,8 +182,27 @@ def test_an_offset_that_is_moved_is_a_gap(tmp_path: Path, monkeypatch: pytest.Mo
         gap, *more = source.gaps
     assert more == []
     assert (gap.seq, moved.seq, moved.status, after.status) == (5, 5, Status.LOST, Status.OK)
-    assert "from [0, 0] to [0, 3] steps by another program" in gap.text
+    assert "the CAPDACs were moved from [0, 0] to [0, 3] steps" in gap.text
     assert [message.startswith(gap.text) for message in said] == [True]
+
+
+@pytest.mark.parametrize("root", [True, False])
+def test_the_range_is_set_again(root: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = Kernel(tmp_path, root=root).install(monkeypatch)
+    source, said = opened(kernel)
+    assert isinstance(source, iio.IioSource)
+    with source:
+        samples = iter(source)
+        next(samples)
+        kernel.picofarads = IDLE
+        assert next(samples).status == Status(3)
+        source.centre()
+        moved, after = next(samples), next(samples)
+    if root:
+        assert (moved.status, after.status, [gap.seq for gap in source.gaps]) == (Status.LOST, Status.OK, [2])
+    else:
+        assert (moved.status, after.status, source.gaps) == (Status(3), Status(3), ())
+        assert "no permission to write it: run palpate as root" in said[0]
 
 
 @pytest.mark.parametrize("capf", [0, 7])

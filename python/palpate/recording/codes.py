@@ -1,6 +1,5 @@
 """The scale of a converter's codes: a recording keeps the codes, and every reader computes the capacitances from them."""
 
-import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -21,7 +20,7 @@ class Codes(NamedTuple):
     zero : int
         The code of 0 pF, -(2**31) to 2**31 - 1.
     per_pF : float
-        Codes for one pF, above 0.
+        Codes for one pF, 1e-6 to 1e15.
     largest : int
         Largest code, 1 to 2**31 - 1.
 
@@ -85,6 +84,6 @@ def codes_of(device: Mapping[str, Any]) -> Codes:
         if type(value := given[name]) is not int or not low <= value <= MOST:
             raise ValueError(f"codes: {name}: got {quoted(value)}, allowed: an integer from {low} to {MOST}")
     per_pF = found.per_pF
-    if isinstance(per_pF, bool) or not isinstance(per_pF, int | float) or not 0 < per_pF < 2**63 or math.isnan(per_pF):
-        raise ValueError(f"codes: per_pF: got {quoted(per_pF)}, allowed: a number above 0, below 2**63")
+    if isinstance(per_pF, bool) or not isinstance(per_pF, int | float) or not 1e-6 <= per_pF <= 1e15:
+        raise ValueError(f"codes: per_pF: got {quoted(per_pF)}, allowed: a number from 1e-6 to 1e15")
     return found

@@ -13,19 +13,11 @@ from threading import Event
 from typing import Any, NamedTuple, Self
 
 from palpate.ad7746 import datasheet
-from palpate.errors import DeviceNotFound, ProtocolError
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, flag, number
-from palpate.sources.sysfs import (
-    LAST_STEP,
-    LEVEL,
-    NAME,
-    PINS,
-    SATURATED_STEPS,
-    KernelDevice,
-    text_of,
-)
+from palpate.sources.sysfs import LEVEL, NAME, PINS, KernelDevice, text_of
 
 DEVICES = Path("/sys/bus/iio/devices")
 STREAK = 3
@@ -84,8 +76,10 @@ class IioSource(Source):
     ) -> None:
         self._device = KernelDevice(path)
         self._channels = {"hard": hard_input - 1, "soft": 2 - hard_input}
-        self._centre, self._clock_ns = centre, clock_ns
-        self._stopped = Event()
+        self._clock_ns = clock_ns
+        self._stopped, self._to_centre = Event(), Event()
+        if centre:
+            self._to_centre.set()
         self._begun = False
         self._errors = 0
         self._gaps: list[Gap] = []
@@ -101,9 +95,8 @@ class IioSource(Source):
         self._begun = True
         if self._device.excitation == "":
             self.notify(f"{self._device.path}: no excitation: {_HOW_TO_EXCITE}")
-        if self._centre:
-            for channel in self._channels.values():
-                self._centre_one(channel)
+        if self._to_centre.is_set():
+            self._centre_both()
             self._steps = self._read_steps()
         with suppress(ProtocolError):  # the iteration counts it
             self._period_s = self._measured_period()
@@ -152,12 +145,18 @@ class IioSource(Source):
             **({"conversion_s": self._conversion_s, "period_s": self._period_s} if known else {}),
         }
 
+    def centre(self) -> None:
+        """Set the CAPDACs again before the next pair, around the present signals; from any thread. It is a gap."""
+        self._to_centre.set()
+
     def interrupt(self) -> None:
         """Stop the iteration after the present conversion."""
         self._stopped.set()
 
     def _pair(self, seq: int, start_ns: int) -> Sample | None:
         """Return the next pair; None: it was interrupted."""
+        if self._to_centre.is_set():
+            self._centre_again()
         hard = self._convert(self._channels["hard"])
         if self._stopped.is_set():
             return None
@@ -208,7 +207,7 @@ class IioSource(Source):
         """Return whether the offset of a channel was written since the pair before; then note the gap."""
         if (steps := self._read_steps()) == self._steps:
             return False
-        text = f"{self._device.path}: CAPDACs were moved from {self._steps} to {steps} steps by another program"
+        text = f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps"
         self._gaps.append(Gap(seq, text))
         self.notify(f"{text}: the baseline is measured again")
         self._steps, self._unjudged = steps, True
@@ -219,7 +218,7 @@ class IioSource(Source):
         before, count = self._same[name]
         self._same[name] = code, count + 1 if code == before else 1
         if self._unjudged and datasheet.saturated(code):
-            self.notify(self._out_of_range(name, code))
+            self.notify(f"{name}: {self._device.out_of_range(self._channels[name], code)}")
         elif count + 1 == SAME and code == before and not datasheet.saturated(code):
             pins = f"driven: EXC{', EXC'.join(self._device.excitation)}" if self._device.excitation else _HOW_TO_EXCITE
             self.notify(
@@ -227,31 +226,17 @@ class IioSource(Source):
                 f"{SAME} times in a row: its sensor has no excitation ({pins})"
             )
 
-    def _out_of_range(self, name: str, code: int) -> str:
-        channel = self._channels[name]
-        steps = self._steps[channel] or 0
-        up = code > datasheet.ZERO_CODE
-        to = min(max(steps + (SATURATED_STEPS if up else -SATURATED_STEPS), 0), LAST_STEP)
-        where = "above" if up else "below"
-        return (
-            f"{name}: CIN{channel + 1} is {where} the range of {2 * datasheet.FULL_SCALE_PF:g} pF, its CAPDAC is at {steps} "
-            f"steps: {self._device.command(channel, to)}; or, as root, iio:{self._device.path}?centre=yes finds the steps"
-        )
+    def _centre_again(self) -> None:
+        """Centre during the measurement, which goes on if that is not permitted."""
+        try:
+            self._centre_both()
+        except DeviceRefused as error:
+            self.notify(str(error))
 
-    def _centre_one(self, channel: int) -> None:
-        """Set the CAPDAC of a channel by halving, until the reading is in range, then to its middle."""
-        low, high, steps = 0, LAST_STEP, self._steps[channel] or 0
-        while True:
-            self._device.move(channel, steps)
-            code = self._device.code(channel)
-            if not datasheet.saturated(code):
-                break
-            low, high = (steps + 1, high) if code > datasheet.ZERO_CODE else (low, steps - 1)
-            if low > high:
-                return  # beyond the CAPDAC: the first pair tells it
-            steps = (low + high) // 2
-        middle = steps + round(datasheet.capacitance_pF(code) / datasheet.DAC_STEP_PF)
-        self._device.move(channel, min(max(middle, 0), LAST_STEP))
+    def _centre_both(self) -> None:
+        self._to_centre.clear()
+        for channel in self._channels.values():
+            self._device.centre(channel)
 
 
 _HOW_TO_EXCITE = (

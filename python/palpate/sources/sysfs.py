@@ -106,9 +106,32 @@ class KernelDevice:
                 ) from error
             raise _error(file, error) from error
 
-    def command(self, channel: int, steps: int) -> str:
-        """Return the line for a shell that sets the CAPDAC."""
-        return f"sudo sh -c 'echo {steps * CODES_PER_STEP} > {self.path}/in_capacitance{channel}_offset'"
+    def centre(self, channel: int) -> None:
+        """Set the CAPDAC of a channel by halving, until the reading is in range, then to its middle.
+
+        A signal beyond the CAPDAC stays out of range.
+        """
+        low, high, steps = 0, LAST_STEP, self.steps(channel) or 0
+        while True:
+            self.move(channel, steps)
+            code = self.code(channel)
+            if not datasheet.saturated(code):
+                break
+            low, high = (steps + 1, high) if code > datasheet.ZERO_CODE else (low, steps - 1)
+            if low > high:
+                return
+            steps = (low + high) // 2
+        self.move(channel, _possible(steps + round(datasheet.capacitance_pF(code) / datasheet.DAC_STEP_PF)))
+
+    def out_of_range(self, channel: int, code: int) -> str:
+        """Return what to do about a saturated code."""
+        steps, up = self.steps(channel) or 0, code > datasheet.ZERO_CODE
+        offset = _possible(steps + (SATURATED_STEPS if up else -SATURATED_STEPS)) * CODES_PER_STEP
+        return (
+            f"CIN{channel + 1} is {'above' if up else 'below'} the range of {2 * datasheet.FULL_SCALE_PF:g} pF, its CAPDAC is "
+            f"at {steps} steps: sudo sh -c 'echo {offset} > {self.path}/in_capacitance{channel}_offset'; or, as root, "
+            f"iio:{self.path}?centre=yes finds the steps"
+        )
 
     def text(self, name: str) -> str:
         """Return the text of a file."""
@@ -143,6 +166,10 @@ def write(path: Path, text: str) -> None:
     """Write one of the kernel's files: in one call, and never a new file."""
     with path.open("r+b", buffering=0) as file:
         file.write(f"{text}\n".encode())
+
+
+def _possible(steps: int) -> int:
+    return min(max(steps, 0), LAST_STEP)
 
 
 def _number(text: str) -> float:

@@ -53,7 +53,7 @@ def open(uri: str, **options: Any) -> Source:
     **options
         Options as keywords. usb: capf (0 to 7), hard_input (1, 2), replug (s), firmware (path), backend. i2c: capf,
         hard_input, replug. sim: capf, hard_input, replug, seed, speed (1: real time; default: as fast as possible),
-        fault (KIND[:AMOUNT]@SECONDS, separated by commas). iio: hard_input. serial: pattern (a regular expression
+        fault (KIND[:AMOUNT]@SECONDS, separated by commas). iio: hard_input, centre (yes: set the CAPDACs). serial: pattern (a regular expression
         with groups hard and soft), unit, baud, replug. A path: columns, unit, speed.
 
     Returns
