@@ -19,6 +19,7 @@ from palpate.recording.survey import Survey
 from palpate.samples import Block
 
 _CHUNK = 1 << 20  # bytes: some 10,000 rows
+_MOST_TOLD = 5  # gaps
 _NONE = Integrity((), (), (), 0)
 
 
@@ -104,6 +105,11 @@ class Recorded:
         return sidecar.tares_of(self.document or {})
 
     @property
+    def gap_marks(self) -> list[tuple[int, str]]:
+        """Those of `tares` that are before a gap, each with what happened there: the board was opened again, ..."""
+        return sidecar.gaps_of(self.document or {})
+
+    @property
     def zero_utc_ns(self) -> int | None:
         """UTC of t = 0, ns since 1970, by the wall clock at the begin; None: unknown."""
         return sidecar.zero_of(self.document or {})[0]
@@ -129,12 +135,17 @@ class Recorded:
 
     @property
     def told(self) -> tuple[str, ...]:
-        """What the recorder said of the recording: it began late, or was disturbed; and what a rescue lacks before it."""
-        notes = sidecar.told_of(self.document or {})
+        """What the recorder said: it began late, was disturbed, or had gaps; and what a rescue lacks before it."""
+        notes = (*sidecar.told_of(self.document or {}), *self._told_gaps())
         missing = self.survey.first_seq if any(note.startswith(sidecar.RESCUED) for note in notes) else 0
         if not missing or any(note.startswith(sidecar.BEGUN) for note in notes):
             return notes
         return (*notes, f"{missing} samples are missing before the first row")
+
+    def _told_gaps(self) -> list[str]:
+        marks = self.gap_marks
+        told = [f"gap after sample {seq}: {text}: the baseline was measured again" for seq, text in marks[:_MOST_TOLD]]
+        return told + ([f"{len(marks) - _MOST_TOLD} more gaps"] if len(marks) > _MOST_TOLD else [])
 
     @property
     def notes(self) -> tuple[str, ...]:

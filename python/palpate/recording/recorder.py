@@ -6,6 +6,7 @@ checkpoint of what is synced goes to the sidecar: so a recording without an end 
 
 import os
 import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from threading import Event, Thread
@@ -76,6 +77,8 @@ class Recorder:
         self._clock: dict[str, int] = document["clock"]
         self._find_zero: Callable[[], int | None] | None = zero_ns
         self._ring = SampleRing(CAPACITY)
+        self._last: Sample | None = None  # in the ring
+        self._gaps: deque[dict[str, Any]] = deque()
         self._wake, self._closing = Event(), False
         self._writer = Writer(Path(path).absolute(), document)
         self._thread = Thread(target=self._run, name="palpate-recorder", daemon=True)
@@ -112,9 +115,18 @@ class Recorder:
             self._begin_clock(self._find_zero())
             self._find_zero = None
         taken = self._ring.push(sample)
+        self._last = sample if taken else self._last
         if self.is_behind:
             self._wake.set()
         return taken
+
+    def gap(self, text: str) -> None:
+        """Mark that from the next sample on the baseline before does not hold; from the thread that pushes.
+
+        The mark is at the last sample before it, as that of a tare, and is in the sidecar before any later row is in the
+        file.
+        """
+        self._gaps.append(_mark(text, self._last, tare=True, gap=True))
 
     def note(self, text: str) -> None:
         """Add a note to the sidecar.
@@ -130,8 +142,7 @@ class Recorder:
 
     def mark(self, text: str, sample: Sample | None, **more: Any) -> None:
         """Add a mark at a sample to the sidecar; errors as in `note`."""
-        where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
-        self._add("marks", {**where, "text": text, **more})
+        self._add("marks", _mark(text, sample, **more))
 
     def close(self, counters: Callable[[], dict[str, int]] = dict, error: str | None = None) -> None:
         """Write the remaining samples and the end of the sidecar, and close the file.
@@ -174,10 +185,18 @@ class Recorder:
         synced, closing = time.monotonic(), False
         while not closing and not self._writer.stopped:
             closing = self._closing
-            self._writer.write(waiting[: self._ring.pop_many(waiting)])
+            count = self._ring.pop_many(waiting)
+            while self._gaps:
+                self._writer.mark(self._gaps.popleft())
+            self._writer.write(waiting[:count])
             if closing or time.monotonic() - synced >= SYNC_S:
                 self._writer.checkpoint(self._clock)
                 synced = time.monotonic()
             if not closing:
                 self._wake.wait(FLUSH_S)
                 self._wake.clear()
+
+
+def _mark(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:
+    where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
+    return {**where, "text": text, **more}

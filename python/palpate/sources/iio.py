@@ -16,7 +16,7 @@ from palpate.ad7746 import datasheet
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Source
-from palpate.sources.options import anything, checked, flag, number
+from palpate.sources.options import anything, checked, number, yes_no
 from palpate.sources.sysfs import LEVEL, NAME, PINS, KernelDevice, text_of
 
 DEVICES = Path("/sys/bus/iio/devices")
@@ -258,7 +258,7 @@ def _sample(seq: int, start_ns: int, hard: _Reading, soft: _Reading) -> Sample:
 
 def open_iio(address: str, options: Mapping[str, Any]) -> IioSource:
     """Return the source of `iio:`, the only AD7746, or of `iio:PATH`."""
-    allowed = {"hard_input": number(1, 2, whole=True), "centre": flag, "root": anything, "clock_ns": anything}
+    allowed = {"hard_input": number(1, 2, whole=True), "centre": yes_no, "root": anything, "clock_ns": anything}
     given = checked("iio", options, allowed)
     root = Path(given.pop("root", DEVICES))
     if address:

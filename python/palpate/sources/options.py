@@ -12,13 +12,14 @@ from urllib.parse import unquote
 
 from palpate.errors import quoted
 
-__all__ = ["LONGEST", "Check", "anything", "checked", "choice", "flag", "number", "split", "text"]
+__all__ = ["LONGEST", "Check", "anything", "checked", "choice", "number", "split", "text", "yes_no"]
 
 Check = Callable[[str, Any], Any]
 """(name, value) of an option -> checked value, or ValueError."""
 
 LONGEST = 10_000
 """Characters of the name of a source, at most."""
+_YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
 _SCHEME = re.compile(r"([a-z][a-z0-9+.-]+):(.*)", re.DOTALL)  # two letters or more: C:\ is a drive
 
 
@@ -142,6 +143,20 @@ def _number(value: Any, whole: bool) -> Any:
         return math.nan
 
 
+def yes_no(name: str, value: Any) -> bool:
+    """Return 1, true, yes as True and 0, false, no as False; anything else is an error.
+
+    Examples
+    --------
+    >>> yes_no("chop", "yes"), yes_no("chop", 0)
+    (True, False)
+    """
+    word = str(value).lower()
+    if word not in _YES_NO:
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(_YES_NO)}")
+    return _YES_NO[word]
+
+
 def choice(*allowed: str) -> Check:
     """Return a check for one of these words.
 
@@ -157,23 +172,6 @@ def choice(*allowed: str) -> Check:
         return str(value)
 
     return check
-
-
-_FLAGS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
-
-
-def flag(name: str, value: Any) -> bool:
-    """Return the value as bool: True and False themselves, 1 and 0, or one of the words true, false, yes, no.
-
-    Examples
-    --------
-    >>> flag("centre", "yes"), flag("centre", False)
-    (True, False)
-    """
-    found = _FLAGS.get(str(value).lower())
-    if found is None:
-        raise ValueError(f"{name}: got {quoted(value)}, allowed: yes, no, true, false, 1, 0")
-    return found
 
 
 def text(name: str, value: Any) -> str:

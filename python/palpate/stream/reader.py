@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections import deque
 from contextlib import suppress
 from threading import Event, RLock, Thread, current_thread
 from typing import Any
@@ -12,7 +13,8 @@ from palpate.recording.codes import Codes
 from palpate.recording.recorder import Recorder
 from palpate.samples import Sample
 from palpate.sources import Source
-from palpate.sources.claims import zero_of
+from palpate.sources.base import Gap
+from palpate.sources.claims import gap_of, zero_of
 from palpate.stream.limited import limited
 
 _AHEAD = 16  # a source that can wait is at most this many samples ahead of the consumer
@@ -30,6 +32,8 @@ class Reader:
         After `__enter__`.
     ring : SampleRing
         Closed at the end of the source.
+    gaps : deque of Gap
+        Gets each gap of the source before the ring gets the first sample after it.
     recorder : Recorder, optional
     period_s : float
         Time from one pair to the next; nan: unknown.
@@ -56,6 +60,7 @@ class Reader:
         self,
         source: Source,
         ring: SampleRing,
+        gaps: deque[Gap],
         recorder: Recorder | None,
         period_s: float = math.nan,
         codes: Codes = Codes(),  # noqa: B008  it cannot be changed
@@ -69,7 +74,8 @@ class Reader:
         self.error: BaseException | None = None
         self._source = source
         self._live = bool(source.live)
-        self._ring = ring
+        self._ring, self._gaps = ring, gaps
+        self._passed = 0  # gaps
         self.lock: RLock = RLock()
         self.recorder = recorder
         self._late_ns = _LATE * period_s * 1e9
@@ -131,11 +137,16 @@ class Reader:
         if not self._live and not self._has_room():
             return
         sample = self._checked(given)
+        gaps = self._gaps_before(sample)
         with self.lock:
             if self._stopping.is_set():
                 return
             if self.recorder and self.recorder.error:
                 raise self.recorder.error
+            for gap in gaps:
+                self._gaps.append(gap)
+                if self.recorder:
+                    self.recorder.gap(gap.text)
             self._count(sample)
             if self.recorder:
                 self.recorder.push(sample)
@@ -160,6 +171,14 @@ class Reader:
             if code >= 0 and (wrong := self._disagreement(name, code, value)):
                 raise ValueError(wrong)
         return sample
+
+    def _gaps_before(self, sample: Sample) -> list[Gap]:
+        """Return the gaps between the last sample and this one; before the first sample there is no baseline."""
+        found = []
+        while (gap := gap_of(self._source, self._passed)) and gap.seq <= sample.seq:
+            self._passed += 1
+            found.append(gap._replace(seq=sample.seq))
+        return found if self.last else []
 
     def _count(self, sample: Sample) -> None:
         if before := self.last:

@@ -4,6 +4,7 @@ Claiming the interface locks the board against other programs; the requests them
 """
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +92,9 @@ class EvalKit:
         self._named = bus is not None or address is not None
         self._refused_ns: int | None = None
         self._unloaded = False
-        self._open(bus, address)
+        self._device = choose(self._backend, bus, address)
+        self._board = board_of(self._device)
+        self._take_when_loaded(lambda: choose(self._backend, bus, address))
 
     def read(self, register: int, count: int, i2c_address: int = datasheet.I2C_ADDRESS) -> bytes:
         """Return registers. All FF can mean "no answer", so the error counter of the board is read, too."""
@@ -156,17 +159,17 @@ class EvalKit:
             "ports": list(self._board.ports),
         }
 
-    def _open(self, bus: int | None, address: int | None) -> None:
+    def _take_when_loaded(self, find: Callable[[], Any]) -> None:
         deadline = self._clock.now_ns() + _LOADING_S * 1e9
         while True:
-            self._device = choose(self._backend, bus, address)
-            self._board = board_of(self._device)
             try:
                 return self._take()
             except NoFirmware:
                 if self._clock.now_ns() > deadline:
                     raise
             self._clock.sleep(_AGAIN_S)
+            self._device = find()
+            self._board = board_of(self._device)
 
     def _take(self) -> None:
         try:
