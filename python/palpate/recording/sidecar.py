@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from palpate._core import __version__
 from palpate.errors import RecordingError, quoted, shortened
 from palpate.files import read_bytes, replacing
+from palpate.recording.codes import codes_of
 
 BEGUN = "begun after "
 """First words of the note that a recording was started later than the measurement."""
@@ -174,6 +175,10 @@ def _wrong(document: dict[str, Any]) -> Iterator[str]:
     full_scale = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
     if isinstance(full_scale, bool) or not isinstance(full_scale, int | float) or not _usable(full_scale):
         yield f"full_scale_pF: got {quoted(full_scale)}, allowed: above 0, a number of 64 bits or inf"
+    try:
+        codes_of(document["device"])
+    except ValueError as error:
+        yield str(error)
 
 
 def _usable(full_scale: float) -> bool:

@@ -8,6 +8,7 @@ from numbers import Integral
 from typing import Any, NamedTuple
 
 from palpate.errors import ProtocolError
+from palpate.recording.codes import codes_of
 from palpate.sources.base import Gap, Source
 
 _LONGEST = 100_000  # characters of a description as JSON: the sidecar of a recording has a limit, too
@@ -71,6 +72,10 @@ def described(source: Source) -> dict[str, Any]:
         raise _wrong(period, "a number above 0, s, or no such key", "period_s")
     if (stamps := description.get("stamps", "converter")) not in _STAMPS:
         raise _wrong(stamps, " or ".join(_STAMPS), "stamps")
+    try:
+        codes_of(description)
+    except ValueError as error:
+        raise ProtocolError(f"source: describe(): {error}") from error
     return description
 
 

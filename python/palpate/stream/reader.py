@@ -9,6 +9,7 @@ from typing import Any
 
 from palpate._core import SampleRing
 from palpate.errors import ProtocolError, SourceTimeout
+from palpate.recording.codes import Codes
 from palpate.recording.recorder import Recorder
 from palpate.samples import Sample
 from palpate.sources import Source
@@ -36,6 +37,8 @@ class Reader:
     recorder : Recorder, optional
     period_s : float
         Time from one pair to the next; nan: unknown.
+    codes : Codes
+        Scale of the codes: a reading has to be the one that a replay computes from its code.
 
     Attributes
     ----------
@@ -60,6 +63,7 @@ class Reader:
         gaps: deque[Gap],
         recorder: Recorder | None,
         period_s: float = math.nan,
+        codes: Codes = Codes(),  # noqa: B008  it cannot be changed
     ) -> None:
         self.read: int = 0
         self.lost: int = 0
@@ -76,6 +80,7 @@ class Reader:
         self.lock: RLock = RLock()
         self.recorder = recorder
         self._late_ns = _LATE * period_s * 1e9
+        self._disagreement = codes.disagreement
         self._stopping = Event()
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
 
@@ -168,12 +173,19 @@ class Reader:
         """Return a sample with fields of int and float that a recording can store; nothing is counted before this."""
         last = self.last.seq if self.last else -1
         try:
-            sample = _made(Sample, self._ring.row(given))
+            sample = self._agreeing(_made(Sample, self._ring.row(given)))
         except Exception as error:
             where = f"after seq {last}" if self.last else "first sample"
             raise ProtocolError(f"source, {where}: {error}") from error
         if sample.seq <= last:
             raise ProtocolError(f"source: seq: got {sample.seq}, allowed: above {last}")
+        return sample
+
+    def _agreeing(self, sample: Sample) -> Sample:
+        """Return a sample whose readings are those of its codes: else a replay would have other ones."""
+        for name, code, value in (("hard", sample.hard_raw, sample.hard), ("soft", sample.soft_raw, sample.soft)):
+            if code >= 0 and (wrong := self._disagreement(name, code, value)):
+                raise ValueError(wrong)
         return sample
 
     def _gaps_before(self, sample: Sample) -> list[Gap]:
