@@ -139,7 +139,6 @@ class Converter:
     def restore_capdac(self, hard: int, soft: int) -> None:
         """Use these CAPDAC steps, from the next conversion on."""
         self.configuration = self.configuration.with_capdac(HARD, hard).with_capdac(SOFT, soft)
-        self.forget()
 
     def _centre(self, channel: int) -> None:
         low, high = -datasheet.DAC_STEPS, datasheet.DAC_STEPS
