@@ -145,7 +145,7 @@ class Converter:
         steps = self.configuration.channel(channel).capdac
         for _ in range(2 * (high - low).bit_length()):
             self.configuration = self.configuration.with_capdac(channel, steps)
-            reading = self._patiently(channel)
+            reading = self.patiently(channel)
             if reading.status & Status.EXCITATION:
                 raise ProtocolError(f"{NAMES[channel]}: EXCERR: the excitation pin is shorted or overloaded")
             if not reading.status and abs(reading.capacitance) <= 0.75 * datasheet.DAC_STEP_PF:
@@ -159,7 +159,8 @@ class Converter:
             "17 pF, is shorted, or changes all the time; check the cable of the probe"
         )
 
-    def _patiently(self, channel: int) -> Reading:
+    def patiently(self, channel: int) -> Reading:
+        """Convert one channel; a conversion that is lost is repeated twice."""
         for _ in range(_PATIENCE - 1):
             try:
                 return self.convert(channel)

@@ -32,6 +32,7 @@ from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
 from palpate.ad7746.connection import Connection, OtherGains
 from palpate.ad7746.converter import Converter, Overdue, Reading
+from palpate.ad7746.inputs import Look, look
 from palpate.ad7746.pace import Middle, difference_ns
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Sample, Status
@@ -184,6 +185,13 @@ class Ad7746:
         """Convert one channel only, `HARD` or `SOFT`; a lost conversion raises an error here."""
         reading = self._converter.convert(channel)
         return reading._replace(middle=reading.middle._replace(t_ns=reading.middle.t_ns - self._start_ns))
+
+    def look(self, name: str, excitation: str) -> Look:
+        """Measure what an input, "1+" to "2-", has on an excitation pin, "A" or "B"; nan after `interrupt`."""
+        try:
+            return look(self._converter, name, excitation)
+        except _Interrupted:
+            return Look(math.nan)
 
     def read_pair(self, seq: int) -> Sample | None:
         """Read both channels, the hard one first.

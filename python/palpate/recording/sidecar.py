@@ -167,7 +167,7 @@ def _wrong(document: dict[str, Any]) -> Iterator[str]:
         if kind is list and len(document[name]) > MOST_MARKS:
             yield f"{name}: got {len(document[name])}, allowed: {MOST_MARKS} at most"
             return
-    if _is_deep(document):
+    if is_deep(document):
         yield f"got lists or objects deeper than {MOST_LEVELS} in others, allowed: {MOST_LEVELS} levels"
         return
     full_scale = document["device"].get("full_scale_pF", math.inf)
@@ -180,7 +180,7 @@ def _usable(full_scale: float) -> bool:
     return full_scale > 0 and (isinstance(full_scale, float) or full_scale < 2**63)
 
 
-def _is_deep(document: dict[str, Any]) -> bool:
+def is_deep(document: dict[str, Any]) -> bool:
     """Return whether a value is deeper than `MOST_LEVELS` in others; without recursion."""
     level: list[Any] = [document]
     for _ in range(MOST_LEVELS):
