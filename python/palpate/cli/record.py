@@ -159,7 +159,7 @@ class _Session:
         outside = bool(self._stream.out_of_range)
         if self._recentre and outside and not self._outside:
             try:
-                self._stream.centre(force=True)
+                self._stream.centre()
             except RuntimeError as error:
                 say(str(error))
         self._outside = outside
