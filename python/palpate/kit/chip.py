@@ -21,6 +21,7 @@ _EARLY = 0.9  # fraction of the nominal time after which RDY# is polled: the chi
 _LATE_S = 0.05
 _TRIALS = 16  # of the search for a CAPDAC
 _CENTRED_PF = 0.3
+_PRECISE_PF = 0.1  # below, the CAPDAC's 20 % do not count, and a level has one digit more
 
 T = TypeVar("T")
 
@@ -59,6 +60,20 @@ class Level(NamedTuple):
     def total_pF(self) -> float:
         """Capacitance, pF, uncertain by the 20 % of the CAPDAC; nan: out of range."""
         return self.capdac * datasheet.DAC_STEP_PF + self.pF
+
+    def __str__(self) -> str:
+        """Return it in words.
+
+        Examples
+        --------
+        >>> str(Level(42, 0.03)), str(Level(0, 0.0021)), str(Level(0, float("nan"), True))
+        ('6.92 pF', '0.002 pF', 'shorted')
+        """
+        if self.error:
+            return "shorted"
+        if math.isnan(self.pF):
+            return "out of range"
+        return f"{self.total_pF:.2f} pF" if abs(self.total_pF) >= _PRECISE_PF else f"{self.total_pF:.3f} pF"
 
 
 class Chip:

@@ -7,10 +7,11 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from palpate.ad7746 import datasheet
+from palpate.ad7746.configuration import HARD, SOFT
+from palpate.ad7746.wiring import Wiring
 from palpate.kit.bench import EXCITATIONS, Bench
 from palpate.kit.chip import Level
-from palpate.kit.step import Step, judged, left_out
-from palpate.kit.wiring import faults, shown
+from palpate.kit.step import OK, WRONG, Step, judged, left_out
 
 PINS = (1, 2)
 _STEP_PF = (0.13, 0.2)
@@ -31,31 +32,22 @@ def scan(bench: Bench) -> None:
     for pin in PINS:
         for name in EXCITATIONS:
             bench.levels[pin, name] = bench.chip.level(pin, name, bench.configuration)
-        if not any(bench.answers(pin, name) or math.isnan(bench.levels[pin, name].pF) for name in EXCITATIONS):
-            _scan_minus(bench, pin)
-
-
-def _scan_minus(bench: Bench, pin: int) -> None:
-    base = replace(bench.configuration, differential=True)
-    for name in EXCITATIONS:
-        bench.minus_pF[pin, name] = -bench.chip.level(pin, name, base).total_pF
 
 
 def inputs(bench: Bench) -> Iterator[Step]:
     """Find what is connected to which input and excitation."""
     scan(bench)
-    found = faults(bench)
-    levels = [f"CIN{pin}/EXC{name} {shown(level)}" for (pin, name), level in bench.levels.items()]
-    hard, soft = bench.configuration.hard, bench.configuration.soft
-    yield judged(
+    bench.mistakes = Wiring(bench.look, bench.configuration, kit=bench.is_kit).mistakes()
+    both = any(all(bench.answers(pin, name) for name in EXCITATIONS) for pin in PINS)  # of what is wrong, this is seen
+    hard, soft = bench.configuration.hard.excitation, bench.configuration.soft.excitation
+    yield Step(
         "inputs and excitations (absolute values: 20 %)",
-        ", ".join(levels),
-        f"hard bump on CIN{bench.pin(0)} and EXC{hard.excitation}, soft bump on CIN{bench.pin(1)} and "
-        f"EXC{soft.excitation}",
-        right=not found,
-        do=[f"{fault.what}: {fault.do}" for fault in found],
-        values={f"cin{pin}_exc{name.lower()}_pF": None if math.isnan(level.pF) else round(level.total_pF, 4)
-                for (pin, name), level in bench.levels.items()},
+        WRONG if bench.cannot_measure or both else OK,
+        ", ".join(f"CIN{pin}/EXC{name} {level}" for (pin, name), level in bench.levels.items()),
+        f"hard bump on CIN{bench.pin(HARD)} and EXC{hard}, soft bump on CIN{bench.pin(SOFT)} and EXC{soft}",
+        tuple(map(str, bench.mistakes)),
+        {f"cin{pin}_exc{name.lower()}_pF": None if math.isnan(level.pF) else round(level.total_pF, 4)
+         for (pin, name), level in bench.levels.items()},
     )  # fmt: skip
 
 
