@@ -1,6 +1,5 @@
 """The board under test: opened, with what the steps have found so far."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -91,19 +90,14 @@ class Bench:
         pin = int(name[0])
         plus = self.levels[pin, excitation]
         if name[1] == "+" or plus.error:
-            return _look(plus)
+            return Look(plus.total_pF, plus.error)
         base = replace(self.configuration, differential=True)
         both = self.chip.level(pin, excitation, base)
-        return Look(math.nan, shorted=True) if both.error else Look(_look(plus).capacitance - _look(both).capacitance)
+        return Look(plus.total_pF - both.total_pF, both.error)
 
     def convert(self, pin: int, level: Level, base: Configuration) -> Conversion:
         """Convert an input once, at its level."""
         return self.chip.capacitance(pin, Channel(capdac=level.capdac, excitation=self.excitation(pin)), base)
-
-
-def _look(level: Level) -> Look:
-    out = math.copysign(math.inf, level.capdac)
-    return Look(math.nan if level.error else out if math.isnan(level.pF) else level.total_pF, level.error)
 
 
 def open_bench(uri: str, options: Mapping[str, Any]) -> Bench:

@@ -18,6 +18,7 @@ _STEP_PF = (0.13, 0.2)
 _NOISE = {datasheet.MAINS_CAPF: 40, 0: 60}  # CAPF -> readings
 _MOST_NOISE, _LEAST_NOISE = 2.0, 0.3  # relative to the data sheet
 _FEWEST_CODES = 4
+_NO_SIGNAL = "no signal: see the inputs"
 
 
 class Noise(NamedTuple):
@@ -41,7 +42,7 @@ def inputs(bench: Bench) -> Iterator[Step]:
     both = any(all(bench.answers(pin, name) for name in EXCITATIONS) for pin in PINS)  # of what is wrong, this is seen
     hard, soft = bench.configuration.hard.excitation, bench.configuration.soft.excitation
     yield Step(
-        "inputs and excitations (absolute values: 20 %)",
+        "inputs and excitations (above 4 pF: within 20 %)",
         WRONG if bench.cannot_measure or both else OK,
         ", ".join(f"CIN{pin}/EXC{name} {level}" for (pin, name), level in bench.levels.items()),
         f"hard bump on CIN{bench.pin(HARD)} and EXC{hard}, soft bump on CIN{bench.pin(SOFT)} and EXC{soft}",
@@ -56,7 +57,7 @@ def capdac(bench: Bench) -> Iterator[Step]:
     for pin, level in _connected(bench):
         name = f"CAPDAC step at CIN{pin}"
         if level is None:
-            yield left_out(name, "nothing is connected")
+            yield left_out(name, _NO_SIGNAL)
             continue
         found = bench.chip.capdac_step(pin, bench.excitation(pin), level, bench.configuration)
         bench.steps_pF[pin] = found
@@ -84,7 +85,7 @@ def noise(bench: Bench) -> Iterator[Step]:
         for capf, count in sorted(_NOISE.items()):
             name = f"noise at CIN{pin}, CAPF {capf}"
             yield (
-                left_out(name, "nothing is connected")
+                left_out(name, _NO_SIGNAL)
                 if level is None
                 else _judged_noise(name, noise_of(bench, pin, level, capf, count), capf, f"noise_{pin}_capf_{capf}_aF")
             )

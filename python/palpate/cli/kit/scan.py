@@ -16,7 +16,7 @@ from palpate.cli.options import json_option
 def scan(source: str, firmware: Path | None, as_json: bool) -> None:
     """Measure the capacitance of each input with each excitation.
 
-    The values are uncertain by 20 %, because of the chip's CAPDAC. An open input has some fF.
+    Above 4 pF the values are uncertain by 20 %, because of the chip's CAPDAC. An open input has some fF.
 
     \b
     Example:
