@@ -30,7 +30,18 @@ struct Span {
 
 class Chip {
  public:
-  enum Register { status, cap_data, cap_setup = 7, vt_setup, exc_setup, config, capdac_a, capdac_b, cap_offset, count = 0x13 };
+  enum Register {
+    status,
+    cap_data,
+    cap_setup = 7,
+    vt_setup,
+    exc_setup,
+    config,
+    capdac_a,
+    capdac_b,
+    cap_offset,
+    count = 0x13
+  };
 
   Span absent, overloaded, beyond;  // no answer; EXCERR; an input with 30 pF
   int faults = 0;                   // transfers that the data sheet forbids
@@ -81,7 +92,8 @@ class Chip {
   static constexpr double conversion = 0.011, dac_step = 0.171;
 
   void reset() noexcept {
-    static constexpr std::uint8_t values[count] = {0x07, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0xA0, 0, 0, 0x80, 0, 0x66, 0xCC, 0x5C, 0x90};
+    static constexpr std::uint8_t values[count] = {0x07, 0, 0, 0,    0, 0,    0,    0,    0,   3,
+                                                   0xA0, 0, 0, 0x80, 0, 0x66, 0xCC, 0x5C, 0x90};
     std::memcpy(registers_, values, count);
     converting_ = false;
   }

@@ -14,19 +14,21 @@
 // Not connected: CIN1-, CIN2-, EXCA, RDY#, VIN, REFIN. Pull-ups of SDA and SCL, 4.7 to 10 kOhm to VDD, are on most
 // breakouts. A screen of the cables goes to GND.
 //
-// The letter c, sent to the board, centres both channels again: the range moves, so a new recording is needed.
-// A line that begins with # is for people. The other lines:
-//   seq=12,t_hard_us=331016,t_soft_us=344252,hard_raw=8412345,soft_raw=8398765,status=0*5A
-// t: middle of the conversion, us, wraps after 2^32. raw: code of 24 bits. status: sum of 1 (hard saturated), 2 (soft
-// saturated), 4 (EXCERR). After *: exclusive or of all characters before it. A pair that failed leaves a gap in seq.
+// A line for each pair, and lines for people, which begin with #:
+//   seq=12,t_hard_us=553988,t_soft_us=567596,hard_raw=8552419,soft_raw=8538243,capdac_hard=40,capdac_soft=27,status=0,
+//   t_uncertainty_us=584*5A     (one line)
+// t: middle of a conversion, us, wraps after 2^32. raw: code of 24 bits. status: sum of 1 (hard saturated), 2 (soft
+// saturated), 4 (EXCERR). t_uncertainty: largest error of the difference of the times. After *: exclusive or of all
+// characters before it. A pair that failed leaves a gap in seq. After two failures, and after the letter c from the
+// computer, the sketch begins again: it centres both channels, and seq begins at 0. Do not press the probe then.
 
 #include <Wire.h>
 
 namespace {
 
 constexpr uint32_t baud = 115200, bus_Hz = 100000;
-constexpr byte address = 0x48, reset = 0xBF;
-enum Register : byte { STATUS, CAP_DATA, CAP_SETUP = 0x07, EXC_SETUP = 0x09, CAPDAC_A = 0x0B };
+constexpr byte chip_address = 0x48, reset_pointer = 0xBF;
+enum Register : byte { Status, CapData, CapSetup = 0x07, ExcSetup = 0x09, CapdacA = 0x0B };
 constexpr byte excerr = 0x08, rdycap = 0x01;         // STATUS
 constexpr byte capen = 0x80, cin2 = 0x40;            // CAP_SETUP
 constexpr byte excb = 0x20, half_supply = 0x03;      // EXC_SETUP: the pin, and the level +-VDD/2
@@ -37,31 +39,33 @@ constexpr uint32_t conversion_us = 11000, too_late_us = 2 * conversion_us;
 constexpr uint32_t zero = 0x800000, last = 0xFFFFFF, margin = 500;  // a code nearer to an end is saturated
 
 struct Channel {
-  byte setup;          // of CAP_SETUP
-  byte capdac;         // steps, the same for all conversions
-  uint32_t begun_us;   // of the conversion that runs
-  uint32_t middle_us;  // of the last one
-  uint32_t code;
-  bool excitation_failed;
+  explicit Channel(byte setup) : setup(setup) {}
+
+  const byte setup;                          // of CAP_SETUP
+  byte capdac = 0;                           // steps, the same for all conversions
+  uint32_t asked_us = 0, begun_us = 0;       // of the conversion that runs
+  uint32_t middle_us = 0, uncertain_us = 0;  // of the last one
+  uint32_t code = 0;
+  bool excitation_failed = false;
 
   bool saturated() const { return code < margin || code > last - margin; }
 };
 
-Channel hard = {capen, 0, 0, 0, 0, false}, soft = {capen | cin2, 0, 0, 0, 0, false};
+Channel hard(capen), soft(capen | cin2);
 bool centred = false, measured = false, failed = false;
 uint32_t seq = 0;
 
-bool write(byte first, const byte* bytes, byte count) {
-  Wire.beginTransmission(address);
+bool write_registers(byte first, const byte* bytes, byte count) {
+  Wire.beginTransmission(chip_address);
   Wire.write(first);
   Wire.write(bytes, count);
   return Wire.endTransmission() == 0;
 }
 
-bool read(byte first, byte* bytes, byte count) {
-  Wire.beginTransmission(address);
+bool read_registers(byte first, byte* bytes, byte count) {
+  Wire.beginTransmission(chip_address);
   Wire.write(first);
-  if (Wire.endTransmission(false) != 0 || Wire.requestFrom(address, count) != count) {
+  if (Wire.endTransmission(false) != 0 || Wire.requestFrom(chip_address, count) != count) {
     return false;
   }
   for (byte i = 0; i < count; ++i) {
@@ -71,40 +75,46 @@ bool read(byte first, byte* bytes, byte count) {
 }
 
 // CONFIG, which begins the conversion, comes last.
-bool begin(Channel& channel) {
+bool begin_conversion(Channel& channel) {
   const byte capdac = dac_enable | channel.capdac, setup[] = {channel.setup, 0, excitation, single};
-  const bool written = write(CAPDAC_A, &capdac, 1) && write(CAP_SETUP, setup, sizeof setup);
+  if (!write_registers(CapdacA, &capdac, 1)) {
+    return false;
+  }
+  channel.asked_us = micros();
+  const bool written = write_registers(CapSetup, setup, sizeof setup);
   channel.begun_us = micros();
   return written;
 }
 
 // The bus is silent during the conversion, whose time may be 5 % shorter than the data sheet says.
-bool wait(const Channel& channel) {
+bool wait_for_end(const Channel& channel) {
   byte status = rdycap;
-  while (status & rdycap) {
-    const uint32_t waited = micros() - channel.begun_us;
-    if (waited > too_late_us || (waited > conversion_us / 10 * 9 && !read(STATUS, &status, 1))) {
+  uint32_t waited_us = 0;
+  while ((status & rdycap) && waited_us <= too_late_us) {
+    waited_us = micros() - channel.begun_us;
+    if (waited_us > conversion_us / 10 * 9 && !read_registers(Status, &status, 1)) {
       return false;
     }
   }
-  return true;
+  return !(status & rdycap);
 }
 
 // One transfer for data and settings. If the settings are not as written, the chip had no supply for a moment, or the
 // data are of another channel.
-bool finish(Channel& channel) {
-  byte chip[CAPDAC_A + 1];
-  if (!wait(channel) || !read(STATUS, chip, sizeof chip)) {
+bool finish_conversion(Channel& channel) {
+  byte chip[CapdacA + 1];
+  if (!wait_for_end(channel) || !read_registers(Status, chip, sizeof chip)) {
     return false;
   }
   channel.middle_us = channel.begun_us + conversion_us / 2;
-  channel.code = uint32_t(chip[CAP_DATA]) << 16 | uint32_t(chip[CAP_DATA + 1]) << 8 | chip[CAP_DATA + 2];
-  channel.excitation_failed = chip[STATUS] & excerr;
-  return !(chip[STATUS] & rdycap) && chip[CAP_SETUP] == channel.setup && chip[EXC_SETUP] == excitation &&
-         chip[CAPDAC_A] == (dac_enable | channel.capdac);
+  channel.uncertain_us = channel.begun_us - channel.asked_us;
+  channel.code = uint32_t(chip[CapData]) << 16 | uint32_t(chip[CapData + 1]) << 8 | chip[CapData + 2];
+  channel.excitation_failed = chip[Status] & excerr;
+  return !(chip[Status] & rdycap) && chip[CapSetup] == channel.setup && chip[ExcSetup] == excitation &&
+         chip[CapdacA] == (dac_enable | channel.capdac);
 }
 
-bool convert(Channel& channel) { return begin(channel) && finish(channel); }
+bool convert(Channel& channel) { return begin_conversion(channel) && finish_conversion(channel); }
 
 // The CAPDAC is subtracted from the input. Search the largest one that leaves a code above the middle.
 bool centre(Channel& channel) {
@@ -138,16 +148,17 @@ void describe(const __FlashStringHelper* name, const Channel& channel) {
 }
 
 bool start() {
-  Wire.beginTransmission(address);
-  Wire.write(reset);
+  Wire.beginTransmission(chip_address);
+  Wire.write(reset_pointer);
   Wire.endTransmission();
   delay(1);
-  Serial.println(F("# AD7746, CAPF 0, excitation EXCB for both inputs, level 3: +-VDD/2"));
   if (!centre(hard) || !centre(soft)) {
     return false;
   }
+  Serial.println(F("# AD7746, CAPF 0, excitation EXCB for both inputs, level 3: +-VDD/2"));
   describe(F("hard, CIN1"), hard);
   describe(F("soft, CIN2"), soft);
+  seq = 0;
   return true;
 }
 
@@ -174,12 +185,16 @@ void print_pair(uint32_t number) {
   line.field(F(",t_soft_us="), soft.middle_us);
   line.field(F(",hard_raw="), hard.code);
   line.field(F(",soft_raw="), soft.code);
+  line.field(F(",capdac_hard="), hard.capdac);
+  line.field(F(",capdac_soft="), soft.capdac);
   line.field(F(",status="), status);
+  line.field(F(",t_uncertainty_us="), max(hard.uncertain_us, soft.uncertain_us));
   Serial.print(line.sum < 0x10 ? F("*0") : F("*"));
   Serial.println(line.sum, HEX);
 }
 
 void fail() {
+  centred = centred && !failed;
   if (!failed) {
     Serial.println(F("# AD7746 at 0x48: no answer, or not as set. Check VDD, GND, SDA, SCL. It is tried again."));
   }
@@ -205,11 +220,11 @@ void loop() {
   if (!centred) {
     centred = start();
   }
-  const bool begun = centred && begin(hard);
+  const bool begun = centred && begin_conversion(hard);
   if (measured) {
     print_pair(seq - 1);  // while the converter works
   }
-  measured = begun && finish(hard) && convert(soft);
+  measured = begun && finish_conversion(hard) && convert(soft);
   seq += centred;
   if (!measured) {
     fail();
