@@ -75,13 +75,15 @@ struct SampleRow {
   std::int32_t hard_raw, soft_raw;
   double hard, soft;
   std::uint8_t status;
-  unsigned char padding[7];
+  unsigned char padding[3];
+  std::int32_t t_uncertainty_us;
 
   static py::dtype dtype() {
     return dtype_of<SampleRow>({PALPATE_COLUMN(SampleRow, seq), PALPATE_COLUMN(SampleRow, t_hard_ns),
                                 PALPATE_COLUMN(SampleRow, t_soft_ns), PALPATE_COLUMN(SampleRow, hard_raw),
                                 PALPATE_COLUMN(SampleRow, soft_raw), PALPATE_COLUMN(SampleRow, hard),
-                                PALPATE_COLUMN(SampleRow, soft), PALPATE_COLUMN(SampleRow, status)});
+                                PALPATE_COLUMN(SampleRow, soft), PALPATE_COLUMN(SampleRow, status),
+                                PALPATE_COLUMN(SampleRow, t_uncertainty_us)});
   }
 
   /// Every field is checked against the ranges of a recording: a row that was counted can also be stored.
@@ -89,8 +91,8 @@ struct SampleRow {
     if (!py::isinstance<py::tuple>(sample)) {
       throw py::type_error("sample: got " + quoted(sample) + ", allowed: a palpate.Sample");
     }
-    if (const auto size = PyTuple_GET_SIZE(sample.ptr()); size != 8) {
-      throw py::value_error("sample: got " + std::to_string(size) + " fields, allowed: the 8 of palpate.Sample");
+    if (const auto size = PyTuple_GET_SIZE(sample.ptr()); size != 9) {
+      throw py::value_error("sample: got " + std::to_string(size) + " fields, allowed: the 9 of palpate.Sample");
     }
     const auto field = [&](py::ssize_t place) { return PyTuple_GET_ITEM(sample.ptr(), place); };
     using Time = std::numeric_limits<std::int64_t>;
@@ -102,12 +104,15 @@ struct SampleRow {
             real(field(5), "hard"),
             real(field(6), "soft"),
             whole<std::uint8_t>(field(7), "status", 0, last_status),
-            {}};
+            {},
+            whole<std::int32_t>(field(8), "t_uncertainty_us", unknown, std::numeric_limits<std::int32_t>::max())};
   }
 
-  py::tuple fields() const { return py::make_tuple(seq, t_hard_ns, t_soft_ns, hard_raw, soft_raw, hard, soft, status); }
+  py::tuple fields() const {
+    return py::make_tuple(seq, t_hard_ns, t_soft_ns, hard_raw, soft_raw, hard, soft, status, t_uncertainty_us);
+  }
 
-  static constexpr std::int32_t no_code = -1, last_code = 0xFFFFFF;
+  static constexpr std::int32_t no_code = -1, last_code = 0xFFFFFF, unknown = -1;
   static constexpr std::uint8_t last_status = 8;
 };
 
@@ -250,7 +255,7 @@ constexpr auto push_doc = R"(push($self, sample, /)
 Push one `Sample`; return whether there was room. Its integers and real numbers may be numpy's.
 
 TypeError or ValueError for a field that is not a number (a bool is not), or outside its range: `seq` from 0 and times of
-64 bits, codes of 24 bits or -1, status 0 to 8. ValueError after `close`.)";
+64 bits, codes of 24 bits or -1, status 0 to 8, an uncertainty of 32 bits or -1. ValueError after `close`.)";
 
 constexpr auto row_doc = R"(row($self, sample, /)
 --

@@ -60,6 +60,8 @@ class Sample(NamedTuple):
         Capacitances, pF, with the baseline; nan if lost.
     status : int
         See `Status`.
+    t_uncertainty_us : int
+        Largest possible error of the difference of the two times, us, rounded up; -1: unknown.
 
     Examples
     --------
@@ -75,6 +77,7 @@ class Sample(NamedTuple):
     hard: float
     soft: float
     status: int = 0
+    t_uncertainty_us: int = -1
 
 
 Block = NDArray[np.void]

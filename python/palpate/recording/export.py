@@ -25,6 +25,7 @@ from palpate.samples import DTYPE, Block, Status
 
 SUFFIXES = (".parquet", ".csv")
 _UNITS = {"t_hard_ns": "ns", "t_soft_ns": "ns", "hard_raw": "code", "soft_raw": "code", "hard": "pF", "soft": "pF"}
+_UNITS |= {"t_uncertainty_us": "us"}
 _MEANT = {
     "seq": "number of the sample; missing numbers are lost samples",
     "t_hard_ns": "middle of the hard channel's conversion",
@@ -34,6 +35,7 @@ _MEANT = {
     "hard": "capacitance, hard channel",
     "soft": "capacitance, soft channel",
     "status": "0 good; sum of 1 hard saturated, 2 soft saturated, 4 excitation; 8 lost",
+    "t_uncertainty_us": "largest possible error of the difference of the two times; -1: unknown",
 }
 
 

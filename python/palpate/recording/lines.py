@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from palpate.errors import RecordingError
 from palpate.files import open_regular
-from palpate.recording.rows import unreadable
+from palpate.recording.rows import COLUMNS, unreadable
 
 LONGEST_ROW = 256
 """Bytes; the longest row that palpate writes has some 150."""
@@ -117,19 +117,19 @@ class Pass:
         self.size += len(data)
 
 
-def sift(piece: Piece, rows_before: int) -> tuple[bytes, list[Damage]]:
+def sift(piece: Piece, rows_before: int, columns: tuple[str, ...] = COLUMNS) -> tuple[bytes, list[Damage]]:
     r"""Return the lines that are rows, and the others as damaged places.
 
     Examples
     --------
-    >>> row = b"7,0.026,0.039,8388608,8388608,0.0,0.0,0\n"
+    >>> row = b"7,0.026,0.039,8388608,8388608,0.0,0.0,-1,0\n"
     >>> good, [place] = sift(Piece(row + b"7,0.0\n???\n" + row, 100, 5, 0), 3)
     >>> good == row + row, place.line, place.lines, place.offset, place.bytes, place.rows_before
-    (True, 6, 2, 140, 10, 4)
+    (True, 6, 2, 143, 10, 4)
     """
     lines = piece.data.split(b"\n")[:-1]
-    first = f"got a line of {len(lines[0]) + piece.left_out} bytes" if piece.left_out else _reason(lines[0])
-    reasons = chain([first], map(_reason, lines[1:]))
+    first = f"got a line of {len(lines[0]) + piece.left_out} bytes" if piece.left_out else _reason(lines[0], columns)
+    reasons = chain([first], (_reason(line, columns) for line in lines[1:]))
     good, places = list[bytes](), list[Damage]()
     number, offset = piece.line, piece.offset
     for is_row, group in groupby(zip(lines, reasons, strict=True), key=lambda pair: pair[1] is None):
@@ -149,8 +149,8 @@ def _run(group: Iterator[tuple[bytes, str | None]]) -> tuple[list[bytes], str | 
     return [line, *(line for line, _ in group)], reason
 
 
-def _reason(line: bytes) -> str | None:
-    return unreadable(line.removesuffix(b"\r"))
+def _reason(line: bytes, columns: tuple[str, ...]) -> str | None:
+    return unreadable(line.removesuffix(b"\r"), columns)
 
 
 def add(places: list[Damage], place: Damage) -> None:

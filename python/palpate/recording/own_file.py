@@ -13,7 +13,7 @@ from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.integrity import Integrity, judge, known_of
 from palpate.recording.lines import LONGEST_ROW, Damage, Pass, Piece, add, begin_of, sift
-from palpate.recording.rows import HEADER, RowError, is_whole, parse_rows, unreadable
+from palpate.recording.rows import COLUMNS, EARLIER, HEADER, RowError, columns_of, is_whole, parse_rows, unreadable
 from palpate.recording.survey import Survey
 from palpate.samples import Block
 
@@ -41,6 +41,8 @@ class Recorded:
         Bytes after the last complete row, after `blocks()`: the recording was not closed.
     headed : bool
         Whether the first line is the header, after `blocks()`.
+    columns : tuple of str
+        Names of its columns, after `blocks()`: a recording of an earlier version has fewer.
 
     Raises
     ------
@@ -67,6 +69,7 @@ class Recorded:
         self.seen = Pass(self.path)
         self.torn_bytes: int = 0
         self.headed: bool = False
+        self.columns: tuple[str, ...] = COLUMNS
 
     @property
     def document(self) -> dict[str, Any] | None:
@@ -171,33 +174,36 @@ class Recorded:
     def _without_header(self, piece: Piece, damage: list[Damage] | None) -> Piece:
         first, _, rest = piece.data.partition(b"\n")
         line = first.removesuffix(b"\r")
-        self.headed = line == HEADER.strip().encode()
+        self.columns = columns_of(piece.data.split(b"\n")) or COLUMNS
+        self.headed = line == ",".join(self.columns).encode()
         if self.headed:
             return Piece(rest, len(first) + 1, 2, 0)
-        if unreadable(line) is None:
+        if unreadable(line, self.columns) is None:
             self._damaged(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
         return piece
 
     def _block(self, piece: Piece, rows: int, damage: list[Damage] | None) -> Block:
         if not piece.left_out:
             try:
-                return parse_rows(piece.data)
+                return parse_rows(piece.data, self.columns)
             except RowError:
                 if damage is None:
                     raise
-        good, places = sift(piece, rows)
+        good, places = sift(piece, rows, self.columns)
         for place in places:
             self._damaged(place, damage)
-        return parse_rows(good)
+        return parse_rows(good, self.columns)
 
     def _last(self, seen: Pass, rows: int, damage: list[Damage] | None) -> Iterator[Block]:
         """Yield a last row without a line end; what is left then is an incomplete row, zeros of a power cut, or damage."""
         last = seen.tail.partition(b"\0")[0]
         begin = seen.tail_offset
-        if is_whole(last):
+        if begin == 0:
+            self.columns = columns_of([last]) or COLUMNS
+        if is_whole(last, self.columns):
             if begin == 0:
                 self._damaged(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
-            yield parse_rows(last)
+            yield parse_rows(last, self.columns)
             begin, rows = begin + len(last), rows + 1
         self.torn_bytes = seen.size - begin
         if seen.filled - begin > LONGEST_ROW:
@@ -216,6 +222,7 @@ class Recorded:
 
 
 _BEGIN = 1 << 16  # bytes
+_HEADERS = [",".join(columns).encode() for columns in (COLUMNS, EARLIER)]
 
 
 def is_own(path: Path) -> bool:
@@ -226,12 +233,12 @@ def is_own(path: Path) -> bool:
     """
     begin = begin_of(path, _BEGIN)
     first, *others = begin.split(b"\n")
-    if first.removesuffix(b"\r") == HEADER.strip().encode():
+    if first.removesuffix(b"\r") in _HEADERS:
         return True
     try:
         if sidecar.load(path) is None:
             return False
     except RecordingError:
         return False
-    stopped = HEADER.encode().startswith(begin.rstrip(b"\0"))
-    return stopped or any(unreadable(line.removesuffix(b"\r")) is None for line in others)
+    stopped = any(header.startswith(begin.rstrip(b"\0")) for header in _HEADERS)
+    return stopped or columns_of([b"", *others]) is not None

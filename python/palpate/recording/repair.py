@@ -26,7 +26,6 @@ from palpate.recording import sidecar
 from palpate.recording.integrity import judge
 from palpate.recording.lines import Damage, Pass
 from palpate.recording.own_file import Recorded
-from palpate.recording.rows import HEADER
 
 _CHUNK = 1 << 20
 _FORMAT = "palpate-torn-1"
@@ -111,7 +110,7 @@ def _plan(recording: Recorded, damage: list[Damage]) -> _Plan:
     parts = [(place.offset, place.bytes) for place in damage if place.bytes]
     if recording.torn_bytes:
         parts.append((recording.seen.size - recording.torn_bytes, recording.torn_bytes))
-    return _Plan(parts, b"" if recording.headed else HEADER.encode())
+    return _Plan(parts, b"" if recording.headed else (",".join(recording.columns) + "\n").encode())
 
 
 def _free(rows: Path, beside: Path) -> _Names:

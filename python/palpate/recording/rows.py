@@ -11,7 +11,9 @@ from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, ZERO_CODE
 from palpate.errors import quoted
 from palpate.samples import DTYPE, Block, Status
 
-COLUMNS = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "status")
+COLUMNS = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "t_uncertainty_us", "status")
+EARLIER = tuple(name for name in COLUMNS if name != "t_uncertainty_us")
+"""Columns of recordings that were made before the uncertainty of the times was known; they are still read."""
 HEADER = ",".join(COLUMNS) + "\n"
 LARGEST_CODE, LARGEST_STATUS = LAST_CODE, int(Status.LOST)
 """The status is the last column and has one digit: so an incomplete line is always recognised."""
@@ -28,7 +30,7 @@ _TEXT = [
     ("hard_raw", "i4"),
     ("soft_raw", "i4"),
 ]
-_TEXT += [("hard", "f8"), ("soft", "f8"), ("status", "u1")]
+_TEXT += [("hard", "f8"), ("soft", "f8"), ("t_uncertainty_us", "i4"), ("status", "u1")]
 
 
 class RowError(ValueError):
@@ -54,11 +56,11 @@ def format_rows(block: Block) -> bytes:
     >>> from palpate.samples import block_of
     >>> from palpate.samples import Sample
     >>> format_rows(block_of([Sample(7, 26_000_123, 39_000_000, 8388608, -1, 0.0, 2.5, 0)]))
-    b'7,0.026000123,0.039000000,8388608,-1,0.0,2.5,0\n'
+    b'7,0.026000123,0.039000000,8388608,-1,0.0,2.5,-1,0\n'
     """
     return "".join(
-        f"{seq},{_seconds(t_hard)},{_seconds(t_soft)},{hard_raw},{soft_raw},{hard!r},{soft!r},{status}\n"
-        for seq, t_hard, t_soft, hard_raw, soft_raw, hard, soft, status in block.tolist()
+        f"{seq},{_seconds(t_hard)},{_seconds(t_soft)},{hard_raw},{soft_raw},{hard!r},{soft!r},{uncertainty},{status}\n"
+        for seq, t_hard, t_soft, hard_raw, soft_raw, hard, soft, status, uncertainty in block.tolist()
     ).encode()
 
 
@@ -79,8 +81,30 @@ def lines_of(data: bytes) -> list[bytes]:
     return [line.removesuffix(b"\r") for line in (lines if lines[-1] else lines[:-1])]
 
 
-def parse_rows(data: bytes) -> Block:
+def columns_of(lines: list[bytes]) -> tuple[str, ...] | None:
+    r"""Return the columns of a recording from its first lines: from its header, else from the first row; None: neither.
+
+    Examples
+    --------
+    >>> columns_of([HEADER.encode()]) == COLUMNS, columns_of([b"7,0.026,0.039,-1,-1,0,2.5,0"]) == EARLIER, columns_of([b""])
+    (True, True, None)
+    """
+    for columns in (COLUMNS, EARLIER):
+        if lines[0].rstrip(b"\r\n") == ",".join(columns).encode():
+            return columns
+    found = (columns for line in lines for columns in (COLUMNS, EARLIER)
+             if unreadable(line.removesuffix(b"\r"), columns) is None)  # fmt: skip
+    return next(found, None)
+
+
+def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS) -> Block:
     r"""Return lines as samples; capacitances are computed from the codes, if a row has codes.
+
+    Parameters
+    ----------
+    data : bytes
+    columns : tuple of str
+        `COLUMNS`, or `EARLIER`: then the uncertainty of all times is unknown.
 
     Raises
     ------
@@ -89,7 +113,7 @@ def parse_rows(data: bytes) -> Block:
 
     Examples
     --------
-    >>> block = parse_rows(b"7,0.026000123,0.039,9437184,-1,0,2.5,0\n")
+    >>> block = parse_rows(b"7,0.026000123,0.039,9437184,-1,0,2.5,150,0\n")
     >>> block["t_hard_ns"], block["hard"], block["soft"]
     (array([26000123]), array([0.512]), array([2.5]))
     """
@@ -99,10 +123,10 @@ def parse_rows(data: bytes) -> Block:
     if not data.translate(None, _USED + b"\r\n") and data.count(b"\r") == data.count(b"\r\n"):
         text = data.decode("ascii").splitlines()
         with suppress(ValueError, InvalidOperation):
-            return _parsed(text)
+            return _parsed(text, columns)
         with suppress(ValueError, InvalidOperation):
-            return _parsed([_EMPTY.sub(",nan", line) for line in text])
-    wrong = ((number, reason) for number, line in enumerate(lines_of(data)) if (reason := unreadable(line)))
+            return _parsed([_EMPTY.sub(",nan", line) for line in text], columns)
+    wrong = ((number, reason) for number, line in enumerate(lines_of(data)) if (reason := unreadable(line, columns)))
     raise RowError(*next(wrong, (0, "not rows of a recording")))
 
 
@@ -110,21 +134,24 @@ _EMPTY = re.compile(",(?=,)")  # spreadsheets write nan as an empty cell
 _USED = b"0123456789+-., \tabcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
-def _parsed(lines: list[str]) -> Block:
+def _parsed(lines: list[str], columns: tuple[str, ...]) -> Block:
     if "" in lines:
         raise ValueError("an empty line")
-    text = np.loadtxt(lines, dtype=_TEXT, delimiter=",", comments=None, ndmin=1)
+    kinds = [kind for name, kind in zip(COLUMNS, _TEXT, strict=True) if name in columns]
+    text = np.loadtxt(lines, dtype=kinds, delimiter=",", comments=None, ndmin=1)
+    uncertainty = text["t_uncertainty_us"] if columns == COLUMNS else np.array([-1])
     codes = np.minimum(text["hard_raw"], text["soft_raw"])
     if (
         len(text) != len(lines)
         or (text["status"] > LARGEST_STATUS).any()
         or (text["seq"] < 0).any()
-        or codes.min() < -1
+        or min(codes.min(), uncertainty.min()) < -1
     ):
         raise ValueError
     block = np.zeros(len(text), DTYPE)
     for name in ("seq", "hard_raw", "soft_raw", "status"):
         block[name] = text[name]
+    block["t_uncertainty_us"] = uncertainty
     for name in ("hard", "soft"):
         block[f"t_{name}_ns"] = _nanoseconds(text[f"t_{name}"])
         block[name] = capacitances(text[f"{name}_raw"], text[name])
@@ -154,33 +181,33 @@ def _exactly(text: str) -> int:
     return ns
 
 
-def unreadable(line: bytes) -> str | None:
+def unreadable(line: bytes, columns: tuple[str, ...] = COLUMNS) -> str | None:
     """Return why a line is not a row; None if it is one.
 
     Examples
     --------
-    >>> unreadable(b"7,0.026,0.039,8388608,8388608,0.0,0.0,0"), unreadable(b"7,0.026,0.0")
-    (None, 'got 3 cells, allowed: 8')
+    >>> unreadable(b"7,0.026,0.039,8388608,8388608,0.0,0.0,150,0"), unreadable(b"7,0.026,0.0")
+    (None, 'got 3 cells, allowed: 9')
     """
     if zeros := line.count(b"\0"):
         return f"got {zeros} zero bytes, allowed: text"
-    if (cells := line.count(b",") + 1) != len(COLUMNS):
-        return f"got {cells} cells, allowed: {len(COLUMNS)}"
-    for name, cell in zip(COLUMNS, line.decode("latin-1").split(","), strict=True):
+    if (cells := line.count(b",") + 1) != len(columns):
+        return f"got {cells} cells, allowed: {len(columns)}"
+    for name, cell in zip(columns, line.decode("latin-1").split(","), strict=True):
         if not _fits(name, cell):
             return f"{quoted(cell)} is not a valid value for column {name}"
     return None
 
 
-def is_whole(line: bytes) -> bool:
+def is_whole(line: bytes, columns: tuple[str, ...] = COLUMNS) -> bool:
     """Return whether a line without a line end is still a complete row: its last cell has one digit.
 
     Examples
     --------
-    >>> is_whole(b"7,0.026,0.039,8388608,8388608,0.0,0.0,0"), is_whole(b"7,0.026,0.039,8388608,8388608,0.0,0")
+    >>> is_whole(b"7,0.026,0.039,8388608,8388608,0.0,0.0,150,0"), is_whole(b"7,0.026,0.039,8388608,8388608,0.0,0.0,1")
     (True, False)
     """
-    return len(line.rpartition(b",")[2]) == 1 and not unreadable(line)
+    return len(line.rpartition(b",")[2]) == 1 and not unreadable(line, columns)
 
 
 _WHOLE = re.compile(r"[ \t]*[+-]?[0-9]+[ \t]*")
@@ -199,8 +226,8 @@ def _fits(name: str, cell: str) -> bool:
         return False
 
 
-_LOWEST = {"hard_raw": -1, "soft_raw": -1}
-_HIGHEST = {"seq": 2**63 - 1, "hard_raw": 2**31 - 1, "soft_raw": 2**31 - 1, "status": LARGEST_STATUS}
+_LOWEST = {"hard_raw": -1, "soft_raw": -1, "t_uncertainty_us": -1}
+_HIGHEST = dict.fromkeys(_LOWEST, 2**31 - 1) | {"seq": 2**63 - 1, "status": LARGEST_STATUS}
 
 
 def _is_time(cell: str) -> bool:

@@ -1,14 +1,34 @@
 """The interface of all sources of samples."""
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, Protocol, Self, runtime_checkable
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
 from palpate.samples import Sample
 
 
 def _silent(_: str) -> None:
     """Ignore the message."""
+
+
+class Gap(NamedTuple):
+    """A place from which the baseline before does not hold: the device was opened again, or its range was moved.
+
+    Attributes
+    ----------
+    seq : int
+        Number of the first sample after it.
+    text : str
+        What happened, for the mark in the recording.
+
+    Examples
+    --------
+    >>> Gap(690, "unplugged for 1.5 s").seq
+    690
+    """
+
+    seq: int
+    text: str
 
 
 @runtime_checkable
@@ -74,6 +94,11 @@ class Source(Protocol):
     def counters(self) -> Mapping[str, int]:
         """Numbers of `errors` and `reconnects` so far, integers from 0."""
         return {}
+
+    @property
+    def gaps(self) -> Sequence[Gap]:
+        """All gaps so far, in order; one is added before the first sample after it is returned."""
+        return ()
 
     def interrupt(self) -> None:
         """Stop an iteration in another thread; it ends within 0.3 s."""
