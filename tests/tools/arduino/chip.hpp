@@ -51,12 +51,12 @@ class Chip {
 
   /// A START with the chip's address: whether it answers.
   bool select(double s) noexcept {
-    if (absent.has(s)) {
-      reset();
-      return false;
+    if (absent.begin <= s && last_ < absent.end) {
+      reset();  // also if no one has asked while it had no supply
     }
+    last_ = s;
     first_ = true;
-    return s >= silent_until_;
+    return s >= silent_until_ && !absent.has(s);
   }
 
   void write(std::uint8_t byte, double s) noexcept {
@@ -130,6 +130,6 @@ class Chip {
   std::uint8_t registers_[count];
   int pointer_ = 0;
   bool first_ = false, converting_ = false;
-  double begun_ = 0, silent_until_ = 0;
+  double begun_ = 0, last_ = 0, silent_until_ = 0;
   std::uint32_t random_ = 12345;
 };
