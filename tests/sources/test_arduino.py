@@ -1,5 +1,6 @@
 """The sketch of cpp/examples/arduino on a simulated Uno with a simulated AD7746, read by `palpate record`."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import IO, Any
 
@@ -39,7 +40,8 @@ def of(made: NDArray[Any], channel: int, first_code: int, count: int) -> NDArray
     """Return conversions of an input, beginning with a code."""
     mine = made[made["input"] == channel]
     begin = np.flatnonzero(mine["code"] == first_code)[0]
-    return mine[begin : begin + count]
+    found: NDArray[Any] = mine[begin : begin + count]
+    return found
 
 
 def test_every_pair_is_recorded_with_its_codes_and_times(built: Path, tmp_path: Path, tally: Tally) -> None:
@@ -76,8 +78,8 @@ def test_what_goes_wrong_is_said_and_repaired(built: Path, tmp_path: Path) -> No
         "# soft, CIN2: CAPDAC 27, code 8538101",
         "# AD7746 answers again",
     ]
-    pairs = [uno.fields(line) for line in said if line.startswith("seq=")]
-    assert [pair["seq"] for pair in pairs] == list(range(100))
+    pairs = pairs_of(said)
+    assert numbers(said) == list(range(100))
     expected = {0, int(Status.EXCITATION), int(Status.SOFT_SATURATED)}
     assert {pair["status"] for pair in pairs} == expected
     assert pairs[-1]["t_soft_us"] < pairs[0]["t_soft_us"]
@@ -86,8 +88,23 @@ def test_what_goes_wrong_is_said_and_repaired(built: Path, tmp_path: Path) -> No
     assert since_us == pytest.approx(list(made["middle_us"] - made["middle_us"][0]), abs=1000)
 
 
-def numbers(said: list[str]) -> list[int]:
-    return [uno.fields(line)["seq"] for line in said if line.startswith("seq=")]
+def pairs_of(said: Iterable[str]) -> list[dict[str, int]]:
+    return [uno.fields(line) for line in said if line.startswith("seq=")]
+
+
+def numbers(said: Iterable[str]) -> list[int]:
+    return [pair["seq"] for pair in pairs_of(said)]
+
+
+def assert_true(pairs: list[dict[str, int]], made: NDArray[Any]) -> None:
+    """Check each code and time by the conversion that was nearest; both clocks begin at the reset."""
+    for channel, name in ((1, "hard"), (2, "soft")):
+        mine = made[made["input"] == channel]
+        for pair in pairs:
+            late_us = pair[f"t_{name}_us"] - mine["middle_us"]
+            nearest = np.argmin(np.abs(late_us))
+            assert abs(late_us[nearest]) < 1000
+            assert pair[f"{name}_raw"] == mine["code"][nearest]
 
 
 def test_one_failure_is_a_gap_and_two_begin_again(built: Path, tmp_path: Path) -> None:
@@ -95,6 +112,7 @@ def test_one_failure_is_a_gap_and_two_begin_again(built: Path, tmp_path: Path) -
         short = list(uno.lines(port, 60))
     jumps = np.diff(numbers(short)).tolist()
     assert sorted(jumps) == [1] * 58 + [2]
+    assert_true(pairs_of(short), uno.conversions(tmp_path))
     assert "# out of range: more than 17 pF, less than 0 pF, or a short" in short
     (tmp_path / "port").unlink()
     with uno.board(built, tmp_path, 60, "absent=1.0:1.5") as port:
@@ -103,6 +121,7 @@ def test_one_failure_is_a_gap_and_two_begin_again(built: Path, tmp_path: Path) -
     assert numbers(long) == [*range(first), *range(60 - first)]
     assert sum(line.startswith("# AD7746 at 0x48: no answer") for line in long) == 1
     assert sum(line == "# AD7746 answers again" for line in long) == 1
+    assert_true(pairs_of(long), uno.conversions(tmp_path))
 
 
 def test_the_letter_c_centres_again(built: Path, tmp_path: Path) -> None:
@@ -113,7 +132,8 @@ def test_the_letter_c_centres_again(built: Path, tmp_path: Path) -> None:
             end.write(b"c")
 
     with uno.board(built, tmp_path, UNTOUCHED + 60) as port:
-        pairs = [uno.fields(line) for line in uno.lines(port, UNTOUCHED + 60, send) if line.startswith("seq=")]
+        pairs = pairs_of(uno.lines(port, UNTOUCHED + 60, send))
+    assert_true(pairs, uno.conversions(tmp_path))
     again = [pair["seq"] for pair in pairs].index(0, 1)
     assert all(CAPDAC.items() <= pair.items() for pair in pairs[:again])
     moved = [pair["capdac_hard"] for pair in pairs[again:]]

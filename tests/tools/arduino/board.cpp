@@ -150,7 +150,7 @@ int main(int count, char** words) {
   while (!board.port.open()) {
     usleep(1000);
   }
-  usleep(500000);  // a boot loader takes longer; who opens a port throws away what came before
+  usleep(500000);               // a boot loader takes longer; who opens a port throws away what came before
   while (avr->cycle < 16000) {  // until the memory is 0
     avr_run(avr);
   }

@@ -53,7 +53,7 @@ def build_sketch(folder: Path) -> Path:
 def build_board(folder: Path) -> Path:
     """Compile the simulated board for this machine."""
     program = folder / "board"
-    options = ["-std=c++17", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-isystem", SIMAVR]
+    options: list[str | Path] = ["-std=c++17", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-isystem", SIMAVR]
     source = Path(__file__).with_name("board.cpp")
     subprocess.run(["c++", *options, source, "-lsimavr", "-o", program], check=True)
     return program

@@ -32,7 +32,7 @@ def wait(ready: Callable[[], object]) -> None:
 def board(built: Path, folder: Path, pairs: int, *events: str) -> Iterator[Path]:
     """Give the port of a board; at the end, check that it did with its chip only what the data sheet allows."""
     link, log = folder / "port", folder / "log"
-    command = [built / "board", built / "sketch.elf", link, log, str(pairs), *events]
+    command: list[str | Path] = [built / "board", built / "sketch.elf", link, log, str(pairs), *events]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
         try:
             wait(link.is_symlink)
