@@ -108,10 +108,10 @@ def assert_true(pairs: list[dict[str, int]], made: NDArray[Any]) -> None:
 
 
 def test_one_failure_is_a_gap_and_two_begin_again(built: Path, tmp_path: Path) -> None:
-    with uno.board(built, tmp_path, 60, "absent=1.0:1.01", "beyond=0:9") as port:
+    with uno.board(built, tmp_path, 60, "absent=1.0:1.01", "garbled=1.3:1.32", "beyond=0:9") as port:
         short = list(uno.lines(port, 60))
     jumps = np.diff(numbers(short)).tolist()
-    assert sorted(jumps) == [1] * 58 + [2]
+    assert sorted(jumps) == [1] * 57 + [2, 2]
     assert_true(pairs_of(short), uno.conversions(tmp_path))
     assert "# out of range: more than 17 pF, less than 0 pF, or a short" in short
     (tmp_path / "port").unlink()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // An Arduino Uno in simavr, with a simulated AD7746 on its I2C bus and a pseudo-terminal in place of its USB port.
-//   board SKETCH.elf LINK LOG PAIRS [absent|overloaded|beyond|micros=BEGIN[:END]]...
+//   board SKETCH.elf LINK LOG PAIRS [absent|overloaded|beyond|garbled|micros=BEGIN[:END]]...
 // LINK becomes the name of the port. The board starts when someone opens it, as a real one is reset then, and stands still
 // while the port's buffer is full, so a slow reader loses nothing. After PAIRS lines it stands still until the port is
 // closed. micros=S: micros() wraps after S seconds. Exit code 1: the chip was used against its data sheet.
@@ -121,8 +121,7 @@ void set(Board& board, const elf_firmware_t& sketch, const std::string& option) 
       }
     }
   } else {
-    const Span span{begin, std::stod(option.substr(colon + 1))};
-    (name == "absent" ? board.chip.absent : name == "beyond" ? board.chip.beyond : board.chip.overloaded) = span;
+    board.chip.spans.at(name) = Span{begin, std::stod(option.substr(colon + 1))};
   }
 }
 
