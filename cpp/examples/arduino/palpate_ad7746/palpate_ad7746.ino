@@ -206,6 +206,7 @@ void fail() {
 
 void setup() {
   Serial.begin(baud);
+  Serial.println();  // ends what was sent before the reset
   Wire.begin();
   Wire.setClock(bus_Hz);
 #ifdef WIRE_HAS_TIMEOUT
