@@ -1,14 +1,16 @@
 """The sketch of cpp/examples/arduino on a simulated Uno with a simulated AD7746, read by `palpate record`."""
 
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 import palpate
 import pytest
-from effort import NIGHTLY
+from effort import NIGHTLY, random_of
 from numpy.typing import NDArray
+from palpate.ad7746.datasheet import SATURATED_CODES
 from palpate.samples import Status
 from project import need, need_file
 from tally import Tally
@@ -97,15 +99,21 @@ def numbers(said: Iterable[str]) -> list[int]:
     return [pair["seq"] for pair in pairs_of(said)]
 
 
-def assert_true(pairs: list[dict[str, int]], made: NDArray[Any]) -> None:
-    """Check each code and time by the conversion that was nearest; both clocks begin at the reset."""
-    for channel, name in ((1, "hard"), (2, "soft")):
-        mine = made[made["input"] == channel]
+def assert_true(pairs: list[dict[str, int]], made: NDArray[Any]) -> list[list[float]]:
+    """Check each code and time by the conversion that was nearest; both clocks begin at the reset.
+
+    Return the middles, s, shape (2, n).
+    """
+    middles: list[list[float]] = [[], []]
+    for channel, name in enumerate(("hard", "soft")):
+        mine = made[made["input"] == channel + 1]
         for pair in pairs:
             late_us = pair[f"t_{name}_us"] - mine["middle_us"]
             nearest = np.argmin(np.abs(late_us))
             assert abs(late_us[nearest]) < 1000
             assert pair[f"{name}_raw"] == mine["code"][nearest]
+            middles[channel].append(float(mine["middle_us"][nearest]) / 1e6)
+    return middles
 
 
 def test_one_failure_is_a_gap_and_two_begin_again(built: Path, tmp_path: Path) -> None:
@@ -140,3 +148,20 @@ def test_the_letter_c_centres_again(built: Path, tmp_path: Path) -> None:
     moved = [pair["capdac_hard"] for pair in pairs[again:]]
     assert set(moved) <= {int((6.92 + 0.625 * tremor) / 0.171) for tremor in (0.95, 1.05)}
     assert len(set(moved)) == 1
+
+
+@pytest.mark.parametrize("seed", range(60 if NIGHTLY else 2))
+def test_any_faults(built: Path, tmp_path: Path, seed: int) -> None:
+    """No pair is wrong, whatever fails and when; what the chip tells is in the status."""
+    rng = random_of(f"arduino {seed}")
+    spans = {}
+    for name in ("absent", "garbled", "overloaded", "beyond"):
+        begin = rng.uniform(0, 3)
+        spans[name] = begin, begin + rng.choice([0.005, 0.02, 0.1, 0.5])
+    with uno.board(built, tmp_path, 90, *(f"{name}={begin}:{end}" for name, (begin, end) in spans.items())) as port:
+        pairs = pairs_of(uno.lines(port, 90))
+    for pair, *both in zip(pairs, *assert_true(pairs, uno.conversions(tmp_path)), strict=True):
+        failed = any(spans["overloaded"][0] <= middle < spans["overloaded"][1] for middle in both)
+        saturated = pair["soft_raw"] > 0xFFFFFF - SATURATED_CODES or pair["soft_raw"] < SATURATED_CODES
+        assert pair["status"] == Status.EXCITATION * failed + Status.SOFT_SATURATED * saturated
+    assert all(after > before or after == 0 for before, after in pairwise(pair["seq"] for pair in pairs))
