@@ -18,7 +18,7 @@ _OWN = {
     "sim": ("palpate.sources.sim", "open_sim"),
     "i2c": ("palpate.sources.board", "open_i2c"),
     "iio": ("palpate.sources.iio", "open_iio"),
-    "serial": ("palpate.sources.lines", "open_serial"),
+    "serial": ("palpate.sources.serial.opening", "open_serial"),
 }
 
 Factory = Callable[[str, Mapping[str, Any]], Source]
@@ -53,8 +53,9 @@ def open(uri: str, **options: Any) -> Source:
     **options
         Options as keywords. usb: capf (0 to 7), hard_input (1, 2), replug (s), firmware (path), backend. i2c: capf,
         hard_input, replug. sim: capf, hard_input, replug, seed, speed (1: real time; default: as fast as possible),
-        fault (KIND[:AMOUNT]@SECONDS, separated by commas). iio: hard_input. serial: pattern (a regular expression
-        with groups hard and soft), unit, baud, replug. A path: columns, unit, speed.
+        fault (KIND[:AMOUNT]@SECONDS, separated by commas). iio: hard_input. serial: columns (names of the cells of
+        a line) or pattern (a regular expression with groups of these names), unit, decimal (comma, point), code_pF,
+        baud, reset (yes, no: leave DTR and RTS inactive), replug. A path: columns, unit, speed.
 
     Returns
     -------
