@@ -57,7 +57,7 @@ with _instrumented():
     from palpate.sources.serial.port import Port
     from palpate.sources.serial.source import SerialSource
 
-ROWS = "".join(f"{i},{i}.0,{i}.5,8388608,8400000,0.0,0.0,0\n" for i in range(3))
+ROWS = "".join(f"{i},{i}.0,{i}.5,8388608,8400000,0.0,0.0,-1,0\n" for i in range(3))
 
 
 def _file(name: str, data: bytes) -> Path:

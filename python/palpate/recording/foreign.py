@@ -10,7 +10,7 @@ import numpy as np
 from palpate.recording.own_file import Recorded, is_own
 from palpate.recording.recording import read
 from palpate.recording.survey import Survey
-from palpate.samples import DTYPE, Block
+from palpate.samples import Block, blank
 
 
 class Foreign:
@@ -63,9 +63,7 @@ class Foreign:
     def blocks(self) -> Iterator[Block]:
         """Yield all samples as one block; without times, samples are 1 ms apart."""
         recording = self._recording
-        block = np.zeros(len(recording.hard), DTYPE)
-        block["seq"] = np.arange(len(block))
-        block["hard_raw"] = block["soft_raw"] = -1
+        block = blank(len(recording.hard))
         block["hard"], block["soft"] = recording.hard, recording.soft
         for name, seconds in (("t_hard_ns", recording.t_hard_s), ("t_soft_ns", recording.t_soft_s)):
             ns = seconds * 1e9  # halves away from zero, as the tracker rounds seconds

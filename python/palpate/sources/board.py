@@ -9,7 +9,7 @@ from palpate.ad7746.bus import RegisterBus
 from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.configuration import Configuration
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.errors import quoted
 from palpate.samples import Sample
 from palpate.sources.base import Source
@@ -31,7 +31,7 @@ class BoardSource(Source):
     bus : RegisterBus
         An open bus.
     options : mapping
-        Checked options, as in `CONVERTER`.
+        Checked options, as in `CONVERTER`; and `limit_ns`, as in `Ad7746`.
     clock : Clock
         The clock of the bus.
     """
@@ -44,6 +44,7 @@ class BoardSource(Source):
             clock,
             replug_s=options.get("replug", 30.0),
             notify=lambda message: self.notify(message),
+            limit_ns=options.get("limit_ns", LIMIT_NS),
         )
         self._started = False
 
@@ -71,6 +72,11 @@ class BoardSource(Source):
     def counters(self) -> dict[str, int]:
         """Counters of the driver."""
         return asdict(self.driver.counters)
+
+    @property
+    def zero_ns(self) -> int | None:
+        """Begin of the measurement on the clock of the computer."""
+        return self.driver.zero_ns
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the driver, with the range of the converter."""

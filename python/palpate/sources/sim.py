@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 from palpate.ad7746.clock import Clock, RealClock, VirtualClock
 from palpate.ad7746.evalkit.board import EvalKit
-from palpate.ad7746.twin.kit import FAULTS, Fault, KitTwin
+from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.errors import quoted
 from palpate.samples import Sample
-from palpate.simulation.board import kit_of, known
+from palpate.simulation.board import kit_of, known, limit_ns
 from palpate.simulation.scenarios import SCENARIOS
 from palpate.sources.board import CONVERTER, BoardSource
 from palpate.sources.options import checked, number
@@ -34,7 +34,7 @@ class SimSource(BoardSource):
     name : str
         Key of `palpate.simulation.scenarios.SCENARIOS` that the board can follow.
     options : mapping
-        Checked options: those of `CONVERTER`, and seed, speed, fault.
+        Checked options: those of `CONVERTER`, and seed, speed, bus_kHz, fault.
     """
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
@@ -42,7 +42,7 @@ class SimSource(BoardSource):
         speed, seed = options.get("speed"), options.get("seed", 0)
         self.live: bool = speed is not None
         self.clock: Clock = RealClock(speed) if speed else VirtualClock()
-        self.kit: KitTwin = kit_of(scenario, self.clock, seed)
+        self.kit: KitTwin = kit_of(scenario, self.clock, seed, options.get("bus_kHz", BUS_KHZ))
         self._incidents = sorted(options.get("fault", []), key=lambda incident: incident.time_s)
         self._begun_ns = self.clock.now_ns()
         self._end_ns = self._begun_ns + round(scenario.duration_s * 1e9)
@@ -50,7 +50,9 @@ class SimSource(BoardSource):
         backend = TwinBackend(self.clock)
         backend.plug(self.kit)
         super().__init__(
-            EvalKit(backend=backend, clock=self.clock), {"capf": scenario.converter.capf, **options}, self.clock
+            EvalKit(backend=backend, clock=self.clock),
+            {"capf": scenario.converter.capf, "limit_ns": limit_ns(speed), **options},
+            self.clock,
         )
 
     def __iter__(self) -> Iterator[Sample]:
@@ -107,7 +109,13 @@ def _plain(kind: str) -> str:
 
 def open_sim(address: str, options: Mapping[str, Any]) -> SimSource:
     """Return the source of `sim:SCENARIO`."""
-    allowed = {**CONVERTER, "seed": number(0, 2**63, whole=True), "speed": number(0, 1000, above=True), "fault": faults}
+    allowed = {
+        **CONVERTER,
+        "seed": number(0, 2**63, whole=True),
+        "speed": number(0, 1000, above=True),
+        "bus_kHz": number(10, 400),
+        "fault": faults,
+    }
     given = checked("sim", options, allowed)
     name = address or DEFAULT
     if name not in known():
