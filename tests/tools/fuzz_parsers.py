@@ -14,7 +14,6 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 from unittest.mock import patch
 
 import scipy.optimize
@@ -54,8 +53,8 @@ with _instrumented():
     from palpate.recording.verification import check
     from palpate.samples import Status, block_of
     from palpate.sources.options import split
-    from palpate.sources.serial.port import Port
     from palpate.sources.serial.source import SerialSource
+    from serial_lines import ChunkedPort
 
 ROWS = "".join(f"{i},{i}.0,{i}.5,8388608,8400000,0.0,0.0,-1,0\n" for i in range(3))
 
@@ -151,32 +150,6 @@ def firmware(data: bytes) -> None:
         image = read_hex(_file("firmware.hex", data))
         assert all(at >= 0 and at + len(part) <= RAM_BYTES for at, part in image.items())
         assert 0 in image
-
-
-class ChunkedPort(Port):
-    r"""A serial port that sends these bytes and is then unplugged; \xff separates the bytes of one read."""
-
-    def __init__(self, data: bytes) -> None:
-        self._chunks = data.split(b"\xff")
-        super().__init__("fuzz")
-
-    @property
-    def in_waiting(self) -> int:
-        return len(self._chunks[0]) if self._chunks else 0
-
-    def read(self, _: int) -> bytes:
-        if self._chunks:
-            return self._chunks.pop(0)
-        raise OSError("gone")
-
-    def close(self) -> None:
-        """Do nothing."""
-
-    def _open(self) -> Any:
-        return self
-
-    def _wait_for_replug(self, gone: Exception) -> None:
-        self.interrupt()
 
 
 def lines(data: bytes) -> None:

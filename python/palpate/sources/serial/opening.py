@@ -16,18 +16,16 @@ from palpate.sources.serial.source import SerialSource
 
 def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:
     """Return the source of `serial:PORT`."""
-    given = checked("serial", options, _ALLOWED)
-    lines = {name: given.pop(name) for name in ("columns", "pattern", "unit", "decimal", "code_pF") if name in given}
-    if {"columns", "pattern"} <= set(lines):
+    given = checked("serial", options, {**_OF_LINES, **_OF_PORT})
+    port = {name: given[name] for name in _OF_PORT if name in given}
+    return SerialSource(Port(text("serial's port", address), **port), said(given))
+
+
+def said(given: Mapping[str, Any]) -> Given:
+    """Return what checked options say about the lines."""
+    if {"columns", "pattern"} <= set(given):
         raise ValueError("columns: got a pattern, too, allowed: one of them; the groups of a pattern are its columns")
-    lines["decimal"] = {"comma": ",", "point": ".", None: ""}[lines.get("decimal")]
-    port = Port(
-        text("serial's port", address),
-        given.get("baud", 115200),
-        given.get("replug", 30.0),
-        reset=given.get("reset", "yes") == "yes",
-    )
-    return SerialSource(port, Given(**lines))
+    return Given(**{name: given[name] for name in _OF_LINES if name in given})
 
 
 def _columns(name: str, value: Any) -> tuple[Column, ...]:
@@ -60,13 +58,23 @@ def _pattern(name: str, value: Any) -> "re.Pattern[str]":
     return found
 
 
-_ALLOWED: dict[str, Check] = {
+def _decimal(name: str, value: Any) -> str:
+    return {"comma": ",", "point": "."}[choice("comma", "point")(name, value)]
+
+
+def _reset(name: str, value: Any) -> bool:
+    return choice("yes", "no")(name, value) == "yes"
+
+
+_OF_LINES: dict[str, Check] = {
     "columns": _columns,
     "pattern": _pattern,
     "unit": choice(*PICOFARADS),
-    "decimal": choice("comma", "point"),
+    "decimal": _decimal,
     "code_pF": number(0, above=True),
+}
+_OF_PORT: dict[str, Check] = {
     "baud": number(50, 4_000_000, whole=True),
-    "reset": choice("yes", "no"),
+    "reset": _reset,
     "replug": number(0, 86400),
 }

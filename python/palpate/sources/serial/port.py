@@ -50,7 +50,7 @@ class Port:
         For example "/dev/ttyACM0" or "COM3".
     baud : int
         Bits per second.
-    replug_s : float
+    replug : float
         Longest time to wait for an unplugged port, s.
     reset : bool
         False: leave the lines DTR and RTS inactive, which restart many boards.
@@ -68,8 +68,8 @@ class Port:
         The port cannot be opened.
     """
 
-    def __init__(self, name: str, baud: int = 115200, replug_s: float = 30.0, reset: bool = True) -> None:
-        self.name, self.baud, self.replug_s = name, baud, replug_s
+    def __init__(self, name: str, baud: int = 115200, replug: float = 30.0, reset: bool = True) -> None:
+        self.name, self.baud, self.replug_s = name, baud, replug
         self._reset = reset
         self.tell: Callable[[str], None] = print
         self._stopped = Event()
