@@ -203,6 +203,21 @@ def require_units(columns: Sequence[Column], cells: Sequence[Cell] = ()) -> None
             raise Refused(f"the unit of {one.role} is not known", f"columns={text_of(columns)}")
 
 
+def require_alike(columns: Sequence[Column], cells: Sequence[Cell], given: Given) -> None:
+    """Check that both capacitances have a unit, or none of them.
+
+    Raises
+    ------
+    Refused
+        One has, and the option `unit` does not say that of the other.
+    """
+    units = [cell.unit for cell in cells] or [""] * len(columns)
+    pairs = zip(columns, units, strict=True)
+    said = {bool(one.unit or unit) for one, unit in pairs if one.role in ("hard", "soft")}
+    if len(said) > 1 and not given.unit:
+        raise Refused("one channel has a unit, the other has none", "unit=pF")
+
+
 def text_of(columns: Sequence[Column]) -> str:
     """Return columns as the option names them, times without a unit in ms."""
     units = [one.unit or ("ms" if one.role in TIMES else "") for one in columns]

@@ -5,7 +5,16 @@ from itertools import pairwise
 
 from palpate.errors import quoted
 from palpate.sources.serial.cells import SEPARATORS, Cell, Refused, decimal_mark, is_clock, is_mark, split, tight
-from palpate.sources.serial.formats import Format, Given, Values, require_pair, require_units, text_of, unsummed
+from palpate.sources.serial.formats import (
+    Format,
+    Given,
+    Values,
+    require_alike,
+    require_pair,
+    require_units,
+    text_of,
+    unsummed,
+)
 from palpate.sources.serial.names import UNUSED, Column, column
 
 PLAUSIBLE_PF = 100.0
@@ -85,6 +94,7 @@ class Settling:
         columns = self._columns(cells)
         require_pair(columns)
         require_units(columns, cells)
+        require_alike(columns, cells, self.given)
         _require_use(self.given, columns)
         decimal = self.given.decimal or decimal_mark([cell.text for cell in cells if cell.text[:1] != '"'])
         labels, units = tuple(cell.label for cell in cells), tuple(bool(cell.unit) for cell in cells)
