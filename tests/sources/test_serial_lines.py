@@ -101,6 +101,7 @@ REFUSED = [
     "6.92 mm,4.69 mm",
     "6.92 %,4.69 %",
     "6.92 pF,4.69",
+    "hard:6.92 pF,soft:4.69",
     "6.92 pF,25.3 C",
     "0x6.9,0x4.6",
     "0b11,0b10",
@@ -191,7 +192,7 @@ def test_a_number_that_grows_with_every_line_is_no_capacitance() -> None:
     assert clock.refused.startswith("a number grows with every line")
     values = [(6.92 + 0.01 * (k % 5), 4.69 + 0.01 * (k % 7)) for k in range(30)]
     noisy = Sent([f"{hard:.3f},{soft:.3f}" for hard, soft in values])
-    assert noisy.pairs == pytest.approx(values)  # those that waited until this was known, too
+    assert noisy.pairs == [pytest.approx(pair) for pair in values]  # those that waited until this was known, too
 
 
 def test_a_settled_format_is_fixed() -> None:
@@ -267,10 +268,11 @@ def test_a_pattern_matches_whole_lines() -> None:
     sent = Sent(lines, pattern=pattern, unit="fF")
     assert sent.pairs == [(0.001, 0.002)] * 3
     assert sent.source.counters["errors"] == 4
-    timed = Sent(
-        ["A1 10", "B2 22", "A3 41", "B4 53"], pattern=r"A(?P<hard>\d) (?P<t_ms>\d+)|B(?P<soft>\d) (?P<time_ms>\d+)"
-    )
-    assert timed.samples == []  # a time twice
+    lines = ["10 A1", "22 B2", "41 A3", "53 B4"]
+    timed = Sent(lines, pattern=r"(?P<t_ms>\d+) (?:A(?P<hard>\d)|B(?P<soft>\d))")
+    assert timed.pairs == [(1, 2), (3, 4)]
+    assert [sample.t_soft_ns - sample.t_hard_ns for sample in timed.samples] == [12_000_000] * 2
+    assert timed.samples[1].t_hard_ns - timed.samples[0].t_hard_ns == 31_000_000
 
 
 def test_lines_before_the_first_that_is_read_are_no_errors() -> None:
