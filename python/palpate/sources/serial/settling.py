@@ -88,6 +88,7 @@ class Settling:
 
     def _format(self, line: str) -> tuple[Format, list[Cell]]:
         if self.given.pattern:
+            require_alike(self.given.groups, (), self.given)
             return Format(self.given.groups, self.given), []
         body, summed = unsummed(line)
         kind, cells = split(body)
