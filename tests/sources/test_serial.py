@@ -109,7 +109,7 @@ def test_silence_is_said(port: Port, monkeypatch: pytest.MonkeyPatch, sent: str,
         ("ets Jul 29 2019\n" + "1234,6.92,4.69\n" * 30, "The first: 'ets Jul 29 2019'. Another: '1234,6.92,4.69'."),
         ("1234,6.92,4.69\n" * 30, "'serial:{port}?columns=t_ms,hard,soft'"),
         ("x\x8e\xff,\x01\n" * 30, "not text: check the baud rate, 115200"),
-        ("hello\n", "1 lines in a row were not read. The first: 'hello'. Reason: it is not made of numbers"),
+        ("hello\n", "1 line was not read. The first: 'hello'. Reason: it is not made of numbers"),
     ],
 )
 def test_lines_without_a_match_end_it(port: Port, monkeypatch: pytest.MonkeyPatch, text: str, what: str) -> None:

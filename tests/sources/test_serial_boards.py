@@ -1,6 +1,7 @@
 """Boards that count, stamp, restart, and sum what they send."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from palpate import Gap, Sample, Status
@@ -27,7 +28,7 @@ def checksum(text: str) -> str:
 
 def steps(samples: list[Sample]) -> list[int]:
     """Return the times from one pair to the next, us."""
-    return [(b.t_hard_ns - a.t_hard_ns) // 1000 for a, b in zip(samples, samples[1:], strict=False)]
+    return [(b.t_hard_ns - a.t_hard_ns) // 1000 for a, b in pairwise(samples)]
 
 
 def test_the_palpate_format() -> None:

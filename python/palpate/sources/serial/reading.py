@@ -101,7 +101,7 @@ class Reader:
             self._settling.names(line.text)
         elif line.text.startswith("#"):
             self._comment(line.text)
-        elif self.format and line.text == self._settling.header:
+        elif self.format and line.text and line.text == self._settling.header:
             self._why = "the board restarted: it sent the names of the columns again"
         else:
             try:

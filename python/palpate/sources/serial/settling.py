@@ -146,7 +146,7 @@ class Settling:
             raise Refused(
                 f"a number above {PLAUSIBLE_PF:g} pF: in which unit are they, or what else are they?", "unit=fF"
             )
-        if not self.given.unit and any(cell.text.lstrip("+-").isdigit() for cell in cells):
+        if len(self._values) == 1 and not self.given.unit and any(cell.text.lstrip("+-").isdigit() for cell in cells):
             raise Refused("whole numbers without names or units: are both capacitances?", _ASK)
 
 

@@ -64,13 +64,14 @@ class Strange:
             raise ProtocolError(self._message(*self._best))
 
     def _message(self, text: str, refused: Refused) -> str:
-        said = f"{self._port}: {self._count} lines in a row were not read. The first: {quoted_line(self._first)}."
+        lines = "1 line was" if self._count == 1 else f"{self._count} lines in a row were"
+        said = f"{self._port}: {lines} not read. The first: {quoted_line(self._first)}."
         if 3 * self._garbled > self._count:
             return f"{said} Most of it is not text: check the baud rate, {self._baud}: serial:{self._port}?baud=9600"
         if text != self._first:
             said += f" Another: {quoted_line(text)}."
         option = refused.option or "pattern=hard (?P<hard>[0-9.]+) soft (?P<soft>[0-9.]+)"
-        return f"{said} Reason: {refused}. What helps, for example: 'serial:{self._port}?{option}'"
+        return f"{said} Reason: {refused}{'' if str(refused).endswith('?') else '.'} What helps, for example: 'serial:{self._port}?{option}'"
 
 
 def quoted_line(text: str) -> str:
