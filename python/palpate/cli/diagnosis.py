@@ -179,6 +179,25 @@ def others() -> Iterator[Finding]:
     yield Finding("other devices", "ok" if found else "free", text or "none on i2c:, iio:, serial:")
 
 
+def packages() -> Iterator[Finding]:
+    """Check that the sources of other packages can be loaded, and that their searches for devices work."""
+    from palpate.sources import GROUP
+    from palpate.sources.devices import devices_of_packages
+    from palpate.sources.uri import loaded, package_of
+
+    for point in metadata.entry_points(group=GROUP):
+        try:
+            loaded(point)
+        except MissingExtra as error:
+            yield Finding(f"source {point.name}", "free", str(error))
+        except PalpateError as error:
+            yield Finding(f"source {point.name}", "wrong", str(error), "", UNEXPECTED)
+        else:
+            yield Finding(f"source {point.name}", "ok", f"of {package_of(point)}")
+    for note in devices_of_packages()[1]:
+        yield Finding("search of another package", "wrong", note, "", UNEXPECTED)
+
+
 def files(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
     """Check every table of each palpate.toml."""
     for path in filter(Path.is_file, config.places()):
@@ -219,6 +238,7 @@ def all_of(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
         ("defaults", lambda: files(commands)),
         ("USB", usb),
         ("other devices", others),
+        ("other packages", packages),
         ("speed", speed),
     ]
     for what, check in checks:

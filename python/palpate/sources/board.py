@@ -19,6 +19,7 @@ from palpate.sources.base import Gap, Source
 from palpate.sources.options import Check, anything, checked, number, text, yes_no
 
 _PINS = ("A", "B", "AB")
+_CONDITIONS_NS = 10_000_000_000
 
 
 def excitation(name: str, value: Any) -> tuple[str, str]:
@@ -107,6 +108,8 @@ class BoardSource(Source):
         )
         self._watch = WiringWatch(self.driver.look)
         self._kit = kit
+        self._conditions: tuple[dict[str, float], ...] = ()
+        self._due_ns = 0
         self._started = False
 
     def __enter__(self) -> Self:
@@ -127,6 +130,7 @@ class BoardSource(Source):
             self.close()
             raise
         self._started = True
+        self._measure_conditions()
         return self
 
     def __iter__(self) -> Iterator[Sample]:
@@ -134,10 +138,27 @@ class BoardSource(Source):
         if not self._started:
             self.__enter__()
         seq = 0
-        while (sample := self.driver.read_pair(seq)) is not None:
-            yield sample
-            seq = sample.seq + 1
-            self._watch_wiring(sample)
+        try:
+            while (sample := self.driver.read_pair(seq)) is not None:
+                yield sample
+                seq = sample.seq + 1
+                self._watch_wiring(sample)
+                if self.driver.conditions_are_free and self.clock.now_ns() >= self._due_ns:
+                    self._measure_conditions()
+        except GeneratorExit:
+            self._measure_conditions()
+            raise
+        self._measure_conditions()
+
+    def _measure_conditions(self) -> None:
+        self._due_ns = self.clock.now_ns() + _CONDITIONS_NS
+        if found := self.driver.read_conditions():
+            self._conditions = (*self._conditions, found)
+
+    @property
+    def conditions(self) -> tuple[dict[str, float], ...]:
+        """Temperature and supply of the chip: at the begin, every 10 s where no pair is late for it, and at the end."""
+        return self._conditions
 
     def _check_wiring(self) -> None:
         mistakes = Wiring(self.driver.look, self.driver.configuration, kit=self._kit).mistakes()
@@ -162,11 +183,6 @@ class BoardSource(Source):
     def counters(self) -> dict[str, int]:
         """Counters of the driver."""
         return asdict(self.driver.counters)
-
-    @property
-    def gaps(self) -> list[Gap]:
-        """Gaps of the driver."""
-        return [Gap(*gap) for gap in self.driver.gaps]
 
     @property
     def zero_ns(self) -> int | None:
