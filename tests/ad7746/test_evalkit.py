@@ -89,7 +89,7 @@ def test_single_channel_temperature_and_offset(bench: Bench) -> None:
     bench.kit.chip.temperature_C = 31.5
     assert driver.read_temperature() == 31.5
     hard, soft = driver.read_channel(HARD), driver.read_channel(SOFT)
-    assert hard.t_ns < soft.t_ns
+    assert hard.middle.t_ns < soft.middle.t_ns
     assert [c.pin for c in bench.kit.chip.conversions][-2:] == [1, 2]
     assert hard.status == soft.status == Status.OK
     bench.read(driver, 2)
