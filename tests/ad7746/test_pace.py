@@ -11,7 +11,7 @@ _DELAY = st.integers(0, 3_000_000) | st.integers(0, 100_000_000)
 
 
 def seen(begin: int, length: int, delays: tuple[int, int, int, int]) -> Seen:
-    """What a computer sees with these delays before and after the begin, and before and after the end."""
+    """Return what a computer sees with these delays before and after the begin, and before and after the end."""
     end = begin + length
     return Seen(begin - delays[0], begin + delays[1], max(end - delays[2], begin - delays[0]), end + delays[3])
 
@@ -29,7 +29,7 @@ def test_the_middle_is_within_its_bounds(length: int, all_delays: list[tuple[int
         assert pace.shortest_ns <= length <= pace.longest_ns
         middle = pace.middle(each)
         assert min(middle.early_ns, middle.late_ns) >= 0
-        assert -middle.early_ns <= begin + length / 2 - middle.t_ns <= middle.late_ns
+        assert -middle.early_ns <= begin + length // 2 - middle.t_ns <= middle.late_ns
 
 
 @given(st.tuples(_DELAY, _DELAY, _DELAY, _DELAY))

@@ -15,7 +15,9 @@ from palpate.ad7746.twin.chip import ChipTwin
 from palpate.samples import Status
 from tally import Tally
 
-QUIET = [World(kHz, pace, 0.0, capf) for kHz, pace, capf in itertools.product((60, 85, 400), (0.95, 1.0, 1.05), (0, 4, 7))]
+QUIET = [
+    World(kHz, pace, 0.0, capf) for kHz, pace, capf in itertools.product((60, 85, 400), (0.95, 1.0, 1.05), (0, 4, 7))
+]
 
 
 @pytest.mark.parametrize("world", QUIET, ids=str)

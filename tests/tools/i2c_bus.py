@@ -7,7 +7,6 @@ from palpate.ad7746.clock import VirtualClock
 from palpate.ad7746.twin.chip import ChipTwin
 
 
-
 class Bus:
     """A replacement of smbus2.SMBus for `I2cBus`."""
 
