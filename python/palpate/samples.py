@@ -120,6 +120,21 @@ def block_of(samples: Iterable[Sample]) -> Block:
     return block
 
 
+def blank(count: int) -> Block:
+    """Return samples numbered from 0, without codes and with unknown uncertainty; times, capacitances and status are 0.
+
+    Examples
+    --------
+    >>> blank(2)[["seq", "hard_raw", "t_uncertainty_us"]].tolist()
+    [(0, -1, -1), (1, -1, -1)]
+    """
+    block = np.zeros(count, DTYPE)
+    block["seq"] = np.arange(count)
+    for name in ("hard_raw", "soft_raw", "t_uncertainty_us"):
+        block[name] = -1
+    return block
+
+
 def samples_of(block: Block) -> list[Sample]:
     """Convert an array to samples.
 

@@ -97,7 +97,7 @@ def test_what_the_board_does_not_know_it_does_not_answer(raw: Raw, kind: int, re
 
 def test_the_pin_and_the_led(raw: Raw, bench: Bench) -> None:
     assert raw.read(PORTS, 0, 0, 1)[0] & RDY_PIN
-    raw.write(I2C, _ADDRESS, datasheet.CAP_SETUP, bytes([datasheet.CAPEN, 0, 0x0B, datasheet.SINGLE]))
+    raw.write(I2C, _ADDRESS, datasheet.CAP_SETUP, bytes([datasheet.CAPEN, 0, 0x23, datasheet.SINGLE]))
     bench.carrier.clock.sleep(0.02)
     assert not raw.read(PORTS, 0, 0, 1)[0] & RDY_PIN
     assert raw.read(I2C, _ADDRESS, 0, 4)[0] & datasheet.RDYCAP == 0
@@ -153,7 +153,7 @@ def test_a_claim_keeps_others_from_claiming_only(raw: Raw, bench: Bench) -> None
 
 def test_capdacs_in_the_configuration_burst_would_come_too_late(raw: Raw, bench: Bench) -> None:
     """Why `check_write` refuses it: the twin begins the conversion with the CAPDACs as they were."""
-    raw.write(I2C, _ADDRESS, datasheet.CAP_SETUP, bytes([datasheet.CAPEN, 0, 0x0B, datasheet.SINGLE, 0x80 | 41, 0]))
+    raw.write(I2C, _ADDRESS, datasheet.CAP_SETUP, bytes([datasheet.CAPEN, 0, 0x23, datasheet.SINGLE, 0x80 | 41, 0]))
     bench.carrier.clock.sleep(0.02)
     code = int.from_bytes(raw.read(I2C, _ADDRESS, 0, 4)[1:], "big")
     assert datasheet.saturated(code)  # 6.92 pF, nothing taken away
@@ -162,7 +162,7 @@ def test_capdacs_in_the_configuration_burst_would_come_too_late(raw: Raw, bench:
 def test_a_conversion_that_ends_while_data_are_read_is_lost(raw: Raw, bench: Bench) -> None:
     clock = bench.carrier.clock
     now = clock.now_ns()
-    bench.kit.chip.write(bytes([datasheet.CAP_SETUP, datasheet.CAPEN, 0, 0x0B, datasheet.SINGLE]), now)
+    bench.kit.chip.write(bytes([datasheet.CAP_SETUP, datasheet.CAPEN, 0, 0x23, datasheet.SINGLE]), now)
     bench.kit.chip.write(b"\0", now)
     bench.kit.chip.read(4, now + 10_900_000, 200_000)
     assert bench.kit.chip.rdy_pin(now + 20_000_000)

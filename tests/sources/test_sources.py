@@ -39,7 +39,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
     [
         ("moon:", {}, "source: got moon:, allowed: i2c:, iio:, serial:, sim:, usb: or a path"),
         ("sim:moon", {}, "sim: got scenario 'moon', allowed: soft-steady"),
-        ("sim:all?sed=1", {}, "sim: got option 'sed', allowed: capf, hard_input, replug, seed, speed, fault"),
+        ("sim:all?sed=1", {}, "sim: got option 'sed', allowed: capf, excitation, level, chop"),
         ("sim:all?seed=x", {}, "seed: got 'x', allowed: a whole number from 0 to"),
         ("sim:all?seed=-1", {}, "seed: got '-1', allowed"),
         ("sim:all?speed=0", {}, "speed: got '0', allowed: a number above 0 to 1000"),
@@ -52,7 +52,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         ("sim:all?fault=stall:x@3", {}, "fault: got amount 'x'"),
         ("sim:all?fault=stall@soon", {}, "fault's time: got 'soon'"),
         ("usb:left", {}, "usb: got address 'left', allowed: BUS/ADDRESS"),
-        ("usb:?seed=1", {}, "usb: got option 'seed', allowed: capf, hard_input, replug, firmware, backend, clock"),
+        ("usb:?seed=1", {}, "usb: got option 'seed', allowed: capf, excitation, level, chop"),
         ("i2c:", {}, "i2c: got no address"),
         ("iio:x", {"hard_input": 3}, "hard_input: got 3, allowed: a whole number from 1 to 2"),
         ("serial:", {}, "serial's port: got nothing"),
@@ -112,7 +112,8 @@ def test_a_simulated_board_is_the_same_again() -> None:
             runs.append(list(source))
             described = source.describe()
     assert runs[0] == runs[1] != runs[2]
-    assert described["simulated"] == {"scenario": "soft-steady", "seed": 2, "speed": "as fast as possible"}
+    expected = {"scenario": "soft-steady", "seed": 2, "speed": "as fast as possible", "wiring": "guide"}
+    assert described["simulated"] == expected
     assert described["configuration"]["capf"] == 2
     assert described["full_scale_pF"] == datasheet.SATURATED_PF
     assert runs[0][-1].t_soft_ns == pytest.approx(10.4e9, abs=0.2e9)

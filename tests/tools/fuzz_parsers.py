@@ -56,7 +56,7 @@ with _instrumented():
     from palpate.samples import Status
     from palpate.sources.options import split
 
-ROWS = "".join(f"{i},{i}.0,{i}.5,8388608,8400000,0.0,0.0,0\n" for i in range(3))
+ROWS = "".join(f"{i},{i}.0,{i}.5,8388608,8400000,0.0,0.0,-1,0\n" for i in range(3))
 
 
 def _file(name: str, data: bytes) -> Path:

@@ -120,6 +120,10 @@ class Converter:
         status |= Status.EXCITATION if image[datasheet.STATUS] & datasheet.EXCERR else Status.OK
         return Reading(self._pace.middle(seen), raw, datasheet.capacitance_pF(raw), status)
 
+    def gains(self) -> bytes:
+        """Return CAP_GAIN and VOLT_GAIN: set in the factory, other ones in each chip, and constant."""
+        return self._access(lambda: self._bus.read(datasheet.CAP_GAIN, datasheet.REGISTERS - datasheet.CAP_GAIN))
+
     def temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius."""
         setup = self.configuration.temperature_registers
@@ -132,12 +136,16 @@ class Converter:
             self._centre(channel)
         self.dump = self._access(lambda: self._bus.read(0, datasheet.REGISTERS))
 
+    def restore_capdac(self, hard: int, soft: int) -> None:
+        """Use these CAPDAC steps, from the next conversion on."""
+        self.configuration = self.configuration.with_capdac(HARD, hard).with_capdac(SOFT, soft)
+
     def _centre(self, channel: int) -> None:
         low, high = -datasheet.DAC_STEPS, datasheet.DAC_STEPS
         steps = self.configuration.channel(channel).capdac
         for _ in range(2 * (high - low).bit_length()):
             self.configuration = self.configuration.with_capdac(channel, steps)
-            reading = self._patiently(channel)
+            reading = self.patiently(channel)
             if reading.status & Status.EXCITATION:
                 raise ProtocolError(f"{NAMES[channel]}: EXCERR: the excitation pin is shorted or overloaded")
             if not reading.status and abs(reading.capacitance) <= 0.75 * datasheet.DAC_STEP_PF:
@@ -151,7 +159,8 @@ class Converter:
             "17 pF, is shorted, or changes all the time; check the cable of the probe"
         )
 
-    def _patiently(self, channel: int) -> Reading:
+    def patiently(self, channel: int) -> Reading:
+        """Convert one channel; a conversion that is lost is repeated twice."""
         for _ in range(_PATIENCE - 1):
             try:
                 return self.convert(channel)

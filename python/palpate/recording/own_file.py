@@ -18,6 +18,7 @@ from palpate.recording.survey import Survey
 from palpate.samples import Block
 
 _CHUNK = 1 << 20  # bytes: some 10,000 rows
+_MOST_TOLD = 5  # gaps
 _NONE = Integrity((), (), (), 0)
 
 
@@ -100,6 +101,25 @@ class Recorded:
         return sidecar.tares_of(self.document or {})
 
     @property
+    def gap_marks(self) -> list[tuple[int, str]]:
+        """Those of `tares` that are before a gap, each with what happened there: the board was opened again, ..."""
+        return sidecar.gaps_of(self.document or {})
+
+    @property
+    def zero_utc_ns(self) -> int | None:
+        """UTC of t = 0, ns since 1970, by the wall clock at the begin; None: unknown."""
+        return sidecar.zero_of(self.document or {})[0]
+
+    @property
+    def _moved(self) -> str:
+        """What to say of a wall clock that was moved; "": nothing."""
+        begin, end = sidecar.zero_of(self.document or {})
+        moved_s = 0.0 if begin is None or end is None else (end - begin) / 1e9
+        if abs(moved_s) <= _MOVED_S:
+            return ""
+        return f"the wall clock was moved by {moved_s:+.3f} s during the recording: UTC is that of its begin"
+
+    @property
     def integrity(self) -> Integrity:
         """Whether the recording is as it was written; known after `blocks()`."""
         return judge(self.known, self.seen, self.survey.rows) if self.seen.complete else _NONE
@@ -111,12 +131,17 @@ class Recorded:
 
     @property
     def told(self) -> tuple[str, ...]:
-        """What the recorder said of the recording: it began late, or was disturbed; and what a rescue lacks before it."""
-        notes = sidecar.told_of(self.document or {})
+        """What the recorder said: it began late, was disturbed, or had gaps; and what a rescue lacks before it."""
+        notes = (*sidecar.told_of(self.document or {}), *self._told_gaps())
         missing = self.survey.first_seq if any(note.startswith(sidecar.RESCUED) for note in notes) else 0
         if not missing or any(note.startswith(sidecar.BEGUN) for note in notes):
             return notes
         return (*notes, f"{missing} samples are missing before the first row")
+
+    def _told_gaps(self) -> list[str]:
+        marks = self.gap_marks
+        told = [f"gap after sample {seq}: {text}: the baseline was measured again" for seq, text in marks[:_MOST_TOLD]]
+        return told + ([f"{len(marks) - _MOST_TOLD} more gaps"] if len(marks) > _MOST_TOLD else [])
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -129,6 +154,7 @@ class Recorded:
                 survey.backward
             ),
             "the last row is incomplete (no line end): left out": self.torn_bytes,
+            self._moved: self._moved,
         }
         found = self.integrity
         whole = (*found.doubts, *found.limits, *found.remarks)
@@ -222,6 +248,7 @@ class Recorded:
 
 
 _BEGIN = 1 << 16  # bytes
+_MOVED_S = 0.005  # a wall clock that NTP holds moves less in an hour
 _HEADERS = [",".join(columns).encode() for columns in (COLUMNS, EARLIER)]
 
 

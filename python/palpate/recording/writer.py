@@ -69,6 +69,13 @@ class Writer:
         self._attempt(lambda: self._rows.append(block))
         self._taken += len(block)
 
+    def mark(self, what: dict[str, Any]) -> None:
+        """Add a mark without which the rows after it would be read wrongly: if it has no room, nothing more is written."""
+        before = self.path
+        self._attempt(lambda: self.sidecar.add("marks", what))
+        if self.path != before:  # a rescue recording, begun without it
+            self._attempt(lambda: self.sidecar.add("marks", what))
+
     def checkpoint(self, clock: dict[str, int]) -> None:
         """Sync the rows; then say in the sidecar how many are on the disk. One that cannot be saved is tried again."""
         self._attempt(lambda: self._checkpoint(clock))

@@ -100,6 +100,18 @@ class Source(Protocol):
         """All gaps so far, in order; one is added before the first sample after it is returned."""
         return ()
 
+    @property
+    def zero_ns(self) -> int | None:
+        """`time.monotonic_ns()` at t = 0 of the samples; None: unknown, then the arrival of the first one tells."""
+        return None
+
+    def centre(self) -> None:
+        """Set the range again, around the present signal, before the next sample; called from any thread.
+
+        If that moves the baseline, the source adds a gap. Raises RuntimeError if the source has no such range.
+        """
+        raise RuntimeError("centre: got a source that cannot set its range, allowed: usb:, i2c:, sim:")
+
     def interrupt(self) -> None:
         """Stop an iteration in another thread; it ends within 0.3 s."""
         return

@@ -7,9 +7,10 @@ from numbers import Integral
 from typing import Any
 
 from palpate.errors import ProtocolError
-from palpate.sources.base import Source
+from palpate.sources.base import Gap, Source
 
 _LONGEST = 100_000  # characters of a description as JSON: the sidecar of a recording has a limit, too
+_LONGEST_TEXT = 2000  # characters of the text of a gap
 _STAMPS = ("converter", "host")
 
 
@@ -81,6 +82,40 @@ def counted(source: Source) -> tuple[int, int]:
         raise
     except Exception as error:
         raise ProtocolError(f"source: its counters cannot be read: {type(error).__name__}") from error
+
+
+def zero_of(source: Source) -> int | None:
+    """Return `zero_ns` of a source, checked.
+
+    Raises
+    ------
+    ProtocolError
+        It is neither an integer nor None.
+    """
+    zero_ns: Any = getattr(source, "zero_ns", None)
+    if zero_ns is not None and (isinstance(zero_ns, bool) or not isinstance(zero_ns, Integral)):
+        raise _wrong(zero_ns, "an integer or None", "zero_ns")
+    return None if zero_ns is None else int(zero_ns)
+
+
+def gap_of(source: Source, number: int) -> Gap | None:
+    """Return a gap of a source, by its number from 0, checked; None: there is no such gap so far.
+
+    Raises
+    ------
+    ProtocolError
+        `gaps` is not a sequence of `Gap`.
+    """
+    try:
+        gaps = getattr(source, "gaps", ())
+        if len(gaps) <= number:
+            return None
+        seq, text = gaps[number]
+        return Gap(int(seq), f"{text:.{_LONGEST_TEXT}}")
+    except Exception as error:
+        raise ProtocolError(
+            f"source: its gaps cannot be read ({type(error).__name__}), allowed: a sequence of palpate.sources.base.Gap"
+        ) from error
 
 
 def _count(name: str, value: Any) -> int:

@@ -13,6 +13,7 @@ Check = Callable[[str, Any], Any]
 
 LONGEST = 10_000
 """Characters of the name of a source, at most."""
+_YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
 _SCHEME = re.compile(r"([a-z][a-z0-9+.-]+):(.*)", re.DOTALL)  # two letters or more: C:\ is a drive
 
 
@@ -112,6 +113,20 @@ def _number(value: Any, whole: bool) -> Any:
         return found if not whole or isinstance(value, str) or found == value else math.nan
     except (TypeError, ValueError, OverflowError):
         return math.nan
+
+
+def yes_no(name: str, value: Any) -> bool:
+    """Return 1, true, yes as True and 0, false, no as False; anything else is an error.
+
+    Examples
+    --------
+    >>> yes_no("chop", "yes"), yes_no("chop", 0)
+    (True, False)
+    """
+    word = str(value).lower()
+    if word not in _YES_NO:
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(_YES_NO)}")
+    return _YES_NO[word]
 
 
 def choice(*allowed: str) -> Check:

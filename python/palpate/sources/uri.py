@@ -51,9 +51,11 @@ def open(uri: str, **options: Any) -> Source:
         kernel. `serial:PORT`: lines of text. A path: a recording, or a table of another logger. Options may follow
         as `?NAME=VALUE&NAME=VALUE`.
     **options
-        Options as keywords. usb: capf (0 to 7), hard_input (1, 2), replug (s), firmware (path), backend. i2c: capf,
-        hard_input, replug. sim: capf, hard_input, replug, seed, speed (1: real time; default: as fast as possible),
-        fault (KIND[:AMOUNT]@SECONDS, separated by commas). iio: hard_input. serial: pattern (a regular expression
+        Options as keywords. usb: capf (0 to 7), excitation (A, B, AB, or HARD,SOFT as B,A; default B), level (0 to 3),
+        chop, differential (yes or no), hard_input, soft_input (1, 2), replug (s), firmware (path), backend. i2c: as
+        usb, without the last two. sim: as i2c, and seed, speed (1: real time; default: as fast as possible), bus_kHz
+        (10 to 400), fault (KIND[:AMOUNT]@SECONDS, separated by commas), wiring (a mistake of the wiring; a wrong name
+        lists all), idle (s at rest before the scenario). iio: hard_input. serial: pattern (a regular expression
         with groups hard and soft), unit, baud, replug. A path: columns, unit, speed.
 
     Returns

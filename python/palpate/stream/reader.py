@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections import deque
 from contextlib import suppress
 from threading import Event, RLock, Thread, current_thread
 from typing import Any
@@ -11,6 +12,8 @@ from palpate.errors import ProtocolError, SourceTimeout
 from palpate.recording.recorder import Recorder
 from palpate.samples import Sample
 from palpate.sources import Source
+from palpate.sources.base import Gap
+from palpate.sources.claims import gap_of, zero_of
 from palpate.stream.limited import limited
 
 _AHEAD = 16  # a source that can wait is at most this many samples ahead of the consumer
@@ -28,6 +31,8 @@ class Reader:
         After `__enter__`.
     ring : SampleRing
         Closed at the end of the source.
+    gaps : deque of Gap
+        Gets each gap of the source before the ring gets the first sample after it.
     recorder : Recorder, optional
     period_s : float
         Time from one pair to the next; nan: unknown.
@@ -37,6 +42,8 @@ class Reader:
     read, lost, late : int
         As in `StreamCounters`.
     last : Sample or None
+    zero_ns : int or None
+        `time.monotonic_ns()` at t = 0, after the first sample; None: the source has no times of this computer.
     ready : Event
         Set after each new sample, and at the end.
     error : BaseException or None
@@ -46,16 +53,25 @@ class Reader:
     recorder : Recorder or None
     """
 
-    def __init__(self, source: Source, ring: SampleRing, recorder: Recorder | None, period_s: float = math.nan) -> None:
+    def __init__(
+        self,
+        source: Source,
+        ring: SampleRing,
+        gaps: deque[Gap],
+        recorder: Recorder | None,
+        period_s: float = math.nan,
+    ) -> None:
         self.read: int = 0
         self.lost: int = 0
         self.late: int = 0
         self.last: Sample | None = None
+        self.zero_ns: int | None = None
         self.ready: Event = Event()
         self.error: BaseException | None = None
         self._source = source
         self._live = bool(source.live)
-        self._ring = ring
+        self._ring, self._gaps = ring, gaps
+        self._passed = 0  # gaps
         self.lock: RLock = RLock()
         self.recorder = recorder
         self._late_ns = _LATE * period_s * 1e9
@@ -116,11 +132,16 @@ class Reader:
         if not self._live and not self._has_room():
             return
         sample = self._checked(given)
+        gaps = self._gaps_before(sample)
         with self.lock:
             if self._stopping.is_set():
                 return
             if self.recorder and self.recorder.error:
                 raise self.recorder.error
+            for gap in gaps:
+                self._gaps.append(gap)
+                if self.recorder:
+                    self.recorder.gap(gap.text)
             self._count(sample)
             if self.recorder:
                 self.recorder.push(sample)
@@ -139,12 +160,23 @@ class Reader:
             raise ProtocolError(f"source: seq: got {sample.seq}, allowed: above {last}")
         return sample
 
+    def _gaps_before(self, sample: Sample) -> list[Gap]:
+        """Return the gaps between the last sample and this one; before the first sample there is no baseline."""
+        found = []
+        while (gap := gap_of(self._source, self._passed)) and gap.seq <= sample.seq:
+            self._passed += 1
+            found.append(gap._replace(seq=sample.seq))
+        return found if self.last else []
+
     def _count(self, sample: Sample) -> None:
         if before := self.last:
             self.lost += sample.seq - before.seq - 1
             self.late += sample.t_hard_ns - before.t_hard_ns > self._late_ns
         elif self._live:
             self.lost += sample.seq
+            zero_ns = zero_of(self._source)
+            late = time.monotonic_ns() - max(sample.t_hard_ns, sample.t_soft_ns)
+            self.zero_ns = late if zero_ns is None else zero_ns
         self.last = sample
         self.read += 1
 
