@@ -2,17 +2,17 @@
 
 import math
 from collections.abc import Callable
+from random import Random
 from typing import Any
 
 import pytest
-from effort import NIGHTLY
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from effort import NIGHTLY, random_of
 from kit_bench import Bench
 from kit_world import World, check_stamps
 from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, PORTS
 from palpate.ad7746.twin.kit import FAULTS, Fault
 from palpate.errors import SourceError
+from palpate.samples import Status
 from tally import Tally
 
 PAIRS = 6
@@ -26,39 +26,37 @@ _AMOUNTS: dict[str, Callable[[float], float]] = {
     "overload": lambda share: 9.0 if share > 0.5 else -9.0,
     "not acknowledged in mid-write": lambda share: round(6 * share),
 }
-_FAULT = st.tuples(
-    st.sampled_from(FAULTS),
-    st.floats(0.0, 1.0),
-    st.integers(0, 30),
-    st.sampled_from([None, None, I2C, ERROR_COUNT, PORTS]),
-    st.integers(1, 4),
-)
+_PARTS, _SCHEDULES = (20, 500) if NIGHTLY else (1, 300)
 
 
-def _fault(kind: str, share: float, skip: int, request: int | None, times: int) -> Fault:
+def fault_of(random: Random) -> Fault:
+    kind, share = random.choice(FAULTS), random.random()
     amount = _AMOUNTS[kind](share) if kind in _AMOUNTS else 1 + round(2 * share)
-    return Fault(kind, amount, skip, request, times)
+    request = random.choice([None, None, I2C, ERROR_COUNT, PORTS])
+    return Fault(kind, amount, random.randint(0, 30), request, random.randint(1, 4))
 
 
-_WORLD = st.builds(
-    World,
-    bus_kHz=st.floats(60.0, 400.0),
-    pace=st.floats(0.95, 1.05),
-    stalls=st.sampled_from([0.0, 0.01, 0.05]),
-    capf=st.integers(0, 7),
-)
+def world_of(random: Random) -> World:
+    stalls = random.choice([0.0, 0.01, 0.05])
+    return World(random.uniform(60.0, 400.0), random.uniform(0.95, 1.05), stalls, random.randint(0, 7))
 
 
-@settings(max_examples=10_000 if NIGHTLY else 300)
-@given(drawn=st.lists(_FAULT, max_size=4), world=_WORLD, seed=st.integers(0, 2**16))
-def test_any_faults(
-    drawn: list[tuple[str, float, int, int | None, int]], world: World, seed: int, tally: Tally
-) -> None:
+@pytest.mark.parametrize("part", range(_PARTS))
+def test_any_faults_in_any_world(part: int, tally: Tally) -> None:
+    """The clocks of bus and chip are others than the driver knows, the computer stalls, and up to four faults happen."""
+    random = random_of(f"kit faults {part}")
+    for seed in range(part * _SCHEDULES, (part + 1) * _SCHEDULES):
+        faults = [fault_of(random) for _ in range(random.randint(0, 4))]
+        play(seed, world_of(random), faults, tally)
+
+
+def play(seed: int, world: World, faults: list[Fault], tally: Tally) -> None:
+    """Read pairs under these faults, and check all of them."""
     tally.count("kit faults")
     with world.bench(seed) as bench:
         driver = bench.open()
         start_ns = bench.carrier.clock.now_ns()
-        bench.kit.faults.extend(_fault(*each) for each in drawn)
+        bench.kit.faults.extend(faults)
         ended = False
         try:
             bench.read(driver, PAIRS)
@@ -68,6 +66,8 @@ def test_any_faults(
         assert bench.carrier.clock.now_ns() < LIMIT_S * 1e9
         if bench.samples:
             bench.check_samples(driver, failed=ended)
+        lost = sum(sample.status == Status.LOST for sample in bench.samples)
+        tally.fault(f"kit, any faults, {world.stalls:.0%} of calls stalled", len(bench.samples), lost)
         tally.note("error of a kit stamp under faults and stalls, ms", check_stamps(bench, start_ns))
 
 

@@ -10,8 +10,8 @@ from palpate.errors import ProtocolError
 
 _SHORTEST = 0.9
 """Duration of a conversion before one was seen, relative to the data sheet's, at least: the chip's clock is +-5 %."""
-_OVERDUE, _OVERDUE_NS = 1.5, 20_000_000
-"""A conversion is overdue after this part of the data sheet's duration, and this time."""
+_OVERDUE, _OVERDUE_NS = 2.5, 20_000_000
+"""A conversion is overdue after so many of the data sheet's duration, about 2 with CAPCHOP, and this time."""
 _DRIFT = 2e-5
 """Change of the chip's clock from one conversion to the next, relative, at most: 0.018 to 0.18 % a second."""
 
