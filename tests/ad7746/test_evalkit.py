@@ -96,6 +96,14 @@ def test_single_channel_temperature_and_offset(bench: Bench) -> None:
     bench.check_samples(driver)
 
 
+def test_an_absent_chip_names_the_links_of_the_board(bench: Bench) -> None:
+    bench.kit.chip.present = False
+    with pytest.raises(
+        ProtocolError, match="never answered; check the jumpers SDA, SCL and RDY of link LK2, and link LK1"
+    ):
+        bench.open()
+
+
 def test_the_bumps_may_be_connected_the_other_way_round(bench: Bench) -> None:
     driver = bench.open(Configuration(hard_input=2))
     driver.auto_capdac()
