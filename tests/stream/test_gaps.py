@@ -1,5 +1,6 @@
 """Where the baseline before does not hold: the tracker measures it again, the recording says it, no touch after it is trusted."""
 
+import dataclasses
 import json
 import threading
 from collections.abc import Callable
@@ -330,3 +331,19 @@ def test_a_baseline_that_was_wrong_after_a_gap_is_told(tmp_path: Path) -> None:
         (29, False),
     ]
     assert plain(palpate.touches(recorded(tmp_path / "run.csv"))) == plain(stream.touches)
+
+
+def test_afterwards_no_baseline_is_taken_from_the_other_side_of_a_gap(tmp_path: Path) -> None:
+    """A shift of 0.4 fF is too small to be seen as a jump. With the gap it changes nothing."""
+    found = {}
+    for shift_pF in (0.0, 0.0004):
+        path = tmp_path / f"{shift_pF}.csv"
+        with Stream(Gapped(shifted(395, shift_pF), [Gap(395, "moved")]), record=path) as stream:
+            list(stream.batches())
+        marked = palpate.read(path)
+        for name, rows in (("gap", marked.gap_rows), ("none", ())):
+            known = palpate.offline(dataclasses.replace(marked, gap_rows=rows))
+            found[name, shift_pF] = [touch.ratio for touch in known]
+        assert found["gap", shift_pF] == [touch.ratio for touch in palpate.offline(recorded(path))]
+    assert found["gap", 0.0] == pytest.approx(found["gap", 0.0004], rel=1e-9)
+    assert found["none", 0.0] != pytest.approx(found["none", 0.0004], rel=1e-5)

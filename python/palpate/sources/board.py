@@ -164,11 +164,6 @@ class BoardSource(Source):
         return asdict(self.driver.counters)
 
     @property
-    def gaps(self) -> list[Gap]:
-        """Gaps of the driver."""
-        return [Gap(*gap) for gap in self.driver.gaps]
-
-    @property
     def zero_ns(self) -> int | None:
         """Begin of the measurement on the clock of the computer."""
         return self.driver.zero_ns
