@@ -347,3 +347,20 @@ def test_afterwards_no_baseline_is_taken_from_the_other_side_of_a_gap(tmp_path: 
         assert found["gap", shift_pF] == [touch.ratio for touch in palpate.offline(recorded(path))]
     assert found["gap", 0.0] == pytest.approx(found["gap", 0.0004], rel=1e-9)
     assert found["none", 0.0] != pytest.approx(found["none", 0.0004], rel=1e-5)
+
+
+def test_a_long_pause_without_a_mark_is_told(tmp_path: Path) -> None:
+    """And only that: the results of an earlier recording stay what they were."""
+    given = [each for each in four() if isinstance(each, Sample) and not 400 <= each.seq < 480]
+    told = "no sample for 2.1 s after sample 399, and no mark says why"
+    for gaps, notes in (([], 1), ([Gap(480, "moved")], 0)):
+        path = tmp_path / f"{len(gaps)}.csv"
+        with Stream(Gapped(list(given), gaps), record=path) as stream:
+            list(stream.batches())
+        assert sum(told in finding for finding in check(path).findings) == notes
+        recording = recorded(path)
+        assert plain(palpate.touches(recording)) == plain(stream.touches)
+        assert sum(told in note for note in recording.notes) == notes
+    table = recorded(tmp_path / "1.csv", columns={"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s"})
+    palpate.touches(table)
+    assert "no sample for 2.1 s" in table.notes[-1]

@@ -154,6 +154,7 @@ class Recorded:
                 survey.backward
             ),
             "the last row is incomplete (no line end): left out": self.torn_bytes,
+            survey.told_pause: survey.told_pause,
             self._moved: self._moved,
         }
         found = self.integrity
@@ -176,7 +177,7 @@ class Recorded:
         ------
         numpy.ndarray, shape (n,), of `palpate.SampleRing.dtype`
         """
-        self.survey = Survey()
+        self.survey = Survey(marked=self.tares)
         self.seen = Pass(self.path, self.known.marked)
         tares = sorted(self.tares)
         for block in self._parsed(self.seen, _CHUNK, damage):
