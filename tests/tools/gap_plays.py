@@ -119,5 +119,5 @@ class Play(BoardSource):
         elif event == "centre":
             self.centre()
         else:
-            amount = {"unplug": self.dice.uniform(0.05, 3.0), "lost conversion": 3.0}.get(event, 1.0)
+            amount = {"unplug": self.dice.uniform(0.05, 3.0), "lost conversion": 2.0}.get(event, 1.0)
             self.twin.faults.append(Fault(event, amount, times=3 if event == "no answer" else 1))
