@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from palpate._core import SampleRing, Touch, Tracker
 from palpate.epoch import Epoch, at
+from palpate.recording.codes import codes_of
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import sidecar_path
 from palpate.samples import settings_for
@@ -131,8 +132,8 @@ class Stream:
             device = self._instrument.begin()
             self._begins = True  # from here on there may be a recording to close
             self._recordings.first()
-            period_s = float(device.get("period_s", math.nan))
-            self._reader = Reader(self.source, self._ring, self._gaps, self.recorder, period_s)
+            period_s, codes = float(device.get("period_s", math.nan)), codes_of(device)
+            self._reader = Reader(self.source, self._ring, self._gaps, self.recorder, period_s, codes)
             self._reader.start()
             if self._stop_asked:
                 self._reader.stop()
