@@ -100,6 +100,20 @@ class Recorded:
         return sidecar.tares_of(self.document or {})
 
     @property
+    def zero_utc_ns(self) -> int | None:
+        """UTC of t = 0, ns since 1970, by the wall clock at the begin; None: unknown."""
+        return sidecar.zero_of(self.document or {})[0]
+
+    @property
+    def _moved(self) -> str:
+        """What to say of a wall clock that was moved; "": nothing."""
+        begin, end = sidecar.zero_of(self.document or {})
+        moved_s = 0.0 if begin is None or end is None else (end - begin) / 1e9
+        if abs(moved_s) <= _MOVED_S:
+            return ""
+        return f"the wall clock was moved by {moved_s:+.3f} s during the recording: UTC is that of its begin"
+
+    @property
     def integrity(self) -> Integrity:
         """Whether the recording is as it was written; known after `blocks()`."""
         return judge(self.known, self.seen, self.survey.rows) if self.seen.complete else _NONE
@@ -129,6 +143,7 @@ class Recorded:
                 survey.backward
             ),
             "the last row is incomplete (no line end): left out": self.torn_bytes,
+            self._moved: self._moved,
         }
         found = self.integrity
         whole = (*found.doubts, *found.limits, *found.remarks)
@@ -222,6 +237,7 @@ class Recorded:
 
 
 _BEGIN = 1 << 16  # bytes
+_MOVED_S = 0.005  # a wall clock that NTP holds moves less in an hour
 _HEADERS = [",".join(columns).encode() for columns in (COLUMNS, EARLIER)]
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from palpate._core import SampleRing
+from palpate.epoch import at
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.writer import Writer, unwritable
@@ -39,9 +40,9 @@ class Recorder:
     settings : dict
         Scene and settings of the tracker.
     notes : list of str
-    live : bool
-        Whether samples come as they are measured; then the sidecar gets the wall clock at t = 0, `zero_utc_ns`, from
-        the arrival of the first sample: late by half a conversion and its way to here, and as good as that clock.
+    zero_ns : callable
+        Returns `time.monotonic_ns()` at t = 0, or None; called at the first sample. The sidecar gets it, and UTC of the
+        same moment as the wall clock shows it at the begin, `zero_utc_ns`, and at the end, `zero_utc_ns_at_end`.
 
     Raises
     ------
@@ -59,7 +60,7 @@ class Recorder:
     True
     >>> recorder.close()
     >>> (folder / "run.csv").read_text().splitlines()[1]
-    '0,0.000000000,0.013000000,8388608,8388608,0.0,0.0,0'
+    '0,0.000000000,0.013000000,8388608,8388608,0.0,0.0,-1,0'
     """
 
     def __init__(
@@ -69,11 +70,11 @@ class Recorder:
         settings: dict[str, Any],
         notes: list[str],
         *,
-        live: bool = False,
+        zero_ns: Callable[[], int | None] = lambda: None,
     ) -> None:
         document = sidecar.fresh(device, settings, list(notes))
         self._clock: dict[str, int] = document["clock"]
-        self._waits_for_zero = live
+        self._find_zero: Callable[[], int | None] | None = zero_ns
         self._ring = SampleRing(CAPACITY)
         self._wake, self._closing = Event(), False
         self._writer = Writer(Path(path).absolute(), document)
@@ -107,10 +108,9 @@ class Recorder:
 
     def push(self, sample: Sample) -> bool:
         """Add a sample; return whether there was room. To be called from one thread only."""
-        if self._waits_for_zero:
-            self._waits_for_zero = False
-            zero_ns = time.time_ns() - max(sample.t_hard_ns, sample.t_soft_ns)
-            self._clock = {**self._clock, "zero_utc_ns": zero_ns}
+        if self._find_zero:
+            self._begin_clock(self._find_zero())
+            self._find_zero = None
         taken = self._ring.push(sample)
         if self.is_behind:
             self._wake.set()
@@ -155,7 +155,13 @@ class Recorder:
         self._wake.set()
         self._thread.join()
         end = {"dropped": self.dropped, "counters": counters()} | ({"error": error} if error else {})
+        if (zero_ns := self._clock.get("zero_monotonic_ns")) is not None:
+            self._clock = {**self._clock, "zero_utc_ns_at_end": at(zero_ns).utc_ns}
         self._writer.end(clock=self._clock, end=end)
+
+    def _begin_clock(self, zero_ns: int | None) -> None:
+        if zero_ns is not None:
+            self._clock = {**self._clock, "zero_monotonic_ns": zero_ns, "zero_utc_ns": at(zero_ns).utc_ns}
 
     def _add(self, where: str, what: Any) -> None:
         try:

@@ -56,8 +56,9 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
     """Return the sidecar of a new recording.
 
     Later `checkpoint` (rows, bytes and crc32 of the rows that are on the disk, from the first byte of the file on) is
-    added, and at a clean end `end` takes its place, with the same three; and, if they are known, `clock["zero_utc_ns"]`
-    (the time at which t = 0) and `session` (`specimens`, a list of names and values).
+    added, and at a clean end `end` takes its place, with the same three. If they are known, `clock` gets the time t = 0
+    (`zero_utc_ns`, `zero_monotonic_ns`, and at the end `zero_utc_ns_at_end`), and there is `session` (`specimens`, a list
+    of names and values).
     """
     return {
         "schema": SCHEMA,
@@ -196,6 +197,13 @@ _PARTS |= dict.fromkeys(_OPTIONAL, dict)
 def told_of(document: dict[str, Any]) -> tuple[str, ...]:
     """Return those notes of the recorder that every reader repeats: it began late, or it was disturbed."""
     return tuple(str(note) for note in document.get("notes", []) if str(note).startswith((BEGUN, RESCUED, AGAIN)))
+
+
+def zero_of(document: dict[str, Any]) -> tuple[int | None, int | None]:
+    """Return UTC of t = 0, ns since 1970, as the wall clock showed it at the begin and at the end; None: unknown."""
+    found = (document.get("clock", {}).get(name) for name in ("zero_utc_ns", "zero_utc_ns_at_end"))
+    begin, end = (at if type(at) is int and 0 <= at < 2**63 else None for at in found)
+    return begin, end
 
 
 def tares_of(document: dict[str, Any]) -> frozenset[int]:

@@ -9,10 +9,10 @@ import numpy as np
 from palpate.ad7746.clock import Clock, RealClock, VirtualClock
 from palpate.ad7746.configuration import Configuration
 from palpate.ad7746.datasheet import NOISE_PF
-from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.ad7746.evalkit.board import EvalKit
 from palpate.ad7746.twin.chip import ChipTwin
-from palpate.ad7746.twin.kit import KitTwin
+from palpate.ad7746.twin.kit import BUS_KHZ, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.ad7746.twin.wiring import WIRINGS, Pins, Wiring
 from palpate.simulation.converter import Converter, Stamps
@@ -50,7 +50,19 @@ def known() -> list[str]:
     return [name for name, scenario in SCENARIOS.items() if not foreign(scenario)]
 
 
-def kit_of(scenario: Scenario, clock: Clock, seed: int = 0, wiring: Wiring = WIRINGS["guide"]) -> KitTwin:
+def limit_ns(speed: float | None) -> int:
+    """Return the limit of `Ad7746`: in faster time each delay of the computer counts as many times."""
+    return round(LIMIT_NS * max(speed or 1.0, 1.0))
+
+
+def kit_of(
+    scenario: Scenario,
+    clock: Clock,
+    seed: int = 0,
+    wiring: Wiring = WIRINGS["guide"],
+    *,
+    bus_kHz: float = BUS_KHZ,
+) -> KitTwin:
     """Return a board whose bumps follow a scenario from now on.
 
     Parameters
@@ -63,6 +75,8 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0, wiring: Wiring = WIR
         The same seed gives the same readings.
     wiring : Wiring
         One of `palpate.ad7746.twin.wiring.WIRINGS`.
+    bus_kHz : float
+        I2C clock of the board.
 
     Returns
     -------
@@ -81,7 +95,7 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0, wiring: Wiring = WIR
     faults = scenario.faults
     if faults.lost or faults.spikes_per_s or faults.bursts_per_s:
         chip.disturb = _disturbance(scenario, chip, random, lambda: clock.now_ns() / 1e9 - start_s, seed)
-    return KitTwin(chip, clock)
+    return KitTwin(chip, clock, bus_kHz=bus_kHz)
 
 
 def _disturbance(
@@ -160,4 +174,5 @@ def simulated(
     backend = TwinBackend(clock)
     backend.plug(kit_of(scenario, clock, seed))
     kit = EvalKit(backend=backend, clock=clock)
-    return Ad7746(kit, configuration or Configuration(capf=scenario.converter.capf), clock, notify=notify)
+    settings = configuration or Configuration(capf=scenario.converter.capf)
+    return Ad7746(kit, settings, clock, notify=notify, limit_ns=limit_ns(speed))

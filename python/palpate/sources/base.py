@@ -100,6 +100,11 @@ class Source(Protocol):
         """All gaps so far, in order; one is added before the first sample after it is returned."""
         return ()
 
+    @property
+    def zero_ns(self) -> int | None:
+        """`time.monotonic_ns()` at t = 0 of the samples; None: unknown, then the arrival of the first one tells."""
+        return None
+
     def interrupt(self) -> None:
         """Stop an iteration in another thread; it ends within 0.3 s."""
         return

@@ -10,7 +10,7 @@ from palpate.ad7746.bus import RegisterBus
 from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.ad7746.wiring import Wiring
 from palpate.ad7746.wiring_watch import WiringWatch
 from palpate.errors import DeviceRefused, SourceError, quoted
@@ -87,7 +87,7 @@ class BoardSource(Source):
     bus : RegisterBus
         An open bus.
     options : mapping
-        Checked options, as in `CONVERTER`.
+        Checked options, as in `CONVERTER`; and `limit_ns`, as in `Ad7746`.
     clock : Clock
         The clock of the bus.
     kit : bool
@@ -101,6 +101,7 @@ class BoardSource(Source):
             clock,
             replug_s=options.get("replug", 30.0),
             notify=lambda message: self.notify(message),
+            limit_ns=options.get("limit_ns", LIMIT_NS),
         )
         self._watch = WiringWatch(self.driver.look)
         self._kit = kit
@@ -159,6 +160,11 @@ class BoardSource(Source):
     def counters(self) -> dict[str, int]:
         """Counters of the driver."""
         return asdict(self.driver.counters)
+
+    @property
+    def zero_ns(self) -> int | None:
+        """Begin of the measurement on the clock of the computer."""
+        return self.driver.zero_ns
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the driver, with the range of the converter."""

@@ -83,6 +83,20 @@ def counted(source: Source) -> tuple[int, int]:
         raise ProtocolError(f"source: its counters cannot be read: {type(error).__name__}") from error
 
 
+def zero_of(source: Source) -> int | None:
+    """Return `zero_ns` of a source, checked.
+
+    Raises
+    ------
+    ProtocolError
+        It is neither an integer nor None.
+    """
+    zero_ns: Any = getattr(source, "zero_ns", None)
+    if zero_ns is not None and (isinstance(zero_ns, bool) or not isinstance(zero_ns, Integral)):
+        raise _wrong(zero_ns, "an integer or None", "zero_ns")
+    return None if zero_ns is None else int(zero_ns)
+
+
 def _count(name: str, value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, Integral) or value < 0:
         raise _wrong(value, "an integer from 0", f"counters[{name!r}]")

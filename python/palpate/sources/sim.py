@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 
 from palpate.ad7746.clock import Clock, RealClock, VirtualClock
 from palpate.ad7746.evalkit.board import EvalKit
-from palpate.ad7746.twin.kit import FAULTS, Fault, KitTwin
+from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.ad7746.twin.wiring import WIRINGS
 from palpate.errors import quoted
 from palpate.samples import Sample
-from palpate.simulation.board import kit_of, known
+from palpate.simulation.board import kit_of, known, limit_ns
 from palpate.simulation.scenarios import SCENARIOS
 from palpate.sources.board import CONVERTER, BoardSource
 from palpate.sources.options import Check, checked, choice, number
@@ -35,7 +35,7 @@ class SimSource(BoardSource):
     name : str
         Key of `palpate.simulation.scenarios.SCENARIOS` that the board can follow.
     options : mapping
-        Checked options: those of `CONVERTER`, and seed, speed, fault, wiring.
+        Checked options: those of `CONVERTER`, and seed, speed, bus_kHz, fault, wiring.
     """
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
@@ -43,7 +43,8 @@ class SimSource(BoardSource):
         speed, seed, wiring = options.get("speed"), options.get("seed", 0), options.get("wiring", "guide")
         self.live: bool = speed is not None
         self.clock: Clock = RealClock(speed) if speed else VirtualClock()
-        self.kit: KitTwin = kit_of(scenario, self.clock, seed, WIRINGS[wiring])
+        bus_kHz = options.get("bus_kHz", BUS_KHZ)
+        self.kit: KitTwin = kit_of(scenario, self.clock, seed, WIRINGS[wiring], bus_kHz=bus_kHz)
         self._incidents = sorted(options.get("fault", []), key=lambda incident: incident.time_s)
         self._begun_ns = self.clock.now_ns()
         self._end_ns = self._begun_ns + round(scenario.duration_s * 1e9)
@@ -52,7 +53,9 @@ class SimSource(BoardSource):
         backend = TwinBackend(self.clock)
         backend.plug(self.kit)
         super().__init__(
-            EvalKit(backend=backend, clock=self.clock), {"capf": scenario.converter.capf, **options}, self.clock
+            EvalKit(backend=backend, clock=self.clock),
+            {"capf": scenario.converter.capf, "limit_ns": limit_ns(speed), **options},
+            self.clock,
         )
 
     def __iter__(self) -> Iterator[Sample]:
@@ -110,6 +113,7 @@ def _plain(kind: str) -> str:
 _SIMULATED: dict[str, Check] = {
     "seed": number(0, 2**63, whole=True),
     "speed": number(0, 1000, above=True),
+    "bus_kHz": number(10, 400),
     "fault": faults,
     "wiring": choice(*WIRINGS),
 }

@@ -11,6 +11,7 @@ from palpate.errors import ProtocolError, SourceTimeout
 from palpate.recording.recorder import Recorder
 from palpate.samples import Sample
 from palpate.sources import Source
+from palpate.sources.claims import zero_of
 from palpate.stream.limited import limited
 
 _AHEAD = 16  # a source that can wait is at most this many samples ahead of the consumer
@@ -37,6 +38,8 @@ class Reader:
     read, lost, late : int
         As in `StreamCounters`.
     last : Sample or None
+    zero_ns : int or None
+        `time.monotonic_ns()` at t = 0, after the first sample; None: the source has no times of this computer.
     ready : Event
         Set after each new sample, and at the end.
     error : BaseException or None
@@ -51,6 +54,7 @@ class Reader:
         self.lost: int = 0
         self.late: int = 0
         self.last: Sample | None = None
+        self.zero_ns: int | None = None
         self.ready: Event = Event()
         self.error: BaseException | None = None
         self._source = source
@@ -145,6 +149,9 @@ class Reader:
             self.late += sample.t_hard_ns - before.t_hard_ns > self._late_ns
         elif self._live:
             self.lost += sample.seq
+            zero_ns = zero_of(self._source)
+            late = time.monotonic_ns() - max(sample.t_hard_ns, sample.t_soft_ns)
+            self.zero_ns = late if zero_ns is None else zero_ns
         self.last = sample
         self.read += 1
 

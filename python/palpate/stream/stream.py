@@ -9,6 +9,7 @@ from threading import RLock
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from palpate._core import SampleRing, Touch, Tracker
+from palpate.epoch import Epoch, at
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import sidecar_path
 from palpate.samples import settings_for
@@ -109,8 +110,10 @@ class Stream:
             if tracker is None:
                 self.tracker = Tracker(scene, **{**settings_for(scene, described(self.source)), **given})
             on_failure.pop_all()
-        self._recordings = RecordingSlot(self.source, self.tracker, lambda: self.counters, record, notes or [])
         self._reader: Reader | None = None
+        self._recordings = RecordingSlot(
+            self.source, self.tracker, lambda: self.counters, record, notes or [], lambda: self._zero_ns
+        )
         self._feeding = Feeding(self._ring, self.tracker, self.source.notify)
         self._instrument = Instrument(self.source)
         self._recording = RLock()  # held while a recording begins or ends
@@ -169,6 +172,15 @@ class Stream:
         if self._reader is None:
             return StreamCounters()
         return counters_of(self._reader, self._feeding, self.recorder, self._instrument)
+
+    @property
+    def epoch(self) -> Epoch | None:
+        """The time t = 0 on the clocks of the computer; None: no sample yet, or the times are not those of a clock."""
+        return None if self._zero_ns is None else at(self._zero_ns)
+
+    @property
+    def _zero_ns(self) -> int | None:
+        return self._reader.zero_ns if self._reader else None
 
     def start_recording(self, record: str | os.PathLike[str], notes: list[str] | None = None) -> Recorder:
         """Record to NAME.csv from the next sample on; from any thread.

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from palpate.ad7746 import datasheet
+from palpate.ad7746.bus import NotReady
 from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, board_of, choose, devices, fresh, system_backend
 from palpate.ad7746.evalkit.firmware import read_hex
-from palpate.ad7746.evalkit.usberrors import NotAllowed, translated
+from palpate.ad7746.evalkit.usberrors import NoFirmware, NotAllowed, translated
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError, SourceTimeout
 
 try:
@@ -30,6 +31,7 @@ RDY_PIN = 0x08
 """Bit of port A; low: ready."""
 _SETTLE_S = 2.0  # after the board is plugged in, until the permissions are set
 _STARTING_S, _AGAIN_S = 1.0, 0.1  # longest start of the firmware after loading; poll interval
+_LOADING_S = 3.0  # when opening: longest time for another program (udev, fxload) to load the firmware
 
 
 class EvalKit:
@@ -40,7 +42,8 @@ class EvalKit:
     bus, address : int, optional
         Which board, if there are several.
     firmware : path-like, optional
-        Intel HEX file, loaded if the board has no firmware. Default: the file that PALPATE_FIRMWARE names.
+        Intel HEX file, loaded if the board has no firmware. Default: the file that PALPATE_FIRMWARE names. Without
+        one, another program has 3 s to load it.
     backend : usb.backend.IBackend, optional
         Backend of a simulated board. Default: libusb of the system.
     clock : Clock, optional
@@ -87,9 +90,8 @@ class EvalKit:
         self._clock = clock or RealClock()
         self._named = bus is not None or address is not None
         self._refused_ns: int | None = None
-        self._device = choose(self._backend, bus, address)
-        self._board = board_of(self._device)
-        self._take()
+        self._unloaded = False
+        self._open(bus, address)
 
     def read(self, register: int, count: int, i2c_address: int = datasheet.I2C_ADDRESS) -> bytes:
         """Return registers. All FF can mean "no answer", so the error counter of the board is read, too."""
@@ -134,6 +136,8 @@ class EvalKit:
             if now - self._refused_ns < _SETTLE_S * 1e9:
                 raise DeviceNotFound(str(refused)) from refused
             raise
+        except NoFirmware as refused:
+            raise NotReady(str(refused)) from refused
         self._refused_ns = None
 
     def close(self) -> None:
@@ -152,12 +156,28 @@ class EvalKit:
             "ports": list(self._board.ports),
         }
 
+    def _open(self, bus: int | None, address: int | None) -> None:
+        deadline = self._clock.now_ns() + _LOADING_S * 1e9
+        while True:
+            self._device = choose(self._backend, bus, address)
+            self._board = board_of(self._device)
+            try:
+                return self._take()
+            except NoFirmware:
+                if self._clock.now_ns() > deadline:
+                    raise
+            self._clock.sleep(_AGAIN_S)
+
     def _take(self) -> None:
         try:
+            if self._unloaded and not self._runs():  # not claimed: the program that loads it may want to claim it
+                raise self._without_firmware()
             with translated(f"the board at {self._board}"):
                 usb.util.claim_interface(self._device, 0)
-            if not self._runs():
+            self._unloaded = not self._runs()
+            if self._unloaded:
                 self._load()
+                self._unloaded = False
         except SourceError:
             self.close()
             raise
@@ -172,11 +192,7 @@ class EvalKit:
 
     def _load(self) -> None:
         if self._firmware is None:
-            raise DeviceRefused(
-                f"the board at {self._board} has no firmware (unplugging the board erases it): give the path of "
-                "Icv_usb.hex, which Analog Devices' software for the kit installs: --firmware PATH, or "
-                "PALPATE_FIRMWARE. If it was already loaded, unplug the board for a moment"
-            )
+            raise self._without_firmware()
         self._out(RAM, CPUCS, 0, b"\1")
         for address, data in self._firmware.items():
             self._load_chunk(address, data)
@@ -187,6 +203,13 @@ class EvalKit:
             self._clock.sleep(_AGAIN_S)
         raise DeviceRefused(
             f"the firmware was loaded into the board at {self._board} but does not answer: check the file"
+        )
+
+    def _without_firmware(self) -> NoFirmware:
+        return NoFirmware(
+            f"the board at {self._board} has no firmware (unplugging the board erases it), and no other program has "
+            f"loaded it: give the path of Icv_usb.hex, which Analog Devices' software for the kit installs: "
+            "--firmware PATH, or PALPATE_FIRMWARE. If it was already loaded, unplug the board for a moment"
         )
 
     def _load_chunk(self, address: int, data: bytes) -> None:

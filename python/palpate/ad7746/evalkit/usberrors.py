@@ -19,6 +19,10 @@ class NotAllowed(DeviceRefused):
     """No permission, or not yet: after plugging in it may take a moment."""
 
 
+class NoFirmware(DeviceRefused):
+    """The board has no firmware, or not yet: another program may load it after plugging in."""
+
+
 @contextmanager
 def translated(what: str) -> Iterator[None]:
     """Translate errors of pyusb to palpate's.

@@ -128,8 +128,9 @@ class ChipTwin:
         return data
 
     def rdy_pin(self, now: int) -> bool:
-        """Return the level of RDY#: low (False) when a conversion has ended."""
-        self._advance(now)
+        """Return the level of RDY#: low (False) when a conversion has ended. Its value, which may take long, waits."""
+        if self._running and self._running.end <= now:
+            return self.lose > 0
         return bool(self.registers[datasheet.STATUS] & datasheet.RDY)
 
     def _write(self, byte: int, now: int) -> None:
