@@ -40,13 +40,14 @@ _SWAPPED = (
     "does it, too"
 )
 _NO_RATIO = {"unexcited", "one-sided", "baseline"}
+_FEWEST = 20  # samples: a burst of noise can begin a touch of a few
 _CLEARLY = 0.2  # below 1, of a ratio without a standard error
 
 
 def _is_swapped(touch: Touch) -> bool:
     """Return whether the ratio is clearly below 1; by eq. (2) it is above 1 on every object."""
     margin = 2 * touch.standard_error if isfinite(touch.standard_error) else _CLEARLY
-    return 0 < touch.ratio < 1 - margin and not _NO_RATIO & set(touch.flags)
+    return touch.samples >= _FEWEST and 0 < touch.ratio < 1 - margin and not _NO_RATIO & set(touch.flags)
 
 
 def _short(touch: Touch) -> str:
