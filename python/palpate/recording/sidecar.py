@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from palpate._core import __version__
 from palpate.errors import RecordingError, quoted, shortened
 from palpate.files import read_bytes, replacing
+from palpate.recording.codes import codes_of
 
 BEGUN = "begun after "
 """First words of the note that a recording was started later than the measurement."""
@@ -57,8 +58,8 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
 
     Later `checkpoint` (rows, bytes and crc32 of the rows that are on the disk, from the first byte of the file on) is
     added, and at a clean end `end` takes its place, with the same three. If they are known, `clock` gets the time t = 0
-    (`zero_utc_ns`, `zero_monotonic_ns`, and at the end `zero_utc_ns_at_end`), and there is `session` (`specimens`, a list
-    of names and values).
+    (`zero_utc_ns`, `zero_monotonic_ns`, and at the end `zero_utc_ns_at_end`), and there are `session` (`specimens`, a list
+    of names and values) and `conditions` (a list: temperature and supply at times, as the source measured them).
     """
     return {
         "schema": SCHEMA,
@@ -174,6 +175,10 @@ def _wrong(document: dict[str, Any]) -> Iterator[str]:
     full_scale = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
     if isinstance(full_scale, bool) or not isinstance(full_scale, int | float) or not _usable(full_scale):
         yield f"full_scale_pF: got {quoted(full_scale)}, allowed: above 0, a number of 64 bits or inf"
+    try:
+        codes_of(document["device"])
+    except ValueError as error:
+        yield str(error)
 
 
 def _usable(full_scale: float) -> bool:

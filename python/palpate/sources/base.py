@@ -83,10 +83,12 @@ class Source(Protocol):
     def describe(self) -> dict[str, Any]:
         """Return a description of the instrument, which is stored with a recording.
 
-        `palpate.Stream` uses three of its keys, and refuses other values of them: `full_scale_pF` (readings from this
+        `palpate.Stream` uses these keys, and refuses other values of them: `full_scale_pF` (readings from this
         size on are saturated; above 0), `period_s` (time from one pair to the next; above 0), and `stamps`: "host" if
         the times are those of the arrival at the computer, which are smoothed (the setting `host_stamps`); "converter",
-        the default, if they are those of the conversions. Values that JSON has no type for are stored as text.
+        the default, if they are those of the conversions. If samples have codes that are not those of an AD7746, `codes`
+        says their scale, as `palpate.sources.Codes(...)._asdict()`: readers of a recording compute the capacitances from
+        the codes. Values that JSON has no type for are stored as text.
         """
         ...
 
@@ -98,6 +100,11 @@ class Source(Protocol):
     @property
     def gaps(self) -> Sequence[Gap]:
         """All gaps so far, in order; one is added before the first sample after it is returned."""
+        return ()
+
+    @property
+    def conditions(self) -> Sequence[Mapping[str, float]]:
+        """What was measured beside the samples, in order: each has `t_s`, and values by name and unit (`temperature_C`)."""
         return ()
 
     @property

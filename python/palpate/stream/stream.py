@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from palpate._core import SampleRing, Touch, Tracker
 from palpate.epoch import Epoch, at
+from palpate.recording.codes import codes_of
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import sidecar_path
 from palpate.samples import settings_for
@@ -131,8 +132,8 @@ class Stream:
             device = self._instrument.begin()
             self._begins = True  # from here on there may be a recording to close
             self._recordings.first()
-            period_s = float(device.get("period_s", math.nan))
-            self._reader = Reader(self.source, self._ring, self._gaps, self.recorder, period_s)
+            period_s, codes = float(device.get("period_s", math.nan)), codes_of(device)
+            self._reader = Reader(self.source, self._ring, self._gaps, self.recorder, period_s, codes)
             self._reader.start()
             if self._stop_asked:
                 self._reader.stop()
@@ -245,7 +246,7 @@ class Stream:
 
     @property
     def out_of_range(self) -> tuple[str, ...]:
-        """Those of "hard" and "soft" that are outside the converter's range for 2 s without a touch; see `centre`."""
+        """Those of "hard" and "soft" that are outside the converter's range, and not by a touch; see `centre`."""
         return self._feeding.range.channels
 
     def centre(self, *, force: bool = False) -> None:
@@ -264,7 +265,7 @@ class Stream:
         RuntimeError
             The probe is in contact, and `force` is False; or the source cannot set its range.
         """
-        if not force and self.tracker.state in ("contact", "done"):
+        if not force and not self.out_of_range and self.tracker.state in ("contact", "done"):
             raise RuntimeError("centre: got it in contact, allowed: without contact. Lift the probe, or force=True")
         self.source.centre()
 
