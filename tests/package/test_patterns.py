@@ -13,7 +13,6 @@ from project import ROOT
 SOURCES = ROOT / "python" / "palpate"
 METHODS = {"search", "match", "fullmatch", "split", "sub", "findall", "finditer"}
 MADE = {
-    "ad7746/evalkit/permission.py": [('idVendor}=="0456"', "search")],
     "live/gatekeeper.py": [(r"=([\w-]{32})(?![\w-])", "findall"), (r"(?:^|;)\s*palpate-8746=([^;]*)", "findall")],
     "sources/serial/opening.py": [],
 }

@@ -37,12 +37,11 @@ def recorded(path: Path, zero_s: float) -> palpate.Recording:
     return palpate.read(path)
 
 
-def told_utc_ns(path: Path, zero_s: float) -> NDArray[np.int64]:
+def told_utc_ns(recording: palpate.Recording, path: Path, zero_s: float) -> NDArray[np.float64]:
     """Return when each reading was taken, by its own value: the sum with the CAPDAC rises steadily."""
-    recording, document = palpate.read(path), sidecar.load(path) or {}
+    document = sidecar.load(path) or {}
     whole_pF = recording.hard + DAC_STEP_PF * document["device"]["configuration"]["hard"]["capdac"]
-    since_ns = np.rint(1e9 * ((whole_pF - BEGIN_PF) / SLOPE_PF_PER_S + zero_s)).astype(np.int64)
-    return np.asarray(at(0).utc_ns + since_ns)
+    return np.asarray(at(0).utc_ns + 1e9 * ((whole_pF - BEGIN_PF) / SLOPE_PF_PER_S + zero_s))
 
 
 def test_two_recordings_merge_within_5_ms(tmp_path: Path) -> None:
@@ -50,8 +49,9 @@ def test_two_recordings_merge_within_5_ms(tmp_path: Path) -> None:
     paths = [tmp_path / "first.csv", tmp_path / "second.csv"]
     recordings = [recorded(path, zero_s) for path in paths]
     for path, recording in zip(paths, recordings, strict=True):
-        assert recording.notes == ()
-        assert np.abs(recording.utc_ns - told_utc_ns(path, zero_s)).max() < 5_000_000
+        known = np.isfinite(recording.hard)  # a computer that stops may have lost some
+        assert known.any()
+        assert np.abs(recording.utc_ns - told_utc_ns(recording, path, zero_s))[known].max() < 5_000_000
     assert (np.diff(np.concatenate([recording.utc_ns for recording in recordings])) > 0).all()
 
 
@@ -72,7 +72,7 @@ def test_a_wall_clock_that_was_moved_is_said(tmp_path: Path) -> None:
     document = sidecar.load(path) or {}
     document["clock"]["zero_utc_ns_at_end"] += 3_600_000_000_000
     sidecar.save(path.with_suffix(".json"), document)
-    [note] = palpate.read(path).notes
+    [note] = [note for note in palpate.read(path).notes if "wall clock" in note]
     assert note.startswith("the wall clock was moved by +3600.00")
 
 

@@ -152,7 +152,7 @@ def _closed(name: str) -> bool:
 
 def _scale(role: str, unit: str) -> float | None:
     if role in ("hard", "soft"):
-        return PF.get(unit, ANY_CASE.get(unit.casefold()))
+        return PF.get(unit, ANY_CASE.get(unit.lower()) if unit in (unit.lower(), unit.upper()) else None)
     if role in ("t", "t_hard", "t_soft"):
         return {"s": 1e9, "sec": 1e9, "ms": 1e6, "ns": 1}.get(unit, 1e3) if unit in TIME else None
     return 1 if role == "temperature" and unit in DEGREES else None

@@ -126,9 +126,16 @@ class Converter:
 
     def temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius."""
-        setup = self.configuration.temperature_registers
+        return datasheet.temperature_C(self._voltage(self.configuration.temperature_registers))
+
+    def supply(self) -> float:
+        """Measure the supply of the chip, V."""
+        return datasheet.supply_V(self._voltage(self.configuration.supply_registers))
+
+    def _voltage(self, setup: bytes) -> int:
+        """Return a code of the voltage channel."""
         _, image = self._run(setup, b"", Pace(self.configuration.temperature_s), datasheet.RDYVT)
-        return datasheet.temperature_C(int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big"))
+        return int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big")
 
     def auto_capdac(self) -> None:
         """Choose each channel's CAPDAC so that its present signal lies in the middle of the range."""
@@ -145,7 +152,7 @@ class Converter:
         steps = self.configuration.channel(channel).capdac
         for _ in range(2 * (high - low).bit_length()):
             self.configuration = self.configuration.with_capdac(channel, steps)
-            reading = self._patiently(channel)
+            reading = self.patiently(channel)
             if reading.status & Status.EXCITATION:
                 raise ProtocolError(f"{NAMES[channel]}: EXCERR: the excitation pin is shorted or overloaded")
             if not reading.status and abs(reading.capacitance) <= 0.75 * datasheet.DAC_STEP_PF:
@@ -159,7 +166,8 @@ class Converter:
             "17 pF, is shorted, or changes all the time; check the cable of the probe"
         )
 
-    def _patiently(self, channel: int) -> Reading:
+    def patiently(self, channel: int) -> Reading:
+        """Convert one channel; a conversion that is lost is repeated twice."""
         for _ in range(_PATIENCE - 1):
             try:
                 return self.convert(channel)

@@ -51,6 +51,7 @@ class Foreign:
         self.full_scale_pF: float = self._recording.full_scale_pF
         self.notes: tuple[str, ...] = self._recording.notes
         self.tares: frozenset[int] = frozenset()
+        self.gap_marks: list[tuple[int, str]] = []
         times = (self._recording.t_hard_s, self._recording.t_soft_s)
         self.timed: bool = all(bool(np.isfinite(t).all()) for t in times)
         self.settings: dict[str, Any] = {}

@@ -11,9 +11,10 @@ from palpate.ad7746.configuration import Configuration
 from palpate.ad7746.datasheet import NOISE_PF
 from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.ad7746.evalkit.board import EvalKit
-from palpate.ad7746.twin.chip import ChipTwin, Pins
+from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import BUS_KHZ, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
+from palpate.ad7746.twin.wiring import WIRINGS, Pins, Wiring
 from palpate.simulation.converter import Converter, Stamps
 from palpate.simulation.ranges import stream
 from palpate.simulation.scenario import Scenario
@@ -21,7 +22,7 @@ from palpate.simulation.scenarios import SCENARIOS
 from palpate.simulation.truth import Truth
 
 PARASITIC_PF = (6.3, 5.1)
-"""Parasitic capacitance of the two inputs, hard and soft, pF, which the CAPDACs compensate."""
+"""Parasitic capacitance of the two bumps, hard and soft, pF, which the CAPDACs compensate."""
 
 
 def foreign(scenario: Scenario) -> str:
@@ -54,8 +55,16 @@ def limit_ns(speed: float | None) -> int:
     return round(LIMIT_NS * max(speed or 1.0, 1.0))
 
 
-def kit_of(scenario: Scenario, clock: Clock, seed: int = 0, bus_kHz: float = BUS_KHZ) -> KitTwin:
-    """Return a board whose inputs follow a scenario from now on.
+def kit_of(
+    scenario: Scenario,
+    clock: Clock,
+    seed: int = 0,
+    wiring: Wiring = WIRINGS["guide"],
+    *,
+    bus_kHz: float = BUS_KHZ,
+    idle_s: float = 0.0,
+) -> KitTwin:
+    """Return a board whose bumps follow a scenario from now on.
 
     Parameters
     ----------
@@ -65,8 +74,12 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0, bus_kHz: float = BUS
         The clock of the driver.
     seed : int
         The same seed gives the same readings.
+    wiring : Wiring
+        One of `palpate.ad7746.twin.wiring.WIRINGS`.
     bus_kHz : float
         I2C clock of the board.
+    idle_s : float
+        Time at rest before the scenario begins, s.
 
     Returns
     -------
@@ -80,11 +93,11 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0, bus_kHz: float = BUS
     if foreign(scenario):
         raise ValueError(f"scenario: got {foreign(scenario)}, allowed on a board: its own; use palpate.simulation.run")
     random = np.random.default_rng(seed)
-    start_s = clock.now_ns() / 1e9
-    chip = ChipTwin(_pins(Truth(scenario, random, seed), start_s), seed=seed)
+    start_s = clock.now_ns() / 1e9 + idle_s
+    chip = ChipTwin(_pins(Truth(scenario, random, seed), start_s), seed=seed, wiring=wiring)
     faults = scenario.faults
     if faults.lost or faults.spikes_per_s or faults.bursts_per_s:
-        chip.disturb = _disturbance(scenario, chip, random, lambda: clock.now_ns() / 1e9 - start_s, seed)
+        chip.disturb = _disturbance(scenario, chip, random, lambda: max(clock.now_ns() / 1e9 - start_s, 0.0), seed)
     return KitTwin(chip, clock, bus_kHz=bus_kHz)
 
 
@@ -108,9 +121,9 @@ def _disturbance(
 
 
 def _pins(truth: Truth, start_s: float) -> Pins:
-    def mean_pF(pin: int, begin_s: float, end_s: float) -> float:
-        middle = np.array([(begin_s + end_s) / 2 - start_s])
-        return PARASITIC_PF[pin - 1] + float(truth.mean_pF(pin - 1, middle, end_s - begin_s)[0])
+    def mean_pF(bump: int, begin_s: float, end_s: float) -> float:
+        middle = np.array([max((begin_s + end_s) / 2 - start_s, 0.0)])
+        return PARASITIC_PF[bump - 1] + float(truth.mean_pF(bump - 1, middle, end_s - begin_s)[0])
 
     return mean_pF
 

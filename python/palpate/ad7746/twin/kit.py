@@ -276,6 +276,7 @@ _FAULTS: dict[str, Callable[[KitTwin, float], Effect]] = {
     "other input": lambda kit, count: kit._set_chip(garble=int(count)),
     "excitation shorted": lambda kit, count: kit._set_chip(short=int(count)),
     "overload": lambda kit, overload_pF: kit._set_chip(overload_pF=overload_pF),
+    "wire off": lambda kit, pin: kit._set_chip(loose=int(pin)),
     "brown-out": lambda kit, amount: kit.chip.power_on(kit._clock.now_ns()),
     "chip absent": lambda kit, amount: kit._set_chip(present=False),
     "RDY# stuck high": lambda kit, amount: kit._set(stuck=True),
