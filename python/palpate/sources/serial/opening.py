@@ -17,8 +17,9 @@ from palpate.sources.serial.source import SerialSource
 def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:
     """Return the source of `serial:PORT`."""
     given = checked("serial", options, {**_OF_LINES, **_OF_PORT})
+    lines = said(given)
     port = {name: given[name] for name in _OF_PORT if name in given}
-    return SerialSource(Port(text("serial's port", address), **port), said(given))
+    return SerialSource(Port(text("serial's port", address), **port), lines)
 
 
 def said(given: Mapping[str, Any]) -> Given:
@@ -36,7 +37,7 @@ def _columns(name: str, value: Any) -> tuple[Column, ...]:
         require_units(found)
     except Refused as error:
         allowed = "names of all cells in order, separated by commas, with hard and soft, for example t_ms,hard,soft"
-        raise ValueError(f"{name}: got {quoted(str(value))} ({error}), allowed: {allowed}; - is not used") from error
+        raise ValueError(f"{name}: got {quoted(str(value))}, allowed: {allowed} ({error})") from error
     return found
 
 
@@ -54,7 +55,7 @@ def _pattern(name: str, value: Any) -> "re.Pattern[str]":
         require_units(columns)
     except Refused as error:
         allowed = "both (?P<hard>...) and (?P<soft>...), and others named as columns are"
-        raise ValueError(f"{name}: got groups {quoted(sorted(groups))} ({error}), allowed: {allowed}") from error
+        raise ValueError(f"{name}: got groups {quoted(sorted(groups))}, allowed: {allowed} ({error})") from error
     return found
 
 
