@@ -1,5 +1,6 @@
 """Where the baseline before does not hold any more: the driver says so, whatever happens while it opens the board again."""
 
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -162,5 +163,5 @@ def test_the_look_at_the_gains_costs_no_pair() -> None:
     with Bench() as bench:
         driver = bench.open(Configuration(hard=Channel(capdac=41), soft=Channel(capdac=27)))
         times = [sample.t_hard_ns / 1e9 for sample in bench.read(driver, 120)]
-        steps = [b - a for a, b in zip(times, times[1:], strict=False)]
+        steps = [b - a for a, b in pairwise(times)]
         assert max(steps) - min(steps) < 0.002 or bench.carrier.real

@@ -11,6 +11,7 @@ from kit_acceptance import Board, not_done, said, wrong
 from palpate.ad7746.clock import VirtualClock
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import Fault, KitTwin
+from palpate.ad7746.twin.wiring import WIRINGS
 from palpate.errors import DeviceNotFound
 from palpate.kit.acceptance import NAMES, Acceptance
 from palpate.kit.bench import open_bench
@@ -22,20 +23,20 @@ FEWER = range(100 if NIGHTLY else 1)
 
 # Wiring, options of the source, and words of what is said about it: pin, and what to add or to do.
 MISTAKES = [
-    ("exca", "", ["CIN1 (hard bump) answers to EXCA, not to EXCB", "CIN2 (soft bump) answers to EXCA", "excitation=A"]),
-    ("hard-exca", "", ["CIN1 (hard bump) answers to EXCA, not to EXCB", "add excitation=A,B"]),
-    ("soft-exca", "", ["CIN2 (soft bump) answers to EXCA, not to EXCB", "add excitation=B,A", "R1 and R2"]),
-    ("guide", "?excitation=A", ["CIN1 (hard bump) answers to EXCB, not to EXCA", "add excitation=B"]),
-    ("demo", "", ["CIN2 answers to EXCA, too", "R1 and R2"]),
-    ("demo-exca", "", ["CIN1 (hard bump) answers to EXCA, not to EXCB", "R1 and R2"]),
-    ("demo-alone", "", ["CIN2 (soft bump) answers to EXCA, not to EXCB", "R1 and R2"]),
-    ("hard-minus", "", ["CIN1-", "CIN1+"]),
-    ("hard-open", "", ["nothing is connected to CIN1 (the hard bump)", "between CIN1+ and EXCB"]),
-    ("soft-open", "", ["nothing is connected to CIN2 (the soft bump)", "between CIN2+ and EXCB"]),
-    ("open", "", ["nothing is connected to CIN1", "nothing is connected to CIN2"]),
-    ("hard-shorted", "", ["CIN1 is out of range with EXCB: more than 17 pF, or shorted"]),
-    ("soft-shorted", "", ["CIN2 is out of range with EXCB: more than 17 pF, or shorted"]),
-    ("excb-shorted", "", ["EXCB is shorted or overloaded (EXCERR)", "shield"]),
+    ("exca", "", ["hard bump: CIN1+", "soft bump: CIN2+", "on EXCA: use excitation=A "]),
+    ("hard-exca", "", ["hard bump: CIN1+", "use excitation=A,B "]),
+    ("soft-exca", "", ["soft bump: CIN2+", "use excitation=B,A ", "R1 and R2"]),
+    ("guide", "?excitation=A", ["hard bump: CIN1+", "on EXCB: use excitation=B "]),
+    ("demo", "", ["soft bump: CIN2+", "length sensor, connected until R1 and R2 are removed"]),
+    ("demo-exca", "", ["hard bump: CIN1+", "use excitation=A ", "R1 and R2"]),
+    ("demo-alone", "", ["soft bump: CIN2+", "R1 and R2 are removed"]),
+    ("hard-minus", "", ["its wire is at CIN1-", "move it to CIN1+"]),
+    ("hard-open", "", ["hard bump: CIN1+", "nothing is connected", "one to CIN1+, the other to EXCB"]),
+    ("soft-open", "", ["soft bump: CIN2+", "nothing is connected", "one to CIN2+, the other to EXCB"]),
+    ("open", "", ["no probe is connected", "CIN1+ and EXCB", "CIN2+ and EXCB"]),
+    ("hard-shorted", "", ["hard bump: CIN1+", "more than 17 pF", "short between CIN1+ and EXCB"]),
+    ("soft-shorted", "", ["soft bump: CIN2+", "more than 17 pF", "short between CIN2+ and EXCB"]),
+    ("excb-shorted", "", ["EXCB (socket P2) is shorted or overloaded", "EXCERR"]),
     ("swapped", "", ["the inputs are swapped, the hard bump is on CIN2", "hard_input=2"]),
 ]
 
@@ -71,6 +72,11 @@ def test_a_mistake_of_the_wiring_is_named(wiring: str, options: str, words: list
 )
 def test_what_is_said_to_add_makes_it_right(wiring: str, options: str) -> None:
     assert said(Board(wiring).accept(options, by_hand=True)) == ""
+
+
+def test_every_wiring_is_tried() -> None:
+    right = {"guide", "exca-shorted", "differential"}
+    assert {wiring for wiring, _, _ in MISTAKES} | right == set(WIRINGS)
 
 
 def test_another_board_at_the_same_port_is_noticed() -> None:

@@ -85,12 +85,13 @@ class Connection:
             try:
                 self._bus.reopen()
                 return self.set_up()
-            except NotReady as error:
-                raise DeviceRefused(str(error)) from error
             except (SourceTimeout, ProtocolError):
                 if not left:
                     raise
-                self._clock.sleep(_POLL_S)
+            except NotReady as error:
+                if not left:
+                    raise DeviceRefused(str(error)) from error
+            self._clock.sleep(_POLL_S)
         raise AssertionError("unreachable")
 
     def wait(self, gone: DeviceNotFound, longest_s: float) -> str:

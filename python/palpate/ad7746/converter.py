@@ -126,9 +126,16 @@ class Converter:
 
     def temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius."""
-        setup = self.configuration.temperature_registers
+        return datasheet.temperature_C(self._voltage(self.configuration.temperature_registers))
+
+    def supply(self) -> float:
+        """Measure the supply of the chip, V."""
+        return datasheet.supply_V(self._voltage(self.configuration.supply_registers))
+
+    def _voltage(self, setup: bytes) -> int:
+        """Return a code of the voltage channel."""
         _, image = self._run(setup, b"", Pace(self.configuration.temperature_s), datasheet.RDYVT)
-        return datasheet.temperature_C(int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big"))
+        return int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big")
 
     def auto_capdac(self) -> None:
         """Choose each channel's CAPDAC so that its present signal lies in the middle of the range."""

@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Timer
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 _PROGRESS_S = 0.2
 _CUT = "the recording ended during this touch"
+_GRACE_S = 1.0  # the first sample comes after the begin, and --seconds counts from it
 _REVISED_S = 5.0  # longest wait for the revised result of the last touch
 
 
@@ -121,7 +123,7 @@ class _Session:
 
     def run(self) -> None:
         """Measure until the stop condition or the end of the source."""
-        with self._stream:
+        with self._stream, _by_the_clock(self._stream, self._seconds):
             for batch in self._stream.batches():
                 self._count(batch)
                 self._print_new(cut=not len(batch.samples))  # without samples: what the end of the stream ended
@@ -159,7 +161,7 @@ class _Session:
         outside = bool(self._stream.out_of_range)
         if self._recentre and outside and not self._outside:
             try:
-                self._stream.centre(force=True)
+                self._stream.centre()
             except RuntimeError as error:
                 say(str(error))
         self._outside = outside
@@ -228,6 +230,19 @@ class _Progress:
         if self._width:
             say("\r" + " " * self._width + "\r", nl=False)
             self._width = 0
+
+
+@contextmanager
+def _by_the_clock(stream: "Stream", seconds: float | None) -> Iterator[None]:
+    """End the measurement of a live source after this time and `_GRACE_S`, also if no samples come."""
+    timer = Timer((seconds or 0.0) + _GRACE_S, stream.stop)
+    timer.daemon = True
+    if seconds is not None and stream.source.live:
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 @contextmanager

@@ -26,6 +26,7 @@ _PROMPTED: dict[str, Callable[[Bench, Prompts], Iterator[Step]]] = {
     "capacitor": prompted.capacitor,
 }
 _NEEDS = {"capdac": "inputs", "noise": "inputs", "press": "inputs", "capacitor": "inputs"}
+_BY_DRIVER = ("pairs", "replug", "press")
 _FIRST = "registers"
 _DO = {
     "registers": ("check link LK2 and the supply of the board, then the cable; unplug the board for a moment",),
@@ -100,5 +101,7 @@ class Acceptance:
             return "left out"
         if self.stopped:
             return "the board cannot be used any more"
+        if self._bench.cannot_measure and name in _BY_DRIVER:
+            return "needs right inputs"
         needed = _NEEDS.get(name)
         return f"needs the step {needed}" if needed and needed not in self._done else ""

@@ -1,11 +1,13 @@
 """The board under test: opened, with what the steps have found so far."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from palpate.ad7746 import datasheet
 from palpate.ad7746.configuration import HARD, Channel, Configuration
+from palpate.ad7746.inputs import Look
+from palpate.ad7746.wiring import Mistake
 from palpate.errors import quoted
 from palpate.kit.chip import Chip, Conversion, Level
 from palpate.sources.board import BoardSource
@@ -15,8 +17,6 @@ from palpate.sources.uri import open as open_source
 _SCHEMES = ("usb", "i2c", "sim")
 _IDLE_S = 60.0  # of a simulated probe, before its first press: longer than the steps without one take
 EXCITATIONS = ("A", "B")
-CONNECTED_PF = 0.05
-"""An input with more than this answers to an excitation; an open one has some fF."""
 
 
 @dataclass
@@ -29,25 +29,25 @@ class Bench:
         Open, not started.
     chip : Chip
         The same chip, without the driver.
-    on_usb : bool
-        Whether it has a USB plug, a simulated one among them.
+    is_kit : bool
+        Whether it is the evaluation kit, with its USB plug, its sockets and its length sensor.
     dump : bytes
         The registers after the reset; empty: not read.
     levels : dict
         (pin, excitation) -> level.
-    minus_pF : dict
-        (pin, excitation) -> capacitance at CIN-, pF, where nothing is connected to CIN+.
     steps_pF : dict
         Pin -> size of its CAPDAC step, pF.
+    mistakes : list of Mistake
+        Of the wiring.
     """
 
     source: BoardSource
     chip: Chip
-    on_usb: bool = True
+    is_kit: bool = True
     dump: bytes = b""
     levels: dict[tuple[int, str], Level] = field(default_factory=dict)
-    minus_pF: dict[tuple[int, str], float] = field(default_factory=dict)
     steps_pF: dict[int, float] = field(default_factory=dict)
+    mistakes: list[Mistake] = field(default_factory=list)
 
     @property
     def configuration(self) -> Configuration:
@@ -58,6 +58,11 @@ class Bench:
     def gains(self) -> bytes:
         """CAP_GAIN and VOLT_GAIN: set in the factory, different from chip to chip."""
         return self.dump[datasheet.CAP_GAIN :]
+
+    @property
+    def cannot_measure(self) -> bool:
+        """Whether the wiring lets no ratio be measured, so that the driver refuses."""
+        return any(mistake.fatal for mistake in self.mistakes)
 
     def pin(self, channel: int) -> int:
         """Return the input, 1 or 2, of the hard (0) or soft (1) bump."""
@@ -71,8 +76,7 @@ class Bench:
 
     def answers(self, pin: int, excitation: str) -> bool:
         """Return whether a sensor is connected between an input and an excitation."""
-        level = self.levels.get((pin, excitation))
-        return level is not None and abs(level.total_pF) > CONNECTED_PF
+        return (pin, excitation) in self.levels and self.look(f"{pin}+", excitation).is_sensor
 
     def level(self, pin: int) -> Level | None:
         """Return the level of an input that answers to its excitation; None: it does not."""
@@ -80,6 +84,16 @@ class Bench:
         if excitation == "AB" and any(self.answers(pin, name) for name in EXCITATIONS):
             return self.chip.level(pin, excitation, self.configuration)
         return self.levels[pin, excitation] if self.answers(pin, excitation) else None
+
+    def look(self, name: str, excitation: str) -> Look:
+        """Return what an input, "1+" to "2-", has on an excitation pin, from the levels."""
+        pin = int(name[0])
+        plus = self.levels[pin, excitation]
+        if name[1] == "+" or plus.error:
+            return Look(plus.total_pF, plus.error)
+        base = replace(self.configuration, differential=True)
+        both = self.chip.level(pin, excitation, base)
+        return Look(plus.total_pF - both.total_pF, both.error)
 
     def convert(self, pin: int, level: Level, base: Configuration) -> Conversion:
         """Convert an input once, at its level."""
@@ -102,4 +116,4 @@ def open_bench(uri: str, options: Mapping[str, Any]) -> Bench:
     simulated = {"idle": _IDLE_S} if scheme == "sim" and "idle" not in given else {}
     source = open_source(uri, **{**simulated, **options})
     assert isinstance(source, BoardSource)
-    return Bench(source, Chip(source.bus, source.clock), on_usb=scheme != "i2c")
+    return Bench(source, Chip(source.bus, source.clock), is_kit=scheme != "i2c")

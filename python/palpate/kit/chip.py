@@ -21,6 +21,7 @@ _EARLY = 0.9  # fraction of the nominal time after which RDY# is polled: the chi
 _LATE_S = 0.05
 _TRIALS = 16  # of the search for a CAPDAC
 _CENTRED_PF = 0.3
+_PRECISE_PF = 0.1  # below, the CAPDAC's 20 % do not count, and a level has one digit more
 
 T = TypeVar("T")
 
@@ -47,18 +48,31 @@ class Level(NamedTuple):
         Steps that move the signal to the middle of the range.
     pF : float
         The rest, pF; nan if the signal is not in the range.
+    total_pF : float
+        Capacitance, pF, above 4 pF uncertain by the 20 % of the CAPDAC; +-inf: out of range; nan: not measured.
     error : bool
         EXCERR: the excitation is shorted or overloaded.
     """
 
     capdac: int
     pF: float
+    total_pF: float
     error: bool = False
 
-    @property
-    def total_pF(self) -> float:
-        """Capacitance, pF, uncertain by the 20 % of the CAPDAC; nan: out of range."""
-        return self.capdac * datasheet.DAC_STEP_PF + self.pF
+    def __str__(self) -> str:
+        """Return it in words.
+
+        Examples
+        --------
+        >>> nan = float("nan")
+        >>> str(Level(42, 0.03, 6.92)), str(Level(0, 0.0021, 0.0021)), str(Level(0, nan, nan, error=True))
+        ('6.92 pF', '0.002 pF', 'shorted')
+        """
+        if self.error:
+            return "shorted"
+        if math.isnan(self.pF):
+            return "out of range"
+        return f"{self.total_pF:.2f} pF" if abs(self.total_pF) >= _PRECISE_PF else f"{self.total_pF:.3f} pF"
 
 
 class Chip:
@@ -104,18 +118,20 @@ class Chip:
 
     def level(self, pin: int, excitation: str, base: Configuration) -> Level:
         """Search the CAPDAC that brings an input into the range."""
-        low, high, steps = -datasheet.DAC_STEPS, datasheet.DAC_STEPS, 0
+        low, high, steps, total = -datasheet.DAC_STEPS, datasheet.DAC_STEPS, 0, math.nan
         for _ in range(_TRIALS):
             found = self.capacitance(pin, Channel(capdac=steps, excitation=excitation), base)
             if found.excitation_error:
-                return Level(0, math.nan, error=True)
+                return Level(0, math.nan, math.nan, error=True)
             out = datasheet.saturated(found.code)
+            if not out and math.isnan(total):  # with few steps, so with a small part of their 20 %
+                total = steps * datasheet.DAC_STEP_PF + found.pF
             if not out and abs(found.pF) <= _CENTRED_PF:
-                return Level(steps, found.pF)
+                return Level(steps, found.pF, total)
             low, high = (steps, high) if found.pF > 0 else (low, steps)
             move = round(found.pF / datasheet.DAC_STEP_PF)
             steps = (low + high + (found.pF > 0)) // 2 if out else min(max(steps + move, low), high)
-        return Level(steps, math.nan) if out else Level(steps, found.pF)
+        return Level(steps, math.nan, math.copysign(math.inf, steps)) if out else Level(steps, found.pF, total)
 
     def capdac_step(self, pin: int, excitation: str, level: Level, base: Configuration, apart: int = 16) -> float:
         """Return the size of this chip's CAPDAC step near a level, pF."""

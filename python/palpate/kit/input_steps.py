@@ -7,16 +7,18 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from palpate.ad7746 import datasheet
+from palpate.ad7746.configuration import HARD, SOFT
+from palpate.ad7746.wiring import Wiring
 from palpate.kit.bench import EXCITATIONS, Bench
 from palpate.kit.chip import Level
-from palpate.kit.step import Step, judged, left_out
-from palpate.kit.wiring import faults, shown
+from palpate.kit.step import OK, WRONG, Step, judged, left_out
 
 PINS = (1, 2)
 _STEP_PF = (0.13, 0.2)
 _NOISE = {datasheet.MAINS_CAPF: 40, 0: 60}  # CAPF -> readings
 _MOST_NOISE, _LEAST_NOISE = 2.0, 0.3  # relative to the data sheet
 _FEWEST_CODES = 4
+_NO_SIGNAL = "no signal: see the inputs"
 
 
 class Noise(NamedTuple):
@@ -31,31 +33,22 @@ def scan(bench: Bench) -> None:
     for pin in PINS:
         for name in EXCITATIONS:
             bench.levels[pin, name] = bench.chip.level(pin, name, bench.configuration)
-        if not any(bench.answers(pin, name) or math.isnan(bench.levels[pin, name].pF) for name in EXCITATIONS):
-            _scan_minus(bench, pin)
-
-
-def _scan_minus(bench: Bench, pin: int) -> None:
-    base = replace(bench.configuration, differential=True)
-    for name in EXCITATIONS:
-        bench.minus_pF[pin, name] = -bench.chip.level(pin, name, base).total_pF
 
 
 def inputs(bench: Bench) -> Iterator[Step]:
     """Find what is connected to which input and excitation."""
     scan(bench)
-    found = faults(bench)
-    levels = [f"CIN{pin}/EXC{name} {shown(level)}" for (pin, name), level in bench.levels.items()]
-    hard, soft = bench.configuration.hard, bench.configuration.soft
-    yield judged(
-        "inputs and excitations (absolute values: 20 %)",
-        ", ".join(levels),
-        f"hard bump on CIN{bench.pin(0)} and EXC{hard.excitation}, soft bump on CIN{bench.pin(1)} and "
-        f"EXC{soft.excitation}",
-        right=not found,
-        do=[f"{fault.what}: {fault.do}" for fault in found],
-        values={f"cin{pin}_exc{name.lower()}_pF": None if math.isnan(level.pF) else round(level.total_pF, 4)
-                for (pin, name), level in bench.levels.items()},
+    bench.mistakes = Wiring(bench.look, bench.configuration, kit=bench.is_kit).mistakes()
+    both = any(all(bench.answers(pin, name) for name in EXCITATIONS) for pin in PINS)  # of what is wrong, this is seen
+    hard, soft = bench.configuration.hard.excitation, bench.configuration.soft.excitation
+    yield Step(
+        "inputs and excitations (above 4 pF: within 20 %)",
+        WRONG if bench.cannot_measure or both else OK,
+        ", ".join(f"CIN{pin}/EXC{name} {level}" for (pin, name), level in bench.levels.items()),
+        f"hard bump on CIN{bench.pin(HARD)} and EXC{hard}, soft bump on CIN{bench.pin(SOFT)} and EXC{soft}",
+        tuple(map(str, bench.mistakes)),
+        {f"cin{pin}_exc{name.lower()}_pF": None if math.isnan(level.pF) else round(level.total_pF, 4)
+         for (pin, name), level in bench.levels.items()},
     )  # fmt: skip
 
 
@@ -64,7 +57,7 @@ def capdac(bench: Bench) -> Iterator[Step]:
     for pin, level in _connected(bench):
         name = f"CAPDAC step at CIN{pin}"
         if level is None:
-            yield left_out(name, "nothing is connected")
+            yield left_out(name, _NO_SIGNAL)
             continue
         found = bench.chip.capdac_step(pin, bench.excitation(pin), level, bench.configuration)
         bench.steps_pF[pin] = found
@@ -92,7 +85,7 @@ def noise(bench: Bench) -> Iterator[Step]:
         for capf, count in sorted(_NOISE.items()):
             name = f"noise at CIN{pin}, CAPF {capf}"
             yield (
-                left_out(name, "nothing is connected")
+                left_out(name, _NO_SIGNAL)
                 if level is None
                 else _judged_noise(name, noise_of(bench, pin, level, capf, count), capf, f"noise_{pin}_capf_{capf}_aF")
             )

@@ -53,7 +53,7 @@ def _skipped(name: str) -> Step:
 
 def replug(bench: Bench, prompts: Prompts) -> Iterator[Step]:
     """Wait until the board was pulled and replugged; compare the fingerprint."""
-    if not bench.on_usb:
+    if not bench.is_kit:
         yield left_out(_STEPS["replug"], "not on USB")
         return
     if not prompts.ready(f"Pull the board's USB plug within {_WAIT_S:g} s, wait 2 s, plug it in again."):

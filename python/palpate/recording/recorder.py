@@ -45,6 +45,12 @@ class Recorder:
         Returns `time.monotonic_ns()` at t = 0, or None; called at the first sample. The sidecar gets it, and UTC of the
         same moment as the wall clock shows it at the begin, `zero_utc_ns`, and at the end, `zero_utc_ns_at_end`.
 
+    Attributes
+    ----------
+    conditions : list of dict
+        What the source measured beside the samples so far; a longer list takes its place. It goes to the sidecar with
+        each checkpoint, and at the end.
+
     Raises
     ------
     RecordingError
@@ -75,6 +81,7 @@ class Recorder:
     ) -> None:
         document = sidecar.fresh(device, settings, list(notes))
         self._clock: dict[str, int] = document["clock"]
+        self.conditions: list[dict[str, float]] = []
         self._find_zero: Callable[[], int | None] | None = zero_ns
         self._ring = SampleRing(CAPACITY)
         self._last: Sample | None = None  # in the ring
@@ -168,7 +175,11 @@ class Recorder:
         end = {"dropped": self.dropped, "counters": counters()} | ({"error": error} if error else {})
         if (zero_ns := self._clock.get("zero_monotonic_ns")) is not None:
             self._clock = {**self._clock, "zero_utc_ns_at_end": at(zero_ns).utc_ns}
-        self._writer.end(clock=self._clock, end=end)
+        self._writer.end(self._entries, end)
+
+    @property
+    def _entries(self) -> dict[str, Any]:
+        return {"clock": self._clock, **({"conditions": self.conditions} if self.conditions else {})}
 
     def _begin_clock(self, zero_ns: int | None) -> None:
         if zero_ns is not None:
@@ -190,7 +201,7 @@ class Recorder:
                 self._writer.mark(self._gaps.popleft())
             self._writer.write(waiting[:count])
             if closing or time.monotonic() - synced >= SYNC_S:
-                self._writer.checkpoint(self._clock)
+                self._writer.checkpoint(self._entries)
                 synced = time.monotonic()
             if not closing:
                 self._wake.wait(FLUSH_S)

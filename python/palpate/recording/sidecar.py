@@ -58,8 +58,8 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
 
     Later `checkpoint` (rows, bytes and crc32 of the rows that are on the disk, from the first byte of the file on) is
     added, and at a clean end `end` takes its place, with the same three. If they are known, `clock` gets the time t = 0
-    (`zero_utc_ns`, `zero_monotonic_ns`, and at the end `zero_utc_ns_at_end`), and there is `session` (`specimens`, a list
-    of names and values).
+    (`zero_utc_ns`, `zero_monotonic_ns`, and at the end `zero_utc_ns_at_end`), and there are `session` (`specimens`, a list
+    of names and values) and `conditions` (a list: temperature and supply at times, as the source measured them).
     """
     return {
         "schema": SCHEMA,

@@ -76,11 +76,11 @@ class Writer:
         if self.path != before:  # a rescue recording, begun without it
             self._attempt(lambda: self.sidecar.add("marks", what))
 
-    def checkpoint(self, clock: dict[str, int]) -> None:
+    def checkpoint(self, entries: dict[str, Any]) -> None:
         """Sync the rows; then say in the sidecar how many are on the disk. One that cannot be saved is tried again."""
-        self._attempt(lambda: self._checkpoint(clock))
+        self._attempt(lambda: self._checkpoint(entries))
 
-    def end(self, clock: dict[str, int], end: dict[str, Any]) -> None:
+    def end(self, entries: dict[str, Any], end: dict[str, Any]) -> None:
         """Close the file, and write the end of the sidecar: `end`, with the rows and whether they are complete.
 
         Raises
@@ -93,17 +93,17 @@ class Writer:
         last = {} if self.stopped else {"checkpoint": None}  # the end says the same
         whole = {**self._rows.written._asdict(), "clean": not self.stopped, **end, **failure}
         try:
-            self.sidecar.put(clock=clock, end=whole, **last)
+            self.sidecar.put(**entries, end=whole, **last)
         except OSError as error:
             raise self.error or unwritable(self.path, error) from error
         if self.error and self.stopped and self._rescued:
             raise self.error
 
-    def _checkpoint(self, clock: dict[str, int]) -> None:
+    def _checkpoint(self, entries: dict[str, Any]) -> None:
         self._rows.sync()
         if self._rows.synced != self._checkpointed:
             with suppress(OSError):
-                self.sidecar.put(clock=clock, checkpoint=self._rows.synced._asdict())
+                self.sidecar.put(**entries, checkpoint=self._rows.synced._asdict())
                 self._checkpointed = self._rows.synced
 
     def _attempt(self, step: Callable[[], None]) -> None:

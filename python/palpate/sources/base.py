@@ -104,6 +104,11 @@ class Source(Protocol):
         return ()
 
     @property
+    def conditions(self) -> Sequence[Mapping[str, float]]:
+        """What was measured beside the samples, in order: each has `t_s`, and values by name and unit (`temperature_C`)."""
+        return ()
+
+    @property
     def zero_ns(self) -> int | None:
         """`time.monotonic_ns()` at t = 0 of the samples; None: unknown, then the arrival of the first one tells."""
         return None

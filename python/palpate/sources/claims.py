@@ -1,10 +1,11 @@
 """Checks of the description and the counters of a source."""
 
+import itertools
 import json
 import math
 from collections.abc import Mapping
 from numbers import Integral
-from typing import Any
+from typing import Any, NamedTuple
 
 from palpate.errors import ProtocolError
 from palpate.recording.codes import codes_of
@@ -12,7 +13,15 @@ from palpate.sources.base import Gap, Source
 
 _LONGEST = 100_000  # characters of a description as JSON: the sidecar of a recording has a limit, too
 _LONGEST_TEXT = 2000  # characters of the text of a gap
+_MOST_CONDITIONS, _MOST_VALUES, _LONGEST_NAME = 2000, 16, 60
 _STAMPS = ("converter", "host")
+
+
+class Conditions(NamedTuple):
+    """Those conditions of a source that are kept, and how many it gave."""
+
+    kept: list[dict[str, float]]
+    given: int
 
 
 def is_source(value: object) -> bool:
@@ -121,6 +130,35 @@ def gap_of(source: Source, number: int) -> Gap | None:
         raise ProtocolError(
             f"source: its gaps cannot be read ({type(error).__name__}), allowed: a sequence of palpate.sources.base.Gap"
         ) from error
+
+
+def conditions_of(source: Source, known: Conditions) -> Conditions:
+    """Return the conditions of a source, checked; `known` again if there are no more. Of very many every second is left.
+
+    Raises
+    ------
+    ProtocolError
+        `conditions` is not a sequence of names and finite numbers.
+    """
+    try:
+        given = getattr(source, "conditions", ())
+        if len(given) <= known.given:
+            return known
+        found = [_condition(each) for each in itertools.islice(given, known.given, None)]
+    except Exception as error:
+        allowed = "allowed: a sequence of names and finite numbers"
+        raise ProtocolError(f"source: its conditions cannot be read ({type(error).__name__}), {allowed}") from error
+    kept = [*known.kept, *found]
+    while len(kept) > _MOST_CONDITIONS:
+        del kept[1:-1:2]
+    return Conditions(kept, known.given + len(found))
+
+
+def _condition(given: Mapping[str, float]) -> dict[str, float]:
+    found = {str(name)[:_LONGEST_NAME]: float(value) for name, value in itertools.islice(given.items(), _MOST_VALUES)}
+    if not all(map(math.isfinite, found.values())):
+        raise ValueError
+    return found
 
 
 def _count(name: str, value: Any) -> int:

@@ -18,7 +18,7 @@ _OWN = {
     "sim": ("palpate.sources.sim", "open_sim"),
     "i2c": ("palpate.sources.board", "open_i2c"),
     "iio": ("palpate.sources.iio", "open_iio"),
-    "serial": ("palpate.sources.lines", "open_serial"),
+    "serial": ("palpate.sources.serial.opening", "open_serial"),
 }
 
 Factory = Callable[[str, Mapping[str, Any]], Source]
@@ -55,8 +55,9 @@ def open(uri: str, **options: Any) -> Source:
         chop, differential (yes or no), hard_input, soft_input (1, 2), replug (s), firmware (path), backend. i2c: as
         usb, without the last two. sim: as i2c, and seed, speed (1: real time; default: as fast as possible), bus_kHz
         (10 to 400), fault (KIND[:AMOUNT]@SECONDS, separated by commas), wiring (a mistake of the wiring; a wrong name
-        lists all), idle (s at rest before the scenario). iio: hard_input, centre (yes or no). serial: pattern (a
-        regular expression with groups hard and soft), unit, baud, replug. A path: columns, unit, speed.
+        lists all), idle (s at rest before the scenario). iio: hard_input, centre (yes or no). serial: columns (names
+        of the cells of a line) or pattern (a regular expression with groups of these names), unit, decimal (comma,
+        point), code_pF, baud, reset (yes, no: leave DTR and RTS inactive), replug. A path: columns, unit, speed.
 
     Returns
     -------

@@ -83,9 +83,14 @@ class Feeding:
         if self._tracker.retaken > self._told:
             self._told = self._tracker.retaken
             self._notify(RETAKEN)
-        if message := self.range.follow(block, self._tracker.state):
+        if message := self.range.follow(block, pressed=self._is_pressed(rows)):
             self._notify(message)
         return self._batch(block, rows)
+
+    def _is_pressed(self, rows: NDArray[Any]) -> bool:
+        """Return whether there is a touch with samples: a channel that left its range begins one without any."""
+        begun = self._tracker.state in ("contact", "done")
+        return begun and bool(rows["ratio"][-1] != self._tracker.settings["initial_ratio"])
 
     def _feed(self, block: Block) -> NDArray[Any]:
         """Send samples to the tracker; each gap comes directly before its sample, so that a replay has the same bits."""

@@ -4,8 +4,8 @@ import numpy as np
 
 from palpate.samples import Block, Status
 
-IDLE_S, HELD_S = 2.0, 30.0
-"""Shortest time outside the range: without a touch; after the end of a touch that was not released, s."""
+IDLE_S, PRESSED_S = 2.0, 10.0
+"""Shortest time outside the range that is told: without a touch; since a touch that has samples, s."""
 _CHANNELS = (("hard", Status.HARD_SATURATED), ("soft", Status.SOFT_SATURATED))
 
 
@@ -20,7 +20,7 @@ class RangeWatch:
     Attributes
     ----------
     channels : tuple of str
-        Those of "hard" and "soft" that are outside the range although no touch is measured.
+        Those of "hard" and "soft" that are outside the range, and not because of a touch.
     """
 
     def __init__(self, full_scale_pF: float) -> None:
@@ -28,17 +28,17 @@ class RangeWatch:
         self._full_scale_pF = full_scale_pF
         self._since_ns: dict[str, int] = {}
 
-    def follow(self, block: Block, state: str) -> str:
-        """Take the next samples, and the state of the tracker after them; return a message, "" for none.
+    def follow(self, block: Block, *, pressed: bool) -> str:
+        """Take the next samples; return a message, "" for none.
 
         Parameters
         ----------
         block : numpy.ndarray, shape (n,)
             Samples, at least one.
-        state : str
-            As `Tracker.state`.
+        pressed : bool
+            Whether after them a touch is running that has samples, or such a touch was not yet released.
         """
-        longest = {"contact": np.inf, "done": HELD_S}.get(state, IDLE_S)
+        longest = PRESSED_S if pressed else IDLE_S
         now = int(block["t_hard_ns"][-1])
         for name, flag in _CHANNELS:
             self._look(block, name, flag)
@@ -47,8 +47,8 @@ class RangeWatch:
         if not set(self.channels) - set(before):
             return ""
         return (
-            f"{' and '.join(self.channels)}: outside the range of the converter for {longest:g} s, and no touch is measured: "
-            "lift the probe; if it stays, the range has to be set again, without contact (Stream.centre; record --recentre)"
+            f"{' and '.join(self.channels)}: outside the range of the converter for {longest:g} s, and nothing is measured: "
+            "lift the probe; if it stays so, the range has to be set again, without contact (Stream.centre; record --recentre)"
         )
 
     def _look(self, block: Block, name: str, flag: int) -> None:

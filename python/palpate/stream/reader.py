@@ -14,7 +14,7 @@ from palpate.recording.recorder import Recorder
 from palpate.samples import Sample
 from palpate.sources import Source
 from palpate.sources.base import Gap
-from palpate.sources.claims import gap_of, zero_of
+from palpate.sources.claims import Conditions, conditions_of, gap_of, zero_of
 from palpate.stream.limited import limited
 
 _AHEAD = 16  # a source that can wait is at most this many samples ahead of the consumer
@@ -76,6 +76,7 @@ class Reader:
         self._live = bool(source.live)
         self._ring, self._gaps = ring, gaps
         self._passed = 0  # gaps
+        self._conditions = Conditions([], 0)
         self.lock: RLock = RLock()
         self.recorder = recorder
         self._late_ns = _LATE * period_s * 1e9
@@ -130,8 +131,22 @@ class Reader:
         except BaseException as error:  # noqa: BLE001  the consumer gets any error of a source
             self.error = _told(error)
         finally:
+            self._finish()
             self._ring.close()
             self.ready.set()
+
+    def _finish(self) -> None:
+        """Pass on what the source measured at its end."""
+        with self.lock:
+            try:
+                self._pass_conditions()
+            except ProtocolError as error:
+                self.error = self.error or error
+
+    def _pass_conditions(self) -> None:
+        self._conditions = conditions_of(self._source, self._conditions)
+        if self.recorder:
+            self.recorder.conditions = self._conditions.kept
 
     def _take(self, given: Any) -> None:
         if not self._live and not self._has_room():
@@ -148,6 +163,7 @@ class Reader:
                 if self.recorder:
                     self.recorder.gap(gap.text)
             self._count(sample)
+            self._pass_conditions()
             if self.recorder:
                 self.recorder.push(sample)
             self._ring.push(sample)

@@ -246,7 +246,7 @@ class Stream:
 
     @property
     def out_of_range(self) -> tuple[str, ...]:
-        """Those of "hard" and "soft" that are outside the converter's range for 2 s without a touch; see `centre`."""
+        """Those of "hard" and "soft" that are outside the converter's range, and not by a touch; see `centre`."""
         return self._feeding.range.channels
 
     def centre(self, *, force: bool = False) -> None:
@@ -265,7 +265,7 @@ class Stream:
         RuntimeError
             The probe is in contact, and `force` is False; or the source cannot set its range.
         """
-        if not force and self.tracker.state in ("contact", "done"):
+        if not force and not self.out_of_range and self.tracker.state in ("contact", "done"):
             raise RuntimeError("centre: got it in contact, allowed: without contact. Lift the probe, or force=True")
         self.source.centre()
 

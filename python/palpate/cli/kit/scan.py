@@ -16,7 +16,7 @@ from palpate.cli.options import json_option
 def scan(source: str, firmware: Path | None, as_json: bool) -> None:
     """Measure the capacitance of each input with each excitation.
 
-    The values are uncertain by 20 %, because of the chip's CAPDAC. An open input has some fF.
+    Above 4 pF the values are uncertain by 20 %, because of the chip's CAPDAC. An open input has some fF.
 
     \b
     Example:
@@ -24,7 +24,6 @@ def scan(source: str, firmware: Path | None, as_json: bool) -> None:
     """  # noqa: D301
     from palpate.kit.input_steps import PINS
     from palpate.kit.input_steps import scan as measure
-    from palpate.kit.wiring import shown
 
     with opened(source, firmware) as bench:
         bench.chip.reset()
@@ -37,4 +36,4 @@ def scan(source: str, firmware: Path | None, as_json: bool) -> None:
         return
     click.echo(f"{'':4}  {'EXCA':>12}  {'EXCB':>12}")
     for pin in PINS:
-        click.echo(f"CIN{pin}  " + "  ".join(f"{shown(bench.levels[pin, name]):>12}" for name in "AB"))
+        click.echo(f"CIN{pin}  " + "  ".join(f"{bench.levels[pin, name]!s:>12}" for name in "AB"))
