@@ -201,7 +201,9 @@ def test_a_name_whose_options_are_ignored(monkeypatch: pytest.MonkeyPatch) -> No
 def test_our_own(name: str) -> None:
     path, _, speed = name.partition("?speed=")
     source = open(path, speed=int(speed)) if path.endswith(".csv") and speed else name
-    assert len(check_source(source, samples=100, patience=PATIENCE)) >= 20  # a busy machine gives fewer of a short scenario
+    assert (
+        len(check_source(source, samples=100, patience=PATIENCE)) >= 20
+    )  # a busy machine gives fewer of a short scenario
 
 
 def test_i2c() -> None:
