@@ -48,13 +48,18 @@ struct Run {
     }
     // Times of the last readings, as many as a touch may be dated back.
     times[core.readings() % times.size()] = t_hard;
+    const bool was_ready = core.ready();
     const auto report = core.feed(t_hard, t_soft, hard, soft);
+    if (released && core.ready() && !was_ready && !core.open()) {  // measured; a touch that begins keeps the old one
+      unproven = released = false;
+    }
     if (core.open() && !was_open) {
       const std::uint64_t oldest = core.readings() > times.size() ? core.readings() - times.size() : 0;
       start_s = static_cast<double>(times[std::max(core.started(), oldest) % times.size()]) * 1e-9;
     }
     was_open = core.open();
     if (report.finished) {
+      released = unproven;
       all.end(result());
     } else if (report.revised) {
       all.revise(result());
@@ -68,7 +73,15 @@ struct Run {
             period_s(),
             core.settings.samples > 0 || core.settings.seconds > 0,
             core.settings.initial_covariance,
-            palpate::knows_its_error<decltype(core.estimator)>};
+            palpate::knows_its_error<decltype(core.estimator)>,
+            unproven};
+  }
+
+  /// Measure the baseline again; unless it is `proven` to be without contact, the next touch has to show it.
+  void tare(bool proven) {
+    unproven = !proven;
+    released = false;
+    core.tare();
   }
 
   TrackerRow row(const palpate::Report<double>& report, std::size_t touches) {
@@ -101,6 +114,8 @@ struct Run {
   std::array<std::int64_t, 256> times{};
   double start_s = 0;
   bool was_open = false;
+  bool unproven = false;  // since a gap: the baseline may be that of a contact
+  bool released = false;  // a touch has ended since then: the baseline after it is proven
   bool based = false;  // a baseline has been measured, ever
 };
 

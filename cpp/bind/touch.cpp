@@ -30,6 +30,7 @@ py::tuple TouchResult::flags() const {
   if (fitted.flags & palpate::misfit_curve) flags.append("curve");
   if (revision == palpate::Revision::creep) flags.append("creep");
   if (revision == palpate::Revision::baseline) flags.append("baseline");
+  if (gap) flags.append("gap");
   return py::tuple(flags);
 }
 
@@ -96,7 +97,7 @@ void visit_numbers(Result& r, Visit&& visit) {
   const auto all = [&](auto&... numbers) { (visit(numbers), ...); };
   all(r.start, r.samples, r.alarms, r.saturated, r.refused, r.ratio, r.covariance, r.standard_error, r.first_ratio,
       r.first_standard_error, r.full, r.shift, r.start_s, r.period_s, r.has_length, r.initial_covariance,
-      r.knows_error);
+      r.knows_error, r.gap);
   auto& f = r.fitted;
   all(f.offset, f.drift, f.lag, f.curve, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
 }
@@ -177,5 +178,6 @@ void bind_touch(py::module_& module) {
       "the samples "
       "contradict hard = ratio * soft: \"offset\" (bumps not level), \"drift\" (of a baseline or of the object), "
       "\"lag\" (of a channel, or wrong times), \"curve\" (a gauge or bump that is not linear); and, known after the "
-      "release: \"creep\" (a channel recovers slowly), \"baseline\" (it was measured in contact).");
+      "release: \"creep\" (a channel recovers slowly), \"baseline\" (it was measured in contact); \"gap\" (`Tracker.gap` ended the "
+      "touch; or the baseline was measured after it, and no release has shown yet that this was without contact).");
 }

@@ -108,7 +108,14 @@ class PyTracker {
           "tare: got it while the probe is in contact, allowed: without contact. Lift the probe, or force=True");
     }
     finish();
-    std::visit([](auto& run) { run.core.tare(); }, run_);
+    std::visit([](auto& run) { run.tare(true); }, run_);
+  }
+
+  void gap() {
+    require_idle(busy_, "tracker");
+    std::visit([](auto& run) { run.unproven = true; }, run_);  // of the touch that ends here, too
+    finish();
+    std::visit([](auto& run) { run.tare(false); }, run_);
   }
 
   py::list touches_since(py::handle count) const {
@@ -197,6 +204,7 @@ void bind_tracker(py::module_& module) {
   methods::define<&T::process>(type, process_doc);
   methods::define<&T::finish>(type, finish_doc);
   methods::define<&T::tare>(type, tare_doc);
+  methods::define<&T::gap>(type, gap_doc);
   methods::define<&T::touches_since>(type, touches_since_doc);
   methods::define<&T::revisions_since>(type, revisions_since_doc);
   methods::define<&T::repr>(type, "__repr__($self, /)\n--\n\n");

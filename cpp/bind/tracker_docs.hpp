@@ -79,6 +79,15 @@ inline constexpr auto finish_doc = R"(finish($self)
 
 End the running touch and return it; None if no touch is running.)";
 
+inline constexpr auto gap_doc = R"(gap($self)
+--
+
+The readings from here on have another baseline: the board was opened again or replaced, or its range was moved.
+
+It ends a touch that is running, and measures the baseline again, with whatever the probe touches now. The flag "gap" is
+on that touch, and on the next ones until the release of one of them has shown that this baseline was measured without
+contact; or until `tare`. If it shows the opposite, that touch has the flag "baseline".)";
+
 inline constexpr auto tare_doc = R"(tare($self, force=False)
 --
 

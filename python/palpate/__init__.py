@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from palpate.samples import Sample, Status
     from palpate.sentences import advice
     from palpate.several import agreement, most_reliable
-    from palpate.sources import Source, open
+    from palpate.sources import Gap, Source, open
     from palpate.stream import Stream
     from palpate.touch import touches
 
@@ -58,6 +58,7 @@ __all__ = [
     "CalibrationError",
     "DeviceNotFound",
     "DeviceRefused",
+    "Gap",
     "HandoverRls",
     "HandoverRls32",
     "HandoverRlsBank",
@@ -102,6 +103,7 @@ _LAZY = {
     "OfflineTouch": "afterwards",
     "Recording": "recording",
     "Sample": "samples",
+    "Gap": "sources",
     "Source": "sources",
     "Status": "samples",
     "Stream": "stream",
@@ -132,6 +134,7 @@ _MODULES = {
     "simulation",
     "sources",
     "stream",
+    "testing",
     "touch",
 }
 """No module may have the name of a function above: its import would replace the function."""

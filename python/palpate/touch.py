@@ -1,6 +1,7 @@
 """Touches of a recording."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol, Unpack, runtime_checkable
 
 import numpy as np
@@ -52,7 +53,8 @@ def touches(
         Arrays of shape (n,): `t_hard_s`, `t_soft_s` (s; nan if unknown), `hard`, `soft` (pF, baseline included). A
         reading that is nan, or `full_scale_pF` or more, is left out and counted. The result of `palpate.recorded` is
         read in blocks, and tared at the same samples as in the measurement. With an attribute `host_stamps` that is
-        True, the setting `host_stamps` is True by default.
+        True, the setting `host_stamps` is True by default. With `gap_marks`, as those of `palpate.recorded`, or
+        `gap_rows`, as those of `palpate.read`, a touch after a gap has the flag "gap" as in the measurement.
     scene : str
         As in `Tracker`.
     **settings
@@ -147,14 +149,22 @@ def replayed(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[N
     """
     if isinstance(recording, Blocks):
         tares = recording.tares  # once: found anew among all marks at each use
+        gaps = {seq for seq, _ in getattr(recording, "gap_marks", ())}
         for block in recording.blocks():
             hard, soft = usable(block, tracker.settings["full_scale"])
             times = block["t_hard_ns"], block["t_soft_ns"]
             yield times[0] / 1e9, times[1] / 1e9, hard, soft, tracker.process(*times, hard, soft)
-            if int(block["seq"][-1]) in tares:
+            if (last := int(block["seq"][-1])) in gaps:
+                tracker.gap()
+            elif last in tares:
                 tracker.tare(force=True)  # as in the measurement, where it may have been forced
         return
     rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, the same time for both channels
     t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed(recording) else (rows, rows)
-    channels = recording.hard, recording.soft
-    yield t_hard, t_soft, *channels, tracker.process(t_hard, t_soft, *channels)
+    cuts = [0, *getattr(recording, "gap_rows", ()), len(rows)]
+    for begin, end in pairwise(cuts):
+        if begin:
+            tracker.gap()
+        part = slice(begin, end)
+        channels = recording.hard[part], recording.soft[part]
+        yield t_hard[part], t_soft[part], *channels, tracker.process(t_hard[part], t_soft[part], *channels)

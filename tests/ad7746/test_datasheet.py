@@ -95,7 +95,7 @@ def test_a_channel_that_is_refused(settings: dict[str, int], text: str) -> None:
 def test_the_two_channels_share_the_range_registers_and_nothing_is_left_over_from_the_other() -> None:
     both = Configuration(capf=3, hard=Channel(capdac=5, offset=0x9000, excitation="AB"), soft=Channel(capdac=-2))
     assert [part.hex() for part in both.registers(HARD)] == ["80002b1a", "85009000"]
-    assert [part.hex() for part in both.registers(SOFT)] == ["c0000b1a", "00828000"]
+    assert [part.hex() for part in both.registers(SOFT)] == ["c000231a", "00828000"]
     assert both.temperature_registers.hex() == "0081031a"
 
 

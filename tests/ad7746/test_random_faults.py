@@ -54,7 +54,7 @@ def _expected(bench: Bench, channel: int, t_ns: int, start_ns: int) -> float:
 def test_any_faults(drawn: list[tuple[str, float, int, int | None, int]], seed: int, tally: Tally) -> None:
     faults = [_fault(*each) for each in drawn]
     tally.count("kit faults")
-    overloaded = any(fault.kind == "overload" for fault in faults)
+    overloaded = any(fault.kind in ("overload", "wire off") for fault in faults)
     with Bench(seed=seed) as bench:
         driver = bench.open()
         start_ns = bench.carrier.clock.now_ns()

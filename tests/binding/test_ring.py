@@ -122,11 +122,11 @@ def test_two_threads_lose_nothing_that_is_not_counted() -> None:
             TypeError,
             "capacity: got '2', allowed: a whole number",
         ),
-        (lambda r: r.push((1, 2, 3)), ValueError, "sample: got 3 fields, allowed: the 8 of palpate.Sample"),
+        (lambda r: r.push((1, 2, 3)), ValueError, "sample: got 3 fields, allowed: the 9 of palpate.Sample"),
         (
-            lambda r: r.push(FIELDS._replace(hard_raw=2**24)),
+            lambda r: r.push(FIELDS._replace(hard_raw=2**31)),
             ValueError,
-            "hard_raw: got 16777216, allowed: .*-1 to 16777",
+            "hard_raw: got 2147483648, allowed: .*-1 to 2147483647",
         ),
         (lambda r: r.push(FIELDS._replace(soft_raw=-2)), ValueError, "soft_raw: got -2, allowed: an integer, -1 to"),
         (lambda r: r.push(FIELDS._replace(status=9)), ValueError, "status: got 9, allowed: an integer, 0 to 8"),
@@ -186,11 +186,11 @@ def test_rows_and_samples_are_the_same_tuples() -> None:
 def test_a_row_has_plain_numbers_and_the_ranges_of_a_recording() -> None:
     ring = SampleRing(2)
     numpys = Sample(np.int64(7), np.uint64(1), np.int32(2), np.int8(3), -1, np.float32(1.5), np.int16(2), Status.LOST)  # type: ignore[arg-type]
-    assert ring.row(numpys) == (7, 1, 2, 3, -1, 1.5, 2.0, 8)
-    assert [type(field) for field in ring.row(numpys)] == [int] * 5 + [float] * 2 + [int]
+    assert ring.row(numpys) == (7, 1, 2, 3, -1, 1.5, 2.0, 8, -1)
+    assert [type(field) for field in ring.row(numpys)] == [int] * 5 + [float] * 2 + [int] * 2
     edges = FIELDS._replace(seq=2**63 - 1, t_hard_ns=-(2**63), hard_raw=LARGEST_CODE, status=LARGEST_STATUS)
     assert ring.push(edges)
-    for field, beyond in [("hard_raw", LARGEST_CODE + 1), ("status", LARGEST_STATUS + 1)]:
+    for field, beyond in [("hard_raw", LARGEST_CODE + 1), ("status", LARGEST_STATUS + 1), ("t_uncertainty_us", 2**31)]:
         with pytest.raises(ValueError, match=field):
             ring.row(edges._replace(**{field: beyond}))
     assert len(ring) == 1

@@ -47,6 +47,7 @@ def test_parquet_has_every_bit(own: Path, tmp_path: Path) -> None:
     before = block(own)
     assert table.column_names == [
         "seq", "t_hard_ns", "t_soft_ns", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "status",
+        "t_uncertainty_us",
     ]  # fmt: skip
     for name, column in zip(before.dtype.names or (), table.columns, strict=True):
         assert column.to_numpy().tobytes() == np.ascontiguousarray(before[name]).tobytes(), name

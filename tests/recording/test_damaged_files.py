@@ -46,14 +46,14 @@ def test_what_is_missing_and_clipped(tmp_path: Path) -> None:
 def test_rows_that_were_tampered_with(tmp_path: Path) -> None:
     path = record(tmp_path / "run.csv", [sample(i) for i in range(6)])
     lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join([*lines[:3], *lines[:3:-1]]) + "9,9.0,9.0,16777216,0,0.0,0.0,0\n")
+    path.write_text("".join([*lines[:3], *lines[:3:-1]]) + "9,9.0,9.0,16777216,0,0.0,0.0,-1,0\n")
     report = check(path)
     assert not report.clean
     assert report.faults == (
         CHANGED.format("the 6 rows"),
         "2 rows out of order: their seq does not rise",
         "time goes back at 2 rows",
-        "1 rows have codes of more than 24 bits",
+        "1 rows have codes above 16777215, the largest of the converter",
     )
     path.write_text("".join(lines[:-1]))
     assert check(path).faults == ("5 rows in the file, but 6 were written",)
@@ -153,12 +153,12 @@ def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:
     lines = path.read_text().splitlines(keepends=True)
     lines[20_001] = "what is this?\n"
     path.write_text("".join(lines))
-    with pytest.raises(RecordingError, match=r"run.csv, line 20002: got 1 cells, allowed: 8: damaged; palpate check"):
+    with pytest.raises(RecordingError, match=r"run.csv, line 20002: got 1 cells, allowed: 9: damaged; palpate check"):
         read(path)
     report = check(path)
     [place] = report.damaged
     assert (place.line, place.lines, place.bytes, place.rows_before) == (20_002, 1, 14, 20_000)
-    assert "damaged: line 20002, 14 bytes (got 1 cells, allowed: 8); 20000 rows before, 9999 after" in report.faults
+    assert "damaged: line 20002, 14 bytes (got 1 cells, allowed: 9); 20000 rows before, 9999 after" in report.faults
     assert report.as_dict()["damaged"][0]["line"] == 20_002
 
 

@@ -1,8 +1,6 @@
 """Names of sources, their options, and what each gives."""
 
-import errno
 import itertools
-import os
 import subprocess
 import sys
 import threading
@@ -16,8 +14,6 @@ import palpate
 import pytest
 from palpate import (
     DeviceNotFound,
-    DeviceRefused,
-    ProtocolError,
     RecordingError,
     Sample,
     Source,
@@ -25,7 +21,6 @@ from palpate import (
     sources,
 )
 from palpate.ad7746 import datasheet
-from palpate.sources import iio
 from palpate.sources.files import FileSource
 from palpate.sources.sim import SimSource
 from project import ROOT
@@ -39,7 +34,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
     [
         ("moon:", {}, "source: got moon:, allowed: i2c:, iio:, serial:, sim:, usb: or a path"),
         ("sim:moon", {}, "sim: got scenario 'moon', allowed: soft-steady"),
-        ("sim:all?sed=1", {}, "sim: got option 'sed', allowed: capf, hard_input, replug, seed, speed, fault"),
+        ("sim:all?sed=1", {}, "sim: got option 'sed', allowed: capf, excitation, level, chop"),
         ("sim:all?seed=x", {}, "seed: got 'x', allowed: a whole number from 0 to"),
         ("sim:all?seed=-1", {}, "seed: got '-1', allowed"),
         ("sim:all?speed=0", {}, "speed: got '0', allowed: a number above 0 to 1000"),
@@ -52,7 +47,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         ("sim:all?fault=stall:x@3", {}, "fault: got amount 'x'"),
         ("sim:all?fault=stall@soon", {}, "fault's time: got 'soon'"),
         ("usb:left", {}, "usb: got address 'left', allowed: BUS/ADDRESS"),
-        ("usb:?seed=1", {}, "usb: got option 'seed', allowed: capf, hard_input, replug, firmware, backend, clock"),
+        ("usb:?seed=1", {}, "usb: got option 'seed', allowed: capf, excitation, level, chop"),
         ("i2c:", {}, "i2c: got no address"),
         ("iio:x", {"hard_input": 3}, "hard_input: got 3, allowed: a whole number from 1 to 2"),
         ("serial:", {}, "serial's port: got nothing"),
@@ -112,7 +107,8 @@ def test_a_simulated_board_is_the_same_again() -> None:
             runs.append(list(source))
             described = source.describe()
     assert runs[0] == runs[1] != runs[2]
-    assert described["simulated"] == {"scenario": "soft-steady", "seed": 2, "speed": "as fast as possible"}
+    expected = {"scenario": "soft-steady", "seed": 2, "speed": "as fast as possible", "wiring": "guide"}
+    assert described["simulated"] == expected
     assert described["configuration"]["capf"] == 2
     assert described["full_scale_pF"] == datasheet.SATURATED_PF
     assert runs[0][-1].t_soft_ns == pytest.approx(10.4e9, abs=0.2e9)
@@ -164,72 +160,6 @@ def test_a_scheme_of_another_package(monkeypatch: pytest.MonkeyPatch) -> None:
     assert stream.source.describe()["colour"] == "red"
     with pytest.raises(ValueError, match=r"allowed: .*ramp:"):
         palpate.open("moon:")
-
-
-@pytest.fixture
-def tree(tmp_path: Path) -> Path:
-    """Make a kernel's folder of a device, and one of another."""
-    for number, name in ((0, "bme280"), (1, "ad7746")):
-        folder = tmp_path / f"iio:device{number}"
-        folder.mkdir()
-        (folder / "name").write_text(f"{name}\n")
-    files = {"in_capacitance0_raw": -1234, "in_capacitance1_raw": 5678, "in_capacitance_sampling_frequency": "50"}
-    files |= {"in_capacitance0_scale": "0.000000488", "in_capacitance0_offset": 41 * 338646}
-    for name, value in files.items():
-        (folder / name).write_text(f"{value}\n")
-    return tmp_path
-
-
-def test_iio(tree: Path) -> None:
-    assert iio.devices(tree) == [tree / "iio:device1"]
-    ticks = iter(range(0, 10**9, 1000))
-    with palpate.open("iio:", root=tree, clock_ns=lambda: next(ticks)) as source:
-        samples = iter(source)
-        first = next(samples)
-        (tree / "iio:device1" / "in_capacitance0_raw").write_text("8388607")
-        second = next(samples)
-    assert first == Sample(0, 1500, 3500, 8387374, 8394286, -1234 / 2048000, 5678 / 2048000, 0)
-    assert (second.seq, second.status, second.hard_raw) == (1, Status.HARD_SATURATED, datasheet.LAST_CODE)
-    described = source.describe()
-    assert described["files"]["in_capacitance0_offset"] == "13884486"
-    assert described["period_s"] == 0.04
-    with palpate.open(f"iio:{tree}/iio:device1?hard_input=2") as swapped:
-        assert next(iter(swapped)).soft_raw == datasheet.LAST_CODE
-    with palpate.Stream(f"iio:{tree}/iio:device1") as stream:
-        next(iter(stream))
-    assert stream.counters.read == stream.counters.delivered
-
-
-def test_iio_errors(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(DeviceNotFound, match=r"0 devices in .* are an ad7746"):
-        palpate.open("iio:", root=tree / "nothing")
-    with pytest.raises(DeviceNotFound, match="is 'bme280', not an ad7746"):
-        palpate.open(f"iio:{tree}/iio:device0")
-    folder = tree / "iio:device1"
-    with palpate.open(f"iio:{folder}") as source:
-        samples = iter(source)
-        next(samples)
-        (folder / "in_capacitance1_raw").write_text("later\n")
-        assert [next(samples).status, next(samples).status] == [Status.LOST] * 2
-        with pytest.raises(ProtocolError, match="got 'later'"):
-            next(samples)
-        assert source.counters == {"errors": 3}
-    (folder / "in_capacitance1_raw").unlink()
-    with pytest.raises(DeviceNotFound, match="not found"), palpate.open(f"iio:{folder}") as source:
-        next(iter(source))
-
-    def fail(number: int) -> None:
-        def read_bytes(*_: object) -> bytes:
-            raise OSError(number, os.strerror(number))
-
-        monkeypatch.setattr("palpate.sources.iio.read_bytes", read_bytes)
-
-    fail(errno.EACCES)
-    with pytest.raises(DeviceRefused, match="no permission"):
-        palpate.open(f"iio:{folder}")
-    fail(errno.EIO)
-    with pytest.raises(ProtocolError, match="Input/output error"):
-        palpate.open(f"iio:{folder}")
 
 
 @pytest.mark.parametrize(

@@ -178,10 +178,10 @@ def uri() -> Contents:
 
 def own_file() -> Contents:
     """Yield rows of a recording by palpate."""
-    row = "{},0.026,0.039,8388608,8400000,0.0,0.0,0\n"
+    row = "{},0.026,0.039,8388608,8400000,0.0,0.0,-1,0\n"
     yield "rows", counted(row)
     yield "equal rows", filled(row.format(1))
-    yield "a long cell", filled("9", "1,0.026,0.039,8388608,8400000,", ",0.0,0\n")
+    yield "a long cell", filled("9", "1,0.026,0.039,8388608,8400000,", ",0.0,-1,0\n")
     yield "empty cells", filled(",,,,,,,\n")
     yield "a row of zeros", filled("\0", row.format(1))
 

@@ -5,12 +5,16 @@ from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
 from palpate.ad7746.clock import Clock
-from palpate.errors import ProtocolError, SourceTimeout
+from palpate.errors import DeviceNotFound, ProtocolError, SourceTimeout
 
 TRIES = 3
 _PAUSE_S = 0.001  # before an access is repeated
 
 T = TypeVar("T")
+
+
+class NotReady(DeviceNotFound):
+    """The device is plugged in, but cannot be used yet: another program may be about to load its firmware."""
 
 
 class RegisterBus(Protocol):
@@ -37,7 +41,7 @@ class RegisterBus(Protocol):
         ...
 
     def reopen(self) -> None:
-        """Open the device again: the same one, or its replacement."""
+        """Open the device again: the same one, or its replacement; NotReady is raised while it has to be waited for."""
         ...
 
     def close(self) -> None:

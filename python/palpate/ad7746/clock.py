@@ -33,16 +33,16 @@ class RealClock:
     def __init__(self, speed: float = 1.0) -> None:
         if not 0 < speed < float("inf"):
             raise ValueError(f"speed: got {speed}, allowed: above 0")
-        self._speed = speed
+        self.speed: float = speed
 
     def now_ns(self) -> int:
         """Return the time, ns."""
         now = time.monotonic_ns()
-        return now if self._speed == 1 else round(now * self._speed)
+        return now if self.speed == 1 else round(now * self.speed)
 
     def sleep(self, seconds: float) -> None:
         """Wait for this time."""
-        time.sleep(max(seconds, 0.0) / self._speed)
+        time.sleep(max(seconds, 0.0) / self.speed)
 
 
 class VirtualClock:

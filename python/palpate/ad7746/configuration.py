@@ -28,7 +28,7 @@ class Channel:
     offset : int
         Register CAP_OFFSET, 0 to 0xFFFF; 0x8000 is zero, one step is 31.25 aF.
     excitation : str
-        Driven excitation pins: "A", "B" or "AB".
+        Driven excitation pins: "A", "B" or "AB". The guide of the evaluation kit puts a sensor on EXCB.
 
     Raises
     ------
@@ -43,7 +43,7 @@ class Channel:
 
     capdac: int = 0
     offset: int = datasheet.OFFSET_ZERO
-    excitation: str = "A"
+    excitation: str = "B"
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -75,6 +75,8 @@ class Configuration:
         Excitation voltage, 0 to 3: +-VDD/8, VDD/4, 3/8 VDD, VDD/2.
     chop : bool
         Bit CAPCHOP: chopping of the capacitive channel.
+    differential : bool
+        Bit CAPDIFF: measure CIN+ minus CIN-; False: CIN+ alone.
     vtf : int
         Speed of a temperature reading, 0 (20 ms) to 3 (122 ms).
 
@@ -87,7 +89,7 @@ class Configuration:
     --------
     >>> setup, in_range = Configuration(capf=4, soft=Channel(capdac=7)).registers(SOFT)
     >>> setup.hex(), in_range.hex()
-    ('c0000b22', '87008000')
+    ('c0002322', '87008000')
     """
 
     capf: int = 0
@@ -96,6 +98,7 @@ class Configuration:
     hard_input: int = 1
     level: int = 3
     chop: bool = False
+    differential: bool = False
     vtf: int = 0
 
     def __post_init__(self) -> None:
@@ -113,6 +116,10 @@ class Configuration:
         """Return the hard (0) or the soft (1) channel."""
         return (self.hard, self.soft)[number]
 
+    def input(self, number: int) -> int:
+        """Return the input of a channel: 1 (CIN1) or 2 (CIN2)."""
+        return self.hard_input if number == HARD else 3 - self.hard_input
+
     def with_capdac(self, number: int, steps: int) -> "Configuration":
         """Return a copy with other CAPDAC steps of one channel."""
         channel = replace(self.channel(number), capdac=steps)
@@ -121,8 +128,8 @@ class Configuration:
     def registers(self, number: int) -> tuple[bytes, bytes]:
         """Return the bytes of registers 0x07 to 0x0A and 0x0B to 0x0E for one conversion of a channel."""
         channel = self.channel(number)
-        second = (self.hard_input == 2) != (number == SOFT)
-        setup = datasheet.CAPEN | (datasheet.CIN2 if second else 0) | (datasheet.CAPCHOP if self.chop else 0)
+        setup = datasheet.CAPEN | (datasheet.CIN2 if self.input(number) == 2 else 0)
+        setup |= (datasheet.CAPDIFF if self.differential else 0) | (datasheet.CAPCHOP if self.chop else 0)
         excitation = datasheet.EXCITATION[channel.excitation] | self.level
         return bytes([setup, 0, excitation, self._config]), channel.range_registers
 
@@ -130,6 +137,11 @@ class Configuration:
     def temperature_registers(self) -> bytes:
         """Bytes of registers 0x07 to 0x0A for one temperature reading."""
         return bytes([0, datasheet.VTEN | datasheet.VTCHOP, self.level, self._config])
+
+    @property
+    def supply_registers(self) -> bytes:
+        """Bytes of registers 0x07 to 0x0A for one reading of the supply."""
+        return bytes([0, datasheet.VTEN | datasheet.VT_SUPPLY | datasheet.VTCHOP, self.level, self._config])
 
     @property
     def _config(self) -> int:

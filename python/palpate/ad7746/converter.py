@@ -1,11 +1,16 @@
 """Single conversions of the AD7746, over any bus. Not tried on hardware.
 
-The steps of a conversion: write CAPDACs and offset if they differ from those in the chip; write 0x07 to 0x0A in one
-burst, CONFIG last; wait for RDY; read 0x00 to 0x0E in one transaction. That is more than the data: the other
-registers show whether the data belong to the requested channel. Another program, or a short failure of the supply,
-may have changed the registers, and then the data would be from another channel.
+The steps of a conversion: write CAPDACs and offset; write 0x07 to 0x0A in one burst, CONFIG last; wait for RDY; read
+0x00 to 0x0E in one transaction. That is more than the data: the other registers show whether the data belong to the
+requested channel. Another program, or a short failure of the supply, may have changed the registers, and then the data
+would be from another channel.
+
+The time of a conversion is its middle, with bounds that hold however long the computer was stopped: see
+`palpate.ad7746.pace`.
 """
 
+import statistics
+from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple, NoReturn, TypeVar
 
@@ -13,22 +18,25 @@ from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import Counters, RegisterBus, repeated
 from palpate.ad7746.clock import Clock
 from palpate.ad7746.configuration import HARD, NAMES, SOFT, Configuration, differs
+from palpate.ad7746.pace import Middle, Pace, Seen
 from palpate.errors import ProtocolError, SourceTimeout
 from palpate.samples import Status
 
-_POLL_S = 0.00025
-_EARLY = 0.98  # fraction of the nominal conversion time after which RDY is polled
-_LATE_S = 0.02  # a conversion is overdue after 1.5 times its nominal time plus this
-_PATIENCE = 3  # tries of a conversion in the CAPDAC search
+_SOONER_NS = 500_000  # polls begin up to this before the earliest possible end
+_SECTION_NS = 309_017  # its golden section, whose multiples fill it evenly
+_PROMPT = 0.75  # part of the limit: a write that took longer leaves the begin too uncertain
+_PATIENCE = 3  # tries of a conversion in the CAPDAC search, and to begin one at a known time
+_BUS_S = 0.0047  # what bus and USB add to a conversion, until one was measured: the kit's bus at 85 kHz
+_STEPS = 15  # conversions whose median is the time of one
 _SATURATED = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
 
 T = TypeVar("T")
 
 
 class Reading(NamedTuple):
-    """Result of one conversion: time of its middle (ns of the clock), code, capacitance (pF), `Status`."""
+    """Result of one conversion: its middle (ns of the clock), code, capacitance (pF), `Status`."""
 
-    t_ns: int
+    middle: Middle
     raw: int
     capacitance: float
     status: Status
@@ -36,27 +44,6 @@ class Reading(NamedTuple):
 
 class Overdue(SourceTimeout):
     """The device answers, but this conversion is too late."""
-
-
-class _Span(NamedTuple):
-    """Earliest and latest start of a conversion, its duration (ns), and the registers after it."""
-
-    earliest: int
-    latest: int
-    nominal: int
-    image: bytes
-
-    def middle_ns(self) -> int:
-        """Return the time of the middle, ns.
-
-        Normally the start is known to within one transfer; on a busy computer it is less certain.
-        """
-        if self.latest - self.earliest > self.nominal:
-            raise Overdue(
-                f"the start of a conversion is uncertain by {(self.latest - self.earliest) / 1e9:.3f} s, more than its "
-                "duration: the computer is too busy, or the board answers late"
-            )
-        return self.latest + self.nominal // 2
 
 
 class Converter:
@@ -72,6 +59,8 @@ class Converter:
         Counts failed and repeated accesses.
     check : callable
         Called before each access; an exception that it raises ends the method.
+    limit_ns : int
+        As in `Ad7746`: a conversion whose begin is nearly as uncertain is begun again.
 
     Raises
     ------
@@ -86,19 +75,29 @@ class Converter:
         clock: Clock,
         counters: Counters,
         check: Callable[[], None],
+        limit_ns: int,
     ) -> None:
+        self.limit_ns: int = limit_ns
         self.configuration: Configuration = configuration
         self.dump: bytes = b""
         self._bus = bus
         self._clock = clock
         self._counters = counters
         self._check = check
-        self._range = b""  # content of CAPDAC_A to CAP_OFFSET; empty: unknown
+        self._pace = Pace(configuration.conversion_s)
+        self._steps_ns: deque[int] = deque(maxlen=_STEPS)
+        self._sooner_ns = 0
         self._trust_pin = True
+
+    @property
+    def step_s(self) -> float:
+        """Time of a conversion with all its accesses, s: the median of the last ones; before the first, an estimate."""
+        return statistics.median(self._steps_ns) / 1e9 if self._steps_ns else self.configuration.conversion_s + _BUS_S
 
     def set_up(self) -> None:
         """Reset the chip, write the configuration in idle mode, and check that it reads back the same."""
-        self._range, self._trust_pin = b"", True
+        self._trust_pin = True
+        self._pace = Pace(self.configuration.conversion_s)
         self._access(self._bus.reset)
         self._clock.sleep(2 * datasheet.RESET_S)
         setup, in_range = self.configuration.registers(HARD)
@@ -110,26 +109,33 @@ class Converter:
 
     def convert(self, channel: int) -> Reading:
         """Convert one channel, `HARD` or `SOFT`, once."""
+        entered = self._clock.now_ns()
         setup, in_range = self.configuration.registers(channel)
-        if self._range != in_range:
-            self._range = b""
-            self._access(lambda: self._bus.write(datasheet.CAPDAC_A, in_range))
-        span = self._run(setup, in_range, round(self.configuration.conversion_s * 1e9), datasheet.RDYCAP)
-        self._range = in_range
-        raw = int.from_bytes(span.image[datasheet.CAP_DATA : datasheet.VT_DATA], "big")
+        self._access(lambda: self._bus.write(datasheet.CAPDAC_A, in_range))
+        seen, image = self._run(setup, in_range, self._pace, datasheet.RDYCAP)
+        self._pace.learn(seen)
+        self._steps_ns.append(self._clock.now_ns() - entered)
+        raw = int.from_bytes(image[datasheet.CAP_DATA : datasheet.VT_DATA], "big")
         status = _SATURATED[channel] if datasheet.saturated(raw) else Status.OK
-        status |= Status.EXCITATION if span.image[datasheet.STATUS] & datasheet.EXCERR else Status.OK
-        return Reading(span.middle_ns(), raw, datasheet.capacitance_pF(raw), status)
+        status |= Status.EXCITATION if image[datasheet.STATUS] & datasheet.EXCERR else Status.OK
+        return Reading(self._pace.middle(seen), raw, datasheet.capacitance_pF(raw), status)
 
-    def forget(self) -> None:
-        """Write all registers again before the next conversion."""
-        self._range = b""
+    def gains(self) -> bytes:
+        """Return CAP_GAIN and VOLT_GAIN: set in the factory, other ones in each chip, and constant."""
+        return self._access(lambda: self._bus.read(datasheet.CAP_GAIN, datasheet.REGISTERS - datasheet.CAP_GAIN))
 
     def temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius."""
-        setup = self.configuration.temperature_registers
-        image = self._run(setup, b"", round(self.configuration.temperature_s * 1e9), datasheet.RDYVT).image
-        return datasheet.temperature_C(int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big"))
+        return datasheet.temperature_C(self._voltage(self.configuration.temperature_registers))
+
+    def supply(self) -> float:
+        """Measure the supply of the chip, V."""
+        return datasheet.supply_V(self._voltage(self.configuration.supply_registers))
+
+    def _voltage(self, setup: bytes) -> int:
+        """Return a code of the voltage channel."""
+        _, image = self._run(setup, b"", Pace(self.configuration.temperature_s), datasheet.RDYVT)
+        return int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big")
 
     def auto_capdac(self) -> None:
         """Choose each channel's CAPDAC so that its present signal lies in the middle of the range."""
@@ -137,12 +143,16 @@ class Converter:
             self._centre(channel)
         self.dump = self._access(lambda: self._bus.read(0, datasheet.REGISTERS))
 
+    def restore_capdac(self, hard: int, soft: int) -> None:
+        """Use these CAPDAC steps, from the next conversion on."""
+        self.configuration = self.configuration.with_capdac(HARD, hard).with_capdac(SOFT, soft)
+
     def _centre(self, channel: int) -> None:
         low, high = -datasheet.DAC_STEPS, datasheet.DAC_STEPS
         steps = self.configuration.channel(channel).capdac
         for _ in range(2 * (high - low).bit_length()):
             self.configuration = self.configuration.with_capdac(channel, steps)
-            reading = self._patiently(channel)
+            reading = self.patiently(channel)
             if reading.status & Status.EXCITATION:
                 raise ProtocolError(f"{NAMES[channel]}: EXCERR: the excitation pin is shorted or overloaded")
             if not reading.status and abs(reading.capacitance) <= 0.75 * datasheet.DAC_STEP_PF:
@@ -156,24 +166,34 @@ class Converter:
             "17 pF, is shorted, or changes all the time; check the cable of the probe"
         )
 
-    def _patiently(self, channel: int) -> Reading:
+    def patiently(self, channel: int) -> Reading:
+        """Convert one channel; a conversion that is lost is repeated twice."""
         for _ in range(_PATIENCE - 1):
             try:
                 return self.convert(channel)
             except (SourceTimeout, ProtocolError):
-                self.forget()
+                continue
         return self.convert(channel)
 
-    def _run(self, setup: bytes, in_range: bytes, nominal: int, bit: int) -> "_Span":
+    def _run(self, setup: bytes, in_range: bytes, pace: Pace, bit: int) -> tuple[Seen, bytes]:
         """Begin a conversion with the last byte of `setup`, wait until it has ended, read 0x00 to 0x0E."""
-        asked, begun = self._access(lambda: (self._clock.now_ns(), self._bus.write(datasheet.CAP_SETUP, setup)))
-        busy, ended = self._wait(asked, begun, nominal, bit)
+        asked, begun = self._begin(setup)
+        busy, ended = self._wait(asked, begun, pace, bit)
         retries = self._counters.retries
         image = self._access(lambda: self._bus.read(0, datasheet.CAP_GAIN))
         _same(setup + in_range, image)
         if image[datasheet.STATUS] & bit:
             self._not_new(repeated=self._counters.retries != retries)
-        return _Span(max(asked, busy - nominal), min(begun, ended - nominal), nominal, image)
+        # A pin that was never high may be stuck low: then only STATUS, in the image, shows the end.
+        return Seen(asked, begun, busy, ended if busy > asked else self._clock.now_ns()), image
+
+    def _begin(self, setup: bytes) -> tuple[int, int]:
+        """Begin a conversion; return times before and after it, ns. If they are far apart, begin it again."""
+        for _ in range(_PATIENCE):
+            asked, begun = self._access(lambda: (self._clock.now_ns(), self._bus.write(datasheet.CAP_SETUP, setup)))
+            if begun - asked <= _PROMPT * self.limit_ns:
+                break
+        return asked, begun
 
     def _not_new(self, *, repeated: bool) -> NoReturn:
         if repeated:
@@ -184,19 +204,23 @@ class Converter:
         self._counters.errors += 1
         raise ProtocolError("the RDY# pin shows the end of a conversion, STATUS does not: the pin is stuck low")
 
-    def _wait(self, asked: int, begun: int, nominal: int, bit: int) -> tuple[int, int]:
-        """Return two times, ns: the last poll that found the conversion running, the first that found it ended."""
-        self._clock.sleep((asked + _EARLY * nominal - self._clock.now_ns()) / 1e9)
+    def _wait(self, asked: int, begun: int, pace: Pace, bit: int) -> tuple[int, int]:
+        """Return two times, ns: the last poll that found the conversion running, the first that found it ended.
+
+        The first one is `asked` if no poll found it running. The polls begin at another time in each conversion: so one
+        is just before the end now and then, and shows the duration.
+        """
+        self._sooner_ns = (self._sooner_ns + _SECTION_NS) % _SOONER_NS
+        self._clock.sleep((asked + pace.shortest_ns - self._sooner_ns - self._clock.now_ns()) / 1e9)
         busy = asked
         while True:
             now = self._clock.now_ns()
             if self._ready(bit):
                 return busy, self._clock.now_ns()
             busy = now
-            if now > begun + 1.5 * nominal + _LATE_S * 1e9:
+            if now > begun + pace.overdue_ns:
                 self._check_overdue((now - begun) / 1e9, bit)
                 return asked, self._clock.now_ns()
-            self._clock.sleep(_POLL_S)
 
     def _check_overdue(self, waited_s: float, bit: int) -> None:
         if not self._trust_pin or not self._ready_by_status(bit):

@@ -10,8 +10,16 @@ What happens after an error:
 3. After `STREAK` lost pairs in a row, or as soon as an access got no answer in any of its tries, the device is
    opened and configured again (with the firmware, if its path is known), counted in `reopened`; after `STREAK`
    more lost pairs the last error is raised.
-4. If the device is unplugged, the driver waits for it, up to `replug_s`. The pairs that the gap would have held
+4. If the computer stopped so long that the difference of a pair's two times may be wrong by more than `limit_ns`, the
+   pair is LOST and counted in `lost`; the hard reading keeps its value if its own time is good. Such pairs are no
+   failures of the device: it is not opened again.
+5. If the device is unplugged, the driver waits for it, up to `replug_s`. The pairs that the gap would have held
    are counted in `lost`, and their sequence numbers are skipped.
+6. Once a second the gains of the chip are read. If another program has changed them, the pair is LOST, and the device
+   is opened again.
+
+After 3, 5 and 6, and where the range was set again, the baseline before does not hold any more: `gaps` says from which
+sample on, and why.
 """
 
 import math
@@ -19,17 +27,23 @@ from collections.abc import Callable
 from threading import Event
 from typing import Any
 
+from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import Counters, RegisterBus
 from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
+from palpate.ad7746.connection import Connection, OtherGains
 from palpate.ad7746.converter import Converter, Overdue, Reading
+from palpate.ad7746.inputs import Look, look
+from palpate.ad7746.pace import Middle, difference_ns
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Sample, Status
 
 STREAK = 3
-BUS_S = 0.002
-"""Approximate time that the bus and USB add to a conversion, s."""
-_REPLUG_POLL_S = 0.1
+LIMIT_NS = 2_000_000
+"""Largest possible error of the difference of the two times of a pair that is not LOST, ns."""
+_UNKNOWN_NS = -1000
+_GRACE_NS = 200_000_000
+_CONDITIONS_S = 2 * (datasheet.VT_CONVERSION_S[0] + 0.005)
 
 
 class _Interrupted(Exception):
@@ -49,7 +63,14 @@ class Ad7746:
     replug_s : float
         Longest time to wait for an unplugged device, s.
     notify : callable, optional
-        Called with a message when the device is unplugged and when it is back.
+        Called with a message when the device is unplugged and when it is back, or if its range cannot be set again.
+    limit_ns : int
+        Largest possible error of the difference of a pair's two times, ns; above it the pair is LOST.
+
+    Attributes
+    ----------
+    gaps : list of (int, str)
+        Each: number of the sample from which on the baseline before does not hold; and why.
 
     Raises
     ------
@@ -76,18 +97,21 @@ class Ad7746:
         *,
         replug_s: float = 30.0,
         notify: Callable[[str], None] = lambda _: None,
+        limit_ns: int = LIMIT_NS,
     ) -> None:
         self.counters: Counters = Counters()
+        self.gaps: list[tuple[int, str]] = []
         self._bus = bus
         self._clock = clock or RealClock()
         self._replug_s = replug_s
         self._notify = notify
-        self._interrupted = Event()
+        self._interrupted, self._centre = Event(), Event()
         self._converter = Converter(
-            bus, configuration or Configuration(), self._clock, self.counters, self._check_interrupt
+            bus, configuration or Configuration(), self._clock, self.counters, self._check_interrupt, limit_ns
         )
+        self._connection = Connection(bus, self._converter, self._clock, notify, self._check_interrupt)
         self._start_ns = self._last_ns = self._clock.now_ns()
-        self._streak = 0
+        self._streak = self._next = self._grace_ns = 0
 
     @property
     def configuration(self) -> Configuration:
@@ -96,12 +120,17 @@ class Ad7746:
 
     @property
     def period_s(self) -> float:
-        """Approximate time from one pair to the next, s."""
-        return 2 * (self.configuration.conversion_s + BUS_S)
+        """Time from one pair to the next, s: twice the median of the last conversions' times, in pairs or `auto_capdac`."""
+        return 2 * self._converter.step_s
+
+    @property
+    def zero_ns(self) -> int | None:
+        """`time.monotonic_ns()` at t = 0; None: the clock is not that of the computer."""
+        return self._start_ns if isinstance(self._clock, RealClock) and self._clock.speed == 1 else None
 
     def start(self) -> None:
         """Reset and configure the chip, and begin to count time."""
-        self._converter.set_up()
+        self._connection.set_up()
         self._start_ns = self._last_ns = self._clock.now_ns()
 
     def interrupt(self) -> None:
@@ -119,6 +148,7 @@ class Ad7746:
             "note": "driver not tried on hardware",
             "device": self._bus.describe(),
             "registers": self._converter.dump.hex(" "),
+            "fingerprint": self._connection.gains.hex(" "),  # of the chip: its gains from the factory
             "configuration": self.configuration.as_dict(),
             "conversion_s": self.configuration.conversion_s,
             "period_s": self.period_s,
@@ -129,22 +159,65 @@ class Ad7746:
     def auto_capdac(self) -> tuple[int, int]:
         """Set the CAPDAC of each channel so that its present, idle signal is in the middle of the range.
 
+        If it fails, the CAPDACs are those from before.
+
         Returns
         -------
         (int, int)
             Steps of the hard and the soft channel, as in `Channel.capdac`.
         """
-        self._converter.auto_capdac()
-        return self.configuration.hard.capdac, self.configuration.soft.capdac
+        before = self._capdacs
+        try:
+            self._converter.auto_capdac()
+        except BaseException:
+            self._converter.restore_capdac(*before)
+            raise
+        if self._next and before != self._capdacs:
+            self.gaps.append((self._next, f"the range was set again: CAPDAC {self._capdacs}, before {before}"))
+        return self._capdacs
+
+    def centre(self) -> None:
+        """Do `auto_capdac` before the next pair of `read_pair`; from any thread."""
+        self._centre.set()
 
     def read_temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius; use it between touches, it takes 20 ms or more."""
         return self._converter.temperature()
 
+    def read_conditions(self) -> dict[str, float] | None:
+        """Measure temperature and supply of the chip, in about 50 ms; also after `interrupt`, then for 0.2 s at most.
+
+        Returns
+        -------
+        dict or None
+            `t_s` of the measurement, `temperature_C`, `supply_V`; None: the chip could not be read.
+        """
+        self._grace_ns = self._clock.now_ns() + _GRACE_NS
+        try:
+            t_s = (self._clock.now_ns() - self._start_ns) / 1e9
+            found = {"temperature_C": self._converter.temperature(), "supply_V": self._converter.supply()}
+        except (SourceError, _Interrupted):
+            return None
+        finally:
+            self._grace_ns = 0
+        return {"t_s": round(t_s, 3), **{name: round(value, 3) for name, value in found.items()}}
+
+    @property
+    def conditions_are_free(self) -> bool:
+        """Whether `read_conditions` between two pairs leaves the second one in time."""
+        return 0.4 * self.period_s > _CONDITIONS_S
+
     def read_channel(self, channel: int) -> Reading:
         """Convert one channel only, `HARD` or `SOFT`; a lost conversion raises an error here."""
         reading = self._converter.convert(channel)
-        return reading._replace(t_ns=reading.t_ns - self._start_ns)
+        return reading._replace(middle=reading.middle._replace(t_ns=reading.middle.t_ns - self._start_ns))
+
+    def look(self, name: str, excitation: str) -> Look:
+        """Measure what an input, "1+" to "2-", has on an excitation pin, "A" or "B"; nan after `interrupt`."""
+        try:
+            return look(self._converter, name, excitation)
+        except _Interrupted:
+            return Look(math.nan)
 
     def read_pair(self, seq: int) -> Sample | None:
         """Read both channels, the hard one first.
@@ -161,8 +234,12 @@ class Ad7746:
         """
         try:
             while True:
+                self._next = seq
                 try:
-                    return self._pair(seq)
+                    seq += self._centred()
+                    sample = self._pair(seq)
+                    self._next = sample.seq + 1
+                    return sample
                 except DeviceRefused:
                     raise
                 except DeviceNotFound as gone:
@@ -171,58 +248,82 @@ class Ad7746:
             return None
 
     def _pair(self, seq: int) -> Sample:
-        hard = soft = lost = Reading(self._clock.now_ns() - self._start_ns, -1, math.nan, Status.LOST)
+        hard = soft = _empty(Middle(self._clock.now_ns() - self._start_ns))
+        uncertainty_ns = _UNKNOWN_NS
         try:
+            self._connection.check_gains()
             hard = self.read_channel(HARD)
             soft = self.read_channel(SOFT)
             self._streak = 0
-            self.counters.pairs += 1
+            uncertainty_ns = difference_ns(hard.middle, soft.middle)
         except (SourceTimeout, ProtocolError) as failure:
-            self._give_up(failure)
+            self._give_up(failure, seq)
+        if 0 <= uncertainty_ns <= self._converter.limit_ns:
+            self.counters.pairs += 1
+        else:
             self.counters.lost += 1
-            hard = lost if hard.status else hard._replace(status=Status.LOST)
+            good = not hard.status and hard.middle.error_ns <= self._converter.limit_ns
+            hard, soft = hard._replace(status=Status.LOST) if good else _empty(hard.middle), _empty(soft.middle)
         self._last_ns = self._clock.now_ns()
         return Sample(
-            seq, hard.t_ns, soft.t_ns, hard.raw, soft.raw, hard.capacitance, soft.capacitance, hard.status | soft.status
+            seq,
+            hard.middle.t_ns,
+            soft.middle.t_ns,
+            hard.raw,
+            soft.raw,
+            hard.capacitance,
+            soft.capacitance,
+            hard.status | soft.status,
+            -(-uncertainty_ns // 1000),
         )
 
-    def _give_up(self, failure: SourceError) -> None:
-        self._converter.forget()
+    def _give_up(self, failure: SourceError, seq: int) -> None:
         deaf = isinstance(failure, SourceTimeout) and not isinstance(failure, Overdue)
-        self._streak = STREAK if deaf and self._streak < STREAK else self._streak + 1
+        at_once = deaf or isinstance(failure, OtherGains)
+        self._streak = STREAK if at_once and self._streak < STREAK else self._streak + 1
         if self._streak >= 2 * STREAK:
             raise failure
         if self._streak == STREAK:
             self.counters.reopened += 1
-            self._bus.reopen()
-            self._converter.set_up()
+            other = self._connection.open_again()
+            self.gaps.append((seq + 1, f"the board was opened again after an error ({failure}){other}"))
 
     def _wait_for_replug(self, gone: DeviceNotFound) -> int:
-        self._notify(f"{gone} Waiting for it, up to {self._replug_s:g} s.")
-        deadline = self._clock.now_ns() + self._replug_s * 1e9
-        while not self._is_back():
-            if self._clock.now_ns() > deadline:
-                raise gone
-            self._clock.sleep(_REPLUG_POLL_S)
+        other = self._connection.wait(gone, self._replug_s)
         gap_s = (self._clock.now_ns() - self._last_ns) / 1e9
-        self._last_ns = self._clock.now_ns()
-        lost = int(gap_s / self.period_s)
+        lost = self._skipped()
         self.counters.reconnects += 1
-        self.counters.lost += lost
-        self._notify(f"The device is back after {gap_s:.1f} s: {lost} pairs lost.")
+        self.gaps.append((self._next, f"the board was unplugged for {gap_s:.1f} s{other}"))
+        self._notify(f"The device is back after {gap_s:.1f} s: {lost} pairs lost{other}.")
         return lost
 
-    def _is_back(self) -> bool:
-        self._check_interrupt()
+    def _centred(self) -> int:
+        """Set the range again if that was requested; return the number of pairs lost meanwhile."""
+        if not self._centre.is_set():
+            return 0
+        self._centre.clear()
         try:
-            self._bus.reopen()
-            self._converter.set_up()
-        except DeviceRefused:
-            raise
-        except SourceError:
-            return False
-        return True
+            self.auto_capdac()
+        except (SourceTimeout, ProtocolError) as error:
+            self._notify(f"the range could not be set again: {error}")
+        return self._skipped()
+
+    def _skipped(self) -> int:
+        """Count the pairs that there would have been since the last one."""
+        lost = int((self._clock.now_ns() - self._last_ns) / 1e9 / self.period_s)
+        self._last_ns = self._clock.now_ns()
+        self.counters.lost += lost
+        return lost
+
+    @property
+    def _capdacs(self) -> tuple[int, int]:
+        return self.configuration.hard.capdac, self.configuration.soft.capdac
 
     def _check_interrupt(self) -> None:
-        if self._interrupted.is_set():
+        if self._interrupted.is_set() and self._clock.now_ns() >= self._grace_ns:
             raise _Interrupted
+
+
+def _empty(middle: Middle) -> Reading:
+    """Return a reading that has only a time."""
+    return Reading(middle, -1, math.nan, Status.LOST)

@@ -17,7 +17,7 @@ from palpate.errors import RecordingError
 from palpate.files import read_bytes
 from palpate.recording.rows import capacitances
 from palpate.recording.survey import Survey
-from palpate.samples import DTYPE, Block, Status
+from palpate.samples import Block, Status, blank
 
 _CODE = re.compile(r"[0-9A-Fa-f]{6}")
 _TIME = re.compile(r"(?<![\d.,])(\d{1,9}(?:[.,]\d{1,9})?)\s{0,9}(ms|s)$")
@@ -203,8 +203,7 @@ class BinaryData:
 
     def blocks(self) -> Iterator[Block]:
         """Yield all rows as one block."""
-        block = np.zeros(max(len(channel.codes) for channel in self.channels), DTYPE)
-        block["seq"] = np.arange(len(block))
+        block = blank(max(len(channel.codes) for channel in self.channels))
         block["t_hard_ns"] = block["t_soft_ns"] = np.rint(block["seq"] * (self.period_s or 0.0) * 1e9)
         codes = np.full((2, len(block)), -1, np.int32)
         for row, channel in zip(codes, self.channels, strict=False):

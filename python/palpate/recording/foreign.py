@@ -10,7 +10,7 @@ import numpy as np
 from palpate.recording.own_file import Recorded, is_own
 from palpate.recording.recording import read
 from palpate.recording.survey import Survey
-from palpate.samples import DTYPE, Block
+from palpate.samples import Block, blank
 
 
 class Foreign:
@@ -51,6 +51,7 @@ class Foreign:
         self.full_scale_pF: float = self._recording.full_scale_pF
         self.notes: tuple[str, ...] = self._recording.notes
         self.tares: frozenset[int] = frozenset()
+        self.gap_marks: list[tuple[int, str]] = []
         times = (self._recording.t_hard_s, self._recording.t_soft_s)
         self.timed: bool = all(bool(np.isfinite(t).all()) for t in times)
         self.settings: dict[str, Any] = {}
@@ -63,9 +64,7 @@ class Foreign:
     def blocks(self) -> Iterator[Block]:
         """Yield all samples as one block; without times, samples are 1 ms apart."""
         recording = self._recording
-        block = np.zeros(len(recording.hard), DTYPE)
-        block["seq"] = np.arange(len(block))
-        block["hard_raw"] = block["soft_raw"] = -1
+        block = blank(len(recording.hard))
         block["hard"], block["soft"] = recording.hard, recording.soft
         for name, seconds in (("t_hard_ns", recording.t_hard_s), ("t_soft_ns", recording.t_soft_s)):
             ns = seconds * 1e9  # halves away from zero, as the tracker rounds seconds

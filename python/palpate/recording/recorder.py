@@ -6,6 +6,7 @@ checkpoint of what is synced goes to the sidecar: so a recording without an end 
 
 import os
 import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from threading import Event, Thread
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from palpate._core import SampleRing
+from palpate.epoch import at
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.writer import Writer, unwritable
@@ -39,9 +41,15 @@ class Recorder:
     settings : dict
         Scene and settings of the tracker.
     notes : list of str
-    live : bool
-        Whether samples come as they are measured; then the sidecar gets the wall clock at t = 0, `zero_utc_ns`, from
-        the arrival of the first sample: late by half a conversion and its way to here, and as good as that clock.
+    zero_ns : callable
+        Returns `time.monotonic_ns()` at t = 0, or None; called at the first sample. The sidecar gets it, and UTC of the
+        same moment as the wall clock shows it at the begin, `zero_utc_ns`, and at the end, `zero_utc_ns_at_end`.
+
+    Attributes
+    ----------
+    conditions : list of dict
+        What the source measured beside the samples so far; a longer list takes its place. It goes to the sidecar with
+        each checkpoint, and at the end.
 
     Raises
     ------
@@ -59,7 +67,7 @@ class Recorder:
     True
     >>> recorder.close()
     >>> (folder / "run.csv").read_text().splitlines()[1]
-    '0,0.000000000,0.013000000,8388608,8388608,0.0,0.0,0'
+    '0,0.000000000,0.013000000,8388608,8388608,0.0,0.0,-1,0'
     """
 
     def __init__(
@@ -69,12 +77,15 @@ class Recorder:
         settings: dict[str, Any],
         notes: list[str],
         *,
-        live: bool = False,
+        zero_ns: Callable[[], int | None] = lambda: None,
     ) -> None:
         document = sidecar.fresh(device, settings, list(notes))
         self._clock: dict[str, int] = document["clock"]
-        self._waits_for_zero = live
+        self.conditions: list[dict[str, float]] = []
+        self._find_zero: Callable[[], int | None] | None = zero_ns
         self._ring = SampleRing(CAPACITY)
+        self._last: Sample | None = None  # in the ring
+        self._gaps: deque[dict[str, Any]] = deque()
         self._wake, self._closing = Event(), False
         self._writer = Writer(Path(path).absolute(), document)
         self._thread = Thread(target=self._run, name="palpate-recorder", daemon=True)
@@ -107,14 +118,22 @@ class Recorder:
 
     def push(self, sample: Sample) -> bool:
         """Add a sample; return whether there was room. To be called from one thread only."""
-        if self._waits_for_zero:
-            self._waits_for_zero = False
-            zero_ns = time.time_ns() - max(sample.t_hard_ns, sample.t_soft_ns)
-            self._clock = {**self._clock, "zero_utc_ns": zero_ns}
+        if self._find_zero:
+            self._begin_clock(self._find_zero())
+            self._find_zero = None
         taken = self._ring.push(sample)
+        self._last = sample if taken else self._last
         if self.is_behind:
             self._wake.set()
         return taken
+
+    def gap(self, text: str) -> None:
+        """Mark that from the next sample on the baseline before does not hold; from the thread that pushes.
+
+        The mark is at the last sample before it, as that of a tare, and is in the sidecar before any later row is in the
+        file.
+        """
+        self._gaps.append(_mark(text, self._last, tare=True, gap=True))
 
     def note(self, text: str) -> None:
         """Add a note to the sidecar.
@@ -130,8 +149,7 @@ class Recorder:
 
     def mark(self, text: str, sample: Sample | None, **more: Any) -> None:
         """Add a mark at a sample to the sidecar; errors as in `note`."""
-        where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
-        self._add("marks", {**where, "text": text, **more})
+        self._add("marks", _mark(text, sample, **more))
 
     def close(self, counters: Callable[[], dict[str, int]] = dict, error: str | None = None) -> None:
         """Write the remaining samples and the end of the sidecar, and close the file.
@@ -155,7 +173,17 @@ class Recorder:
         self._wake.set()
         self._thread.join()
         end = {"dropped": self.dropped, "counters": counters()} | ({"error": error} if error else {})
-        self._writer.end(clock=self._clock, end=end)
+        if (zero_ns := self._clock.get("zero_monotonic_ns")) is not None:
+            self._clock = {**self._clock, "zero_utc_ns_at_end": at(zero_ns).utc_ns}
+        self._writer.end(self._entries, end)
+
+    @property
+    def _entries(self) -> dict[str, Any]:
+        return {"clock": self._clock, **({"conditions": self.conditions} if self.conditions else {})}
+
+    def _begin_clock(self, zero_ns: int | None) -> None:
+        if zero_ns is not None:
+            self._clock = {**self._clock, "zero_monotonic_ns": zero_ns, "zero_utc_ns": at(zero_ns).utc_ns}
 
     def _add(self, where: str, what: Any) -> None:
         try:
@@ -168,10 +196,18 @@ class Recorder:
         synced, closing = time.monotonic(), False
         while not closing and not self._writer.stopped:
             closing = self._closing
-            self._writer.write(waiting[: self._ring.pop_many(waiting)])
+            count = self._ring.pop_many(waiting)
+            while self._gaps:
+                self._writer.mark(self._gaps.popleft())
+            self._writer.write(waiting[:count])
             if closing or time.monotonic() - synced >= SYNC_S:
-                self._writer.checkpoint(self._clock)
+                self._writer.checkpoint(self._entries)
                 synced = time.monotonic()
             if not closing:
                 self._wake.wait(FLUSH_S)
                 self._wake.clear()
+
+
+def _mark(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:
+    where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
+    return {**where, "text": text, **more}

@@ -45,6 +45,10 @@ class Recording:
         Whether the times are those of the arrival at the computer; False if it is not known.
     doubts : tuple of str
         Those of the notes that say that the file is not as it was written: results may be wrong.
+    gap_rows : tuple of int
+        Rows from which on the baseline before does not hold, from 1: the board was opened again, or its range moved.
+    zero_utc_ns : int or None
+        UTC of t = 0, ns since 1970, by the wall clock of the computer that recorded; None: unknown.
 
     Examples
     --------
@@ -61,6 +65,23 @@ class Recording:
     full_scale_pF: float = math.inf
     host_stamps: bool = False
     doubts: tuple[str, ...] = ()
+    gap_rows: tuple[int, ...] = ()
+    zero_utc_ns: int | None = None
+
+    @property
+    def utc_ns(self) -> NDArray[np.int64]:
+        """UTC of the hard channel's readings, ns since 1970, shape (n,); it puts recordings on one time axis.
+
+        Raises
+        ------
+        ValueError
+            It is not known, for example of a simulation that ran faster than time.
+        """
+        if self.zero_utc_ns is None:
+            raise ValueError(
+                "utc_ns: got a recording without the wall clock, allowed: one of a device, made by palpate"
+            )
+        return self.zero_utc_ns + np.rint(self.t_hard_s * 1e9).astype(np.int64)
 
     def __post_init__(self) -> None:
         """Convert the fields to arrays, and check them."""
@@ -140,8 +161,17 @@ def read(
 def _own(recorded: Recorded) -> Recording:
     block = np.concatenate([np.zeros(0, DTYPE), *recorded.blocks()])
     times = (block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9)
-    values = usable(block, recorded.full_scale_pF)
-    return Recording(*times, *values, recorded.notes, recorded.full_scale_pF, recorded.host_stamps, recorded.doubts)
+    last = np.flatnonzero(np.isin(block["seq"][:-1], [seq for seq, _ in recorded.gap_marks]))
+    return Recording(
+        *times,
+        *usable(block, recorded.full_scale_pF),
+        notes=recorded.notes,
+        full_scale_pF=recorded.full_scale_pF,
+        host_stamps=recorded.host_stamps,
+        doubts=recorded.doubts,
+        gap_rows=tuple((last + 1).tolist()),
+        zero_utc_ns=recorded.zero_utc_ns,
+    )
 
 
 def _check(wanted: Mapping[str, str | int], unit: str | None) -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from palpate.ad7746.datasheet import LAST_CODE
+from palpate.recording.codes import Codes
 from palpate.samples import Block, Status, refused
 
 
@@ -27,11 +27,13 @@ class Survey:
     refused, excitation, hard_saturated, soft_saturated : int
         Rows without a usable value; those of them with EXCERR of the converter; rows with a saturated channel.
     miscoded : int
-        Rows with a code of more than 24 bits.
+        Rows with a code above the largest one of the converter.
     seconds : float
         Time from the first row to the last, s.
     spans_pF : dict
         (lowest, highest) value of "hard" and "soft", pF; no entry for a channel without values.
+    largest_code : int
+        The largest code of the converter.
 
     Examples
     --------
@@ -57,6 +59,7 @@ class Survey:
     first_ns: int = 0
     last_ns: int = 0
     spans_pF: dict[str, tuple[float, float]] = field(default_factory=dict)
+    largest_code: int = Codes().largest
 
     @property
     def in_gaps(self) -> str:
@@ -102,7 +105,8 @@ class Survey:
         self.excitation += int(np.count_nonzero(status & Status.EXCITATION))
         self.hard_saturated += int(np.count_nonzero(status & Status.HARD_SATURATED))
         self.soft_saturated += int(np.count_nonzero(status & Status.SOFT_SATURATED))
-        self.miscoded += int(np.count_nonzero((block["hard_raw"] > LAST_CODE) | (block["soft_raw"] > LAST_CODE)))
+        above = (block["hard_raw"] > self.largest_code) | (block["soft_raw"] > self.largest_code)
+        self.miscoded += int(np.count_nonzero(above))
         for name in ("hard", "soft"):
             values = block[name][np.isfinite(block[name])]
             if len(values):

@@ -160,7 +160,7 @@ def _faults(recording: Recorded, damage: list[Damage]) -> Iterator[str]:
         f"{recording.torn_bytes} bytes after the last complete row": recording.torn_bytes,
         f"{survey.disordered} rows out of order: their seq does not rise": survey.disordered,
         f"time goes back at {survey.backward} rows": survey.backward,
-        f"{survey.miscoded} rows have codes of more than 24 bits": survey.miscoded,
+        f"{survey.miscoded} rows have codes above {survey.largest_code}, the largest of the converter": survey.miscoded,
     }
     yield from (text for text, holds in counts.items() if holds)
 

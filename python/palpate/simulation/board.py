@@ -9,11 +9,12 @@ import numpy as np
 from palpate.ad7746.clock import Clock, RealClock, VirtualClock
 from palpate.ad7746.configuration import Configuration
 from palpate.ad7746.datasheet import NOISE_PF
-from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.ad7746.evalkit.board import EvalKit
-from palpate.ad7746.twin.chip import ChipTwin, Pins
-from palpate.ad7746.twin.kit import KitTwin
+from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.twin.kit import BUS_KHZ, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
+from palpate.ad7746.twin.wiring import WIRINGS, Pins, Wiring
 from palpate.simulation.converter import Converter, Stamps
 from palpate.simulation.ranges import stream
 from palpate.simulation.scenario import Scenario
@@ -21,7 +22,7 @@ from palpate.simulation.scenarios import SCENARIOS
 from palpate.simulation.truth import Truth
 
 PARASITIC_PF = (6.3, 5.1)
-"""Parasitic capacitance of the two inputs, hard and soft, pF, which the CAPDACs compensate."""
+"""Parasitic capacitance of the two bumps, hard and soft, pF, which the CAPDACs compensate."""
 
 
 def foreign(scenario: Scenario) -> str:
@@ -49,8 +50,21 @@ def known() -> list[str]:
     return [name for name, scenario in SCENARIOS.items() if not foreign(scenario)]
 
 
-def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
-    """Return a board whose inputs follow a scenario from now on.
+def limit_ns(speed: float | None) -> int:
+    """Return the limit of `Ad7746`: in faster time each delay of the computer counts as many times."""
+    return round(LIMIT_NS * max(speed or 1.0, 1.0))
+
+
+def kit_of(
+    scenario: Scenario,
+    clock: Clock,
+    seed: int = 0,
+    wiring: Wiring = WIRINGS["guide"],
+    *,
+    bus_kHz: float = BUS_KHZ,
+    idle_s: float = 0.0,
+) -> KitTwin:
+    """Return a board whose bumps follow a scenario from now on.
 
     Parameters
     ----------
@@ -60,6 +74,12 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
         The clock of the driver.
     seed : int
         The same seed gives the same readings.
+    wiring : Wiring
+        One of `palpate.ad7746.twin.wiring.WIRINGS`.
+    bus_kHz : float
+        I2C clock of the board.
+    idle_s : float
+        Time at rest before the scenario begins, s.
 
     Returns
     -------
@@ -73,12 +93,12 @@ def kit_of(scenario: Scenario, clock: Clock, seed: int = 0) -> KitTwin:
     if foreign(scenario):
         raise ValueError(f"scenario: got {foreign(scenario)}, allowed on a board: its own; use palpate.simulation.run")
     random = np.random.default_rng(seed)
-    start_s = clock.now_ns() / 1e9
-    chip = ChipTwin(_pins(Truth(scenario, random, seed), start_s), seed=seed)
+    start_s = clock.now_ns() / 1e9 + idle_s
+    chip = ChipTwin(_pins(Truth(scenario, random, seed), start_s), seed=seed, wiring=wiring)
     faults = scenario.faults
     if faults.lost or faults.spikes_per_s or faults.bursts_per_s:
-        chip.disturb = _disturbance(scenario, chip, random, lambda: clock.now_ns() / 1e9 - start_s, seed)
-    return KitTwin(chip, clock)
+        chip.disturb = _disturbance(scenario, chip, random, lambda: max(clock.now_ns() / 1e9 - start_s, 0.0), seed)
+    return KitTwin(chip, clock, bus_kHz=bus_kHz)
 
 
 def _disturbance(
@@ -101,9 +121,9 @@ def _disturbance(
 
 
 def _pins(truth: Truth, start_s: float) -> Pins:
-    def mean_pF(pin: int, begin_s: float, end_s: float) -> float:
-        middle = np.array([(begin_s + end_s) / 2 - start_s])
-        return PARASITIC_PF[pin - 1] + float(truth.mean_pF(pin - 1, middle, end_s - begin_s)[0])
+    def mean_pF(bump: int, begin_s: float, end_s: float) -> float:
+        middle = np.array([max((begin_s + end_s) / 2 - start_s, 0.0)])
+        return PARASITIC_PF[bump - 1] + float(truth.mean_pF(bump - 1, middle, end_s - begin_s)[0])
 
     return mean_pF
 
@@ -157,4 +177,5 @@ def simulated(
     backend = TwinBackend(clock)
     backend.plug(kit_of(scenario, clock, seed))
     kit = EvalKit(backend=backend, clock=clock)
-    return Ad7746(kit, configuration or Configuration(capf=scenario.converter.capf), clock, notify=notify)
+    settings = configuration or Configuration(capf=scenario.converter.capf)
+    return Ad7746(kit, settings, clock, notify=notify, limit_ns=limit_ns(speed))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import CODES_PER_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
-from palpate.samples import DTYPE, Block, Status
+from palpate.samples import Block, Status, blank
 from palpate.simulation.press import Press
 from palpate.simulation.ranges import stream
 from palpate.simulation.scenario import Scenario
@@ -69,8 +69,7 @@ class Simulation:
 
     def block(self) -> Block:
         """Return the pairs as samples; if one channel was lost, the other keeps its value, with status LOST."""
-        block = np.zeros(len(self.hard), DTYPE)
-        block["seq"] = np.arange(len(block))
+        block = blank(len(self.hard))
         block["status"] = self.status
         for name, seconds in (("hard", self.t_hard_s), ("soft", self.t_soft_s)):
             block[f"t_{name}_ns"] = np.rint(seconds * 1e9)

@@ -2,25 +2,82 @@
 
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict
 from typing import Any, Self
 
 from palpate.ad7746.bus import RegisterBus
 from palpate.ad7746.clock import Clock, RealClock
-from palpate.ad7746.configuration import Configuration
+from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.ad7746.driver import Ad7746
-from palpate.errors import quoted
+from palpate.ad7746.driver import LIMIT_NS, Ad7746
+from palpate.ad7746.wiring import Wiring
+from palpate.ad7746.wiring_watch import WiringWatch
+from palpate.errors import DeviceRefused, SourceError, quoted
 from palpate.samples import Sample
-from palpate.sources.base import Source
-from palpate.sources.options import Check, anything, checked, number, text
+from palpate.sources.base import Gap, Source
+from palpate.sources.options import Check, anything, checked, number, text, yes_no
+
+_PINS = ("A", "B", "AB")
+_CONDITIONS_NS = 10_000_000_000
+
+
+def excitation(name: str, value: Any) -> tuple[str, str]:
+    """Return the excitation pins of the hard and the soft bump; one word is for both.
+
+    Examples
+    --------
+    >>> excitation("excitation", "B,A"), excitation("excitation", "AB")
+    (('B', 'A'), ('AB', 'AB'))
+    """
+    words = str(value).split(",")
+    if len(words) > 2 or not set(words) <= set(_PINS):
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(_PINS)}, or two of them: HARD,SOFT as B,A")
+    return words[0], words[-1]
+
 
 CONVERTER: dict[str, Check] = {
     "capf": number(0, 7, whole=True),
+    "excitation": excitation,
+    "level": number(0, 3, whole=True),
+    "chop": yes_no,
+    "differential": yes_no,
     "hard_input": number(1, 2, whole=True),
+    "soft_input": number(1, 2, whole=True),
     "replug": number(0, 86400),
 }
-"""Options: speed; input of the hard bump; longest time to wait for an unplugged device, s."""
+"""Options: those of `Configuration`, and the longest time to wait for an unplugged device, s."""
+
+
+def configuration_of(options: Mapping[str, Any]) -> Configuration:
+    """Return the configuration of checked options.
+
+    Parameters
+    ----------
+    options : mapping
+        Checked options, as in `CONVERTER`; others are ignored.
+
+    Returns
+    -------
+    Configuration
+
+    Raises
+    ------
+    ValueError
+        Both bumps are on the same input.
+
+    Examples
+    --------
+    >>> found = configuration_of({"soft_input": 1, "excitation": ("B", "A")})
+    >>> found.hard_input, found.hard.excitation, found.soft.excitation
+    (2, 'B', 'A')
+    """
+    chosen = {name: options[name] for name in ("capf", "level", "chop", "differential") if name in options}
+    hard, soft = options.get("excitation", (Channel.excitation, Channel.excitation))
+    hard_input = options.get("hard_input", 3 - options.get("soft_input", 2))
+    if options.get("soft_input") == hard_input:
+        raise ValueError(f"soft_input: got {hard_input}, as hard_input, allowed: the other one")
+    return Configuration(**chosen, hard_input=hard_input, hard=Channel(excitation=hard), soft=Channel(excitation=soft))
 
 
 class BoardSource(Source):
@@ -31,31 +88,49 @@ class BoardSource(Source):
     bus : RegisterBus
         An open bus.
     options : mapping
-        Checked options, as in `CONVERTER`.
+        Checked options, as in `CONVERTER`; and `limit_ns`, as in `Ad7746`.
     clock : Clock
         The clock of the bus.
+    kit : bool
+        Whether it is the evaluation kit: messages about the wiring name its sockets and resistors.
     """
 
-    def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock) -> None:
-        chosen = {name: options[name] for name in ("capf", "hard_input") if name in options}
+    def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock, *, kit: bool = True) -> None:
+        self.bus: RegisterBus = bus
+        self.clock: Clock = clock
         self.driver: Ad7746 = Ad7746(
             bus,
-            Configuration(**chosen),
+            configuration_of(options),
             clock,
             replug_s=options.get("replug", 30.0),
             notify=lambda message: self.notify(message),
+            limit_ns=options.get("limit_ns", LIMIT_NS),
         )
+        self._watch = WiringWatch(self.driver.look)
+        self._kit = kit
+        self._conditions: tuple[dict[str, float], ...] = ()
+        self._due_ns = 0
         self._started = False
 
     def __enter__(self) -> Self:
-        """Configure the converter, and set the CAPDACs so that both idle signals are in its range."""
+        """Configure the converter, check the wiring, and set the CAPDACs so that both idle signals are in its range.
+
+        Raises
+        ------
+        DeviceRefused
+            The wiring lets no ratio be measured; the message says where to look and what to do.
+        SourceError
+            As from the driver.
+        """
         try:
             self.driver.start()
+            self._check_wiring()
             self.driver.auto_capdac()
         except BaseException:
             self.close()
             raise
         self._started = True
+        self._measure_conditions()
         return self
 
     def __iter__(self) -> Iterator[Sample]:
@@ -63,14 +138,60 @@ class BoardSource(Source):
         if not self._started:
             self.__enter__()
         seq = 0
-        while (sample := self.driver.read_pair(seq)) is not None:
-            yield sample
-            seq = sample.seq + 1
+        try:
+            while (sample := self.driver.read_pair(seq)) is not None:
+                yield sample
+                seq = sample.seq + 1
+                self._watch_wiring(sample)
+                if self.driver.conditions_are_free and self.clock.now_ns() >= self._due_ns:
+                    self._measure_conditions()
+        except GeneratorExit:
+            self._measure_conditions()
+            raise
+        self._measure_conditions()
+
+    def _measure_conditions(self) -> None:
+        self._due_ns = self.clock.now_ns() + _CONDITIONS_NS
+        if found := self.driver.read_conditions():
+            self._conditions = (*self._conditions, found)
+
+    @property
+    def conditions(self) -> tuple[dict[str, float], ...]:
+        """Temperature and supply of the chip: at the begin, every 10 s where no pair is late for it, and at the end."""
+        return self._conditions
+
+    def _check_wiring(self) -> None:
+        mistakes = Wiring(self.driver.look, self.driver.configuration, kit=self._kit).mistakes()
+        if fatal := [str(mistake) for mistake in mistakes if mistake.fatal]:
+            raise DeviceRefused("; ".join(fatal))
+        for mistake in mistakes:
+            self.notify(str(mistake))
+
+    def _watch_wiring(self, sample: Sample) -> None:
+        with suppress(SourceError):  # the next pair meets the same error
+            if texts := self._watch.take(sample, self.driver.configuration):
+                self.driver.gaps.append((sample.seq + 1, "; ".join(texts)))
+            for text in texts:
+                self.notify(text)
+
+    @property
+    def gaps(self) -> list[Gap]:
+        """Gaps of the driver, and those from wires that came off or were put on."""
+        return [Gap(*gap) for gap in self.driver.gaps]
 
     @property
     def counters(self) -> dict[str, int]:
         """Counters of the driver."""
         return asdict(self.driver.counters)
+
+    @property
+    def zero_ns(self) -> int | None:
+        """Begin of the measurement on the clock of the computer."""
+        return self.driver.zero_ns
+
+    def centre(self) -> None:
+        """Set the CAPDACs again, so that both signals are in the middle of the range, before the next pair."""
+        self.driver.centre()
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the driver, with the range of the converter."""
@@ -88,6 +209,7 @@ class BoardSource(Source):
 def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
     """Return the source of `usb:` or `usb:BUS/ADDRESS`, the evaluation kit."""
     from palpate.ad7746.evalkit.board import EvalKit
+    from palpate.sources.watched import WatchedKit
 
     given = checked("usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything})
     match = re.fullmatch(r"(?:(\d{1,3})/(\d{1,3}))?", address)
@@ -95,8 +217,9 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
         raise ValueError(f"usb: got address {quoted(address)}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing")
     bus, number_ = (int(part) if part else None for part in match.groups())
     clock = given.pop("clock", None) or RealClock()
-    kit = EvalKit(bus, number_, firmware=given.pop("firmware", None), backend=given.pop("backend", None), clock=clock)
-    return BoardSource(kit, given, clock)
+    backend = given.pop("backend", None)
+    kit = EvalKit(bus, number_, firmware=given.pop("firmware", None), backend=backend, clock=clock)
+    return WatchedKit(kit, given, clock) if backend is None else BoardSource(kit, given, clock)
 
 
 def open_i2c(address: str, options: Mapping[str, Any]) -> BoardSource:
@@ -108,4 +231,4 @@ def open_i2c(address: str, options: Mapping[str, Any]) -> BoardSource:
         raise ValueError("i2c: got no address, allowed: a bus, for example i2c:/dev/i2c-1")
     clock = given.pop("clock", None) or RealClock()
     opener = {"open_bus": given.pop("open_bus")} if "open_bus" in given else {}
-    return BoardSource(I2cBus(address, clock, **opener), given, clock)
+    return BoardSource(I2cBus(address, clock, **opener), given, clock, kit=False)

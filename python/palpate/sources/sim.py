@@ -6,21 +6,22 @@ from typing import Any, NamedTuple
 
 from palpate.ad7746.clock import Clock, RealClock, VirtualClock
 from palpate.ad7746.evalkit.board import EvalKit
-from palpate.ad7746.twin.kit import FAULTS, Fault, KitTwin
+from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
+from palpate.ad7746.twin.wiring import WIRINGS
 from palpate.errors import quoted
 from palpate.samples import Sample
-from palpate.simulation.board import kit_of, known
+from palpate.simulation.board import kit_of, known, limit_ns
 from palpate.simulation.scenarios import SCENARIOS
 from palpate.sources.board import CONVERTER, BoardSource
-from palpate.sources.options import checked, number
+from palpate.sources.options import Check, checked, choice, number
 
 DEFAULT = "four-specimens"
 _FAULT = re.compile(r"(?P<kind>[^:@]+)(?::(?P<amount>[^@]+))?@(?P<time>.+)")
 
 
 class Incident(NamedTuple):
-    """A fault and its time, s after the begin of the scenario."""
+    """A fault and its time, s after the begin."""
 
     time_s: float
     fault: Fault
@@ -34,23 +35,28 @@ class SimSource(BoardSource):
     name : str
         Key of `palpate.simulation.scenarios.SCENARIOS` that the board can follow.
     options : mapping
-        Checked options: those of `CONVERTER`, and seed, speed, fault.
+        Checked options: those of `CONVERTER`, and seed, speed, bus_kHz, fault, wiring, idle.
     """
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
         scenario = SCENARIOS[name]
-        speed, seed = options.get("speed"), options.get("seed", 0)
+        speed, seed, wiring = options.get("speed"), options.get("seed", 0), options.get("wiring", "guide")
         self.live: bool = speed is not None
         self.clock: Clock = RealClock(speed) if speed else VirtualClock()
-        self.kit: KitTwin = kit_of(scenario, self.clock, seed)
+        idle_s = options.get("idle", 0.0)
+        bus_kHz = options.get("bus_kHz", BUS_KHZ)
+        self.kit: KitTwin = kit_of(scenario, self.clock, seed, WIRINGS[wiring], bus_kHz=bus_kHz, idle_s=idle_s)
         self._incidents = sorted(options.get("fault", []), key=lambda incident: incident.time_s)
         self._begun_ns = self.clock.now_ns()
-        self._end_ns = self._begun_ns + round(scenario.duration_s * 1e9)
+        self._end_ns = self._begun_ns + round((idle_s + scenario.duration_s) * 1e9)
         self._simulated = {"scenario": name, "seed": seed, "speed": speed or "as fast as possible"}
+        self._simulated |= {"wiring": wiring, "idle_s": idle_s}
         backend = TwinBackend(self.clock)
         backend.plug(self.kit)
         super().__init__(
-            EvalKit(backend=backend, clock=self.clock), {"capf": scenario.converter.capf, **options}, self.clock
+            EvalKit(backend=backend, clock=self.clock),
+            {"capf": scenario.converter.capf, "limit_ns": limit_ns(speed), **options},
+            self.clock,
         )
 
     def __iter__(self) -> Iterator[Sample]:
@@ -105,10 +111,19 @@ def _plain(kind: str) -> str:
     return kind.lower().replace("#", "").replace(" ", "-")
 
 
+_SIMULATED: dict[str, Check] = {
+    "seed": number(0, 2**63, whole=True),
+    "speed": number(0, 1000, above=True),
+    "bus_kHz": number(10, 400),
+    "fault": faults,
+    "wiring": choice(*WIRINGS),
+    "idle": number(0, 86400),
+}
+
+
 def open_sim(address: str, options: Mapping[str, Any]) -> SimSource:
     """Return the source of `sim:SCENARIO`."""
-    allowed = {**CONVERTER, "seed": number(0, 2**63, whole=True), "speed": number(0, 1000, above=True), "fault": faults}
-    given = checked("sim", options, allowed)
+    given = checked("sim", options, {**CONVERTER, **_SIMULATED})
     name = address or DEFAULT
     if name not in known():
         raise ValueError(f"sim: got scenario {quoted(name)}, allowed: {', '.join(known())}")

@@ -27,6 +27,8 @@ class RecordingSlot:
         Path of the first recording, which begins with the measurement.
     notes : list of str
         Notes of the first recording.
+    zero_ns : callable
+        Returns `time.monotonic_ns()` at t = 0, once there is a sample; or None.
 
     Attributes
     ----------
@@ -41,10 +43,11 @@ class RecordingSlot:
         counters: Callable[[], StreamCounters],
         path: str | os.PathLike[str] | None,
         notes: list[str],
+        zero_ns: Callable[[], int | None],
     ) -> None:
         self.recorder: Recorder | None = None
         self._source, self._tracker, self._counters = source, tracker, counters
-        self._first = path, notes
+        self._first, self._zero_ns = (path, notes), zero_ns
         self._before = StreamCounters()
 
     def first(self) -> None:
@@ -83,7 +86,7 @@ class RecordingSlot:
 
     def _new(self, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
         settings = {"scene": self._tracker.scene, **self._tracker.settings}
-        return Recorder(path, described(self._source), settings, notes, live=self._source.live)
+        return Recorder(path, described(self._source), settings, notes, zero_ns=self._zero_ns)
 
     def _counted(self, counters: StreamCounters, recorder: Recorder) -> dict[str, int]:
         """Return the counters of the samples since the recording began."""

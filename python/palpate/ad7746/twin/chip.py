@@ -10,14 +10,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from palpate.ad7746 import datasheet
+from palpate.ad7746.twin.wiring import WIRINGS, Pins, Wiring
 
 FACTORY = bytes([0x66, 0xCC, 0x5C, 0x90])
-"""CAP_GAIN and VOLT_GAIN of this chip."""
+"""CAP_GAIN and VOLT_GAIN of a chip."""
 _ALL_READY = datasheet.RDY | datasheet.RDYVT | datasheet.RDYCAP
 _CAP_BYTES, _VT_BYTES = range(1, 4), range(4, 7)
-
-Pins = Callable[[int, float, float], float]
-"""(pin, begin, end) -> mean capacitance, pF, at CIN1 or CIN2 (pin 1 or 2) between two times, s."""
 
 
 class Conversion(NamedTuple):
@@ -45,16 +43,20 @@ class ChipTwin:
     Parameters
     ----------
     pins : Pins
-        Capacitance at the two inputs.
+        Capacitance of the two bumps.
     seed : int
         Seed of the noise.
     dac_step_pF : (float, float)
         Step of CAPDAC_A and of CAPDAC_B on this chip, pF: other than the typical value.
     noisy : bool
         Whether to add the noise of the data sheet.
+    wiring : Wiring
+        Between which pins the bumps hang.
 
     Attributes
     ----------
+    factory : bytes
+        CAP_GAIN and VOLT_GAIN, which differ from chip to chip.
     conversions : deque of Conversion
         The last finished conversions, at most 4096.
     """
@@ -66,20 +68,25 @@ class ChipTwin:
         seed: int = 0,
         dac_step_pF: tuple[float, float] = (0.171, 0.158),
         noisy: bool = True,
+        wiring: Wiring = WIRINGS["guide"],
     ) -> None:
         self.conversions: deque[Conversion] = deque(maxlen=4096)
+        self.factory: bytes = FACTORY
         self.temperature_C: float = 25.0
+        self.supply_V: float = 3.3
         self.present = True
         # Number of the next conversions that are lost, are of the other input, have EXCERR.
         self.lose: int = 0
         self.garble: int = 0
         self.short: int = 0
         self.overload_pF: float = 0.0
+        self.loose: int = 0  # input whose wires are off, 1 or 2
         self.pace: float = 1.0  # a conversion's time, relative to the data sheet's
         self.disturb: Callable[[], float] = lambda: 0.0  # pF, for each conversion
         self._pins = pins
         self._random = random.Random(seed)
         self._noisy = noisy
+        self._wiring = wiring
         self._dac_step_pF = dac_step_pF
         self._silent_until = 0
         self._pointer = 0
@@ -92,7 +99,7 @@ class ChipTwin:
 
     def power_on(self, now: int) -> None:
         """Reset, as at power-on or by command."""
-        self.registers[:] = datasheet.RESET_VALUES + FACTORY
+        self.registers[:] = datasheet.RESET_VALUES + self.factory
         self._running = None
         self._silent_until = now + round(datasheet.RESET_S * 1e9)
 
@@ -125,8 +132,9 @@ class ChipTwin:
         return data
 
     def rdy_pin(self, now: int) -> bool:
-        """Return the level of RDY#: low (False) when a conversion has ended."""
-        self._advance(now)
+        """Return the level of RDY#: low (False) when a conversion has ended. Its value, which may take long, waits."""
+        if self._running and self._running.end <= now:
+            return self.lose > 0
         return bool(self.registers[datasheet.STATUS] & datasheet.RDY)
 
     def _write(self, byte: int, now: int) -> None:
@@ -163,7 +171,7 @@ class ChipTwin:
         if running.registers[datasheet.CAP_SETUP] & datasheet.CAPEN:
             self._end_capacitance(running, lost=lost)
         if running.registers[datasheet.VT_SETUP] & datasheet.VTEN and not lost:
-            code = round((self.temperature_C + 4096) * 2048)
+            code = self._vt_code(running.registers[datasheet.VT_SETUP])
             self.registers[datasheet.VT_DATA : datasheet.CAP_SETUP] = code.to_bytes(3, "big")
             self.registers[datasheet.STATUS] &= ~(datasheet.RDY | datasheet.RDYVT)
         self._running = None
@@ -172,23 +180,29 @@ class ChipTwin:
         else:
             self.registers[datasheet.CONFIG] &= ~7
 
+    def _vt_code(self, setup: int) -> int:
+        if setup & datasheet.VT_SUPPLY:
+            return round(self.supply_V / (6 * datasheet.REFERENCE_V) * 2**23) + datasheet.ZERO_CODE
+        return round((self.temperature_C + 4096) * 2048)
+
     def _end_capacitance(self, running: Running, *, lost: bool) -> None:
         pin = 2 if running.registers[datasheet.CAP_SETUP] & datasheet.CIN2 else 1
-        code = datasheet.code_of(self._measured_pF(running, pin))
+        code = datasheet.code_of(self._measured_pF(running))
         self.conversions.append(Conversion(pin, running.begin, running.end, code, lost))
         if lost:
             return
-        shorted = self.short > 0
-        self.short -= shorted
+        counted = self.short > 0
+        self.short -= counted
+        shorted = counted or self._wiring.fails(running.registers[datasheet.EXC_SETUP])
         self.registers[datasheet.CAP_DATA : datasheet.VT_DATA] = code.to_bytes(3, "big")
         self.registers[datasheet.STATUS] &= ~(datasheet.RDY | datasheet.RDYCAP | datasheet.EXCERR)
         self.registers[datasheet.STATUS] |= datasheet.EXCERR * shorted
 
-    def _measured_pF(self, running: Running, pin: int) -> float:
+    def _measured_pF(self, running: Running) -> float:
         registers = running.registers
-        driven = registers[datasheet.EXC_SETUP] & (datasheet.EXCA | datasheet.EXCB)
-        total = self._pins(pin, running.begin / 1e9, running.end / 1e9) + self.disturb() if driven else 0.0
-        total += self.overload_pF
+        setup, excitation = registers[datasheet.CAP_SETUP], registers[datasheet.EXC_SETUP]
+        total = self._wiring.mean_pF(self._pins, setup, excitation, running.begin / 1e9, running.end / 1e9, self.loose)
+        total += self.disturb() + self.overload_pF
         for register, step in zip((datasheet.CAPDAC_A, datasheet.CAPDAC_B), self._dac_step_pF, strict=True):
             if registers[register] & datasheet.DAC_ENABLE:
                 total += (registers[register] & datasheet.DAC_STEPS) * (

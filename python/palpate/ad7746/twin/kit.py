@@ -29,10 +29,10 @@ from palpate.ad7746.evalkit.find import PRODUCT, VENDOR
 from palpate.ad7746.evalkit.firmware import RAM_BYTES
 from palpate.ad7746.twin.chip import ChipTwin
 
-TRANSFER_NS = 150_000
-"""Duration of a control transfer [?]."""
-I2C_BYTE_NS = 22_500
-"""Duration of nine bits at 400 kHz [?]."""
+TRANSFER_NS = 250_000
+"""Duration of a control transfer without its I2C: two microframes [?]."""
+BUS_KHZ = 85.0
+"""I2C clock of the board: the FX2's setting of 100 kHz, which its firmware reaches in practice [?]."""
 _I2C_WIDE = 0xDE
 _EEPROM = range(0x50, 0x58)
 
@@ -87,6 +87,9 @@ class Fault:
 class KitTwin:
     """A simulated board.
 
+    A request takes `TRANSFER_NS`; one with I2C, in its middle, also the time of the bits on the bus: 9 for each byte, and
+    1 each for start, repeated start and stop. A write takes effect at its end. At 85 kHz a pair takes 31.5 ms at CAPF 0.
+
     Parameters
     ----------
     chip : ChipTwin
@@ -95,6 +98,8 @@ class KitTwin:
         The clock of the driver.
     loaded : bool
         Whether it has firmware. Without, it answers only the RAM request, until an image is written and started.
+    bus_kHz : float
+        I2C clock, kHz.
 
     Attributes
     ----------
@@ -106,8 +111,9 @@ class KitTwin:
         Whether the memory with the identity of the board was addressed.
     """
 
-    def __init__(self, chip: ChipTwin, clock: Clock, *, loaded: bool = True) -> None:
+    def __init__(self, chip: ChipTwin, clock: Clock, *, loaded: bool = True, bus_kHz: float = BUS_KHZ) -> None:
         self.chip = chip
+        self._bit_ns = 1e6 / bus_kHz
         self.loaded: bool = loaded
         self.keeps_firmware = True  # after unplugging; a real board, supplied by the cable, does not
         self.stuck: bool | None = None  # level of a stuck RDY# pin; None: it follows the chip
@@ -191,10 +197,10 @@ class KitTwin:
             self._nak_after = None
             self._errors += 1
             self._buffer[:count] = b"\xff" * count
-            return Reply(b"\xff" * count, taken=len(data), lasting_ns=TRANSFER_NS + I2C_BYTE_NS)
+            return Reply(b"\xff" * count, taken=len(data), lasting_ns=TRANSFER_NS + self._lasting(1))
         if kind == OUT:
             return self._write_i2c(pointer + data, now, len(data))
-        lasting = (1 + len(pointer) + 1 + count) * I2C_BYTE_NS
+        lasting = self._lasting(1 + count) + (self._lasting(1 + len(pointer)) if pointer else 0)
         if pointer:
             self.chip.write(pointer[-1:], now)
         self._buffer[:count] = self.chip.read(count, now, lasting)
@@ -204,9 +210,13 @@ class KitTwin:
         if self._nak_after is not None:
             sent, self._nak_after = sent[: self._nak_after], None
             self._errors += 1
-        lasting = (1 + len(sent)) * I2C_BYTE_NS
+        lasting = self._lasting(1 + len(sent))
         self.chip.write(sent, now + lasting)
         return Reply(taken=taken, lasting_ns=TRANSFER_NS + lasting)
+
+    def _lasting(self, count: int) -> int:
+        """Return the time of a start, so many bytes, and a stop or the start after it, ns."""
+        return round((9 * count + 2) * self._bit_ns)
 
     def _access_ports(self, kind: int, length: int, data: bytes) -> Reply:
         if kind == OUT:
@@ -266,6 +276,7 @@ _FAULTS: dict[str, Callable[[KitTwin, float], Effect]] = {
     "other input": lambda kit, count: kit._set_chip(garble=int(count)),
     "excitation shorted": lambda kit, count: kit._set_chip(short=int(count)),
     "overload": lambda kit, overload_pF: kit._set_chip(overload_pF=overload_pF),
+    "wire off": lambda kit, pin: kit._set_chip(loose=int(pin)),
     "brown-out": lambda kit, amount: kit.chip.power_on(kit._clock.now_ns()),
     "chip absent": lambda kit, amount: kit._set_chip(present=False),
     "RDY# stuck high": lambda kit, amount: kit._set(stuck=True),

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 else:
     _Backend = usb.backend.IBackend
 
-_MOST_OWED_NS = 2_000_000
 # errno of a transfer -> error of libusb, as libusb translates it on Linux.
 _ERRORS = {
     errno.EPIPE: libusb1.LIBUSB_ERROR_PIPE,
@@ -73,7 +72,6 @@ class TwinBackend(_Backend):
         self._ports: list[Port] = []
         self._coming: list[tuple[float, KitTwin, int]] = []
         self._address = 1
-        self._owed_ns = 0
 
     def plug(self, kit: KitTwin, number: int = 1) -> Port:
         """Plug a board into a port."""
@@ -145,24 +143,19 @@ class TwinBackend(_Backend):
     ) -> int:
         """Do one control transfer, and wait for its duration."""
         _present(handle.port)
+        begun = self._clock.now_ns()
         sent = b"" if kind & 0x80 else data.tobytes()
         reply = handle.port.kit.control(kind, request, value, index, len(data) * data.itemsize, sent)
         if reply.lasting_ns is None or (timeout and reply.lasting_ns > timeout * 1_000_000):
             self._clock.sleep(timeout / 1000)
             _fail(libusb1.LIBUSB_ERROR_TIMEOUT)
-        self._let_pass(reply.lasting_ns)
+        self._clock.sleep((begun + reply.lasting_ns - self._clock.now_ns()) / 1e9)  # with the time that the twin took
         if reply.error:
             _fail(_ERRORS[reply.error])
         if not kind & 0x80:
             return reply.taken
         data[: len(reply.data)] = array.array("B", reply.data)
         return len(reply.data)
-
-    def _let_pass(self, lasting_ns: int) -> None:
-        """Wait; if the computer slept too long, shorten the next waits, so that the mean duration is right."""
-        begun = self._clock.now_ns()
-        self._clock.sleep(max(lasting_ns - self._owed_ns, 0) / 1e9)
-        self._owed_ns = min(self._owed_ns + self._clock.now_ns() - begun - lasting_ns, _MOST_OWED_NS)
 
 
 def _present(port: Port) -> None:

@@ -1,0 +1,84 @@
+"""Recordings of several boards on one time axis: the signal itself says when it was measured."""
+
+import time
+from pathlib import Path
+
+import numpy as np
+import palpate
+import pytest
+from numpy.typing import NDArray
+from palpate.ad7746.clock import RealClock
+from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.twin.kit import KitTwin
+from palpate.ad7746.twin.usb import TwinBackend
+from palpate.epoch import at
+from palpate.recording import sidecar
+
+SLOPE_PF_PER_S = 0.2  # 5 ms are 1 fF, 25 times the noise
+BEGIN_PF, DAC_STEP_PF = 5.0, 0.17
+
+
+def board(zero_s: float) -> palpate.Source:
+    """Return a board; at both inputs the capacitance rises with the time of the computer."""
+    clock, backend = RealClock(), TwinBackend(RealClock())
+    chip = ChipTwin(
+        lambda _, begin_s, end_s: BEGIN_PF + SLOPE_PF_PER_S * ((begin_s + end_s) / 2 - zero_s),
+        dac_step_pF=(DAC_STEP_PF, 0.16),
+    )
+    backend.plug(KitTwin(chip, clock))
+    return palpate.open("usb:", backend=backend, clock=clock)
+
+
+def recorded(path: Path, zero_s: float) -> palpate.Recording:
+    with palpate.Stream(board(zero_s), record=path) as stream:
+        for estimate in stream:
+            if estimate.sample.seq == 20:
+                break
+    return palpate.read(path)
+
+
+def told_utc_ns(recording: palpate.Recording, path: Path, zero_s: float) -> NDArray[np.float64]:
+    """Return when each reading was taken, by its own value: the sum with the CAPDAC rises steadily."""
+    document = sidecar.load(path) or {}
+    whole_pF = recording.hard + DAC_STEP_PF * document["device"]["configuration"]["hard"]["capdac"]
+    return np.asarray(at(0).utc_ns + 1e9 * ((whole_pF - BEGIN_PF) / SLOPE_PF_PER_S + zero_s))
+
+
+def test_two_recordings_merge_within_5_ms(tmp_path: Path) -> None:
+    zero_s = time.monotonic()
+    paths = [tmp_path / "first.csv", tmp_path / "second.csv"]
+    recordings = [recorded(path, zero_s) for path in paths]
+    for path, recording in zip(paths, recordings, strict=True):
+        known = np.isfinite(recording.hard)  # a computer that stops may have lost some
+        assert known.any()
+        assert np.abs(recording.utc_ns - told_utc_ns(recording, path, zero_s))[known].max() < 5_000_000
+    assert (np.diff(np.concatenate([recording.utc_ns for recording in recordings])) > 0).all()
+
+
+def test_a_stream_says_its_epoch() -> None:
+    with palpate.Stream(board(time.monotonic())) as stream:
+        first = next(iter(stream)).sample
+        assert stream.epoch
+        assert 0 < time.monotonic_ns() - stream.epoch.monotonic_ns - first.t_soft_ns < 60e9
+        assert abs(time.time_ns() - time.monotonic_ns() - (stream.epoch.utc_ns - stream.epoch.monotonic_ns)) < 5e6
+    with palpate.Stream("sim:tremor?seed=1") as virtual:
+        next(iter(virtual))
+        assert virtual.epoch is None
+
+
+def test_a_wall_clock_that_was_moved_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    recorded(path, time.monotonic())
+    document = sidecar.load(path) or {}
+    document["clock"]["zero_utc_ns_at_end"] += 3_600_000_000_000
+    sidecar.save(path.with_suffix(".json"), document)
+    [note] = [note for note in palpate.read(path).notes if "wall clock" in note]
+    assert note.startswith("the wall clock was moved by +3600.00")
+
+
+def test_utc_is_not_invented(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    with palpate.Stream("sim:stiff-steady?seed=1", record=path) as stream:
+        next(iter(stream))
+    with pytest.raises(ValueError, match="utc_ns: got a recording without the wall clock"):
+        _ = palpate.read(path).utc_ns
