@@ -6,7 +6,7 @@ from typing import Any
 
 from palpate.errors import quoted
 from palpate.recording.table import PICOFARADS
-from palpate.sources.options import Check, checked, choice, number, text
+from palpate.sources.options import Check, checked, choice, number, text, yes_no
 from palpate.sources.serial.cells import Refused
 from palpate.sources.serial.formats import Given, require_pair, require_units
 from palpate.sources.serial.names import Column, column
@@ -63,10 +63,6 @@ def _decimal(name: str, value: Any) -> str:
     return {"comma": ",", "point": "."}[choice("comma", "point")(name, value)]
 
 
-def _reset(name: str, value: Any) -> bool:
-    return choice("yes", "no")(name, value) == "yes"
-
-
 _OF_LINES: dict[str, Check] = {
     "columns": _columns,
     "pattern": _pattern,
@@ -76,6 +72,6 @@ _OF_LINES: dict[str, Check] = {
 }
 _OF_PORT: dict[str, Check] = {
     "baud": number(50, 4_000_000, whole=True),
-    "reset": _reset,
+    "reset": yes_no,
     "replug": number(0, 86400),
 }
