@@ -67,3 +67,13 @@ def test_the_difference_of_two_times() -> None:
     assert difference_ns(Middle(0, 300, 10), Middle(0, 20, 40)) == 340
     assert difference_ns(Middle(0, 30, 100), Middle(0, 200, 40)) == 300
     assert Middle(5, 30, 100).error_ns == 100
+
+
+def test_a_duration_that_is_too_long_is_corrected() -> None:
+    """Polls that begin after the end never find a conversion running: the next ones begin earlier."""
+    pace = Pace(0.011)
+    pace.learn(Seen(0, 100_000, 13_000_000, 13_100_000))  # a pin that was stuck high, then low
+    for _ in range(5):
+        began = pace.shortest_ns
+        pace.learn(Seen(0, 100_000, 0, began + 3_000_000))
+        assert pace.shortest_ns == began - 500_000

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from effort import NIGHTLY, random_of
 from kit_bench import Bench
-from kit_world import World, check_stamps
+from kit_world import LIMIT_MS, World, check_stamps
 from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, PORTS
 from palpate.ad7746.twin.kit import FAULTS, Fault
 from palpate.errors import SourceError
@@ -68,7 +68,11 @@ def play(seed: int, world: World, faults: list[Fault], tally: Tally) -> None:
             bench.check_samples(driver, failed=ended)
         lost = sum(sample.status == Status.LOST for sample in bench.samples)
         tally.fault(f"kit, any faults, {world.stalls:.0%} of calls stalled", len(bench.samples), lost)
-        tally.note("error of a kit stamp under faults and stalls, ms", check_stamps(bench, start_ns))
+        # A pin that lies first high, then low, in the same conversion shows a wrong duration: both times move alike.
+        lies = {fault.kind for fault in faults} >= {"RDY# stuck high", "RDY# stuck low"}
+        worst = check_stamps(bench, start_ns, alike_ms=10.0 if lies else LIMIT_MS)
+        if not lies:
+            tally.note("error of a kit stamp under faults and stalls, ms", worst)
 
 
 def test_the_check_would_find_a_wrong_value(monkeypatch: pytest.MonkeyPatch) -> None:

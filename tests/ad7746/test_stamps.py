@@ -2,6 +2,7 @@
 
 import itertools
 
+import palpate
 import pytest
 from effort import NIGHTLY
 from i2c_bus import Bus
@@ -110,3 +111,12 @@ def test_an_i2c_bus(kHz: float) -> None:
     assert driver.counters.lost == 0
     assert max(sample.t_uncertainty_us for sample in samples if sample) < 2000
     driver.close()
+
+
+def test_the_simulated_board_has_the_bus_clock_that_is_asked_for() -> None:
+    periods_s = []
+    for kHz in (85, 400):
+        with palpate.open(f"sim:tremor?bus_kHz={kHz}") as source:
+            list(itertools.islice(source, 20))
+            periods_s.append(source.describe()["period_s"])
+    assert periods_s == pytest.approx([0.0314, 0.0263], rel=0.01)

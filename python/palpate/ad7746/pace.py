@@ -10,6 +10,8 @@ from palpate.errors import ProtocolError
 
 _SHORTEST = 0.9
 """Duration of a conversion before one was seen, relative to the data sheet's, at least: the chip's clock is +-5 %."""
+_UNSEEN_NS = 500_000
+"""If no poll found a conversion running, the polls may have begun too late: the next ones begin so much earlier."""
 _OVERDUE, _OVERDUE_NS = 2.5, 20_000_000
 """A conversion is overdue after so many of the data sheet's duration, about 2 with CAPCHOP, and this time."""
 _DRIFT = 2e-5
@@ -104,7 +106,8 @@ class Pace:
             No duration fits: this was not the conversion that was begun, or those before it were not.
         """
         drift = round(_DRIFT * self._nominal_ns)
-        shortest = max(self.shortest_ns - drift, seen.busy - seen.begun)
+        sooner = drift if seen.busy > seen.asked else _UNSEEN_NS
+        shortest = max(self.shortest_ns - sooner, seen.busy - seen.begun)
         longest = min(self.longest_ns + drift, seen.ended - seen.asked)
         if shortest > longest:
             self._forget()
