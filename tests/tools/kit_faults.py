@@ -58,7 +58,7 @@ def _fault(kind: str, amount: float = 1.0, request: int | None = None, times: fl
 
 
 def _stuck_low(bench: Bench) -> None:
-    bench.kit.chip.pace = 2.5
+    bench.kit.chip.pace = 1.05
     bench.fail("RDY# stuck low")
 
 
