@@ -112,7 +112,7 @@ struct SampleRow {
     return py::make_tuple(seq, t_hard_ns, t_soft_ns, hard_raw, soft_raw, hard, soft, status, t_uncertainty_us);
   }
 
-  static constexpr std::int32_t no_code = -1, last_code = 0xFFFFFF, unknown = -1;
+  static constexpr std::int32_t no_code = -1, last_code = std::numeric_limits<std::int32_t>::max(), unknown = -1;
   static constexpr std::uint8_t last_status = 8;
 };
 
@@ -255,7 +255,7 @@ constexpr auto push_doc = R"(push($self, sample, /)
 Push one `Sample`; return whether there was room. Its integers and real numbers may be numpy's.
 
 TypeError or ValueError for a field that is not a number (a bool is not), or outside its range: `seq` from 0 and times of
-64 bits, codes of 24 bits or -1, status 0 to 8, an uncertainty of 32 bits or -1. ValueError after `close`.)";
+64 bits, codes of 31 bits or -1, status 0 to 8, an uncertainty of 31 bits or -1. ValueError after `close`.)";
 
 constexpr auto row_doc = R"(row($self, sample, /)
 --

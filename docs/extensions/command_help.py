@@ -15,14 +15,16 @@ class CommandHelp(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """Return the sections."""
         context = click.Context(main, info_name="palpate", terminal_width=84, max_content_width=84)
-        return [self._section(context, name) for name in COMMANDS]
+        return [self._section(context, main, name) for name in COMMANDS]
 
-    def _section(self, parent: click.Context, name: str) -> nodes.section:
-        command = main.get_command(parent, name)
+    def _section(self, parent: click.Context, group: click.Group, name: str) -> nodes.section:
+        command = group.get_command(parent, name)
         assert command is not None
         context = click.Context(command, info_name=name, parent=parent, terminal_width=84, max_content_width=84)
-        section = nodes.section(ids=[f"command-{name}"], names=[f"command-{name}"])
-        section += nodes.title(text=name)
+        path = context.command_path.removeprefix("palpate ")
+        anchor = f"command-{path.replace(' ', '-')}"
+        section = nodes.section(ids=[anchor], names=[anchor])
+        section += nodes.title(text=path)
         text = command.get_help(context)
         section += nodes.literal_block(text, text, language="text")
         options = [key for key in keys(command) if key not in ("json", "debug")]
@@ -31,6 +33,8 @@ class CommandHelp(SphinxDirective):
             defaults += nodes.literal(text=", ".join(options))
             section += defaults
         self.state.document.note_explicit_target(section)
+        if isinstance(command, click.Group):
+            section += [self._section(context, command, inner) for inner in command.list_commands(context)]
         return section
 
 

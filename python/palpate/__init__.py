@@ -134,6 +134,7 @@ _MODULES = {
     "simulation",
     "sources",
     "stream",
+    "testing",
     "touch",
 }
 """No module may have the name of a function above: its import would replace the function."""

@@ -55,7 +55,8 @@ class Sample(NamedTuple):
     t_hard_ns, t_soft_ns : int
         Middle of the conversion of each channel, ns since the source was opened.
     hard_raw, soft_raw : int
-        24-bit codes, 0 to 0xFFFFFF; -1: no code (lost conversion, or a source without codes).
+        Codes of the converter, 0 to 2**31 - 1; -1: no code (lost conversion, or a source without codes). Their scale is
+        in the description of the source, `palpate.sources.Codes`; by default they are the 24 bits of the AD7746.
     hard, soft : float
         Capacitances, pF, with the baseline; nan if lost.
     status : int

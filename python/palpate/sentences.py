@@ -148,6 +148,13 @@ def _baseline(_: Touch) -> str:
     return "it was measured in contact, and is measured again now: the ratio is wrong: touch again"
 
 
+def _gap(_: Touch) -> str:
+    return (
+        "the board was opened again, or its range was moved, during the touch or before it; so the baseline may be that of "
+        "a contact: lift the probe, and touch again"
+    )
+
+
 _SENTENCES: dict[str, Callable[[Touch], str]] = {
     "short": _short,
     "saturated": _saturated,
@@ -161,6 +168,7 @@ _SENTENCES: dict[str, Callable[[Touch], str]] = {
     "curve": _curve,
     "creep": _creep,
     "baseline": _baseline,
+    "gap": _gap,
 }
 
 

@@ -1,6 +1,7 @@
 """Touches of a recording."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol, Unpack, runtime_checkable
 
 import numpy as np
@@ -52,7 +53,8 @@ def touches(
         Arrays of shape (n,): `t_hard_s`, `t_soft_s` (s; nan if unknown), `hard`, `soft` (pF, baseline included). A
         reading that is nan, or `full_scale_pF` or more, is left out and counted. The result of `palpate.recorded` is
         read in blocks, and tared at the same samples as in the measurement. With an attribute `host_stamps` that is
-        True, the setting `host_stamps` is True by default.
+        True, the setting `host_stamps` is True by default. With `gap_marks`, as those of `palpate.recorded`, or
+        `gap_rows`, as those of `palpate.read`, a touch after a gap has the flag "gap" as in the measurement.
     scene : str
         As in `Tracker`.
     **settings
@@ -141,20 +143,34 @@ def replayed(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[N
 
     Yields
     ------
-    tuple of five numpy.ndarray
-        Of each part of the recording: times of both channels, s; hard, soft, pF, as the tracker got them; and the rows
-        of `Tracker.process`.
+    tuple of six numpy.ndarray
+        Of each part of the recording: times of both channels, s; hard, soft, pF, as the tracker got them; the rows of
+        `Tracker.process`; and a number that is larger after each gap and tare: baselines before it do not hold.
     """
     if isinstance(recording, Blocks):
-        tares = recording.tares  # once: found anew among all marks at each use
-        for block in recording.blocks():
-            hard, soft = usable(block, tracker.settings["full_scale"])
-            times = block["t_hard_ns"], block["t_soft_ns"]
-            yield times[0] / 1e9, times[1] / 1e9, hard, soft, tracker.process(*times, hard, soft)
-            if int(block["seq"][-1]) in tares:
-                tracker.tare(force=True)  # as in the measurement, where it may have been forced
+        yield from _replayed_blocks(tracker, recording)
         return
     rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, the same time for both channels
     t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed(recording) else (rows, rows)
-    channels = recording.hard, recording.soft
-    yield t_hard, t_soft, *channels, tracker.process(t_hard, t_soft, *channels)
+    for era, (begin, end) in enumerate(pairwise([0, *getattr(recording, "gap_rows", ()), len(rows)])):
+        if era:
+            tracker.gap()
+        part = slice(begin, end)
+        channels = recording.hard[part], recording.soft[part]
+        taken = tracker.process(t_hard[part], t_soft[part], *channels)
+        yield t_hard[part], t_soft[part], *channels, taken, np.full(len(taken), era)
+
+
+def _replayed_blocks(tracker: Tracker, recording: Blocks) -> Iterator[tuple[NDArray[Any], ...]]:
+    tares, era = recording.tares, 0  # once: found anew among all marks at each use
+    gaps = {seq for seq, _ in getattr(recording, "gap_marks", ())}
+    for block in recording.blocks():
+        hard, soft = usable(block, tracker.settings["full_scale"])
+        times = block["t_hard_ns"], block["t_soft_ns"]
+        taken = tracker.process(*times, hard, soft)
+        yield times[0] / 1e9, times[1] / 1e9, hard, soft, taken, np.full(len(taken), era)
+        if (last := int(block["seq"][-1])) in gaps:
+            tracker.gap()
+        elif last in tares:
+            tracker.tare(force=True)  # as in the measurement, where it may have been forced
+        era += last in tares

@@ -89,11 +89,19 @@ def test_single_channel_temperature_and_offset(bench: Bench) -> None:
     bench.kit.chip.temperature_C = 31.5
     assert driver.read_temperature() == 31.5
     hard, soft = driver.read_channel(HARD), driver.read_channel(SOFT)
-    assert hard.t_ns < soft.t_ns
+    assert hard.middle.t_ns < soft.middle.t_ns
     assert [c.pin for c in bench.kit.chip.conversions][-2:] == [1, 2]
     assert hard.status == soft.status == Status.OK
     bench.read(driver, 2)
     bench.check_samples(driver)
+
+
+def test_an_absent_chip_names_the_links_of_the_board(bench: Bench) -> None:
+    bench.kit.chip.present = False
+    with pytest.raises(
+        ProtocolError, match="never answered; check the jumpers SDA, SCL and RDY of link LK2, and link LK1"
+    ):
+        bench.open()
 
 
 def test_the_bumps_may_be_connected_the_other_way_round(bench: Bench) -> None:

@@ -10,8 +10,10 @@ import usb.core
 import usb.util
 from kit_bench import Bench
 from palpate.ad7746 import datasheet
-from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, IN, OUT, PORTS, RDY_PIN
+from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, IN, LED_PIN, OUT, PORTS, RDY_PIN
 from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, devices
+from palpate.ad7746.twin.kit import Reply
+from palpate.errors import DeviceRefused, ProtocolError
 
 _ADDRESS = datasheet.I2C_ADDRESS << 1
 
@@ -104,6 +106,32 @@ def test_the_pin_and_the_led(raw: Raw, bench: Bench) -> None:
     assert raw.read(PORTS, 0, 0, 1)[0] & RDY_PIN  # reading the data made it high
     raw.write(PORTS, 0, 0, bytes([0x00]))
     assert not raw.read(PORTS, 0, 0, 1)[0] & 0x80
+
+
+@pytest.mark.parametrize("outputs", [0x80, 0x90, 0x00])
+def test_the_led_blinks_and_nothing_else_changes(
+    raw: Raw, bench: Bench, outputs: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other pins, all directions, and RDY#; a board that measures is refused."""
+    raw.write(PORTS, 0, 0, bytes([0x90, outputs, 0x5A, 0x0F, 0x01, 0x00]))
+    before, control, written = raw.read(PORTS, 0, 0, 6), bench.kit.control, []
+
+    def noted(kind: int, request: int, value: int, index: int, length: int, data: bytes = b"") -> Reply:
+        if (kind, request) == (OUT, PORTS):
+            written.append(bytes(data))
+        return control(kind, request, value, index, length, data)
+
+    monkeypatch.setattr(bench.kit, "control", noted)
+    kit = bench.open_kit()
+    kit.blink(0.4, 0.1)
+    assert written == [bytes([level, outputs | LED_PIN]) for level in (0x18, 0x98, 0x18, 0x98)] + [before[:2]]
+    assert raw.read(PORTS, 0, 0, 6) == before
+    bench.fail("stall", request=PORTS, skip=2)
+    with pytest.raises(ProtocolError, match="refused the request"):
+        kit.blink(0.4, 0.1)
+    assert raw.read(PORTS, 0, 0, 6) == before  # also after an error
+    with pytest.raises(DeviceRefused, match="another program uses the board"):
+        bench.open_kit()
 
 
 @pytest.mark.parametrize(

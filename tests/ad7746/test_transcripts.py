@@ -2,7 +2,6 @@
 
 import math
 from collections import deque
-from typing import Any
 
 import pytest
 from palpate.ad7746.clock import VirtualClock
@@ -85,17 +84,6 @@ def test_a_pair() -> None:
     assert sample is not None
     assert (sample.seq, sample.hard_raw, sample.soft_raw, sample.status) == (0, 0x80F720, 0x800000, 0)
     assert (sample.hard, sample.soft) == (0.030890625, 0.0)
-
-
-def test_ranges_that_are_the_same_are_written_once() -> None:
-    same: list[Any] = [(a, b.replace("00 81 80 00", "85 00 80 00")) for a, b in SOFT[2:]]
-    again: list[Exchange] = HARD[2:]
-    driver, script = play([*OPEN, *START, *HARD, *same, *again, *same])
-    driver._converter.configuration = Configuration(hard=Channel(capdac=5), soft=Channel(capdac=5))
-    driver.start()
-    driver.read_pair(0)
-    driver.read_pair(1)
-    assert not script.left
 
 
 def test_all_ff_with_an_error_counted_is_read_again() -> None:

@@ -124,9 +124,9 @@ def test_two_threads_lose_nothing_that_is_not_counted() -> None:
         ),
         (lambda r: r.push((1, 2, 3)), ValueError, "sample: got 3 fields, allowed: the 9 of palpate.Sample"),
         (
-            lambda r: r.push(FIELDS._replace(hard_raw=2**24)),
+            lambda r: r.push(FIELDS._replace(hard_raw=2**31)),
             ValueError,
-            "hard_raw: got 16777216, allowed: .*-1 to 16777",
+            "hard_raw: got 2147483648, allowed: .*-1 to 2147483647",
         ),
         (lambda r: r.push(FIELDS._replace(soft_raw=-2)), ValueError, "soft_raw: got -2, allowed: an integer, -1 to"),
         (lambda r: r.push(FIELDS._replace(status=9)), ValueError, "status: got 9, allowed: an integer, 0 to 8"),

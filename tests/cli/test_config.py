@@ -12,8 +12,10 @@ import pytest
 from click.testing import CliRunner, Result
 from palpate.cli import COMMANDS, config, main
 from palpate.cli.config import keys
+from palpate.cli.kit import COMMANDS as OF_KIT
 from project import ROOT, need
 
+SHORT_HELPS = {**COMMANDS, **{f"kit {name}": text for name, text in OF_KIT.items()}}
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 
 
@@ -55,6 +57,30 @@ def test_the_nearer_wins(places: tuple[Path, Path], tmp_path: Path) -> None:
         {"threshold": "inf", "drift": 0.5, "samples": 80, "seconds": None},
     )
     assert json.loads(run("replay", FOUR, PALPATE_CONFIG=str(other), PALPATE_REPLAY_JSON="1").stdout) == document
+
+
+def test_a_command_of_a_group_has_a_table_and_variables(places: tuple[Path, Path]) -> None:
+    user, here = places
+    user.write_text("[kit.noise]\nreadings = 4\ncapf = [7]\n[kit.scan]\njson = true\n")
+    here.write_text("[kit.noise]\ncapf = [1, 2]\n")
+
+    def noise(*arguments: str, **variables: str) -> tuple[int, list[int]]:
+        result = run("kit", "noise", "sim:", "--json", *arguments, **variables)
+        document = json.loads(result.stdout)
+        return document["readings"], [row["capf"] for row in document["noise"]]
+
+    assert noise() == (4, [1, 2])
+    assert noise(PALPATE_KIT_NOISE_READINGS="5") == (5, [1, 2])
+    assert noise("--readings", "6", "--capf", "0", PALPATE_KIT_NOISE_READINGS="5") == (6, [0])
+    assert "inputs" in json.loads(run("kit", "scan", "sim:").stdout)
+    refused = run("kit", "noise", "sim:", PALPATE_KIT_NOISE_READING="5")
+    assert (refused.exit_code, "got PALPATE_KIT_NOISE_READING, allowed: " in refused.stderr) == (2, True)
+    wrong = run("kit", "noise", "sim:", PALPATE_KIT_NOISE_READINGS="1")
+    assert "(defaults: " in wrong.stderr
+    here.write_text("[kit.noise]\nreading = 4\n")
+    assert "palpate.toml: [kit.noise]: got 'reading', allowed: source, firmware, capf" in run("kit", "noise").stderr
+    here.write_text("[kit]\nreadings = 4\n")
+    assert "palpate.toml: [kit]: got 'readings', allowed: debug, accept, noise" in run("kit", "noise").stderr
 
 
 @pytest.mark.parametrize(
@@ -100,21 +126,30 @@ def test_a_variable_of_no_option_is_refused(places: tuple[Path, Path]) -> None:
     assert run("check", FOUR, PALPATE_REPLAY_SCNE="paper").exit_code == 0
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+def command_of(path: str) -> click.Command:
+    found: click.Command = main
+    for name in path.split():
+        assert isinstance(found, click.Group)
+        inner = found.get_command(click.Context(found), name)
+        assert inner is not None
+        found = inner
+    return found
+
+
+@pytest.mark.parametrize("name", SHORT_HELPS)
 def test_every_option_has_a_name_of_its_own(name: str) -> None:
-    command = main.get_command(click.Context(main), name)
-    assert command is not None
-    assert {"json", "debug"} <= set(keys(command))
+    command = command_of(name)
+    assert {"debug"} if isinstance(command, click.Group) else {"json", "debug"} <= set(keys(command))
     long = [option for p in command.params for option in p.opts if option.startswith("--")]
     assert len(keys(command)) >= len(long)
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", SHORT_HELPS)
 def test_help_has_the_short_help_of_the_list_and_an_example(name: str) -> None:
-    result = run(name, "--help")
+    result = run(*name.split(), "--help")
     assert result.exit_code == 0
-    command = getattr(import_module(f"palpate.cli.{name}"), name)
-    assert command.get_short_help_str(limit=1000).rstrip(".") == COMMANDS[name].rstrip(".")
+    command = getattr(import_module(f"palpate.cli.{name.replace(' ', '.')}"), name.split()[-1])
+    assert command.get_short_help_str(limit=1000).rstrip(".") == SHORT_HELPS[name].rstrip(".")
     assert f"palpate {name}" in result.stdout.split("Example:\n")[1].split("Options:")[0]
 
 

@@ -8,9 +8,9 @@ import click
 import pytest
 from click.testing import CliRunner, Result
 from palpate.ad7746.clock import VirtualClock
-from palpate.ad7746.evalkit import find, permission
+from palpate.ad7746.evalkit import find, permission, udev
 from palpate.ad7746.evalkit.find import Board
-from palpate.ad7746.evalkit.usberrors import UDEV_RULE
+from palpate.ad7746.evalkit.udev import UDEV_RULE
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
@@ -26,7 +26,7 @@ def alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No file, no variable and no rule of this machine's."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PALPATE_FIRMWARE", raising=False)
-    monkeypatch.setattr(permission, "RULES", (tmp_path / "rules.d",))
+    monkeypatch.setattr(udev, "RULES", (tmp_path / "rules.d",))
     monkeypatch.setattr("palpate.benchmark.nanoseconds", lambda work, pairs: 3.6)
     monkeypatch.setattr(click, "get_app_dir", lambda name: str(tmp_path / name))
 
@@ -57,7 +57,14 @@ def test_a_board_that_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     plug(monkeypatch, allowed=True)
     result = run()
     assert result.exit_code == 0
-    assert "can be opened, firmware is running" in result.stdout
+    assert "can be opened, firmware is running, the AD7746 answers" in result.stdout
+
+
+def test_a_board_without_a_chip(monkeypatch: pytest.MonkeyPatch) -> None:
+    plug(monkeypatch).chip.present = False
+    result = run()
+    assert result.exit_code == 4
+    assert "the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link LK2" in result.stdout
 
 
 def test_a_board_without_firmware(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,7 +81,56 @@ def test_a_board_that_may_not_be_opened(monkeypatch: pytest.MonkeyPatch) -> None
     result = run()
     assert result.exit_code == 3
     assert "connected, but no permission to open it" in result.stdout
-    assert f"echo '{UDEV_RULE}' | sudo tee /etc/udev/rules.d/70-palpate.rules" in result.stdout
+    assert "!!  permission: no udev rule for the board" in result.stdout
+    assert "      palpate doctor --install-udev" in result.stdout
+
+
+def test_a_rule_that_gives_this_user_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "rules.d").mkdir()
+    (tmp_path / "rules.d" / "70-palpate.rules").write_text(f"{UDEV_RULE}\n")
+    plug(monkeypatch, allowed=False)
+    monkeypatch.setattr(udev, "missing_group", lambda: "sudo usermod -aG plugdev me")
+    result = run()
+    assert result.exit_code == 3
+    assert "70-palpate.rules gives this user no access" in result.stdout
+    assert "      sudo usermod -aG plugdev me" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("name", "rule", "text", "do"),
+    [
+        (
+            "70-palpate.rules",
+            'MODE="0666"',
+            "lets every user and program of this machine write",
+            "palpate doctor --inst",
+        ),
+        (
+            "99-ad7746.rules",
+            'MODE:="666"',
+            "lets every user and program of this machine write",
+            "take the board's mode",
+        ),
+        (
+            "99-ad7746.rules",
+            'RUN+="fxload -m 0666"',
+            "lets every user and program",
+            "take the board's mode and tag out of",
+        ),
+        ("99-ad7746.rules", 'TAG+="uaccess"', "sorts after 73-seat-late.rules", "take the board's mode"),
+    ],
+)
+def test_a_rule_that_should_be_replaced(
+    name: str, rule: str, text: str, do: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "rules.d").mkdir()
+    board = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="B481"'
+    (tmp_path / "rules.d" / name).write_text(f"{board}, {rule}\n")
+    plug(monkeypatch, allowed=True)
+    result = run()
+    assert result.exit_code == 0
+    assert text in result.stdout
+    assert f"      {do}" in result.stdout
 
 
 def test_permission_is_that_of_the_device_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -92,9 +148,9 @@ def test_a_rule_is_found_where_it_counts(tmp_path: Path) -> None:
     folder = tmp_path / "rules.d"
     folder.mkdir()
     (folder / "70-palpate.rules").write_text(f"# {UDEV_RULE}\n")
-    assert permission.rule_files([folder, tmp_path / "nowhere"]) == []
+    assert udev.rule_files([folder, tmp_path / "nowhere"]) == []
     (folder / "70-palpate.rules").write_text(f"{UDEV_RULE}\n")
-    assert permission.rule_files([folder]) == [folder / "70-palpate.rules"]
+    assert udev.rule_files([folder]) == [folder / "70-palpate.rules"]
 
 
 def test_an_extra_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -83,6 +83,7 @@ JSON = {
     "figures": ["-o", "figures"],
     "bench": ["--seeds", "1", "--scenario", "step-up"],
     "doctor": [],
+    "kit": ["scan", "sim:"],
     "completion": ["bash"],
 }
 

@@ -91,11 +91,15 @@ def test_the_example_of_a_loop_measures(tmp_path: Path) -> None:
     program, sources = tmp_path / "loop", [EMBEDDED / "ad7746" / name for name in ("loop.cpp", "simulated.cpp")]
     subprocess.run([need("c++"), *FLAGS, INCLUDE, *sources, "-o", program], check=True)
     done = subprocess.run([program], capture_output=True, text=True, check=True)
-    assert [line.split(",")[1:] for line in done.stdout.splitlines()] == [
+    warned, *touches, centred = done.stdout.splitlines()
+    assert warned == "EXCERR: the pin EXCB is shorted or has too large a load"
+    assert [line.split(",")[1:] for line in touches] == [
         [" 250 samples", " 0 saturated", " 1 refused", " 0 dropped"],
         [" 139 samples", " 0 saturated", " 0 refused", " 0 dropped"],
     ]
-    assert [round(float(line.split()[1]), 1) for line in done.stdout.splitlines()] == [3.2, 7.9]
+    assert [round(float(line.split()[1]), 1) for line in touches] == [3.2, 7.9]
+    # The largest step that leaves the idle gauges above the middle: 7.545 and 4.315 pF, 0.171 pF a step.
+    assert centred == f"CAPDAC {int(7.545 / 0.171)}, {int(4.315 / 0.171)}"
 
 
 def test_the_example_of_a_loop_compiles_for_a_cortex_m4f(tmp_path: Path) -> None:
@@ -106,3 +110,6 @@ def test_the_example_of_a_loop_compiles_for_a_cortex_m4f(tmp_path: Path) -> None
     symbols = subprocess.run([need("arm-none-eabi-nm"), "-Cu", made], capture_output=True, text=True, check=True)
     needed = [line.split("U ")[1] for line in symbols.stdout.splitlines()]
     assert all(name.startswith("hal::") or name in {"memset", "memcpy"} for name in needed), needed
+    sizes = subprocess.run([need("arm-none-eabi-size"), made], capture_output=True, text=True, check=True)
+    text, data, bss = (int(word) for word in sizes.stdout.splitlines()[1].split()[:3])
+    assert (text <= 6800, data + bss <= 900) == (True, True), (text, data, bss)

@@ -15,7 +15,7 @@ from urllib.parse import unquote, urlsplit
 import click
 import pytest
 from building import compiles
-from palpate.ad7746.evalkit.usberrors import UDEV_RULE
+from palpate.ad7746.evalkit.udev import UDEV_RULE
 from palpate.cli import COMMANDS, main
 from project import ROOT, need
 

@@ -2,13 +2,20 @@
 
 import logging
 import re
+import time
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
 from live_bench import HOST
 from live_server import Live
+from palpate import MissingExtra
+from palpate.ad7746.evalkit import hotplug
+from palpate.ad7746.evalkit.find import Board
 from palpate.cli import main
 from palpate.cli.library_logs import LIBRARIES, library_logs
+from palpate.cli.live import _arrivals
 
 
 def test_the_line_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -44,6 +51,29 @@ def test_other_machines_always_need_the_token() -> None:
     result = CliRunner().invoke(main, ["live", "sim:four-specimens", "--no-open", "--host", "0.0.0.0", "--no-token"])
     assert result.exit_code == 2
     assert "--no-token: got --host 0.0.0.0, allowed: only with an address of this machine" in result.stderr
+
+
+def test_a_board_that_comes_while_one_is_simulated_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    there: set[Board] = set()
+    notes: list[str] = []
+    monkeypatch.setattr(hotplug, "looking", lambda: lambda: set(there))
+    session: Any = SimpleNamespace(stream=SimpleNamespace(source=SimpleNamespace(notify=notes.append)))
+    with _arrivals(session):
+        there.add(Board(1, 7, (2,)))
+        deadline = time.monotonic() + 30
+        while not notes and time.monotonic() < deadline:
+            time.sleep(0.01)
+    assert notes == ["usb:1/7 was plugged in: to measure with it, end this with Ctrl-C, then type palpate live again"]
+
+
+def test_without_libusb_a_simulated_board_still_measures(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> None:
+        raise MissingExtra("libusb-1.0 is not installed")
+
+    monkeypatch.setattr(hotplug, "looking", fail)
+    session: Any = None
+    with _arrivals(session):
+        pass
 
 
 @pytest.mark.parametrize("debug", [False, True])

@@ -53,7 +53,7 @@ def test_rows_that_were_tampered_with(tmp_path: Path) -> None:
         CHANGED.format("the 6 rows"),
         "2 rows out of order: their seq does not rise",
         "time goes back at 2 rows",
-        "1 rows have codes of more than 24 bits",
+        "1 rows have codes above 16777215, the largest of the converter",
     )
     path.write_text("".join(lines[:-1]))
     assert check(path).faults == ("5 rows in the file, but 6 were written",)

@@ -1,8 +1,6 @@
 """Names of sources, their options, and what each gives."""
 
-import errno
 import itertools
-import os
 import subprocess
 import sys
 import threading
@@ -16,8 +14,6 @@ import palpate
 import pytest
 from palpate import (
     DeviceNotFound,
-    DeviceRefused,
-    ProtocolError,
     RecordingError,
     Sample,
     Source,
@@ -25,7 +21,6 @@ from palpate import (
     sources,
 )
 from palpate.ad7746 import datasheet
-from palpate.sources import iio
 from palpate.sources.files import FileSource
 from palpate.sources.sim import SimSource
 from project import ROOT
@@ -57,6 +52,13 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         ("iio:x", {"hard_input": 3}, "hard_input: got 3, allowed: a whole number from 1 to 2"),
         ("serial:", {}, "serial's port: got nothing"),
         ("serial:x?unit=pf", {}, "unit: got 'pf', allowed: aF, fF, pF"),
+        ("serial:x?columns=hard", {}, "columns: got 'hard', allowed: names of all cells"),
+        ("serial:x?columns=t,hard,soft", {}, r"columns: .* \(the unit of t is not known\)"),
+        ("serial:x?columns=hard,soft,blue", {}, r"columns: .* \(the name 'blue' is not known\)"),
+        ("serial:x?columns=hard,soft&pattern=(?P<hard>1)(?P<soft>2)", {}, "columns: got a pattern, too"),
+        ("serial:x?decimal=dot", {}, "decimal: got 'dot', allowed: comma, point"),
+        ("serial:x?code_pF=0", {}, "code_pF: got '0', allowed: a number above 0"),
+        ("serial:x?reset=maybe", {}, "reset: got 'maybe', allowed: yes, no"),
         ("serial:x?pattern=(", {}, "pattern: got '\\(', allowed: a regular expression"),
         ("serial:x?pattern=(?P<hard>1)", {}, r"pattern: got groups \['hard'\], allowed: both \(\?P<hard>"),
         ("run.csv", {"speed": 0}, "speed: got 0"),
@@ -165,72 +167,6 @@ def test_a_scheme_of_another_package(monkeypatch: pytest.MonkeyPatch) -> None:
     assert stream.source.describe()["colour"] == "red"
     with pytest.raises(ValueError, match=r"allowed: .*ramp:"):
         palpate.open("moon:")
-
-
-@pytest.fixture
-def tree(tmp_path: Path) -> Path:
-    """Make a kernel's folder of a device, and one of another."""
-    for number, name in ((0, "bme280"), (1, "ad7746")):
-        folder = tmp_path / f"iio:device{number}"
-        folder.mkdir()
-        (folder / "name").write_text(f"{name}\n")
-    files = {"in_capacitance0_raw": -1234, "in_capacitance1_raw": 5678, "in_capacitance_sampling_frequency": "50"}
-    files |= {"in_capacitance0_scale": "0.000000488", "in_capacitance0_offset": 41 * 338646}
-    for name, value in files.items():
-        (folder / name).write_text(f"{value}\n")
-    return tmp_path
-
-
-def test_iio(tree: Path) -> None:
-    assert iio.devices(tree) == [tree / "iio:device1"]
-    ticks = iter(range(0, 10**9, 1000))
-    with palpate.open("iio:", root=tree, clock_ns=lambda: next(ticks)) as source:
-        samples = iter(source)
-        first = next(samples)
-        (tree / "iio:device1" / "in_capacitance0_raw").write_text("8388607")
-        second = next(samples)
-    assert first == Sample(0, 1500, 3500, 8387374, 8394286, -1234 / 2048000, 5678 / 2048000, 0)
-    assert (second.seq, second.status, second.hard_raw) == (1, Status.HARD_SATURATED, datasheet.LAST_CODE)
-    described = source.describe()
-    assert described["files"]["in_capacitance0_offset"] == "13884486"
-    assert described["period_s"] == 0.04
-    with palpate.open(f"iio:{tree}/iio:device1?hard_input=2") as swapped:
-        assert next(iter(swapped)).soft_raw == datasheet.LAST_CODE
-    with palpate.Stream(f"iio:{tree}/iio:device1") as stream:
-        next(iter(stream))
-    assert stream.counters.read == stream.counters.delivered
-
-
-def test_iio_errors(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(DeviceNotFound, match=r"0 devices in .* are an ad7746"):
-        palpate.open("iio:", root=tree / "nothing")
-    with pytest.raises(DeviceNotFound, match="is 'bme280', not an ad7746"):
-        palpate.open(f"iio:{tree}/iio:device0")
-    folder = tree / "iio:device1"
-    with palpate.open(f"iio:{folder}") as source:
-        samples = iter(source)
-        next(samples)
-        (folder / "in_capacitance1_raw").write_text("later\n")
-        assert [next(samples).status, next(samples).status] == [Status.LOST] * 2
-        with pytest.raises(ProtocolError, match="got 'later'"):
-            next(samples)
-        assert source.counters == {"errors": 3}
-    (folder / "in_capacitance1_raw").unlink()
-    with pytest.raises(DeviceNotFound, match="not found"), palpate.open(f"iio:{folder}") as source:
-        next(iter(source))
-
-    def fail(number: int) -> None:
-        def read_bytes(*_: object) -> bytes:
-            raise OSError(number, os.strerror(number))
-
-        monkeypatch.setattr("palpate.sources.iio.read_bytes", read_bytes)
-
-    fail(errno.EACCES)
-    with pytest.raises(DeviceRefused, match="no permission"):
-        palpate.open(f"iio:{folder}")
-    fail(errno.EIO)
-    with pytest.raises(ProtocolError, match="Input/output error"):
-        palpate.open(f"iio:{folder}")
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,7 @@ def test_what_can_be_kept_is_kept_as_plain_numbers(name: str, tmp_path: Path) ->
         seen = [estimate.sample for estimate in stream]
         stream.mark("here")
     assert seen == [*good(2), given, sample(9)]
-    assert [type(field) for field in seen[2]] == [int] * 5 + [float] * 2 + [int]
+    assert [type(field) for field in seen[2]] == [int] * 5 + [float] * 2 + [int] * 2
     assert stream.counters.lost == 1 + 5
     assert_they_add_up(stream.counters)
     assert check(tmp_path / "run.csv").survey.rows == 4

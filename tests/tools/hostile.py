@@ -60,7 +60,10 @@ def bad(good: Sample) -> dict[str, Any]:
         "odd object": with_field(soft_raw=Odd()),
         "seq of 65 bits": with_field(seq=2**63),
         "seq below 0": with_field(seq=-1),
-        "code of 25 bits": with_field(hard_raw=2**24),
+        "code of 32 bits": with_field(hard_raw=2**31),
+        "code above that of the converter": with_field(hard_raw=2**24),
+        "value that is not that of its code": with_field(hard=good.hard + 1e-9),
+        "code without a value": with_field(soft=math.nan),
         "code below -1": with_field(soft_raw=-2),
         "status 99": with_field(status=99),
         "status below 0": with_field(status=-1),
@@ -77,13 +80,13 @@ def unusual(good: Sample) -> dict[str, Any]:
     """Return what can be stored as well as a sample, by name."""
     with_field: Callable[..., Any] = good._replace
     return {
-        "numpy's integers": with_field(seq=np.int64(good.seq), hard_raw=np.int32(5), status=np.uint8(0)),
-        "numpy's real numbers": with_field(hard=np.float32(1.5), soft=np.float64(2.5)),
-        "integers for real numbers": with_field(hard=1, soft=2),
+        "numpy's integers": with_field(seq=np.int64(good.seq), hard_raw=np.int32(good.hard_raw), status=np.uint8(0)),
+        "numpy's real numbers": with_field(hard=np.float32(1.5), soft=np.float64(2.5), hard_raw=-1, soft_raw=-1),
+        "integers for real numbers": with_field(hard=1, soft=2, hard_raw=-1, soft_raw=-1),
         "a plain tuple": tuple(good),
         "no iteration": Restless(*good),
         "last time": with_field(t_hard_ns=2**63 - 1, t_soft_ns=-(2**63)),
-        "infinite reading": with_field(hard=math.inf, soft=-math.inf),
+        "infinite reading": with_field(hard=math.inf, soft=-math.inf, hard_raw=-1, soft_raw=-1),
     }
 
 

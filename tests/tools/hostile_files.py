@@ -22,7 +22,7 @@ from click.testing import CliRunner
 from fuzz_parsers import TARGETS
 from hostile_contents import SPECIAL, anywhere
 from palpate import ProtocolError
-from palpate.ad7746.evalkit.permission import rule_files
+from palpate.ad7746.evalkit.udev import rule_files
 from palpate.cli import main as palpate_command
 
 SECONDS = 6

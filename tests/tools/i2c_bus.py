@@ -6,14 +6,13 @@ from typing import Any
 from palpate.ad7746.clock import VirtualClock
 from palpate.ad7746.twin.chip import ChipTwin
 
-BYTE_S = 22.5e-6
-
 
 class Bus:
     """A replacement of smbus2.SMBus for `I2cBus`."""
 
-    def __init__(self, chip: ChipTwin, clock: VirtualClock) -> None:
+    def __init__(self, chip: ChipTwin, clock: VirtualClock, bus_kHz: float = 400.0) -> None:
         self.chip, self.clock = chip, clock
+        self.bit_s = 1e-3 / bus_kHz
         self.opened = 0
         self.failures: list[int] = []
 
@@ -31,14 +30,15 @@ class Bus:
             raise OSError(errno.EREMOTEIO, "Remote I/O error")
         for message in messages:
             assert message.addr == 0x48
+            lasting = (9 * (1 + message.len) + 2) * self.bit_s
+            now = self.clock.now_ns()
             if message.flags & 1:
-                lasting = message.len * BYTE_S
-                data = self.chip.read(message.len, self.clock.now_ns(), round(lasting * 1e9))
+                data = self.chip.read(message.len, now, round(lasting * 1e9))
                 for number, byte in enumerate(data):
                     message.buf[number] = bytes([byte])
             else:
-                self.chip.write(bytes(message), self.clock.now_ns())
-            self.clock.sleep(message.len * BYTE_S)
+                self.chip.write(bytes(message), now + round(lasting * 1e9))
+            self.clock.sleep(lasting)
 
     def close(self) -> None:
         self.opened -= 1

@@ -8,12 +8,13 @@ from typing import Any
 
 from palpate.ad7746 import datasheet
 from palpate.ad7746.configuration import Channel, Configuration
-from palpate.ad7746.driver import Ad7746
+from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.ad7746.evalkit.board import EvalKit
 from palpate.ad7746.twin.chip import ChipTwin
-from palpate.ad7746.twin.kit import Fault, KitTwin
+from palpate.ad7746.twin.kit import BUS_KHZ, Fault, KitTwin
 from palpate.samples import Sample, Status
-from usb_carriers import Carrier, carrier
+from usb_carriers import Carrier
+from usb_carriers import carrier as usual_carrier
 
 SLOPE_PF_PER_S = 0.02
 IDLE_PF = (6.92, 4.69)
@@ -29,9 +30,18 @@ def pins(pin: int, begin_s: float, end_s: float) -> float:
 class Bench(AbstractContextManager["Bench"]):
     """All objects of a test; closes them and checks that nothing is left open."""
 
-    def __init__(self, *, plugged: bool = True, loaded: bool = True, seed: int = 0) -> None:
-        self.carrier: Carrier = carrier()
-        self.kit = KitTwin(ChipTwin(pins, seed=seed), self.carrier.clock, loaded=loaded)
+    def __init__(
+        self,
+        *,
+        plugged: bool = True,
+        loaded: bool = True,
+        seed: int = 0,
+        carrier: Carrier | None = None,
+        bus_kHz: float = BUS_KHZ,
+    ) -> None:
+        self.carrier: Carrier = carrier or usual_carrier()
+        self.kit = KitTwin(ChipTwin(pins, seed=seed), self.carrier.clock, loaded=loaded, bus_kHz=bus_kHz)
+        self.configuration = CENTRED
         self.firmware: Path | None = None
         self.notes: list[str] = []
         self.samples: list[Sample] = []
@@ -53,10 +63,18 @@ class Bench(AbstractContextManager["Bench"]):
         self._open.append(kit)
         return kit
 
-    def open(self, configuration: Configuration = CENTRED, **where: int) -> Ad7746:
+    def open(self, configuration: Configuration | None = None, **where: int) -> Ad7746:
         """Open and configure the driver."""
         kit, clock = self.open_kit(**where), self.carrier.clock
-        driver = Ad7746(kit, configuration, clock, replug_s=self.replug_s, notify=self.notes.append)
+        limit_ns = 10**9 if self.carrier.real else LIMIT_NS  # the servers of real carriers may be late
+        driver = Ad7746(
+            kit,
+            configuration or self.configuration,
+            clock,
+            replug_s=self.replug_s,
+            notify=self.notes.append,
+            limit_ns=limit_ns,
+        )
         driver.start()
         self._open.append(driver)
         return driver

@@ -58,7 +58,7 @@ def _fault(kind: str, amount: float = 1.0, request: int | None = None, times: fl
 
 
 def _stuck_low(bench: Bench) -> None:
-    bench.kit.chip.pace = 2.5
+    bench.kit.chip.pace = 1.05
     bench.fail("RDY# stuck low")
 
 
@@ -162,7 +162,7 @@ OPENING = (
     Opening("no board", _nothing, DeviceNotFound, "found: check the cable"),
     Opening("no board at that address", _one, DeviceNotFound, "found: usb:1/", {"bus": 1, "address": 99}),
     Opening("two boards, none named", _two, DeviceNotFound, "choose one of usb:1/"),
-    Opening("no permission", _denied, DeviceRefused, "/etc/udev/rules.d"),
+    Opening("no permission", _denied, DeviceRefused, "doctor --install-udev"),
     Opening("used by another program", _busy, DeviceRefused, "another program uses the board"),
     Opening("no firmware", _bare, DeviceRefused, "--firmware PATH"),
     Opening("a firmware file with a wrong checksum", _with_image(IMAGE.replace("FA", "FB")), ProtocolError, "0xFB"),

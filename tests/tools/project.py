@@ -19,6 +19,12 @@ def need(tool: str) -> str:
     return path
 
 
+def need_file(path: Path) -> None:
+    """As `need`, for a file or a folder."""
+    if not path.exists():
+        _without(str(path))
+
+
 def need_package(name: str) -> None:
     """As `need`, for a package that is imported."""
     if find_spec(name) is None:

@@ -71,6 +71,8 @@ class Tree:
         attributes = {
             "busnum": "1",
             "devnum": f"{address}",
+            "idVendor": f"{int.from_bytes(descriptors[8:10], 'little'):04x}",
+            "idProduct": f"{int.from_bytes(descriptors[10:12], 'little'):04x}",
             "speed": "480",
             "bConfigurationValue": "1",
             "uevent": f"MAJOR=189\nMINOR={address - 1}\nDEVNAME={node}\nDEVTYPE=usb_device\n"

@@ -24,6 +24,9 @@ bool wait();
 /// Report a result.
 void report(const palpate::Touch<float>& touch, std::size_t dropped);
 
+/// EXCERR in a pair: the pin EXCB is shorted or has too large a load.
+void excitation_failed();
+
 }  // namespace hal
 
 /// To be called when the pin RDY# of the AD7746 falls.

@@ -139,6 +139,11 @@ class Configuration:
         return bytes([0, datasheet.VTEN | datasheet.VTCHOP, self.level, self._config])
 
     @property
+    def supply_registers(self) -> bytes:
+        """Bytes of registers 0x07 to 0x0A for one reading of the supply."""
+        return bytes([0, datasheet.VTEN | datasheet.VT_SUPPLY | datasheet.VTCHOP, self.level, self._config])
+
+    @property
     def _config(self) -> int:
         return self.vtf << 6 | self.capf << 3 | datasheet.SINGLE
 

@@ -13,7 +13,7 @@ from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceE
 
 _POLL_S = 0.1
 _TRIES = 3  # to open the device again, before the error of the last one counts
-_GAINS_S = 1.0  # from one look at the gains to the next; it takes 1 ms
+_GAINS_NS = 1_000_000_000  # from one look at the gains to the next; it takes 1 ms
 
 
 class OtherGains(ProtocolError):
@@ -57,6 +57,7 @@ class Connection:
     def set_up(self) -> str:
         """Reset and configure the chip; return "" or, if it is another one than before, a text that says so."""
         self._converter.set_up()
+        self._due_ns = self._clock.now_ns() + _GAINS_NS
         found = self._converter.dump[datasheet.CAP_GAIN :]
         before, self.gains = self.gains or found, found
         if found == before:
@@ -68,7 +69,7 @@ class Connection:
         now = self._clock.now_ns()
         if now < self._due_ns:
             return
-        self._due_ns = now + round(_GAINS_S * 1e9)
+        self._due_ns = now + _GAINS_NS
         if (found := self._converter.gains()) != self.gains:
             raise OtherGains(
                 f"the gains of the chip (registers 0x0F to 0x12) are {found.hex(' ')}, before {self.gains.hex(' ')}: "
@@ -76,7 +77,10 @@ class Connection:
             )
 
     def open_again(self) -> str:
-        """Open the device again, up to three times; return as `set_up`. Raises the error of the last try."""
+        """Open the device, which was there all the time, again; return as `set_up`.
+
+        Tries three times, and raises the error of the last try.
+        """
         for left in reversed(range(_TRIES)):
             try:
                 self._bus.reopen()
@@ -84,7 +88,10 @@ class Connection:
             except (SourceTimeout, ProtocolError):
                 if not left:
                     raise
-                self._clock.sleep(_POLL_S)
+            except NotReady as error:
+                if not left:
+                    raise DeviceRefused(str(error)) from error
+            self._clock.sleep(_POLL_S)
         raise AssertionError("unreachable")
 
     def wait(self, gone: DeviceNotFound, longest_s: float) -> str:
@@ -99,10 +106,13 @@ class Connection:
                 return self.set_up()
             except DeviceRefused:
                 raise
-            except SourceError as error:
-                if isinstance(error, NotReady) and not told:
+            except NotReady as error:
+                if self._clock.now_ns() > deadline:
+                    raise DeviceRefused(str(error)) from error
+                if not told:
                     told = True
                     self._notify(f"{error}. Waiting for a program that loads it.")
+            except SourceError:
                 if self._clock.now_ns() > deadline:
                     raise
             self._clock.sleep(_POLL_S)

@@ -10,7 +10,7 @@ The time of a conversion is its middle, with bounds that hold however long the c
 """
 
 import statistics
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable
 from typing import NamedTuple, NoReturn, TypeVar
 
@@ -31,6 +31,8 @@ _STEPS = 15  # conversions whose median is the time of one
 _SATURATED = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
 
 T = TypeVar("T")
+_Speed = tuple[int, bool]
+"""CAPF and CAPCHOP, which set the duration of a conversion."""
 
 
 class Reading(NamedTuple):
@@ -84,20 +86,26 @@ class Converter:
         self._clock = clock
         self._counters = counters
         self._check = check
-        self._pace = Pace(configuration.conversion_s)
-        self._steps_ns: deque[int] = deque(maxlen=_STEPS)
+        self._paces: dict[_Speed, Pace] = {}
+        self._steps_ns: dict[_Speed, deque[int]] = defaultdict(lambda: deque(maxlen=_STEPS))
         self._sooner_ns = 0
         self._trust_pin = True
 
     @property
     def step_s(self) -> float:
         """Time of a conversion with all its accesses, s: the median of the last ones; before the first, an estimate."""
-        return statistics.median(self._steps_ns) / 1e9 if self._steps_ns else self.configuration.conversion_s + _BUS_S
+        if steps_ns := self._steps_ns[self._speed]:
+            return statistics.median(steps_ns) / 1e9
+        return self.configuration.conversion_s + _BUS_S
+
+    @property
+    def _speed(self) -> _Speed:
+        return self.configuration.capf, self.configuration.chop
 
     def set_up(self) -> None:
         """Reset the chip, write the configuration in idle mode, and check that it reads back the same."""
         self._trust_pin = True
-        self._pace = Pace(self.configuration.conversion_s)
+        self._paces.clear()  # it may be another chip
         self._access(self._bus.reset)
         self._clock.sleep(2 * datasheet.RESET_S)
         setup, in_range = self.configuration.registers(HARD)
@@ -112,13 +120,14 @@ class Converter:
         entered = self._clock.now_ns()
         setup, in_range = self.configuration.registers(channel)
         self._access(lambda: self._bus.write(datasheet.CAPDAC_A, in_range))
-        seen, image = self._run(setup, in_range, self._pace, datasheet.RDYCAP)
-        self._pace.learn(seen)
-        self._steps_ns.append(self._clock.now_ns() - entered)
+        pace = self._paces.setdefault(self._speed, Pace(self.configuration.conversion_s))
+        seen, image = self._run(setup, in_range, pace, datasheet.RDYCAP)
+        pace.learn(seen)
+        self._steps_ns[self._speed].append(self._clock.now_ns() - entered)
         raw = int.from_bytes(image[datasheet.CAP_DATA : datasheet.VT_DATA], "big")
         status = _SATURATED[channel] if datasheet.saturated(raw) else Status.OK
         status |= Status.EXCITATION if image[datasheet.STATUS] & datasheet.EXCERR else Status.OK
-        return Reading(self._pace.middle(seen), raw, datasheet.capacitance_pF(raw), status)
+        return Reading(pace.middle(seen), raw, datasheet.capacitance_pF(raw), status)
 
     def gains(self) -> bytes:
         """Return CAP_GAIN and VOLT_GAIN: set in the factory, other ones in each chip, and constant."""
@@ -126,9 +135,16 @@ class Converter:
 
     def temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius."""
-        setup = self.configuration.temperature_registers
+        return datasheet.temperature_C(self._voltage(self.configuration.temperature_registers))
+
+    def supply(self) -> float:
+        """Measure the supply of the chip, V."""
+        return datasheet.supply_V(self._voltage(self.configuration.supply_registers))
+
+    def _voltage(self, setup: bytes) -> int:
+        """Return a code of the voltage channel."""
         _, image = self._run(setup, b"", Pace(self.configuration.temperature_s), datasheet.RDYVT)
-        return datasheet.temperature_C(int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big"))
+        return int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big")
 
     def auto_capdac(self) -> None:
         """Choose each channel's CAPDAC so that its present signal lies in the middle of the range."""

@@ -38,8 +38,9 @@ CAPEN: Final = 0x80
 CIN2: Final = 0x40
 CAPDIFF: Final = 0x20
 CAPCHOP: Final = 0x01
-# VT_SETUP: VTMD 0 is the internal temperature sensor.
+# VT_SETUP: VTMD, bits 6-5, chooses what is measured; 0 is the internal temperature sensor.
 VTEN: Final = 0x80
+VT_SUPPLY: Final = 0x40
 VTCHOP: Final = 0x01
 # EXC_SETUP: the two excitation pins, and the level in the lowest two bits.
 EXCB: Final = 0x20
@@ -62,6 +63,10 @@ NOISE_PEAK_PF: Final = (212.4e-6, 137.7e-6, 82.5e-6, 50.3e-6, 33.7e-6, 28.3e-6, 
 """Noise of a conversion, pF peak to peak, for CAPF 0 to 7 (data sheet, rev. 0)."""
 VT_CONVERSION_S: Final = (0.0201, 0.0321, 0.0621, 0.1221)
 """Conversion time of voltage and temperature, s, for VTF 0 to 3 (data sheet, rev. 0)."""
+REFERENCE_V: Final = 1.17
+"""Internal reference of the voltage channel, typical."""
+SUPPLY_V: Final = (2.7, 5.25)
+"""Supply that the chip is specified for, V."""
 MAINS_CAPF: Final = 4
 """The only CAPF that rejects 50 and 60 Hz; at faster settings they alias."""
 FULL_SCALE_PF: Final = 4.096
@@ -170,6 +175,32 @@ def temperature_C(code: int) -> float:
     25.0
     """
     return _code(code) / 2048 - 4096
+
+
+def supply_V(code: int) -> float:
+    """Convert a code of the supply monitor, which measures a sixth of the supply, to V.
+
+    Parameters
+    ----------
+    code : int
+        0 to 0xFFFFFF.
+
+    Returns
+    -------
+    float
+        -7.02 to 7.02; the chip is specified for `SUPPLY_V`.
+
+    Raises
+    ------
+    ValueError
+        The code is outside 0 to 0xFFFFFF.
+
+    Examples
+    --------
+    >>> round(supply_V(0xBC2BC2), 4)
+    3.3
+    """
+    return (_code(code) - ZERO_CODE) / 2**23 * 6 * REFERENCE_V
 
 
 def _code(code: int) -> int:

@@ -27,6 +27,7 @@ from collections.abc import Callable
 from threading import Event
 from typing import Any
 
+from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import Counters, RegisterBus
 from palpate.ad7746.clock import Clock, RealClock
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
@@ -41,6 +42,8 @@ STREAK = 3
 LIMIT_NS = 2_000_000
 """Largest possible error of the difference of the two times of a pair that is not LOST, ns."""
 _UNKNOWN_NS = -1000
+_GRACE_NS = 200_000_000
+_CONDITIONS_S = 2 * (datasheet.VT_CONVERSION_S[0] + 0.005)
 
 
 class _Interrupted(Exception):
@@ -108,7 +111,7 @@ class Ad7746:
         )
         self._connection = Connection(bus, self._converter, self._clock, notify, self._check_interrupt)
         self._start_ns = self._last_ns = self._clock.now_ns()
-        self._streak = self._next = 0
+        self._streak = self._next = self._grace_ns = 0
 
     @property
     def configuration(self) -> Configuration:
@@ -180,6 +183,29 @@ class Ad7746:
     def read_temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius; use it between touches, it takes 20 ms or more."""
         return self._converter.temperature()
+
+    def read_conditions(self) -> dict[str, float] | None:
+        """Measure temperature and supply of the chip, in about 50 ms; also after `interrupt`, then for 0.2 s at most.
+
+        Returns
+        -------
+        dict or None
+            `t_s` of the measurement, `temperature_C`, `supply_V`; None: the chip could not be read.
+        """
+        self._grace_ns = self._clock.now_ns() + _GRACE_NS
+        try:
+            t_s = (self._clock.now_ns() - self._start_ns) / 1e9
+            found = {"temperature_C": self._converter.temperature(), "supply_V": self._converter.supply()}
+        except (SourceError, _Interrupted):
+            return None
+        finally:
+            self._grace_ns = 0
+        return {"t_s": round(t_s, 3), **{name: round(value, 3) for name, value in found.items()}}
+
+    @property
+    def conditions_are_free(self) -> bool:
+        """Whether `read_conditions` between two pairs leaves the second one in time."""
+        return 0.4 * self.period_s > _CONDITIONS_S
 
     def read_channel(self, channel: int) -> Reading:
         """Convert one channel only, `HARD` or `SOFT`; a lost conversion raises an error here."""
@@ -294,7 +320,7 @@ class Ad7746:
         return self.configuration.hard.capdac, self.configuration.soft.capdac
 
     def _check_interrupt(self) -> None:
-        if self._interrupted.is_set():
+        if self._interrupted.is_set() and self._clock.now_ns() >= self._grace_ns:
             raise _Interrupted
 
 

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 from palpate.errors import ProtocolError
 
-_SHORTEST, _LONGEST = 0.9, 1.5
-"""Duration of a conversion before one was seen, relative to the data sheet's: the chip's clock is +-5 %."""
+_SHORTEST = 0.9
+"""Duration of a conversion before one was seen, relative to the data sheet's, at least: the chip's clock is +-5 %."""
+_OVERDUE, _OVERDUE_NS = 2.5, 20_000_000
+"""A conversion is overdue after so many of the data sheet's duration, about 2 with CAPCHOP, and this time."""
 _DRIFT = 2e-5
 """Change of the chip's clock from one conversion to the next, relative, at most: 0.018 to 0.18 % a second."""
-_OVERDUE_NS = 20_000_000
-"""A conversion is overdue after its longest duration, relative to the data sheet's, and this."""
 
 
 class Seen(NamedTuple):
@@ -82,13 +82,13 @@ class Pace:
 
     def __init__(self, nominal_s: float) -> None:
         self._nominal_ns = nominal_s * 1e9
-        self.overdue_ns: int = round(_LONGEST * self._nominal_ns) + _OVERDUE_NS
+        self.overdue_ns: int = round(_OVERDUE * self._nominal_ns) + _OVERDUE_NS
         self._forget()
 
     def _forget(self) -> None:
         """Know only the data sheet's duration, as before the first conversion."""
         self.shortest_ns: int = round(_SHORTEST * self._nominal_ns)
-        self.longest_ns: int = round(_LONGEST * self._nominal_ns)
+        self.longest_ns: int = self.overdue_ns
 
     def learn(self, seen: Seen) -> None:
         """Narrow the interval.

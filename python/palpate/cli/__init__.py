@@ -23,6 +23,7 @@ COMMANDS = {
     "calibrate": "Fit a calibration to recordings of touches on known objects.",
     "figures": "Draw the figures of the paper from simulated data.",
     "bench": "Compare estimators on simulated touches: error and run time.",
+    "kit": "Check a board: wiring, noise, registers.",
     "doctor": "Check installation, board and permissions, and print what to type.",
     "completion": "Print a script for shell completion of commands, options and sources.",
 }

@@ -35,7 +35,7 @@ def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -
     files: dict[str, list[Path]] = {}
     for path in [chosen] if chosen else [path for path in places() if path.exists()]:
         for name, table in read(path, commands).items():
-            merged.setdefault(name, {}).update(table)
+            _merge(merged.setdefault(name, {}), table)
             files.setdefault(name, []).append(path)
     context.meta[_FILES] = files
     group, run = context.command, context.invoked_subcommand
@@ -46,6 +46,16 @@ def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -
         if merged.get(run):
             click.echo(f"defaults of {run} from {where}: {', '.join(merged[run])}", err=True)
         files.setdefault(run, []).extend(Path(name) for name in sorted(os.environ) if name in _variables(command))
+
+
+def _merge(into: dict[str, Any], table: dict[str, Any]) -> None:
+    """Add a table to another one; where both have a table, add that one in the same way."""
+    for key, value in table.items():
+        before = into.get(key)
+        if isinstance(before, dict) and isinstance(value, dict):
+            into[key] = {**before, **value}
+        else:
+            into[key] = value
 
 
 def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
@@ -90,17 +100,25 @@ def take_from_environment(command: click.Command) -> None:
 
 
 def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dict[str, Any]:
-    """Return the table of a command with the names of click's parameters as keys.
+    """Return the table of a command with the names of click's parameters as keys; a group has a table for each command.
 
     Raises
     ------
     click.UsageError
         An unknown key (the message lists the allowed ones), or a table in place of a value.
     """
+    inner = _commands_of(command)
+    if inner and (both := {key: value for key, value in table.items() if key in inner and isinstance(value, dict)}):
+        own = {key: value for key, value in table.items() if key not in both}
+        return parameters(where, command, own) | {
+            key: parameters(where, inner[key], value) for key, value in both.items()
+        }
     allowed = keys(command)
     for key, value in table.items():
         if key not in allowed:
-            raise click.UsageError(f"{where}: [{command.name}]: got {quoted(key)}, allowed: {', '.join(allowed)}")
+            raise click.UsageError(
+                f"{where}: [{command.name}]: got {quoted(key)}, allowed: {', '.join([*allowed, *inner])}"
+            )
         if isinstance(value, dict):
             raise click.UsageError(
                 f"{where}: [{command.name}]: {key}: got a table, allowed: a value or a list of values"
@@ -118,8 +136,18 @@ def _check_environment(command: click.Command) -> None:
 
 
 def _variables(command: click.Command) -> set[str]:
-    return {_variable(command, key) for key in keys(command)}
+    own = {_variable(command, key) for key in keys(command)}
+    return own.union(*map(_variables, _commands_of(command).values()))
 
 
 def _variable(command: click.Command, key: str) -> str:
-    return f"PALPATE_{command.name}_{key}".upper().replace("-", "_")
+    return f"PALPATE_{command.name}_{key}".upper().replace("-", "_").replace(".", "_")
+
+
+def _commands_of(command: click.Command) -> dict[str, click.Command]:
+    """Return the commands of a group; none for a command."""
+    if not isinstance(command, click.Group):
+        return {}
+    context = click.Context(command)
+    found = {name: command.get_command(context, name) for name in command.list_commands(context)}
+    return {name: inner for name, inner in found.items() if inner is not None}

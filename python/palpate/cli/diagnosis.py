@@ -5,6 +5,7 @@ import platform
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing
 from functools import partial
 from importlib import metadata
 from pathlib import Path
@@ -15,6 +16,8 @@ import click
 from palpate import MissingExtra, PalpateError, __version__
 from palpate.cli import config
 from palpate.cli.exit import MISSING_EXTRA, NO_DEVICE, UNEXPECTED, USAGE, code_of
+
+INSTALL_UDEV = "palpate doctor --install-udev"
 
 
 class Finding(NamedTuple):
@@ -105,43 +108,52 @@ def _boards(boards: list[Any], backend: Any) -> Iterator[Finding]:
 
     if not boards:
         yield Finding("board", "free", "no evaluation kit is connected", "palpate record sim:four-specimens -o run.csv")
-        yield from _rule(needed=False)
+    refused = [board for board in boards if may_open(board) is False]
     for board in boards:
-        if may_open(board) is False:
+        if board in refused:
             yield Finding(f"board usb:{board}", "wrong", "connected, but no permission to open it", code=NO_DEVICE)
-            yield from _rule(needed=True)
         else:
             yield _open(board, backend)
+    yield from _rules(needed=bool(refused), asked=len(refused) == len(boards))
     yield _firmware()
 
 
-def _rule(*, needed: bool) -> Iterator[Finding]:
-    from palpate.ad7746.evalkit.permission import rule_files, rules_matter
-    from palpate.ad7746.evalkit.usberrors import UDEV_RULE
+def _rules(*, needed: bool, asked: bool) -> Iterator[Finding]:
+    """Check the udev rules: `needed`, a board cannot be opened; `asked`, none was opened, so rules tell more."""
+    from palpate.ad7746.evalkit import udev
 
-    files = rule_files()
-    do = (
-        f"echo '{UDEV_RULE}' | sudo tee /etc/udev/rules.d/70-palpate.rules\n"
-        "sudo udevadm control --reload && sudo udevadm trigger --subsystem-match=usb"
-    )
-    if files:
-        yield Finding("permission", "ok", f"udev rule in {', '.join(map(str, files))}")
-    elif needed or rules_matter():
+    files = udev.rule_files()
+    for file in files:
+        if flaw := udev.flaw(file):
+            edit = f"take the board's mode and tag out of {file}, then:\n"
+            do = INSTALL_UDEV if file.name == udev.RULE_FILE else edit + INSTALL_UDEV
+            yield Finding("permission", "free", f"the udev rule in {file} {flaw}: replace it", do)
+    named = ", ".join(map(str, files))
+    if needed and files:
+        text = f"the udev rule in {named} gives this user no access: unplug the board for a moment; over ssh, or without a "
+        text += f"screen, the user has to be in the group {udev.GROUP}, and to log in again after joining it"
+        yield Finding("permission", "wrong", text, udev.missing_group(), NO_DEVICE)
+    elif files:
+        yield Finding("permission", "ok", f"udev rule in {named}")
+    elif needed or (asked and udev.rules_matter()):
         text = "no udev rule for the board: only root can open it"
-        yield Finding("permission", "wrong" if needed else "free", text, do, NO_DEVICE if needed else 0)
-    else:
-        yield Finding("permission", "ok", "this user needs no udev rule; other users need:", do)
+        yield Finding("permission", "wrong" if needed else "free", text, INSTALL_UDEV, NO_DEVICE if needed else 0)
+    elif asked and sys.platform == "linux":
+        yield Finding("permission", "ok", "this user needs no udev rule; for other users:", INSTALL_UDEV)
 
 
 def _open(board: Any, backend: Any) -> Finding:
+    from palpate.ad7746.bus import Counters, repeated
+    from palpate.ad7746.clock import RealClock
     from palpate.ad7746.evalkit.board import EvalKit
 
     what = f"board usb:{board}"
     try:
-        EvalKit(board.bus, board.address, backend=backend).close()
+        with closing(EvalKit(board.bus, board.address, backend=backend)) as kit:
+            repeated(lambda: kit.read(0, 1), Counters(), RealClock(), lambda: None)
     except PalpateError as error:
         return Finding(what, "wrong", str(error), "", code_of(error))
-    return Finding(what, "ok", "can be opened, firmware is running")
+    return Finding(what, "ok", "can be opened, firmware is running, the AD7746 answers")
 
 
 def _firmware() -> Finding:
@@ -165,6 +177,25 @@ def others() -> Iterator[Finding]:
     found = [device for device in devices()[0] if not device.uri.startswith("usb:")]
     text = ", ".join(device.uri for device in found)
     yield Finding("other devices", "ok" if found else "free", text or "none on i2c:, iio:, serial:")
+
+
+def packages() -> Iterator[Finding]:
+    """Check that the sources of other packages can be loaded, and that their searches for devices work."""
+    from palpate.sources import GROUP
+    from palpate.sources.devices import devices_of_packages
+    from palpate.sources.uri import loaded, package_of
+
+    for point in metadata.entry_points(group=GROUP):
+        try:
+            loaded(point)
+        except MissingExtra as error:
+            yield Finding(f"source {point.name}", "free", str(error))
+        except PalpateError as error:
+            yield Finding(f"source {point.name}", "wrong", str(error), "", UNEXPECTED)
+        else:
+            yield Finding(f"source {point.name}", "ok", f"of {package_of(point)}")
+    for note in devices_of_packages()[1]:
+        yield Finding("search of another package", "wrong", note, "", UNEXPECTED)
 
 
 def files(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
@@ -207,6 +238,7 @@ def all_of(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
         ("defaults", lambda: files(commands)),
         ("USB", usb),
         ("other devices", others),
+        ("other packages", packages),
         ("speed", speed),
     ]
     for what, check in checks:

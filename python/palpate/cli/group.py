@@ -74,7 +74,9 @@ class Commands(click.Group):
         try:
             return super().invoke(ctx)
         except click.UsageError as error:
-            raise _one_line(error, ctx.meta.get("palpate.files", {}).get(ctx.invoked_subcommand, [])) from error
+            raise _one_line(
+                error, ctx.meta.get("palpate.files", {}).get(ctx.find_root().invoked_subcommand, [])
+            ) from error
         except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
         except Exception as error:

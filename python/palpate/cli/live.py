@@ -6,12 +6,13 @@ import signal
 import sys
 import webbrowser
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from palpate import PalpateError
 from palpate.cli.exit import BAD_DATA, INTERRUPTED, one_line
 from palpate.cli.library_logs import library_logs
 from palpate.cli.moduli import tell_origin
@@ -21,6 +22,7 @@ from palpate.cli.terminal import say, signals
 from palpate.several import TOUCH_SCATTER
 
 if TYPE_CHECKING:
+    from palpate.ad7746.evalkit.find import Board
     from palpate.calibration import Calibration
     from palpate.live.session import Session
     from palpate.sources import Source
@@ -88,7 +90,7 @@ def live(
     from palpate.live.session import Session
     from palpate.live.summary import Summary
 
-    token = _token(host, no_token=no_token)
+    token, named = _token(host, no_token=no_token), source
     source = source or _plugged_in()
     how: dict[str, Any] = {"scene": scene, **tracking(touch_seconds, samples, settings)}
     calibrated = _calibration(calibration, scene) if calibration else None
@@ -106,7 +108,8 @@ def live(
     ticket = new_token() if token else None
     server, port = Server(session, Summary(session, calibrated, scatter), source), listening.getsockname()[1]
     debug = "palpate.debug" in click.get_current_context().meta
-    with _ending(session), listening, library_logs(debug=debug):
+    in_place = not named and source == SIMULATED
+    with _ending(session), _arrivals(session) if in_place else nullcontext(), listening, library_logs(debug=debug):
         _tell(address_of(listening, host, token), source, file, as_json=as_json)
         if not no_open and _has_screen():
             webbrowser.open(address_of(listening, host, ticket))
@@ -130,6 +133,23 @@ def _plugged_in() -> str:
     uri = found[0].uri if found else SIMULATED
     click.echo(f"{uri}: {found[0].what}" if found else f"no board found; using a simulated one: {uri}", err=True)
     return uri
+
+
+@contextmanager
+def _arrivals(session: "Session") -> Iterator[None]:
+    """While a simulated board measures in place of one: tell when one is plugged in."""
+    from palpate.ad7746.evalkit.hotplug import Hotplug  # the simulated board needs pyusb, too
+
+    def tell(before: "set[Board]", now: "set[Board]") -> None:
+        for board in now - before:
+            session.stream.source.notify(
+                f"usb:{board} was plugged in: to measure with it, end this with Ctrl-C, then type palpate live again"
+            )
+
+    with ExitStack() as ending:
+        with suppress(OSError, PalpateError):  # no libusb, for example
+            ending.callback(Hotplug(tell).close)
+        yield
 
 
 def _opener(source: str, given_beside: dict[str, str]) -> "Callable[[], Source]":

@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Timer
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 _PROGRESS_S = 0.2
 _CUT = "the recording ended during this touch"
+_GRACE_S = 1.0  # the first sample comes after the begin, and --seconds counts from it
 _REVISED_S = 5.0  # longest wait for the revised result of the last touch
 
 
@@ -36,6 +38,8 @@ _REVISED_S = 5.0  # longest wait for the revised result of the last touch
 @click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after this time, s.")
 @click.option("--note", "notes", multiple=True, metavar="TEXT", help="A note for the sidecar; may be repeated.")
 @board_options
+@click.option("--recentre", is_flag=True, help="If a channel leaves the range of the converter for 2 s without a touch, "
+              "set the range again.")  # fmt: skip
 @estimating_options
 @json_option
 def record(
@@ -46,6 +50,7 @@ def record(
     notes: tuple[str, ...],
     firmware: Path | None,
     excitation: str | None,
+    recentre: bool,
     scene: "_Scene",
     touch_seconds: float | None,
     samples: int | None,
@@ -55,7 +60,8 @@ def record(
     """Record from SOURCE and print a row for each touch as it ends, and another when its result is revised.
 
     SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices` and
-    help(palpate.open). Ctrl-C ends the recording, too, and so does a closed terminal; the file is closed properly. Exit codes: 3, no device, or it was
+    help(palpate.open). Where the board was opened again or its range was set again, the recording has a mark, and the
+    baseline is measured again: touch nothing then. Ctrl-C ends the recording, too, and so does a closed terminal; the file is closed properly. Exit codes: 3, no device, or it was
     unplugged and not connected again; 4, the device sends invalid data, or the file cannot be written; 5, fewer touches
     than --touches; 130, Ctrl-C.
 
@@ -73,7 +79,7 @@ def record(
         stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=say, **how)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
-    session = _Session(stream, touches, seconds, quiet=as_json)
+    session = _Session(stream, touches, seconds, recentre=recentre, quiet=as_json)
     failure: PalpateError | None = None
     with _interruptible(stream) as came:
         try:
@@ -95,10 +101,14 @@ def record(
 class _Session:
     """One measurement: prints the touches, stops after --touches or --seconds."""
 
-    def __init__(self, stream: "Stream", touches: int | None, seconds: float | None, *, quiet: bool) -> None:
+    def __init__(
+        self, stream: "Stream", touches: int | None, seconds: float | None, *, recentre: bool, quiet: bool
+    ) -> None:
         self._stream = stream
         self._touches = touches
         self._seconds = seconds
+        self._recentre = recentre
+        self._outside = False
         self._quiet = quiet
         self._first_ns: int | None = None
         self._elapsed_s = 0.0
@@ -110,12 +120,13 @@ class _Session:
 
     def run(self) -> None:
         """Measure until the stop condition or the end of the source."""
-        with self._stream:
+        with self._stream, _by_the_clock(self._stream, self._seconds):
             for batch in self._stream.batches():
                 self._count(batch)
                 self._print_new(cut=not len(batch.samples))  # without samples: what the end of the stream ended
                 for number, touch in batch.revised:
                     self._print(number, touch)
+                self._centre()
                 self._progress.show(self._line)
                 if self._enough():
                     break
@@ -141,6 +152,16 @@ class _Session:
         }
         told = "".join(f", {count} {what}" for what, count in parts.items() if count)
         say(f"{file}: {counters.recorded} rows{told}; file closed")
+
+    def _centre(self) -> None:
+        """Set the range again, once each time that it was left without a touch."""
+        outside = bool(self._stream.out_of_range)
+        if self._recentre and outside and not self._outside:
+            try:
+                self._stream.centre()
+            except RuntimeError as error:
+                say(str(error))
+        self._outside = outside
 
     def _count(self, batch: "Batch") -> None:
         if len(batch.samples):
@@ -206,6 +227,19 @@ class _Progress:
         if self._width:
             say("\r" + " " * self._width + "\r", nl=False)
             self._width = 0
+
+
+@contextmanager
+def _by_the_clock(stream: "Stream", seconds: float | None) -> Iterator[None]:
+    """End the measurement of a live source after this time and `_GRACE_S`, also if no samples come."""
+    timer = Timer((seconds or 0.0) + _GRACE_S, stream.stop)
+    timer.daemon = True
+    if seconds is not None and stream.source.live:
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 @contextmanager

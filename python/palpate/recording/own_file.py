@@ -11,6 +11,7 @@ import numpy as np
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
+from palpate.recording.codes import Codes, codes_of
 from palpate.recording.integrity import Integrity, judge, known_of
 from palpate.recording.lines import LONGEST_ROW, Damage, Pass, Piece, add, begin_of, sift
 from palpate.recording.rows import COLUMNS, EARLIER, HEADER, RowError, columns_of, is_whole, parse_rows, unreadable
@@ -18,6 +19,7 @@ from palpate.recording.survey import Survey
 from palpate.samples import Block
 
 _CHUNK = 1 << 20  # bytes: some 10,000 rows
+_MOST_TOLD = 5  # gaps
 _NONE = Integrity((), (), (), 0)
 
 
@@ -43,6 +45,8 @@ class Recorded:
         Whether the first line is the header, after `blocks()`.
     columns : tuple of str
         Names of its columns, after `blocks()`: a recording of an earlier version has fewer.
+    codes : Codes or None
+        Scale of the codes, from the sidecar. Without one that of the AD7746, if it agrees with the first rows, else None.
 
     Raises
     ------
@@ -70,6 +74,7 @@ class Recorded:
         self.torn_bytes: int = 0
         self.headed: bool = False
         self.columns: tuple[str, ...] = COLUMNS
+        self.codes: Codes | None = codes_of(self.document["device"]) if self.document else self._likely_codes()
 
     @property
     def document(self) -> dict[str, Any] | None:
@@ -100,6 +105,11 @@ class Recorded:
         return sidecar.tares_of(self.document or {})
 
     @property
+    def gap_marks(self) -> list[tuple[int, str]]:
+        """Those of `tares` that are before a gap, each with what happened there: the board was opened again, ..."""
+        return sidecar.gaps_of(self.document or {})
+
+    @property
     def zero_utc_ns(self) -> int | None:
         """UTC of t = 0, ns since 1970, by the wall clock at the begin; None: unknown."""
         return sidecar.zero_of(self.document or {})[0]
@@ -125,12 +135,17 @@ class Recorded:
 
     @property
     def told(self) -> tuple[str, ...]:
-        """What the recorder said of the recording: it began late, or was disturbed; and what a rescue lacks before it."""
-        notes = sidecar.told_of(self.document or {})
+        """What the recorder said: it began late, was disturbed, or had gaps; and what a rescue lacks before it."""
+        notes = (*sidecar.told_of(self.document or {}), *self._told_gaps())
         missing = self.survey.first_seq if any(note.startswith(sidecar.RESCUED) for note in notes) else 0
         if not missing or any(note.startswith(sidecar.BEGUN) for note in notes):
             return notes
         return (*notes, f"{missing} samples are missing before the first row")
+
+    def _told_gaps(self) -> list[str]:
+        marks = self.gap_marks
+        told = [f"gap after sample {seq}: {text}: the baseline was measured again" for seq, text in marks[:_MOST_TOLD]]
+        return told + ([f"{len(marks) - _MOST_TOLD} more gaps"] if len(marks) > _MOST_TOLD else [])
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -143,6 +158,8 @@ class Recorded:
                 survey.backward
             ),
             "the last row is incomplete (no line end): left out": self.torn_bytes,
+            survey.told_pause: survey.told_pause,
+            "the codes are not those of an AD7746, and no sidecar says their scale: left out": self.codes is None,
             self._moved: self._moved,
         }
         found = self.integrity
@@ -165,13 +182,29 @@ class Recorded:
         ------
         numpy.ndarray, shape (n,), of `palpate.SampleRing.dtype`
         """
-        self.survey = Survey()
+        self.survey = Survey(marked=self.tares, largest_code=(self.codes or Codes()).largest)
         self.seen = Pass(self.path, self.known.marked)
         tares = sorted(self.tares)
         for block in self._parsed(self.seen, _CHUNK, damage):
             self.survey.add(block)
             cuts = np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1
             yield from np.split(block, cuts)
+
+    def _likely_codes(self) -> Codes | None:
+        """Return the scale of the AD7746 if the first rows have it, within what a spreadsheet may round."""
+        self.codes = None
+        written = next(self._parsed(Pass(self.path), 4096, []), None)
+        self.codes = Codes()
+        computed = next(self._parsed(Pass(self.path), 4096, []), None)
+        agree = (
+            written is None
+            or computed is None
+            or all(
+                np.allclose(written[name], computed[name], rtol=0, atol=_ROUNDED_PF, equal_nan=True)
+                for name in ("hard", "soft")
+            )
+        )
+        return self.codes if agree else None
 
     def _parsed(self, seen: Pass, chunk: int, damage: list[Damage] | None) -> Iterator[Block]:
         rows, self.headed = 0, False
@@ -200,14 +233,14 @@ class Recorded:
     def _block(self, piece: Piece, rows: int, damage: list[Damage] | None) -> Block:
         if not piece.left_out:
             try:
-                return parse_rows(piece.data, self.columns)
+                return parse_rows(piece.data, self.columns, self.codes)
             except RowError:
                 if damage is None:
                     raise
         good, places = sift(piece, rows, self.columns)
         for place in places:
             self._damaged(place, damage)
-        return parse_rows(good, self.columns)
+        return parse_rows(good, self.columns, self.codes)
 
     def _last(self, seen: Pass, rows: int, damage: list[Damage] | None) -> Iterator[Block]:
         """Yield a last row without a line end; what is left then is an incomplete row, zeros of a power cut, or damage."""
@@ -218,7 +251,7 @@ class Recorded:
         if is_whole(last, self.columns):
             if begin == 0:
                 self._damaged(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
-            yield parse_rows(last, self.columns)
+            yield parse_rows(last, self.columns, self.codes)
             begin, rows = begin + len(last), rows + 1
         self.torn_bytes = seen.size - begin
         if seen.filled - begin > LONGEST_ROW:
@@ -237,6 +270,7 @@ class Recorded:
 
 
 _BEGIN = 1 << 16  # bytes
+_ROUNDED_PF = 1e-3
 _MOVED_S = 0.005  # a wall clock that NTP holds moves less in an hour
 _HEADERS = [",".join(columns).encode() for columns in (COLUMNS, EARLIER)]
 

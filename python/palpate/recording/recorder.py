@@ -6,6 +6,7 @@ checkpoint of what is synced goes to the sidecar: so a recording without an end 
 
 import os
 import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from threading import Event, Thread
@@ -44,6 +45,12 @@ class Recorder:
         Returns `time.monotonic_ns()` at t = 0, or None; called at the first sample. The sidecar gets it, and UTC of the
         same moment as the wall clock shows it at the begin, `zero_utc_ns`, and at the end, `zero_utc_ns_at_end`.
 
+    Attributes
+    ----------
+    conditions : list of dict
+        What the source measured beside the samples so far; a longer list takes its place. It goes to the sidecar with
+        each checkpoint, and at the end.
+
     Raises
     ------
     RecordingError
@@ -74,8 +81,11 @@ class Recorder:
     ) -> None:
         document = sidecar.fresh(device, settings, list(notes))
         self._clock: dict[str, int] = document["clock"]
+        self.conditions: list[dict[str, float]] = []
         self._find_zero: Callable[[], int | None] | None = zero_ns
         self._ring = SampleRing(CAPACITY)
+        self._last: Sample | None = None  # in the ring
+        self._gaps: deque[dict[str, Any]] = deque()
         self._wake, self._closing = Event(), False
         self._writer = Writer(Path(path).absolute(), document)
         self._thread = Thread(target=self._run, name="palpate-recorder", daemon=True)
@@ -112,9 +122,18 @@ class Recorder:
             self._begin_clock(self._find_zero())
             self._find_zero = None
         taken = self._ring.push(sample)
+        self._last = sample if taken else self._last
         if self.is_behind:
             self._wake.set()
         return taken
+
+    def gap(self, text: str) -> None:
+        """Mark that from the next sample on the baseline before does not hold; from the thread that pushes.
+
+        The mark is at the last sample before it, as that of a tare, and is in the sidecar before any later row is in the
+        file.
+        """
+        self._gaps.append(_mark(text, self._last, tare=True, gap=True))
 
     def note(self, text: str) -> None:
         """Add a note to the sidecar.
@@ -130,8 +149,7 @@ class Recorder:
 
     def mark(self, text: str, sample: Sample | None, **more: Any) -> None:
         """Add a mark at a sample to the sidecar; errors as in `note`."""
-        where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
-        self._add("marks", {**where, "text": text, **more})
+        self._add("marks", _mark(text, sample, **more))
 
     def close(self, counters: Callable[[], dict[str, int]] = dict, error: str | None = None) -> None:
         """Write the remaining samples and the end of the sidecar, and close the file.
@@ -157,7 +175,11 @@ class Recorder:
         end = {"dropped": self.dropped, "counters": counters()} | ({"error": error} if error else {})
         if (zero_ns := self._clock.get("zero_monotonic_ns")) is not None:
             self._clock = {**self._clock, "zero_utc_ns_at_end": at(zero_ns).utc_ns}
-        self._writer.end(clock=self._clock, end=end)
+        self._writer.end(self._entries, end)
+
+    @property
+    def _entries(self) -> dict[str, Any]:
+        return {"clock": self._clock, **({"conditions": self.conditions} if self.conditions else {})}
 
     def _begin_clock(self, zero_ns: int | None) -> None:
         if zero_ns is not None:
@@ -174,10 +196,18 @@ class Recorder:
         synced, closing = time.monotonic(), False
         while not closing and not self._writer.stopped:
             closing = self._closing
-            self._writer.write(waiting[: self._ring.pop_many(waiting)])
+            count = self._ring.pop_many(waiting)
+            while self._gaps:
+                self._writer.mark(self._gaps.popleft())
+            self._writer.write(waiting[:count])
             if closing or time.monotonic() - synced >= SYNC_S:
-                self._writer.checkpoint(self._clock)
+                self._writer.checkpoint(self._entries)
                 synced = time.monotonic()
             if not closing:
                 self._wake.wait(FLUSH_S)
                 self._wake.clear()
+
+
+def _mark(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:
+    where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
+    return {**where, "text": text, **more}

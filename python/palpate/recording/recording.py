@@ -45,6 +45,8 @@ class Recording:
         Whether the times are those of the arrival at the computer; False if it is not known.
     doubts : tuple of str
         Those of the notes that say that the file is not as it was written: results may be wrong.
+    gap_rows : tuple of int
+        Rows from which on the baseline before does not hold, from 1: the board was opened again, or its range moved.
     zero_utc_ns : int or None
         UTC of t = 0, ns since 1970, by the wall clock of the computer that recorded; None: unknown.
 
@@ -63,6 +65,7 @@ class Recording:
     full_scale_pF: float = math.inf
     host_stamps: bool = False
     doubts: tuple[str, ...] = ()
+    gap_rows: tuple[int, ...] = ()
     zero_utc_ns: int | None = None
 
     @property
@@ -158,6 +161,7 @@ def read(
 def _own(recorded: Recorded) -> Recording:
     block = np.concatenate([np.zeros(0, DTYPE), *recorded.blocks()])
     times = (block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9)
+    last = np.flatnonzero(np.isin(block["seq"][:-1], [seq for seq, _ in recorded.gap_marks]))
     return Recording(
         *times,
         *usable(block, recorded.full_scale_pF),
@@ -165,6 +169,7 @@ def _own(recorded: Recorded) -> Recording:
         full_scale_pF=recorded.full_scale_pF,
         host_stamps=recorded.host_stamps,
         doubts=recorded.doubts,
+        gap_rows=tuple((last + 1).tolist()),
         zero_utc_ns=recorded.zero_utc_ns,
     )
 

@@ -7,17 +7,18 @@ from decimal import Decimal, InvalidOperation
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, ZERO_CODE
 from palpate.errors import quoted
+from palpate.recording.codes import MOST, Codes
 from palpate.samples import DTYPE, Block, Status
 
 COLUMNS = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "t_uncertainty_us", "status")
 EARLIER = tuple(name for name in COLUMNS if name != "t_uncertainty_us")
 """Columns of recordings that were made before the uncertainty of the times was known; they are still read."""
 HEADER = ",".join(COLUMNS) + "\n"
-LARGEST_CODE, LARGEST_STATUS = LAST_CODE, int(Status.LOST)
+LARGEST_CODE, LARGEST_STATUS = MOST, int(Status.LOST)
 """The status is the last column and has one digit: so an incomplete line is always recognised."""
 
+_AD7746 = Codes()
 # Two roundings of 2**-53 each: below this time rounding to the nearest ns is exact.
 _EXACT_S = 2**51 / 1e9
 _LATEST_S = 1e10  # a little more than 64-bit nanoseconds can hold (292 years)
@@ -97,7 +98,7 @@ def columns_of(lines: list[bytes]) -> tuple[str, ...] | None:
     return next(found, None)
 
 
-def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS) -> Block:
+def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | None = _AD7746) -> Block:
     r"""Return lines as samples; capacitances are computed from the codes, if a row has codes.
 
     Parameters
@@ -105,6 +106,8 @@ def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS) -> Block:
     data : bytes
     columns : tuple of str
         `COLUMNS`, or `EARLIER`: then the uncertainty of all times is unknown.
+    scale : Codes or None
+        That of the converter; None, unknown: the codes are left out, and the capacitances are those written.
 
     Raises
     ------
@@ -123,9 +126,9 @@ def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS) -> Block:
     if not data.translate(None, _USED + b"\r\n") and data.count(b"\r") == data.count(b"\r\n"):
         text = data.decode("ascii").splitlines()
         with suppress(ValueError, InvalidOperation):
-            return _parsed(text, columns)
+            return _parsed(text, columns, scale)
         with suppress(ValueError, InvalidOperation):
-            return _parsed([_EMPTY.sub(",nan", line) for line in text], columns)
+            return _parsed([_EMPTY.sub(",nan", line) for line in text], columns, scale)
     wrong = ((number, reason) for number, line in enumerate(lines_of(data)) if (reason := unreadable(line, columns)))
     raise RowError(*next(wrong, (0, "not rows of a recording")))
 
@@ -134,7 +137,7 @@ _EMPTY = re.compile(",(?=,)")  # spreadsheets write nan as an empty cell
 _USED = b"0123456789+-., \tabcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
-def _parsed(lines: list[str], columns: tuple[str, ...]) -> Block:
+def _parsed(lines: list[str], columns: tuple[str, ...], scale: Codes | None) -> Block:
     if "" in lines:
         raise ValueError("an empty line")
     kinds = [kind for name, kind in zip(COLUMNS, _TEXT, strict=True) if name in columns]
@@ -152,15 +155,19 @@ def _parsed(lines: list[str], columns: tuple[str, ...]) -> Block:
     for name in ("seq", "hard_raw", "soft_raw", "status"):
         block[name] = text[name]
     block["t_uncertainty_us"] = uncertainty
+    if scale is None:
+        block["hard_raw"] = block["soft_raw"] = -1
     for name in ("hard", "soft"):
         block[f"t_{name}_ns"] = _nanoseconds(text[f"t_{name}"])
-        block[name] = capacitances(text[f"{name}_raw"], text[name])
+        block[name] = capacitances(block[f"{name}_raw"], text[name], scale or _AD7746)
     return block
 
 
-def capacitances(codes: NDArray[np.integer], written: NDArray[np.float64]) -> NDArray[np.float64]:
+def capacitances(
+    codes: NDArray[np.integer], written: NDArray[np.float64], scale: Codes = _AD7746
+) -> NDArray[np.float64]:
     """Return the capacitances of the codes, pF; without a code the written value. All nan have the same bits."""
-    readings = np.where(codes >= 0, (codes.astype(np.int64) - ZERO_CODE) / CODES_PER_PF, written)
+    readings = np.where(codes >= 0, (codes.astype(np.int64) - scale.zero) / scale.per_pF, written)
     readings[np.isnan(readings)] = np.nan
     return readings
 
@@ -227,7 +234,7 @@ def _fits(name: str, cell: str) -> bool:
 
 
 _LOWEST = {"hard_raw": -1, "soft_raw": -1, "t_uncertainty_us": -1}
-_HIGHEST = dict.fromkeys(_LOWEST, 2**31 - 1) | {"seq": 2**63 - 1, "status": LARGEST_STATUS}
+_HIGHEST = dict.fromkeys(_LOWEST, LARGEST_CODE) | {"seq": 2**63 - 1, "status": LARGEST_STATUS}
 
 
 def _is_time(cell: str) -> bool:

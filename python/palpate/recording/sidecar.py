@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from palpate._core import __version__
-from palpate.errors import RecordingError, quoted
+from palpate.errors import RecordingError, quoted, shortened
 from palpate.files import read_bytes, replacing
+from palpate.recording.codes import codes_of
 
 BEGUN = "begun after "
 """First words of the note that a recording was started later than the measurement."""
@@ -57,8 +58,8 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
 
     Later `checkpoint` (rows, bytes and crc32 of the rows that are on the disk, from the first byte of the file on) is
     added, and at a clean end `end` takes its place, with the same three. If they are known, `clock` gets the time t = 0
-    (`zero_utc_ns`, `zero_monotonic_ns`, and at the end `zero_utc_ns_at_end`), and there is `session` (`specimens`, a list
-    of names and values).
+    (`zero_utc_ns`, `zero_monotonic_ns`, and at the end `zero_utc_ns_at_end`), and there are `session` (`specimens`, a list
+    of names and values) and `conditions` (a list: temperature and supply at times, as the source measured them).
     """
     return {
         "schema": SCHEMA,
@@ -167,20 +168,24 @@ def _wrong(document: dict[str, Any]) -> Iterator[str]:
         if kind is list and len(document[name]) > MOST_MARKS:
             yield f"{name}: got {len(document[name])}, allowed: {MOST_MARKS} at most"
             return
-    if _is_deep(document):
+    if is_deep(document):
         yield f"got lists or objects deeper than {MOST_LEVELS} in others, allowed: {MOST_LEVELS} levels"
         return
     full_scale = document["device"].get("full_scale_pF", math.inf)
     full_scale = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
     if isinstance(full_scale, bool) or not isinstance(full_scale, int | float) or not _usable(full_scale):
         yield f"full_scale_pF: got {quoted(full_scale)}, allowed: above 0, a number of 64 bits or inf"
+    try:
+        codes_of(document["device"])
+    except ValueError as error:
+        yield str(error)
 
 
 def _usable(full_scale: float) -> bool:
     return full_scale > 0 and (isinstance(full_scale, float) or full_scale < 2**63)
 
 
-def _is_deep(document: dict[str, Any]) -> bool:
+def is_deep(document: dict[str, Any]) -> bool:
     """Return whether a value is deeper than `MOST_LEVELS` in others; without recursion."""
     level: list[Any] = [document]
     for _ in range(MOST_LEVELS):
@@ -208,8 +213,19 @@ def zero_of(document: dict[str, Any]) -> tuple[int | None, int | None]:
 
 def tares_of(document: dict[str, Any]) -> frozenset[int]:
     """Return the numbers of the samples after which the baseline was measured again."""
+    return frozenset(mark["seq"] for mark in _tares(document))
+
+
+def gaps_of(document: dict[str, Any]) -> list[tuple[int, str]]:
+    """Return those of `tares_of` that are before a gap in the measurement, each with what happened there."""
+    return [
+        (mark["seq"], shortened(str(mark.get("text", "")), 500)) for mark in _tares(document) if mark.get("gap") is True
+    ]
+
+
+def _tares(document: dict[str, Any]) -> list[dict[str, Any]]:
     marks = [mark for mark in document.get("marks", []) if isinstance(mark, dict) and mark.get("tare") is True]
-    return frozenset(mark["seq"] for mark in marks if isinstance(mark.get("seq"), int) and 0 <= mark["seq"] < 2**63)
+    return [mark for mark in marks if isinstance(mark.get("seq"), int) and 0 <= mark["seq"] < 2**63]
 
 
 def settings_of(document: dict[str, Any]) -> dict[str, Any]:

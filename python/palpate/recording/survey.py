@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from palpate.ad7746.datasheet import LAST_CODE
+from palpate.recording.codes import Codes
 from palpate.samples import Block, Status, refused
 
 
@@ -27,11 +27,17 @@ class Survey:
     refused, excitation, hard_saturated, soft_saturated : int
         Rows without a usable value; those of them with EXCERR of the converter; rows with a saturated channel.
     miscoded : int
-        Rows with a code of more than 24 bits.
+        Rows with a code above the largest one of the converter.
     seconds : float
         Time from the first row to the last, s.
+    pause : (float, int)
+        The longest time from row to row, s, and the number of the row before; those of `marked` left out.
+    marked : frozenset of int
+        Rows after which a mark says that the baseline was measured again.
     spans_pF : dict
         (lowest, highest) value of "hard" and "soft", pF; no entry for a channel without values.
+    largest_code : int
+        The largest code of the converter.
 
     Examples
     --------
@@ -56,12 +62,26 @@ class Survey:
     miscoded: int = 0
     first_ns: int = 0
     last_ns: int = 0
+    pause: tuple[float, int] = (0.0, 0)
+    marked: frozenset[int] = frozenset()
     spans_pF: dict[str, tuple[float, float]] = field(default_factory=dict)
+    largest_code: int = Codes().largest
 
     @property
     def in_gaps(self) -> str:
         """Number of gaps as text: "in 1 gap", "in 2 gaps"."""
         return "in 1 gap" if self.gaps == 1 else f"in {self.gaps} gaps"
+
+    @property
+    def told_pause(self) -> str:
+        """What to say of a pause without a mark, above a second and 20 periods; "": nothing."""
+        seconds, seq = self.pause
+        if not seconds > max(1.0, 20 * self.period_s):
+            return ""
+        return (
+            f"no sample for {seconds:.1f} s after sample {seq}, and no mark says why: if the board was opened again there, "
+            "the baseline before does not hold, and the touches after it may be wrong"
+        )
 
     def add(self, block: Block) -> None:
         """Add the next block of samples."""
@@ -90,11 +110,21 @@ class Survey:
         gaps = steps[steps > 1].tolist()
         self.gaps += len(gaps)
         self.lost += sum(gaps) - len(gaps)
+        self._add_pause(block)
         self.disordered += int(np.count_nonzero(steps < 1))
         times = np.append(np.array([self.last_ns] if self.rows else [], np.int64), block["t_hard_ns"])
         self.backward += int(
             np.count_nonzero(times[1:] < times[:-1])
         )  # compared, not subtracted: the difference can overflow 64 bits
+
+    def _add_pause(self, block: Block) -> None:
+        seqs = np.append(np.array([self.last_seq] if self.rows else [], np.int64), block["seq"])
+        times = np.append(np.array([self.last_ns] if self.rows else [], np.int64), block["t_hard_ns"])
+        steps = np.diff(times / 1e9)  # a difference of integers can overflow
+        if len(steps):
+            steps[np.isin(seqs[:-1], list(self.marked))] = 0.0
+            at = int(np.argmax(steps))
+            self.pause = max(self.pause, (float(steps[at]), int(seqs[at])))
 
     def _add_values(self, block: Block) -> None:
         status = block["status"]
@@ -102,7 +132,8 @@ class Survey:
         self.excitation += int(np.count_nonzero(status & Status.EXCITATION))
         self.hard_saturated += int(np.count_nonzero(status & Status.HARD_SATURATED))
         self.soft_saturated += int(np.count_nonzero(status & Status.SOFT_SATURATED))
-        self.miscoded += int(np.count_nonzero((block["hard_raw"] > LAST_CODE) | (block["soft_raw"] > LAST_CODE)))
+        above = (block["hard_raw"] > self.largest_code) | (block["soft_raw"] > self.largest_code)
+        self.miscoded += int(np.count_nonzero(above))
         for name in ("hard", "soft"):
             values = block[name][np.isfinite(block[name])]
             if len(values):

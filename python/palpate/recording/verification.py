@@ -135,7 +135,8 @@ def _verification(recording: Recorded, damage: list[Damage], refused: str) -> Ve
     advice = refused or (_ADVICE if damage else "")
     faults = (*found.limits, *found.doubts, *_faults(recording, damage), *([advice] if advice else []))
     told = [note for note in recording.told if not note.startswith(BEGUN)]
-    findings = (*found.remarks, *told, *_findings(survey, known.end))
+    pause = [survey.told_pause] if survey.told_pause else []
+    findings = (*found.remarks, *told, *pause, *_findings(survey, known.end))
     clean = bool(known.end.get("clean")) and not faults
     repaired = "repaired" in known.end
     return Verification(
@@ -160,7 +161,7 @@ def _faults(recording: Recorded, damage: list[Damage]) -> Iterator[str]:
         f"{recording.torn_bytes} bytes after the last complete row": recording.torn_bytes,
         f"{survey.disordered} rows out of order: their seq does not rise": survey.disordered,
         f"time goes back at {survey.backward} rows": survey.backward,
-        f"{survey.miscoded} rows have codes of more than 24 bits": survey.miscoded,
+        f"{survey.miscoded} rows have codes above {survey.largest_code}, the largest of the converter": survey.miscoded,
     }
     yield from (text for text, holds in counts.items() if holds)
 

@@ -69,11 +69,18 @@ class Writer:
         self._attempt(lambda: self._rows.append(block))
         self._taken += len(block)
 
-    def checkpoint(self, clock: dict[str, int]) -> None:
-        """Sync the rows; then say in the sidecar how many are on the disk. One that cannot be saved is tried again."""
-        self._attempt(lambda: self._checkpoint(clock))
+    def mark(self, what: dict[str, Any]) -> None:
+        """Add a mark without which the rows after it would be read wrongly: if it has no room, nothing more is written."""
+        before = self.path
+        self._attempt(lambda: self.sidecar.add("marks", what))
+        if self.path != before:  # a rescue recording, begun without it
+            self._attempt(lambda: self.sidecar.add("marks", what))
 
-    def end(self, clock: dict[str, int], end: dict[str, Any]) -> None:
+    def checkpoint(self, entries: dict[str, Any]) -> None:
+        """Sync the rows; then say in the sidecar how many are on the disk. One that cannot be saved is tried again."""
+        self._attempt(lambda: self._checkpoint(entries))
+
+    def end(self, entries: dict[str, Any], end: dict[str, Any]) -> None:
         """Close the file, and write the end of the sidecar: `end`, with the rows and whether they are complete.
 
         Raises
@@ -86,17 +93,17 @@ class Writer:
         last = {} if self.stopped else {"checkpoint": None}  # the end says the same
         whole = {**self._rows.written._asdict(), "clean": not self.stopped, **end, **failure}
         try:
-            self.sidecar.put(clock=clock, end=whole, **last)
+            self.sidecar.put(**entries, end=whole, **last)
         except OSError as error:
             raise self.error or unwritable(self.path, error) from error
         if self.error and self.stopped and self._rescued:
             raise self.error
 
-    def _checkpoint(self, clock: dict[str, int]) -> None:
+    def _checkpoint(self, entries: dict[str, Any]) -> None:
         self._rows.sync()
         if self._rows.synced != self._checkpointed:
             with suppress(OSError):
-                self.sidecar.put(clock=clock, checkpoint=self._rows.synced._asdict())
+                self.sidecar.put(**entries, checkpoint=self._rows.synced._asdict())
                 self._checkpointed = self._rows.synced
 
     def _attempt(self, step: Callable[[], None]) -> None:

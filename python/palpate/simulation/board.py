@@ -62,6 +62,7 @@ def kit_of(
     wiring: Wiring = WIRINGS["guide"],
     *,
     bus_kHz: float = BUS_KHZ,
+    idle_s: float = 0.0,
 ) -> KitTwin:
     """Return a board whose bumps follow a scenario from now on.
 
@@ -77,6 +78,8 @@ def kit_of(
         One of `palpate.ad7746.twin.wiring.WIRINGS`.
     bus_kHz : float
         I2C clock of the board.
+    idle_s : float
+        Time at rest before the scenario begins, s.
 
     Returns
     -------
@@ -90,11 +93,11 @@ def kit_of(
     if foreign(scenario):
         raise ValueError(f"scenario: got {foreign(scenario)}, allowed on a board: its own; use palpate.simulation.run")
     random = np.random.default_rng(seed)
-    start_s = clock.now_ns() / 1e9
+    start_s = clock.now_ns() / 1e9 + idle_s
     chip = ChipTwin(_pins(Truth(scenario, random, seed), start_s), seed=seed, wiring=wiring)
     faults = scenario.faults
     if faults.lost or faults.spikes_per_s or faults.bursts_per_s:
-        chip.disturb = _disturbance(scenario, chip, random, lambda: clock.now_ns() / 1e9 - start_s, seed)
+        chip.disturb = _disturbance(scenario, chip, random, lambda: max(clock.now_ns() / 1e9 - start_s, 0.0), seed)
     return KitTwin(chip, clock, bus_kHz=bus_kHz)
 
 
@@ -119,7 +122,7 @@ def _disturbance(
 
 def _pins(truth: Truth, start_s: float) -> Pins:
     def mean_pF(bump: int, begin_s: float, end_s: float) -> float:
-        middle = np.array([(begin_s + end_s) / 2 - start_s])
+        middle = np.array([max((begin_s + end_s) / 2 - start_s, 0.0)])
         return PARASITIC_PF[bump - 1] + float(truth.mean_pF(bump - 1, middle, end_s - begin_s)[0])
 
     return mean_pF

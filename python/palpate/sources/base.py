@@ -38,6 +38,7 @@ class Source(Protocol):
     It is a context manager and an iterable. One thread may iterate and another one close it; the latter calls
     `interrupt` first. A stream calls both in a thread of their own, and waits 0.5 s and 2 s at most. To write a source, derive from this class and define `__iter__` and `describe`. To register its
     scheme, add an entry point of the group ``palpate.sources``: a function of address and options.
+    `palpate.testing.check_source` tests whether a source keeps what is promised here.
 
     Attributes
     ----------
@@ -83,10 +84,12 @@ class Source(Protocol):
     def describe(self) -> dict[str, Any]:
         """Return a description of the instrument, which is stored with a recording.
 
-        `palpate.Stream` uses three of its keys, and refuses other values of them: `full_scale_pF` (readings from this
+        `palpate.Stream` uses these keys, and refuses other values of them: `full_scale_pF` (readings from this
         size on are saturated; above 0), `period_s` (time from one pair to the next; above 0), and `stamps`: "host" if
         the times are those of the arrival at the computer, which are smoothed (the setting `host_stamps`); "converter",
-        the default, if they are those of the conversions. Values that JSON has no type for are stored as text.
+        the default, if they are those of the conversions. If samples have codes that are not those of an AD7746, `codes`
+        says their scale, as `palpate.sources.Codes(...)._asdict()`: readers of a recording compute the capacitances from
+        the codes. Values that JSON has no type for are stored as text.
         """
         ...
 
@@ -101,9 +104,21 @@ class Source(Protocol):
         return ()
 
     @property
+    def conditions(self) -> Sequence[Mapping[str, float]]:
+        """What was measured beside the samples, in order: each has `t_s`, and values by name and unit (`temperature_C`)."""
+        return ()
+
+    @property
     def zero_ns(self) -> int | None:
         """`time.monotonic_ns()` at t = 0 of the samples; None: unknown, then the arrival of the first one tells."""
         return None
+
+    def centre(self) -> None:
+        """Set the range again, around the present signal, before the next sample; called from any thread.
+
+        If that moves the baseline, the source adds a gap. Raises RuntimeError if the source has no such range.
+        """
+        raise RuntimeError("centre: got a source that cannot set its range, allowed: usb:, i2c:, iio:, sim:")
 
     def interrupt(self) -> None:
         """Stop an iteration in another thread; it ends within 0.3 s."""

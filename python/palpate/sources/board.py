@@ -19,6 +19,7 @@ from palpate.sources.base import Gap, Source
 from palpate.sources.options import Check, anything, checked, number, text, yes_no
 
 _PINS = ("A", "B", "AB")
+_CONDITIONS_NS = 10_000_000_000
 
 
 def excitation(name: str, value: Any) -> tuple[str, str]:
@@ -95,6 +96,8 @@ class BoardSource(Source):
     """
 
     def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock, *, kit: bool = True) -> None:
+        self.bus: RegisterBus = bus
+        self.clock: Clock = clock
         self.driver: Ad7746 = Ad7746(
             bus,
             configuration_of(options),
@@ -105,6 +108,8 @@ class BoardSource(Source):
         )
         self._watch = WiringWatch(self.driver.look)
         self._kit = kit
+        self._conditions: tuple[dict[str, float], ...] = ()
+        self._due_ns = 0
         self._started = False
 
     def __enter__(self) -> Self:
@@ -125,6 +130,7 @@ class BoardSource(Source):
             self.close()
             raise
         self._started = True
+        self._measure_conditions()
         return self
 
     def __iter__(self) -> Iterator[Sample]:
@@ -132,10 +138,27 @@ class BoardSource(Source):
         if not self._started:
             self.__enter__()
         seq = 0
-        while (sample := self.driver.read_pair(seq)) is not None:
-            yield sample
-            seq = sample.seq + 1
-            self._watch_wiring(sample)
+        try:
+            while (sample := self.driver.read_pair(seq)) is not None:
+                yield sample
+                seq = sample.seq + 1
+                self._watch_wiring(sample)
+                if self.driver.conditions_are_free and self.clock.now_ns() >= self._due_ns:
+                    self._measure_conditions()
+        except GeneratorExit:
+            self._measure_conditions()
+            raise
+        self._measure_conditions()
+
+    def _measure_conditions(self) -> None:
+        self._due_ns = self.clock.now_ns() + _CONDITIONS_NS
+        if found := self.driver.read_conditions():
+            self._conditions = (*self._conditions, found)
+
+    @property
+    def conditions(self) -> tuple[dict[str, float], ...]:
+        """Temperature and supply of the chip: at the begin, every 10 s where no pair is late for it, and at the end."""
+        return self._conditions
 
     def _check_wiring(self) -> None:
         mistakes = Wiring(self.driver.look, self.driver.configuration, kit=self._kit).mistakes()
@@ -166,6 +189,10 @@ class BoardSource(Source):
         """Begin of the measurement on the clock of the computer."""
         return self.driver.zero_ns
 
+    def centre(self) -> None:
+        """Set the CAPDACs again, so that both signals are in the middle of the range, before the next pair."""
+        self.driver.centre()
+
     def describe(self) -> dict[str, Any]:
         """Return the description of the driver, with the range of the converter."""
         return {**self.driver.describe(), "full_scale_pF": SATURATED_PF}
@@ -182,6 +209,7 @@ class BoardSource(Source):
 def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
     """Return the source of `usb:` or `usb:BUS/ADDRESS`, the evaluation kit."""
     from palpate.ad7746.evalkit.board import EvalKit
+    from palpate.sources.watched import WatchedKit
 
     given = checked("usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything})
     match = re.fullmatch(r"(?:(\d{1,3})/(\d{1,3}))?", address)
@@ -189,8 +217,9 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
         raise ValueError(f"usb: got address {quoted(address)}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing")
     bus, number_ = (int(part) if part else None for part in match.groups())
     clock = given.pop("clock", None) or RealClock()
-    kit = EvalKit(bus, number_, firmware=given.pop("firmware", None), backend=given.pop("backend", None), clock=clock)
-    return BoardSource(kit, given, clock)
+    backend = given.pop("backend", None)
+    kit = EvalKit(bus, number_, firmware=given.pop("firmware", None), backend=backend, clock=clock)
+    return WatchedKit(kit, given, clock) if backend is None else BoardSource(kit, given, clock)
 
 
 def open_i2c(address: str, options: Mapping[str, Any]) -> BoardSource:

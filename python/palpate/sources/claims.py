@@ -1,16 +1,27 @@
 """Checks of the description and the counters of a source."""
 
+import itertools
 import json
 import math
 from collections.abc import Mapping
 from numbers import Integral
-from typing import Any
+from typing import Any, NamedTuple
 
 from palpate.errors import ProtocolError
-from palpate.sources.base import Source
+from palpate.recording.codes import codes_of
+from palpate.sources.base import Gap, Source
 
 _LONGEST = 100_000  # characters of a description as JSON: the sidecar of a recording has a limit, too
+_LONGEST_TEXT = 2000  # characters of the text of a gap
+_MOST_CONDITIONS, _MOST_VALUES, _LONGEST_NAME = 2000, 16, 60
 _STAMPS = ("converter", "host")
+
+
+class Conditions(NamedTuple):
+    """Those conditions of a source that are kept, and how many it gave."""
+
+    kept: list[dict[str, float]]
+    given: int
 
 
 def is_source(value: object) -> bool:
@@ -61,6 +72,10 @@ def described(source: Source) -> dict[str, Any]:
         raise _wrong(period, "a number above 0, s, or no such key", "period_s")
     if (stamps := description.get("stamps", "converter")) not in _STAMPS:
         raise _wrong(stamps, " or ".join(_STAMPS), "stamps")
+    try:
+        codes_of(description)
+    except ValueError as error:
+        raise ProtocolError(f"source: describe(): {error}") from error
     return description
 
 
@@ -95,6 +110,55 @@ def zero_of(source: Source) -> int | None:
     if zero_ns is not None and (isinstance(zero_ns, bool) or not isinstance(zero_ns, Integral)):
         raise _wrong(zero_ns, "an integer or None", "zero_ns")
     return None if zero_ns is None else int(zero_ns)
+
+
+def gap_of(source: Source, number: int) -> Gap | None:
+    """Return a gap of a source, by its number from 0, checked; None: there is no such gap so far.
+
+    Raises
+    ------
+    ProtocolError
+        `gaps` is not a sequence of `Gap`.
+    """
+    try:
+        gaps = getattr(source, "gaps", ())
+        if len(gaps) <= number:
+            return None
+        seq, text = gaps[number]
+        return Gap(int(seq), f"{text:.{_LONGEST_TEXT}}")
+    except Exception as error:
+        raise ProtocolError(
+            f"source: its gaps cannot be read ({type(error).__name__}), allowed: a sequence of palpate.sources.base.Gap"
+        ) from error
+
+
+def conditions_of(source: Source, known: Conditions) -> Conditions:
+    """Return the conditions of a source, checked; `known` again if there are no more. Of very many every second is left.
+
+    Raises
+    ------
+    ProtocolError
+        `conditions` is not a sequence of names and finite numbers.
+    """
+    try:
+        given = getattr(source, "conditions", ())
+        if len(given) <= known.given:
+            return known
+        found = [_condition(each) for each in itertools.islice(given, known.given, None)]
+    except Exception as error:
+        allowed = "allowed: a sequence of names and finite numbers"
+        raise ProtocolError(f"source: its conditions cannot be read ({type(error).__name__}), {allowed}") from error
+    kept = [*known.kept, *found]
+    while len(kept) > _MOST_CONDITIONS:
+        del kept[1:-1:2]
+    return Conditions(kept, known.given + len(found))
+
+
+def _condition(given: Mapping[str, float]) -> dict[str, float]:
+    found = {str(name)[:_LONGEST_NAME]: float(value) for name, value in itertools.islice(given.items(), _MOST_VALUES)}
+    if not all(map(math.isfinite, found.values())):
+        raise ValueError
+    return found
 
 
 def _count(name: str, value: Any) -> int:

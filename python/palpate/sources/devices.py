@@ -1,10 +1,16 @@
 """Search for connected devices; their names are those for `palpate.open`."""
 
 from collections.abc import Callable
+from functools import partial
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import NamedTuple
 
-from palpate.errors import MissingExtra, SourceError
+from palpate.errors import MissingExtra, PalpateError, SourceError
+from palpate.sources.uri import loaded, package_of
+
+GROUP = "palpate.devices"
+"""Group of entry points that search for devices of a scheme: functions () -> list of `Found`, which open no device."""
 
 
 class Found(NamedTuple):
@@ -25,10 +31,17 @@ def devices() -> tuple[list[Found], list[str]]:
     Examples
     --------
     >>> found, notes = devices()
-    >>> all(device.uri.split(":")[0] in {"usb", "iio", "i2c", "serial"} for device in found)
+    >>> all(":" in device.uri for device in found)
     True
     """
-    return _look_for(_boards, _iio, _i2c, _ports)
+    found, notes = _look_for(_boards, _iio, _i2c, _ports)
+    others, more = devices_of_packages()
+    return found + others, notes + more
+
+
+def devices_of_packages() -> tuple[list[Found], list[str]]:
+    """Return what the searches of other packages find, in the same form as `devices`."""
+    return _look_for(*(partial(_of_package, point) for point in entry_points(group=GROUP)))
 
 
 def boards() -> tuple[list[Found], list[str]]:
@@ -70,3 +83,16 @@ def _ports() -> list[Found]:
         raise MissingExtra("serial ports need pyserial: pip install 'palpate[serial]'") from error
     ports = [port for port in comports() if port.vid is not None]
     return [Found(f"serial:{port.device}", port.description or "serial port") for port in sorted(ports)]
+
+
+def _of_package(point: EntryPoint) -> list[Found]:
+    try:
+        found = [Found(*device) for device in loaded(point)()]
+        if wrong := [device for device in found if not str(device.uri).startswith(f"{point.name}:")]:
+            raise ValueError(f"got {wrong[0].uri!r:.60}, allowed: {point.name}:ADDRESS")
+    except PalpateError:
+        raise
+    except Exception as error:
+        text = f"{type(error).__name__}: {error!s:.200}"
+        raise SourceError(f"{point.name}: the search of {package_of(point)} failed: {text}") from error
+    return found

@@ -10,7 +10,7 @@ from palpate.recording.foreign import Foreign, recorded
 from palpate.recording.own_file import Recorded
 from palpate.recording.table import PICOFARADS
 from palpate.samples import Block, Sample, samples_of
-from palpate.sources.base import Source
+from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, choice, number
 
 UNREAD = "not read to its end: its rows are not verified"
@@ -41,6 +41,7 @@ class FileSource(Source):
         self.live: bool = speed is not None
         self._speed = speed
         self._stopped = Event()
+        self._gaps = [Gap(seq + 1, text) for seq, text in self.gap_marks]
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the samples, from the first one; raises RecordingError after the last one if a checksum differs."""
@@ -102,6 +103,16 @@ class FileSource(Source):
     def tares(self) -> frozenset[int]:
         """As `tares` of the recording."""
         return self.recording.tares
+
+    @property
+    def gap_marks(self) -> list[tuple[int, str]]:
+        """As `gap_marks` of the recording."""
+        return self.recording.gap_marks
+
+    @property
+    def gaps(self) -> list[Gap]:
+        """The gaps of the measurement."""
+        return self._gaps
 
     def blocks(self) -> Iterator[Block]:
         """Return the samples as arrays of some thousand; `palpate.touches` reads these."""

@@ -1,4 +1,8 @@
-"""Address and options of a source: parsing and checks."""
+"""Address and options of a source: parsing and checks, for sources of other packages, too.
+
+A check is a function of the name and the value of an option: it returns the value in its type, or raises ValueError with
+the name, the value and what is allowed. A value from the name of a source is text, one from a keyword has any type.
+"""
 
 import math
 import re
@@ -7,6 +11,8 @@ from typing import Any
 from urllib.parse import unquote
 
 from palpate.errors import quoted
+
+__all__ = ["LONGEST", "Check", "anything", "checked", "choice", "number", "split", "text", "yes_no"]
 
 Check = Callable[[str, Any], Any]
 """(name, value) of an option -> checked value, or ValueError."""
@@ -93,7 +99,29 @@ def checked(scheme: str, given: Mapping[str, Any], allowed: Mapping[str, Check])
 
 
 def number(low: float, high: float = math.inf, *, whole: bool = False, above: bool = False) -> Check:
-    """Return a check for numbers from `low` to `high`; with `above` without `low` itself."""
+    """Return a check for numbers.
+
+    Parameters
+    ----------
+    low, high : float
+        Allowed range; infinity and nan are always refused.
+    whole : bool
+        Only integers; the value becomes an int, else a float.
+    above : bool
+        `low` itself is not allowed.
+
+    Returns
+    -------
+    callable
+
+    Examples
+    --------
+    >>> number(0, 3, whole=True)("channel", "2"), number(0, above=True)("period_s", "0.5")
+    (2, 0.5)
+    >>> number(0, 3, whole=True)("channel", "4")
+    Traceback (most recent call last):
+    ValueError: channel: got '4', allowed: a whole number from 0 to 3
+    """
     kind = "a whole number" if whole else "a number"
     bounds = f"{'above' if above else 'from'} {low:g}" + ("" if math.isinf(high) else f" to {high:g}")
 
@@ -130,7 +158,13 @@ def yes_no(name: str, value: Any) -> bool:
 
 
 def choice(*allowed: str) -> Check:
-    """Return a check for one of these words."""
+    """Return a check for one of these words.
+
+    Examples
+    --------
+    >>> choice("slow", "fast")("speed", "fast")
+    'fast'
+    """
 
     def check(name: str, value: Any) -> str:
         if value not in allowed:
@@ -141,7 +175,13 @@ def choice(*allowed: str) -> Check:
 
 
 def text(name: str, value: Any) -> str:
-    """Return the value as text; an empty text is an error."""
+    """Return the value as text; an empty text is an error.
+
+    Examples
+    --------
+    >>> text("port", "/dev/ttyUSB0")
+    '/dev/ttyUSB0'
+    """
     if not str(value):
         raise ValueError(f"{name}: got nothing, allowed: some text")
     return str(value)

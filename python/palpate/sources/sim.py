@@ -21,7 +21,7 @@ _FAULT = re.compile(r"(?P<kind>[^:@]+)(?::(?P<amount>[^@]+))?@(?P<time>.+)")
 
 
 class Incident(NamedTuple):
-    """A fault and its time, s after the begin of the scenario."""
+    """A fault and its time, s after the begin."""
 
     time_s: float
     fault: Fault
@@ -35,7 +35,7 @@ class SimSource(BoardSource):
     name : str
         Key of `palpate.simulation.scenarios.SCENARIOS` that the board can follow.
     options : mapping
-        Checked options: those of `CONVERTER`, and seed, speed, bus_kHz, fault, wiring.
+        Checked options: those of `CONVERTER`, and seed, speed, bus_kHz, fault, wiring, idle.
     """
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
@@ -43,13 +43,14 @@ class SimSource(BoardSource):
         speed, seed, wiring = options.get("speed"), options.get("seed", 0), options.get("wiring", "guide")
         self.live: bool = speed is not None
         self.clock: Clock = RealClock(speed) if speed else VirtualClock()
+        idle_s = options.get("idle", 0.0)
         bus_kHz = options.get("bus_kHz", BUS_KHZ)
-        self.kit: KitTwin = kit_of(scenario, self.clock, seed, WIRINGS[wiring], bus_kHz=bus_kHz)
+        self.kit: KitTwin = kit_of(scenario, self.clock, seed, WIRINGS[wiring], bus_kHz=bus_kHz, idle_s=idle_s)
         self._incidents = sorted(options.get("fault", []), key=lambda incident: incident.time_s)
         self._begun_ns = self.clock.now_ns()
-        self._end_ns = self._begun_ns + round(scenario.duration_s * 1e9)
+        self._end_ns = self._begun_ns + round((idle_s + scenario.duration_s) * 1e9)
         self._simulated = {"scenario": name, "seed": seed, "speed": speed or "as fast as possible"}
-        self._simulated["wiring"] = wiring
+        self._simulated |= {"wiring": wiring, "idle_s": idle_s}
         backend = TwinBackend(self.clock)
         backend.plug(self.kit)
         super().__init__(
@@ -116,6 +117,7 @@ _SIMULATED: dict[str, Check] = {
     "bus_kHz": number(10, 400),
     "fault": faults,
     "wiring": choice(*WIRINGS),
+    "idle": number(0, 86400),
 }
 
 

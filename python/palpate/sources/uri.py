@@ -18,7 +18,7 @@ _OWN = {
     "sim": ("palpate.sources.sim", "open_sim"),
     "i2c": ("palpate.sources.board", "open_i2c"),
     "iio": ("palpate.sources.iio", "open_iio"),
-    "serial": ("palpate.sources.lines", "open_serial"),
+    "serial": ("palpate.sources.serial.opening", "open_serial"),
 }
 
 Factory = Callable[[str, Mapping[str, Any]], Source]
@@ -53,9 +53,11 @@ def open(uri: str, **options: Any) -> Source:
     **options
         Options as keywords. usb: capf (0 to 7), excitation (A, B, AB, or HARD,SOFT as B,A; default B), level (0 to 3),
         chop, differential (yes or no), hard_input, soft_input (1, 2), replug (s), firmware (path), backend. i2c: as
-        usb, without the last two. sim: as i2c, and seed, speed (1: real time; default: as fast as possible), fault
-        (KIND[:AMOUNT]@SECONDS, separated by commas), wiring (a mistake of the wiring; a wrong name lists all). iio: hard_input. serial: pattern (a regular expression
-        with groups hard and soft), unit, baud, replug. A path: columns, unit, speed.
+        usb, without the last two. sim: as i2c, and seed, speed (1: real time; default: as fast as possible), bus_kHz
+        (10 to 400), fault (KIND[:AMOUNT]@SECONDS, separated by commas), wiring (a mistake of the wiring; a wrong name
+        lists all), idle (s at rest before the scenario). iio: hard_input, centre (yes or no). serial: columns (names
+        of the cells of a line) or pattern (a regular expression with groups of these names), unit, decimal (comma,
+        point), code_pF, baud, reset (yes, no: leave DTR and RTS inactive), replug. A path: columns, unit, speed.
 
     Returns
     -------
@@ -95,25 +97,29 @@ def _find(scheme: str) -> Factory:
     if scheme in _OWN:
         return _factory(*_OWN[scheme])
     for point in entry_points(group=GROUP, name=scheme):
-        return _load(point)
+        factory: Factory = loaded(point)
+        return factory
     raise ValueError(
         f"source: got {shortened(scheme)}:, allowed: {', '.join(f'{name}:' for name in schemes())} or a path"
     )
 
 
-def _load(point: EntryPoint) -> Factory:
-    """Return the function of another package; an error names the package."""
+def loaded(point: EntryPoint) -> Any:
+    """Return the object of an entry point of another package; SourceError with the name of the package if it fails."""
     try:
-        factory: Factory = point.load()
+        return point.load()
     except PalpateError:
         raise
     except Exception as error:
-        package = f"package {point.dist.name}" if point.dist else "another package"
         raise SourceError(
-            f"{point.name}: of {package} cannot be loaded from {point.value}: {type(error).__name__}: {error!s:.200}; "
-            "reinstall or remove this package"
+            f"{point.name}: of {package_of(point)} cannot be loaded from {point.value}: {type(error).__name__}: "
+            f"{error!s:.200}; reinstall or remove this package"
         ) from error
-    return factory
+
+
+def package_of(point: EntryPoint) -> str:
+    """Return the name of the package that has an entry point, for a message."""
+    return f"package {point.dist.name}" if point.dist else "another package"
 
 
 def _factory(module: str, name: str) -> Factory:

@@ -1,5 +1,6 @@
 """The consumer's side of a stream: sends samples to the tracker, and counts them."""
 
+from collections import deque
 from collections.abc import Callable
 from threading import RLock
 from typing import Any
@@ -9,7 +10,9 @@ from numpy.typing import NDArray
 
 from palpate._core import SampleRing, Tracker
 from palpate.samples import DTYPE, RETAKEN, Block, Sample, feed, refused, samples_of, saturated
+from palpate.sources.base import Gap
 from palpate.stream.estimate import Batch
+from palpate.stream.range_watch import RangeWatch
 
 _BATCH = 256  # samples at a time, at most
 
@@ -21,8 +24,10 @@ class Feeding:
     ----------
     ring : SampleRing
     tracker : Tracker
+    gaps : deque of Gap
+        Those that the samples in the ring have not yet passed: at each the baseline is measured again.
     notify : callable
-        Called with a message when the baseline is found to be wrong.
+        Called with a message at a gap, when the baseline is found to be wrong, and when the range is left without a touch.
 
     Attributes
     ----------
@@ -30,13 +35,15 @@ class Feeding:
         As in `StreamCounters`.
     last : Sample or None
         The last sample that was sent.
+    range : RangeWatch
     lock : RLock
         Held while samples go from the ring to the tracker: one thread may iterate while another one closes.
     """
 
-    def __init__(self, ring: SampleRing, tracker: Tracker, notify: Callable[[str], None]) -> None:
+    def __init__(self, ring: SampleRing, tracker: Tracker, gaps: deque[Gap], notify: Callable[[str], None]) -> None:
         self.lock: RLock = RLock()
-        self._ring = ring
+        self.range: RangeWatch = RangeWatch(tracker.settings["full_scale"])
+        self._ring, self._gaps = ring, gaps
         self.delivered = self.refused = self.saturated = 0
         self.last: Sample | None = None
         self._tracker, self._notify = tracker, notify
@@ -69,14 +76,33 @@ class Feeding:
 
     def _send(self, block: Block) -> Batch:
         self.delivered += len(block)
-        rows = feed(self._tracker, block)
+        rows = self._feed(block)
         self.last = samples_of(block[-1:])[0]
         self.refused += int(np.count_nonzero(refused(block)))
         self.saturated += int(np.count_nonzero(saturated(block)))
         if self._tracker.retaken > self._told:
             self._told = self._tracker.retaken
             self._notify(RETAKEN)
+        if message := self.range.follow(block, pressed=self._is_pressed(rows)):
+            self._notify(message)
         return self._batch(block, rows)
+
+    def _is_pressed(self, rows: NDArray[Any]) -> bool:
+        """Return whether there is a touch with samples: a channel that left its range begins one without any."""
+        begun = self._tracker.state in ("contact", "done")
+        return begun and bool(rows["ratio"][-1] != self._tracker.settings["initial_ratio"])
+
+    def _feed(self, block: Block) -> NDArray[Any]:
+        """Send samples to the tracker; each gap comes directly before its sample, so that a replay has the same bits."""
+        rows, begin = [], 0
+        while self._gaps and self._gaps[0].seq <= block["seq"][-1]:
+            gap = self._gaps.popleft()
+            at = max(begin, int(np.searchsorted(block["seq"], gap.seq)))
+            rows.append(feed(self._tracker, block[begin:at]))
+            self._tracker.gap()
+            begin = at
+            self._notify(f"{gap.text}: the baseline is measured again: touch nothing")
+        return np.concatenate([*rows, feed(self._tracker, block[begin:])])
 
     def finish(self) -> Batch | None:
         """End a touch that is still running; return the last batch, None if nothing ended."""

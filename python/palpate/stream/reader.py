@@ -2,16 +2,19 @@
 
 import math
 import time
+from collections import deque
 from contextlib import suppress
 from threading import Event, RLock, Thread, current_thread
 from typing import Any
 
 from palpate._core import SampleRing
 from palpate.errors import ProtocolError, SourceTimeout
+from palpate.recording.codes import Codes
 from palpate.recording.recorder import Recorder
 from palpate.samples import Sample
 from palpate.sources import Source
-from palpate.sources.claims import zero_of
+from palpate.sources.base import Gap
+from palpate.sources.claims import Conditions, conditions_of, gap_of, zero_of
 from palpate.stream.limited import limited
 
 _AHEAD = 16  # a source that can wait is at most this many samples ahead of the consumer
@@ -29,9 +32,13 @@ class Reader:
         After `__enter__`.
     ring : SampleRing
         Closed at the end of the source.
+    gaps : deque of Gap
+        Gets each gap of the source before the ring gets the first sample after it.
     recorder : Recorder, optional
     period_s : float
         Time from one pair to the next; nan: unknown.
+    codes : Codes
+        Scale of the codes: a reading has to be the one that a replay computes from its code.
 
     Attributes
     ----------
@@ -49,7 +56,15 @@ class Reader:
     recorder : Recorder or None
     """
 
-    def __init__(self, source: Source, ring: SampleRing, recorder: Recorder | None, period_s: float = math.nan) -> None:
+    def __init__(
+        self,
+        source: Source,
+        ring: SampleRing,
+        gaps: deque[Gap],
+        recorder: Recorder | None,
+        period_s: float = math.nan,
+        codes: Codes = Codes(),  # noqa: B008  it cannot be changed
+    ) -> None:
         self.read: int = 0
         self.lost: int = 0
         self.late: int = 0
@@ -59,10 +74,13 @@ class Reader:
         self.error: BaseException | None = None
         self._source = source
         self._live = bool(source.live)
-        self._ring = ring
+        self._ring, self._gaps = ring, gaps
+        self._passed = 0  # gaps
+        self._conditions = Conditions([], 0)
         self.lock: RLock = RLock()
         self.recorder = recorder
         self._late_ns = _LATE * period_s * 1e9
+        self._disagreement = codes.disagreement
         self._stopping = Event()
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
 
@@ -113,19 +131,39 @@ class Reader:
         except BaseException as error:  # noqa: BLE001  the consumer gets any error of a source
             self.error = _told(error)
         finally:
+            self._finish()
             self._ring.close()
             self.ready.set()
+
+    def _finish(self) -> None:
+        """Pass on what the source measured at its end."""
+        with self.lock:
+            try:
+                self._pass_conditions()
+            except ProtocolError as error:
+                self.error = self.error or error
+
+    def _pass_conditions(self) -> None:
+        self._conditions = conditions_of(self._source, self._conditions)
+        if self.recorder:
+            self.recorder.conditions = self._conditions.kept
 
     def _take(self, given: Any) -> None:
         if not self._live and not self._has_room():
             return
         sample = self._checked(given)
+        gaps = self._gaps_before(sample)
         with self.lock:
             if self._stopping.is_set():
                 return
             if self.recorder and self.recorder.error:
                 raise self.recorder.error
+            for gap in gaps:
+                self._gaps.append(gap)
+                if self.recorder:
+                    self.recorder.gap(gap.text)
             self._count(sample)
+            self._pass_conditions()
             if self.recorder:
                 self.recorder.push(sample)
             self._ring.push(sample)
@@ -135,13 +173,28 @@ class Reader:
         """Return a sample with fields of int and float that a recording can store; nothing is counted before this."""
         last = self.last.seq if self.last else -1
         try:
-            sample = _made(Sample, self._ring.row(given))
+            sample = self._agreeing(_made(Sample, self._ring.row(given)))
         except Exception as error:
             where = f"after seq {last}" if self.last else "first sample"
             raise ProtocolError(f"source, {where}: {error}") from error
         if sample.seq <= last:
             raise ProtocolError(f"source: seq: got {sample.seq}, allowed: above {last}")
         return sample
+
+    def _agreeing(self, sample: Sample) -> Sample:
+        """Return a sample whose readings are those of its codes: else a replay would have other ones."""
+        for name, code, value in (("hard", sample.hard_raw, sample.hard), ("soft", sample.soft_raw, sample.soft)):
+            if code >= 0 and (wrong := self._disagreement(name, code, value)):
+                raise ValueError(wrong)
+        return sample
+
+    def _gaps_before(self, sample: Sample) -> list[Gap]:
+        """Return the gaps between the last sample and this one; before the first sample there is no baseline."""
+        found = []
+        while (gap := gap_of(self._source, self._passed)) and gap.seq <= sample.seq:
+            self._passed += 1
+            found.append(gap._replace(seq=sample.seq))
+        return found if self.last else []
 
     def _count(self, sample: Sample) -> None:
         if before := self.last:

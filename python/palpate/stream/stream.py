@@ -2,6 +2,7 @@
 
 import math
 import os
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,11 +11,13 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from palpate._core import SampleRing, Touch, Tracker
 from palpate.epoch import Epoch, at
+from palpate.recording.codes import codes_of
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import sidecar_path
 from palpate.samples import settings_for
 from palpate.sources import Source
 from palpate.sources import open as open_source
+from palpate.sources.base import Gap
 from palpate.sources.claims import described, is_source
 from palpate.stream.counting import counters_of
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
@@ -48,7 +51,8 @@ class Stream:
     notes : list of str, optional
         Notes in the recording.
     notify : callable, optional
-        Called with a message when a device is unplugged or back, and when the baseline is found to be wrong.
+        Called with a message when a device is unplugged or back, when the baseline is found to be wrong or is measured
+        again, and when a channel is outside the range of the converter without a touch.
     **settings
         As in `Tracker`.
 
@@ -111,10 +115,11 @@ class Stream:
                 self.tracker = Tracker(scene, **{**settings_for(scene, described(self.source)), **given})
             on_failure.pop_all()
         self._reader: Reader | None = None
+        self._gaps: deque[Gap] = deque()
         self._recordings = RecordingSlot(
             self.source, self.tracker, lambda: self.counters, record, notes or [], lambda: self._zero_ns
         )
-        self._feeding = Feeding(self._ring, self.tracker, self.source.notify)
+        self._feeding = Feeding(self._ring, self.tracker, self._gaps, self.source.notify)
         self._instrument = Instrument(self.source)
         self._recording = RLock()  # held while a recording begins or ends
         self._closed = self._raised = self._begins = self._stop_asked = False
@@ -127,7 +132,8 @@ class Stream:
             device = self._instrument.begin()
             self._begins = True  # from here on there may be a recording to close
             self._recordings.first()
-            self._reader = Reader(self.source, self._ring, self.recorder, float(device.get("period_s", math.nan)))
+            period_s, codes = float(device.get("period_s", math.nan)), codes_of(device)
+            self._reader = Reader(self.source, self._ring, self._gaps, self.recorder, period_s, codes)
             self._reader.start()
             if self._stop_asked:
                 self._reader.stop()
@@ -237,6 +243,31 @@ class Stream:
             self.tracker.tare(force)
             if self.recorder and self._feeding.last:
                 self.recorder.mark("tare", self._feeding.last, tare=True)
+
+    @property
+    def out_of_range(self) -> tuple[str, ...]:
+        """Those of "hard" and "soft" that are outside the converter's range, and not by a touch; see `centre`."""
+        return self._feeding.range.channels
+
+    def centre(self, *, force: bool = False) -> None:
+        """Set the range of the converter again, around the signal without contact; from any thread.
+
+        The source does it before its next sample. It is a gap: the baseline is measured again, and the recording has a
+        mark with the CAPDACs.
+
+        Parameters
+        ----------
+        force : bool
+            Also in contact: after a jump of the baseline, which looks like a touch without end.
+
+        Raises
+        ------
+        RuntimeError
+            The probe is in contact, and `force` is False; or the source cannot set its range.
+        """
+        if not force and not self.out_of_range and self.tracker.state in ("contact", "done"):
+            raise RuntimeError("centre: got it in contact, allowed: without contact. Lift the probe, or force=True")
+        self.source.centre()
 
     def stop(self) -> bool:
         """End the iteration after the samples read so far; from any thread or signal handler. False before `with`."""

@@ -4,13 +4,14 @@ Claiming the interface locks the board against other programs; the requests them
 """
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import NotReady
 from palpate.ad7746.clock import Clock, RealClock
-from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, board_of, choose, devices, fresh, system_backend
+from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, Board, board_of, choose, devices, fresh, system_backend
 from palpate.ad7746.evalkit.firmware import read_hex
 from palpate.ad7746.evalkit.usberrors import NoFirmware, NotAllowed, translated
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError, SourceTimeout
@@ -29,6 +30,8 @@ CPUCS = 0xE600
 """Address for the RAM request: 1 keeps the processor of the board in reset, 0 starts it."""
 RDY_PIN = 0x08
 """Bit of port A; low: ready."""
+LED_PIN = 0x80
+"""Bit of port A, an output; low: the red LED is on."""
 _SETTLE_S = 2.0  # after the board is plugged in, until the permissions are set
 _STARTING_S, _AGAIN_S = 1.0, 0.1  # longest start of the firmware after loading; poll interval
 _LOADING_S = 3.0  # when opening: longest time for another program (udev, fxload) to load the firmware
@@ -84,6 +87,7 @@ class EvalKit:
         backend: Any = None,
         clock: Clock | None = None,
     ) -> None:
+        self._acknowledged = False  # by the chip, ever
         path = firmware or os.environ.get("PALPATE_FIRMWARE")
         self._firmware = read_hex(Path(path)) if path else None
         self._backend = backend or system_backend()
@@ -91,7 +95,9 @@ class EvalKit:
         self._named = bus is not None or address is not None
         self._refused_ns: int | None = None
         self._unloaded = False
-        self._open(bus, address)
+        self._device = choose(self._backend, bus, address)
+        self._board = board_of(self._device)
+        self._take_when_loaded(lambda: choose(self._backend, bus, address))
 
     def read(self, register: int, count: int, i2c_address: int = datasheet.I2C_ADDRESS) -> bytes:
         """Return registers. All FF can mean "no answer", so the error counter of the board is read, too."""
@@ -120,6 +126,18 @@ class EvalKit:
         self._out(I2C_PLAIN, _on_bus(datasheet.I2C_ADDRESS), 0, bytes([datasheet.RESET_POINTER]))
         self._check_acknowledged("resetting the AD7746")
 
+    def blink(self, seconds: float, half_s: float = 0.125) -> None:
+        """Let the red LED blink; then it, and the directions of the pins, are as before. No pin else is changed."""
+        before = self._in(PORTS, 0, 0, 2)
+        level, outputs = before
+        try:
+            for count in range(round(seconds / half_s)):
+                shown = level | LED_PIN if count % 2 else level & ~LED_PIN
+                self._out(PORTS, 0, 0, bytes([shown, outputs | LED_PIN]))
+                self._clock.sleep(half_s)
+        finally:
+            self._out(PORTS, 0, 0, before)
+
     def reopen(self) -> None:
         """Open the board again: the one at the same ports if it was named, otherwise the only one."""
         self.close()
@@ -146,6 +164,11 @@ class EvalKit:
             usb.util.dispose_resources(self._device)
             self._device = None
 
+    @property
+    def board(self) -> Board:
+        """The place of the board; another one after it was plugged in again."""
+        return self._board
+
     def describe(self) -> dict[str, Any]:
         """Return the identity of the board; it has no serial number."""
         return {
@@ -156,17 +179,17 @@ class EvalKit:
             "ports": list(self._board.ports),
         }
 
-    def _open(self, bus: int | None, address: int | None) -> None:
+    def _take_when_loaded(self, find: Callable[[], Any]) -> None:
         deadline = self._clock.now_ns() + _LOADING_S * 1e9
         while True:
-            self._device = choose(self._backend, bus, address)
-            self._board = board_of(self._device)
             try:
                 return self._take()
             except NoFirmware:
                 if self._clock.now_ns() > deadline:
                     raise
             self._clock.sleep(_AGAIN_S)
+            self._device = find()
+            self._board = board_of(self._device)
 
     def _take(self) -> None:
         try:
@@ -222,14 +245,14 @@ class EvalKit:
                 )
 
     def _in(self, request: int, value: int, index: int, count: int) -> bytes:
-        with translated(f"request 0x{request:02X}"):
+        with translated(f"usb:{self._board}, request 0x{request:02X}"):
             data = bytes(self._opened.ctrl_transfer(IN, request, value, index, count, TIMEOUT_MS))
         if len(data) != count:
             raise ProtocolError(f"request 0x{request:02X}: got {len(data)} bytes, allowed: {count}: damaged transfer")
         return data
 
     def _out(self, request: int, value: int, index: int, data: bytes) -> None:
-        with translated(f"request 0x{request:02X}"):
+        with translated(f"usb:{self._board}, request 0x{request:02X}"):
             count = self._opened.ctrl_transfer(OUT, request, value, index, data, TIMEOUT_MS)
         if count != len(data):
             raise ProtocolError(
@@ -237,11 +260,18 @@ class EvalKit:
             )
 
     def _check_acknowledged(self, what: str) -> None:
-        if errors := self._in(ERROR_COUNT, 0, 0, 1)[0]:
+        errors = self._in(ERROR_COUNT, 0, 0, 1)[0]
+        if errors and not self._acknowledged:
+            raise ProtocolError(
+                f"{what}: not acknowledged: the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link "
+                "LK2, and link LK1, its supply (5.0 V)"
+            )
+        if errors:
             raise ProtocolError(
                 f"{what}: not acknowledged, errors counted by the board: {errors}; if it happens repeatedly, its "
                 "firmware hangs: unplug the board for a moment"
             )
+        self._acknowledged = True
 
     @property
     def _opened(self) -> Any:

@@ -1,5 +1,6 @@
 """Search for evaluation kits on USB, and for the USB library."""
 
+import sys
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -13,6 +14,7 @@ except ImportError as _missing:  # pragma: no cover
 
 VENDOR, PRODUCT = 0x0456, 0xB481
 """USB identity, the same before and after the firmware is loaded."""
+_LISTED = {"win32": "the Device Manager", "darwin": "`system_profiler SPUSBDataType`"}.get(sys.platform, "`lsusb`")
 
 
 class Board(NamedTuple):
@@ -74,11 +76,13 @@ def choose(backend: Any, bus: int | None, address: int | None) -> Any:
     places = ", ".join(f"usb:{board_of(device)}" for device in found)
     if not found:
         raise DeviceNotFound(
-            f"no AD7746 evaluation kit ({VENDOR:04x}:{PRODUCT:04x}) found: check the cable, and `lsusb`"
+            f"no AD7746 evaluation kit ({VENDOR:04x}:{PRODUCT:04x}) found: check the cable, and {_LISTED}"
         )
     if not named:
         raise DeviceNotFound(f"no board at {bus}/{address}, found: {places}")
-    raise DeviceNotFound(f"found {len(named)} boards: choose one of {places}")
+    raise DeviceNotFound(
+        f"found {len(named)} boards: choose one of {places}; `palpate devices --blink` shows which is which"
+    )
 
 
 def system_backend() -> Any:

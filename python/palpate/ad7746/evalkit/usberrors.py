@@ -1,6 +1,7 @@
 """Errors of pyusb, translated to palpate's: what happened, and what to do."""
 
 import errno
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -11,9 +12,6 @@ try:
 except ImportError as _missing:  # pragma: no cover
     raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from _missing
 
-UDEV_RULE = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0666"'
-"""Line for a file in /etc/udev/rules.d: lets every user open the board on Linux."""
-
 
 class NotAllowed(DeviceRefused):
     """No permission, or not yet: after plugging in it may take a moment."""
@@ -23,14 +21,28 @@ class NoFirmware(DeviceRefused):
     """The board has no firmware, or not yet: another program may load it after plugging in."""
 
 
+_DRIVER = "On Windows the board needs the driver WinUSB: install it for 0456:b481 with Zadig (https://zadig.akeo.ie)"
+_PERMISSION = {
+    "linux": "Type `palpate doctor --install-udev`; in a container, on the host",
+    "win32": f"Close other programs that use the board. {_DRIVER}",
+    "darwin": "On macOS another program or a driver holds it: close that program, then plug the board in again",
+}
+_NOT_SUPPORTED = {
+    "win32": f"the driver of the board is not WinUSB. {_DRIVER}",
+    "darwin": "libusb cannot open it; `brew install libusb`, for the processor that this Python is for",
+}
+
+
 @contextmanager
-def translated(what: str) -> Iterator[None]:
+def translated(what: str, system: str = sys.platform) -> Iterator[None]:
     """Translate errors of pyusb to palpate's.
 
     Parameters
     ----------
     what : str
         The access, for the message.
+    system : str
+        As `sys.platform`: what to do depends on it.
 
     Raises
     ------
@@ -42,23 +54,19 @@ def translated(what: str) -> Iterator[None]:
     except usb.core.USBTimeoutError as error:
         raise SourceTimeout(f"{what}: no answer in time; if it happens again, unplug the board for a moment") from error
     except usb.core.USBError as error:
-        raise _translated(what, error) from error
+        raise _translated(what, error, system) from error
     except NotImplementedError as error:
-        raise DeviceRefused(
-            f"{what}: the USB library of this system does not support it; install libusb-1.0"
-        ) from error
+        told = _NOT_SUPPORTED.get(system, "the USB library of this system does not support it; install libusb-1.0")
+        raise DeviceRefused(f"{what}: {told}") from error
 
 
-def _translated(what: str, error: usb.core.USBError) -> SourceError:
+def _translated(what: str, error: usb.core.USBError, system: str) -> SourceError:
     # On systems other than Linux libusb reports an unplugged device as ENOENT.
     match error.errno:
         case errno.ENODEV | errno.ENOENT:
             return DeviceNotFound(f"{what}: the board was unplugged: plug it in again.")
         case errno.EACCES | errno.EPERM:
-            return NotAllowed(
-                f"{what}: no permission to open it. On Linux put this line into /etc/udev/rules.d/70-palpate.rules, "
-                f"then plug the board in again: {UDEV_RULE}"
-            )
+            return NotAllowed(f"{what}: no permission to open it. {_PERMISSION.get(system, _PERMISSION['linux'])}")
         case errno.EBUSY:
             return DeviceRefused(f"{what}: another program uses the board; close that program first")
         case errno.EPIPE:

@@ -13,7 +13,7 @@ from palpate.ad7746 import datasheet
 from palpate.ad7746.twin.wiring import WIRINGS, Pins, Wiring
 
 FACTORY = bytes([0x66, 0xCC, 0x5C, 0x90])
-"""CAP_GAIN and VOLT_GAIN of this chip."""
+"""CAP_GAIN and VOLT_GAIN of a chip."""
 _ALL_READY = datasheet.RDY | datasheet.RDYVT | datasheet.RDYCAP
 _CAP_BYTES, _VT_BYTES = range(1, 4), range(4, 7)
 
@@ -55,6 +55,8 @@ class ChipTwin:
 
     Attributes
     ----------
+    factory : bytes
+        CAP_GAIN and VOLT_GAIN, which differ from chip to chip.
     conversions : deque of Conversion
         The last finished conversions, at most 4096.
     """
@@ -69,7 +71,9 @@ class ChipTwin:
         wiring: Wiring = WIRINGS["guide"],
     ) -> None:
         self.conversions: deque[Conversion] = deque(maxlen=4096)
+        self.factory: bytes = FACTORY
         self.temperature_C: float = 25.0
+        self.supply_V: float = 3.3
         self.present = True
         # Number of the next conversions that are lost, are of the other input, have EXCERR.
         self.lose: int = 0
@@ -95,7 +99,7 @@ class ChipTwin:
 
     def power_on(self, now: int) -> None:
         """Reset, as at power-on or by command."""
-        self.registers[:] = datasheet.RESET_VALUES + FACTORY
+        self.registers[:] = datasheet.RESET_VALUES + self.factory
         self._running = None
         self._silent_until = now + round(datasheet.RESET_S * 1e9)
 
@@ -167,7 +171,7 @@ class ChipTwin:
         if running.registers[datasheet.CAP_SETUP] & datasheet.CAPEN:
             self._end_capacitance(running, lost=lost)
         if running.registers[datasheet.VT_SETUP] & datasheet.VTEN and not lost:
-            code = round((self.temperature_C + 4096) * 2048)
+            code = self._vt_code(running.registers[datasheet.VT_SETUP])
             self.registers[datasheet.VT_DATA : datasheet.CAP_SETUP] = code.to_bytes(3, "big")
             self.registers[datasheet.STATUS] &= ~(datasheet.RDY | datasheet.RDYVT)
         self._running = None
@@ -175,6 +179,11 @@ class ChipTwin:
             self._begin(running.end)
         else:
             self.registers[datasheet.CONFIG] &= ~7
+
+    def _vt_code(self, setup: int) -> int:
+        if setup & datasheet.VT_SUPPLY:
+            return round(self.supply_V / (6 * datasheet.REFERENCE_V) * 2**23) + datasheet.ZERO_CODE
+        return round((self.temperature_C + 4096) * 2048)
 
     def _end_capacitance(self, running: Running, *, lost: bool) -> None:
         pin = 2 if running.registers[datasheet.CAP_SETUP] & datasheet.CIN2 else 1

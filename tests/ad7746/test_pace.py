@@ -1,0 +1,69 @@
+"""When a conversion was: bounds that always hold, and that nothing narrower would."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from palpate.ad7746.pace import Middle, Pace, Seen, difference_ns
+from palpate.errors import ProtocolError
+
+LENGTH_NS = 11_000_000
+_DELAY = st.integers(0, 3_000_000) | st.integers(0, 100_000_000)
+
+
+def seen(begin: int, length: int, delays: tuple[int, int, int, int]) -> Seen:
+    """Return what a computer sees with these delays before and after the begin, and before and after the end."""
+    end = begin + length
+    return Seen(begin - delays[0], begin + delays[1], max(end - delays[2], begin - delays[0]), end + delays[3])
+
+
+@given(
+    length=st.integers(round(0.95 * LENGTH_NS), round(1.05 * LENGTH_NS)),
+    all_delays=st.lists(st.tuples(_DELAY, _DELAY, _DELAY, _DELAY), min_size=1, max_size=5),
+)
+def test_the_middle_is_within_its_bounds(length: int, all_delays: list[tuple[int, int, int, int]]) -> None:
+    pace = Pace(LENGTH_NS / 1e9)
+    for number, delays in enumerate(all_delays):
+        begin = number * 10**9
+        each = seen(begin, length, delays)
+        pace.learn(each)
+        assert pace.shortest_ns <= length <= pace.longest_ns
+        middle = pace.middle(each)
+        assert min(middle.early_ns, middle.late_ns) >= 0
+        assert -middle.early_ns <= begin + length // 2 - middle.t_ns <= middle.late_ns
+
+
+@given(st.tuples(_DELAY, _DELAY, _DELAY, _DELAY))
+def test_no_narrower_bounds_hold(delays: tuple[int, int, int, int]) -> None:
+    """At each bound there is a begin and a duration that the computer would see in the same way."""
+    pace = Pace(LENGTH_NS / 1e9)
+    each = seen(0, LENGTH_NS, delays)
+    pace.learn(each)
+    middle = pace.middle(each)
+    for bound in (middle.t_ns - middle.early_ns, middle.t_ns + middle.late_ns):
+        # Begin B and duration D with B + D/2 = bound: D is in an interval, which is not empty.
+        low = max(pace.shortest_ns, 2 * (bound - each.begun), 2 * (each.busy - bound))
+        high = min(pace.longest_ns, 2 * (bound - each.asked), 2 * (each.ended - bound))
+        assert low <= high + 4  # half a nanosecond in each of them
+
+
+def test_clean_conversions_teach_the_duration() -> None:
+    pace = Pace(0.011)
+    pace.learn(seen(0, 11_400_000, (700_000, 100_000, 300_000, 100_000)))
+    pace.learn(seen(0, 11_400_000, (100_000, 50_000_000, 50_000, 100_000)))
+    assert (pace.shortest_ns, pace.longest_ns) == (11_000_000 - 220, 11_600_000)
+
+
+def test_another_duration_is_refused_and_forgotten() -> None:
+    pace = Pace(0.011)
+    clean = seen(0, LENGTH_NS, (100_000, 100_000, 100_000, 100_000))
+    pace.learn(clean)
+    with pytest.raises(ProtocolError, match=r"a conversion took 13\.80 to 14\.20 ms, those before it"):
+        pace.learn(clean._replace(busy=clean.busy + 3_000_000, ended=clean.ended + 3_000_000))
+    pace.learn(clean._replace(busy=clean.busy + 3_000_000, ended=clean.ended + 3_000_000))
+    assert pace.shortest_ns == 13_800_000
+
+
+def test_the_difference_of_two_times() -> None:
+    assert difference_ns(Middle(0, 300, 10), Middle(0, 20, 40)) == 340
+    assert difference_ns(Middle(0, 30, 100), Middle(0, 200, 40)) == 300
+    assert Middle(5, 30, 100).error_ns == 100

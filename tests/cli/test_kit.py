@@ -1,0 +1,155 @@
+"""`palpate kit`: what it prints, the report, the exit codes."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+from kit_acceptance import Board
+from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.evalkit import board as evalkit
+from palpate.ad7746.twin.kit import Fault, KitTwin
+from palpate.cli import main
+from palpate.errors import SourceError
+from palpate.kit import acceptance
+from palpate.kit.bench import Bench
+from palpate.kit.report import load
+from palpate.sources.sim import SimSource
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(*arguments: str, text: str | None = None) -> Result:
+    return CliRunner().invoke(main, ["kit", *arguments], input=text)
+
+
+def fail(monkeypatch: pytest.MonkeyPatch, fault: Fault) -> None:
+    """Add a fault to each simulated board."""
+    begin = SimSource.__init__
+
+    def broken(self: SimSource, *arguments: Any) -> None:
+        begin(self, *arguments)
+        self.kit.faults.append(fault)
+
+    monkeypatch.setattr(SimSource, "__init__", broken)
+
+
+def test_report_prints_what_accept_printed(folder: Path) -> None:
+    done = run("accept", "sim:?wiring=exca")
+    assert done.exit_code == 5, done.stderr
+    [path] = folder.glob("kit-report-*.json")
+    assert done.stderr.endswith(f"report: {path.name}\n")
+    again = run("report", path.name)
+    assert again.exit_code == 5
+    title, *lines = again.stdout.splitlines()
+    assert title.startswith("sim:?wiring=exca, 20")
+    assert lines == done.stdout.splitlines()
+    assert run("report", path.name, "--json").stdout == path.read_text()
+
+
+def test_all_right_is_zero(folder: Path) -> None:
+    done = run("accept", "sim:", "-o", "a.json", "--json")
+    assert done.exit_code == 0, done.stdout
+    assert json.loads(done.stdout) == json.loads((folder / "a.json").read_text())
+
+
+def test_a_report_is_never_replaced(folder: Path) -> None:
+    (folder / "a.json").write_text("mine")
+    done = run("accept", "sim:", "-o", "a.json")
+    assert (done.exit_code, done.stdout) == (4, "")
+    assert (folder / "a.json").read_text() == "mine"
+
+
+def test_the_probe_of_a_simulated_board_is_pressed(folder: Path) -> None:
+    done = run("accept", "sim:?idle=25", "-o", "a.json", "--prompt", "--skip", "replug", text="\n\n")
+    assert "ok  press: hard bump +" in done.stdout, done.stdout
+    assert "--  known capacitor: left out" in done.stdout
+    done = run("accept", "sim:?idle=25&wiring=swapped", "-o", "b.json", "--prompt", "--skip", "replug", text="\n\n")
+    assert done.exit_code == 5
+    assert "the inputs are swapped" in done.stdout
+    assert "--  press: left out" in run("accept", "sim:", "--prompt", text="s\ns\n\n").stdout
+
+
+def test_an_unplugged_board_leaves_the_report_so_far(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fail(monkeypatch, Fault("unplug", float("inf"), skip=400))
+    done = run("accept", "sim:", "-o", "a.json")
+    assert done.exit_code == 3
+    assert "ended early: request 0x" in done.stdout
+    report = load(folder / "a.json")
+    assert [step.verdict for step in report.steps][:2] == ["ok", "ok"]
+    assert report.steps[-1].verdict == "not done"
+    assert run("report", "a.json").exit_code == 3
+
+
+@pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (ZeroDivisionError("x"), 1)])
+def test_what_ends_it_is_in_the_report(
+    error: BaseException, code: int, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(bench: Bench) -> None:
+        raise error
+
+    monkeypatch.setitem(acceptance._ACTS, "voltages", stop)
+    done = run("accept", "sim:", "-o", "a.json")
+    assert done.exit_code == code
+    report = load(folder / "a.json")
+    assert len(report.steps) == 3
+    assert report.stopped == ("interrupted" if code == 130 else "unexpected: ZeroDivisionError")
+
+
+def test_of_two_boards_one_has_to_be_chosen(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    board = Board()
+    board.backend.plug(KitTwin(board.kit.chip, VirtualClock()), 2)
+    monkeypatch.setattr(evalkit, "system_backend", lambda: board.backend)
+    done = run("accept")
+    assert (done.exit_code, list(folder.iterdir())) == (3, [])
+    assert done.stderr == "Error: found 2 boards: choose one of usb:1/2, usb:1/3\n"
+
+
+@pytest.mark.parametrize("source", ["run.csv", "iio:", "serial:/dev/ttyUSB0", "sim:?wiring=moon", "usb:x"])
+def test_what_is_no_board_is_refused(source: str) -> None:
+    done = run("scan", source)
+    assert (done.exit_code, len(done.stderr.splitlines())) == (2, 1)
+    assert "allowed: " in done.stderr
+
+
+def test_scan() -> None:
+    rows = json.loads(run("scan", "sim:?wiring=soft-exca", "--json").stdout)["inputs"]
+    found = {row["input"] + row["excitation"]: row["pF"] for row in rows}
+    assert {name for name, pF in found.items() if pF > 3} == {"CIN1EXCB", "CIN2EXCA"}
+    assert {name for name, pF in found.items() if pF < 0.01} == {"CIN1EXCA", "CIN2EXCB"}
+    assert "shorted" in run("scan", "sim:?wiring=excb-shorted").stdout
+    assert "out of range" in run("scan", "sim:?wiring=hard-shorted").stdout
+
+
+def test_noise_is_that_of_the_data_sheet() -> None:
+    document = json.loads(
+        run("noise", "sim:?idle=600", "--readings", "400", "--capf", "0", "--capf", "7", "--json").stdout
+    )
+    assert [row["capf"] for row in document["noise"]] == [0, 7]
+    for row in document["noise"]:
+        for value in (row["cin1_aF"], row["cin2_aF"]):
+            assert value == pytest.approx(row["data_sheet_aF"], rel=0.25)  # 5 sigma of 400 readings
+    assert "       -" in run("noise", "sim:?wiring=soft-open", "--capf", "0").stdout
+    assert len(run("noise", "sim:", "--capf", "0", "--readings", "4", "--rounds", "3").stdout.splitlines()) == 4
+
+
+def test_dump() -> None:
+    rows = json.loads(run("dump", "sim:", "--json").stdout)["registers"]
+    assert "".join(row["content"] for row in rows) == "0700000000000000 0003a0000080 0066cc5c90".replace(" ", "")
+    shown = run("dump", "sim:").stdout
+    assert "0A  CONFIG      a0      idle; CAPF 4: 62.0 ms, VTF 2: 62.1 ms" in shown
+
+
+def test_a_chip_that_is_absent_ends_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    fail(monkeypatch, Fault("chip absent"))
+    for name in ("scan", "noise", "dump"):
+        done = run(name, "sim:")
+        assert done.exit_code == 4
+        assert len(done.stderr.splitlines()) == 1
+    assert isinstance(done.exception, SystemExit)
+    assert not isinstance(done.exception, SourceError)

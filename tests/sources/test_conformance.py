@@ -1,0 +1,244 @@
+"""`palpate.testing.check_source`: our own sources pass it, and each of many wrong sources is found by name."""
+
+import itertools
+import math
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from i2c_bus import Bus
+from iio_kernel import Kernel
+from kit_bench import pins as ramps
+from palpate import Sample, Source, Status, open
+from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.twin.chip import ChipTwin
+from palpate.sources import Codes, Gap
+from palpate.testing import check_source
+from project import ROOT
+
+PATIENCE = 10.0
+PERIOD_NS = 2_000_000
+
+
+class Board(Source):
+    """A board as it has to be: 500 pairs a second, until it is interrupted."""
+
+    live = True
+
+    def __init__(self) -> None:
+        self.stopped = threading.Event()
+
+    def pair(self, seq: int, t_ns: int) -> Any:
+        code = 2**26 + seq
+        return Sample(seq, t_ns, t_ns + 1000, code, -1, CODES.pF(code), 2.0)
+
+    def __iter__(self) -> Iterator[Any]:
+        """Return pairs at their times."""
+        begun = time.monotonic_ns()
+        for seq in itertools.count():
+            due = (seq + 1) * PERIOD_NS
+            if self.stopped.wait(max(begun + due - time.monotonic_ns(), 0) / 1e9):
+                return
+            yield self.pair(seq, due)
+
+    def describe(self) -> Any:
+        return {"name": "board", "period_s": PERIOD_NS / 1e9, "codes": CODES._asdict()}
+
+    def interrupt(self) -> None:
+        self.stopped.set()
+
+
+CODES = Codes(zero=2**26, per_pF=3e7, largest=2**27)
+
+
+def test_a_right_source() -> None:
+    samples = check_source(Board(), samples=50, patience=PATIENCE)
+    assert [sample.seq for sample in samples] == list(range(50))
+
+
+def wrong(**changed: Any) -> Callable[[], Source]:
+    """Return a board with other methods and attributes."""
+    return type("Wrong", (Board,), changed)
+
+
+def replaced(**fields: Any) -> Callable[[], Source]:
+    """Return a board with other fields in its samples; a function gets the number and the time."""
+
+    def pair(self: Board, seq: int, t_ns: int) -> Any:
+        good = Board.pair(self, seq, t_ns)
+        return good._replace(**{name: f(seq, t_ns) if callable(f) else f for name, f in fields.items()})
+
+    return wrong(pair=pair)
+
+
+def described(**changed: Any) -> Callable[[], Source]:
+    return wrong(describe=lambda self: {**Board.describe(self), **changed})
+
+
+def raising(error: Exception) -> Callable[..., Any]:
+    def method(*_: Any) -> Any:
+        raise error
+
+    return method
+
+
+def deaf(self: Board) -> None:
+    """Ignore the interruption."""
+
+
+def leaking(self: Board) -> Iterator[Any]:
+    threading.Thread(target=threading.Event().wait, args=(20,), name="a-leak", daemon=True).start()
+    return Board.__iter__(self)
+
+
+def closing_once(self: Board) -> None:
+    if vars(self).setdefault("closed", 0):
+        raise ValueError("closed twice")
+    vars(self)["closed"] += 1
+
+
+def failing_later(self: Board) -> Iterator[Any]:
+    yield from itertools.islice(Board.__iter__(self), 5)
+    raise KeyError("frame")
+
+
+def never_ending(self: Board) -> Iterator[Any]:
+    for seq in itertools.count():
+        time.sleep(PERIOD_NS / 1e9)
+        yield self.pair(seq, (seq + 1) * PERIOD_NS)
+
+
+def late_gaps(self: Board) -> Sequence[Gap]:
+    vars(self)["asked"] = vars(self).get("asked", 0) + 1
+    return (Gap(3, "opened again"),) if vars(self)["asked"] > 20 else ()
+
+
+def falling(self: Board) -> Mapping[str, int]:
+    vars(self)["left"] = vars(self).get("left", 9) - 1
+    return {"errors": vars(self)["left"]}
+
+
+WRONG: dict[str, tuple[Callable[[], Any], str]] = {
+    "no source": (dict, "an object of type dict"),
+    "live is no bool": (wrong(live=1), "live: got 1"),
+    "seq repeats": (replaced(seq=lambda seq, _: seq // 2), "seq: got 0 after 0"),
+    "time goes back": (replaced(t_soft_ns=lambda _, t: -t), "t_soft_ns: goes back"),
+    "seconds as float": (replaced(t_hard_ns=lambda _, t: t / 1e9), "t_hard_ns: got .*allowed: an integer"),
+    "times in us": (replaced(t_hard_ns=lambda _, t: t // 1000), "s of the clock, allowed: ns"),
+    "times of the calendar": (replaced(t_hard_ns=lambda _, t: time.time_ns()), "ns since the source was opened"),
+    "no sample": (wrong(pair=lambda *_: None), "a sample: .*allowed: a palpate.Sample"),
+    "text": (replaced(hard="2.5"), "hard: got '2.5'"),
+    "nan, status OK": (replaced(soft=math.nan), "status: got 0 for .* nan pF"),
+    "lost with a value": (replaced(status=8), "LOST .* only then"),
+    "lost and saturated": (replaced(status=9), "status: got 9"),
+    "value and code differ": (replaced(hard=1.0), "hard: got 1.0 pF for the code 671"),
+    "code above the largest": (replaced(hard_raw=2**28), "hard_raw: got 268435456, allowed: -1 to 134217728"),
+    "an AD7746's codes": (wrong(describe=lambda _: {}), "hard_raw: got .* allowed: -1 to 16777215"),
+    "describe gives a list": (wrong(describe=lambda _: []), r"describe\(\): got \[\]"),
+    "describe raises": (wrong(describe=raising(KeyError("serial"))), "describe.*KeyError"),
+    "codes without zero": (described(codes={"per_pF": 1, "largest": 3}), "codes: got"),
+    "codes of -1 a pF": (described(codes={"zero": 0, "per_pF": -1.0, "largest": 3}), "codes: per_pF: got -1.0"),
+    "period of a channel": (described(period_s=PERIOD_NS / 2e9), "period_s: got 0.001, allowed: 0.002"),
+    "stamps": (described(stamps="mine"), "stamps: got 'mine'"),
+    "interrupt ignored": (wrong(interrupt=deaf, __iter__=never_ending), "interrupt: the iteration still runs"),
+    "interrupt raises": (wrong(interrupt=raising(OSError("bus"))), "interrupt: raised OSError"),
+    "interrupt hangs": (wrong(interrupt=lambda _: time.sleep(8)), "interrupt: did not return"),
+    "close only once": (wrong(close=closing_once), "close: raised ValueError: closed twice"),
+    "no begin": (wrong(__enter__=raising(RuntimeError("port"))), "reading: raised RuntimeError: port"),
+    "KeyError later": (wrong(__iter__=failing_later), "reading: raised KeyError: 'frame', allowed: a palpate.SourceE"),
+    "silent": (wrong(__iter__=lambda self: iter(self.stopped.wait, True)), "no sample came"),
+    "a thread is left": (wrong(__iter__=leaking), "threads: a-leak still run"),
+    "samples after the end": (wrong(__iter__=never_ending, interrupt=deaf), r"after close\(\): gave seq 0"),
+    "counters below 0": (wrong(counters={"errors": -1}), "errors'.*got -1"),
+    "counters fall": (wrong(counters=property(falling)), "counters: got"),
+    "gaps of numbers": (wrong(gaps=(3, 4)), r"gaps: got \[3, 4\]"),
+    "gaps too late": (wrong(gaps=property(late_gaps)), "gaps: .*was not there when seq 3 was given"),
+    "gaps out of order": (wrong(gaps=(Gap(9, "a"), Gap(2, "b"))), "in the order of their seq"),
+    "gaps raise": (wrong(gaps=property(raising(KeyError("x")))), "gaps: raised KeyError"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_source_is_found(name: str) -> None:
+    made, finding = WRONG[name]
+    with pytest.raises(AssertionError, match=finding):
+        check_source(made(), samples=40, seconds=0.5, patience=2.0)
+
+
+def test_all_findings_are_listed() -> None:
+    source = described(period_s=1.0, stamps="mine")()
+    with pytest.raises(AssertionError) as found:
+        check_source(source, samples=10, patience=PATIENCE)
+    text = str(found.value)
+    assert "stamps: got 'mine'" in text
+    assert text.count("\n- ") >= 1
+
+
+def test_a_name_whose_options_are_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("palpate.testing.open_source", lambda name, **options: Board())
+    with pytest.raises(AssertionError, match="an unknown option: was ignored"):
+        check_source("careless:", samples=10, patience=PATIENCE)
+    monkeypatch.setattr("palpate.testing.open_source", raising(KeyError("no_option")))
+    with pytest.raises(KeyError):
+        check_source("careless:", samples=10, patience=PATIENCE)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "sim:four-specimens?seed=1",
+        "sim:dropouts?seed=2",
+        "sim:soft-steady?speed=2",
+        "sim:soft-steady?fault=unplug:0.5@1",
+        str(ROOT / "tests" / "data" / "four-specimens.csv"),
+        f"{ROOT / 'tests' / 'data' / 'four-specimens.csv'}?speed=20",
+    ],
+)
+def test_our_own(name: str) -> None:
+    path, _, speed = name.partition("?speed=")
+    source = open(path, speed=int(speed)) if path.endswith(".csv") and speed else name
+    assert (
+        len(check_source(source, samples=100, patience=PATIENCE)) >= 20
+    )  # a busy machine gives fewer of a short scenario
+
+
+def test_i2c() -> None:
+    clock = VirtualClock()
+    source = open("i2c:/dev/i2c-1", open_bus=Bus(ChipTwin(ramps), clock), clock=clock)
+    source.live = False  # its clock is not that of the test
+    assert len(check_source(source, patience=PATIENCE)) == 100
+
+
+@pytest.mark.parametrize("picofarads", [(1.0, -1.0), (6.9, 4.7)])
+def test_iio(picofarads: tuple[float, float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = Kernel(tmp_path, picofarads).install(monkeypatch)
+    source = open(f"iio:{tmp_path}", clock_ns=kernel.clock_ns)
+    source.live = False
+    samples = check_source(source, patience=PATIENCE)
+    assert {sample.status for sample in samples} == {Status.OK if picofarads[0] < 4 else Status(3)}
+
+
+def test_serial(tmp_path: Path) -> None:
+    tty = pytest.importorskip("tty")
+    end, other = os.openpty()
+    tty.setraw(other)
+    stopped = threading.Event()
+
+    def print_lines() -> None:
+        while not stopped.wait(0.005):
+            os.write(end, b"6.92,4.69\n")
+
+    printing = threading.Thread(target=print_lines)
+    printing.start()
+    try:
+        samples = check_source(f"serial:{os.ttyname(other)}", samples=50, patience=PATIENCE)
+    finally:
+        stopped.set()
+        printing.join()
+        os.close(end)
+        os.close(other)
+    assert {(sample.hard, sample.soft) for sample in samples} == {(6.92, 4.69)}
