@@ -48,14 +48,14 @@ def begun(uri: str, **options: Any) -> tuple[float, list[str], str]:
     assert isinstance(source, BoardSource)
     said: list[str] = []
     source.notify = said.append
-    begin = source.clock.now_ns()  # type: ignore[attr-defined]
+    begin = source.clock.now_ns()
     refusal = ""
     try:
         with source:
             pass
     except DeviceRefused as error:
         refusal = str(error)
-    return (source.clock.now_ns() - begin) / 1e9, said, refusal  # type: ignore[attr-defined]
+    return (source.clock.now_ns() - begin) / 1e9, said, refusal
 
 
 @pytest.mark.parametrize("wiring", WIRINGS)
