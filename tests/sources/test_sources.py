@@ -58,7 +58,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         ("serial:x?columns=hard,soft&pattern=(?P<hard>1)(?P<soft>2)", {}, "columns: got a pattern, too"),
         ("serial:x?decimal=dot", {}, "decimal: got 'dot', allowed: comma, point"),
         ("serial:x?code_pF=0", {}, "code_pF: got '0', allowed: a number above 0"),
-        ("serial:x?reset=maybe", {}, "reset: got 'maybe', allowed: yes, no"),
+        ("serial:x?reset=maybe", {}, "reset: got 'maybe', allowed: 1, 0, true, false, yes, no"),
         ("serial:x?pattern=(", {}, "pattern: got '\\(', allowed: a regular expression"),
         ("serial:x?pattern=(?P<hard>1)", {}, r"pattern: got groups \['hard'\], allowed: both \(\?P<hard>"),
         ("run.csv", {"speed": 0}, "speed: got 0"),
