@@ -58,7 +58,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         ("serial:x?columns=hard,soft&pattern=(?P<hard>1)(?P<soft>2)", {}, "columns: got a pattern, too"),
         ("serial:x?decimal=dot", {}, "decimal: got 'dot', allowed: comma, point"),
         ("serial:x?code_pF=0", {}, "code_pF: got '0', allowed: a number above 0"),
-        ("serial:x?reset=maybe", {}, "reset: got 'maybe', allowed: yes, no"),
+        ("serial:x?reset=maybe", {}, "reset: got 'maybe', allowed: 1, 0, true, false, yes, no"),
         ("serial:x?pattern=(", {}, "pattern: got '\\(', allowed: a regular expression"),
         ("serial:x?pattern=(?P<hard>1)", {}, r"pattern: got groups \['hard'\], allowed: both \(\?P<hard>"),
         ("run.csv", {"speed": 0}, "speed: got 0"),
@@ -114,7 +114,7 @@ def test_a_simulated_board_is_the_same_again() -> None:
             runs.append(list(source))
             described = source.describe()
     assert runs[0] == runs[1] != runs[2]
-    expected = {"scenario": "soft-steady", "seed": 2, "speed": "as fast as possible", "wiring": "guide"}
+    expected = {"scenario": "soft-steady", "seed": 2, "speed": "as fast as possible", "wiring": "guide", "idle_s": 0.0}
     assert described["simulated"] == expected
     assert described["configuration"]["capf"] == 2
     assert described["full_scale_pF"] == datasheet.SATURATED_PF

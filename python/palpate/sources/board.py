@@ -171,8 +171,6 @@ class BoardSource(Source):
         with suppress(SourceError):  # the next pair meets the same error
             if texts := self._watch.take(sample, self.driver.configuration):
                 self.driver.gaps.append((sample.seq + 1, "; ".join(texts)))
-            for text in texts:
-                self.notify(text)
 
     @property
     def gaps(self) -> list[Gap]:

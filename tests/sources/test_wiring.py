@@ -1,0 +1,215 @@
+"""The wiring of a board source: its options, each mistake in words, wires that come off, and no false alarm."""
+
+from pathlib import Path
+from typing import Any
+
+import palpate
+import pytest
+from click.testing import CliRunner
+from effort import NIGHTLY
+from palpate import DeviceRefused
+from palpate.ad7746.configuration import Configuration
+from palpate.ad7746.twin.wiring import WIRINGS
+from palpate.cli import main
+from palpate.samples import Sample, Status
+from palpate.simulation.board import known
+from palpate.sources.board import BoardSource, configuration_of
+
+SHORT = "sim:tap"
+DEMO = "the board's own length sensor, connected until R1 and R2 are removed"
+# wiring -> parts of the message of the default options; those that cannot be measured.
+REFUSED = {
+    "exca": ["CIN1+ (socket P4) has 0.003 pF on EXCB, about 6.7 pF on EXCA: use excitation=A (as", "soft bump: CIN2+"],
+    "hard-exca": ["hard bump: CIN1+ (socket P4) has", "about 6.7 pF on EXCA: use excitation=A,B (as in usb:"],
+    "soft-exca": ["soft bump: CIN2+ has 0.003 pF on EXCB, about 4.4 pF on EXCA: use excitation=B,A (as in", DEMO],
+    "demo-exca": ["use excitation=A (as in usb:?excitation=A)", "about 5.8 pF on EXCA", DEMO],
+    "demo-alone": ["soft bump: CIN2+ has 0.003 pF on EXCB, 1.400 pF on EXCA", DEMO],
+    "hard-minus": [
+        "hard bump: CIN1+ (socket P4)",
+        "its wire is at CIN1- (socket P3): move it to CIN1+, or use differential",
+    ],
+    "hard-open": [
+        "hard bump: CIN1+ (socket P4)",
+        "nothing is connected: look at its wires, one to CIN1+, the other to EXCB",
+    ],
+    "soft-open": ["soft bump: CIN2+", "nothing is connected", "no socket for CIN2+ (P6)"],
+    "open": ["no probe is connected", "wire the hard bump to CIN1+ and EXCB, the soft bump to CIN2+ and EXCB"],
+    "hard-shorted": ["hard bump: CIN1+ (socket P4) has more than 17 pF on EXCB: look for a short"],
+    "soft-shorted": ["soft bump: CIN2+ has more than 17 pF on EXCB: look for a short"],
+    "excb-shorted": ["EXCB (socket P2) is shorted or overloaded (the chip reports EXCERR)"],
+}
+MEASURED = {"demo": [f"1.400 pF on EXCA and about 4.4 pF on EXCB, {DEMO}", "on EXCB goes on"]}
+QUIET = {"guide", "swapped", "exca-shorted", "differential"}  # EXCA is not driven; swapped needs a press
+
+
+def begun(uri: str, **options: Any) -> tuple[float, list[str], str]:
+    """Begin a measurement; return its time, s, what was said, and the refusal."""
+    source = palpate.open(uri, **options)
+    assert isinstance(source, BoardSource)
+    said: list[str] = []
+    source.notify = said.append
+    begin = source.clock.now_ns()
+    refusal = ""
+    try:
+        with source:
+            pass
+    except DeviceRefused as error:
+        refusal = str(error)
+    return (source.clock.now_ns() - begin) / 1e9, said, refusal
+
+
+@pytest.mark.parametrize("wiring", WIRINGS)
+def test_every_mistake_is_named_at_the_begin(wiring: str) -> None:
+    assert QUIET | set(REFUSED) | set(MEASURED) == set(WIRINGS)
+    took_s, said, refusal = begun(f"{SHORT}?wiring={wiring}")
+    for part in REFUSED.get(wiring, []):
+        assert part in refusal
+    for part in MEASURED.get(wiring, []):
+        assert part in " ".join(said)
+    assert bool(refusal) == (wiring in REFUSED)
+    assert bool(said) == (wiring in MEASURED)
+    assert took_s < 1.0
+
+
+@pytest.mark.parametrize(
+    ("wiring", "options"),
+    [
+        ("exca", {"excitation": "A"}),
+        ("exca", {"excitation": "AB"}),
+        ("hard-exca", {"excitation": "A,B"}),
+        ("soft-exca", {"excitation": "B,A"}),
+        ("hard-minus", {"differential": "yes"}),
+        ("differential", {"differential": True}),
+        ("swapped", {"hard_input": 2}),
+        ("swapped", {"soft_input": 1}),
+        ("guide", {"level": 0, "chop": "yes", "capf": 4}),
+    ],
+)
+def test_the_option_that_is_named_measures(wiring: str, options: dict[str, Any]) -> None:
+    with palpate.open(f"sim:stiff-steady?wiring={wiring}&seed=1", **options) as source:
+        described = source.describe()["configuration"]
+        values = [(sample.hard, sample.status) for sample, _ in zip(source, range(150), strict=False)]
+    assert {status for _, status in values} == {Status.OK}
+    rise = values[-1][0] - values[0][0] if options.get("capf") != 4 else 2.0
+    assert abs(rise) > 1.0  # the hard bump's, 0.25 pF times the ratio of 8.3
+    configuration = configuration_of({})
+    expected = configuration.as_dict()
+    assert set(described) == set(expected)
+    assert described != expected
+
+
+def test_a_sentence_says_what_excitation_a_cannot_show() -> None:
+    _, said, _ = begun(f"{SHORT}?wiring=exca&excitation=A")
+    assert said == [f"soft bump: EXCA also drives {DEMO}: remove them; the readings cannot show whether they are there"]
+    _, said, _ = begun(f"{SHORT}?wiring=demo&excitation=B,AB")
+    assert [f"{DEMO}: remove them, or use excitation=B (as in usb:?excitation=B)" in text for text in said] == [True]
+    assert begun(f"{SHORT}?wiring=guide&excitation=AB")[1] == []  # nothing is on EXCA
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"excitation": "C"}, "excitation: got 'C', allowed: A, B, AB, or two of them: HARD,SOFT as B,A"),
+        ({"excitation": "A,B,A"}, "excitation: got 'A,B,A', allowed"),
+        ({"level": 4}, "level: got 4, allowed: a whole number from 0 to 3"),
+        ({"chop": "on"}, "chop: got 'on', allowed: 1, 0, true, false, yes, no"),
+        ({"hard_input": 2, "soft_input": 2}, "soft_input: got 2, as hard_input, allowed: the other one"),
+        ({"wiring": "wrong"}, "wiring: got 'wrong', allowed: guide, exca"),
+    ],
+)
+def test_an_option_that_is_refused(options: dict[str, Any], text: str) -> None:
+    with pytest.raises(ValueError, match=text):
+        palpate.open(SHORT, **options)
+
+
+def test_the_registers_of_the_options() -> None:
+    options = {"excitation": ("A", "AB"), "level": 1, "chop": True, "differential": True, "soft_input": 1}
+    configuration = configuration_of(options)
+    assert [configuration.registers(number)[0].hex() for number in (0, 1)] == ["e1000902", "a1002902"]
+    assert configuration_of({}) == Configuration()
+
+
+@pytest.mark.parametrize("wiring", ["exca", "open", "excb-shorted", "hard-shorted", "demo-alone"])
+def test_record_ends_with_the_words(wiring: str, tmp_path: Path) -> None:
+    file = tmp_path / "run.csv"
+    result = CliRunner().invoke(main, ["record", f"{SHORT}?wiring={wiring}", "-o", str(file)])
+    assert (result.exit_code, file.exists()) == (3, False)
+    for part in REFUSED[wiring]:
+        assert part in result.stderr
+
+
+def test_record_with_the_option(tmp_path: Path) -> None:
+    arguments = ["record", "sim:stiff-steady?wiring=exca&seed=1", "-o", str(tmp_path / "run.csv"), "--excitation"]
+    wrong = CliRunner().invoke(main, [*arguments, "X"])
+    assert (wrong.exit_code, "allowed: A, B, AB, or two" in wrong.stderr) == (2, True)
+    result = CliRunner().invoke(main, [*arguments, "A"])
+    assert result.exit_code == 0
+    assert "swapped" not in result.stdout
+
+
+def test_record_says_beside_the_touch_that_the_inputs_are_swapped(tmp_path: Path) -> None:
+    arguments = ["record", "sim:stiff-steady?wiring=swapped&seed=1", "-o", str(tmp_path / "run.csv")]
+    result = CliRunner().invoke(main, arguments)
+    assert (result.exit_code, result.stdout.count("touch 1: swapped: the soft channel changed more")) == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("fault", "text"),
+    [
+        ("wire-off:1@3", "hard bump: CIN1+ has 0.003 pF on EXCB: its wire is off: look at CIN1+ and EXCB"),
+        ("wire-off:2@3", "soft bump: CIN2+ has 0.003 pF on EXCB: its wire is off: look at CIN2+ and EXCB"),
+        ("excitation-shorted:1000@3", "soft bump: EXCB is shorted or overloaded (EXCERR)"),
+    ],
+)
+def test_a_wire_that_comes_off_is_told_and_marked_within_5_s(fault: str, text: str) -> None:
+    source = palpate.open(f"sim:soft-steady?fault={fault}")
+    with source:
+        first = next((s for s in source if source.gaps), None)
+    assert first is not None
+    assert 3.0 < first.t_hard_ns / 1e9 < 5.0  # of 8 allowed
+    [gap] = source.gaps
+    assert (gap.seq, text in gap.text) == (first.seq, True)
+
+
+def test_a_wire_that_is_put_on_again_is_told() -> None:
+    with palpate.open("sim:soft-steady?fault=wire-off:2@3,wire-off:0@6") as source:
+        last: Sample = list(source)[-1]
+    off, back = source.gaps
+    assert ("its wire is off" in off.text, back.text) == (True, "soft bump: it is measured again")
+    assert last.status == Status.OK
+
+
+def test_a_converter_that_repeats_itself_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = palpate.open("sim:soft-steady")
+    with source:
+        source.kit.chip._noisy = False  # type: ignore[attr-defined]
+        monkeypatch.setattr(source.kit.chip, "_pins", lambda bump, begin_s, end_s: 5.0)  # type: ignore[attr-defined]
+        for _ in zip(source, range(60), strict=False):
+            pass
+    [gap] = source.gaps
+    assert gap.text.count("bump: every reading is the same: the converter does not measure") == 2
+
+
+@pytest.mark.parametrize("overload", ["9", "-9"])
+def test_a_signal_that_leaves_the_range_is_not_a_wire(overload: str) -> None:
+    """The look shows that the input is not empty: what was added is there, too."""
+    with palpate.open(f"sim:soft-steady?fault=overload:{overload}@3") as source:
+        assert {sample.status for sample in source} != {Status.OK}
+    assert list(source.gaps) == []
+
+
+@pytest.mark.parametrize("name", known() if NIGHTLY else ["bursts", "saturating", "lost-10"])
+def test_no_false_alarm(name: str) -> None:
+    """Right wiring: nothing is said at the begin, while measuring, or beside a touch."""
+    for seed in range(5 if NIGHTLY else 1):
+        said: list[str] = []
+        source = palpate.open(f"sim:{name}?seed={seed + 1}")
+        source.notify = said.append
+        with source:
+            assert all(sample.seq >= 0 for sample in source)
+        assert said == []
+        assert [gap.text for gap in source.gaps if "bump" in gap.text] == []
+        told = [
+            text for touch in palpate.touches(palpate.simulation.run(name, seed + 1)) for text in palpate.advice(touch)
+        ]
+        assert [text for text in told if text.startswith("swapped")] == []
