@@ -64,7 +64,7 @@ def _decimal(name: str, value: Any) -> str:
 
 
 def _reset(name: str, value: Any) -> bool:
-    return choice("yes", "no")(name, value) == "yes"
+    return bool(choice("yes", "no")(name, value) == "yes")
 
 
 _OF_LINES: dict[str, Check] = {
