@@ -151,7 +151,7 @@ def unsummed(line: str) -> tuple[str, bool]:
     --------
     >>> unsummed("hard=1,soft=2*6A")
     Traceback (most recent call last):
-    palpate.sources.serial.cells.Refused: its checksum is 6A, but that of its text is 4E
+    palpate.sources.serial.cells.Refused: its checksum is 6A, but that of its text is 3E
     """
     body, star, digits = line[:-3], line[-3:-2], line[-2:]
     if star != "*" or not set(digits) <= set("0123456789abcdefABCDEF"):

@@ -66,7 +66,7 @@ def column(name: str) -> Column:
     if plain in _NAMES:
         return Column(_NAMES[plain])
     base, unit = _parts(name.strip())
-    role = _NAMES.get(base.strip().casefold(), "")
+    role = _NAMES.get(base.casefold(), "")
     if unit and role:
         factor(role, unit)
         return Column(role, unit)
@@ -98,6 +98,6 @@ def _parts(name: str) -> tuple[str, str]:
     for opening, closing in ("()", "[]"):
         if name.endswith(closing):
             base, _, unit = name[:-1].partition(opening)
-            return base, unit
+            return base.rstrip(), unit
     base, _, unit = name.rpartition("_")
     return base, unit
