@@ -10,6 +10,8 @@ from palpate.digits import error, plus_minus
 def advice(touch: Touch) -> list[str]:
     """Return a sentence for each flag of a touch: what it is likely to be, how large it is, and what to do.
 
+    A ratio below 1 has one, too: the bumps are likely at each other's inputs.
+
     Parameters
     ----------
     touch : Touch
@@ -17,7 +19,7 @@ def advice(touch: Touch) -> list[str]:
     Returns
     -------
     list of str
-        In the order of `touch.flags`; each begins with the name of its flag. Empty without a flag.
+        In the order of `touch.flags`; each begins with the name of its flag, or with "swapped".
 
     Examples
     --------
@@ -28,7 +30,24 @@ def advice(touch: Touch) -> list[str]:
     >>> sentence.partition(". ")[2].partition(" ± ")[0]
     'With this offset taken out, the ratio is 2.84370'
     """
-    return [f"{flag}: {_SENTENCES[flag](touch)}" for flag in touch.flags]
+    told = [f"{flag}: {_SENTENCES[flag](touch)}" for flag in touch.flags]
+    return [*told, _SWAPPED] if _is_swapped(touch) else told
+
+
+_SWAPPED = (
+    "swapped: the soft channel changed more than the hard one, but the hard bump takes more of the force (eq. 1): "
+    "exchange the wires of the two inputs, or the option hard_input (1 or 2); a soft gauge that is far more sensitive "
+    "does it, too"
+)
+_NO_RATIO = {"unexcited", "one-sided", "baseline"}
+_FEWEST = 20  # samples: a burst of noise can begin a touch of a few
+_CLEARLY = 0.2  # below 1, of a ratio without a standard error
+
+
+def _is_swapped(touch: Touch) -> bool:
+    """Return whether the ratio is clearly below 1; by eq. (2) it is above 1 on every object."""
+    margin = 2 * touch.standard_error if isfinite(touch.standard_error) else _CLEARLY
+    return touch.samples >= _FEWEST and 0 < touch.ratio < 1 - margin and not _NO_RATIO & set(touch.flags)
 
 
 def _short(touch: Touch) -> str:

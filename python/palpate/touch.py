@@ -143,28 +143,34 @@ def replayed(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[N
 
     Yields
     ------
-    tuple of five numpy.ndarray
-        Of each part of the recording: times of both channels, s; hard, soft, pF, as the tracker got them; and the rows
-        of `Tracker.process`.
+    tuple of six numpy.ndarray
+        Of each part of the recording: times of both channels, s; hard, soft, pF, as the tracker got them; the rows of
+        `Tracker.process`; and a number that is larger after each gap and tare: baselines before it do not hold.
     """
     if isinstance(recording, Blocks):
-        tares = recording.tares  # once: found anew among all marks at each use
-        gaps = {seq for seq, _ in getattr(recording, "gap_marks", ())}
-        for block in recording.blocks():
-            hard, soft = usable(block, tracker.settings["full_scale"])
-            times = block["t_hard_ns"], block["t_soft_ns"]
-            yield times[0] / 1e9, times[1] / 1e9, hard, soft, tracker.process(*times, hard, soft)
-            if (last := int(block["seq"][-1])) in gaps:
-                tracker.gap()
-            elif last in tares:
-                tracker.tare(force=True)  # as in the measurement, where it may have been forced
+        yield from _replayed_blocks(tracker, recording)
         return
     rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, the same time for both channels
     t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed(recording) else (rows, rows)
-    cuts = [0, *getattr(recording, "gap_rows", ()), len(rows)]
-    for begin, end in pairwise(cuts):
-        if begin:
+    for era, (begin, end) in enumerate(pairwise([0, *getattr(recording, "gap_rows", ()), len(rows)])):
+        if era:
             tracker.gap()
         part = slice(begin, end)
         channels = recording.hard[part], recording.soft[part]
-        yield t_hard[part], t_soft[part], *channels, tracker.process(t_hard[part], t_soft[part], *channels)
+        taken = tracker.process(t_hard[part], t_soft[part], *channels)
+        yield t_hard[part], t_soft[part], *channels, taken, np.full(len(taken), era)
+
+
+def _replayed_blocks(tracker: Tracker, recording: Blocks) -> Iterator[tuple[NDArray[Any], ...]]:
+    tares, era = recording.tares, 0  # once: found anew among all marks at each use
+    gaps = {seq for seq, _ in getattr(recording, "gap_marks", ())}
+    for block in recording.blocks():
+        hard, soft = usable(block, tracker.settings["full_scale"])
+        times = block["t_hard_ns"], block["t_soft_ns"]
+        taken = tracker.process(*times, hard, soft)
+        yield times[0] / 1e9, times[1] / 1e9, hard, soft, taken, np.full(len(taken), era)
+        if (last := int(block["seq"][-1])) in gaps:
+            tracker.gap()
+        elif last in tares:
+            tracker.tare(force=True)  # as in the measurement, where it may have been forced
+        era += last in tares

@@ -102,7 +102,7 @@ def test_firmware_that_another_program_loads_is_waited_for() -> None:
         bench.carrier.plug(bench.kit)
         driver = bench.open()
         bench.read(driver, 2)
-        bench.kit.after_s = 5.0  # type: ignore[attr-defined]
+        bench.kit.after_s = 5.0
         bench.fail("unplug", 1.0)
         bench.read(driver, 2)
         assert [note for note in bench.notes if "no firmware" in note] == [bench.notes[1]]

@@ -100,9 +100,9 @@ def test_a_second_board_is_named_and_disturbs_nothing(bench: Bench) -> None:
         goes_on = f"; usb:{measuring} goes on measuring."
         assert notes == [f"usb:{second} was plugged in{goes_on}", f"usb:{second} was unplugged{goes_on}"]
         assert not other.chip.conversions
-        if bench.carrier.real:
-            next(samples)
+        if not bench.carrier.real:  # in real time a busy machine may lose a pair itself
             assert (source.counters["lost"], source.counters["errors"]) == (0, 0)
+            assert bench.carrier.backend().opened == 1
 
 
 def test_usb_is_watched(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:

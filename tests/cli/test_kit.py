@@ -1,6 +1,7 @@
 """`palpate kit`: what it prints, the report, the exit codes."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -79,7 +80,7 @@ def test_an_unplugged_board_leaves_the_report_so_far(folder: Path, monkeypatch: 
     fail(monkeypatch, Fault("unplug", float("inf"), skip=400))
     done = run("accept", "sim:", "-o", "a.json")
     assert done.exit_code == 3
-    assert "ended early: request 0x" in done.stdout
+    assert re.search("ended early: .*the board was unplugged", done.stdout)
     report = load(folder / "a.json")
     assert [step.verdict for step in report.steps][:2] == ["ok", "ok"]
     assert report.steps[-1].verdict == "not done"
@@ -107,7 +108,7 @@ def test_of_two_boards_one_has_to_be_chosen(folder: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(evalkit, "system_backend", lambda: board.backend)
     done = run("accept")
     assert (done.exit_code, list(folder.iterdir())) == (3, [])
-    assert done.stderr == "Error: found 2 boards: choose one of usb:1/2, usb:1/3\n"
+    assert done.stderr.startswith("Error: found 2 boards: choose one of usb:1/2, usb:1/3")
 
 
 @pytest.mark.parametrize("source", ["run.csv", "iio:", "serial:/dev/ttyUSB0", "sim:?wiring=moon", "usb:x"])

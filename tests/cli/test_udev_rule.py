@@ -165,7 +165,7 @@ def test_who_is_in_the_group(monkeypatch: pytest.MonkeyPatch) -> None:
     import grp
     import pwd
 
-    def nobody(name: str) -> None:
+    def nobody(name: object) -> None:
         raise KeyError(name)
 
     monkeypatch.setenv("SUDO_USER", "me")
@@ -179,6 +179,10 @@ def test_who_is_in_the_group(monkeypatch: pytest.MonkeyPatch) -> None:
     assert udev.missing_group() == "sudo usermod -aG plugdev me"
     monkeypatch.setattr(grp, "getgrnam", nobody)
     assert udev.missing_group() == "sudo groupadd --system plugdev && sudo usermod -aG plugdev me"
+    monkeypatch.delenv("SUDO_USER")
+    monkeypatch.setattr(os, "getuid", lambda: 1234)
+    monkeypatch.setattr(pwd, "getpwuid", nobody)
+    assert udev.missing_group().endswith("usermod -aG plugdev 1234")
     monkeypatch.setenv("SUDO_USER", "root")
     assert udev.missing_group() == ""
 

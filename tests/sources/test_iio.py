@@ -176,11 +176,10 @@ def test_an_offset_that_is_moved_is_a_gap(tmp_path: Path, monkeypatch: pytest.Mo
     with source:
         samples = iter(source)
         assert [next(samples).status for _ in range(5)] == [Status.OK] * 5
-        assert source.gaps == ()
+        assert list(source.gaps) == []
         kernel.write(tmp_path / "in_capacitance1_offset", str(3 * 338646 + 5))
         moved, after = next(samples), next(samples)
-        gap, *more = source.gaps
-    assert more == []
+        [gap] = source.gaps
     assert (gap.seq, moved.seq, moved.status, after.status) == (5, 5, Status.LOST, Status.OK)
     assert "the CAPDACs were moved from [0, 0] to [0, 3] steps" in gap.text
     assert [message.startswith(gap.text) for message in said] == [True]

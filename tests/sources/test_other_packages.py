@@ -7,7 +7,9 @@ import palpate
 import pytest
 from click.testing import CliRunner
 from palpate import MissingExtra, SourceError, sources
-from palpate.cli import main
+from palpate.cli import diagnosis, main
+from palpate.sources import Found
+from palpate.sources.devices import devices
 
 BROKEN = {
     "import": ("raise RuntimeError('no licence')", "RuntimeError: no licence"),
@@ -24,7 +26,8 @@ def package(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.
     folder = tmp_path / "other_probe-1.0.dist-info"
     folder.mkdir()
     (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: other-probe\nVersion: 1.0\n", encoding="utf-8")
-    (folder / "entry_points.txt").write_text("[palpate.sources]\nother = other_probe:open_it\n", encoding="utf-8")
+    groups = "[palpate.sources]\nother = other_probe:open_it\n[palpate.devices]\nother = other_probe:search\n"
+    (folder / "entry_points.txt").write_text(groups, encoding="utf-8")
     (tmp_path / "other_probe.py").write_text(request.param, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "other_probe", raising=False)
@@ -81,3 +84,45 @@ def test_a_command_with_a_source_that_lies(package: None, tmp_path: Path) -> Non
 def test_a_package_that_gives_no_source(package: None) -> None:
     with pytest.raises(SourceError, match=r"other: gave an object of type str, allowed: a palpate.Source"):
         palpate.Stream("other:port")
+
+
+SEARCHES = {
+    "it raises": ("raise OSError('bus 3')", "the search of package other-probe failed: OSError: bus 3"),
+    "another scheme": ("return [('usb:1/2', 'a probe')]", "ValueError: got 'usb:1/2', allowed: other:ADDRESS"),
+    "no list": ("return None", "failed: TypeError: "),
+    "too few": ("return [('other:1',)]", "failed: TypeError: "),
+}
+
+
+@pytest.mark.parametrize(
+    ("package", "message"),
+    [(f"def open_it(address, options): pass\ndef search():\n    {body}\n", text) for body, text in SEARCHES.values()],
+    ids=SEARCHES,
+    indirect=["package"],
+)
+def test_a_search_that_fails_is_a_note(package: None, message: str) -> None:
+    found, notes = devices()
+    assert not any(device.uri.startswith("other:") for device in found)
+    assert sum(message in note for note in notes) == 1
+    findings = {finding.what: finding for finding in diagnosis.packages()}
+    assert findings["source other"].state == "ok"
+    assert message in findings["search of another package"].text
+
+
+@pytest.mark.parametrize("package", ["import a_library_that_is_not_installed"], indirect=True)
+def test_doctor_names_a_package_that_cannot_be_loaded(package: None) -> None:
+    [finding] = [finding for finding in diagnosis.packages() if finding.what == "source other"]
+    assert finding.state == "wrong"
+    assert "of package other-probe cannot be loaded" in finding.text
+
+
+@pytest.mark.parametrize(
+    "package",
+    ["def open_it(address, options): pass\ndef search(): return [('other:7', 'a probe'), ('other:8', 'a probe')]"],
+    indirect=True,
+)
+def test_the_devices_of_a_package_are_listed(package: None) -> None:
+    assert [device for device in devices()[0] if device.uri.startswith("other:")] == [
+        Found("other:7", "a probe"),
+        Found("other:8", "a probe"),
+    ]

@@ -257,7 +257,12 @@ def test_without_reset_the_modem_lines_stay_inactive(port: Port, monkeypatch: py
 
     seen = []
     plain = serial.Serial.open
-    monkeypatch.setattr(serial.Serial, "open", lambda self: (seen.append((self.dtr, self.rts)), plain(self)))
+
+    def noted(made: Any) -> None:
+        seen.append((made.dtr, made.rts))
+        plain(made)
+
+    monkeypatch.setattr(serial.Serial, "open", noted)
     for reset in ("yes", "no"):
         palpate.open(f"serial:{port.link}?reset={reset}").close()
     assert seen == [(True, True), (False, False)]

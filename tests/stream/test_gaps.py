@@ -1,5 +1,6 @@
 """Where the baseline before does not hold: the tracker measures it again, the recording says it, no touch after it is trusted."""
 
+import dataclasses
 import json
 import threading
 from collections.abc import Callable
@@ -330,3 +331,36 @@ def test_a_baseline_that_was_wrong_after_a_gap_is_told(tmp_path: Path) -> None:
         (29, False),
     ]
     assert plain(palpate.touches(recorded(tmp_path / "run.csv"))) == plain(stream.touches)
+
+
+def test_afterwards_no_baseline_is_taken_from_the_other_side_of_a_gap(tmp_path: Path) -> None:
+    """A shift of 0.4 fF is too small to be seen as a jump. With the gap it changes nothing."""
+    found = {}
+    for shift_pF in (0.0, 0.0004):
+        path = tmp_path / f"{shift_pF}.csv"
+        with Stream(Gapped(shifted(395, shift_pF), [Gap(395, "moved")]), record=path) as stream:
+            list(stream.batches())
+        marked = palpate.read(path)
+        for name, rows in (("gap", marked.gap_rows), ("none", ())):
+            known = palpate.offline(dataclasses.replace(marked, gap_rows=rows))
+            found[name, shift_pF] = [touch.ratio for touch in known]
+        assert found["gap", shift_pF] == [touch.ratio for touch in palpate.offline(recorded(path))]
+    assert found["gap", 0.0] == pytest.approx(found["gap", 0.0004], rel=1e-9)
+    assert found["none", 0.0] != pytest.approx(found["none", 0.0004], rel=1e-5)
+
+
+def test_a_long_pause_without_a_mark_is_told(tmp_path: Path) -> None:
+    """And only that: the results of an earlier recording stay what they were."""
+    given = [each for each in four() if isinstance(each, Sample) and not 400 <= each.seq < 480]
+    told = "no sample for 2.1 s after sample 399, and no mark says why"
+    for gaps, notes in (([], 1), ([Gap(480, "moved")], 0)):
+        path = tmp_path / f"{len(gaps)}.csv"
+        with Stream(Gapped(list(given), gaps), record=path) as stream:
+            list(stream.batches())
+        assert sum(told in finding for finding in check(path).findings) == notes
+        recording = recorded(path)
+        assert plain(palpate.touches(recording)) == plain(stream.touches)
+        assert sum(told in note for note in recording.notes) == notes
+    table = recorded(tmp_path / "1.csv", columns={"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s"})
+    palpate.touches(table)
+    assert "no sample for 2.1 s" in table.notes[-1]

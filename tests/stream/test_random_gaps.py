@@ -10,20 +10,12 @@ import palpate
 import pytest
 from effort import NIGHTLY, SEED
 from gap_plays import TOUCH_S, Play
-from palpate import SourceError, Stream, Touch
+from palpate import SourceError, Stream
 from palpate.recording.foreign import recorded
 from tally import Tally
 
 COUNT = 10_000 if NIGHTLY else int(os.environ.get("PALPATE_GAPS", "300"))
 WORKERS = 6
-# A touch on one object that was not disturbed is right to this share and six standard errors.
-_SHARE = 0.01
-
-
-def is_right(touch: Touch, play: Play) -> bool:
-    """Return whether a touch is that of a press, with its ratio."""
-    press = play.truth(touch.start_s + 0.5 * TOUCH_S * min(1.0, touch.samples / 45))
-    return press is not None and abs(touch.ratio - press.ratio) <= _SHARE * press.ratio + 6 * touch.standard_error
 
 
 @pytest.mark.parametrize("worker", range(WORKERS))
@@ -55,4 +47,4 @@ def test_a_touch_after_a_gap_is_right_or_has_a_flag(worker: int, tmp_path: Path,
             continue
         for touch in stream.touches:
             tally.count("touches beside gaps, " + ("with a flag" if touch.flags else "without a flag"))
-            assert touch.flags or is_right(touch, play), f"schedule {number}: {touch}"
+            assert touch.flags or play.is_right(touch), f"schedule {number}: {touch}"

@@ -1,7 +1,7 @@
 """Acceptance of a simulated board: a probe on it, and a person who does what is asked for."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from random import Random
 
 from palpate.ad7746 import datasheet
@@ -10,7 +10,7 @@ from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.ad7746.twin.wiring import WIRINGS
-from palpate.kit.acceptance import Acceptance
+from palpate.kit.acceptance import NAMES, Acceptance
 from palpate.kit.bench import Bench, open_bench
 from palpate.kit.step import NOT_DONE, WRONG, Step
 
@@ -44,11 +44,14 @@ class Board:
         """Open it, by `usb:` with these options."""
         return open_bench(f"usb:{options}", {"backend": self.backend, "clock": self.clock})
 
-    def accept(self, options: str = "", *, by_hand: bool = False, replaced: bool = False) -> list[Step]:
-        """Do all steps; `by_hand`: those that are asked for, too; `replaced`: by another board, when it is pulled."""
+    def accept(
+        self, options: str = "", *, by_hand: bool = False, replaced: bool = False, only: Collection[str] = NAMES
+    ) -> list[Step]:
+        """Do steps; `by_hand`: those that are asked for, too; `replaced`: by another board, when it is pulled."""
         bench = self.open(options)
         try:
-            return list(Acceptance(bench, Person(self, replaced=replaced) if by_hand else None))
+            person = Person(self, replaced=replaced) if by_hand else None
+            return list(Acceptance(bench, person, skip=set(NAMES) - set(only)))
         finally:
             bench.source.close()
 

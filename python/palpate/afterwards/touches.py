@@ -92,7 +92,7 @@ def offline(
     - single readings that contradict the others are left out, and windows with gaps; a constant lag of the soft channel
       (or of its times) is removed;
     - the baseline is the line between the means of the idle readings of up to 4 s before and after: only before, if the
-      live result has the flag "creep", only after with the flag "baseline".
+      live result has the flag "creep", only after with the flag "baseline"; never across a gap or a tare.
 
     The standard error is made of the noise of the readings or the scatter of the parts of the touch, whichever is
     larger, of the baselines, and of what a ratio that differs on the flanks leaves open. With a flag that the readings
@@ -137,12 +137,12 @@ def offline(
     tracker.finish()
     if not tracker.touches:
         return []
-    t_hard, t_soft, hard, soft, rows = (np.concatenate(part) for part in zip(*parts, strict=True))
+    t_hard, t_soft, hard, soft, rows, era = (np.concatenate(part) for part in zip(*parts, strict=True))
     if tracker.settings.get("host_stamps"):
         t_hard, t_soft = smooth(t_hard), smooth(t_soft)
     full_scale = tracker.settings["full_scale"]
     channels = (_readings(t_hard, hard, full_scale), _readings(t_soft, soft, full_scale))
-    return _estimated(tracker.touches, rows, channels)
+    return _estimated(tracker.touches, rows, era, channels)
 
 
 def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readings:
@@ -151,7 +151,9 @@ def _readings(t: NDArray[Any], value: NDArray[Any], full_scale: float) -> Readin
     return Readings(t[row], value[row], row)
 
 
-def _estimated(touches: list[Touch], rows: NDArray[Any], channels: tuple[Readings, Readings]) -> list[OfflineTouch]:
+def _estimated(
+    touches: list[Touch], rows: NDArray[Any], era: NDArray[np.intp], channels: tuple[Readings, Readings]
+) -> list[OfflineTouch]:
     ends = [int(np.flatnonzero(rows["touch"] == number)[-1]) for number in range(1, len(touches) + 1)]
     starts = [touch.start for touch in touches] + [len(rows)]
     pauses = [
@@ -163,7 +165,7 @@ def _estimated(touches: list[Touch], rows: NDArray[Any], channels: tuple[Reading
     found = []
     for i, touch in enumerate(touches):
         levels = [
-            _level(touch, channel, starts[i], (pauses[i], starts[i + 1]), all_of)
+            _level(touch, channel[era[channel.row] == era[ends[i]]], starts[i], (pauses[i], starts[i + 1]), all_of)
             for channel, all_of in zip(unused, channels, strict=True)
         ]
         inside = [channel.rows(starts[i], ends[i] + 1) for channel in channels]

@@ -130,10 +130,9 @@ def _rules(*, needed: bool, asked: bool) -> Iterator[Finding]:
             yield Finding("permission", "free", f"the udev rule in {file} {flaw}: replace it", do)
     named = ", ".join(map(str, files))
     if needed and files:
-        text = (
-            f"the udev rule in {named} gives this user no access: unplug the board for a moment, and without a screen"
-        )
-        yield Finding("permission", "wrong", f"{text} join the group", udev.missing_group(), NO_DEVICE)
+        text = f"the udev rule in {named} gives this user no access: unplug the board for a moment; over ssh, or without a "
+        text += f"screen, the user has to be in the group {udev.GROUP}, and to log in again after joining it"
+        yield Finding("permission", "wrong", text, udev.missing_group(), NO_DEVICE)
     elif files:
         yield Finding("permission", "ok", f"udev rule in {named}")
     elif needed or (asked and udev.rules_matter()):

@@ -16,7 +16,7 @@ from palpate import PalpateError
 from palpate.cli.exit import BAD_DATA, INTERRUPTED, one_line
 from palpate.cli.library_logs import library_logs
 from palpate.cli.moduli import tell_origin
-from palpate.cli.options import estimating_options, json_option, tracking
+from palpate.cli.options import board_options, estimating_options, json_option, opening, tracking
 from palpate.cli.source import SourceType
 from palpate.cli.terminal import say, signals
 from palpate.several import TOUCH_SCATTER
@@ -40,11 +40,7 @@ _PORT = 8746
 @click.option("--scatter", default=TOUCH_SCATTER, show_default=True, type=click.FloatRange(0, 1),
               help="Relative scatter of the ratio from touch to touch, to tell whether touches agree; a calibration "
               "has its own.")  # fmt: skip
-@click.option(
-    "--firmware",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Firmware file of the evaluation kit.",
-)
+@board_options
 @estimating_options
 @click.option(
     "--port", default=_PORT, show_default=True, type=click.IntRange(0, 65535), help="Port of the page; 0: any."
@@ -62,6 +58,7 @@ def live(
     calibration: Path | None,
     scatter: float,
     firmware: Path | None,
+    excitation: str | None,
     scene: str,
     touch_seconds: float | None,
     samples: int | None,
@@ -98,7 +95,12 @@ def live(
     how: dict[str, Any] = {"scene": scene, **tracking(touch_seconds, samples, settings)}
     calibrated = _calibration(calibration, scene) if calibration else None
     try:
-        session = Session(_opener(source, firmware), Recordings(file), how, lambda message: say(one_line(message)))
+        session = Session(
+            _opener(source, opening(firmware, excitation)),
+            Recordings(file),
+            how,
+            lambda message: say(one_line(message)),
+        )
         listening = listen(host, port)
         session.start()
     except (ValueError, TypeError) as error:
@@ -150,13 +152,13 @@ def _arrivals(session: "Session") -> Iterator[None]:
         yield
 
 
-def _opener(source: str, firmware: Path | None) -> "Callable[[], Source]":
+def _opener(source: str, given_beside: dict[str, str]) -> "Callable[[], Source]":
     """Return a function that opens the source; simulations and files run in real time unless `speed` is given."""
     from palpate import sources
     from palpate.sources.options import split
 
     scheme, _, given = split(source)
-    options: dict[str, Any] = {"firmware": str(firmware)} if firmware else {}
+    options: dict[str, Any] = dict(given_beside)
     if "speed" not in given and (scheme in ("sim", "") or Path(source).exists()):
         options["speed"] = 1
     return lambda: sources.open(source, **options)

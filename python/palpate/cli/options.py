@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
@@ -32,6 +33,12 @@ def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[
     return found
 
 
+def opening(firmware: Path | None, excitation: str | None) -> dict[str, str]:
+    """Return the options of a board source that a user gave beside its name."""
+    given = {"firmware": firmware and str(firmware), "excitation": excitation}
+    return {name: value for name, value in given.items() if value}
+
+
 def tracking(touch_seconds: float | None, samples: int | None, settings: dict[str, float]) -> dict[str, Any]:
     """Return the settings of the tracker that a user gave; a length replaces the one of the scene, or of a recording.
 
@@ -53,6 +60,12 @@ json_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
 )
 """Adds as_json to a command."""
 
+_BOARD = [
+    click.option("--firmware", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+                 help="Firmware file of the evaluation kit."),
+    click.option("--excitation", metavar="PINS",
+                 help="Excitation pins that the bumps are wired to: A, B, AB, or HARD,SOFT as B,A.  [default: B]"),
+]  # fmt: skip
 _READING = [
     click.option("--map", "columns", callback=columns, metavar="hard=COL,soft=COL",
                  help="Columns of a table of another logger: names, or positions counted from 1; also time=COL."),
@@ -79,6 +92,8 @@ def _adding(options: list[Callable[..., Any]]) -> Callable[[Callable[..., Any]],
     return add
 
 
+board_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding(_BOARD)
+"""Adds firmware and excitation; see `opening`."""
 reading_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding(_READING)
 """Adds columns and unit to a command."""
 estimating_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([_SCENE, *_ESTIMATING])

@@ -15,7 +15,7 @@ import click
 from palpate import PalpateError, digits
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import INTERRUPTED, NOT_RELIABLE
-from palpate.cli.options import estimating_options, json_option, tracking
+from palpate.cli.options import board_options, estimating_options, json_option, opening, tracking
 from palpate.cli.source import SourceType
 from palpate.cli.terminal import say, signals
 
@@ -37,11 +37,7 @@ _REVISED_S = 5.0  # longest wait for the revised result of the last touch
 @click.option("--touches", type=click.IntRange(min=1), help="Stop after this number of touches, the last one revised.")
 @click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after this time, s.")
 @click.option("--note", "notes", multiple=True, metavar="TEXT", help="A note for the sidecar; may be repeated.")
-@click.option(
-    "--firmware",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Firmware file of the evaluation kit.",
-)
+@board_options
 @click.option("--recentre", is_flag=True, help="If a channel leaves the range of the converter for 2 s without a touch, "
               "set the range again.")  # fmt: skip
 @estimating_options
@@ -53,6 +49,7 @@ def record(
     seconds: float | None,
     notes: tuple[str, ...],
     firmware: Path | None,
+    excitation: str | None,
     recentre: bool,
     scene: "_Scene",
     touch_seconds: float | None,
@@ -78,7 +75,7 @@ def record(
 
     how = tracking(touch_seconds, samples, settings)
     try:
-        opened = sources.open(source, **({"firmware": str(firmware)} if firmware else {}))
+        opened = sources.open(source, **opening(firmware, excitation))
         stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=say, **how)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error

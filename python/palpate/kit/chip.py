@@ -27,11 +27,12 @@ T = TypeVar("T")
 
 
 class Conversion(NamedTuple):
-    """A conversion: 24-bit code, bit EXCERR, and its duration as seen by the computer, s."""
+    """A conversion: 24-bit code, bit EXCERR, its duration as seen by the computer, and how uncertain that is, s."""
 
     code: int
     excitation_error: bool
     seconds: float
+    uncertainty_s: float
 
     @property
     def pF(self) -> float:
@@ -153,22 +154,25 @@ class Chip:
     ) -> Conversion:
         if in_range:
             self._access(lambda: self._bus.write(datasheet.CAPDAC_A, in_range))
-        begun = self._access(lambda: self._bus.write(datasheet.CAP_SETUP, setup))
-        seconds = self._wait(begun, nominal_s, bit)
+        asked, begun = self._access(lambda: (self.clock.now_ns(), self._bus.write(datasheet.CAP_SETUP, setup)))
+        busy, ended = self._wait(begun, nominal_s, bit)
         image = self._access(lambda: self._bus.read(0, datasheet.CAP_GAIN))
         _check(setup + in_range, image, bit)
         error = bool(image[datasheet.STATUS] & datasheet.EXCERR)
-        return Conversion(int.from_bytes(image[data : data + 3], "big"), error, seconds)
+        code = int.from_bytes(image[data : data + 3], "big")
+        return Conversion(code, error, ((busy + ended) / 2 - begun) / 1e9, (begun - asked + ended - busy) / 1e9)
 
-    def _wait(self, begun: int, nominal_s: float, bit: int) -> float:
-        """Wait for RDY#; return the time since the begin, s."""
+    def _wait(self, begun: int, nominal_s: float, bit: int) -> tuple[int, int]:
+        """Return two times, ns: before the last poll of RDY# that found it running, after the first that did not."""
         self.clock.sleep(_EARLY * nominal_s - (self.clock.now_ns() - begun) / 1e9)
+        busy = begun
         while True:
             asked = self.clock.now_ns()
             ready = self._access(self._bus.ready)
             now = self.clock.now_ns()
             if ready:
-                return ((asked + now) / 2 - begun) / 1e9
+                return busy, now
+            busy = asked
             if now > begun + (1.5 * nominal_s + _LATE_S) * 1e9:
                 raise self._late(bit)
             self.clock.sleep(_POLL_S)

@@ -43,7 +43,9 @@ def _losses(bench: Bench) -> Step:
         f"{counted['pairs']} pairs read; lost: {lost}, failed accesses: {errors}",
         "none lost, none failed",
         right=not (lost or errors),
-        do=["use another cable, or another USB port without a hub"],
+        do=["use another cable, or another USB port without a hub"]
+        if errors
+        else ["the computer was too busy: run this again without other programs"],
         values={"pairs": counted["pairs"], "lost": lost, "errors": errors},
     )
 
@@ -55,7 +57,7 @@ def _quality(found: list[Sample]) -> Iterator[Step]:
         f"{len(found) - bad} of {len(found)} OK",
         "all OK",
         right=not bad,
-        do=["saturated or shorted: see the inputs; lost: see the losses"],
+        do=["lost: see the losses; saturated or shorted: see the inputs, and keep the probe in the air"],
         values={"not_ok": bad},
     )
     known = [sample.t_uncertainty_us for sample in found if sample.t_uncertainty_us >= 0]

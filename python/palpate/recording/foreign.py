@@ -49,13 +49,18 @@ class Foreign:
         self.survey: Survey = Survey()
         self._recording = read(self.path, columns=columns, unit=unit)
         self.full_scale_pF: float = self._recording.full_scale_pF
-        self.notes: tuple[str, ...] = self._recording.notes
         self.tares: frozenset[int] = frozenset()
         self.gap_marks: list[tuple[int, str]] = []
         times = (self._recording.t_hard_s, self._recording.t_soft_s)
         self.timed: bool = all(bool(np.isfinite(t).all()) for t in times)
         self.settings: dict[str, Any] = {}
         self.host_stamps: bool = False  # not known
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks on the data; complete after `blocks()`."""
+        pause = self.survey.told_pause if self.timed else ""
+        return (*self._recording.notes, *([pause] if pause else []))
 
     def describe(self) -> dict[str, Any]:
         """Return the file name and full scale; nothing else is known."""

@@ -158,6 +158,7 @@ class Recorded:
                 survey.backward
             ),
             "the last row is incomplete (no line end): left out": self.torn_bytes,
+            survey.told_pause: survey.told_pause,
             "the codes are not those of an AD7746, and no sidecar says their scale: left out": self.codes is None,
             self._moved: self._moved,
         }
@@ -181,7 +182,7 @@ class Recorded:
         ------
         numpy.ndarray, shape (n,), of `palpate.SampleRing.dtype`
         """
-        self.survey = Survey(largest_code=(self.codes or Codes()).largest)
+        self.survey = Survey(marked=self.tares, largest_code=(self.codes or Codes()).largest)
         self.seen = Pass(self.path, self.known.marked)
         tares = sorted(self.tares)
         for block in self._parsed(self.seen, _CHUNK, damage):

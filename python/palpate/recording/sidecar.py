@@ -218,7 +218,9 @@ def tares_of(document: dict[str, Any]) -> frozenset[int]:
 
 def gaps_of(document: dict[str, Any]) -> list[tuple[int, str]]:
     """Return those of `tares_of` that are before a gap in the measurement, each with what happened there."""
-    return [(mark["seq"], shortened(str(mark.get("text", "")))) for mark in _tares(document) if mark.get("gap") is True]
+    return [
+        (mark["seq"], shortened(str(mark.get("text", "")), 500)) for mark in _tares(document) if mark.get("gap") is True
+    ]
 
 
 def _tares(document: dict[str, Any]) -> list[dict[str, Any]]:

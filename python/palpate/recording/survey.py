@@ -30,6 +30,10 @@ class Survey:
         Rows with a code above the largest one of the converter.
     seconds : float
         Time from the first row to the last, s.
+    pause : (float, int)
+        The longest time from row to row, s, and the number of the row before; those of `marked` left out.
+    marked : frozenset of int
+        Rows after which a mark says that the baseline was measured again.
     spans_pF : dict
         (lowest, highest) value of "hard" and "soft", pF; no entry for a channel without values.
     largest_code : int
@@ -58,6 +62,8 @@ class Survey:
     miscoded: int = 0
     first_ns: int = 0
     last_ns: int = 0
+    pause: tuple[float, int] = (0.0, 0)
+    marked: frozenset[int] = frozenset()
     spans_pF: dict[str, tuple[float, float]] = field(default_factory=dict)
     largest_code: int = Codes().largest
 
@@ -65,6 +71,17 @@ class Survey:
     def in_gaps(self) -> str:
         """Number of gaps as text: "in 1 gap", "in 2 gaps"."""
         return "in 1 gap" if self.gaps == 1 else f"in {self.gaps} gaps"
+
+    @property
+    def told_pause(self) -> str:
+        """What to say of a pause without a mark, above a second and 20 periods; "": nothing."""
+        seconds, seq = self.pause
+        if not seconds > max(1.0, 20 * self.period_s):
+            return ""
+        return (
+            f"no sample for {seconds:.1f} s after sample {seq}, and no mark says why: if the board was opened again there, "
+            "the baseline before does not hold, and the touches after it may be wrong"
+        )
 
     def add(self, block: Block) -> None:
         """Add the next block of samples."""
@@ -93,11 +110,21 @@ class Survey:
         gaps = steps[steps > 1].tolist()
         self.gaps += len(gaps)
         self.lost += sum(gaps) - len(gaps)
+        self._add_pause(block)
         self.disordered += int(np.count_nonzero(steps < 1))
         times = np.append(np.array([self.last_ns] if self.rows else [], np.int64), block["t_hard_ns"])
         self.backward += int(
             np.count_nonzero(times[1:] < times[:-1])
         )  # compared, not subtracted: the difference can overflow 64 bits
+
+    def _add_pause(self, block: Block) -> None:
+        seqs = np.append(np.array([self.last_seq] if self.rows else [], np.int64), block["seq"])
+        times = np.append(np.array([self.last_ns] if self.rows else [], np.int64), block["t_hard_ns"])
+        steps = np.diff(times / 1e9)  # a difference of integers can overflow
+        if len(steps):
+            steps[np.isin(seqs[:-1], list(self.marked))] = 0.0
+            at = int(np.argmax(steps))
+            self.pause = max(self.pause, (float(steps[at]), int(seqs[at])))
 
     def _add_values(self, block: Block) -> None:
         status = block["status"]

@@ -135,7 +135,8 @@ def _verification(recording: Recorded, damage: list[Damage], refused: str) -> Ve
     advice = refused or (_ADVICE if damage else "")
     faults = (*found.limits, *found.doubts, *_faults(recording, damage), *([advice] if advice else []))
     told = [note for note in recording.told if not note.startswith(BEGUN)]
-    findings = (*found.remarks, *told, *_findings(survey, known.end))
+    pause = [survey.told_pause] if survey.told_pause else []
+    findings = (*found.remarks, *told, *pause, *_findings(survey, known.end))
     clean = bool(known.end.get("clean")) and not faults
     repaired = "repaired" in known.end
     return Verification(

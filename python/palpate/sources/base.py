@@ -38,6 +38,7 @@ class Source(Protocol):
     It is a context manager and an iterable. One thread may iterate and another one close it; the latter calls
     `interrupt` first. A stream calls both in a thread of their own, and waits 0.5 s and 2 s at most. To write a source, derive from this class and define `__iter__` and `describe`. To register its
     scheme, add an entry point of the group ``palpate.sources``: a function of address and options.
+    `palpate.testing.check_source` tests whether a source keeps what is promised here.
 
     Attributes
     ----------
@@ -117,7 +118,7 @@ class Source(Protocol):
 
         If that moves the baseline, the source adds a gap. Raises RuntimeError if the source has no such range.
         """
-        raise RuntimeError("centre: got a source that cannot set its range, allowed: usb:, i2c:, sim:")
+        raise RuntimeError("centre: got a source that cannot set its range, allowed: usb:, i2c:, iio:, sim:")
 
     def interrupt(self) -> None:
         """Stop an iteration in another thread; it ends within 0.3 s."""

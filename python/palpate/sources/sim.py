@@ -50,7 +50,7 @@ class SimSource(BoardSource):
         self._begun_ns = self.clock.now_ns()
         self._end_ns = self._begun_ns + round((idle_s + scenario.duration_s) * 1e9)
         self._simulated = {"scenario": name, "seed": seed, "speed": speed or "as fast as possible"}
-        self._simulated |= {"wiring": wiring, "idle_s": idle_s}
+        self._simulated |= {"wiring": wiring, **({"idle_s": idle_s} if idle_s else {})}
         backend = TwinBackend(self.clock)
         backend.plug(self.kit)
         super().__init__(

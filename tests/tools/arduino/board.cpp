@@ -3,7 +3,8 @@
 //   board SKETCH.elf LINK LOG PAIRS [absent|overloaded|beyond|garbled|micros=BEGIN[:END]]...
 // LINK becomes the name of the port. The board starts when someone opens it, as a real one is reset then, and stands still
 // while the port's buffer is full, so a slow reader loses nothing. After PAIRS lines it stands still until the port is
-// closed. micros=S: micros() wraps after S seconds. Exit code 1: the chip was used against its data sheet.
+// closed. micros=S: micros() wraps after S seconds. Exit code 1: the chip was used against its data sheet, or the
+// sketch needs more than 0.1 s of its time for a pair.
 
 #include <fcntl.h>
 #include <poll.h>
@@ -157,7 +158,8 @@ int main(int count, char** words) {
     set(board, sketch, words[i]);
   }
   const long pairs = std::atol(words[4]);
-  while (board.port.open() && board.pairs <= pairs) {
+  const double limit = 10 + 0.1 * static_cast<double>(pairs);
+  while (board.port.open() && board.pairs <= pairs && board.now() < limit) {
     for (int i = 0; i < 16000; ++i) {
       avr_run(avr);
     }
@@ -166,6 +168,10 @@ int main(int count, char** words) {
     }
   }
   std::fclose(log);
+  if (board.now() >= limit) {
+    std::fputs("board: the sketch prints too few pairs\n", stderr);
+    return 1;
+  }
   while (board.port.open()) {
     usleep(1000);
   }

@@ -16,8 +16,8 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-LIMIT_S = 600
-"""For anything, however busy the machine is: the simulated board stands still meanwhile."""
+LIMIT_S = 3600
+"""For anything, however busy the machine is. The board itself ends if its sketch is too slow in simulated time."""
 
 
 def wait(ready: Callable[[], object]) -> None:

@@ -119,7 +119,11 @@ def missing_group() -> str:
     import grp
     import pwd
 
-    user = os.environ.get("SUDO_USER") or pwd.getpwuid(os.getuid()).pw_name
+    user = os.environ.get("SUDO_USER", "")
+    if not user:
+        user = str(os.getuid())
+        with suppress(KeyError):  # a number without a name, as in containers
+            user = pwd.getpwuid(os.getuid()).pw_name
     if user == "root":
         return ""
     join = f"sudo usermod -aG {GROUP} {user}"

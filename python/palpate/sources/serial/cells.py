@@ -171,7 +171,7 @@ def _by_blanks(text: str) -> list[str]:
     """Split at blanks, but not between a number and its unit."""
     parts: list[str] = []
     for part in tight(text).split(" "):
-        if parts and part in UNIT_WORDS:
+        if part in UNIT_WORDS and parts and " " not in parts[-1]:
             parts[-1] += " " + part
         else:
             parts.append(part)

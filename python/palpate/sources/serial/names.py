@@ -10,7 +10,7 @@ UNUSED = "-"
 """Name of a column that is not used."""
 NANOSECONDS = {"s": 10**9, "sec": 10**9, "ms": 10**6, "us": 10**3, "µs": 10**3, "μs": 10**3, "ns": 1}
 _CELSIUS = {"C": 1, "°C": 1, "degC": 1, "deg.C": 1}
-_SMALL = {unit.casefold(): unit for unit in ("aF", "fF", "pF", "nF", "uF")}
+_SMALL = {form: unit for unit in ("aF", "fF", "pF", "nF", "uF") for form in (unit.lower(), unit.upper())}
 _ROLES = {
     "hard": ("hard", "c1", "c_hard", "chard"),
     "soft": ("soft", "c2", "c_soft", "csoft"),
@@ -83,7 +83,7 @@ def factor(role: str, unit: str) -> float:
     """
     if role in ("hard", "soft"):
         known: dict[str, float] = PICOFARADS
-        unit = unit if unit in known else _SMALL.get(unit.casefold(), unit)
+        unit = unit if unit in known else _SMALL.get(unit, unit)
     elif role in ("t", "t_hard", "t_soft"):
         known = {name: float(ns) for name, ns in NANOSECONDS.items()}
     else:

@@ -6,7 +6,7 @@ from typing import Any
 
 from palpate.errors import quoted
 from palpate.recording.table import PICOFARADS
-from palpate.sources.options import Check, checked, choice, number, text
+from palpate.sources.options import Check, checked, choice, number, text, yes_no
 from palpate.sources.serial.cells import Refused
 from palpate.sources.serial.formats import Given, require_pair, require_units
 from palpate.sources.serial.names import Column, column
@@ -17,8 +17,9 @@ from palpate.sources.serial.source import SerialSource
 def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:
     """Return the source of `serial:PORT`."""
     given = checked("serial", options, {**_OF_LINES, **_OF_PORT})
+    lines = said(given)
     port = {name: given[name] for name in _OF_PORT if name in given}
-    return SerialSource(Port(text("serial's port", address), **port), said(given))
+    return SerialSource(Port(text("serial's port", address), **port), lines)
 
 
 def said(given: Mapping[str, Any]) -> Given:
@@ -36,7 +37,7 @@ def _columns(name: str, value: Any) -> tuple[Column, ...]:
         require_units(found)
     except Refused as error:
         allowed = "names of all cells in order, separated by commas, with hard and soft, for example t_ms,hard,soft"
-        raise ValueError(f"{name}: got {quoted(str(value))} ({error}), allowed: {allowed}; - is not used") from error
+        raise ValueError(f"{name}: got {quoted(str(value))}, allowed: {allowed} ({error})") from error
     return found
 
 
@@ -54,16 +55,12 @@ def _pattern(name: str, value: Any) -> "re.Pattern[str]":
         require_units(columns)
     except Refused as error:
         allowed = "both (?P<hard>...) and (?P<soft>...), and others named as columns are"
-        raise ValueError(f"{name}: got groups {quoted(sorted(groups))} ({error}), allowed: {allowed}") from error
+        raise ValueError(f"{name}: got groups {quoted(sorted(groups))}, allowed: {allowed} ({error})") from error
     return found
 
 
 def _decimal(name: str, value: Any) -> str:
     return {"comma": ",", "point": "."}[choice("comma", "point")(name, value)]
-
-
-def _reset(name: str, value: Any) -> bool:
-    return choice("yes", "no")(name, value) == "yes"
 
 
 _OF_LINES: dict[str, Check] = {
@@ -75,6 +72,6 @@ _OF_LINES: dict[str, Check] = {
 }
 _OF_PORT: dict[str, Check] = {
     "baud": number(50, 4_000_000, whole=True),
-    "reset": _reset,
+    "reset": yes_no,
     "replug": number(0, 86400),
 }
