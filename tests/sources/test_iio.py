@@ -301,6 +301,9 @@ def test_iio(tree: Path) -> None:
         assert next(iter(swapped)).soft_raw == datasheet.LAST_CODE
     with palpate.Stream(f"iio:{tree}/iio:device1") as stream:
         next(iter(stream))
+        assert stream.epoch
+        assert stream.source.zero_ns == stream.epoch.monotonic_ns
+    assert source.zero_ns is None  # of another clock
     assert stream.counters.read == stream.counters.delivered
 
 

@@ -89,6 +89,7 @@ class IioSource(Source):
         self._steps = self._read_steps()
         self._unjudged = True
         self._same = {"hard": (-1, 0), "soft": (-1, 0)}
+        self._start_ns: int | None = None
 
     def __enter__(self) -> Self:
         """Centre the range, if this was asked for, and measure the period."""
@@ -107,6 +108,7 @@ class IioSource(Source):
         if not self._begun:
             self.__enter__()
         start_ns, seq, streak = self._clock_ns(), 0, 0
+        self._start_ns = start_ns
         while not self._stopped.is_set():
             try:
                 sample = self._pair(seq, start_ns)
@@ -119,6 +121,11 @@ class IioSource(Source):
             if sample:
                 yield sample
             seq += 1
+
+    @property
+    def zero_ns(self) -> int | None:
+        """Begin of the iteration on the clock of the computer."""
+        return self._start_ns if self._clock_ns is time.monotonic_ns else None
 
     @property
     def counters(self) -> dict[str, int]:
