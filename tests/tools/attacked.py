@@ -49,7 +49,7 @@ class Polled(Source):
             n = max(int(now * self._rate), last + 1)
             x = 0.25 * (n > 2 * self._rate) * (1 + 0.02 * math.sin(9.0 * n)) + 1e-4 * math.sin(3.7 * n)
             t = round(now * 1e9)
-            yield Sample(n, t, t, 0x800000, 0x800000, 1 + 2.5 * x, 1 + x)
+            yield Sample(n, t, t, -1, -1, 1 + 2.5 * x, 1 + x)
             last = n
 
 
