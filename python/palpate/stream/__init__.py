@@ -10,7 +10,7 @@ In asynchronous code let a thread wait for each batch:
 ...             for touch in batch.touches:
 ...                 return touch.samples
 >>> asyncio.run(measure())
-261
+208
 """
 
 from palpate.stream.estimate import Batch, Estimate, StreamCounters

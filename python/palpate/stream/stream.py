@@ -78,7 +78,7 @@ class Stream:
     ...     for estimate in stream:
     ...         if estimate.ended:
     ...             print(estimate.ended.samples, estimate.ended.flags)
-    261 ()
+    208 ()
     """
 
     def __init__(
