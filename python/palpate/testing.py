@@ -5,6 +5,7 @@ import statistics
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any
 
@@ -14,7 +15,7 @@ from palpate.recording.codes import codes_of
 from palpate.samples import Sample, Status
 from palpate.sources import Gap, Source
 from palpate.sources import open as open_source
-from palpate.sources.claims import counted, described, is_source
+from palpate.sources.claims import Conditions, conditions_of, counted, described, is_source, zero_of
 
 BEGIN_S, INTERRUPT_S, CLOSE_S = 30.0, 0.3, 2.0
 _OWN_THREADS = "palpate-check-"
@@ -188,6 +189,7 @@ class _Trial:
             sample = Sample(*self._ring.row(given))
         except Exception as error:  # noqa: BLE001
             self.find(f"a sample: {error!s:.200}")
+            self._enough.set()  # a stream ends here
             return
         self._judge(sample)
         self._gaps_seen.append(len(self._gaps_of(source)))
@@ -221,6 +223,9 @@ class _Trial:
             return
         if any(later.seq < earlier.seq for earlier, later in pairwise(gaps)):
             self.find(f"gaps: got {gaps!r:.100}, allowed: in the order of their seq")
+        with suppress(PalpateError):  # found as one of the counters
+            if (back := counted(source)[1]) > len(gaps):
+                self.find(f"gaps: got {len(gaps)} after {back} reconnects, allowed: one for each")
         for number, gap in enumerate(gaps):
             seen = [count for sample, count in zip(self.samples, self._gaps_seen, strict=True) if sample.seq >= gap.seq]
             if seen and seen[0] <= number:
@@ -234,7 +239,7 @@ class _Trial:
             return []
 
     def _interrupt(self, source: Source) -> None:
-        if not self.samples and not self._ended.is_set():
+        if not self.samples and not self.findings and not self._ended.is_set():
             self.find("no sample came; if the device needs longer, give more seconds")
         self._call("interrupt", source.interrupt, INTERRUPT_S)
         if not self._ended.wait(INTERRUPT_S * self._patience):
@@ -258,6 +263,8 @@ class _Trial:
 
     def _judge_counters(self, source: Source) -> None:
         try:
+            conditions_of(source, Conditions([], 0))
+            zero_of(source)
             first, second = counted(source), counted(source)
         except PalpateError as error:
             self.find(str(error))

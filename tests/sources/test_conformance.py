@@ -158,6 +158,10 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "gaps of numbers": (wrong(gaps=(3, 4)), r"gaps: got \[3, 4\]"),
     "gaps too late": (wrong(gaps=property(late_gaps)), "gaps: .*was not there when seq 3 was given"),
     "gaps out of order": (wrong(gaps=(Gap(9, "a"), Gap(2, "b"))), "in the order of their seq"),
+    "a reconnect without a gap": (wrong(counters={"reconnects": 1}), "gaps: got 0 after 1 reconnects"),
+    "an uncertainty of a float": (replaced(t_uncertainty_us=1.0), "t_uncertainty_us: got 1.0"),
+    "conditions of text": (wrong(conditions=({"t_s": "now"},)), "conditions cannot be read"),
+    "zero as text": (wrong(zero_ns="now"), "zero_ns: got 'now'"),
     "gaps raise": (wrong(gaps=property(raising(KeyError("x")))), "gaps: raised KeyError"),
 }
 
