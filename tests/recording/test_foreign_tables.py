@@ -201,7 +201,7 @@ def test_a_recording_checks_its_arrays(fields: dict[str, Any], error: type[Excep
 
 
 def test_own_files_need_no_map(tmp_path: Path) -> None:
-    text = "seq,t_hard_s,t_soft_s,hard_raw,soft_raw,hard_pF,soft_pF,status\n0,0.5,0.6,11460608,-1,9,2.5,0\n"
+    text = "seq,t_hard_s,t_soft_s,hard_raw,soft_raw,hard_pF,soft_pF,status\n0,0.5,0.6,11460608,-1,1.5004,2.5,0\n"
     recording = read(write(tmp_path, text))
     assert (recording.t_hard_s[0], recording.hard[0], recording.soft[0]) == (0.5, 1.5, 2.5)
 

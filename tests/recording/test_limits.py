@@ -14,7 +14,7 @@ from palpate.recording.rows import HEADER
 from project import ROOT
 
 PROBE = ROOT / "tests" / "fuzz" / "corpus" / "calibration" / "probe.toml"
-ROW = "{0},0.0{0},0.0{0},8388608,8400000,0.0,0.0,-1,0\n"
+ROW = "{0},0.0{0},0.0{0},8388608,8400000,0.0,0.0055625,-1,0\n"
 
 
 def table(tmp_path: Path, *, columns: int = 3, header: int = 1, cell: int = 1) -> Path:

@@ -124,7 +124,8 @@ class Survey:
         if len(steps):
             steps[np.isin(seqs[:-1], list(self.marked))] = 0.0
             at = int(np.argmax(steps))
-            self.pause = max(self.pause, (float(steps[at]), int(seqs[at])))
+            if steps[at] > self.pause[0]:  # of equal ones the first, however the file is cut
+                self.pause = float(steps[at]), int(seqs[at])
 
     def _add_values(self, block: Block) -> None:
         status = block["status"]
