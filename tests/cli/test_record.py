@@ -94,6 +94,7 @@ def test_unplugged_for_good(tmp_path: Path) -> None:
     assert "touch 2: short: the recording ended during this touch\n" in recorded.stdout
     checked = run("check", path)
     assert checked.exit_code == 5
+    assert checked.stdout.startswith(f"{path}: complete, until the source failed: ")
     assert "the source ended with an error: " in checked.stdout
     assert rows(run("replay", path).stdout) == rows(recorded.stdout)
     as_json = run("record", "sim:step-up?fault=unplug:inf@3&replug=1", "-o", tmp_path / "b.csv", "--json")

@@ -99,6 +99,8 @@ def _lines(report: "Verification") -> str:
 
 
 def _verdict(report: "Verification") -> str:
+    from palpate.recording.integrity import SOURCE_FAILED
+
     if report.running:
         return "still being recorded"
     if report.faults:
@@ -107,4 +109,7 @@ def _verdict(report: "Verification") -> str:
         return "repaired"
     if report.rescued:
         return "rescued"
-    return "readable" if report.clean is None else "complete, clean end"
+    if report.clean is None:
+        return "readable"
+    failed = any(text.startswith(SOURCE_FAILED) for text in report.findings)
+    return "complete, until the source failed" if failed else "complete, clean end"

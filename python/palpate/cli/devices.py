@@ -59,7 +59,9 @@ def _blink(uri: str) -> None:
     found = find.boards(backend)
     chosen = [board for board in found if uri in ("usb:", f"usb:{board}")]
     if not chosen:
-        there = ", ".join(f"usb:{board}" for board in found) or "none"
+        if not found:
+            raise DeviceNotFound("--blink: no evaluation kit is connected; `palpate doctor` says what to check")
+        there = ", ".join(f"usb:{board}" for board in found)
         raise DeviceNotFound(f"--blink: got {shortened(uri)}, connected: {there}")
     failed = 0
     for board in chosen:

@@ -149,6 +149,7 @@ class _Session:
             "samples without a value": counters.refused,
             "saturated": counters.saturated,
             "times a wrong baseline": counters.retaken,
+            "errors of the source": counters.errors,
         }
         told = "".join(f", {count} {what}" for what, count in parts.items() if count)
         say(f"{file}: {counters.recorded} rows{told}; file closed")

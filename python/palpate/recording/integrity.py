@@ -10,6 +10,9 @@ from palpate.recording import sidecar
 from palpate.recording.filelock import is_locked
 from palpate.recording.lines import Pass
 
+SOURCE_FAILED = "the source ended with an error"
+"""First words of the remark on a recording that ended so."""
+
 
 class Integrity(NamedTuple):
     """What can be said of a recording that was read to its end.
@@ -157,7 +160,7 @@ def _remarks(end: dict[str, Any]) -> Iterator[str]:
     if "repaired" in end:
         yield f"repaired: {end['repaired']!s:.500}"
     elif end.get("clean") and end.get("error"):
-        yield f"the source ended with an error: {end['error']!s:.300}"
+        yield f"{SOURCE_FAILED}: {end['error']!s:.300}"
 
 
 def _open(known: Known, seen: Pass, rows: int) -> Integrity:

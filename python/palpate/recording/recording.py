@@ -79,7 +79,8 @@ class Recording:
         """
         if self.zero_utc_ns is None:
             raise ValueError(
-                "utc_ns: got a recording without the wall clock, allowed: one of a device, made by palpate"
+                "utc_ns: got a recording without the wall clock, allowed: one of a device in real time "
+                "(of a simulated one with speed=1), made by palpate"
             )
         return self.zero_utc_ns + np.rint(self.t_hard_s * 1e9).astype(np.int64)
 
