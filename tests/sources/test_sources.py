@@ -114,7 +114,7 @@ def test_a_simulated_board_is_the_same_again() -> None:
             runs.append(list(source))
             described = source.describe()
     assert runs[0] == runs[1] != runs[2]
-    expected = {"scenario": "soft-steady", "seed": 2, "speed": "as fast as possible", "wiring": "guide", "idle_s": 0.0}
+    expected = {"scenario": "soft-steady", "seed": 2, "speed": "as fast as possible", "wiring": "guide"}
     assert described["simulated"] == expected
     assert described["configuration"]["capf"] == 2
     assert described["full_scale_pF"] == datasheet.SATURATED_PF
