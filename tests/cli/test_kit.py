@@ -87,6 +87,29 @@ def test_an_unplugged_board_leaves_the_report_so_far(folder: Path, monkeypatch: 
     assert run("report", "a.json").exit_code == 3
 
 
+@pytest.mark.parametrize(
+    ("fault", "step", "words"),
+    [
+        ("unplug:1.5@0", "losses", "the board was unplugged and came back"),
+        ("wire-off:1@1", "status of the pairs", "CIN1+ and EXCB: a wire came off after the inputs were measured"),
+        ("wire-off:2@1", "status of the pairs", "CIN2+ and EXCB: a wire came off after the inputs were measured"),
+        ("excitation-shorted:1000@1", "status of the pairs", "an excitation pin was shorted after the inputs"),
+        ("chip-absent@1", "pairs", "the chip stopped answering: check link LK2"),
+        ("lost-conversion:1000000000@1", "pairs", "the chip stopped answering: check link LK2"),
+        ("lock@1", "pairs", ""),
+    ],
+)
+def test_what_fails_after_the_inputs_is_not_blamed_on_them(fault: str, step: str, words: str, folder: Path) -> None:
+    run("accept", f"sim:?fault={fault}", "-o", "a.json")
+    steps = {each.name: each for each in load(folder / "a.json").steps}
+    assert steps[step].verdict == "wrong"
+    assert words in " ".join(steps[step].do)
+    everything = " ".join(" ".join((each.measured, *each.do)) for each in steps.values())
+    assert "too busy" not in everything
+    assert "see the inputs" not in everything
+    assert "unplug" in " ".join((steps[step].measured, *steps[step].do)) or "wire" in words or "short" in words
+
+
 @pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (ZeroDivisionError("x"), 1)])
 def test_what_ends_it_is_in_the_report(
     error: BaseException, code: int, folder: Path, monkeypatch: pytest.MonkeyPatch
