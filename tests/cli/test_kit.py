@@ -63,6 +63,7 @@ def test_a_report_is_never_replaced(folder: Path) -> None:
     (folder / "a.json").write_text("mine")
     done = run("accept", "sim:", "-o", "a.json")
     assert (done.exit_code, done.stdout) == (4, "")
+    assert "a report is never replaced: choose another name" in done.stderr
     assert (folder / "a.json").read_text() == "mine"
 
 
@@ -158,8 +159,27 @@ def test_noise_is_that_of_the_data_sheet() -> None:
     for row in document["noise"]:
         for value in (row["cin1_aF"], row["cin2_aF"]):
             assert value == pytest.approx(row["data_sheet_aF"], rel=0.25)  # 5 sigma of 400 readings
-    assert "       -" in run("noise", "sim:?wiring=soft-open", "--capf", "0").stdout
+    done = run("noise", "sim:?wiring=soft-open", "--capf", "0")
+    assert "       -" in done.stdout
+    assert done.stderr.startswith("CIN2 is not measured: it has 0.003 pF on EXCA and 0.003 pF on EXCB")
     assert len(run("noise", "sim:", "--capf", "0", "--readings", "4", "--rounds", "3").stdout.splitlines()) == 4
+
+
+@pytest.mark.parametrize(("answers", "asked"), [("s\n", 1), ("\n", 1), ("S\n", 1), ("x\n2,2\ns\n", 3), (8 * "y\n", 3)])
+def test_the_capacitor_can_be_left_out(answers: str, asked: int) -> None:
+    done = run("accept", "sim:", "--prompt", *(f"--skip={name}" for name in ("replug", "press")), text=answers)
+    assert "--  known capacitor: left out" in done.stdout
+    assert done.stderr.count("Value of a known capacitor") == asked
+    assert ("allowed: a number" in done.stderr) == (asked > 1)
+
+
+def test_a_report_that_is_cut_off_says_what_to_do(folder: Path) -> None:
+    run("accept", "sim:", "-o", "a.json", *(f"--skip={name}" for name in acceptance.NAMES[1:]))
+    (folder / "cut.json").write_bytes((folder / "a.json").read_bytes()[:150])
+    done = run("report", "cut.json")
+    assert done.exit_code == 4
+    assert re.search(r"cut.json: not JSON \(.*\): damaged, cut off, .*run palpate kit accept again", done.stderr)
+    assert "characters)" not in done.stderr
 
 
 def test_dump() -> None:
