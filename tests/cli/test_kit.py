@@ -63,6 +63,7 @@ def test_a_report_is_never_replaced(folder: Path) -> None:
     (folder / "a.json").write_text("mine")
     done = run("accept", "sim:", "-o", "a.json")
     assert (done.exit_code, done.stdout) == (4, "")
+    assert "a report is never replaced: choose another name" in done.stderr
     assert (folder / "a.json").read_text() == "mine"
 
 
@@ -85,6 +86,29 @@ def test_an_unplugged_board_leaves_the_report_so_far(folder: Path, monkeypatch: 
     assert [step.verdict for step in report.steps][:2] == ["ok", "ok"]
     assert report.steps[-1].verdict == "not done"
     assert run("report", "a.json").exit_code == 3
+
+
+@pytest.mark.parametrize(
+    ("fault", "step", "words"),
+    [
+        ("unplug:1.5@0", "losses", "the board was unplugged and came back"),
+        ("wire-off:1@1", "status of the pairs", "CIN1+ and EXCB: a wire came off after the inputs were measured"),
+        ("wire-off:2@1", "status of the pairs", "CIN2+ and EXCB: a wire came off after the inputs were measured"),
+        ("excitation-shorted:1000@1", "status of the pairs", "an excitation pin was shorted after the inputs"),
+        ("chip-absent@1", "pairs", "the chip stopped answering: check link LK2"),
+        ("lost-conversion:1000000000@1", "pairs", "the chip stopped answering: check link LK2"),
+        ("lock@1", "pairs", ""),
+    ],
+)
+def test_what_fails_after_the_inputs_is_not_blamed_on_them(fault: str, step: str, words: str, folder: Path) -> None:
+    run("accept", f"sim:?fault={fault}", "-o", "a.json")
+    steps = {each.name: each for each in load(folder / "a.json").steps}
+    assert steps[step].verdict == "wrong"
+    assert words in " ".join(steps[step].do)
+    everything = " ".join(" ".join((each.measured, *each.do)) for each in steps.values())
+    assert "too busy" not in everything
+    assert "see the inputs" not in everything
+    assert "unplug" in " ".join((steps[step].measured, *steps[step].do)) or "wire" in words or "short" in words
 
 
 @pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (ZeroDivisionError("x"), 1)])
@@ -135,8 +159,27 @@ def test_noise_is_that_of_the_data_sheet() -> None:
     for row in document["noise"]:
         for value in (row["cin1_aF"], row["cin2_aF"]):
             assert value == pytest.approx(row["data_sheet_aF"], rel=0.25)  # 5 sigma of 400 readings
-    assert "       -" in run("noise", "sim:?wiring=soft-open", "--capf", "0").stdout
+    done = run("noise", "sim:?wiring=soft-open", "--capf", "0")
+    assert "       -" in done.stdout
+    assert done.stderr.startswith("CIN2 is not measured: it has 0.003 pF on EXCA and 0.003 pF on EXCB")
     assert len(run("noise", "sim:", "--capf", "0", "--readings", "4", "--rounds", "3").stdout.splitlines()) == 4
+
+
+@pytest.mark.parametrize(("answers", "asked"), [("s\n", 1), ("\n", 1), ("S\n", 1), ("x\n2,2\ns\n", 3), (8 * "y\n", 3)])
+def test_the_capacitor_can_be_left_out(answers: str, asked: int) -> None:
+    done = run("accept", "sim:", "--prompt", *(f"--skip={name}" for name in ("replug", "press")), text=answers)
+    assert "--  known capacitor: left out" in done.stdout
+    assert done.stderr.count("Value of a known capacitor") == asked
+    assert ("allowed: a number" in done.stderr) == (asked > 1)
+
+
+def test_a_report_that_is_cut_off_says_what_to_do(folder: Path) -> None:
+    run("accept", "sim:", "-o", "a.json", *(f"--skip={name}" for name in acceptance.NAMES[1:]))
+    (folder / "cut.json").write_bytes((folder / "a.json").read_bytes()[:150])
+    done = run("report", "cut.json")
+    assert done.exit_code == 4
+    assert re.search(r"cut.json: not JSON \(.*\): damaged, cut off, .*run palpate kit accept again", done.stderr)
+    assert "characters)" not in done.stderr
 
 
 def test_dump() -> None:

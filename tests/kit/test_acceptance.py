@@ -31,6 +31,11 @@ MISTAKES = [
     ("demo-exca", "", ["hard bump: CIN1+", "use excitation=A ", "R1 and R2"]),
     ("demo-alone", "", ["soft bump: CIN2+", "R1 and R2 are removed"]),
     ("hard-minus", "", ["its wire is at CIN1-", "move it to CIN1+"]),
+    (
+        "hard-minus",
+        "?differential=yes",
+        ["inputs and excitations", "at CIN1-", "exchange its wires at CIN1+ and CIN1-"],
+    ),
     ("hard-open", "", ["hard bump: CIN1+", "nothing is connected", "one to CIN1+, the other to EXCB"]),
     ("soft-open", "", ["soft bump: CIN2+", "nothing is connected", "one to CIN2+, the other to EXCB"]),
     ("open", "", ["no probe is connected", "CIN1+ and EXCB", "CIN2+ and EXCB"]),
@@ -69,6 +74,7 @@ def test_a_mistake_of_the_wiring_is_named(wiring: str, options: str, words: list
         ("guide", "?excitation=AB"),
         ("exca-shorted", ""),
         ("differential", ""),
+        ("differential", "?differential=yes"),
     ],
 )
 def test_what_is_said_to_add_makes_it_right(wiring: str, options: str) -> None:

@@ -1,5 +1,6 @@
 """The wiring of a board source: its options, each mistake in words, wires that come off, and no false alarm."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,9 @@ from click.testing import CliRunner
 from effort import NIGHTLY
 from palpate import DeviceRefused
 from palpate.ad7746.configuration import Configuration
+from palpate.ad7746.inputs import Look
 from palpate.ad7746.twin.wiring import WIRINGS
+from palpate.ad7746.wiring import Wiring
 from palpate.cli import main
 from palpate.samples import Sample, Status
 from palpate.simulation.board import known
@@ -26,7 +29,7 @@ REFUSED = {
     "demo-alone": ["soft bump: CIN2+ has 0.003 pF on EXCB, 1.400 pF on EXCA", DEMO],
     "hard-minus": [
         "hard bump: CIN1+ (socket P4)",
-        "its wire is at CIN1- (socket P3): move it to CIN1+, or use differential",
+        "its wire is at CIN1- (socket P3): move it to CIN1+",
     ],
     "hard-open": [
         "hard bump: CIN1+ (socket P4)",
@@ -78,7 +81,6 @@ def test_every_mistake_is_named_at_the_begin(wiring: str) -> None:
         ("exca", {"excitation": "AB"}),
         ("hard-exca", {"excitation": "A,B"}),
         ("soft-exca", {"excitation": "B,A"}),
-        ("hard-minus", {"differential": "yes"}),
         ("differential", {"differential": True}),
         ("swapped", {"hard_input": 2}),
         ("swapped", {"soft_input": 1}),
@@ -96,6 +98,47 @@ def test_the_option_that_is_named_measures(wiring: str, options: dict[str, Any])
     expected = configuration.as_dict()
     assert set(described) == set(expected)
     assert described != expected
+
+
+def ratio_of(wiring: str, **options: Any) -> float:
+    """Return the ratio of the changes in a press, 8.3 if it is measured right."""
+    with palpate.open(f"sim:stiff-steady?wiring={wiring}&seed=1", **options) as source:
+        pairs = [(sample.hard, sample.soft) for sample, _ in zip(source, range(150), strict=False)]
+    return (pairs[-1][0] - pairs[0][0]) / (pairs[-1][1] - pairs[0][1])
+
+
+@pytest.mark.parametrize("excitation", ["A", "B", "AB", "A,B", "B,A"])
+@pytest.mark.parametrize("wiring", WIRINGS)
+def test_an_option_that_is_named_gives_the_true_ratio(wiring: str, excitation: str) -> None:
+    right = {"hard_input": 2 if wiring == "swapped" else 1}
+    _, said, refusal = begun(f"{SHORT}?wiring={wiring}", excitation=excitation, **right)
+    named = set(re.findall(r"use (?:excitation=([AB,]+)|(differential)|(hard_input))", " ".join([*said, refusal])))
+    assert len(named) <= 1
+    for option, *others in named:
+        assert others == ["", ""]
+        assert ratio_of(wiring, excitation=option, **right) == pytest.approx(ratio_of("guide"), rel=0.05)
+    if "may not be connected" in " ".join(said):  # the length sensor alone: it cannot be told from a small bump
+        assert wiring == "demo-alone"
+    elif not refusal:
+        assert ratio_of(wiring, excitation=excitation, **right) == pytest.approx(ratio_of("guide"), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("wiring", "excitation"), [("hard-shorted", "A"), ("soft-shorted", "A"), ("excb-shorted", "A")]
+)
+def test_a_short_at_the_other_excitation_is_not_an_open_input(wiring: str, excitation: str) -> None:
+    refusal = begun(f"{SHORT}?wiring={wiring}", excitation=excitation)[2]
+    assert ("nothing is connected" in refusal, "short" in refusal) == (False, True)
+
+
+def test_a_bump_at_the_negative_input_is_named_with_differential_too() -> None:
+    refusal = begun(f"{SHORT}?wiring=hard-minus", differential="yes")[2]
+    assert "its wire is at CIN1- (socket P3): exchange its wires at CIN1+ and CIN1-" in refusal
+    exchanged = {("1+", "B"): 2.0, ("1-", "B"): 6.9, ("2+", "B"): 4.7, ("2-", "B"): 1.5}
+    look = lambda name, pin: Look(exchanged.get((name, pin), 0.003))
+    [found] = Wiring(look, Configuration(differential=True), kit=True).mistakes()
+    assert (str(found)[:72], found.fatal) == (
+        "hard bump: CIN1+ minus CIN1- is -4.90 pF: exchange its wires at CIN1+ an", False)  # fmt: skip
 
 
 def test_a_sentence_says_what_excitation_a_cannot_show() -> None:

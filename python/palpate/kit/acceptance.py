@@ -28,10 +28,7 @@ _PROMPTED: dict[str, Callable[[Bench, Prompts], Iterator[Step]]] = {
 _NEEDS = {"capdac": "inputs", "noise": "inputs", "press": "inputs", "capacitor": "inputs"}
 _BY_DRIVER = ("pairs", "replug", "press")
 _FIRST = "registers"
-_DO = {
-    "registers": ("check link LK2 and the supply of the board, then the cable; unplug the board for a moment",),
-    "pairs": ("see what is said about the inputs",),
-}
+_CHIP = "link LK2 and the supply of the board, then the cable; unplug the board for a moment"
 NAMES = (*_ACTS, *_PROMPTED)
 """Names of the steps, in order."""
 
@@ -89,7 +86,7 @@ class Acceptance:
                 yield from self._act(name)
                 self._done.add(name)
             except SourceError as error:
-                yield Step(name, WRONG, one_line(error), "", _DO.get(name, ()))
+                yield Step(name, WRONG, one_line(error), "", _remedy(name, error))
                 if isinstance(error, DeviceNotFound) or name == _FIRST:
                     self.stopped = one_line(error)
 
@@ -105,3 +102,9 @@ class Acceptance:
             return "needs right inputs"
         needed = _NEEDS.get(name)
         return f"needs the step {needed}" if needed and needed not in self._done else ""
+
+
+def _remedy(name: str, error: SourceError) -> tuple[str, ...]:
+    if isinstance(error, DeviceNotFound):
+        return ()  # the error says it
+    return (f"check {_CHIP}" if name == _FIRST else f"the chip stopped answering: check {_CHIP}",)

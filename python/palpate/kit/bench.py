@@ -76,7 +76,8 @@ class Bench:
 
     def answers(self, pin: int, excitation: str) -> bool:
         """Return whether a sensor is connected between an input and an excitation."""
-        return (pin, excitation) in self.levels and self.look(f"{pin}+", excitation).is_sensor
+        level = self.levels.get((pin, excitation))
+        return level is not None and Look(level.total_pF, level.error).is_sensor
 
     def level(self, pin: int) -> Level | None:
         """Return the level of an input that answers to its excitation; None: it does not."""
@@ -87,13 +88,17 @@ class Bench:
 
     def look(self, name: str, excitation: str) -> Look:
         """Return what an input, "1+" to "2-", has on an excitation pin, from the levels."""
-        pin = int(name[0])
-        plus = self.levels[pin, excitation]
+        plus = self._level(int(name[0]), excitation, differential=False)
         if name[1] == "+" or plus.error:
             return Look(plus.total_pF, plus.error)
-        base = replace(self.configuration, differential=True)
-        both = self.chip.level(pin, excitation, base)
+        both = self._level(int(name[0]), excitation, differential=True)
         return Look(plus.total_pF - both.total_pF, both.error)
+
+    def _level(self, pin: int, excitation: str, *, differential: bool) -> Level:
+        """Return the level of CIN+, or of CIN+ minus CIN-; the configuration's is known."""
+        if differential == self.configuration.differential:
+            return self.levels[pin, excitation]
+        return self.chip.level(pin, excitation, replace(self.configuration, differential=differential))
 
     def convert(self, pin: int, level: Level, base: Configuration) -> Conversion:
         """Convert an input once, at its level."""

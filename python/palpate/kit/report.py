@@ -19,6 +19,8 @@ SCHEMA = "palpate-kit-report-1"
 LARGEST = 1_000_000
 """Bytes of a report, at most."""
 MOST_STEPS = 200
+_LONGEST_REASON = 200
+_REMEDY = "damaged, cut off, or another file: take it again from whoever made it, or run palpate kit accept again"
 
 
 class ReportError(PalpateError):
@@ -99,11 +101,11 @@ def load(path: Path) -> Report:
     try:
         document = json.loads(data.decode(), parse_constant=_no_constant)
     except (ValueError, RecursionError) as error:
-        raise ReportError(f"{path}: not JSON: {shortened(str(error))}") from error
+        raise ReportError(f"{path}: not JSON ({shortened(str(error), _LONGEST_REASON)}): {_REMEDY}") from error
     try:
         return _report(document)
     except ValueError as error:
-        raise ReportError(f"{path}: not a report: {error}") from error
+        raise ReportError(f"{path}: not a report: {error}: {_REMEDY}") from error
 
 
 def _no_constant(text: str) -> None:

@@ -11,12 +11,14 @@ from palpate.cli.kit.opening import board_options, opened
 from palpate.cli.kit.telling import BY_USER, ending
 from palpate.cli.options import json_option
 from palpate.cli.terminal import say
+from palpate.errors import quoted
 
 if TYPE_CHECKING:
     from palpate.kit.bench import Bench
     from palpate.kit.report import Report
     from palpate.kit.step import Step
 
+_ASKS = 3
 _STEPS = ("registers", "bus", "voltages", "times", "inputs", "capdac", "noise", "pairs", "replug", "press", "capacitor")
 
 
@@ -47,7 +49,7 @@ def accept(
     with opened(source, firmware) as bench:
         bench.source.notify = say
         path = file or Path(f"kit-report-{datetime.now():%Y%m%d-%H%M%S}.json")
-        with path.open("xb") as output:  # before the steps: a minute of work needs a place
+        with _new(path) as output:  # before the steps: a minute of work needs a place
             asks = sys.stdin.isatty() if prompt is None else prompt
             report = _run(bench, source, output, asks=asks, skip=skip, quiet=as_json)
     if as_json:
@@ -55,6 +57,14 @@ def accept(
     code = ending(report, as_json=as_json)
     say(f"report: {path}")
     sys.exit(code)
+
+
+def _new(path: Path) -> BinaryIO:
+    try:
+        return path.open("xb")
+    except FileExistsError as error:
+        wanted = "already exists, and a report is never replaced: choose another name, or delete it"
+        raise FileExistsError(error.errno, wanted, str(path)) from error
 
 
 def _run(bench: "Bench", source: str, output: BinaryIO, *, asks: bool, skip: tuple[str, ...], quiet: bool) -> "Report":
@@ -90,6 +100,15 @@ class Terminal:
         return str(answer).strip().lower() != "s"
 
     def value(self, text: str) -> float | None:
-        """Ask for a number; Enter leaves the step out."""
-        answer = click.prompt(f"{text}; Enter: leave out", default=0.0, show_default=False, type=float, err=True)
-        return float(answer) or None
+        """Ask for a number, again if it is none; Enter or s leaves the step out."""
+        for _ in range(_ASKS):
+            answer = str(
+                click.prompt(f"{text}; Enter or s: leave out", default="", show_default=False, err=True)
+            ).strip()
+            if answer.lower() in ("", "s"):
+                return None
+            try:
+                return float(answer)
+            except ValueError:
+                say(f"got {quoted(answer)}, allowed: a number, as 2.2; Enter or s: leave out")
+        return None

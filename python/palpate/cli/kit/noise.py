@@ -8,6 +8,7 @@ import click
 
 from palpate.cli.kit.opening import board_options, opened
 from palpate.cli.options import json_option
+from palpate.cli.terminal import say
 
 if TYPE_CHECKING:
     from palpate.kit.bench import Bench
@@ -34,7 +35,7 @@ def noise(
       palpate kit noise usb: --capf 4 --rounds 100
     """  # noqa: D301
     from palpate.ad7746.datasheet import CONVERSION_S, NOISE_PF
-    from palpate.kit.input_steps import scan
+    from palpate.kit.input_steps import PINS, scan
 
     rows = []
     if not as_json:
@@ -49,6 +50,11 @@ def noise(
             if not as_json:
                 shown = "  ".join(f"{'-' if value is None else f'{value:.1f}':>8}" for value in found)
                 click.echo(f"{capf:4}  {1e3 * CONVERSION_S[capf]:5.1f}  {shown}  {sheet:13.1f}")
+        for pin in [pin for pin in PINS if bench.level(pin) is None]:
+            say(
+                f"CIN{pin} is not measured: it has {bench.levels[pin, 'A']} on EXCA and {bench.levels[pin, 'B']} on EXCB, "
+                "so no sensor is there, or a short: look at its wires (palpate kit accept names them)"
+            )
     if as_json:
         click.echo(json.dumps({"readings": readings, "noise": rows}, indent=2))
 
