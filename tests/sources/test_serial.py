@@ -156,7 +156,7 @@ def test_the_description_waits_for_the_first_lines(port: Port, monkeypatch: pyte
 
 def test_half_a_pair_is_a_lost_sample(port: Port) -> None:
     pattern = r"A(?P<hard>[\d.]+)|B(?P<soft>[\d.]+)"
-    samples, source = read(port, "B0\nA1\nA2\nB3\nB4\nA5\nB6\n", 3, pattern=pattern)
+    samples, source = read(port, "B9\nA1\nA2\nB3\nB4\nA5\nB6\n", 3, pattern=pattern)
     assert [(s.seq, s.status) for s in samples] == [(0, Status.LOST), (1, 0), (2, 0)]
     assert samples[0].hard == 1
     assert math.isnan(samples[0].soft)

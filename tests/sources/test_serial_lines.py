@@ -222,7 +222,42 @@ def test_a_line_of_names_holds_for_the_lines_after_it() -> None:
     at_once = Sent(b"t_ms,hard,soft\n12,6.92,4.69\n")  # the first line may be the end of one, but not this one
     assert at_once.pairs == [(6.92, 4.69)]
     assert Sent(["hard,soft", *rows]).samples == []
-    assert Sent(["hard\tsoft", "6920\t4690"]).pairs == [(6920, 4690)]  # named: no guess
+    assert Sent(["hard\tsoft", "69\t46"]).pairs == [(69, 46)]  # named: no guess
+
+
+@pytest.mark.parametrize(
+    ("lines", "option"),
+    [
+        (["C1=6.7e-12 C2=4.4e-12"], "unit=F"),
+        (["6.7e-12,4.4e-12"], "unit=F"),
+        (["hard=6.7e-6,soft=4.4e-6"], "unit=uF"),
+        (["hard=0.0067,soft=0.0044"], "unit=nF"),
+        (["hard=6700.00,soft=4400.00"], "unit=fF"),
+        (["hard=6700000,soft=4400000"], "unit=aF"),
+        (["hard,soft", "6700,4400"], "unit=fF"),
+        (['{"hard":6.7e-12,"soft":4.4e-12}'], "unit=F"),
+        (["hard=6700,soft=OL"], "unit=fF"),
+    ],
+)
+def test_what_cannot_be_pF_is_asked_about(lines: list[str], option: str) -> None:
+    asked = Sent(lines * 25)
+    assert (asked.samples, asked.said) == ([], [])
+    assert asked.refused.endswith(option)
+    assert "without a unit is read as pF from 0.01 to 100 only" in asked.refused
+    name, unit = option.split("=")
+    soft = math.nan if "OL" in lines[0] else 4.4
+    assert Sent(lines * 2, **{name: unit}).pairs[-1] == pytest.approx((6.7, soft), nan_ok=True)
+
+
+def test_a_unit_is_believed_and_a_size_is_asked_about_once() -> None:
+    assert Sent(["hard=6700 pF,soft=1e-9 pF"]).pairs == [(6700, 1e-9)]
+    assert Sent(["hard_pF=6700,soft_pF=0"]).pairs == [(6700, 0)]
+    assert Sent(["hard=6700,soft=0"], unit="pF").pairs == [(6700, 0)]
+    assert Sent(["1,2", "6700,4400"], columns="hard_pF,soft_pF").pairs == [(1, 2), (6700, 4400)]
+    assert Sent(["hard=-0.01,soft=100", "hard=0,soft=-101"]).pairs == [(-0.01, 100), (0, -101)]
+    late = Sent(["hard=OL,soft=OL", "hard=OL,soft=1", "hard=6700,soft=1", "hard=6.7,soft=0"])
+    assert late.pairs[-1] == (6.7, 0)
+    assert (len(late.samples), late.source.counters["errors"]) == (3, 1)
 
 
 def test_decimal_commas_and_points() -> None:

@@ -83,6 +83,13 @@ class Format:
     decimal: str = "."
     summed: bool = False
 
+    @property
+    def has_unit(self) -> bool:
+        """Whether something says the unit of the capacitances; of codes it is known."""
+        said = self.units or (False,) * len(self.columns)
+        pairs = zip(self.columns, said, strict=True)
+        return bool(self.given.unit) or all(one.unit or unit for one, unit in pairs if one.role in ("hard", "soft"))
+
     def read(self, line: str) -> Values:
         """Return the values of a line.
 

@@ -16,9 +16,8 @@ from palpate.sources.serial.formats import (
     unsummed,
 )
 from palpate.sources.serial.names import UNUSED, Column, column
+from palpate.sources.serial.sizes import Sizes
 
-PLAUSIBLE_PF = 100.0
-"""Two numbers without names or units are taken for capacitances up to this size only."""
 MOST = 20
 """Lines of two numbers without names that are kept until they are understood."""
 _PAIR = (Column("hard"), Column("soft"))
@@ -40,6 +39,7 @@ class Settling:
         The line that names the columns; empty: none came.
     guessed : bool
         Whether the channels are known by their order only.
+    sizes : Sizes
     """
 
     def __init__(self, given: Given) -> None:
@@ -47,6 +47,7 @@ class Settling:
         self.format: Format | None = None
         self.header: str = ""
         self.guessed: bool = False
+        self.sizes: Sizes = Sizes()
         self._named: tuple[Column, ...] | None = given.columns
         self._candidate: Format | None = None
         self._values: list[Values] = []  # of the lines of the candidate
@@ -78,6 +79,7 @@ class Settling:
     def _offer(self, line: str) -> int:
         found, cells = self._format(line)
         values = found.read(line)
+        self.sizes.require(found, values)
         if found != self._candidate:
             self._candidate, self._values = found, []
         self._values.append(values)
@@ -133,21 +135,14 @@ class Settling:
             raise Refused("no value, before it is known what the numbers are")
         if all(cell.unit for cell in cells):
             return True
-        self._require_capacitances(cells)
+        if len(self._values) == 1 and not self.given.unit and any(cell.text.lstrip("+-").isdigit() for cell in cells):
+            raise Refused("whole numbers without names or units: are both capacitances?", _ASK)
         rows = [[values[role] for values in self._values] for role in ("hard", "soft")]
         if all(any(later <= earlier for earlier, later in pairwise(row)) for row in rows):
             return True
         if len(self._values) >= MOST:
             raise Refused("a number grows with every line, as a time or a counter does: are both capacitances?", _ASK)
         return False
-
-    def _require_capacitances(self, cells: Sequence[Cell]) -> None:
-        if any(abs(value) > PLAUSIBLE_PF for value in self._values[-1].values()):
-            raise Refused(
-                f"a number above {PLAUSIBLE_PF:g} pF: in which unit are they, or what else are they?", "unit=fF"
-            )
-        if len(self._values) == 1 and not self.given.unit and any(cell.text.lstrip("+-").isdigit() for cell in cells):
-            raise Refused("whole numbers without names or units: are both capacitances?", _ASK)
 
 
 def _header(line: str) -> tuple[Column, ...]:
