@@ -207,7 +207,7 @@ def require_units(columns: Sequence[Column], cells: Sequence[Cell] = ()) -> None
     units = [cell.unit for cell in cells] or [""] * len(columns)
     for one, unit in zip(columns, units, strict=True):
         if one.role in TIMES and not (one.unit or unit):
-            raise Refused(f"the unit of {one.role} is not known", f"columns={text_of(columns)}")
+            raise Refused(f"the unit of {one.role} is not known: s, ms or us?", f"columns={text_of(columns, cells)}")
 
 
 def require_alike(columns: Sequence[Column], cells: Sequence[Cell], given: Given) -> None:
@@ -225,9 +225,12 @@ def require_alike(columns: Sequence[Column], cells: Sequence[Cell], given: Given
         raise Refused("one channel has a unit, the other has none", "unit=pF")
 
 
-def text_of(columns: Sequence[Column]) -> str:
-    """Return columns as the option names them, times without a unit in ms."""
-    units = [one.unit or ("ms" if one.role in TIMES else "") for one in columns]
+def text_of(columns: Sequence[Column], cells: Sequence[Cell] = ()) -> str:
+    """Return columns as the option names them, times without a unit in s if they have decimals, else in ms."""
+    guess = (
+        "s" if any("." in cell.text for one, cell in zip(columns, cells, strict=False) if one.role in TIMES) else "ms"
+    )
+    units = [one.unit or (guess if one.role in TIMES else "") for one in columns]
     return ",".join(f"{one.role}_{unit}" if unit else one.role for one, unit in zip(columns, units, strict=True))
 
 

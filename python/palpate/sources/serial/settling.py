@@ -164,7 +164,7 @@ def _labelled(cells: Sequence[Cell]) -> tuple[Column, ...]:
             columns.append(Column(UNUSED))
             strange = strange or cell.label or cell.text
     if strange:
-        raise Refused(f"what is {quoted(strange)}?", f"columns={text_of(_filled(columns))}")
+        raise Refused(f"what is {quoted(strange)}?", f"columns={text_of(_filled(columns), cells)}")
     return tuple(columns)
 
 
