@@ -3,6 +3,7 @@
 import math
 import os
 import threading
+import time
 import tty
 from collections.abc import Iterator
 from pathlib import Path
@@ -120,6 +121,23 @@ def test_lines_without_a_match_end_it(port: Port, monkeypatch: pytest.MonkeyPatc
         with pytest.raises(ProtocolError) as error:
             list(source)
     assert what.format(port=port.link) in str(error.value)
+
+
+def test_lines_without_a_value_are_said_once(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("palpate.sources.serial.source._NO_VALUE_S", 0.2)
+    said: list[str] = []
+    with palpate.open(f"serial:{port.link}") as source:
+        source.notify = said.append
+        samples = iter(source)
+        port.write("\n")
+        for line in ("C1=nan C2=OL", "C1=1 C2=2", "C1=nan C2=OL"):
+            for _ in range(4):
+                port.write(f"{line}\n")
+                next(samples)
+                time.sleep(0.1)
+    words = [text for text in said if "no pair with both values for 0.2 s" in text]
+    assert len(words) == 2  # of each time once
+    assert "check the probe's connection" in words[0]
 
 
 def test_an_end_of_understanding_ends_it_later(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -197,12 +197,26 @@ def test_a_number_that_grows_with_every_line_is_no_capacitance() -> None:
 
 
 def test_a_settled_format_is_fixed() -> None:
-    lines = ["hard:6.92,soft:4.69", "hard:1,soft:2", "6.92,4.69", "soft:4.69,hard:6.92", "hard:1;soft:2", "hard:1,soft:2 pF",
+    lines = ["hard:6.92,soft:4.69", "hard:1,soft:2", "6.92,4.69", "soft:4.69,t:6.92", "hard:1;soft:2", "hard:1,soft:2 pF",
              "hard:1,soft:2,t_ms:3", "hard:OL,soft:2", "hard:7.5e-1 ,soft:.5", "hard:1,5,soft:2", "hard:3,soft:4*00"]  # fmt: skip
     sent = Sent(lines)
     assert [sample.status for sample in sent.samples] == [0, 0, Status.LOST, 0]
     assert sent.pairs[3] == (0.75, 0.5)
     assert sent.source.counters == {"errors": 7, "lost": 0, "reconnects": 0}
+
+
+def test_names_may_come_in_any_order() -> None:
+    rows = ["hard=6.92,soft=4.69,seq=0", "seq=1,soft=4.7,hard=6.93", "soft=4.71,hard=6.94,seq=2"]
+    sent = Sent(rows)
+    assert sent.pairs == [(6.92, 4.69), (6.93, 4.7), (6.94, 4.71)]
+    assert [sample.seq for sample in sent.samples] == [0, 1, 2]
+    assert Sent(['{"soft":4.69,"hard":6.92}', '{"hard":6.93,"soft":4.7}']).pairs == [(6.92, 4.69), (6.93, 4.7)]
+    mixed = Sent(["hard=6.92 pF,soft=4.69 pF,temp=20", "temp=20,soft=4690 fF,hard=6.93 pF"])
+    assert mixed.pairs[1] == pytest.approx((6.93, 4.69))
+    own = Sent(["CIN1=1 CIN2=2"] * 2 + ["CIN2=3 CIN1=4"], columns="soft,hard")
+    assert own.pairs[-1] == (3, 4)
+    for other in ("soft=4.7,soft=6.93,seq=1", "soft=4.7,hard=6.93,n=1", "soft=4.7,hard=6.93", "soft=4.7,hard=6.93,1"):
+        assert Sent([rows[0], other]).source.counters["errors"] == 1
 
 
 def test_an_instrument_may_change_its_unit_but_not_leave_it_out() -> None:

@@ -104,6 +104,8 @@ class Format:
         if self.given.pattern:
             return self._matched(self.given.pattern, body)
         kind, cells = split(body)
+        if len({*self.labels}) == len(cells) and {cell.label for cell in cells} == {*self.labels}:
+            cells.sort(key=lambda cell: self.labels.index(cell.label))  # names say which is which, in any order
         if (kind, tuple(cell.label for cell in cells)) != (self.kind, self.labels):
             raise Refused("it has another form than the first lines")
         for cell, had in zip(cells, self.units, strict=True):

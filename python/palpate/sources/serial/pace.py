@@ -52,7 +52,7 @@ class Pace:
         self._pairs = self._clock_ns = self._waited_ns = 0
 
     def _message(self, ratio: float) -> str:
-        spans = f"{self._clock_ns / 1e9:.3g} s went by in {self._waited_ns / 1e9:.3g} s of the computer's clock"
+        spans = f"{self._clock_ns / 1e9:.4g} s went by in {self._waited_ns / 1e9:.4g} s of the computer's clock"
         scale = NANOSECONDS.get(self._unit, 0) / ratio
         fits = [unit for unit in _UNITS if 1 / _FACTOR < scale / NANOSECONDS[unit] < _FACTOR]
         if fits:
