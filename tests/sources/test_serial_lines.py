@@ -6,6 +6,11 @@ from typing import Any
 
 import pytest
 from palpate import Status
+from palpate.sources.options import split
+from palpate.sources.serial.cells import Refused
+from palpate.sources.serial.formats import Given
+from palpate.sources.serial.settling import Settling
+from palpate.sources.serial.strange import Strange
 from project import ROOT
 from serial_lines import Sent
 
@@ -330,6 +335,48 @@ def test_lines_before_the_first_that_is_read_are_no_errors() -> None:
     sent = Sent([*REFUSED[:70], "hard:6.92,soft:4.69", "boot", "hard:6.92,soft:4.69"])
     assert len(sent.samples) == 2
     assert sent.source.counters["errors"] == 1
+
+
+HELPED = [
+    (["hard 6.7", "soft 4.4"], (6.7, 4.4)),
+    (["hard:6.7", "soft:4.4"], (6.7, 4.4)),
+    (["hard 6.7 soft 4.4"], (6.7, 4.4)),
+    (["n 12 C1 6700 fF | C2 4400 fF"], (6.7, 4.4)),
+    (["soft 4.4", "hard 6.7", "soft 4.4", "hard 6.7"], (6.7, 4.4)),
+    (["hard 6.7e-12 F", "soft -4.4 pF"], (6.7, -4.4)),
+    (["hard=6.7,hard=4.4"], (6.7, 4.4)),
+    (["C=6.7 C=4.4"], (6.7, 4.4)),
+    (["hard=6.7,soft=4.4,hard=1"], (6.7, 4.4)),
+    (["t_ms=3,soft=4.4,t_ms=3,soft=6.7"], (6.7, 4.4)),
+    (["time=4.08,CIN1=6.7,CIN2=4.4"], (6.7, 4.4)),
+    (["12,6.7,4.4"], (6.7, 4.4)),
+]
+NOT_HELPED = [["hard 6.7"], ["hard 6,7 soft 4,4"], ["hard 6.7 V soft 4.4 V"], ["hard 6.7.1 soft 4.4"], ["hard 6.7", "hard 4.4"],
+              ["free 23000 of 48000"], ["x=1"], ["hard=6.7,x=1"], ["hard 0x6 soft 0x4"], ["hard & 6.7 soft 4.4"]]  # fmt: skip
+
+
+def suggested(lines: list[str]) -> str:
+    """Return the option that the error about these lines names; empty: none."""
+    strange = Strange("tty", 115200)
+    settling = Settling(Given())
+    for line in lines:
+        with pytest.raises(Refused) as refused:
+            settling.offer(line)
+        strange.add(line, refused.value)
+    message = strange._message(*(strange._best or ("", Refused(""))))
+    return message.partition("'serial:tty?")[2].rstrip("'")
+
+
+@pytest.mark.parametrize(("lines", "pair"), HELPED)
+def test_the_option_of_the_error_reads_the_lines(lines: list[str], pair: tuple[float, float]) -> None:
+    _, address, options = split(f"serial:tty?{suggested(lines)}")
+    assert (address, len(options)) == ("tty", 1)
+    assert pytest.approx(pair) in Sent(lines * 2, **options).pairs
+
+
+@pytest.mark.parametrize("lines", NOT_HELPED)
+def test_no_option_is_named_that_does_not_help(lines: list[str]) -> None:
+    assert suggested(lines) == ""
 
 
 def test_comments_are_said_once_and_not_counted() -> None:

@@ -1,6 +1,7 @@
 """Finds the format of the lines from the first of them. What is not sure is asked about, not guessed."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import pairwise
 
 from palpate.errors import quoted
@@ -95,7 +96,10 @@ class Settling:
         body, summed = unsummed(line)
         kind, cells = split(body)
         columns = self._columns(cells)
-        require_pair(columns)
+        try:
+            require_pair(columns)
+        except Refused as refused:
+            raise Refused(str(refused), _option(_once(columns), cells)) from refused
         require_units(columns, cells)
         require_alike(columns, cells, self.given)
         _require_use(self.given, columns)
@@ -164,7 +168,7 @@ def _labelled(cells: Sequence[Cell]) -> tuple[Column, ...]:
             columns.append(Column(UNUSED))
             strange = strange or cell.label or cell.text
     if strange:
-        raise Refused(f"what is {quoted(strange)}?", f"columns={text_of(_filled(columns), cells)}")
+        raise Refused(f"what is {quoted(strange)}?", _option(_filled(columns), cells))
     return tuple(columns)
 
 
@@ -181,7 +185,29 @@ def _suggested(cells: Sequence[Cell]) -> str:
     for at, name in zip(numbers[::-1], ("soft", "hard", "t_ms", "seq"), strict=False):
         if name in ("hard", "soft") or cells[at].text.isdigit():
             names[at] = name
-    return f"columns={','.join(names)}"
+    return _option([column(name) for name in names], cells)
+
+
+def _option(columns: Sequence[Column], cells: Sequence[Cell]) -> str:
+    """Return these columns as an option; empty: they are not a pair."""
+    with suppress(Refused):
+        require_pair(columns)
+        return f"columns={text_of(columns, cells)}"
+    return ""
+
+
+def _once(columns: Sequence[Column]) -> list[Column]:
+    """Return columns of which none is there twice: a channel that comes again is the other one, if that is missing."""
+    found: list[Column] = []
+    roles = {one.role for one in columns}
+    for one in columns:
+        if one.role in {before.role for before in found}:
+            other = {"hard": "soft", "soft": "hard"}.get(one.role, UNUSED)
+            other = UNUSED if other in roles else other
+            one = Column(other, one.unit if other != UNUSED else "")
+            roles.add(other)
+        found.append(one)
+    return found
 
 
 def _filled(columns: Sequence[Column]) -> list[Column]:
