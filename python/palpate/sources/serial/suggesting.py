@@ -3,16 +3,14 @@
 import re
 from collections.abc import Iterable
 
-from palpate.recording.table import PICOFARADS
 from palpate.sources.serial.cells import Refused
 from palpate.sources.serial.formats import Format, Given, decoded
 from palpate.sources.serial.names import column
 
 _NUMBER = r"[-+0-9.eE]+"
-_UNITS = "|".join(unit for unit in PICOFARADS if unit.isascii())
 _PART = re.compile(
     r"([A-Za-z_][A-Za-z0-9_]*+)([ :=]++)[-+]?+(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][-+]?+[0-9]++)?+(?![0-9.])"
-    rf"(?:( ?)({_UNITS})(?![A-Za-z]))?+([ ,;/|]*+)"
+    r"(?:( ?)([afpnum]?F)(?![A-Za-z]))?+([ ,;/|]*+)"
 )
 """A name, a number, and perhaps a unit of capacitance; then what separates it from the next."""
 
