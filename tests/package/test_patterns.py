@@ -8,6 +8,7 @@ from itertools import product
 from pathlib import Path
 
 import pytest
+from palpate.sources.serial.suggesting import _PART, pattern_for
 from project import ROOT
 
 SOURCES = ROOT / "python" / "palpate"
@@ -15,6 +16,7 @@ METHODS = {"search", "match", "fullmatch", "split", "sub", "findall", "finditer"
 MADE = {
     "live/gatekeeper.py": [(r"=([\w-]{32})(?![\w-])", "findall"), (r"(?:^|;)\s*palpate-8746=([^;]*)", "findall")],
     "sources/serial/opening.py": [],
+    "sources/serial/suggesting.py": [(_PART.pattern, "match"), (pattern_for(["hard 1", "soft 1"])[8:], "fullmatch")],
 }
 """Patterns that are no literals. That of `opening.py` is the user's own."""
 UNITS = ("0", "=", ";", "; ", "palpate-8746=", "9.", "9,", "1 ", "1e", "-", " ", "\t", "a", "a ", "a1", "OL", ",", ", ", "hard =", ",hard ",

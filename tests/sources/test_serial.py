@@ -3,6 +3,7 @@
 import math
 import os
 import threading
+import time
 import tty
 from collections.abc import Iterator
 from pathlib import Path
@@ -122,6 +123,23 @@ def test_lines_without_a_match_end_it(port: Port, monkeypatch: pytest.MonkeyPatc
     assert what.format(port=port.link) in str(error.value)
 
 
+def test_lines_without_a_value_are_said_once(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("palpate.sources.serial.source._NO_VALUE_S", 0.2)
+    said: list[str] = []
+    with palpate.open(f"serial:{port.link}") as source:
+        source.notify = said.append
+        samples = iter(source)
+        port.write("\n")
+        for line in ("C1=nan C2=OL", "C1=1 C2=2", "C1=nan C2=OL"):
+            for _ in range(4):
+                port.write(f"{line}\n")
+                next(samples)
+                time.sleep(0.1)
+    words = [text for text in said if "no pair with both values for 0.2 s" in text]
+    assert len(words) == 2  # of each time once
+    assert "check the probe's connection" in words[0]
+
+
 def test_an_end_of_understanding_ends_it_later(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("palpate.sources.serial.strange._LONG_S", 0.3)
     with palpate.open(f"serial:{port.link}?replug=0.1") as source:
@@ -156,7 +174,7 @@ def test_the_description_waits_for_the_first_lines(port: Port, monkeypatch: pyte
 
 def test_half_a_pair_is_a_lost_sample(port: Port) -> None:
     pattern = r"A(?P<hard>[\d.]+)|B(?P<soft>[\d.]+)"
-    samples, source = read(port, "B0\nA1\nA2\nB3\nB4\nA5\nB6\n", 3, pattern=pattern)
+    samples, source = read(port, "B9\nA1\nA2\nB3\nB4\nA5\nB6\n", 3, pattern=pattern)
     assert [(s.seq, s.status) for s in samples] == [(0, Status.LOST), (1, 0), (2, 0)]
     assert samples[0].hard == 1
     assert math.isnan(samples[0].soft)

@@ -4,7 +4,7 @@ import math
 from itertools import pairwise
 
 import pytest
-from palpate import Gap, Sample, Status
+from palpate import Gap, ProtocolError, Sample, Status
 from palpate.sources.serial.cells import Refused
 from palpate.sources.serial.numbering import Numbering, Place
 from serial_lines import Sent
@@ -84,7 +84,7 @@ def test_a_board_that_restarts_is_a_gap(t_us: int) -> None:
 def test_a_board_without_numbers_restarts() -> None:
     sent = Sent([f"t_ms={t},hard=1,soft=2" for t in (100, 131, 162, 5, 36)])
     assert [gap.seq for gap in sent.source.gaps] == [3]
-    assert "its clock shows 0.005 s after 0.162 s" in sent.source.gaps[0].text
+    assert "its clock went back: it shows 0.005 s after 0.162 s" in sent.source.gaps[0].text
     ahead = Sent([f"t_ms={t},hard=1,soft=2" for t in (100, 131, 2**32 - 1, 30)])
     assert [gap.seq for gap in ahead.source.gaps] == [2]
 
@@ -131,15 +131,71 @@ def test_a_long_silence_of_the_board_is_no_restart_but_a_jump_of_its_clock_is() 
     assert (stalled[1].t_hard_ns, stalled[1].gap) == (SECOND, "")
     jumped = numbered([(0, SECOND, 0), (1, 61 * SECOND, 30_000_000)])
     assert jumped[1].t_hard_ns == 30_000_000
-    assert "its clock shows 61 s after 1 s" in jumped[1].gap
+    assert "jumped ahead: it shows 61 s after 1 s" in jumped[1].gap
 
 
 def test_a_board_that_restarts_shortly_before_its_counter_begins_again() -> None:
     wrap_ns = 2**32 * 1000
     places = numbered([(None, wrap_ns // 4 * 3, 0), (None, SECOND, 30_000_000)])
-    assert "its clock shows 1 s after" in places[1].gap
+    assert "it shows 1 s after" in places[1].gap
     across = numbered([(None, wrap_ns - 1000, 0), (None, 30_000_000 - 1000, 30_000_000)])
     assert (across[1].t_hard_ns, across[1].gap) == (30_000_000, "")
+
+
+def paced(unit: str, clock_s: list[float], arrived_s: list[float]) -> list[Place]:
+    """Return the places of pairs with these times, as read in this unit, and arrivals."""
+    pairs = zip(clock_s, arrived_s, strict=True)
+    return numbered([(None, round(clock * SECOND) + 1, round(arrived * SECOND)) for clock, arrived in pairs], unit)
+
+
+STEADY = [0.03 * k for k in range(200)]
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "helps"),
+    [
+        ("s", 1e3, "In ms they agree: name the column t_ms, for example columns=t_ms,hard,soft"),
+        ("s", 1e6, "In us they agree"),
+        ("ms", 1e3, "In us they agree"),
+        ("ms", 1e-3, "In s they agree"),
+        ("us", 1e-3, "In ms they agree"),
+        ("ms", 30.0, "No other unit fits: leave the times out"),
+    ],
+)
+def test_a_clock_in_another_unit_ends_it(unit: str, factor: float, helps: str) -> None:
+    with pytest.raises(ProtocolError, match=f"not in {unit}: by them .* s went by in 1.* s of the computer") as error:
+        paced(unit, [factor * t for t in STEADY], STEADY)
+    assert helps in str(error.value)
+    assert paced(unit, [factor * t for t in STEADY[:20]], STEADY[:20])[-1].seq == 19  # not before 1 s
+
+
+def test_a_clock_that_is_ahead_at_each_pair_is_said_once() -> None:
+    places = paced("s", [1e3 * t for t in STEADY[:40]], STEADY[:40])
+    assert [place.seq for place in places if place.gap] == [1]
+    assert "restarted" not in places[1].gap
+
+
+@pytest.mark.parametrize("factor", [0.4, 1.0, 2.5])
+@pytest.mark.parametrize("early", [0, 100, 199])
+def test_lines_that_waited_are_no_wrong_clock(factor: float, early: int) -> None:
+    burst = [0.0] * early + [t - STEADY[early] for t in STEADY[early:]]
+    assert len(paced("ms", [factor * t for t in STEADY], burst)) == 200
+
+
+@pytest.mark.parametrize("batch", [2, 7, 10, 25, 90])
+@pytest.mark.parametrize("period_s", [0.03, 1.0])
+@pytest.mark.parametrize("first", [0, 1, 6])
+def test_lines_in_batches_are_no_wrong_clock(batch: int, period_s: float, first: int) -> None:
+    clock = [period_s * k for k in range(400)]
+    arrived = [period_s * batch * ((k + first) // batch) for k in range(400)]
+    assert len(paced("ms", clock, arrived)) == 400
+
+
+def test_a_computer_that_stops_for_a_while_and_a_clock_that_is_set_are_no_wrong_clock() -> None:
+    stopped = [t if t < 2 else max(t, 5.5) for t in STEADY]
+    assert not any(place.gap for place in paced("ms", STEADY, stopped))
+    anew = [t + 3600 * (t > 2) for t in STEADY]
+    assert [place.seq for place in paced("ms", anew, STEADY) if place.gap] == [67]
 
 
 def test_pairs_lost_while_the_port_was_away() -> None:

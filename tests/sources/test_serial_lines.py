@@ -6,6 +6,11 @@ from typing import Any
 
 import pytest
 from palpate import Status
+from palpate.sources.options import split
+from palpate.sources.serial.cells import Refused
+from palpate.sources.serial.formats import Given
+from palpate.sources.serial.settling import Settling
+from palpate.sources.serial.strange import Strange
 from project import ROOT
 from serial_lines import Sent
 
@@ -197,12 +202,26 @@ def test_a_number_that_grows_with_every_line_is_no_capacitance() -> None:
 
 
 def test_a_settled_format_is_fixed() -> None:
-    lines = ["hard:6.92,soft:4.69", "hard:1,soft:2", "6.92,4.69", "soft:4.69,hard:6.92", "hard:1;soft:2", "hard:1,soft:2 pF",
+    lines = ["hard:6.92,soft:4.69", "hard:1,soft:2", "6.92,4.69", "soft:4.69,t:6.92", "hard:1;soft:2", "hard:1,soft:2 pF",
              "hard:1,soft:2,t_ms:3", "hard:OL,soft:2", "hard:7.5e-1 ,soft:.5", "hard:1,5,soft:2", "hard:3,soft:4*00"]  # fmt: skip
     sent = Sent(lines)
     assert [sample.status for sample in sent.samples] == [0, 0, Status.LOST, 0]
     assert sent.pairs[3] == (0.75, 0.5)
     assert sent.source.counters == {"errors": 7, "lost": 0, "reconnects": 0}
+
+
+def test_names_may_come_in_any_order() -> None:
+    rows = ["hard=6.92,soft=4.69,seq=0", "seq=1,soft=4.7,hard=6.93", "soft=4.71,hard=6.94,seq=2"]
+    sent = Sent(rows)
+    assert sent.pairs == [(6.92, 4.69), (6.93, 4.7), (6.94, 4.71)]
+    assert [sample.seq for sample in sent.samples] == [0, 1, 2]
+    assert Sent(['{"soft":4.69,"hard":6.92}', '{"hard":6.93,"soft":4.7}']).pairs == [(6.92, 4.69), (6.93, 4.7)]
+    mixed = Sent(["hard=6.92 pF,soft=4.69 pF,temp=20", "temp=20,soft=4690 fF,hard=6.93 pF"])
+    assert mixed.pairs[1] == pytest.approx((6.93, 4.69))
+    own = Sent(["CIN1=1 CIN2=2"] * 2 + ["CIN2=3 CIN1=4"], columns="soft,hard")
+    assert own.pairs[-1] == (3, 4)
+    for other in ("soft=4.7,soft=6.93,seq=1", "soft=4.7,hard=6.93,n=1", "soft=4.7,hard=6.93", "soft=4.7,hard=6.93,1"):
+        assert Sent([rows[0], other]).source.counters["errors"] == 1
 
 
 def test_an_instrument_may_change_its_unit_but_not_leave_it_out() -> None:
@@ -222,7 +241,42 @@ def test_a_line_of_names_holds_for_the_lines_after_it() -> None:
     at_once = Sent(b"t_ms,hard,soft\n12,6.92,4.69\n")  # the first line may be the end of one, but not this one
     assert at_once.pairs == [(6.92, 4.69)]
     assert Sent(["hard,soft", *rows]).samples == []
-    assert Sent(["hard\tsoft", "6920\t4690"]).pairs == [(6920, 4690)]  # named: no guess
+    assert Sent(["hard\tsoft", "69\t46"]).pairs == [(69, 46)]  # named: no guess
+
+
+@pytest.mark.parametrize(
+    ("lines", "option"),
+    [
+        (["C1=6.7e-12 C2=4.4e-12"], "unit=F"),
+        (["6.7e-12,4.4e-12"], "unit=F"),
+        (["hard=6.7e-6,soft=4.4e-6"], "unit=uF"),
+        (["hard=0.0067,soft=0.0044"], "unit=nF"),
+        (["hard=6700.00,soft=4400.00"], "unit=fF"),
+        (["hard=6700000,soft=4400000"], "unit=aF"),
+        (["hard,soft", "6700,4400"], "unit=fF"),
+        (['{"hard":6.7e-12,"soft":4.4e-12}'], "unit=F"),
+        (["hard=6700,soft=OL"], "unit=fF"),
+    ],
+)
+def test_what_cannot_be_pF_is_asked_about(lines: list[str], option: str) -> None:
+    asked = Sent(lines * 25)
+    assert (asked.samples, asked.said) == ([], [])
+    assert asked.refused.endswith(option)
+    assert "without a unit is read as pF from 0.01 to 100 only" in asked.refused
+    name, unit = option.split("=")
+    soft = math.nan if "OL" in lines[0] else 4.4
+    assert Sent(lines * 2, **{name: unit}).pairs[-1] == pytest.approx((6.7, soft), nan_ok=True)
+
+
+def test_a_unit_is_believed_and_a_size_is_asked_about_once() -> None:
+    assert Sent(["hard=6700 pF,soft=1e-9 pF"]).pairs == [(6700, 1e-9)]
+    assert Sent(["hard_pF=6700,soft_pF=0"]).pairs == [(6700, 0)]
+    assert Sent(["hard=6700,soft=0"], unit="pF").pairs == [(6700, 0)]
+    assert Sent(["1,2", "6700,4400"], columns="hard_pF,soft_pF").pairs == [(1, 2), (6700, 4400)]
+    assert Sent(["hard=-0.01,soft=100", "hard=0,soft=-101"]).pairs == [(-0.01, 100), (0, -101)]
+    late = Sent(["hard=OL,soft=OL", "hard=OL,soft=1", "hard=6700,soft=1", "hard=6.7,soft=0"])
+    assert late.pairs[-1] == (6.7, 0)
+    assert (len(late.samples), late.source.counters["errors"]) == (3, 1)
 
 
 def test_decimal_commas_and_points() -> None:
@@ -281,6 +335,48 @@ def test_lines_before_the_first_that_is_read_are_no_errors() -> None:
     sent = Sent([*REFUSED[:70], "hard:6.92,soft:4.69", "boot", "hard:6.92,soft:4.69"])
     assert len(sent.samples) == 2
     assert sent.source.counters["errors"] == 1
+
+
+HELPED = [
+    (["hard 6.7", "soft 4.4"], (6.7, 4.4)),
+    (["hard:6.7", "soft:4.4"], (6.7, 4.4)),
+    (["hard 6.7 soft 4.4"], (6.7, 4.4)),
+    (["n 12 C1 6700 fF | C2 4400 fF"], (6.7, 4.4)),
+    (["soft 4.4", "hard 6.7", "soft 4.4", "hard 6.7"], (6.7, 4.4)),
+    (["hard 6.7e-12 F", "soft -4.4 pF"], (6.7, -4.4)),
+    (["hard=6.7,hard=4.4"], (6.7, 4.4)),
+    (["C=6.7 C=4.4"], (6.7, 4.4)),
+    (["hard=6.7,soft=4.4,hard=1"], (6.7, 4.4)),
+    (["t_ms=3,soft=4.4,t_ms=3,soft=6.7"], (6.7, 4.4)),
+    (["time=4.08,CIN1=6.7,CIN2=4.4"], (6.7, 4.4)),
+    (["12,6.7,4.4"], (6.7, 4.4)),
+]
+NOT_HELPED = [["hard 6.7"], ["hard 6,7 soft 4,4"], ["hard 6.7 V soft 4.4 V"], ["hard 6.7.1 soft 4.4"], ["hard 6.7", "hard 4.4"],
+              ["free 23000 of 48000"], ["x=1"], ["hard=6.7,x=1"], ["hard 0x6 soft 0x4"], ["hard & 6.7 soft 4.4"]]  # fmt: skip
+
+
+def suggested(lines: list[str]) -> str:
+    """Return the option that the error about these lines names; empty: none."""
+    strange = Strange("tty", 115200)
+    settling = Settling(Given())
+    for line in lines:
+        with pytest.raises(Refused) as refused:
+            settling.offer(line)
+        strange.add(line, refused.value)
+    message = strange._message(*(strange._best or ("", Refused(""))))
+    return message.partition("'serial:tty?")[2].rstrip("'")
+
+
+@pytest.mark.parametrize(("lines", "pair"), HELPED)
+def test_the_option_of_the_error_reads_the_lines(lines: list[str], pair: tuple[float, float]) -> None:
+    _, address, options = split(f"serial:tty?{suggested(lines)}")
+    assert (address, len(options)) == ("tty", 1)
+    assert pytest.approx(pair) in Sent(lines * 2, **options).pairs
+
+
+@pytest.mark.parametrize("lines", NOT_HELPED)
+def test_no_option_is_named_that_does_not_help(lines: list[str]) -> None:
+    assert suggested(lines) == ""
 
 
 def test_comments_are_said_once_and_not_counted() -> None:

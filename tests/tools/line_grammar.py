@@ -125,6 +125,9 @@ def _pair(sep: str, cells: Cells) -> tuple[float, float] | None:
     if not _valid(roles):
         return None
     pair = tuple(_channel(roles, name) for name in ("hard", "soft"))
+    unsaid = "hard" in roles and not roles["hard"][1]
+    if unsaid and not all(isnan(value) or 0.01 <= abs(value) <= 100 for value in pair):
+        return None
     if not labelled and not _is_guess(list(roles.values()), pair):
         return None
     status = int(roles["status"][0]) if "status" in roles else None
@@ -208,7 +211,7 @@ def _is_guess(said: list[tuple[str, str]], pair: tuple[float, ...]) -> bool:
         return False
     if all(unit for _, unit in said):
         return True
-    return all(abs(value) <= 100 for value in pair) and all(re.search("[.,eE]", text) for text, _ in said)
+    return not any(map(isnan, pair)) and all(re.search("[.,eE]", text) for text, _ in said)
 
 
 _PIECES = ["hard", "soft", "Hard", "C1", "C2", "c_hard", "hard_raw", "soft_raw", "t", "t_ms", "t_hard_us", "t_soft_us", "seq", "n", "temp",

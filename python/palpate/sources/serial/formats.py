@@ -83,6 +83,13 @@ class Format:
     decimal: str = "."
     summed: bool = False
 
+    @property
+    def has_unit(self) -> bool:
+        """Whether something says the unit of the capacitances; of codes it is known."""
+        said = self.units or (False,) * len(self.columns)
+        pairs = zip(self.columns, said, strict=True)
+        return bool(self.given.unit) or all(one.unit or unit for one, unit in pairs if one.role in ("hard", "soft"))
+
     def read(self, line: str) -> Values:
         """Return the values of a line.
 
@@ -97,6 +104,8 @@ class Format:
         if self.given.pattern:
             return self._matched(self.given.pattern, body)
         kind, cells = split(body)
+        if len({*self.labels}) == len(cells) and {cell.label for cell in cells} == {*self.labels}:
+            cells.sort(key=lambda cell: self.labels.index(cell.label))  # names say which is which, in any order
         if (kind, tuple(cell.label for cell in cells)) != (self.kind, self.labels):
             raise Refused("it has another form than the first lines")
         for cell, had in zip(cells, self.units, strict=True):
@@ -200,7 +209,7 @@ def require_units(columns: Sequence[Column], cells: Sequence[Cell] = ()) -> None
     units = [cell.unit for cell in cells] or [""] * len(columns)
     for one, unit in zip(columns, units, strict=True):
         if one.role in TIMES and not (one.unit or unit):
-            raise Refused(f"the unit of {one.role} is not known", f"columns={text_of(columns)}")
+            raise Refused(f"the unit of {one.role} is not known: s, ms or us?", f"columns={text_of(columns, cells)}")
 
 
 def require_alike(columns: Sequence[Column], cells: Sequence[Cell], given: Given) -> None:
@@ -218,9 +227,12 @@ def require_alike(columns: Sequence[Column], cells: Sequence[Cell], given: Given
         raise Refused("one channel has a unit, the other has none", "unit=pF")
 
 
-def text_of(columns: Sequence[Column]) -> str:
-    """Return columns as the option names them, times without a unit in ms."""
-    units = [one.unit or ("ms" if one.role in TIMES else "") for one in columns]
+def text_of(columns: Sequence[Column], cells: Sequence[Cell] = ()) -> str:
+    """Return columns as the option names them, times without a unit in s if they have decimals, else in ms."""
+    guess = (
+        "s" if any("." in cell.text for one, cell in zip(columns, cells, strict=False) if one.role in TIMES) else "ms"
+    )
+    units = [one.unit or (guess if one.role in TIMES else "") for one in columns]
     return ",".join(f"{one.role}_{unit}" if unit else one.role for one, unit in zip(columns, units, strict=True))
 
 

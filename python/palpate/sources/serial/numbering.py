@@ -5,6 +5,7 @@ from typing import NamedTuple
 from palpate.errors import ProtocolError
 from palpate.sources.serial.cells import Refused
 from palpate.sources.serial.formats import TIMES, Values
+from palpate.sources.serial.pace import Pace
 
 _WRAPS = {"ms": 10**6 * 2**32, "us": 10**3 * 2**32}
 """ns after which a counter of 32 bits begins again."""
@@ -50,6 +51,8 @@ class Numbering:
         of_times = [units[role] for role in TIMES if role in units]
         self._timed = by_device and bool(of_times)
         self._wrap = _WRAPS.get(of_times[0], 0) if of_times else 0
+        self._pace = Pace(of_times[0] if of_times else "")
+        self._ahead = False  # the clock was ahead at the last pair
         self._seq: int | None = None  # as the device counts
         self._clock_ns: int | None = None  # as the device counts
         self._arrived_ns = self._last_ns = 0
@@ -75,7 +78,7 @@ class Numbering:
         Refused
             Its time is that of the pair before, or the channels are more than 10 s apart.
         ProtocolError
-            The board restarts with each line.
+            The board restarts with each line, or its times are not in their unit.
         """
         times, late = self._times(values, arrived_ns)
         early = self._count(values.get("seq"), away)
@@ -112,16 +115,23 @@ class Numbering:
         step = 0 if before is None else hard - before
         if before is not None and step == 0:
             raise Refused("its time is that of the pair before")
-        if step < 0 and max(hard, before or 0) < self._wrap:
+        if step < 0 and max(hard, before or 0) < self._wrap <= waited + _AHEAD_NS - step:
             step += self._wrap
         self._clock_ns = hard
         if before is None:
             first = max(arrived_ns[0], -apart)
             return (first, first + apart), ""
-        restarted = not 0 < step <= waited + _AHEAD_NS
-        now = self._last_ns + (waited if restarted else step)
-        text = f"the board restarted: its clock shows {hard / 1e9:.6g} s after {before / 1e9:.6g} s"
-        return (now, now + apart), text if restarted else ""
+        self._pace.add(step, waited)
+        late = self._jumped(step, waited)
+        now = self._last_ns + (waited if self._ahead or step < 0 else step)
+        return (now, now + apart), late and f"{late}: it shows {hard / 1e9:.6g} s after {before / 1e9:.6g} s"
+
+    def _jumped(self, step: int, waited: int) -> str:
+        """Return what the clock did; of pairs that are ahead one after the other only of the first."""
+        before, self._ahead = self._ahead, step > waited + _AHEAD_NS
+        if step < 0:
+            return "the board restarted, its clock went back"
+        return "the clock of the board jumped ahead" if self._ahead and not before else ""
 
     def _shortest(self, apart: int) -> int:
         """Return the difference of two times of a counter that may have begun again between them."""

@@ -119,6 +119,7 @@ class Reader:
         if not settled or not count:
             return []
         found = [Reading(one.text, settled.read(one.text), one.arrived_ns) for one in lines]
+        self._settling.sizes.require(settled, found[-1].values)
         found[0] = found[0]._replace(away_s=self._away_s, why=self._why)
         self._away_s, self._why, self._noise = 0.0, "", False
         self._strange.clear()

@@ -1,6 +1,7 @@
 """Finds the format of the lines from the first of them. What is not sure is asked about, not guessed."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import pairwise
 
 from palpate.errors import quoted
@@ -16,9 +17,8 @@ from palpate.sources.serial.formats import (
     unsummed,
 )
 from palpate.sources.serial.names import UNUSED, Column, column
+from palpate.sources.serial.sizes import Sizes
 
-PLAUSIBLE_PF = 100.0
-"""Two numbers without names or units are taken for capacitances up to this size only."""
 MOST = 20
 """Lines of two numbers without names that are kept until they are understood."""
 _PAIR = (Column("hard"), Column("soft"))
@@ -40,6 +40,7 @@ class Settling:
         The line that names the columns; empty: none came.
     guessed : bool
         Whether the channels are known by their order only.
+    sizes : Sizes
     """
 
     def __init__(self, given: Given) -> None:
@@ -47,6 +48,7 @@ class Settling:
         self.format: Format | None = None
         self.header: str = ""
         self.guessed: bool = False
+        self.sizes: Sizes = Sizes()
         self._named: tuple[Column, ...] | None = given.columns
         self._candidate: Format | None = None
         self._values: list[Values] = []  # of the lines of the candidate
@@ -78,6 +80,7 @@ class Settling:
     def _offer(self, line: str) -> int:
         found, cells = self._format(line)
         values = found.read(line)
+        self.sizes.require(found, values)
         if found != self._candidate:
             self._candidate, self._values = found, []
         self._values.append(values)
@@ -93,7 +96,10 @@ class Settling:
         body, summed = unsummed(line)
         kind, cells = split(body)
         columns = self._columns(cells)
-        require_pair(columns)
+        try:
+            require_pair(columns)
+        except Refused as refused:
+            raise Refused(str(refused), _option(_once(columns), cells)) from refused
         require_units(columns, cells)
         require_alike(columns, cells, self.given)
         _require_use(self.given, columns)
@@ -133,21 +139,14 @@ class Settling:
             raise Refused("no value, before it is known what the numbers are")
         if all(cell.unit for cell in cells):
             return True
-        self._require_capacitances(cells)
+        if len(self._values) == 1 and not self.given.unit and any(cell.text.lstrip("+-").isdigit() for cell in cells):
+            raise Refused("whole numbers without names or units: are both capacitances?", _ASK)
         rows = [[values[role] for values in self._values] for role in ("hard", "soft")]
         if all(any(later <= earlier for earlier, later in pairwise(row)) for row in rows):
             return True
         if len(self._values) >= MOST:
             raise Refused("a number grows with every line, as a time or a counter does: are both capacitances?", _ASK)
         return False
-
-    def _require_capacitances(self, cells: Sequence[Cell]) -> None:
-        if any(abs(value) > PLAUSIBLE_PF for value in self._values[-1].values()):
-            raise Refused(
-                f"a number above {PLAUSIBLE_PF:g} pF: in which unit are they, or what else are they?", "unit=fF"
-            )
-        if len(self._values) == 1 and not self.given.unit and any(cell.text.lstrip("+-").isdigit() for cell in cells):
-            raise Refused("whole numbers without names or units: are both capacitances?", _ASK)
 
 
 def _header(line: str) -> tuple[Column, ...]:
@@ -169,7 +168,7 @@ def _labelled(cells: Sequence[Cell]) -> tuple[Column, ...]:
             columns.append(Column(UNUSED))
             strange = strange or cell.label or cell.text
     if strange:
-        raise Refused(f"what is {quoted(strange)}?", f"columns={text_of(_filled(columns))}")
+        raise Refused(f"what is {quoted(strange)}?", _option(_filled(columns), cells))
     return tuple(columns)
 
 
@@ -186,7 +185,29 @@ def _suggested(cells: Sequence[Cell]) -> str:
     for at, name in zip(numbers[::-1], ("soft", "hard", "t_ms", "seq"), strict=False):
         if name in ("hard", "soft") or cells[at].text.isdigit():
             names[at] = name
-    return f"columns={','.join(names)}"
+    return _option([column(name) for name in names], cells)
+
+
+def _option(columns: Sequence[Column], cells: Sequence[Cell]) -> str:
+    """Return these columns as an option; empty: they are not a pair."""
+    with suppress(Refused):
+        require_pair(columns)
+        return f"columns={text_of(columns, cells)}"
+    return ""
+
+
+def _once(columns: Sequence[Column]) -> list[Column]:
+    """Return columns of which none is there twice: a channel that comes again is the other one, if that is missing."""
+    found: list[Column] = []
+    roles = {one.role for one in columns}
+    for one in columns:
+        if one.role in {before.role for before in found}:
+            other = {"hard": "soft", "soft": "hard"}.get(one.role, UNUSED)
+            other = UNUSED if other in roles else other
+            one = Column(other, one.unit if other != UNUSED else "")
+            roles.add(other)
+        found.append(one)
+    return found
 
 
 def _filled(columns: Sequence[Column]) -> list[Column]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.samples import Sample
+from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Source
 from palpate.sources.serial.cells import Refused
 from palpate.sources.serial.formats import TIMES, Given, Values
@@ -16,6 +16,7 @@ from palpate.sources.serial.pairs import Halves, sample
 from palpate.sources.serial.port import Port
 from palpate.sources.serial.reading import Reader, Reading
 
+_NO_VALUE_S = 5.0
 _SETTLE_S = 5.0
 """Longest time for which the description waits for the first lines."""
 
@@ -46,6 +47,7 @@ class SerialSource(Source):
         self._gaps: list[Gap] = []
         self._away_s, self._why = 0.0, ""
         self._last_ns = 0
+        self._value_ns: float | None = None  # arrival of the last pair with both values
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the pairs; lines of another format are counted as errors.
@@ -150,4 +152,16 @@ class SerialSource(Source):
             self._gaps.append(Gap(place.seq, place.gap))
             self.notify(f"pair {place.seq}: {place.gap}")
         self._away_s, self._why, self._last_ns = 0.0, "", arrived_ns[0]
+        self._require_values(made.status, arrived_ns[0])
         return made._replace(seq=place.seq, t_hard_ns=place.t_hard_ns, t_soft_ns=place.t_soft_ns)
+
+    def _require_values(self, status: int, arrived_ns: int) -> None:
+        """Say once that no pair has both values for some time."""
+        if status != Status.LOST or self._value_ns is None:
+            self._value_ns = arrived_ns
+        elif arrived_ns - self._value_ns >= _NO_VALUE_S * 1e9:
+            self._value_ns = math.inf
+            self.notify(
+                f"{self._port.name}: no pair with both values for {_NO_VALUE_S:g} s, the lines say overload, nan or "
+                "nothing: check the probe's connection and the range of the instrument"
+            )

@@ -1,10 +1,12 @@
 """Lines that are not read, one after the other: when there are too many, an error that says what to do."""
 
 import time
+from collections import deque
 
 from palpate.errors import ProtocolError, shortened
 from palpate.sources.serial.cells import Refused
 from palpate.sources.serial.formats import decoded
+from palpate.sources.serial.suggesting import pattern_for
 
 MOST_LINES = 20
 _FEW_S, _LONG_S = 3.0, 10.0
@@ -31,6 +33,7 @@ class Strange:
         self._count = self._garbled = 0
         self._since_s = 0.0
         self._first = ""
+        self._recent: deque[str] = deque(maxlen=MOST_LINES)
         self._best: tuple[str, Refused] | None = None
 
     def add(self, text: str, refused: Refused) -> None:
@@ -38,6 +41,7 @@ class Strange:
         if not self._count:
             self._first, self._since_s = text, time.monotonic()
         self._count += 1
+        self._recent.append(text)
         self._garbled += not decoded(text).isprintable()
         if not self._best or refused.option or not self._best[1].option:
             self._best = text, refused
@@ -70,8 +74,9 @@ class Strange:
             return f"{said} Most of it is not text: check the baud rate, {self._baud}: serial:{self._port}?baud=9600"
         if text != self._first:
             said += f" Another: {quoted_line(text)}."
-        option = refused.option or "pattern=hard (?P<hard>[0-9.]+) soft (?P<soft>[0-9.]+)"
-        return f"{said} Reason: {refused}{'' if str(refused).endswith('?') else '.'} What helps, for example: 'serial:{self._port}?{option}'"
+        said += f" Reason: {refused}{'' if str(refused).endswith('?') else '.'}"
+        option = refused.option or pattern_for(self._recent)
+        return f"{said} What helps, for example: 'serial:{self._port}?{option}'" if option else said
 
 
 def quoted_line(text: str) -> str:
