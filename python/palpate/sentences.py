@@ -55,6 +55,11 @@ def _short(touch: Touch) -> str:
 
 
 def _saturated(touch: Touch) -> str:
+    if not touch.samples:
+        return (
+            f"all {touch.saturated} readings are outside the range of the converter: look at the wires, and set the range "
+            "again without contact (record --recentre)"
+        )
     some = "reading is" if touch.saturated == 1 else "readings are"
     return f"{touch.saturated} {some} outside the range of the converter and left out: press less deep"
 
@@ -68,10 +73,13 @@ def _refused(touch: Touch) -> str:
 
 
 def _unsettled(touch: Touch) -> str:
-    return f"{touch.samples} samples are too few for a standard error: hold the probe longer"
+    longer = ": hold the probe longer" if touch.samples else ""
+    return f"{touch.samples} samples are too few for a standard error{longer}"
 
 
-def _unexcited(_: Touch) -> str:
+def _unexcited(touch: Touch) -> str:
+    if not touch.samples:
+        return "no sample moved the ratio from its initial value"
     return "the change of the capacitances was too small to move the ratio from its initial value: press deeper"
 
 

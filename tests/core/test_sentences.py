@@ -144,7 +144,12 @@ def test_short_saturated_and_refused_are_told_with_their_counts() -> None:
 def test_a_touch_without_a_standard_error_and_one_that_moved_nothing_are_told() -> None:
     [touch] = pressed(np.repeat([0.0, 0.25, 0.0], [60, 60, 60]), full_scale=9.5).touches
     assert {"saturated", "unsettled"} <= set(touch.flags)
-    assert of(touch)["unsettled"] == f"{touch.samples} samples are too few for a standard error: hold the probe longer"
+    assert touch.samples == 0  # not told to press less deep, nor deeper
+    assert of(touch)["saturated"].startswith(
+        f"all {touch.saturated} readings are outside the range of the converter: look"
+    )
+    assert "press" not in "".join(of(touch).values())
+    assert of(touch)["unsettled"] == "0 samples are too few for a standard error"
     [touch] = pressed(np.repeat([0.0, 0.25, 0.0], [60, 60, 60]), initial_covariance=1e-9).touches
     assert "press deeper" in of(touch)["unexcited"]
 
