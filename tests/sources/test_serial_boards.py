@@ -159,7 +159,6 @@ STEADY = [0.03 * k for k in range(200)]
         ("ms", 1e3, "In us they agree"),
         ("ms", 1e-3, "In s they agree"),
         ("us", 1e-3, "In ms they agree"),
-        ("ms", 30.0, "No other unit fits: leave the times out"),
     ],
 )
 def test_a_clock_in_another_unit_ends_it(unit: str, factor: float, helps: str) -> None:
@@ -167,6 +166,18 @@ def test_a_clock_in_another_unit_ends_it(unit: str, factor: float, helps: str) -
         paced(unit, [factor * t for t in STEADY], STEADY)
     assert helps in str(error.value)
     assert paced(unit, [factor * t for t in STEADY[:20]], STEADY[:20])[-1].seq == 19  # not before 1 s
+
+
+@pytest.mark.parametrize("factor", [0.1, 30.0])
+def test_a_clock_that_no_unit_explains_is_told_once(factor: float) -> None:
+    """Stored lines that are sent again, or a board of another crystal than it believes."""
+    numbering, told = Numbering(True, {"t": "ms"}), []
+    for t in STEADY:
+        numbering.place({"t": round(factor * t * SECOND) + 1}, (round(t * SECOND),) * 2)
+        told += [numbering.remark] if numbering.remark else []
+        numbering.remark = ""
+    [text] = told
+    assert text.endswith("s of the computer's clock: is the clock of the board right?")
 
 
 def test_a_clock_that_is_ahead_at_each_pair_is_said_once() -> None:

@@ -53,7 +53,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         ("serial:", {}, "serial's port: got nothing"),
         ("serial:x?unit=pf", {}, "unit: got 'pf', allowed: aF, fF, pF"),
         ("serial:x?columns=hard", {}, "columns: got 'hard', allowed: names of all cells"),
-        ("serial:x?columns=t,hard,soft", {}, r"columns: .* \(the unit of t is not known\)"),
+        ("serial:x?columns=t,hard,soft", {}, r"columns: .* \(the unit of t is not known: s, ms or us"),
         ("serial:x?columns=hard,soft,blue", {}, r"columns: .* \(the name 'blue' is not known\)"),
         ("serial:x?columns=hard,soft&pattern=(?P<hard>1)(?P<soft>2)", {}, "columns: got a pattern, too"),
         ("serial:x?decimal=dot", {}, "decimal: got 'dot', allowed: comma, point"),

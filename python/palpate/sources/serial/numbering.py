@@ -43,11 +43,14 @@ class Numbering:
         The number of the next sample.
     lost : int
         Numbers that were left out.
+    remark : str
+        What to tell of the clock of the board, once; whoever has told it sets it to "".
     """
 
     def __init__(self, by_device: bool, units: dict[str, str]) -> None:
         self.next: int = 0
         self.lost: int = 0
+        self.remark: str = ""
         of_times = [units[role] for role in TIMES if role in units]
         self._timed = by_device and bool(of_times)
         self._wrap = _WRAPS.get(of_times[0], 0) if of_times else 0
@@ -121,7 +124,7 @@ class Numbering:
         if before is None:
             first = max(arrived_ns[0], -apart)
             return (first, first + apart), ""
-        self._pace.add(step, waited)
+        self.remark = self._pace.add(step, waited) or self.remark
         late = self._jumped(step, waited)
         now = self._last_ns + (waited if self._ahead or step < 0 else step)
         return (now, now + apart), late and f"{late}: it shows {hard / 1e9:.6g} s after {before / 1e9:.6g} s"

@@ -148,6 +148,9 @@ class SerialSource(Source):
         place = numbering.place(values, arrived_ns, missing, why)
         if self._away_s:
             self.notify(f"{self._port.name} is back: {numbering.lost - before} pairs lost.")
+        if numbering.remark:
+            self.notify(f"{self._port.name}: {numbering.remark}")
+            numbering.remark = ""
         if place.gap:
             self._gaps.append(Gap(place.seq, place.gap))
             self.notify(f"pair {place.seq}: {place.gap}")
