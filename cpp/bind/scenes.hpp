@@ -116,7 +116,7 @@ struct Run {
   bool was_open = false;
   bool unproven = false;  // since a gap: the baseline may be that of a contact
   bool released = false;  // a touch has ended since then: the baseline after it is proven
-  bool based = false;  // a baseline has been measured, ever
+  bool based = false;     // a baseline has been measured, ever
 };
 
 using AnyRun = std::variant<Run<FixedScene>, Run<PaperScene>, Run<HandheldScene>>;

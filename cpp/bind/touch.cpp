@@ -96,8 +96,8 @@ template <class Result, class Visit>
 void visit_numbers(Result& r, Visit&& visit) {
   const auto all = [&](auto&... numbers) { (visit(numbers), ...); };
   all(r.start, r.samples, r.alarms, r.saturated, r.refused, r.ratio, r.covariance, r.standard_error, r.first_ratio,
-      r.first_standard_error, r.full, r.shift, r.start_s, r.period_s, r.has_length, r.initial_covariance,
-      r.knows_error, r.gap);
+      r.first_standard_error, r.full, r.shift, r.start_s, r.period_s, r.has_length, r.initial_covariance, r.knows_error,
+      r.gap);
   auto& f = r.fitted;
   all(f.offset, f.drift, f.lag, f.curve, f.open, f.open_drift, f.offset_ratio, f.offset_error, f.flags);
 }
@@ -178,6 +178,7 @@ void bind_touch(py::module_& module) {
       "the samples "
       "contradict hard = ratio * soft: \"offset\" (bumps not level), \"drift\" (of a baseline or of the object), "
       "\"lag\" (of a channel, or wrong times), \"curve\" (a gauge or bump that is not linear); and, known after the "
-      "release: \"creep\" (a channel recovers slowly), \"baseline\" (it was measured in contact); \"gap\" (`Tracker.gap` ended the "
+      "release: \"creep\" (a channel recovers slowly), \"baseline\" (it was measured in contact); \"gap\" "
+      "(`Tracker.gap` ended the "
       "touch; or the baseline was measured after it, and no release has shown yet that this was without contact).");
 }
