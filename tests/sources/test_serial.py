@@ -270,6 +270,13 @@ def test_a_long_line_is_an_error_however_it_arrives() -> None:
     assert sent.source.counters["errors"] == 1
 
 
+def test_two_readers_of_a_port_are_refused(port: Port) -> None:
+    """Each would get a part of each line: `6.92` becomes `6.9`, which is a number, too."""
+    with palpate.open(f"serial:{port.link}"), pytest.raises(palpate.DeviceRefused, match="another program reads it"):
+        palpate.open(f"serial:{port.link}")
+    palpate.open(f"serial:{port.link}").close()  # free again
+
+
 def test_without_reset_the_modem_lines_stay_inactive(port: Port, monkeypatch: pytest.MonkeyPatch) -> None:
     import serial
 

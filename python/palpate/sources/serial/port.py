@@ -129,7 +129,8 @@ class Port:
 
     def _open(self) -> Any:
         try:
-            port = serial.Serial(None, self.baud, timeout=_TIMEOUT_S)
+            # Exclusive: of two programs that read a port each gets a part of every line.
+            port = serial.Serial(None, self.baud, timeout=_TIMEOUT_S, exclusive=True)
             port.port = self.name
             if not self._reset:
                 port.dtr = port.rts = False
@@ -177,6 +178,8 @@ class _Silence:
 
 
 def _error(port: str, error: Exception) -> SourceError:
+    if "exclusively lock" in str(error) or "busy" in str(error):
+        return DeviceRefused(f"{port}: another program reads it, and each would get a part of the lines: close that program")
     if "Permission" in str(error):
         return DeviceRefused(
             f"{port}: no permission to open it; `sudo usermod -aG dialout $USER`, then log out and in again"
