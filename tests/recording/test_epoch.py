@@ -13,7 +13,9 @@ from palpate.ad7746.twin.kit import KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.epoch import at
 from palpate.recording import sidecar
+from project import ROOT
 
+FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 SLOPE_PF_PER_S = 0.2  # 5 ms are 1 fF, 25 times the noise
 BEGIN_PF, DAC_STEP_PF = 5.0, 0.17
 
@@ -76,9 +78,12 @@ def test_a_wall_clock_that_was_moved_is_said(tmp_path: Path) -> None:
     assert note.startswith("the wall clock was moved by +3600.00")
 
 
-def test_utc_is_not_invented(tmp_path: Path) -> None:
+@pytest.mark.parametrize("source", ["sim:stiff-steady?seed=1", "sim:stiff-steady?speed=20", "file"])
+def test_utc_is_not_invented(tmp_path: Path, source: str) -> None:
+    """Of times that do not pass with the clock: of a virtual one, of a faster simulation, of a file that is played."""
     path = tmp_path / "run.csv"
-    with palpate.Stream("sim:stiff-steady?seed=1", record=path) as stream:
+    played = palpate.open(str(FOUR), speed=20) if source == "file" else source
+    with palpate.Stream(played, record=path) as stream:
         next(iter(stream))
     with pytest.raises(ValueError, match="utc_ns: got a recording without the wall clock"):
         _ = palpate.read(path).utc_ns

@@ -44,6 +44,9 @@ class Source(Protocol):
     ----------
     live : bool
         True: samples arrive in real time, and are lost if the reader is too slow. False: the source waits.
+    real_time : bool
+        False: a live source whose times do not pass with the clock of the computer, as a simulation at another speed;
+        its recording has no time of day.
     notify : callable
         Called with a message for the user, from any thread; set it to receive the messages.
 
@@ -61,6 +64,7 @@ class Source(Protocol):
     """
 
     live: bool = True
+    real_time: bool = True
     notify: Callable[[str], None] = staticmethod(_silent)
 
     def __enter__(self) -> Self:

@@ -39,6 +39,7 @@ class FileSource(Source):
     def __init__(self, path: str, columns: Any = None, unit: str | None = None, speed: float | None = None) -> None:
         self.recording: Recorded | Foreign = recorded(path, columns=columns, unit=unit)
         self.live: bool = speed is not None
+        self.real_time: bool = False
         self._speed = speed
         self._stopped = Event()
         self._gaps = [Gap(seq + 1, text) for seq, text in self.gap_marks]

@@ -42,6 +42,7 @@ class SimSource(BoardSource):
         scenario = SCENARIOS[name]
         speed, seed, wiring = options.get("speed"), options.get("seed", 0), options.get("wiring", "guide")
         self.live: bool = speed is not None
+        self.real_time: bool = speed == 1
         self.clock: Clock = RealClock(speed) if speed else VirtualClock()
         idle_s = options.get("idle", 0.0)
         bus_kHz = options.get("bus_kHz", BUS_KHZ)

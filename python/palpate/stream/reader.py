@@ -202,11 +202,16 @@ class Reader:
             self.late += sample.t_hard_ns - before.t_hard_ns > self._late_ns
         elif self._live:
             self.lost += sample.seq
-            zero_ns = zero_of(self._source)
-            late = time.monotonic_ns() - max(sample.t_hard_ns, sample.t_soft_ns)
-            self.zero_ns = late if zero_ns is None else zero_ns
+            self.zero_ns = self._zero(sample)
         self.last = sample
         self.read += 1
+
+    def _zero(self, first: Sample) -> int | None:
+        """Return `time.monotonic_ns()` at t = 0: as the source knows it, else from the arrival of the first sample."""
+        if not getattr(self._source, "real_time", True):
+            return None
+        zero_ns = zero_of(self._source)
+        return time.monotonic_ns() - max(first.t_hard_ns, first.t_soft_ns) if zero_ns is None else zero_ns
 
     def _has_room(self) -> bool:
         """Wait until consumer and recorder have room; False: the end was requested before."""

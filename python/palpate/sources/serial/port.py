@@ -179,7 +179,9 @@ class _Silence:
 
 def _error(port: str, error: Exception) -> SourceError:
     if "exclusively lock" in str(error) or "busy" in str(error):
-        return DeviceRefused(f"{port}: another program reads it, and each would get a part of the lines: close that program")
+        return DeviceRefused(
+            f"{port}: another program reads it, and each would get a part of the lines: close that program"
+        )
     if "Permission" in str(error):
         return DeviceRefused(
             f"{port}: no permission to open it; `sudo usermod -aG dialout $USER`, then log out and in again"
