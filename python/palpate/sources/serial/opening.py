@@ -32,12 +32,17 @@ def said(given: Mapping[str, Any]) -> Given:
 def _columns(name: str, value: Any) -> tuple[Column, ...]:
     names = [part.strip() for part in str(value).split(",")]
     try:
-        found = tuple(map(column, names))
-        require_pair(found)
-        require_units(found)
+        return _complete(names)
     except Refused as error:
         allowed = "names of all cells in order, separated by commas, with hard and soft, for example t_ms,hard,soft"
         raise ValueError(f"{name}: got {quoted(str(value))}, allowed: {allowed} ({error})") from error
+
+
+def _complete(names: list[str]) -> tuple[Column, ...]:
+    """Return the columns of these names: with both channels, and their units. Raises Refused."""
+    found = tuple(map(column, names))
+    require_pair(found)
+    require_units(found)
     return found
 
 
@@ -50,9 +55,7 @@ def _pattern(name: str, value: Any) -> "re.Pattern[str]":
         raise ValueError(f"{name}: got {quoted(value)}, allowed: a regular expression ({error})") from error
     groups = list(found.groupindex)
     try:
-        columns = tuple(map(column, groups))
-        require_pair(columns)
-        require_units(columns)
+        _complete(groups)
     except Refused as error:
         allowed = "both (?P<hard>...) and (?P<soft>...), and others named as columns are"
         raise ValueError(f"{name}: got groups {quoted(sorted(groups))}, allowed: {allowed} ({error})") from error
