@@ -18,7 +18,7 @@ from palpate.recording.binary_data import BinaryData
 from palpate.recording.filelock import is_locked
 from palpate.recording.foreign import Foreign
 from palpate.recording.own_file import Recorded
-from palpate.recording.recording import OWN_COLUMNS, time_column
+from palpate.recording.reading import OWN_COLUMNS, time_column
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.table import read_table
 from palpate.samples import DTYPE, Block, Status

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from palpate.recording.own_file import Recorded, is_own
-from palpate.recording.recording import read
+from palpate.recording.reading import read
 from palpate.recording.survey import Survey
 from palpate.samples import Block, blank
 
