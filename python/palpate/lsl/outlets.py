@@ -2,14 +2,14 @@
 
 import time
 from collections.abc import Iterator
-from typing import Any, Self
+from contextlib import ExitStack
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.lsl.description import ESTIMATES, estimates_info, marks_info, samples_info
 from palpate.lsl.marks import touch_text
-from palpate.sources import Source
 from palpate.sources.claims import described, gap_of
 from palpate.sources.lsl.library import SAMPLES, ahead_ns, library
 from palpate.stream import Batch, Stream
@@ -22,7 +22,7 @@ class Outlets:
     """Three streams of a measurement: NAME (samples), NAME-estimates, NAME-marks.
 
     Time stamps are those of the conversions, on the clock of LSL; of a sample, that of its hard channel. Receivers stay
-    connected while one measurement follows another one.
+    connected while one measurement follows another one. If the outlets cannot be made, the stream is closed.
 
     Parameters
     ----------
@@ -50,12 +50,14 @@ allowed: one in real time
     """
 
     def __init__(self, stream: Stream, name: str = "palpate") -> None:
-        require_real_time(stream.source)
-        self._pylsl = library()
-        device = described(stream.source)
-        infos = (make(self._pylsl, name, device) for make in (samples_info, estimates_info, marks_info))
-        self._outlets = [self._pylsl.StreamOutlet(info) for info in infos]
-        self.follow(stream)
+        with ExitStack() as on_failure:
+            on_failure.callback(stream.close)
+            self._pylsl = library()
+            self.follow(stream)
+            device = described(stream.source)
+            infos = (make(self._pylsl, name, device) for make in (samples_info, estimates_info, marks_info))
+            self._outlets = [self._pylsl.StreamOutlet(info) for info in infos]
+            on_failure.pop_all()
 
     def __enter__(self) -> Self:
         """Return the outlets."""
@@ -66,8 +68,13 @@ allowed: one in real time
         self.close()
 
     def follow(self, stream: Stream) -> None:
-        """Send another measurement from now on, of the same source."""
-        require_real_time(stream.source)
+        """Send another measurement from now on, of the same source; errors as of a new one."""
+        source = stream.source
+        if not (source.live and getattr(source, "real_time", True)):
+            raise ValueError(
+                "lsl: got a source whose times are not those of a clock (a file, or a simulation that is not at speed=1), "
+                "allowed: one in real time"
+            )
         self._stream, self._zero_ns = stream, 0
         self._gaps = 0
         self._last_s: float | None = None
@@ -143,15 +150,6 @@ allowed: one in real time
 
     def _push(self, text: str, stamp_s: float) -> None:
         self._outlets[2].push_sample([text], stamp_s)
-
-
-def require_real_time(source: Source) -> None:
-    """Raise ValueError if the times of a source are not those of a clock."""
-    if not (source.live and getattr(source, "real_time", True)):
-        raise ValueError(
-            "lsl: got a source whose times are not those of a clock (a file, or a simulation that is not at speed=1), "
-            "allowed: one in real time"
-        )
 
 
 def _table(labels: tuple[str, ...], columns: list[NDArray[np.generic]]) -> NDArray[np.float64]:

@@ -49,6 +49,11 @@ def boards() -> tuple[list[Found], list[str]]:
     return _look_for(_boards, _iio)
 
 
+def streams() -> tuple[list[Found], list[str]]:
+    """Return the streams of numbers of Lab Streaming Layer, in the same form as `devices`; takes a second."""
+    return _look_for(_streams)
+
+
 def _look_for(*searches: Callable[[], list[Found]]) -> tuple[list[Found], list[str]]:
     found, notes = [], []
     for search in searches:
@@ -83,6 +88,14 @@ def _ports() -> list[Found]:
         raise MissingExtra("serial ports need pyserial: pip install 'palpate[serial]'") from error
     ports = [port for port in comports() if port.vid is not None]
     return [Found(f"serial:{port.device}", port.description or "serial port") for port in sorted(ports)]
+
+
+def _streams() -> list[Found]:
+    from palpate.sources.lsl.channels import NUMBERS
+    from palpate.sources.lsl.finding import search, told
+
+    found = [info for info in search({}, 1.0) if info.channel_format() in NUMBERS]
+    return [Found(f"lsl:{info.name()}", f"{told(info)}, {info.channel_count()} channels") for info in found]
 
 
 def _of_package(point: EntryPoint) -> list[Found]:

@@ -22,6 +22,8 @@ _WORDS = {
 """Units as the conventions of LSL write them."""
 
 
+NUMBERS = (1, 2, 4, 5, 6, 7)
+"""The formats of LSL but 3, text."""
 _LARGEST_OFFSET_S = 3600.0
 
 
@@ -129,7 +131,7 @@ class Channels:
 
 def channels_of(info: Any, asked: Asked) -> Channels:
     """Return the channels of a stream with its description; errors as `Channels`, and for a stream of text."""
-    if info.channel_format() not in _NUMBERS:
+    if info.channel_format() not in NUMBERS:
         raise ValueError(f"lsl: the stream {quoted(info.name())} has no numbers, allowed: a stream of numbers")
     channel, labels, units = info.desc().child("channels").child("channel"), [], []
     for _ in range(info.channel_count()):  # a description with fewer of them has empty texts for the others
@@ -137,9 +139,6 @@ def channels_of(info: Any, asked: Asked) -> Channels:
         units.append(channel.child_value("unit"))
         channel = channel.next_sibling("channel")
     return Channels(labels, units, asked, info.desc().child_value("manufacturer") == MANUFACTURER)
-
-
-_NUMBERS = (1, 2, 4, 5, 6, 7)  # the formats of LSL but 3, strings
 
 
 def _whole(value: float, name: str, largest: int) -> int:

@@ -98,7 +98,12 @@ class LslSource(Source):
         stamps = acquisition.child_value("stamps") if self._channels.numbered else ""
         return {
             "name": "LSL stream",
-            "stream": {"name": info.name(), "type": info.type(), "source_id": info.source_id(), "host": info.hostname()},
+            "stream": {
+                "name": info.name(),
+                "type": info.type(),
+                "source_id": info.source_id(),
+                "host": info.hostname(),
+            },
             "channels": self._channels.names,
             "clock": f"{self._times.clock}; ns since the stream was opened",
             "stamps": self._stamps or (stamps if stamps in ("host", "converter") else "host"),
@@ -208,7 +213,9 @@ class LslSource(Source):
     def _refuse(self) -> None:
         self._errors, self._streak = self._errors + 1, self._streak + 1
         if self._streak == _STREAK:
-            raise ProtocolError(f"lsl: the time stamps of {_STREAK} samples lie before the one before, allowed: rising ones")
+            raise ProtocolError(
+                f"lsl: the time stamps of {_STREAK} samples lie before the one before, allowed: rising ones"
+            )
 
 
 def _positive(text: str) -> float | None:

@@ -57,7 +57,9 @@ class Times:
         self._fixed = correction_s is None or (host == socket.gethostname() and abs(correction_s) < _AGREE_S)
         self._correction_s = 0.0 if correction_s is None or self._fixed else correction_s
         if correction_s is None:
-            self.remark = "its clock does not answer: its stamps are taken as of this computer's clock (is UDP blocked?)"
+            self.remark = (
+                "its clock does not answer: its stamps are taken as of this computer's clock (is UDP blocked?)"
+            )
 
     def t_ns(self, stamp_s: float, inlet: Any) -> int | None:
         """Return the time of a stamp, ns; None: it lies before the last one.
@@ -86,9 +88,7 @@ class Times:
         now_ns = time.monotonic_ns() + ahead_ns(library()) + self._to_t_ns
         if abs(now_ns - first_ns) < _FOREIGN_S * 1e9:
             return 0
-        self.remark = (
-            f"its stamps are {abs(now_ns - first_ns) / 1e9:.0f} s from LSL's clock: the first one is taken as its arrival"
-        )
+        self.remark = f"its stamps are {abs(now_ns - first_ns) / 1e9:.0f} s from LSL's clock: the first one is taken as its arrival"
         return now_ns - first_ns
 
     def _refresh(self, inlet: Any) -> None:
