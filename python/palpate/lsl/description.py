@@ -12,7 +12,7 @@ ESTIMATES = ("ratio", "standard_error", "contact", "touch", "alarm")
 _UNITS = {"hard_pF": "pF", "soft_pF": "pF", "soft_offset_s": "s"}
 _TYPES = {"hard_pF": "Capacitance", "soft_pF": "Capacitance", "soft_offset_s": "Time", "ratio": "Ratio",
           "standard_error": "Ratio"}  # fmt: skip
-_ACQUISITION = ("period_s", "full_scale_pF", "stamps")
+_ACQUISITION = ("period_s", "full_scale_pF")
 
 
 def samples_info(pylsl: Any, name: str, device: Mapping[str, Any]) -> Any:
@@ -49,6 +49,7 @@ def _info(pylsl: Any, name: str, kind: str, labels: Sequence[str], device: Mappi
     acquisition = about.append_child("acquisition")
     acquisition.append_child_value("version", __version__)
     acquisition.append_child_value("instrument", str(device.get("name") or device.get("converter") or ""))
+    acquisition.append_child_value("stamps", str(device.get("stamps", "converter")))
     for key in _ACQUISITION:
         if key in device:
             acquisition.append_child_value(key, str(device[key]))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.lsl.description import ESTIMATES, estimates_info, marks_info, samples_info
-from palpate.lsl.marks import touch_text
+from palpate.lsl.marks import ended_text, revised_text
 from palpate.sources.claims import described, gap_of
 from palpate.sources.lsl.library import SAMPLES, ahead_ns, library
 from palpate.stream import Batch, Stream
@@ -144,9 +144,9 @@ allowed: one in real time
         rows, zero_s = batch.rows, self._zero_ns / 1e9
         for number, touch in enumerate(batch.touches, batch.first):
             own = np.flatnonzero(rows["touch"] == number)
-            yield int(own[-1]) if len(own) else 0, touch_text(number, touch, zero_s + touch.start_s)
+            yield int(own[-1]) if len(own) else 0, ended_text(number, touch, zero_s + touch.start_s)
         for at, (number, touch) in zip(np.flatnonzero(rows["revised"]), batch.revised, strict=True):
-            yield int(at), touch_text(number, touch, zero_s + touch.start_s)
+            yield int(at), revised_text(number, touch, zero_s + touch.start_s)
 
     def _push(self, text: str, stamp_s: float) -> None:
         self._outlets[2].push_sample([text], stamp_s)

@@ -56,7 +56,8 @@ class LslSource(Source):
         self._gaps: list[Gap] = []
         self._errors = self._reconnects = self._streak = 0
         self._inlet: Any = None
-        self._begun = False
+        self._begun = self._silent = False
+        self._heard_s = 0.0
         self._connect(info)
 
     def __enter__(self) -> Self:
@@ -76,18 +77,16 @@ class LslSource(Source):
         """
         if not self._begun:
             self._begin()
-        pylsl, heard_s = library(), time.monotonic()
+        lost_error = library().util.LostError
         while not self._stopped.is_set() and (inlet := self._inlet):
             try:
                 row, stamp_s = inlet.pull_sample(_TURN_S)
-                if row is None and time.monotonic() - heard_s > _SILENT_S:
-                    self._judge_silence(pylsl)
-            except pylsl.util.LostError:
-                row = None
+                is_lost = row is None and not self._answers()
+            except lost_error:
+                is_lost = True
+            if is_lost:
                 self._reconnect()
-            if row is not None or time.monotonic() - heard_s > _SILENT_S:
-                heard_s = time.monotonic()
-            if row is not None and (sample := self._sample(row, stamp_s, inlet)):
+            elif row is not None and (sample := self._sample(row, stamp_s, inlet)):
                 yield sample
 
     def describe(self) -> dict[str, Any]:
@@ -142,13 +141,15 @@ class LslSource(Source):
         self._inlet = inlet
 
     def _begin(self) -> None:
-        self._begun = True
-        self._patiently(self._inlet.open_stream)
+        """Measure the difference of the clocks, which takes some 0.5 s, and then let the samples come."""
+        self._begun, self._silent = True, False
         try:
             correction_s = self._patiently(self._inlet.time_correction)
         except SourceTimeout:
             correction_s = None
         self._times.begin(correction_s, self._info.hostname())
+        self._patiently(self._inlet.open_stream)
+        self._heard_s = time.monotonic()
 
     def _patiently(self, call: Callable[[float], Any]) -> Any:
         """Call a function of an inlet in turns, until it answers or this is stopped."""
@@ -162,12 +163,16 @@ class LslSource(Source):
                 raise DeviceNotFound("lsl: the stream ended while it was opened: start it again") from error
         raise SourceTimeout(f"lsl: the stream does not answer within {_ANSWER_S:g} s: is TCP or UDP blocked?")
 
-    def _judge_silence(self, pylsl: Any) -> None:
-        """Tell that no sample comes; raise LostError if the stream does not answer any more."""
-        alive = search({"uid": self._info.uid()}, _LOOK_S, self._stopped.is_set, others_s=0.0)
-        if not alive and not self._stopped.is_set():
-            raise pylsl.util.LostError
-        self.notify(f"lsl: the stream {told(self._info)} sends no sample for {_SILENT_S:g} s")
+    def _answers(self) -> bool:
+        """Return whether a stream that sends nothing is still there; asked every 5 s, and told once."""
+        if time.monotonic() - self._heard_s < _SILENT_S:
+            return True
+        if not search({"uid": self._info.uid()}, _LOOK_S, self._stopped.is_set, others_s=0.0):
+            return self._stopped.is_set()
+        if not self._silent:
+            self.notify(f"lsl: the stream {told(self._info)} sends no sample for {_SILENT_S:g} s")
+        self._silent, self._heard_s = True, time.monotonic()
+        return True
 
     def _reconnect(self) -> None:
         info, self._inlet = self._info, None
@@ -193,6 +198,7 @@ class LslSource(Source):
 
     def _sample(self, row: Sequence[float], stamp_s: float, inlet: Any) -> Sample | None:
         """Return a sample; None: it came before, or its stamp goes back."""
+        self._silent, self._heard_s = False, time.monotonic()
         t_ns = self._times.t_ns(stamp_s, inlet)
         if self._times.remark:
             self.notify(f"lsl: the stream {told(self._info)}: {self._times.remark}")
