@@ -144,7 +144,7 @@ def _touches(file: Path, how: dict[str, Any], told: _Told) -> list[Touch]:
     from palpate import read, touches
 
     try:
-        recording = read(file, columns=how["columns"], unit=how["unit"])
+        recording = read(file, **how["asked"])
         given = tracking(how["touch_seconds"], how["samples"], how["settings"])
         found = touches(recording, scene=how["scene"], **given)
     except (ValueError, TypeError) as error:

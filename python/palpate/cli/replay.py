@@ -13,7 +13,7 @@ from palpate.cli import afterwards
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.moduli import Moduli
-from palpate.cli.options import json_option, replaying_options, tracking
+from palpate.cli.options import INPUT, json_option, replaying_options, tracking
 
 if TYPE_CHECKING:
     from palpate import OfflineTouch, Touch
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("file", type=INPUT)
 @replaying_options
 @click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
               help="Calibration file from `calibrate`: adds the modulus with its interval to each touch.")  # fmt: skip
@@ -31,8 +31,7 @@ if TYPE_CHECKING:
 @json_option
 def replay(
     file: Path,
-    columns: dict[str, str] | None,
-    unit: str | None,
+    asked: dict[str, Any],
     scene: str | None,
     touch_seconds: float | None,
     samples: int | None,
@@ -59,13 +58,15 @@ def replay(
     if is_offline and calibration:
         raise click.UsageError("--offline and --calibration: allowed one of them; moduli are of the live result")
     try:
-        recording = recorded(file, columns=columns, unit=unit)
+        recording = recorded(file, **asked)
         how: dict[str, Any] = {"scene": scene} if scene else {"scene": "handheld"} | recording.settings
         how |= tracking(touch_seconds, samples, settings)
         again = offline(recording, **how) if is_offline else None
         found, retaken = tracked(recording, **how)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
+    if recording.understood:
+        click.echo(f"{file}: {recording.understood}", err=True)
     notes = [*recording.notes, *cli_touches.notes(retaken)]
     for note in notes:
         click.echo(f"{file}: {note}", err=True)

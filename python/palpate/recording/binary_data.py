@@ -153,6 +153,7 @@ class BinaryData:
 
     document = None
     timed = True
+    understood = ""
     tares: frozenset[int] = frozenset()
     torn_bytes = 0
     full_scale_pF = SATURATED_PF
@@ -169,9 +170,7 @@ class BinaryData:
             )
         self.period_s: float | None = period_s or periods.pop()
         if not self.period_s:
-            raise ValueError(
-                f"period: got none, allowed: seconds from row to row; {hard} has no conversion time in its header"
-            )
+            raise ValueError(f"rate: got none, allowed: pairs a second; {hard} has no conversion time in its header")
 
     @property
     def notes(self) -> tuple[str, ...]:

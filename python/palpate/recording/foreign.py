@@ -1,7 +1,7 @@
 """Any recording as a sequence of blocks: palpate's own in parts, a table of another logger as one block."""
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,9 @@ from palpate.recording.reading import read
 from palpate.recording.survey import Survey
 from palpate.samples import Block, blank
 
+RATE = "pairs a second, for a table without times; or name the column of times with time=COL"
+"""What is allowed as the rate of a table without times."""
+
 
 class Foreign:
     """A table of another logger, read as one block.
@@ -19,10 +22,8 @@ class Foreign:
     Parameters
     ----------
     path : path-like
-    columns : mapping, optional
-        Columns of "hard", "soft", "time", as in `palpate.read`.
-    unit : str, optional
-        Unit of the capacitances, as in `palpate.read`.
+    **asked
+        Keywords of `palpate.read`.
 
     Raises
     ------
@@ -39,15 +40,10 @@ class Foreign:
     document = None
     doubts: tuple[str, ...] = ()
 
-    def __init__(
-        self,
-        path: str | os.PathLike[str],
-        columns: Mapping[str, str | int] | None = None,
-        unit: str | None = None,
-    ) -> None:
+    def __init__(self, path: str | os.PathLike[str], **asked: Any) -> None:
         self.path: Path = Path(path)
         self.survey: Survey = Survey()
-        self._recording = read(self.path, columns=columns, unit=unit)
+        self._recording = read(self.path, **asked)
         self.full_scale_pF: float = self._recording.full_scale_pF
         self.tares: frozenset[int] = frozenset()
         self.gap_marks: list[tuple[int, str]] = []
@@ -55,6 +51,7 @@ class Foreign:
         self.timed: bool = all(bool(np.isfinite(t).all()) for t in times)
         self.settings: dict[str, Any] = {}
         self.host_stamps: bool = False  # not known
+        self.understood: str = self._recording.understood
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -79,15 +76,14 @@ class Foreign:
         yield block
 
 
-def recorded(
-    path: str | os.PathLike[str], *, columns: Mapping[str, str | int] | None = None, unit: str | None = None
-) -> Recorded | Foreign:
+def recorded(path: str | os.PathLike[str], **asked: Any) -> Recorded | Foreign:
     """Open a recording of any length, to read it in blocks.
 
     Parameters
     ----------
-    path, columns, unit
-        As in `palpate.read`. A table of another logger is still read as a whole.
+    path : path-like
+    **asked
+        Keywords of `palpate.read`. A table of another program is still read as a whole.
 
     Returns
     -------
@@ -106,5 +102,5 @@ def recorded(
     >>> [touch.samples for touch in palpate.touches(recorded("tests/data/four-specimens.csv"))]
     [250, 250, 250, 250]
     """
-    own = columns is None and unit is None and is_own(Path(path))
-    return Recorded(path) if own else Foreign(path, columns, unit)
+    given = {name: value for name, value in asked.items() if value is not None}
+    return Foreign(path, **given) if given or not is_own(Path(path)) else Recorded(path)
