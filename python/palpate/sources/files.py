@@ -6,8 +6,7 @@ from threading import Event
 from typing import Any
 
 from palpate.errors import RecordingError
-from palpate.recording.foreign import RATE, Foreign, recorded
-from palpate.recording.own_file import Recorded
+from palpate.recording.foreign import RATE, AnyRecording, recorded
 from palpate.samples import Block, Sample, samples_of
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, choice, number
@@ -30,7 +29,7 @@ class FileSource(Source):
     speed : float, optional
         1: the timing of the recording; 10: ten times as fast; None: as fast as possible.
     **asked
-        Keywords of `palpate.read`.
+        Keywords of `palpate.read`, and `known`, as in `palpate.recorded`.
 
     Raises
     ------
@@ -39,11 +38,11 @@ class FileSource(Source):
 
     Attributes
     ----------
-    recording : Recorded or Foreign
+    recording : Recorded, Foreign or BinaryData
     """
 
     def __init__(self, path: str, speed: float | None = None, **asked: Any) -> None:
-        self.recording: Recorded | Foreign = recorded(path, **asked)
+        self.recording: AnyRecording = recorded(path, **asked)
         if not self.recording.timed:
             raise ValueError(f"rate: got none, allowed: {RATE}")
         self.live: bool = speed is not None
@@ -143,5 +142,6 @@ _ALLOWED = {
     "rate": number(0, above=True),
     "decimal": choice(*DECIMALS),
     "soft": anything,
+    "known": anything,
     "speed": number(0, above=True),
 }
