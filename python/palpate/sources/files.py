@@ -130,9 +130,10 @@ class FileSource(Source):
 def open_file(address: str, options: Mapping[str, Any]) -> FileSource:
     """Return the source of a path; `map` is `columns` as text."""
     given = dict(options)
+    known = given.pop("known", ())
     if "map" in given:
         given["columns"] = parsed_map(str(given.pop("map")))
-    return FileSource(address, **checked("file", given, _ALLOWED))
+    return FileSource(address, known=known, **checked("file", given, _ALLOWED))
 
 
 _ALLOWED = {
@@ -142,6 +143,5 @@ _ALLOWED = {
     "rate": number(0, above=True),
     "decimal": choice(*DECIMALS),
     "soft": anything,
-    "known": anything,
     "speed": number(0, above=True),
 }

@@ -10,7 +10,7 @@ from palpate.tables.asked import Asked
 from palpate.tables.long import id_columns, spread
 from palpate.tables.names import PAIRS, SOFT_TIMES, named, simple_name, time_columns
 from palpate.tables.table import Column, Table
-from palpate.tables.units import PICOFARADS
+from palpate.tables.units import PICOFARADS, bare
 
 
 class Side(NamedTuple):
@@ -23,6 +23,17 @@ class Side(NamedTuple):
     value: int
     times: list[int]
     asked: bool
+
+    @property
+    def name(self) -> str:
+        """The name of the column of values, without its unit."""
+        return said(self.table, self.value)
+
+
+def said(table: Table, column: int) -> str:
+    """Return the name of a column as a message says it: without its unit, or its position."""
+    name = table.name(column)
+    return bare(name) or name
 
 
 def sides(table: Table, asked: Asked, soft: Table | None = None) -> tuple[Side, Side]:

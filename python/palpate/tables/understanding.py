@@ -11,7 +11,7 @@ from palpate.tables.asked import Asked
 from palpate.tables.doubts import clipped
 from palpate.tables.numbers import numbers
 from palpate.tables.pairs import joined
-from palpate.tables.roles import Side, sides
+from palpate.tables.roles import Side, said, sides
 from palpate.tables.scales import units
 from palpate.tables.table import Table
 from palpate.tables.times import Times, times
@@ -69,14 +69,14 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     stamps = _stamps(hard, soft, asked)
     by_row = hard.table is soft.table or asked.rate is not None or not any(each.said for each in stamps)
     arrays, apart = (_by_row if by_row else _by_time)(hard, soft, stamps, values)
-    said = [_said_times(stamps), f"hard = {_name(hard)}, {hard_unit}", f"soft = {_name(soft)}, {soft_unit}"]
-    said += [_pace(arrays[0]), f"{len(arrays[0])} rows"]
+    line = [_said_times(stamps), f"hard = {hard.name}, {hard_unit}", f"soft = {soft.name}, {soft_unit}"]
+    line += [_pace(arrays[0]), f"{len(arrays[0])} rows"]
     tables = [table] if soft_table is None else [table, soft_table]
     notes = [*_notes(arrays), *apart, *told, *(note for each in stamps for note in each.notes)]
     notes += [note for each in tables for note in each.notes]
     notes += [note for name, each in zip(("hard", "soft"), arrays[2:], strict=True) for note in clipped(name, each)]
     return Channels(
-        *arrays, "; ".join(filter(None, said)), tuple(dict.fromkeys(notes)), stamps[0].zero_utc_ns, _unused(hard, soft)
+        *arrays, "; ".join(filter(None, line)), tuple(dict.fromkeys(notes)), stamps[0].zero_utc_ns, _unused(hard, soft)
     )
 
 
@@ -84,10 +84,6 @@ def _unused(hard: Side, soft: Side) -> list[str]:
     used = {hard.value, soft.value, *hard.times, *soft.times}
     same = hard.table is soft.table
     return [hard.table.name(column) for column in range(hard.table.width) if same and column not in used]
-
-
-def _name(side: Side) -> str:
-    return side.table.name(side.value)
 
 
 def _stamps(hard: Side, soft: Side, asked: Asked) -> tuple[Times, Times]:
@@ -108,7 +104,7 @@ def _of_side(side: Side, asked: Asked) -> Times:
         except (ValueError, RecordingError) as error:
             wrong.append(error)
         else:
-            found.append(Times(one.seconds, f"{side.table.name(column)}, {one.said}", one.zero_utc_ns, one.notes))
+            found.append(Times(one.seconds, f"{said(side.table, column)}, {one.said}", one.zero_utc_ns, one.notes))
     if found:
         return min(found, key=lambda each: int(np.count_nonzero(np.diff(each.seconds) == 0)))
     if wrong:
