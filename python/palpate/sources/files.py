@@ -20,7 +20,8 @@ UNREAD = "not read to its end: its rows are not verified"
 class FileSource(Source):
     """The samples of a file, as fast as possible or with the timing of the recording.
 
-    After the last sample `notify` is called with each note on the recording: what is wrong with it is known then.
+    `notify` is called first with the line that says how a table was understood, and after the last sample with each note
+    on the recording: what is wrong with it is known then.
 
     Parameters
     ----------
@@ -54,6 +55,8 @@ class FileSource(Source):
     def __iter__(self) -> Iterator[Sample]:
         """Return the samples, from the first one; raises RecordingError after the last one if a checksum differs."""
         whole = False
+        if self.recording.understood:
+            self.notify(f"{self.recording.path}: {self.recording.understood}")
         try:
             whole = yield from self._samples()
         finally:  # also if the reader wants no more

@@ -34,7 +34,7 @@ class Logger:
 
         Raises
         ------
-        ValueError
+        ValueError, TypeError
             Not such an entry.
 
         Examples
@@ -43,7 +43,7 @@ class Logger:
         {'hard': 'A', 'soft': 'B'}
         """
         if not isinstance(entry, Mapping):
-            raise ValueError(f"logger: got {quoted(entry)}, allowed: a table with {', '.join(_KEYS)}")
+            raise TypeError(f"logger: got {quoted(entry)}, allowed: a table with {', '.join(_KEYS)}")
         if unknown := set(entry) - set(_KEYS):
             raise ValueError(f"logger: got {quoted(min(unknown))}, allowed: {', '.join(_KEYS)}")
         columns = entry.get("columns")
