@@ -64,6 +64,9 @@ def test_a_stream_is_chosen_by_its_type(name: str) -> None:
     senders = [Sender(name, ("C1_nF", "x", "C2"), ("", "", "fF"), kind=kind) for kind in ("A", "B")]
     with pytest.raises(DeviceNotFound, match=r"2 streams have name .*\(A, on .*\), .*\(B, on .*\); choose one"):
         palpate.open(f"lsl:{name}")
+    with pytest.raises(ValueError, match="lsl: map: got option 'time', allowed: hard, soft"):
+        palpate.open(f"lsl:{name}?map=hard=C1_nF,soft=3,time=2")
+    palpate.open(f"lsl:{name}?type=B&map=hard%3DC1_nF,soft%3D3").close()
     source = palpate.open(f"lsl:{name}?type=B&hard=C1_nF&soft=3")
     [sample] = received(source, senders[1], (0.5, 7.0, 250.0))
     assert (sample.hard, sample.soft) == (500.0, 0.25)
@@ -100,12 +103,13 @@ def test_wrong_options(options: str, message: str) -> None:
             ["", ""],
             ["pF", "pF"],
             Asked(),
-            "hard: got no such label, allowed: hard=LABEL or a position from 1, one of 1, 2",
+            "hard: got nothing, allowed: hard=LABEL or a position from 1, one of 1, 2",
         ),
         (["a", "b"], ["pF", "pF"], Asked("a", "c"), r"soft: got 'c', .* one of 1 \(a\), 2 \(b\)"),
         (["a", "b"], ["pF", "pF"], Asked("1", "3"), "soft: got '3'"),
         (["a", "b"], ["pF", "pF"], Asked("1", "9" * 5000), "soft: got '999"),
         (["a", "b"], ["pF", "pF"], Asked("b", "2"), r"hard, soft: got 2 \(b\) for both"),
+        (["C1", "C1", "C2"], ["pF"] * 3, Asked(), "hard: got nothing"),
         (["a", "a"], ["pF", "pF"], Asked("a", "2"), "hard: got 'a'"),
         (["hard", "soft"], ["microvolts", ""], Asked(), "unit: the stream says 'microvolts' for hard"),
         (["hard", "soft_V"], ["pF", ""], Asked(soft="2"), r"unit: the stream says '' for soft, channel 2 \(soft_V\)"),
@@ -119,6 +123,7 @@ def test_channels_that_are_not_known(labels: list[str], units: list[str], asked:
 def test_units() -> None:
     for units in (["nF", "nanofarad"], ["NanoFarads", "nF"]):
         assert Channels(["hard", "soft"], units, Asked()).values([1.0, 2.0]) == (1000.0, 2000.0)
+    assert Channels(["CIN2 (fF)", "CIN1"], ["", "pF"], Asked()).values([1.0, 2.0]) == (2.0, 0.001)
     assert Channels(["1", "hard"], ["V", "V"], Asked("hard", "1", "fF")).values([2.0, 1.0]) == (0.001, 0.002)
 
 

@@ -17,7 +17,7 @@ from palpate.cli.exit import BAD_DATA, INTERRUPTED, one_line
 from palpate.cli.library_logs import library_logs
 from palpate.cli.lsl import lsl_option
 from palpate.cli.moduli import tell_origin
-from palpate.cli.options import board_options, estimating_options, json_option, opening, tracking
+from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
 from palpate.cli.source import SourceType
 from palpate.cli.terminal import say, signals
 from palpate.several import TOUCH_SCATTER
@@ -43,7 +43,7 @@ _PORT = 8746
               "has its own.")  # fmt: skip
 @lsl_option
 @board_options
-@estimating_options
+@recording_options
 @click.option(
     "--port", default=_PORT, show_default=True, type=click.IntRange(0, 65535), help="Port of the page; 0: any."
 )
@@ -62,6 +62,7 @@ def live(
     lsl: str | None,
     firmware: Path | None,
     excitation: str | None,
+    asked: dict[str, Any],
     scene: str,
     touch_seconds: float | None,
     samples: int | None,
@@ -99,7 +100,7 @@ def live(
     calibrated = _calibration(calibration, scene) if calibration else None
     try:
         session = Session(
-            _opener(source, opening(firmware, excitation)),
+            _opener(source, opening(firmware, excitation) | asked),
             Recordings(file),
             how,
             lambda message: say(one_line(message)),
@@ -156,7 +157,7 @@ def _arrivals(session: "Session") -> Iterator[None]:
         yield
 
 
-def _opener(source: str, given_beside: dict[str, str]) -> "Callable[[], Source]":
+def _opener(source: str, given_beside: dict[str, Any]) -> "Callable[[], Source]":
     """Return a function that opens the source; simulations and files run in real time unless `speed` is given."""
     from palpate import sources
     from palpate.sources.options import split

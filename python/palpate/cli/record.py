@@ -16,7 +16,7 @@ from palpate import PalpateError, digits
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import INTERRUPTED, NOT_RELIABLE
 from palpate.cli.lsl import lsl_option
-from palpate.cli.options import board_options, estimating_options, json_option, opening, tracking
+from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
 from palpate.cli.source import SourceType
 from palpate.cli.terminal import say, signals
 
@@ -43,7 +43,7 @@ _REVISED_S = 5.0  # longest wait for the revised result of the last touch
 @board_options
 @click.option("--recentre", is_flag=True, help="If a channel leaves the range of the converter for 2 s without a touch, "
               "set the range again.")  # fmt: skip
-@estimating_options
+@recording_options
 @json_option
 def record(
     source: str,
@@ -55,6 +55,7 @@ def record(
     firmware: Path | None,
     excitation: str | None,
     recentre: bool,
+    asked: dict[str, Any],
     scene: "_Scene",
     touch_seconds: float | None,
     samples: int | None,
@@ -80,7 +81,7 @@ def record(
 
     how = tracking(touch_seconds, samples, settings)
     try:
-        opened = sources.open(source, **opening(firmware, excitation))
+        opened = sources.open(source, **opening(firmware, excitation), **asked)
         stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=say, **how)
         outlets = _outlets(stream, lsl, notes) if lsl else None
     except (ValueError, TypeError) as error:

@@ -30,6 +30,8 @@ class Recording:
         Rows from which on the baseline before does not hold, from 1: the board was opened again, or its range moved.
     zero_utc_ns : int or None
         UTC of t = 0, ns since 1970, by the wall clock of the computer that recorded; None: unknown.
+    understood : str
+        Of a table of another program: one line that says which columns and units were used.
 
     Examples
     --------
@@ -49,6 +51,7 @@ class Recording:
     doubts: tuple[str, ...] = ()
     gap_rows: tuple[int, ...] = ()
     zero_utc_ns: int | None = None
+    understood: str = ""
 
     @property
     def utc_ns(self) -> NDArray[np.int64]:

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from palpate.errors import ProtocolError, listed, quoted
-from palpate.recording.table import PICOFARADS, bare_name
 from palpate.samples import Status
 from palpate.sources.lsl.library import MANUFACTURER, SAMPLES
+from palpate.tables.names import PAIRS, simple_name
+from palpate.tables.units import PICOFARADS, unit_in
 
 _WORDS = {
     "attofarads": "aF",
@@ -63,8 +64,8 @@ class Channels:
         self._labels = labels
         self.names: dict[str, str] = {}
         self._places: list[tuple[int, float]] = []
-        for name, wanted in (("hard", asked.hard), ("soft", asked.soft)):
-            place = self._place(name, wanted)
+        for name, wanted, usual in zip(("hard", "soft"), (asked.hard, asked.soft), _usual(labels), strict=True):
+            place = usual if wanted is None and usual is not None else self._place(name, wanted)
             unit = asked.unit or self._unit(name, place, units[place])
             self.names[name] = f"{labels[place] or place + 1}, {unit}"
             self._places.append((place, PICOFARADS[unit]))
@@ -104,19 +105,19 @@ class Channels:
     def _place(self, name: str, wanted: str | None) -> int:
         count = len(self._labels)
         if wanted is None:
-            found = [i for i, label in enumerate(self._labels) if bare_name(label) == name]
+            found = []
         elif wanted in self._labels:
             found = [i for i, label in enumerate(self._labels) if label == wanted]
         else:
             found = [int(wanted) - 1] if wanted.isdecimal() and 1 <= int(wanted[:9]) <= count else []
         if len(found) != 1:
             there = listed([self._shown(i) for i in range(count)])
-            got = "no such label" if wanted is None else quoted(wanted)
+            got = "nothing" if wanted is None else quoted(wanted)
             raise ValueError(f"{name}: got {got}, allowed: {name}=LABEL or a position from 1, one of {there}")
         return found[0]
 
     def _unit(self, name: str, place: int, said: str) -> str:
-        unit = said.strip() or self._labels[place].rpartition("_")[2]
+        unit = said.strip() or unit_in(self._labels[place], PICOFARADS) or ""
         unit = _WORDS.get(unit.casefold(), _WORDS.get(f"{unit.casefold()}s", unit))
         if unit not in PICOFARADS:
             raise ValueError(
@@ -127,6 +128,13 @@ class Channels:
 
     def _shown(self, place: int) -> str:
         return f"{place + 1} ({self._labels[place]})" if self._labels[place] else f"{place + 1}"
+
+
+def _usual(labels: Sequence[str]) -> tuple[int | None, int | None]:
+    """Return the channels whose labels say that they are the hard and the soft one."""
+    simple = [simple_name(label) for label in labels]
+    found = ((simple.index(hard), simple.index(soft)) for hard, soft in PAIRS if simple.count(hard) == simple.count(soft) == 1)
+    return next(found, (None, None))
 
 
 def channels_of(info: Any, asked: Asked) -> Channels:
