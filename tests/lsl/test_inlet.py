@@ -112,7 +112,7 @@ def test_wrong_options(options: str, message: str) -> None:
         (["C1", "C1", "C2"], ["pF"] * 3, Asked(), "hard: got nothing"),
         (["a", "a"], ["pF", "pF"], Asked("a", "2"), "hard: got 'a'"),
         (["hard", "soft"], ["microvolts", ""], Asked(), "unit: the stream says 'microvolts' for hard"),
-        (["hard", "soft_V"], ["pF", ""], Asked(soft="2"), r"unit: the stream says '' for soft, channel 2 \(soft_V\)"),
+        (["hard", "soft_V"], ["pF", ""], Asked("1", "2"), r"unit: the stream says '' for soft, channel 2 \(soft_V\)"),
     ],
 )
 def test_channels_that_are_not_known(labels: list[str], units: list[str], asked: Asked, message: str) -> None:

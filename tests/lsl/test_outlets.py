@@ -3,10 +3,12 @@
 import json
 import math
 import socket
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ import palpate
 import pylsl
 import pytest
 from click.testing import CliRunner
+from lsl_sender import Sender
 from palpate import Gap, Sample, Stream
 from palpate.cli import main
 from palpate.lsl import Outlets
@@ -250,11 +253,26 @@ def until_sent(session: Any, count: int) -> None:
         time.sleep(0.01)
 
 
+def test_live_sends_too(name: str, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "palpate", "live", "sim:", "--lsl", name, "--no-open", "--port", "0"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as live:
+        try:
+            with palpate.open(f"lsl:{name}?wait=60") as source:
+                assert [sample.seq for sample in islice(source, 5)] == [0, 1, 2, 3, 4]
+                assert source.describe()["stamps"] == "converter"
+        finally:
+            live.terminate()
+
+
 def test_devices_lists_streams(name: str) -> None:
+    """Also one whose name would write to the terminal."""
+    evil = Sender(f"{name}\x1b[2J", ("a", "b"))
     stream = Stream("sim:stiff-steady?speed=1")
     with Outlets(stream, name):
         done = CliRunner().invoke(main, ["devices", "--lsl", "--json"])
     stream.close()
+    evil.close()
     found = {device["uri"]: device["what"] for device in json.loads(done.stdout)["devices"]}
     assert "6 channels" in found[f"lsl:{name}"]
     assert f"lsl:{name}-marks" not in found
+    assert f"lsl:'{name}\\x1b[2J'" in found

@@ -92,10 +92,10 @@ def _ports() -> list[Found]:
 
 def _streams() -> list[Found]:
     from palpate.sources.lsl.channels import NUMBERS
-    from palpate.sources.lsl.finding import search, told
+    from palpate.sources.lsl.finding import search, shown, told
 
     found = [info for info in search({}, 1.0) if info.channel_format() in NUMBERS]
-    return [Found(f"lsl:{info.name()}", f"{told(info)}, {info.channel_count()} channels") for info in found]
+    return [Found(f"lsl:{shown(info.name())}", f"{told(info)}, {info.channel_count()} channels") for info in found]
 
 
 def _of_package(point: EntryPoint) -> list[Found]:

@@ -133,7 +133,11 @@ class Channels:
 def _usual(labels: Sequence[str]) -> tuple[int | None, int | None]:
     """Return the channels whose labels say that they are the hard and the soft one."""
     simple = [simple_name(label) for label in labels]
-    found = ((simple.index(hard), simple.index(soft)) for hard, soft in PAIRS if simple.count(hard) == simple.count(soft) == 1)
+    found = (
+        (simple.index(hard), simple.index(soft))
+        for hard, soft in PAIRS
+        if simple.count(hard) == simple.count(soft) == 1
+    )
     return next(found, (None, None))
 
 

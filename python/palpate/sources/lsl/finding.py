@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from palpate.errors import DeviceNotFound, listed, quoted
+from palpate.errors import DeviceNotFound, listed, quoted, shortened
 from palpate.sources.lsl.library import library
 
 WAIT_S = 5.0
@@ -74,7 +74,18 @@ def only(wanted: Mapping[str, str], limit_s: float) -> Any:
 def told(info: Any) -> str:
     """Return a stream as a message shows it."""
     marked = f", source_id {quoted(info.source_id())}" if info.source_id() else ""
-    return f"{info.name()} ({info.type() or 'no type'}, on {info.hostname()}{marked})"
+    return f"{shown(info.name())} ({shown(info.type()) or 'no type'}, on {shown(info.hostname())}{marked})"
+
+
+def shown(text: str) -> str:
+    r"""Return a text from the network as a terminal may show it.
+
+    Examples
+    --------
+    >>> shown("EEG"), shown("EEG\x1b[2J")
+    ('EEG', "'EEG\\x1b[2J'")
+    """
+    return shortened(text) if text.isprintable() else quoted(text)
 
 
 def _literal(name: str, value: str) -> str:

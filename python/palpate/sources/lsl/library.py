@@ -38,8 +38,8 @@ def library() -> Any:
             f"pylsl finds no liblsl ({said:.100}); type: pip install --force-reinstall 'palpate[lsl]', "
             "or set PYLSL_LIB to the library"
         ) from error
-    if not _configured():
-        with suppress(RuntimeError):  # liblsl before 1.17.7 has no such call
+    with suppress(RuntimeError):  # liblsl before 1.17.7 has no such call; or there is no home folder
+        if not _configured():
             found.set_config_content(_SILENT)
     return found
 
