@@ -17,9 +17,11 @@ from uuid import uuid4
 import numpy as np
 import palpate
 from numpy.typing import NDArray
+from palpate.samples import Block, feed
 
 _PALPATE = [sys.executable, "-m", "palpate"]
 _LIMIT_S = 120.0
+_ALIKE = 10
 
 
 class Result(NamedTuple):
@@ -27,8 +29,8 @@ class Result(NamedTuple):
 
     Attributes
     ----------
-    sent, lost, repeated, changed : int
-        Pairs: recorded by the sender; not in the recording of the receiver; there twice; with another value.
+    sent, lost, extra, changed : int
+        Pairs: recorded by the sender; not in the recording of the receiver; only there; with other values or status.
     error_s : numpy.ndarray
         Time of each pair at the receiver minus that at the sender, on one clock, s.
     skew_s : numpy.ndarray
@@ -40,7 +42,7 @@ class Result(NamedTuple):
 
     sent: int
     lost: int
-    repeated: int
+    extra: int
     changed: int
     error_s: NDArray[np.float64]
     skew_s: NDArray[np.float64]
@@ -50,7 +52,7 @@ class Result(NamedTuple):
         """Return a line for the summary."""
         error_us = np.abs(self.error_s) * 1e6
         return (
-            f"{self.sent} pairs: {self.lost} lost, {self.repeated} repeated, {self.changed} changed; "
+            f"{self.sent} pairs: {self.lost} lost, {self.extra} extra, {self.changed} changed; "
             f"offset error median {np.median(error_us):.3f} us, largest {error_us.max():.3f} us"
         )
 
@@ -72,7 +74,7 @@ def loopback(folder: Path, seconds: float, ahead_s: float = 0.0, scenario: str =
     """Send for at least this time, receive for this time, and compare."""
     name = f"palpate-loopback-{uuid4().hex[:12]}"
     sent, received = folder / "sent.csv", folder / "received.csv"
-    source = f"sim:{scenario}?speed=1&seed=1&idle={max(seconds - 15, 0):g}"
+    source = f"sim:{scenario}?speed=1&seed=1&idle={max(seconds - 15, 4):g}"
     sender = [*ahead(ahead_s), *_PALPATE, "record", source, "-o", str(sent), "--lsl", name]
     with subprocess.Popen(sender, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
                           start_new_session=True) as sending:  # fmt: skip
@@ -89,42 +91,36 @@ def loopback(folder: Path, seconds: float, ahead_s: float = 0.0, scenario: str =
 
 
 def compared(sent: Path, received: Path, ahead_s: float = 0.0) -> Result:
-    """Compare the recording of the sender with that of the receiver."""
-    ours, theirs = _rows(received), _rows(sent)
-    first = np.flatnonzero(_same(theirs, ours[0]))
-    last = np.flatnonzero(_same(theirs, ours[-1]))
-    assert (len(first), len(last)) == (1, 1), "the readings of a noisy channel are not repeated"
-    theirs = theirs[first[0] : last[0] + 1]
-    known = {row["pair"].tobytes(): i for i, row in enumerate(theirs)}
-    places = [known.get(row["pair"].tobytes(), -1) for row in ours]
-    found = [place for place in places if place >= 0]
-    mine, other = ours[[place >= 0 for place in places]], theirs[found]
+    """Compare the recording of the sender with that of the receiver, which began later: its numbers begin at 0 again."""
+    theirs, ours = (np.concatenate(list(palpate.recorded(path).blocks())) for path in (sent, received))
+    ours["seq"] += _begin(theirs, ours)
+    within = theirs[(theirs["seq"] >= ours["seq"][0]) & (theirs["seq"] <= ours["seq"][-1])]
+    both, at_ours, at_theirs = np.intersect1d(ours["seq"], within["seq"], return_indices=True)
+    mine, other = ours[at_ours], within[at_theirs]
     offset_ns = _zero_ns(received) - _zero_ns(sent) + round(ahead_s * 1e9)
+    skews_ns = [block["t_soft_ns"] - block["t_hard_ns"] for block in (mine, other)]
+    touches = _touches(mine)
     return Result(
-        len(theirs),
-        len(theirs) - len(set(found)),
-        len(found) - len(set(found)),
-        places.count(-1),
-        (mine["hard_ns"] - other["hard_ns"] + offset_ns) / 1e9,
-        (mine["soft_ns"] - mine["hard_ns"] - other["soft_ns"] + other["hard_ns"]) / 1e9,
-        len(_touches(mine)) if _touches(mine) == _touches(other) else -1,
+        len(within),
+        len(within) - len(both),
+        len(ours) - len(both),
+        sum(a.tobytes() != b.tobytes() for a, b in zip(_values(mine), _values(other), strict=True)),
+        (mine["t_hard_ns"] - other["t_hard_ns"] + offset_ns) / 1e9,
+        (skews_ns[0] - skews_ns[1]) / 1e9,
+        len(touches) if touches == _touches(other) else -1,
     )
 
 
-_ROW = np.dtype([("hard_ns", "i8"), ("soft_ns", "i8"), ("pair", [("hard", "f8"), ("soft", "f8")])])
+def _begin(theirs: Block, ours: Block) -> int:
+    """Return the number, at the sender, of the first pair received: that with the same readings in the pairs after it."""
+    wanted = _values(ours[:_ALIKE]).tobytes()
+    found = [i for i in range(len(theirs)) if _values(theirs[i : i + _ALIKE]).tobytes() == wanted]
+    assert len(found) == 1, "readings with noise, so many in a row, are not repeated"
+    return int(theirs["seq"][found[0]])
 
 
-def _rows(path: Path) -> NDArray[np.void]:
-    blocks = np.concatenate(list(palpate.recorded(path).blocks()))
-    rows = np.empty(len(blocks), _ROW)
-    rows["hard_ns"], rows["soft_ns"] = blocks["t_hard_ns"], blocks["t_soft_ns"]
-    rows["pair"]["hard"], rows["pair"]["soft"] = blocks["hard"], blocks["soft"]
-    return rows
-
-
-def _same(rows: NDArray[np.void], row: np.void) -> NDArray[np.bool_]:
-    pairs = np.array([other.tobytes() for other in rows["pair"]])
-    return np.asarray(pairs == row["pair"].tobytes())
+def _values(block: Block) -> NDArray[np.float64]:
+    return np.column_stack([block["hard"], block["soft"], block["status"].astype(float)])
 
 
 def _zero_ns(path: Path) -> int:
@@ -132,9 +128,9 @@ def _zero_ns(path: Path) -> int:
     return int(clock["zero_monotonic_ns"])
 
 
-def _touches(rows: NDArray[np.void]) -> list[dict[str, object]]:
+def _touches(rows: Block) -> list[dict[str, object]]:
     tracker = palpate.Tracker("handheld")
-    tracker.process(rows["hard_ns"], rows["soft_ns"], rows["pair"]["hard"].copy(), rows["pair"]["soft"].copy())
+    feed(tracker, rows)
     tracker.finish()
     return [{key: value for key, value in touch.as_dict().items() if key != "start_s"} for touch in tracker.touches]
 
