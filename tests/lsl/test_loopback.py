@@ -1,6 +1,7 @@
 """A simulated board in real time, sent by one process and received by another one: times, values, loss."""
 
 import faulthandler
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,8 @@ import pytest
 from effort import NIGHTLY
 from lsl_loopback import Result, can_be_ahead, loopback
 from tally import Tally
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ends its processes with signals")
 
 SECONDS = 600 if NIGHTLY else 8
 AHEAD_S = 1000.0

@@ -24,14 +24,17 @@ from palpate.lsl import Outlets
 from recording_bench import Scripted
 from streaming import four
 
+MANY = 5000
+"""Marks: more than a connection takes at once."""
+
 
 class Listener:
     """Receives everything of a stream, as any program does."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, *, recover: bool = False) -> None:
         found = pylsl.resolve_byprop("name", name, 1, 30.0)
         assert len(found) == 1
-        self.inlet = pylsl.StreamInlet(found[0], recover=False)
+        self.inlet = pylsl.StreamInlet(found[0], recover=recover)
         self.info = self.inlet.info(30.0)
         self.inlet.open_stream(30.0)
         self.rows: list[Any] = []
@@ -194,6 +197,20 @@ def test_an_inlet_receives_what_was_sent_and_finds_the_same_touches(name: str, t
     assert [{**touch.as_dict(), "start_s": 0} for touch in receiving.touches] == same
     replayed = palpate.touches(palpate.recorded(tmp_path / "received.csv"))
     assert [{**touch.as_dict(), "start_s": 0} for touch in replayed] == same
+
+
+def test_nothing_is_lost_at_the_end(name: str) -> None:
+    """Liblsl drops what is on its way when an outlet is closed: palpate waits before."""
+    stream = Stream(Lab(), capacity=4096)
+    with Outlets(stream, name) as outlets:
+        listener = Listener(f"{name}-marks", recover=True)  # else it drops, at the end, what was not taken
+        sent_from(stream, outlets)
+        for number in range(MANY):
+            outlets.mark("note", f"{number} {'x' * 1000}")
+        outlets.close()
+        listener.take()
+    numbers = [int(text.split()[0]) for kind, text in marks(listener) if kind == "note"]
+    assert numbers == list(range(MANY))
 
 
 @pytest.mark.parametrize("source", ["sim:stiff-steady", "sim:stiff-steady?speed=2", "tests/data/four-specimens.csv"])
