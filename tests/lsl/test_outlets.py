@@ -21,6 +21,8 @@ from lsl_sender import Sender
 from palpate import Gap, Sample, Stream
 from palpate.cli import main
 from palpate.lsl import Outlets
+from palpate.samples import block_of, feed
+from palpate.stream import Batch
 from recording_bench import Scripted
 from streaming import four
 
@@ -148,10 +150,14 @@ def test_marks(name: str) -> None:
         outlets.mark("note", "specimen 70 OO")
         sent, rows = sent_from(stream, outlets)
         outlets.mark("tare")
+        nothing = block_of([])
+        outlets.send(Batch(nothing, feed(stream.tracker, nothing), [], 5, [(1, stream.touches[0])]))
     stamp_s = [(source.zero_ns + s[1]) / 1e9 for s in sent]
     told = list(zip(found["-marks"].stamps, marks(found["-marks"]), strict=True))
     assert (stamp_s[0], ("note", "specimen 70 OO")) in told
-    assert told[-1] == (stamp_s[-1], ("tare", ""))
+    assert told[-2] == (stamp_s[-1], ("tare", ""))
+    assert told[-1][0] == stamp_s[-1]
+    assert told.pop()[1][0] == "revised"
     gap_at = next(i for i, s in enumerate(sent) if s[0] >= source.gaps[0].seq)
     assert (stamp_s[gap_at], ("gap", "unplugged for 1.5 s")) in told
     check_touches([(t, json.loads(text)) for t, (word, text) in told if word == "touch"], stream, "first_ratio", source)
@@ -281,8 +287,10 @@ def test_live_sends_too(name: str, tmp_path: Path) -> None:
             live.terminate()
 
 
-def test_devices_lists_streams(name: str) -> None:
+def test_devices_lists_streams(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also one whose name would write to the terminal."""
+    monkeypatch.setattr("palpate.sources.lsl.finding._OTHERS_S", 3.0)
+    monkeypatch.setattr("palpate.sources.devices._STREAMS_S", 30.0)
     evil = Sender(f"{name}\x1b[2J", ("a", "b"))
     stream = Stream("sim:stiff-steady?speed=1")
     with Outlets(stream, name):

@@ -20,7 +20,7 @@ _BLINK_S = 3.0
     help="Let the red LED of this evaluation kit blink for 3 s; without a name, of each in turn.",
 )  # fmt: skip
 @click.option(
-    "--lsl", is_flag=True, help="List the streams of Lab Streaming Layer in the network, too; takes a second."
+    "--lsl", is_flag=True, help="List the streams of Lab Streaming Layer in the network, too; takes some seconds."
 )
 @json_option
 def devices(blink: str | None, lsl: bool, as_json: bool) -> None:

@@ -145,8 +145,10 @@ allowed: one in real time
         for number, touch in enumerate(batch.touches, batch.first):
             own = np.flatnonzero(rows["touch"] == number)
             yield int(own[-1]) if len(own) else 0, ended_text(number, touch, zero_s + touch.start_s)
-        for at, (number, touch) in zip(np.flatnonzero(rows["revised"]), batch.revised, strict=True):
-            yield int(at), revised_text(number, touch, zero_s + touch.start_s)
+        places = np.flatnonzero(rows["revised"]).tolist()
+        places += [len(rows) - 1] * (len(batch.revised) - len(places))  # at the end of the stream there may be no row
+        for at, (number, touch) in zip(places, batch.revised, strict=True):
+            yield at, revised_text(number, touch, zero_s + touch.start_s)
 
     def _push(self, text: str, stamp_s: float) -> None:
         self._outlets[2].push_sample([text], stamp_s)

@@ -12,6 +12,8 @@ from palpate.sources.uri import loaded, package_of
 GROUP = "palpate.devices"
 """Group of entry points that search for devices of a scheme: functions () -> list of `Found`, which open no device."""
 
+_STREAMS_S = 1.0
+
 
 class Found(NamedTuple):
     """A device that was found: its name for `palpate.open`, and a description."""
@@ -50,7 +52,7 @@ def boards() -> tuple[list[Found], list[str]]:
 
 
 def streams() -> tuple[list[Found], list[str]]:
-    """Return the streams of numbers of Lab Streaming Layer, in the same form as `devices`; takes a second."""
+    """Return the streams of numbers of Lab Streaming Layer, in the same form as `devices`; takes 1 s, and longer as long as others answer."""
     return _look_for(_streams)
 
 
@@ -94,7 +96,7 @@ def _streams() -> list[Found]:
     from palpate.sources.lsl.channels import NUMBERS
     from palpate.sources.lsl.finding import search, shown, told
 
-    found = [info for info in search({}, 1.0) if info.channel_format() in NUMBERS]
+    found = [info for info in search({}, _STREAMS_S) if info.channel_format() in NUMBERS]
     return [Found(f"lsl:{shown(info.name())}", f"{told(info)}, {info.channel_count()} channels") for info in found]
 
 

@@ -9,15 +9,18 @@ from palpate.sources.lsl.library import library
 
 WAIT_S = 5.0
 _POLL_S = 0.05
-_OTHERS_S = 0.5
-"""After the first stream the search waits so long for others that match, too: each answers for itself."""
+_OTHERS_S = 1.0
+"""After each stream the search waits so long for others that match, too: LSL asks twice in this time."""
 
 PROPERTIES = {"name": "name", "type": "type", "source_id": "source_id", "host": "hostname"}
 """Options that choose a stream -> property of LSL."""
 
 
 def search(
-    wanted: Mapping[str, str], limit_s: float, stopped: Callable[[], bool] = lambda: False, others_s: float = _OTHERS_S
+    wanted: Mapping[str, str],
+    limit_s: float,
+    stopped: Callable[[], bool] = lambda: False,
+    others_s: float | None = None,
 ) -> list[Any]:
     """Return all streams with these properties that answer; empty after the limit, or if `stopped`.
 
@@ -29,7 +32,7 @@ def search(
         Longest time until the first answer, s.
     stopped : callable
     others_s : float
-        Time for the others after it, s.
+        Longest time from one answer to the next, s.
 
     Returns
     -------
@@ -39,13 +42,14 @@ def search(
     predicate = " and ".join(f"{name}={_literal(name, value)}" for name, value in wanted.items())
     pylsl = library()
     resolver = pylsl.ContinuousResolver(pred=predicate) if predicate else pylsl.ContinuousResolver()
+    found: list[Any] = []
     until = time.monotonic() + limit_s
     while time.monotonic() < until and not stopped():
-        if resolver.results():
-            time.sleep(others_s)
-            return sorted(resolver.results(), key=told)
+        answered = resolver.results()
+        if len(answered) > len(found):
+            found, until = answered, time.monotonic() + (_OTHERS_S if others_s is None else others_s)
         time.sleep(_POLL_S)
-    return []
+    return sorted(found, key=told)
 
 
 def only(wanted: Mapping[str, str], limit_s: float) -> Any:

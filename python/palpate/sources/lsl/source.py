@@ -91,10 +91,9 @@ class LslSource(Source):
 
     def describe(self) -> dict[str, Any]:
         """Return the stream, its channels, and what its description says of the instrument."""
-        info, acquisition = self._info, self._info.desc().child("acquisition")
-        said = {name: _positive(acquisition.child_value(name)) for name in ("period_s", "full_scale_pF")}
-        said["period_s"] = said["period_s"] or (1 / info.nominal_srate() if info.nominal_srate() else None)
-        stamps = acquisition.child_value("stamps") if self._channels.numbered else ""
+        info, said = self._info, self._said()
+        period_s = _positive(said.get("period_s", "")) or (1 / rate if (rate := info.nominal_srate()) > 0 else None)
+        numbers = {"period_s": period_s, "full_scale_pF": _positive(said.get("full_scale_pF", ""))}
         return {
             "name": "LSL stream",
             "stream": {
@@ -105,9 +104,15 @@ class LslSource(Source):
             },
             "channels": self._channels.names,
             "clock": f"{self._times.clock}; ns since the stream was opened",
-            "stamps": self._stamps or (stamps if stamps in ("host", "converter") else "host"),
-            **{name: value for name, value in said.items() if value},
+            "stamps": self._stamps or ("converter" if said.get("stamps") == "converter" else "host"),
+            **{name: value for name, value in numbers.items() if value},
         }
+
+    def _said(self) -> dict[str, str]:
+        """Return what palpate's own stream says of its instrument; of another stream nothing."""
+        acquisition = self._info.desc().child("acquisition")
+        names = ("period_s", "full_scale_pF", "stamps") if self._channels.numbered else ()
+        return {name: acquisition.child_value(name) for name in names}
 
     @property
     def counters(self) -> dict[str, int]:
