@@ -1,7 +1,7 @@
 """What a table means: the times and capacitances of two channels, and one line that says how it was understood."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,15 +101,24 @@ def _of_side(side: Side, asked: Asked) -> Times:
     for column in side.times:
         try:
             one = times(side.table, column, asked.time_unit, asked.decimal)
+            _require_steps(one, said(side.table, column))
         except (ValueError, RecordingError) as error:
             wrong.append(error)
         else:
-            found.append(Times(one.seconds, f"{said(side.table, column)}, {one.said}", one.zero_utc_ns, one.notes))
+            found.append(replace(one, said=f"{said(side.table, column)}, {one.said}"))
     if found:
         return min(found, key=lambda each: int(np.count_nonzero(np.diff(each.seconds) == 0)))
     if wrong:
         raise wrong[0]
     return Times(np.full(len(side.table), math.nan), "")
+
+
+def _require_steps(found: Times, name: str) -> None:
+    steps = np.diff(found.seconds)
+    if len(steps) and not np.count_nonzero(steps > 0) > np.count_nonzero(steps < 0):
+        raise ValueError(
+            f"time: got a column of times, {name}, that does not rise, allowed: one that does, with time=COL"
+        )
 
 
 def _by_row(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Array]) -> tuple[_Arrays, list[str]]:
