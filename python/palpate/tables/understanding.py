@@ -61,7 +61,7 @@ def channels(table: Table, asked: Asked) -> Channels:
     hard = _capacitance(table, wanted["hard"], asked)
     soft = _capacitance(table, wanted["soft"], asked)
     hard_times = _times(table, wanted.get("time"), asked)
-    soft_times = _times(table, wanted["soft_time"], asked) if "soft_time" in wanted else hard_times
+    soft_times = _times(table, wanted["soft_time"], asked).since(hard_times) if "soft_time" in wanted else hard_times
     notes = _notes(table, hard_times.seconds, hard, soft)
     if asked.unit is None and not table.unit(table.column(wanted["hard"]), PICOFARADS):
         notes.append("no unit in the header: pF assumed")
