@@ -107,7 +107,8 @@ def _without_dates(table: Table, column: int, rows: NDArray[np.void], layouts: l
         return Clock(None, rows["ns"], "mm:ss", turns={3600: 0})
     if any(layout.elapsed for layout in layouts) or int(rows["ns"].max()) >= DAY_NS:
         return Clock(None, rows["ns"], "elapsed h:mm:ss")
-    return Clock(None, rows["ns"], "times of day", turns={86_400: 43_200, 43_200: 0})
+    twelve_hours: dict[float, float] = {} if layouts[0].half else {43_200: 0}
+    return Clock(None, rows["ns"], "times of day", turns={86_400: 43_200, **twelve_hours})
 
 
 def _rows(table: Table, column: int) -> tuple[NDArray[np.void], list[Layout]]:

@@ -80,10 +80,9 @@ def partners(hard_s: Floats, soft_s: Floats) -> tuple[Indices, Indices]:
     ([0, 1, 3], [0, 1, 2])
     """
     steps = [step for step in (typical_step(hard_s), typical_step(soft_s)) if step]
-    if not steps:  # one reading, or one stamp
-        return _nearest(hard_s, soft_s, 0.0)
-    offset = _distance(hard_s, soft_s, min(steps))
-    return _nearest(_spread(hard_s, min(steps)), _spread(soft_s, min(steps)) - offset, max(steps) / 2)
+    offset = _distance(hard_s, soft_s, min(steps)) if steps else 0.0
+    tie = _TIE * min(steps, default=1.0)
+    return _nearest(_spread(hard_s, tie), _spread(soft_s, tie) - offset, max(steps, default=0.0) / 2)
 
 
 def _distance(hard_s: Floats, soft_s: Floats, period: float) -> float:
@@ -100,11 +99,11 @@ def _distance(hard_s: Floats, soft_s: Floats, period: float) -> float:
     return (0.5 if part <= -0.5 else part) * period if abs(direction) > _STEADY else 0.0
 
 
-def _spread(times: Floats, period: float) -> Floats:
-    """Return ascending times of which equal ones are a little apart, in their order."""
+def _spread(times: Floats, tie: float) -> Floats:
+    """Return ascending times of which equal ones are this much apart, in their order."""
     begins = np.r_[True, np.diff(times) > 0]
     first = np.maximum.accumulate(np.where(begins, np.arange(len(times)), 0))
-    return times + (np.arange(len(times)) - first) * (_TIE * period)
+    return times + (np.arange(len(times)) - first) * tie
 
 
 def _nearest(hard_s: Floats, soft_s: Floats, most: float) -> tuple[Indices, Indices]:
