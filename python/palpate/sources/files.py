@@ -142,6 +142,7 @@ _ALLOWED = {
     "rate": number(0, above=True),
     "decimal": choice(*DECIMALS),
     "soft": anything,
+    "part": anything,
     "known": anything,
     "speed": number(0, above=True),
 }

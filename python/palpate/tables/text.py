@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import accumulate, islice, zip_longest
 from pathlib import Path
 
@@ -31,13 +31,34 @@ def parse(path: Path, raw: bytes) -> Table:
     """
     lines = re.split(r"\r\n|\r|\n", _decoded(path, raw))
     rows = _rows(path, lines, _delimiter([line for line in lines if line.strip()]))
+    return table_of(path, rows, torn=lines[-1] != "")
+
+
+def table_of(path: Path, rows: Iterable[tuple[int, list[str]]], *, torn: bool = False) -> Table:
+    """Return rows of cells as a table.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        For messages.
+    rows : iterable of (int, list of str)
+        Number of the line, and its cells, of the lines that are not empty.
+    torn : bool
+        Whether the last line has no end.
+
+    Raises
+    ------
+    RecordingError
+        No row of numbers, or too many header rows.
+    """
+    rows = iter(rows)
     head = list(islice(rows, MOST_HEADER_ROWS + _SURE))
     data = [is_data(cells) for _, cells in head]
     first = next((i for i in range(len(head[: MOST_HEADER_ROWS + 1])) if all(data[i : i + _SURE])), None)
     if first is None:
         raise RecordingError(path, *_why_no_data(head))
     body = [*head[first:], *rows]
-    torn = lines[-1] != "" and len(body) > 1
+    torn = torn and len(body) > 1
     header = [cells for _, cells in head[:first]]
     return _table(path, header, body[:-1] if torn else body, [TORN] if torn else [])
 
