@@ -80,7 +80,11 @@ def _value(sign: str, body: str, exponent: str, mark: str) -> float | None:
     whole, _, fraction = body.partition(mark)
     separators = set(_SEPARATOR.findall(whole))
     groups = _SEPARATOR.split(whole)
-    if fraction and not fraction.isdecimal() or len(separators) > 1 or separators and (exponent or not _grouped(groups)):
+    if (
+        (fraction and not fraction.isdecimal())
+        or len(separators) > 1
+        or (separators and (exponent or not _grouped(groups)))
+    ):
         return None
     return float(f"{sign}{''.join(groups)}.{fraction}{exponent}")
 

@@ -13,13 +13,49 @@ Row = tuple[int, list[str]]
 """The number of a line, from 1, and its cells."""
 
 STATISTICS = frozenset(
-    """
-    average avg mean median min minimum max maximum sum total count n std stdev stddev sd sem var variance sigma cv rms
-    rsd range mittel mittelwert durchschnitt summe anzahl standardabweichung varianz moyenne somme nombre media promedio
-    suma media totale
-    """.split()
+    [
+        "average",
+        "avg",
+        "mean",
+        "median",
+        "min",
+        "minimum",
+        "max",
+        "maximum",
+        "sum",
+        "total",
+        "count",
+        "n",
+        "std",
+        "stdev",
+        "stddev",
+        "sd",
+        "sem",
+        "var",
+        "variance",
+        "sigma",
+        "cv",
+        "rms",
+        "rsd",
+        "range",
+        "mittel",
+        "mittelwert",
+        "durchschnitt",
+        "summe",
+        "anzahl",
+        "standardabweichung",
+        "varianz",
+        "moyenne",
+        "somme",
+        "nombre",
+        "media",
+        "promedio",
+        "suma",
+        "media",
+        "totale",
+    ]
 )
-_ENDS = frozenset("end ende fin eof summary statistics statistik".split())
+_ENDS = frozenset(["end", "ende", "fin", "eof", "summary", "statistics", "statistik"])
 _COMMENTS = ("#", ";", "%", "//", "!")
 _COMMENT_SIGNS = frozenset("#;%/!")
 _WORD = re.compile(r"[^\W\d_]++")

@@ -71,12 +71,14 @@ def numbers(table: Table, column: int, decimal: str | None = None) -> Array:
 def _clean(table: Table, column: int, cells: list[str], decimal: str | None) -> Array | None:
     """Return the numbers of cells with one decimal mark and no groups; None: a cell is something else."""
     mark = "comma" if any("," in cell for cell in cells) else "point"
-    if mark == "comma" and any("." in cell for cell in cells) or any("_" in cell for cell in cells):
+    if (mark == "comma" and any("." in cell for cell in cells)) or any("_" in cell for cell in cells):
         return None
     if decimal not in (None, mark):
         return None
     try:
-        values = np.array([float(cell.replace(",", ".")) for cell in cells] if mark == "comma" else [*map(float, cells)])
+        values = np.array(
+            [float(cell.replace(",", ".")) for cell in cells] if mark == "comma" else [*map(float, cells)]
+        )
     except ValueError:
         return None
     if decimal is None:
