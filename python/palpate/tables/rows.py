@@ -171,7 +171,11 @@ def _table(
 
 
 def _names(header: list[list[str]], width: int) -> list[tuple[str, ...]]:
-    """Return all names of each column; a blank cell of an upper header row belongs to the name on its left."""
+    """Return all names of each column; a blank cell of an upper header row belongs to the name on its left.
+
+    An upper row with one cell is a title, and names no column.
+    """
+    header = [row for row in header[:-1] if sum(map(bool, row)) > 1] + header[-1:]
     filled = [[*row, *[""] * (width - len(row))] for row in header]
     spanning = [list(accumulate(row, _filled)) for row in filled[:-1]]
     found = []
