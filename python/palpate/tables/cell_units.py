@@ -6,7 +6,7 @@ from palpate.errors import quoted
 from palpate.tables.decimals import written
 from palpate.tables.kinds import NONE, NUMBER, kind
 from palpate.tables.numbers import UNITS
-from palpate.tables.table import Cells, Column
+from palpate.tables.table import Column
 from palpate.tables.units import unit_in
 
 
@@ -35,9 +35,9 @@ def _without(cell: str | None, unit: str) -> str | None:
     return cell[: -len(number.unit)].rstrip() if number and same else None
 
 
-def joined_units(columns: list[Sequence[str | None]], pattern: Sequence[bool]) -> list[Cells]:
+def joined_units(columns: list[Sequence[str | None]], pattern: Sequence[bool]) -> list[Sequence[str | None]]:
     """Return columns; where all cells of the column on the right are units, the numbers have them."""
-    found: list[Cells] = []
+    found: list[Sequence[str | None]] = []
     for column, cells in enumerate(columns):
         following = columns[column + 1] if column + 1 < len(columns) else ()
         has_unit = (*pattern, *[False] * len(columns))[column] and all(map(_is_unit, set(following))) and following
