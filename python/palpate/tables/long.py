@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.tables.clock_layout import is_time
-from palpate.tables.numbers import NO_VALUE, is_number, to_number
+from palpate.tables.kinds import NUMBER, kind
+from palpate.tables.numbers import NO_VALUE
 from palpate.tables.table import Cells, Column, Table
 from palpate.tables.units import bare_name
 
@@ -81,8 +82,8 @@ def _fits(table: Table, column: int, *, numbers: bool) -> bool:
 
 
 def _is_name(cell: str, *, numbers: bool) -> bool:
-    if is_number(cell):
-        return numbers and to_number(cell).is_integer()
+    if kind(cell) == NUMBER:
+        return numbers and cell.isdecimal()
     return cell.upper() not in NO_VALUE and not is_time(cell)
 
 
