@@ -84,7 +84,8 @@ def _cells(line: str, delimiter: str | None) -> list[str]:
     if '"' in line:
         line = line if delimiter else " ".join(line.split())
         return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter or " "), [])]
-    return [cell.strip() for cell in line.split(delimiter)]
+    cells = line.split(delimiter)
+    return [cell.strip() for cell in cells] if " " in line or not line.isascii() else cells
 
 
 def _header_cells(line: str, width: int) -> list[str] | None:
