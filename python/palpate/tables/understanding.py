@@ -1,7 +1,7 @@
 """What a table means: the times and capacitances of two channels, and one line that says how it was understood."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +89,7 @@ def _unused(hard: Side, soft: Side) -> list[str]:
 def _stamps(hard: Side, soft: Side, asked: Asked) -> tuple[Times, Times]:
     first = _of_side(hard, asked)
     same = soft.table is hard.table and soft.times == hard.times
-    return first, first if same else _of_side(soft, asked)
+    return first, first if same else _of_side(soft, asked).since(first)
 
 
 def _of_side(side: Side, asked: Asked) -> Times:
@@ -101,15 +101,24 @@ def _of_side(side: Side, asked: Asked) -> Times:
     for column in side.times:
         try:
             one = times(side.table, column, asked.time_unit, asked.decimal)
+            _require_steps(one, said(side.table, column))
         except (ValueError, RecordingError) as error:
             wrong.append(error)
         else:
-            found.append(Times(one.seconds, f"{said(side.table, column)}, {one.said}", one.zero_utc_ns, one.notes))
+            found.append(replace(one, said=f"{said(side.table, column)}, {one.said}"))
     if found:
         return min(found, key=lambda each: int(np.count_nonzero(np.diff(each.seconds) == 0)))
     if wrong:
         raise wrong[0]
     return Times(np.full(len(side.table), math.nan), "")
+
+
+def _require_steps(found: Times, name: str) -> None:
+    steps = np.diff(found.seconds)
+    if len(steps) and not np.count_nonzero(steps > 0) > np.count_nonzero(steps < 0):
+        raise ValueError(
+            f"time: got a column of times, {name}, that does not rise, allowed: one that does, with time=COL"
+        )
 
 
 def _by_row(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Array]) -> tuple[_Arrays, list[str]]:
@@ -125,19 +134,8 @@ def _by_row(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Ar
 
 def _by_time(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Array]) -> tuple[_Arrays, list[str]]:
     """Return times and values of readings that are near each other, and notes."""
-    pairs = joined(stamps[0].seconds, values[0], stamps[1].seconds + _between(stamps), values[1])
-    notes = (
-        [f"{pairs.left_out} readings have none of the other channel near in time: left out"] if pairs.left_out else []
-    )
-    return (pairs.t_hard, pairs.t_soft, pairs.hard, pairs.soft), notes
-
-
-def _between(stamps: tuple[Times, Times]) -> float:
-    """Return what to add to the times of the soft channel so that both have one zero, s."""
-    zeros = [each.zero_utc_ns for each in stamps]
-    if zeros[0] is not None and zeros[1] is not None:
-        return (zeros[1] - zeros[0]) / 1e9
-    return 0.0
+    pairs = joined(stamps[0], values[0], stamps[1], values[1])
+    return (pairs.t_hard_s, pairs.t_soft_s, pairs.hard, pairs.soft), pairs.notes
 
 
 def _said_times(stamps: tuple[Times, Times]) -> str:
