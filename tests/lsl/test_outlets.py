@@ -17,7 +17,7 @@ import palpate
 import pylsl
 import pytest
 from click.testing import CliRunner
-from lsl_sender import Sender
+from lsl_sender import Listener, Sender
 from palpate import Gap, Sample, Stream
 from palpate.cli import main
 from palpate.lsl import Outlets
@@ -28,28 +28,6 @@ from streaming import four
 
 MANY = 5000
 """Marks: more than a connection takes at once."""
-
-
-class Listener:
-    """Receives everything of a stream, as any program does."""
-
-    def __init__(self, name: str, *, recover: bool = False) -> None:
-        found = pylsl.resolve_byprop("name", name, 1, 30.0)
-        assert len(found) == 1
-        self.inlet = pylsl.StreamInlet(found[0], recover=recover)
-        self.info = self.inlet.info(30.0)
-        self.inlet.open_stream(30.0)
-        self.rows: list[Any] = []
-        self.stamps: list[float] = []
-
-    def labels(self) -> list[str]:
-        found: list[str] = self.info.get_channel_labels()
-        return found
-
-    def take(self) -> None:
-        rows, stamps = self.inlet.pull_chunk(timeout=0.0, max_samples=10_000)
-        self.rows += rows
-        self.stamps += stamps
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Streams of other programs on Lab Streaming Layer."""
+"""Other programs on Lab Streaming Layer: one that sends, and one that receives."""
 
 import threading
 from collections.abc import Iterator, Sequence
@@ -65,3 +65,22 @@ class Sender:
         finally:
             stopped.set()
             thread.join()
+
+
+class Listener:
+    """Receives everything of a stream, as any program does."""
+
+    def __init__(self, name: str, *, recover: bool = False) -> None:
+        found = pylsl.resolve_byprop("name", name, 1, 30.0)
+        assert len(found) == 1
+        self.inlet = pylsl.StreamInlet(found[0], recover=recover)
+        self.info = self.inlet.info(30.0)
+        self.inlet.open_stream(30.0)
+        self.rows: list[Any] = []
+        self.stamps: list[float] = []
+
+    def take(self) -> None:
+        """Take what has come."""
+        rows, stamps = self.inlet.pull_chunk(timeout=0.0, max_samples=10_000)
+        self.rows += rows
+        self.stamps += stamps
