@@ -174,8 +174,10 @@ def _header_fits(header: list[list[str]], width: int, first: list[str]) -> bool:
 def _names(header: list[list[str]], width: int) -> list[tuple[str, ...]]:
     """Return all names of each column; a blank cell of an upper header row belongs to the name on its left.
 
-    Rows with fewer cells are no part of the name of a column that is joined of several rows.
+    Upper rows with fewer cells are no part of the name of a column that is joined of several rows; one with one cell is
+    a title, and names no column.
     """
+    header = [row for row in header[:-1] if sum(map(bool, row)) > 1] + header[-1:]
     filled = [[*row, *[""] * (width - len(row))] for row in header]
     spanning = [list(accumulate(row, _filled)) for row in header[:-1] if len(row) >= width]
     found = []

@@ -38,10 +38,15 @@ def parse(path: Path, raw: bytes) -> Table:
         lines[0] = ""
     filled = [line for line in lines if line.strip()]
     delimiter = named or _delimiter(filled)
-    if delimiter == "," and has_decimal_commas(filled[0], filled[len(filled) // 2 :][:_SAMPLE]):
+    if delimiter == "," and filled and has_decimal_commas(filled[0], filled[len(filled) // 2 :][:_SAMPLE]):
         delimiter = "\t"
     rows = _rows(path, lines, delimiter)
-    table = table_of(path, rows, torn=torn, split_name=lambda line, width: _header_cells(lines[line - 1], width))
+
+    def split_name(line: int, width: int) -> list[str] | None:
+        other = delimiter is None or delimiter not in lines[line - 1]
+        return _header_cells(lines[line - 1], width) if other else None
+
+    table = table_of(path, rows, torn=torn, split_name=split_name)
     if delimiter == "," and not table.header_fits:
         check_marks(table)
     return table
@@ -52,12 +57,8 @@ def _closed(lines: list[str]) -> list[str]:
     found = list(lines)
     for at, line in enumerate(lines):
         if found[at] and line.count('"') % 2:
-            ends = (
-                at + more
-                for more in range(1, _MOST_IN_CELL)
-                if at + more < len(lines) and lines[at + more].count('"') % 2
-            )
-            end = next(ends, at)
+            following = range(at + 1, min(at + _MOST_IN_CELL, len(lines)))
+            end = next((other for other in following if lines[other].count('"') % 2), at)
             found[at : end + 1] = [" ".join(lines[at : end + 1]), *[""] * (end - at)]
     return found
 
