@@ -87,7 +87,7 @@ def _named_delimiter(line: str) -> str | None:
 
 def _delimiter(lines: list[str]) -> str | None:
     """Return the delimiter with which the cells of most lines are understood; None for blanks."""
-    body = lines[len(lines) // 2 :][:_SAMPLE]
+    body = lines if len(lines) <= _SAMPLE else lines[len(lines) // 2 :][:_SAMPLE]
 
     def understood(candidate: str | None) -> float:
         try:
