@@ -37,7 +37,9 @@ def test_what_has_no_partner_is_left_out_and_counted() -> None:
     pairs = join(even, soft)
     assert pairs.soft.tolist() == soft.tolist()
     assert np.rint(pairs.hard / PERIOD).astype(int).tolist() == [*range(5, 7), *range(9, 60), *range(61, 100)]
-    assert pairs.notes == ["8 of 100 hard and 0 of 92 soft readings have no partner: left out"]
+    assert pairs.notes == [
+        "8 of 100 hard and 0 of 92 soft readings have none of the other channel near in time: left out"
+    ]
     assert join(even, even).notes == []
 
 
