@@ -65,10 +65,8 @@ def joined(t_hard: Times, hard: Floats, t_soft: Times, soft: Floats) -> Pairs:
             "allowed: times that overlap, of one clock"
         )
     left = len(hard_s) - len(in_hard), len(soft_s) - len(in_soft)
-    notes = [
-        f"{left[0]} of {len(hard_s)} hard and {left[1]} of {len(soft_s)} soft readings have none of the other channel near in "
-        "time: left out"
-    ]
+    counts = f"{left[0]} of {len(hard_s)} hard and {left[1]} of {len(soft_s)} soft readings"
+    notes = [f"{counts} have none of the other channel near in time: left out"]
     at_hard, at_soft = by_hard[in_hard], by_soft[in_soft]
     return Pairs(hard_s[at_hard], soft_s[at_soft], hard[at_hard], soft[at_soft], notes if any(left) else [])
 
