@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,6 +135,7 @@ class Layout:
         return ns, fits
 
 
+@lru_cache(maxsize=1024)
 def layout_of(shape: str) -> Layout | None:
     """Return the layout of cells of one shape, a cell with all its digits 0; None: not a date or time.
 

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, quoted
 from palpate.tables.clock import DAY_NS, clock
-from palpate.tables.numbers import is_number, numbers
+from palpate.tables.kinds import NUMBER, kind
+from palpate.tables.numbers import numbers
 from palpate.tables.steps import Coarse, coarse, continued
 from palpate.tables.table import Table
 from palpate.tables.time_units import time_unit
@@ -101,7 +102,7 @@ def times(table: Table, column: int, unit: str | None = None, decimal: str | Non
     cells: Any = table.columns[column].cells
     if isinstance(cells, np.ndarray) and cells.dtype.kind in "mM":
         found = _of_spans(table, column, cells)
-    elif isinstance(cells, np.ndarray) or is_number(cells[0] or ""):
+    elif isinstance(cells, np.ndarray) or kind(cells[0] or "") == NUMBER:
         found = _of_numbers(table, column, unit, decimal)
     else:
         found = _of_clock(table, column)
