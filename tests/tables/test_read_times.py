@@ -23,6 +23,8 @@ def write(folder: Path, header: str, *rows: str) -> Path:
         ("23:00:00.25", "23:00:01.000", [82800.25, 82801]),
         ("1763726400.5", "1763726402", [0, 1.5]),
         ("1.5", "1.525", [1.5, 1.525]),
+        ("21-Nov-2026 12:00:00.5", "21-Nov-2026 12:00:02", [0, 1.5]),
+        ("0 days 00:00:01.5", "0 days 00:00:01.525", [1.5, 1.525]),  # durations of pandas
     ],
 )
 def test_both_channels_have_the_time_of_the_row(tmp_path: Path, first: str, second: str, seconds: list[float]) -> None:
