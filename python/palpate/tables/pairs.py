@@ -80,6 +80,8 @@ def partners(hard_s: Floats, soft_s: Floats) -> tuple[Indices, Indices]:
     >>> hard.tolist(), soft.tolist()
     ([0, 1, 3], [0, 1, 2])
     """
+    if not (len(hard_s) and len(soft_s)):
+        return np.empty(0, np.intp), np.empty(0, np.intp)
     steps = [step for step in (typical_step(hard_s), typical_step(soft_s)) if step]
     offset = _distance(hard_s, soft_s, min(steps)) if steps else 0.0
     tie = _TIE * min(steps, default=1.0)
