@@ -65,7 +65,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         (
             "run.csv",
             {"seed": 1},
-            "file: got option 'seed', allowed: columns, unit, time_unit, rate, decimal, soft, speed",
+            "file: got option 'seed', allowed: columns, unit, time_unit, rate, decimal, soft, part, speed",
         ),
     ],
 )
