@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import RecordingError, listed, quoted, shortened
+from palpate.recording import sidecar
 from palpate.recording.own_file import Recorded, is_own
-from palpate.recording.recording import Recording
+from palpate.recording.recording import Mark, Recording
 from palpate.recording.table import PICOFARADS, SECONDS, Table, bare_name, is_data, read_table, to_number
 from palpate.samples import DTYPE, usable
 
@@ -101,6 +102,7 @@ def _own(recorded: Recorded) -> Recording:
         doubts=recorded.doubts,
         gap_rows=tuple((last + 1).tolist()),
         zero_utc_ns=recorded.zero_utc_ns,
+        marks=tuple(Mark(*mark) for mark in sidecar.marks_of(recorded.document or {})),
     )
 
 
