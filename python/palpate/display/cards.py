@@ -134,7 +134,7 @@ def tracker(shown: "Tracker") -> Markup:
     others = text.changed(shown.settings, text.own_class(shown)(shown.scene).settings)
     facts: dict[str, object] = {
         "state": f"{shown.state}, {text.counted(shown.readings, 'reading')}",
-        "ratio": text.ratio(shown.ratio, shown.standard_error),
+        "ratio": text.running_ratio(shown),
     }
     below = touches(shown.touches) if shown.touches else ""
     return card(f"Tracker, scene {shown.scene}", facts, below, _settings(shown.settings, others))
@@ -152,7 +152,7 @@ def stream(shown: "Measurement") -> Markup:
     counters = {name: f"{count:,}" for name, count in shown.counters.as_dict().items() if count}
     facts: dict[str, object] = {
         "state": shown.tracker.state,
-        "ratio": text.ratio(shown.tracker.ratio, shown.tracker.standard_error),
+        "ratio": text.running_ratio(shown.tracker),
         "samples": ", ".join(f"{count} {name}" for name, count in counters.items()) or "none yet",
     }
     below = touches(shown.touches) if shown.touches else ""

@@ -35,7 +35,7 @@ def changes(readings: NDArray[np.float64]) -> Change:
     Examples
     --------
     >>> changes(np.array([0.62, 0.62, 0.62, 0.75])).told
-    '0.6200 pF at the begin, change 0 to 0.13 pF'
+    '0.620 pF at the begin, change 0 to 0.13 pF'
     """
     known = readings[np.isfinite(readings)]
     if not len(known):
@@ -43,6 +43,6 @@ def changes(readings: NDArray[np.float64]) -> Change:
     begin = float(np.median(known[:_FIRST]))
     low, high = float(known.min()) - begin, float(known.max()) - begin
     digit = (high - low) / 10
-    level = f"{digits.number(begin, digit / 100)} pF"
+    level = f"{digits.number(begin)} pF"
     told = f"{level} at the begin, change {digits.number(low, digit)} to {digits.number(high, digit)} pF"
     return Change(readings - begin, level, told)

@@ -1,6 +1,7 @@
 """Small drawings as SVG: both channels of a recording, a ratio with its uncertainty, a calibration curve."""
 
 from collections.abc import Callable, Iterable, Sequence
+from math import isnan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,7 +107,7 @@ def _path(x: Array, y: Array, **attributes: object) -> Markup:
     points: list[str] = []
     pen = "M"
     for across, down in zip(x.tolist(), y.tolist(), strict=True):
-        whole = across == across and down == down
+        whole = not (isnan(across) or isnan(down))
         points += [f"{pen}{across:.1f} {down:.1f}"] if whole else []
         pen = "L" if whole else "M"
     return element("path", d="".join(points), fill="none", stroke_linejoin="round", **attributes)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import contextmanager
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,7 +64,7 @@ def _mark(ax: Any, at_s: float, name: str) -> None:
 def touches(shown: "Sequence[Touch]", ax: Any = None) -> Any:
     """Draw the ratio of each touch over its begin, with its standard error and its flags; return the axes."""
     with axes(ax) as drawn:
-        timed = all(one.start_s == one.start_s for one in shown)
+        timed = all(not isnan(one.start_s) for one in shown)
         for flagged in (False, True):
             rows = [
                 (one.start_s if timed else number, one.ratio, one.standard_error, ", ".join(one.flags))
@@ -101,9 +102,12 @@ def save(shown: "Pairs", found: "Sequence[Touch]", path: Path) -> None:
     """
     check(path)
     with sheet(PAGE_IN, 0.6 * PAGE_IN) as figure:
-        upper, lower = figure.subplots(2, 1, sharex=text.known_duration(shown) is not None)
+        timed = text.known_duration(shown) is not None
+        upper, lower = figure.subplots(2, 1, sharex=timed)
         recording(shown, upper)
         touches(found, lower)
+        if timed:
+            upper.set_xlabel("")
         with replacing(path) as file:
             figure.savefig(file, format=path.suffix[1:].lower())
 

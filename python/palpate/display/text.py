@@ -1,9 +1,10 @@
 """Objects as one short line, for a prompt."""
 
 from collections.abc import Sequence
+from math import isnan
 from typing import TYPE_CHECKING, Any
 
-from palpate import digits
+from palpate import _core, digits
 
 if TYPE_CHECKING:
     from datetime import timedelta
@@ -34,7 +35,7 @@ def seconds(time_s: float) -> str:
     >>> seconds(1.5084), seconds(float("nan"))
     ('1.508 s', '-')
     """
-    return "-" if time_s != time_s else f"{time_s:.3f} s"
+    return "-" if isnan(time_s) else f"{time_s:.3f} s"
 
 
 def lasting(duration: "timedelta | None") -> str:
@@ -71,7 +72,7 @@ def changed(settings: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any
 
 def own_class(shown: object) -> Any:
     """Return the class of the core that an object is, or is derived from."""
-    return next(kind for kind in type(shown).__mro__ if kind.__module__ == "palpate._core")
+    return next(kind for kind in type(shown).__mro__ if vars(_core).get(kind.__name__) is kind)
 
 
 def estimator(shown: "Estimator") -> str:
@@ -87,13 +88,20 @@ def tracker(shown: "Tracker") -> str:
     """Return a tracker, with the settings that are not those of its scene."""
     others = changed(shown.settings, own_class(shown)(shown.scene).settings)
     given = ", ".join([repr(shown.scene), *(f"{name}={value!r}" for name, value in others.items())])
-    state = f"{shown.state}, ratio {ratio(shown.ratio, shown.standard_error)}, {counted(shown.touch_count, 'touch')}"
+    measured = f", ratio {running_ratio(shown)}" if running_ratio(shown) else ""
+    state = f"{shown.state}{measured}, {counted(shown.touch_count, 'touch')}"
     return f"<{type(shown).__name__}({given}): {state}>"
+
+
+def running_ratio(shown: "Tracker") -> str:
+    """Return the ratio of the running or the last touch; "" before the first one."""
+    begun = shown.touch_count or shown.state in ("contact", "done")
+    return ratio(shown.ratio, shown.standard_error) if begun else ""
 
 
 def touch(shown: "Touch") -> str:
     """Return a touch: when, the ratio, and its flags."""
-    when = f"reading {shown.start}" if shown.start_s != shown.start_s else seconds(shown.start_s)
+    when = f"reading {shown.start}" if isnan(shown.start_s) else seconds(shown.start_s)
     flags = f", flags {', '.join(shown.flags)}" if shown.flags else ""
     result = f"ratio {ratio(shown.ratio, shown.standard_error)}, {counted(shown.samples, 'sample')}{flags}"
     return f"<Touch at {when}: {result}>"

@@ -54,7 +54,8 @@ def _seconds(span: slice) -> tuple[float, float]:
                 f"recording[{_told(span)}]: got {end!r:.40}, allowed: seconds with a point, as recording[2.0:5.0]; rows are "
                 "those of the arrays, as recording.hard[2:5]"
             )
-    return tuple(other if end is None else float(end) for end, other in ((span.start, -np.inf), (span.stop, np.inf)))
+    begin, end = span.start, span.stop
+    return -np.inf if begin is None else float(begin), np.inf if end is None else float(end)
 
 
 def _told(span: slice) -> str:

@@ -230,8 +230,9 @@ def marks_of(document: dict[str, Any]) -> list[tuple[float, str]]:
 
 
 def _time_of(mark: dict[str, Any]) -> float:
-    time_s = mark.get("t_s")
-    return float(time_s) if type(time_s) in (int, float) and abs(time_s) < _LATEST_S else math.nan
+    time_s: Any = mark.get("t_s")
+    is_number = isinstance(time_s, int | float) and not isinstance(time_s, bool)
+    return float(time_s) if is_number and abs(time_s) < _LATEST_S else math.nan
 
 
 _LATEST_S = 2**63 / 1e9
