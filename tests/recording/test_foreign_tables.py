@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate import Recording, RecordingError, read
-from palpate.recording.table import read_table, to_number
+from palpate.tables.formats import read_table
+from palpate.tables.numbers import to_number
 
 MAP = {"hard": "hard", "soft": "soft"}
 

@@ -9,8 +9,8 @@ from palpate.errors import CalibrationError, listed, quoted
 from palpate.files import read_bytes
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
-from palpate.recording.table import to_number
 from palpate.samples import Block
+from palpate.tables.numbers import to_number
 
 LARGEST = 200_000
 """Bytes of a table of moduli, at most."""

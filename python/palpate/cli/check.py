@@ -10,22 +10,21 @@ import click
 
 from palpate import RecordingError
 from palpate.cli.exit import BAD_DATA, NOT_RELIABLE
-from palpate.cli.options import json_option, reading_options
+from palpate.cli.options import INPUT, json_option, reading_options
 
 if TYPE_CHECKING:
     from palpate.recording.verification import Verification
 
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("files", nargs=-1, required=True, type=INPUT)
 @reading_options
 @click.option("--repair", is_flag=True, help="After an unclean stop: remove an incomplete last row, and write the end.")
 @click.option("--yes", is_flag=True, help="With --repair: remove damaged places, too, without a question.")
 @json_option
 def check(
     files: tuple[Path, ...],
-    columns: dict[str, str] | None,
-    unit: str | None,
+    asked: dict[str, Any],
     repair: bool,
     yes: bool,
     as_json: bool,
@@ -47,7 +46,7 @@ def check(
     unreadable: list[RecordingError] = []
     for file in files:
         try:
-            reports.append(_checked(file, repair, yes, {"columns": columns, "unit": unit}))
+            reports.append(_checked(file, repair, yes, asked))
         except ValueError as error:
             raise click.UsageError(f"{file}: {error}") from error
         except RecordingError as error:
@@ -91,8 +90,10 @@ def _json(reports: "list[Verification]", unreadable: list[RecordingError]) -> st
 def _lines(report: "Verification") -> str:
     survey = report.survey
     pace = "" if survey.rows < 2 or not survey.period_s > 0 else f", {1 / survey.period_s:.1f} pairs a second"
-    verdict = _verdict(report)
-    lines = [f"{report.path}: {verdict}: {survey.rows} rows in {survey.seconds:.1f} s{pace}"]
+    size = (
+        f"{survey.rows} rows in {survey.seconds:.1f} s{pace}" if report.timed else f"{survey.rows} rows, rate unknown"
+    )
+    lines = [f"{report.path}: {_verdict(report)}: {size}"]
     return "\n".join(
         [*lines, *(f"  fault: {text}" for text in report.faults), *(f"  {text}" for text in report.findings)]
     )

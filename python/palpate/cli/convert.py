@@ -3,41 +3,28 @@
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from palpate.cli.exit import NOT_RELIABLE
-from palpate.cli.options import json_option, reading_options
+from palpate.cli.options import INPUT, json_option, reading_options
 
 if TYPE_CHECKING:
-    from palpate.recording.binary_data import BinaryData
-    from palpate.recording.foreign import Foreign
-    from palpate.recording.own_file import Recorded
-
-_input = click.Path(exists=True, dir_okay=False, path_type=Path)
+    from palpate.recording.foreign import AnyRecording
 
 
 @click.command()
-@click.argument("file", type=_input)
+@click.argument("file", type=INPUT)
 @click.option("-o", "output", required=True, type=click.Path(dir_okay=False, path_type=Path),
               help="NAME.parquet, or NAME.csv for palpate's own format.")  # fmt: skip
 @reading_options
-@click.option(
-    "--soft", type=_input, help="File of the soft channel, if FILE is the Binary Data.txt of the hard channel."
-)
-@click.option(
-    "--period", type=click.FloatRange(min=0, min_open=True), help="Seconds from row to row, for files without times."
-)
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 @json_option
 def convert(
     file: Path,
     output: Path,
-    columns: dict[str, str] | None,
-    unit: str | None,
-    soft: Path | None,
-    period: float | None,
+    asked: dict[str, Any],
     force: bool,
     as_json: bool,
 ) -> None:
@@ -57,14 +44,16 @@ def convert(
       palpate convert "Binary Data.txt" --soft "Binary Data 2.txt" -o run.csv
     """  # noqa: D301
     from palpate.recording import export
-    from palpate.recording.own_file import Recorded
+    from palpate.recording.foreign import recorded
 
     try:
-        recording = _opened(file, columns, unit, soft, period)
-        rows = export.convert(recording, output, force=force, period_s=period)
+        recording = recorded(file, **asked)
+        rows = export.convert(recording, output, force=force)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
-    notes = _notes(recording, columns)
+    if recording.understood:
+        click.echo(f"{file}: {recording.understood}", err=True)
+    notes = _notes(recording)
     for note in notes:
         click.echo(f"{file}: {note}", err=True)
     document = {
@@ -75,33 +64,14 @@ def convert(
         "notes": notes,
     }
     click.echo(json.dumps(document, indent=2) if as_json else f"{output}: {rows} rows")
-    sys.exit(NOT_RELIABLE if isinstance(recording, Recorded) and recording.doubts else 0)
+    sys.exit(NOT_RELIABLE if recording.doubts else 0)
 
 
-def _opened(
-    file: Path, columns: dict[str, str] | None, unit: str | None, soft: Path | None, period: float | None
-) -> "Recorded | Foreign | BinaryData":
-    from palpate.recording.binary_data import BinaryData, is_binary_data
-    from palpate.recording.foreign import recorded
-    from palpate.recording.own_file import is_own
-
-    if soft is None and (columns or unit or is_own(file) or not is_binary_data(file)):
-        return recorded(file, columns=columns, unit=unit)
-    if columns or unit:
-        raise ValueError(
-            "--soft: got it together with --map or --unit, allowed: --soft for files of codes, the others for tables"
-        )
-    return BinaryData(file, soft, period)
-
-
-def _notes(recording: "Recorded | Foreign | BinaryData", columns: dict[str, str] | None) -> list[str]:
-    from palpate.recording import export
-    from palpate.recording.foreign import Foreign
-
+def _notes(recording: "AnyRecording") -> list[str]:
     refused = recording.survey.refused
     notes = [note for note in recording.notes if "have no value in a channel" not in note]
     if refused:
         notes.append(f"{refused} of {recording.survey.rows} rows have no usable value: kept, marked as lost")
-    if isinstance(recording, Foreign) and (unused := export.unused_columns(recording, columns)):
+    if unused := getattr(recording, "unused", None):
         notes.append(f"columns left out: {', '.join(unused)}")
     return notes

@@ -16,7 +16,7 @@ from palpate import PalpateError
 from palpate.cli.exit import BAD_DATA, INTERRUPTED, one_line
 from palpate.cli.library_logs import library_logs
 from palpate.cli.moduli import tell_origin
-from palpate.cli.options import board_options, estimating_options, json_option, opening, tracking
+from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
 from palpate.cli.source import SourceType
 from palpate.cli.terminal import say, signals
 from palpate.several import TOUCH_SCATTER
@@ -40,7 +40,7 @@ _PORT = 8746
               help="Relative scatter of the ratio from touch to touch, to tell whether touches agree; a calibration "
               "has its own.")  # fmt: skip
 @board_options
-@estimating_options
+@recording_options
 @click.option(
     "--port", default=_PORT, show_default=True, type=click.IntRange(0, 65535), help="Port of the page; 0: any."
 )
@@ -58,6 +58,7 @@ def live(
     scatter: float,
     firmware: Path | None,
     excitation: str | None,
+    asked: dict[str, Any],
     scene: str,
     touch_seconds: float | None,
     samples: int | None,
@@ -96,7 +97,7 @@ def live(
     calibrated = _calibration(calibration, scene) if calibration else None
     try:
         session = Session(
-            opener(source, opening(firmware, excitation)),
+            opener(source, opening(firmware, excitation) | asked),
             Recordings(file),
             how,
             lambda message: say(one_line(message)),

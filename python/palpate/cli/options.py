@@ -1,24 +1,27 @@
 """Options that several commands share: how a recording is read, and how it is estimated."""
 
-import re
 from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from palpate._core import scenes
 from palpate.errors import quoted
 
+if TYPE_CHECKING:
+    from palpate.tables.loggers import Logger
+
 
 def columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
-    """Parse hard=COL,soft=COL[,time=COL]; a name may contain commas."""
-    if text is None:
-        return None
-    parts = re.split(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=", text)
-    if parts[0].strip() or len(parts) < 3 or len(set(parts[1::2])) < len(parts[1::2]):
-        raise click.BadParameter(f"got {quoted(text)}, allowed: hard=COL,soft=COL[,time=COL], each once")
-    return {key: name.strip() for key, name in zip(parts[1::2], parts[2::2], strict=True)}
+    """Parse the columns of --map."""
+    from palpate.tables.asked import parsed_map
+
+    try:
+        return None if text is None else parsed_map(text)
+    except ValueError as error:
+        raise click.BadParameter(str(error).removeprefix("map: ")) from None
 
 
 def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
@@ -66,11 +69,19 @@ _BOARD = [
     click.option("--excitation", metavar="PINS",
                  help="Excitation pins that the bumps are wired to: A, B, AB, or HARD,SOFT as B,A.  [default: B]"),
 ]  # fmt: skip
+INPUT = click.Path(exists=True, dir_okay=False, allow_dash=True, path_type=Path)
+"""The type of an argument that is a recording; - is standard input."""
 _READING = [
     click.option("--map", "columns", callback=columns, metavar="hard=COL,soft=COL",
-                 help="Columns of a table of another logger: names, or positions counted from 1; also time=COL."),
-    click.option("--unit", help="Unit of the capacitances, aF to F.  [default: from the header, else pF]"),
+                 help="Columns of a table of another program: names, or positions counted from 1; also time=COL."),
+    click.option("--unit", help="Unit of the capacitances, aF to F.  [default: from the header, else by size]"),
+    click.option("--time-unit", help="Unit of the times, ns to d.  [default: from the header, else by size]"),
+    click.option("--rate", type=click.FloatRange(min=0, min_open=True),
+                 help="Pairs a second, for a table without usable times."),
+    click.option("--decimal", type=click.Choice(["point", "comma"]), help="Decimal mark, if the numbers leave it open."),
+    click.option("--soft", type=INPUT, help="File of the soft channel, if FILE has the hard channel only."),
 ]  # fmt: skip
+_ASKED = ("columns", "unit", "time_unit", "rate", "decimal", "soft")
 _SCENES = f"Method of estimation: {', '.join(scenes)}."
 _SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES)
 _SCENE_AGAIN = click.option("--scene", help=f"{_SCENES}  [default: from the recording, else handheld]")
@@ -94,11 +105,43 @@ def _adding(options: list[Callable[..., Any]]) -> Callable[[Callable[..., Any]],
 
 board_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding(_BOARD)
 """Adds firmware and excitation; see `opening`."""
-reading_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding(_READING)
-"""Adds columns and unit to a command."""
-estimating_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([_SCENE, *_ESTIMATING])
-"""Adds scene, touch_seconds, samples and settings."""
-recording_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE, *_ESTIMATING])
-"""Adds columns, unit, scene, touch_seconds, samples and settings."""
-replaying_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding([*_READING, _SCENE_AGAIN, *_ESTIMATING])
-"""Adds the same; scene is None if it is not given."""
+
+
+def _asking(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Pass the values of `_READING` as one dict `asked`: those that were given, keywords of `palpate.read`."""
+
+    @wraps(command)
+    def asked(*args: Any, **given: Any) -> Any:
+        values = {name: given.pop(name) for name in _ASKED}
+        values["known"] = _loggers(str(given.get("source") or given.get("file") or ""))
+        return command(*args, asked={name: value for name, value in values.items() if value is not None}, **given)
+
+    return asked
+
+
+def _loggers(source: str) -> "list[Logger] | None":
+    """Return the loggers that palpate.toml remembers; None without one, or for a source that is no file."""
+    from palpate.cli.known_loggers import loggers
+    from palpate.sources.options import split
+
+    return None if split(source)[0] else loggers() or None
+
+
+def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add asked to a command: the keywords of `palpate.read` that were given, and `known` as in `recorded`."""
+    return _adding(_READING)(_asking(command))
+
+
+def estimating_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add scene, touch_seconds, samples and settings."""
+    return _adding([_SCENE, *_ESTIMATING])(command)
+
+
+def recording_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add asked, scene, touch_seconds, samples and settings."""
+    return reading_options(estimating_options(command))
+
+
+def replaying_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the same; scene is None if it is not given."""
+    return reading_options(_adding([_SCENE_AGAIN, *_ESTIMATING])(command))

@@ -15,7 +15,7 @@ import click
 from palpate import PalpateError, digits
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import INTERRUPTED, NOT_RELIABLE
-from palpate.cli.options import board_options, estimating_options, json_option, opening, tracking
+from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
 from palpate.cli.source import SourceType
 from palpate.cli.terminal import say, signals
 
@@ -40,7 +40,7 @@ _REVISED_S = 5.0  # longest wait for the revised result of the last touch
 @board_options
 @click.option("--recentre", is_flag=True, help="If a channel leaves the range of the converter for 2 s without a touch, "
               "set the range again.")  # fmt: skip
-@estimating_options
+@recording_options
 @json_option
 def record(
     source: str,
@@ -51,6 +51,7 @@ def record(
     firmware: Path | None,
     excitation: str | None,
     recentre: bool,
+    asked: dict[str, Any],
     scene: "_Scene",
     touch_seconds: float | None,
     samples: int | None,
@@ -75,7 +76,7 @@ def record(
 
     how = tracking(touch_seconds, samples, settings)
     try:
-        opened = sources.open(source, **opening(firmware, excitation))
+        opened = sources.open(source, **opening(firmware, excitation), **asked)
         stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=say, **how)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error

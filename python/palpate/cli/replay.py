@@ -13,16 +13,15 @@ from palpate.cli import afterwards
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.moduli import Moduli
-from palpate.cli.options import json_option, replaying_options, tracking
+from palpate.cli.options import INPUT, json_option, replaying_options, tracking
 
 if TYPE_CHECKING:
     from palpate import OfflineTouch, Touch
-    from palpate.recording.foreign import Foreign
-    from palpate.recording.own_file import Recorded
+    from palpate.recording.foreign import AnyRecording
 
 
 @click.command()
-@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("file", type=INPUT)
 @replaying_options
 @click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
               help="Calibration file from `calibrate`: adds the modulus with its interval to each touch.")  # fmt: skip
@@ -31,8 +30,7 @@ if TYPE_CHECKING:
 @json_option
 def replay(
     file: Path,
-    columns: dict[str, str] | None,
-    unit: str | None,
+    asked: dict[str, Any],
     scene: str | None,
     touch_seconds: float | None,
     samples: int | None,
@@ -59,13 +57,15 @@ def replay(
     if is_offline and calibration:
         raise click.UsageError("--offline and --calibration: allowed one of them; moduli are of the live result")
     try:
-        recording = recorded(file, columns=columns, unit=unit)
+        recording = recorded(file, **asked)
         how: dict[str, Any] = {"scene": scene} if scene else {"scene": "handheld"} | recording.settings
         how |= tracking(touch_seconds, samples, settings)
         again = offline(recording, **how) if is_offline else None
         found, retaken = tracked(recording, **how)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
+    if recording.understood:
+        click.echo(f"{file}: {recording.understood}", err=True)
     notes = [*recording.notes, *cli_touches.notes(retaken)]
     for note in notes:
         click.echo(f"{file}: {note}", err=True)
@@ -85,7 +85,7 @@ def _table(found: "list[Touch]", moduli: Moduli | None, again: "list[OfflineTouc
     return (moduli.table(table, found) if moduli and found else table) + cli_touches.advised(found)
 
 
-def _why_not(recording: "Recorded | Foreign") -> str:
+def _why_not(recording: "AnyRecording") -> str:
     spans = [f"{name} {high - low:.3g} pF" for name, (low, high) in recording.survey.spans_pF.items()]
     if len(spans) < 2:
         return "a channel has no values"
@@ -95,7 +95,7 @@ def _why_not(recording: "Recorded | Foreign") -> str:
 def _json(
     file: Path,
     how: dict[str, Any],
-    recording: "Recorded | Foreign",
+    recording: "AnyRecording",
     found: "list[Touch]",
     notes: list[str],
     moduli: Moduli | None,

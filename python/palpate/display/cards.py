@@ -78,6 +78,7 @@ def recording(shown: "Pairs") -> Markup:
         "length": f"{text.lasting(duration)}, {text.counted(pairs, 'pair')}, {rate}",
         "hard": hard.told,
         "soft": soft.told,
+        "read as": shown.understood,
         "gaps": ", ".join(f"row {row:,}" for row in shown.gap_rows[:_MOST]),
         "marks": _marks(shown),
         "notes": "; ".join([*shown.notes[:_MOST], _more(len(shown.notes))]).rstrip("; "),

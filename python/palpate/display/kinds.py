@@ -48,6 +48,8 @@ class Pairs(Protocol):
     @property
     def notes(self) -> Sequence[str]: ...  # noqa: D102
     @property
+    def understood(self) -> str: ...  # noqa: D102
+    @property
     def doubts(self) -> Sequence[str]: ...  # noqa: D102
     @property
     def marks(self) -> Sequence[tuple[float, str]]: ...  # noqa: D102

@@ -16,11 +16,9 @@ from palpate.files import replacing
 from palpate.recording import sidecar
 from palpate.recording.binary_data import BinaryData
 from palpate.recording.filelock import is_locked
-from palpate.recording.foreign import Foreign
+from palpate.recording.foreign import RATE, AnyRecording
 from palpate.recording.own_file import Recorded
-from palpate.recording.reading import OWN_COLUMNS, time_column
 from palpate.recording.rows import HEADER, format_rows
-from palpate.recording.table import read_table
 from palpate.samples import DTYPE, Block, Status
 
 SUFFIXES = (".parquet", ".csv")
@@ -97,9 +95,7 @@ class _ParquetWriter:
         self._writer.add_key_value_metadata({"palpate": sidecar.text_of(document)})
 
 
-def convert(
-    recording: Recorded | Foreign | BinaryData, target: Path, *, force: bool = False, period_s: float | None = None
-) -> int:
+def convert(recording: AnyRecording, target: Path, *, force: bool = False) -> int:
     """Write a recording to another format: Parquet, or palpate's own CSV.
 
     Parameters
@@ -109,8 +105,6 @@ def convert(
         NAME.parquet, or NAME.csv, which gets a sidecar NAME.json.
     force : bool
         Replace an existing file.
-    period_s : float, optional
-        Time from row to row, above 0; only for a table without times.
 
     Returns
     -------
@@ -120,7 +114,7 @@ def convert(
     Raises
     ------
     ValueError
-        The suffix is not .parquet or .csv; neither times nor `period_s`, or both.
+        The suffix is not .parquet or .csv; or a table without times.
     RecordingError
         The target exists, is the input, or cannot be written; or a line of the input is not a row.
     MissingExtra
@@ -136,37 +130,23 @@ def convert(
     """
     if target.suffix not in SUFFIXES:
         raise ValueError(f"-o: got {target.name!r}, allowed: a name that ends in {' or '.join(SUFFIXES)}")
-    if not recording.timed and period_s is None:
-        raise ValueError(
-            "period: got none for a table without times, allowed: seconds from row to row, or name the column with time=COL"
-        )
-    if recording.timed and period_s is not None and not isinstance(recording, BinaryData):
-        raise ValueError(f"period: got {period_s} for a file that has times, allowed: no period")
+    if not recording.timed:
+        raise ValueError(f"rate: got none, allowed: {RATE}")
     _check_free(recording, target, force=force)
     rows = 0
     with _whole(target) as file, _writer(target)(file, target) as writer:
         for block in recording.blocks():
-            writer.write(_prepared(block, None if recording.timed else period_s))
+            writer.write(_prepared(block))
             rows += len(block)
         writer.finish(_document(recording, rows))
     return rows
-
-
-def unused_columns(recording: Foreign, columns: dict[str, str] | None) -> list[str]:
-    """Return the names (or positions, from 1) of the columns that a recording does not store."""
-    wanted = columns or OWN_COLUMNS
-    table = read_table(recording.path)
-    used = {table.column(name) for name in wanted.values()}
-    used |= {column for column in [time_column(table)] if column is not None and "time" not in wanted}
-    return [table.names(column)[-1] if table.names(column) else str(column + 1)
-            for column in range(table.width) if column not in used]  # fmt: skip
 
 
 def _writer(target: Path) -> "type[_ParquetWriter | _OwnWriter]":
     return _ParquetWriter if target.suffix == ".parquet" else _OwnWriter
 
 
-def _check_free(recording: Recorded | Foreign | BinaryData, target: Path, *, force: bool) -> None:
+def _check_free(recording: AnyRecording, target: Path, *, force: bool) -> None:
     targets = [target] if target.suffix == ".parquet" else [target, sidecar.sidecar_path(target)]
     inputs = [channel.path for channel in recording.channels] if isinstance(recording, BinaryData) else [recording.path]
     for path in filter(os.path.lexists, targets):
@@ -188,14 +168,12 @@ def _whole(target: Path) -> Iterator[BinaryIO]:
         raise RecordingError(target, f"cannot be written: {error.strerror or error}") from error
 
 
-def _prepared(block: Block, period_s: float | None) -> Block:
+def _prepared(block: Block) -> Block:
     block["status"][~(np.isfinite(block["hard"]) & np.isfinite(block["soft"]))] = int(Status.LOST)
-    if period_s is not None:
-        block["t_hard_ns"] = block["t_soft_ns"] = np.rint(block["seq"] * period_s * 1e9)
     return block
 
 
-def _document(recording: Recorded | Foreign | BinaryData, rows: int) -> dict[str, Any]:
+def _document(recording: AnyRecording, rows: int) -> dict[str, Any]:
     known = recording.document
     document = dict(known) if known else sidecar.fresh(recording.describe(), {}, [])
     made = f"converted from {recording.path.name} by palpate {__version__}"

@@ -61,6 +61,7 @@ class Recorded:
     """
 
     timed = True
+    understood = ""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path: Path = Path(path)

@@ -54,6 +54,8 @@ class Recording:
         Rows from which on the baseline before does not hold, from 1: the board was opened again, or its range moved.
     zero_utc_ns : int or None
         UTC of t = 0, ns since 1970, by the wall clock of the computer that recorded; None: unknown.
+    understood : str
+        Of a table of another program: one line that says which columns and units were used.
     marks : tuple of Mark
         From the sidecar of palpate's own files, in the order in which they were made.
 
@@ -82,6 +84,7 @@ class Recording:
     doubts: tuple[str, ...] = ()
     gap_rows: tuple[int, ...] = ()
     zero_utc_ns: int | None = None
+    understood: str = ""
     marks: tuple[Mark, ...] = ()
 
     def __len__(self) -> int:

@@ -6,12 +6,12 @@ from threading import Event
 from typing import Any
 
 from palpate.errors import RecordingError
-from palpate.recording.foreign import Foreign, recorded
-from palpate.recording.own_file import Recorded
-from palpate.recording.table import PICOFARADS
+from palpate.recording.foreign import RATE, AnyRecording, recorded
 from palpate.samples import Block, Sample, samples_of
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, choice, number
+from palpate.tables.asked import DECIMALS, parsed_map
+from palpate.tables.units import PICOFARADS, SECONDS
 
 UNREAD = "not read to its end: its rows are not verified"
 """Message of a source that was stopped before the end of its file, where the checksum is compared."""
@@ -26,18 +26,25 @@ class FileSource(Source):
     ----------
     path : str
         File to read.
-    columns, unit
-        As in `palpate.read`.
     speed : float, optional
         1: the timing of the recording; 10: ten times as fast; None: as fast as possible.
+    **asked
+        Keywords of `palpate.read`, and `known`, as in `palpate.recorded`.
+
+    Raises
+    ------
+    ValueError
+        A table without times, and no rate.
 
     Attributes
     ----------
-    recording : Recorded or Foreign
+    recording : Recorded, Foreign or BinaryData
     """
 
-    def __init__(self, path: str, columns: Any = None, unit: str | None = None, speed: float | None = None) -> None:
-        self.recording: Recorded | Foreign = recorded(path, columns=columns, unit=unit)
+    def __init__(self, path: str, speed: float | None = None, **asked: Any) -> None:
+        self.recording: AnyRecording = recorded(path, **asked)
+        if not self.recording.timed:
+            raise ValueError(f"rate: got none, allowed: {RATE}")
         self.live: bool = speed is not None
         self.real_time: bool = False
         self._speed = speed
@@ -121,6 +128,20 @@ class FileSource(Source):
 
 
 def open_file(address: str, options: Mapping[str, Any]) -> FileSource:
-    """Return the source of a path."""
-    allowed = {"columns": anything, "unit": choice(*PICOFARADS), "speed": number(0, above=True)}
-    return FileSource(address, **checked("file", options, allowed))
+    """Return the source of a path; `map` is `columns` as text."""
+    given = dict(options)
+    if "map" in given:
+        given["columns"] = parsed_map(str(given.pop("map")))
+    return FileSource(address, **checked("file", given, _ALLOWED))
+
+
+_ALLOWED = {
+    "columns": anything,
+    "unit": choice(*PICOFARADS),
+    "time_unit": choice(*SECONDS),
+    "rate": number(0, above=True),
+    "decimal": choice(*DECIMALS),
+    "soft": anything,
+    "known": anything,
+    "speed": number(0, above=True),
+}

@@ -5,6 +5,7 @@ the name, the value and what is allowed. A value from the name of a source is te
 """
 
 import math
+import os
 import re
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -33,7 +34,7 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
     Returns
     -------
     scheme, address, options
-        The scheme is empty if the name is a path. In options %-escapes are decoded; a + stays a +.
+        The scheme is empty if the name is a path; one that exists has no options. In options %-escapes are decoded; a + stays a +.
 
     Raises
     ------
@@ -44,22 +45,23 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
     --------
     >>> split("sim:sliding?seed=3&speed=1")
     ('sim', 'sliding', {'seed': '3', 'speed': '1'})
-    >>> split("run.csv")
-    ('', 'run.csv', {})
+    >>> split("run.csv?rate=38.4")
+    ('', 'run.csv', {'rate': '38.4'})
     """
     if len(uri) > LONGEST:
         raise ValueError(f"source: got {len(uri):,} characters, allowed: {LONGEST:,}")
     match = _SCHEME.fullmatch(uri)
-    if not match:
+    scheme, rest = (match[1], match[2]) if match else ("", uri)
+    address, _, query = rest.partition("?")
+    if not scheme and os.path.exists(uri):  # noqa: PTH110  Path's raises for a long name
         return "", uri, {}
-    address, _, query = match[2].partition("?")
     options: dict[str, str] = {}
     for part in filter(None, query.split("&")):
         name, equals, value = part.partition("=")
         if not equals or name in options:
             raise ValueError(f"source: got {quoted(part)}, allowed: NAME=VALUE, each name once, & between them")
         options[unquote(name)] = unquote(value)
-    return match[1], address, options
+    return scheme, address, options
 
 
 def checked(scheme: str, given: Mapping[str, Any], allowed: Mapping[str, Check]) -> dict[str, Any]:

@@ -57,7 +57,8 @@ def open(uri: str, **options: Any) -> Source:
         (10 to 400), fault (KIND[:AMOUNT]@SECONDS, separated by commas), wiring (a mistake of the wiring; a wrong name
         lists all), idle (s at rest before the scenario). iio: hard_input, centre (yes or no). serial: columns (names
         of the cells of a line) or pattern (a regular expression with groups of these names), unit, decimal (comma,
-        point), code_pF, baud, reset (yes, no: leave DTR and RTS inactive), replug. A path: columns, unit, speed.
+        point), code_pF, baud, reset (yes, no: leave DTR and RTS inactive), replug. A path: map (as hard=COL,soft=COL), unit, time_unit, rate, decimal, soft, as in
+        `palpate.read`, and speed.
 
     Returns
     -------
@@ -85,8 +86,10 @@ def open(uri: str, **options: Any) -> Source:
     scheme, address, in_uri = split(uri)
     if twice := set(in_uri) & set(options):
         raise ValueError(f"source: got {shortened(min(twice))} twice, allowed: in the name or by keyword")
-    if not scheme or (scheme not in _OWN and os.path.exists(uri)):  # noqa: PTH110  Path's raises for a long name
-        return _factory("palpate.sources.files", "open_file")(uri, options)
+    if scheme and scheme not in _OWN and os.path.exists(uri):  # noqa: PTH110  Path's raises for a long name
+        scheme, address, in_uri = "", uri, {}
+    if not scheme:
+        return _factory("palpate.sources.files", "open_file")(address, {**in_uri, **options})
     source = _find(scheme)(address, {**in_uri, **options})
     if not is_source(source):
         raise SourceError(f"{scheme}: gave an object of type {type(source).__name__}, allowed: a palpate.Source")

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 from palpate.errors import quoted
-from palpate.recording.table import PICOFARADS
 from palpate.sources.serial.cells import Refused
+from palpate.tables.units import PICOFARADS
 
 UNUSED = "-"
 """Name of a column that is not used."""

@@ -5,13 +5,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from palpate.errors import quoted
-from palpate.recording.table import PICOFARADS
 from palpate.sources.options import Check, checked, choice, number, text, yes_no
 from palpate.sources.serial.cells import Refused
 from palpate.sources.serial.formats import Given, require_pair, require_units
 from palpate.sources.serial.names import Column, column
 from palpate.sources.serial.port import LONGEST, Port
 from palpate.sources.serial.source import SerialSource
+from palpate.tables.units import PICOFARADS
 
 
 def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:

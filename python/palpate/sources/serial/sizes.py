@@ -1,8 +1,8 @@
 """The size of capacitances whose unit nothing says: what cannot be pF is asked about."""
 
-from palpate.recording.table import PICOFARADS
 from palpate.sources.serial.cells import Refused
 from palpate.sources.serial.formats import Format, Values
+from palpate.tables.units import PICOFARADS
 
 SMALLEST_PF, LARGEST_PF = 0.01, 100.0
 _OTHERS = ("fF", "aF", "nF", "uF", "F")

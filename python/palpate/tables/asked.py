@@ -1,0 +1,108 @@
+"""What a user says about a table: the meaning of its columns, their units, their rate."""
+
+import math
+import os
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Self
+
+from palpate.errors import listed, quoted
+from palpate.tables.units import PICOFARADS, SECONDS
+
+KEYS = ("hard", "soft", "time", "soft_time")
+DECIMALS = {"point": ".", "comma": ","}
+
+
+def parsed_map(text: str) -> dict[str, str]:
+    """Parse hard=COL,soft=COL[,time=COL]; a name may contain commas.
+
+    Raises
+    ------
+    ValueError
+        Not such a text.
+
+    Examples
+    --------
+    >>> parsed_map("hard=C1 (pF),soft=3")
+    {'hard': 'C1 (pF)', 'soft': '3'}
+    """
+    parts = re.split(rf"(?:^|,)\s*({'|'.join(KEYS)})\s*=", text)
+    if parts[0].strip() or len(parts) < 3 or len(set(parts[1::2])) < len(parts[1::2]):
+        raise ValueError(f"map: got {quoted(text)}, allowed: hard=COL,soft=COL[,time=COL], each once")
+    return {key: name.strip() for key, name in zip(parts[1::2], parts[2::2], strict=True)}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a user says about a table of another program; None: palpate finds it out.
+
+    Attributes
+    ----------
+    columns : mapping, optional
+        Columns of "hard", "soft", "time", and "soft_time" if the soft channel has its own times: names, or positions
+        from 1. In a table with a column of names and one of values: names of the channels.
+    unit : str, optional
+        Unit of both capacitances, aF to F.
+    time_unit : str, optional
+        Unit of the times, ns to d.
+    rate : float, optional
+        Pairs a second, above 0: the rows have this distance, times in the file are not used.
+    decimal : str, optional
+        Decimal mark of the numbers, "point" or "comma".
+    soft : path-like, optional
+        File of the soft channel, if the other one has the hard channel only.
+
+    Raises
+    ------
+    ValueError
+        A value that is not allowed, or values that contradict each other.
+
+    Examples
+    --------
+    >>> Asked(columns={"hard": 2, "soft": 3}, rate=38.4).given
+    {'columns': {'hard': 2, 'soft': 3}, 'rate': 38.4}
+    """
+
+    columns: Mapping[str, str | int] | None = None
+    unit: str | None = None
+    time_unit: str | None = None
+    rate: float | None = None
+    decimal: str | None = None
+    soft: str | os.PathLike[str] | None = None
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        self._check_columns()
+        words: dict[str, Collection[str]] = {"unit": PICOFARADS, "time_unit": SECONDS, "decimal": DECIMALS}
+        for name, allowed in words.items():
+            value = getattr(self, name)
+            if value is not None and value not in allowed:
+                raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(allowed)}")
+        if self.rate is not None and not 0 < self.rate < math.inf:
+            raise ValueError(f"rate: got {quoted(self.rate)}, allowed: a number above 0, pairs a second")
+        for name in ("time", "soft_time"):
+            if self.rate is not None and name in (self.columns or {}):
+                raise ValueError(f"rate: got it together with a column of times ({name}), allowed: one of them")
+
+    def _check_columns(self) -> None:
+        wanted = self.columns
+        if wanted is None:
+            return
+        needed = ("hard",) if self.soft else ("hard", "soft")
+        if not all(key in wanted for key in needed):
+            raise ValueError(f"columns: got {listed(wanted) or 'none'}, allowed: hard, soft and, if wanted, time")
+        if unknown := set(wanted) - set(KEYS):
+            raise ValueError(f"columns: got {quoted(min(unknown))}, allowed: {', '.join(KEYS)}")
+        if self.soft is None and str(wanted["hard"]).strip() == str(wanted["soft"]).strip():
+            raise ValueError(f"columns: got {quoted(wanted['hard'])} for both channels, allowed: two columns")
+
+    @property
+    def given(self) -> dict[str, object]:
+        """The values that were given, by name."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in values.items() if value is not None}
+
+    def with_columns(self, columns: Mapping[str, str | int]) -> Self:
+        """Return the same with other columns."""
+        return replace(self, columns=columns)

@@ -1,0 +1,136 @@
+"""A table with named columns, of any format."""
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from palpate.errors import listed, quoted, shortened
+from palpate.tables.units import bare_name, unit_in
+
+Cells = Sequence[str | None] | NDArray[Any]
+"""The cells of a column: text, None where a row is too short; or an array of numbers, datetime64 or timedelta64."""
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A column of a table.
+
+    Attributes
+    ----------
+    names : tuple of str
+        All its names: the cells above it, from top to bottom, then all of them joined; empty without a header.
+    cells : sequence of str, or numpy.ndarray, shape (n,)
+        Text as in the file; or numbers, datetime64, timedelta64.
+    unit : str
+        Unit that the format has apart from the name; "" if none.
+    """
+
+    names: tuple[str, ...]
+    cells: Cells
+    unit: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A table with named columns, all of the same length.
+
+    Attributes
+    ----------
+    path : pathlib.Path
+        The file, for messages; of a data frame the name of its type.
+    columns : list of Column
+    lines : sequence of int
+        Number of the line of each row in the file, from 1.
+    header : list of list of str
+        The rows above the first row of numbers.
+    notes : list of str
+        What was left out: comments, summary rows, an incomplete last row.
+    header_fits : bool
+        Whether the lowest header row has as many cells as the rows; if not, names may belong to other columns.
+    """
+
+    path: Path
+    columns: list[Column]
+    lines: Sequence[int]
+    header: list[list[str]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    header_fits: bool = True
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.lines)
+
+    @property
+    def width(self) -> int:
+        """The number of columns."""
+        return len(self.columns)
+
+    def names(self, column: int) -> tuple[str, ...]:
+        """Return all names of a column (from 0)."""
+        return self.columns[column].names
+
+    def name(self, column: int) -> str:
+        """Return the name of a column (from 0) as a message says it: the lowest of its header, or its position."""
+        names = self.names(column)
+        return shortened(names[-1]) if names else f"column {column + 1}"
+
+    def unit(self, column: int, units: Collection[str]) -> str | None:
+        """Return the unit of a column: its own, or that of its lowest name that has one; "%" or None."""
+        texts = [self.columns[column].unit, *reversed(self.names(column))]
+        return next((unit for text in texts if text and (unit := unit_in(text, units))), None)
+
+    @cached_property
+    def _columns(self) -> list[dict[str, list[int]]]:
+        """The columns of each name, stripped, and bare."""
+        found: list[dict[str, list[int]]] = []
+        for simplify in _SIMPLER:
+            columns: dict[str, list[int]] = {}
+            for column in range(self.width):
+                for name in {simplify(name) for name in self.names(column)}:
+                    columns.setdefault(name, []).append(column)
+            found.append(columns)
+        return found
+
+    def column(self, wanted: str | int) -> int:
+        """Return the index (from 0) of the column with this name, or at this position (from 1).
+
+        Raises
+        ------
+        ValueError
+            No column, or several columns have this name.
+        """
+        text = str(wanted).strip()
+        if text.isdecimal() and len(text) < 10:
+            if not 1 <= int(text) <= self.width:
+                raise ValueError(f"column: got position {text}, allowed: 1 to {self.width}")
+            return int(text) - 1
+        for simplify, columns in zip(_SIMPLER, self._columns, strict=True):
+            found = columns.get(simplify(text), [])
+            if len(found) == 1:
+                self._require_header_that_fits()
+                return found[0]
+            if found:
+                positions = listed([str(column + 1) for column in found])
+                raise ValueError(
+                    f"column: got {quoted(text)}, the name of several columns, allowed: one of the positions {positions}"
+                )
+        raise ValueError(f"column: got {quoted(text)}, allowed: {self.describe()}")
+
+    def _require_header_that_fits(self) -> None:
+        if not self.header_fits:
+            raise ValueError(
+                f"column: the header has {len(self.header[-1])} cells, but the rows have {self.width}: a name may belong "
+                "to another column; allowed: positions, counted from 1"
+            )
+
+    def describe(self) -> str:
+        """Return positions and names of the columns as text; of many columns those of the first ones."""
+        return listed([f"{c} ({self.name(c - 1)})" if self.names(c - 1) else str(c) for c in range(1, self.width + 1)])
+
+
+_SIMPLER: tuple[Callable[[str], str], ...] = (str.strip, bare_name)
+"""A name is compared as it is, then as its bare name."""

@@ -1,0 +1,171 @@
+"""What a table means: the times and capacitances of two channels, and one line that says how it was understood."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.errors import RecordingError
+from palpate.tables.asked import Asked
+from palpate.tables.doubts import clipped
+from palpate.tables.numbers import numbers
+from palpate.tables.pairs import joined
+from palpate.tables.roles import Side, sides
+from palpate.tables.scales import units
+from palpate.tables.table import Table
+from palpate.tables.times import Times, times
+from palpate.tables.units import PICOFARADS
+
+Array = NDArray[np.float64]
+_Arrays = tuple[Array, Array, Array, Array]
+UNTIMED = "no column of times found: start_s is unknown; name it with time=COL, or give the rate"
+
+
+@dataclass(frozen=True, eq=False)
+class Channels:
+    """Two channels of a table, and how it was understood.
+
+    Attributes
+    ----------
+    t_hard_s, t_soft_s, hard, soft : numpy.ndarray, shape (n,)
+        As those of `palpate.Recording`.
+    said : str
+        One line: which columns, which units, pairs a second, rows.
+    notes : tuple of str
+        What was left out or looks wrong.
+    zero_utc_ns : int or None
+    unused : list of str
+        Names of the other columns of the table.
+    """
+
+    t_hard_s: Array
+    t_soft_s: Array
+    hard: Array
+    soft: Array
+    said: str
+    notes: tuple[str, ...]
+    zero_utc_ns: int | None
+    unused: list[str]
+
+
+def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Channels:
+    """Return the two channels of a table, or of two.
+
+    Raises
+    ------
+    RecordingError
+        A cell is wrong: with its line and column.
+    ValueError
+        The meaning is open: the message has what fits, and the option that settles it.
+    """
+    if table.width < 2 and soft_table is None:
+        raise RecordingError(table.path, "not a recording: one column, two are needed", table.lines[0])
+    hard, soft = sides(table, asked, soft_table)
+    raw = tuple(numbers(side.table, side.value, asked.decimal) for side in (hard, soft))
+    hard_unit, soft_unit, told = units(hard, soft, (raw[0], raw[1]), asked)
+    values = [each if (factor := PICOFARADS[unit]) == 1.0 else each * factor
+              for each, unit in zip(raw, (hard_unit, soft_unit), strict=True)]  # fmt: skip
+    stamps = _stamps(hard, soft, asked)
+    by_row = hard.table is soft.table or asked.rate is not None or not any(each.said for each in stamps)
+    arrays, apart = (_by_row if by_row else _by_time)(hard, soft, stamps, values)
+    said = [_said_times(stamps), f"hard = {_name(hard)}, {hard_unit}", f"soft = {_name(soft)}, {soft_unit}"]
+    said += [_pace(arrays[0]), f"{len(arrays[0])} rows"]
+    tables = [table] if soft_table is None else [table, soft_table]
+    notes = [*_notes(arrays), *apart, *told, *(note for each in stamps for note in each.notes)]
+    notes += [note for each in tables for note in each.notes]
+    notes += [note for name, each in zip(("hard", "soft"), arrays[2:], strict=True) for note in clipped(name, each)]
+    return Channels(
+        *arrays, "; ".join(filter(None, said)), tuple(dict.fromkeys(notes)), stamps[0].zero_utc_ns, _unused(hard, soft)
+    )
+
+
+def _unused(hard: Side, soft: Side) -> list[str]:
+    used = {hard.value, soft.value, *hard.times, *soft.times}
+    same = hard.table is soft.table
+    return [hard.table.name(column) for column in range(hard.table.width) if same and column not in used]
+
+
+def _name(side: Side) -> str:
+    return side.table.name(side.value)
+
+
+def _stamps(hard: Side, soft: Side, asked: Asked) -> tuple[Times, Times]:
+    first = _of_side(hard, asked)
+    same = soft.table is hard.table and soft.times == hard.times
+    return first, first if same else _of_side(soft, asked)
+
+
+def _of_side(side: Side, asked: Asked) -> Times:
+    if asked.rate is not None:
+        notes = ["the times of the file are not used: a rate was given"] if side.times else []
+        return Times(np.arange(len(side.table)) / asked.rate, "as the rate says", notes=notes)
+    found: list[Times] = []
+    wrong: list[Exception] = []
+    for column in side.times:
+        try:
+            one = times(side.table, column, asked.time_unit, asked.decimal)
+        except (ValueError, RecordingError) as error:
+            wrong.append(error)
+        else:
+            found.append(Times(one.seconds, f"{side.table.name(column)}, {one.said}", one.zero_utc_ns, one.notes))
+    if found:
+        return min(found, key=lambda each: int(np.count_nonzero(np.diff(each.seconds) == 0)))
+    if wrong:
+        raise wrong[0]
+    return Times(np.full(len(side.table), math.nan), "")
+
+
+def _by_row(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Array]) -> tuple[_Arrays, list[str]]:
+    """Return times and values of the rows, and notes."""
+    if len(values[0]) != len(values[1]):
+        raise ValueError(
+            f"time: got none for channels of {len(values[0])} and {len(values[1])} rows, allowed: times in both, or equal "
+            "numbers of rows"
+        )
+    told = [] if hard.table is soft.table else ["the channels are paired row by row, as they have no times"]
+    return (stamps[0].seconds, stamps[1].seconds, values[0], values[1]), told
+
+
+def _by_time(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Array]) -> tuple[_Arrays, list[str]]:
+    """Return times and values of readings that are near each other, and notes."""
+    pairs = joined(stamps[0].seconds, values[0], stamps[1].seconds + _between(stamps), values[1])
+    notes = (
+        [f"{pairs.left_out} readings have none of the other channel near in time: left out"] if pairs.left_out else []
+    )
+    return (pairs.t_hard, pairs.t_soft, pairs.hard, pairs.soft), notes
+
+
+def _between(stamps: tuple[Times, Times]) -> float:
+    """Return what to add to the times of the soft channel so that both have one zero, s."""
+    zeros = [each.zero_utc_ns for each in stamps]
+    if zeros[0] is not None and zeros[1] is not None:
+        return (zeros[1] - zeros[0]) / 1e9
+    return 0.0
+
+
+def _said_times(stamps: tuple[Times, Times]) -> str:
+    names = list(dict.fromkeys(each.said for each in stamps if each.said))
+    return f"time = {' and '.join(names)}" if names else ""
+
+
+def _pace(t: Array) -> str:
+    steps = np.diff(t)
+    steps = steps[steps > 0]
+    if not len(steps):
+        return "rate unknown"
+    usual = steps[steps <= 10 * np.median(steps)]
+    rate = (len(t) - 1) / len(steps) / float(usual.mean())
+    return f"{rate:.4g} pairs a second"
+
+
+def _notes(arrays: _Arrays) -> list[str]:
+    time_s, _, hard, soft = arrays
+    missing = int(np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft))))
+    back = int(np.count_nonzero(np.diff(time_s) < 0))
+    notes = {
+        f"{missing} of {len(hard)} rows have no value in a channel: left out": missing,
+        f"time goes back at {back} of {len(hard)} rows: the order of the file is used": back,
+        UNTIMED: bool(len(time_s)) and bool(np.isnan(time_s).all()),
+    }
+    return [note for note, holds in notes.items() if holds]
