@@ -30,11 +30,12 @@ def axes(ax: Any, width_in: float = COLUMN_IN * 1.5, height_in: float = COLUMN_I
 
     The style holds inside only; nothing is shown, and the caller's settings stay.
     """
+    figure = None
+    if ax is None:  # before the context: the first figure selects a notebook's backend, which its end would take back
+        pyplot = need("matplotlib.pyplot", "science")
+        figure = pyplot.figure(figsize=(width_in, height_in), layout="constrained")
     with need("matplotlib", "science").rc_context(STYLE):
-        if ax is None:
-            pyplot = need("matplotlib.pyplot", "science")
-            _, ax = pyplot.subplots(figsize=(width_in, height_in), layout="constrained")
-        yield ax
+        yield figure.add_subplot() if figure else ax
 
 
 def recording(shown: "Pairs", ax: Any = None) -> Any:
