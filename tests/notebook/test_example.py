@@ -21,7 +21,7 @@ HTML = {
     "page": "<iframe",
 }
 """The last line of a cell, and what is in its HTML."""
-DRAWN = ["recording.plot();", "recording[8.8:18.0].plot();", "touches.plot();", "calibration.plot();"]
+DRAWN = ["recording.plot();", "recording[9.5:19.0].plot();", "touches.plot();", "calibration.plot();"]
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,9 @@ def test_an_object_shows_itself(outputs: dict[str, Any], line: str, part: str) -
     data = outputs[line].data
     assert part in data["text/html"]
     assert len(data["text/plain"].splitlines()[0]) < 130
-    assert "http" not in data["text/html"].replace('xmlns="http://www.w3.org/2000/svg"', "").replace("http://127.0.0.1:", "")
+    assert "http" not in data["text/html"].replace('xmlns="http://www.w3.org/2000/svg"', "").replace(
+        "http://127.0.0.1:", ""
+    )
 
 
 @pytest.mark.parametrize("line", DRAWN)
@@ -53,6 +55,8 @@ def test_a_plot_is_a_picture(outputs: dict[str, Any], line: str) -> None:
 
 
 def test_the_moduli_are_those_of_the_specimens(outputs: dict[str, Any]) -> None:
-    shown = outputs["[str(calibration.modulus(touch.ratio, touch.standard_error)) for touch in touches]"].data["text/plain"]
+    shown = outputs["[str(calibration.modulus(touch.ratio, touch.standard_error)) for touch in touches]"].data[
+        "text/plain"
+    ]
     assert shown.count("MPa") == 4
     assert Path(NOTEBOOK).stat().st_size < 20_000

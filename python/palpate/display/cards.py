@@ -8,7 +8,7 @@ import numpy as np
 from palpate import digits
 from palpate.display import drawings, text
 from palpate.display.changes import changes
-from palpate.display.markup import Markup, card, columns, element
+from palpate.display.markup import Markup, captioned, card, columns, element, sentences
 from palpate.errors import MissingExtra
 from palpate.sentences import advice
 
@@ -53,8 +53,8 @@ def touches(shown: "Sequence[Touch]") -> Markup:
         for number, one in enumerate(listed, 1)
     ]  # fmt: skip
     said = [f"touch {number}: {sentence}" for number, one in enumerate(listed, 1) for sentence in advice(one)]
-    names = ["touch", "begin", "samples", "ratio", _ends(scale), "flags"]
-    return card(text.counted(len(shown), "touch"), {}, columns(names, rows), _more(len(shown)), said=said)
+    names = ["touch", "begin", "samples", "ratio", f"± 2 std. errors, {_ends(scale)}", "flags"]
+    return card(text.counted(len(shown), "touch"), {}, columns(names, rows), _more(len(shown)), *sentences(said))
 
 
 def _ends(scale: tuple[float, float]) -> str:
@@ -83,7 +83,8 @@ def recording(shown: "Pairs") -> Markup:
         "marks": _marks(shown),
         "notes": "; ".join([*shown.notes[:_MOST], _more(len(shown.notes))]).rstrip("; "),
     }
-    picture = drawings.channels(t_s, hard.values, soft.values) if pairs else ""
+    caption = f"change of hard (thick) and soft (thin) over {'pairs' if duration is None else 'time'}"
+    picture = captioned(drawings.channels(t_s, hard.values, soft.values), caption) if pairs else ""
     return card("Recording", facts, picture, said=shown.doubts[:_MOST])
 
 
@@ -103,13 +104,14 @@ def calibration(shown: "Curve") -> Markup:
         f"{text.counted(len(shown.ratios), 'value')}",
         "rigid ratio": text.rigid(shown),
         "half modulus": f"{text.ratio(shown.probe.half_modulus, error)} MPa",
-        "scatter": shown.scatter,
     }
     try:
         facts["verdict"] = shown.verdict
     except MissingExtra as missing:
         facts["verdict"] = str(missing)
-    return card("Calibration", facts, drawings.curve(shown.moduli, shown.ratios, (moduli, line)))
+    picture = drawings.curve(shown.moduli, shown.ratios, (moduli, line))
+    caption = f"ratio over modulus, {digits.number(moduli[0])} to {digits.number(moduli[-1])} MPa, logarithmic"
+    return card("Calibration", facts, captioned(picture, caption))
 
 
 def estimator(shown: "Estimator") -> Markup:

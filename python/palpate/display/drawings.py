@@ -47,8 +47,10 @@ def envelope(x: Array, y: Array) -> tuple[Array, Array]:
     begins = np.unique(np.linspace(0, len(y), _COLUMNS, endpoint=False).astype(int))
     if len(begins) == len(y):
         return x, y
-    ends = np.column_stack([np.fmin.reduceat(y, begins), np.fmax.reduceat(y, begins)])
-    return np.repeat(x[begins], 2), ends.ravel()
+    ends = np.stack([np.fmin.reduceat(y, begins), np.fmax.reduceat(y, begins)])
+    falls = y[begins] > y[np.append(begins[1:], len(y)) - 1]
+    ends[:, falls] = ends[::-1, falls]  # the larger one first, or a falling line would go up and down
+    return np.repeat(x[begins], 2), ends.T.ravel()
 
 
 def interval(value: float, error: float, span: tuple[float, float]) -> Markup:

@@ -71,8 +71,6 @@ class Curve(Protocol):
     @property
     def range(self) -> tuple[float, float]: ...  # noqa: D102
     @property
-    def scatter(self) -> str: ...  # noqa: D102
-    @property
     def verdict(self) -> str: ...  # noqa: D102
 
 

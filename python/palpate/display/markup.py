@@ -41,6 +41,11 @@ def card(title: str, facts: dict[str, object], *below: object, said: Any = ()) -
     return element("div", element("strong", title), *table, *sentences(said), *below, style="line-height:1.4")
 
 
+def captioned(picture: Markup, caption: str) -> Markup:
+    """Return a picture with a line below it."""
+    return element("div", picture, element("small", caption, style="opacity:0.7"))
+
+
 def sentences(said: Any) -> list[Markup]:
     """Return sentences that a reader should not miss, as a list with a coloured edge."""
     style = f"border-left:3px solid {WARNING};margin:0.4em 0;padding:0 0.6em;max-width:60em;white-space:pre-wrap"
@@ -55,7 +60,8 @@ def columns(names: list[str], rows: list[list[object]]) -> Markup:
 
 
 def _cell(tag: str, content: object, more: str = "") -> Markup:
-    return element(tag, content, style=f"text-align:left;padding:0.1em 0.8em 0.1em 0;{more}")
+    wrap = "nowrap" if tag == "th" else "normal"
+    return element(tag, content, style=f"text-align:left;white-space:{wrap};padding:0.1em 0.8em 0.1em 0;{more}")
 
 
 ACCENT, WARNING = "#2a84c4", "#c96a12"

@@ -49,11 +49,17 @@ def recording(shown: "Pairs", ax: Any = None) -> Any:
         for row in shown.gap_rows:
             drawn.axvline(t_hard[row], color=PAPER, linestyle="--", linewidth=0.8)
         for at_s, name in shown.marks if timed else ():
-            _mark(drawn, at_s, name)
+            if not isnan(at_s):
+                _mark(drawn, at_s, name)
         drawn.set_xlabel("time, s" if timed else "pair")
         drawn.set_ylabel("change, pF")
-        drawn.legend(loc="upper left")
+        _name(drawn)
     return drawn
+
+
+def _name(ax: Any) -> None:
+    """Put the legend above the axes, where nothing is drawn."""
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
 
 
 def _mark(ax: Any, at_s: float, name: str) -> None:
@@ -78,7 +84,7 @@ def touches(shown: "Sequence[Touch]", ax: Any = None) -> Any:
         drawn.set_ylabel("capacitance ratio")
         drawn.margins(x=0.08, y=0.2)
         if shown:
-            drawn.legend(loc="upper left")
+            _name(drawn)
     return drawn
 
 

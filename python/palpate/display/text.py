@@ -94,9 +94,8 @@ def tracker(shown: "Tracker") -> str:
 
 
 def running_ratio(shown: "Tracker") -> str:
-    """Return the ratio of the running or the last touch; "" before the first one."""
-    begun = shown.touch_count or shown.state in ("contact", "done")
-    return ratio(shown.ratio, shown.standard_error) if begun else ""
+    """Return the ratio of the running touch; "" without one: those that have ended have their own results."""
+    return ratio(shown.ratio, shown.standard_error) if shown.state in ("contact", "done") else ""
 
 
 def touch(shown: "Touch") -> str:

@@ -30,7 +30,7 @@ def part(recording: Recording, span: slice) -> Recording:
     length_s = recording.duration.total_seconds()  # an error without times
     t_s = recording.t_hard_s
     inside = (t_s >= begin) & (t_s < end)
-    if not inside.any() or begin < 0 <= t_s[0]:
+    if not inside.any() or -np.inf < begin < 0 <= t_s[0]:  # a negative time, as if counted from the end
         first, last = (f"{float(t):.3f}" for t in (t_s[0], t_s[0] + length_s)) if len(t_s) else ("", "")
         raise ValueError(f"recording[{_told(span)}]: got no pair, allowed: times from {first} to {last} s")
     rows = np.concatenate([[0], np.cumsum(inside)])  # how many are kept before each row
