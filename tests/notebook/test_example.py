@@ -27,13 +27,13 @@ DRAWN = ["recording.plot();", "recording[9.5:19.0].plot();", "touches.plot();", 
 @pytest.fixture(scope="module")
 def outputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """Run it; return the last output of each cell by the last line of the cell."""
-    document = nbformat.read(NOTEBOOK, as_version=4)  # type: ignore[no-untyped-call]
+    document = nbformat.read(NOTEBOOK, as_version=4)
     assert not any(cell.get("outputs") for cell in document.cells)
     folder = tmp_path_factory.mktemp("notebook")
     client = nbclient.NotebookClient(document, timeout=300, resources={"metadata": {"path": str(folder)}})
     with asyncio.Runner() as runner:
         runner.run(client.async_execute())
-    nbformat.write(document, folder / "notebook.ipynb")  # type: ignore[no-untyped-call]
+    nbformat.write(document, folder / "notebook.ipynb")
     code = [cell for cell in document.cells if cell.cell_type == "code"]
     return {cell.source.splitlines()[-1]: cell.outputs[-1] for cell in code if cell.outputs}
 

@@ -17,9 +17,12 @@ from project import ROOT
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 
 
-@pytest.fixture(scope="module")
+WHOLE = palpate.read(FOUR)
+
+
+@pytest.fixture
 def whole() -> Recording:
-    return palpate.read(FOUR)
+    return WHOLE
 
 
 def test_length_and_duration(whole: Recording) -> None:
@@ -36,7 +39,7 @@ def test_length_and_duration(whole: Recording) -> None:
 
 @given(st.floats(0, 40) | st.none(), st.floats(0, 40) | st.none())
 def test_a_part_has_the_rows_between_two_times(begin: float | None, end: float | None) -> None:
-    whole = palpate.read(FOUR)
+    whole = WHOLE
     kept = (whole.t_hard_s >= (begin or 0.0)) & (whole.t_hard_s < (np.inf if end is None else end))
     if not kept.any():
         with pytest.raises(ValueError, match=r"got no pair, allowed: times from 0\.000 to 36\.673 s"):
