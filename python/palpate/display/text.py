@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
-from palpate import _core, digits
+from palpate import digits
 
 if TYPE_CHECKING:
     from datetime import timedelta
@@ -72,7 +72,7 @@ def changed(settings: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any
 
 def own_class(shown: object) -> Any:
     """Return the class of the core that an object is, or is derived from."""
-    return next(kind for kind in type(shown).__mro__ if vars(_core).get(kind.__name__) is kind)
+    return next(kind for kind in type(shown).__mro__ if kind.__module__ == "palpate")
 
 
 def estimator(shown: "Estimator") -> str:
