@@ -31,11 +31,12 @@ def plot(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Draw a recording: both channels over time, and the ratio of each touch below.
+    """Draw a recording, with the ratio of each touch.
 
-    The touches are those of `palpate replay` with the same options. What is wrong with the recording is said on standard
-    error and in the notes of --json. Exit codes: 4, not a recording, a damaged one, or the output exists; 5, drawn, but
-    the recording is not as it was written; 6, matplotlib is missing.
+    Above are the changes of both channels over time, below is the ratio of each touch at its begin. The touches
+    are those of `palpate replay` with the same options. What is wrong with the recording is said on standard error and in
+    the notes of --json. Exit codes: 4, not a recording, a damaged one, or the output exists; 5, drawn, but the recording
+    is not as it was written; 6, matplotlib is missing.
 
     \b
     Example:

@@ -35,7 +35,7 @@ def changes(readings: NDArray[np.float64]) -> Change:
     Examples
     --------
     >>> changes(np.array([0.62, 0.62, 0.62, 0.75])).told
-    '0.620 pF at the begin, change 0 to 0.13 pF'
+    '0.620 pF at the begin, change 0.000 to 0.130 pF'
     """
     known = readings[np.isfinite(readings)]
     if not len(known):
