@@ -1,6 +1,8 @@
 """The live page in a cell: who may show it, and when it ends."""
 
 import re
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import closing
@@ -94,6 +96,16 @@ def test_a_page_that_nobody_sees_ends(monkeypatch: pytest.MonkeyPatch, tmp_path:
     found = palpate.check(tmp_path / "run.csv")
     assert found.clean
     assert len(palpate.read(tmp_path / "run.csv")) > 0
+
+
+def test_the_end_of_the_kernel_closes_the_recording(tmp_path: Path) -> None:
+    program = (
+        "import sys, time; from palpate import notebook; page = notebook.live(sys.argv[1], record=sys.argv[2])\n"
+        "while not page._session.counters.recorded: time.sleep(0.05)"
+    )
+    command = [sys.executable, "-c", program, SOURCE, str(tmp_path / "run.csv")]
+    subprocess.run(command, check=True, timeout=PATIENCE_S)
+    assert palpate.check(tmp_path / "run.csv").clean
 
 
 def test_touches_are_there_for_the_next_cell() -> None:
