@@ -9,7 +9,7 @@ MARKS = {"point": ".", "comma": ","}
 """The decimal marks."""
 
 _NUMBER = re.compile(
-    r"([+-]?+)([0-9][0-9.,'’\u00a0\u2009\u202f ]*+|[.,][0-9]++)((?:[eE][+-]?+[0-9]++)?+)[\u00a0\u202f ]?+([A-Za-zµμ%]{0,3}+)"
+    r"([+-]?+)([0-9][0-9.,'\u2019\u00a0\u2009\u202f ]*+|[.,][0-9]++)((?:[eE][+-]?+[0-9]++)?+)[\u00a0\u202f ]?+([A-Za-zµμ%]{0,3}+)"
 )
 _SEPARATOR = re.compile(r"[^0-9]")
 _DOUBTFUL = re.compile(r"[+-]?+[1-9][0-9]{0,2}+[.,][0-9]{3}")
@@ -80,11 +80,9 @@ def _value(sign: str, body: str, exponent: str, mark: str) -> float | None:
     whole, _, fraction = body.partition(mark)
     separators = set(_SEPARATOR.findall(whole))
     groups = _SEPARATOR.split(whole)
-    if (
-        (fraction and not fraction.isdecimal())
-        or len(separators) > 1
-        or (separators and (exponent or not _grouped(groups)))
-    ):
+    if separators and (exponent or len(separators) > 1 or not _grouped(groups)):
+        return None
+    if fraction and not fraction.isdecimal():
         return None
     return float(f"{sign}{''.join(groups)}.{fraction}{exponent}")
 

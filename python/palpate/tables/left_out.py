@@ -2,9 +2,9 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from itertools import groupby, zip_longest
+from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 from palpate.errors import RecordingError, listed, quoted
 from palpate.tables.kinds import TEXT, kind
@@ -12,49 +12,16 @@ from palpate.tables.kinds import TEXT, kind
 Row = tuple[int, list[str]]
 """The number of a line, from 1, and its cells."""
 
-STATISTICS = frozenset(
-    [
-        "average",
-        "avg",
-        "mean",
-        "median",
-        "min",
-        "minimum",
-        "max",
-        "maximum",
-        "sum",
-        "total",
-        "count",
-        "n",
-        "std",
-        "stdev",
-        "stddev",
-        "sd",
-        "sem",
-        "var",
-        "variance",
-        "sigma",
-        "cv",
-        "rms",
-        "rsd",
-        "range",
-        "mittel",
-        "mittelwert",
-        "durchschnitt",
-        "summe",
-        "anzahl",
-        "standardabweichung",
-        "varianz",
-        "moyenne",
-        "somme",
-        "nombre",
-        "media",
-        "promedio",
-        "suma",
-        "media",
-        "totale",
-    ]
-)
+Missing = TypeVar("Missing", str, None)
+
+_STATISTICS = """
+    average avg mean median min minimum max maximum sum total count n std stdev stddev sd sem var variance sigma cv rms
+    rsd range mittel mittelwert durchschnitt summe anzahl standardabweichung varianz moyenne somme nombre media promedio
+    suma totale
+"""
+STATISTICS = frozenset(_STATISTICS.split())
+"""First words (lower case) of the rows of a summary."""
+
 _ENDS = frozenset(["end", "ende", "fin", "eof", "summary", "statistics", "statistik"])
 _COMMENTS = ("#", ";", "%", "//", "!")
 _COMMENT_SIGNS = frozenset("#;%/!")
@@ -80,10 +47,14 @@ def uncommented(cells: Sequence[str], width: int) -> list[str]:
     return bare[1:] if len(bare) == width + 1 and not bare[0] else bare
 
 
-def by_column(rows: list[list[str]], missing: str | None) -> list[tuple[Any, ...]]:
-    """Return the cells of each column; some are missing where a row is too short."""
-    same = len(set(map(len, rows))) == 1
-    return list(zip(*rows, strict=True) if same else zip_longest(*rows, fillvalue=missing))
+def by_column(rows: list[list[str]], missing: Missing) -> Iterator[list[str | Missing]]:
+    """Yield the cells of each column; some are missing where a row is too short."""
+    widths = set(map(len, rows))
+    for column in range(max(widths, default=0)):
+        if column < min(widths):
+            yield [row[column] for row in rows]
+        else:
+            yield [row[column] if column < len(row) else missing for row in rows]
 
 
 def trimmed(cells: Sequence[str]) -> list[str]:

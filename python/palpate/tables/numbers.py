@@ -71,14 +71,12 @@ def numbers(table: Table, column: int, decimal: str | None = None) -> Array:
 def _clean(table: Table, column: int, cells: list[str], decimal: str | None) -> Array | None:
     """Return the numbers of cells with one decimal mark and no groups; None: a cell is something else."""
     mark = "comma" if any("," in cell for cell in cells) else "point"
-    if (mark == "comma" and any("." in cell for cell in cells)) or any("_" in cell for cell in cells):
+    both = mark == "comma" and any("." in cell for cell in cells)
+    if both or decimal not in (None, mark) or any("_" in cell for cell in cells):
         return None
-    if decimal not in (None, mark):
-        return None
+    texts = [cell.replace(",", ".") for cell in cells] if mark == "comma" else cells
     try:
-        values = np.array(
-            [float(cell.replace(",", ".")) for cell in cells] if mark == "comma" else [*map(float, cells)]
-        )
+        values = np.array([*map(float, texts)])
     except ValueError:
         return None
     if decimal is None:
@@ -145,6 +143,12 @@ def _refused(table: Table, column: int, row: int, why: str) -> RecordingError:
     cell = table.columns[column].cells[row]
     reason = f"{quoted(cell)} in column {column + 1} ({table.name(column)}) {why}"
     return RecordingError(table.path, reason, table.lines[row])
+
+
+def is_number(cell: str) -> bool:
+    """Return whether a cell is a number, in any notation, without a unit."""
+    number = written(cell)
+    return number is not None and not number.unit
 
 
 def to_number(cell: str) -> float:

@@ -7,9 +7,10 @@ import numpy as np
 
 from palpate.errors import quoted
 from palpate.tables.asked import Asked
+from palpate.tables.clock_layout import is_time
 from palpate.tables.long import id_column, id_columns, spread
 from palpate.tables.names import PAIRS, SOFT_TIMES, named, simple_name, time_columns
-from palpate.tables.table import Column, Table
+from palpate.tables.table import Cells, Column, Table
 from palpate.tables.units import PICOFARADS, bare
 
 
@@ -23,11 +24,12 @@ class Side(NamedTuple):
     value: int
     times: list[int]
     asked: bool
+    label: str = ""
 
     @property
     def name(self) -> str:
-        """The name of the column of values, without its unit."""
-        return said(self.table, self.value)
+        """The name of the channel: that in a column of names, else that of its column, without its unit."""
+        return self.label or said(self.table, self.value)
 
 
 def said(table: Table, column: int) -> str:
@@ -61,7 +63,8 @@ def sides(table: Table, asked: Asked, soft: Table | None = None) -> tuple[Side, 
     if names is not None:
         parts = spread(table, names)
         hard_side, soft_side = (
-            _alone(parts[str(wanted[key]).strip()], None, wanted.get("time"), {names}) for key in ("hard", "soft")
+            _alone(parts[name], None, wanted.get("time"), {names})._replace(label=name)
+            for name in (str(wanted[key]).strip() for key in ("hard", "soft"))
         )
         return hard_side, soft_side
     hard, soft_column = table.column(wanted["hard"]), table.column(wanted["soft"])
@@ -91,8 +94,13 @@ def _soft_times(table: Table, wanted: str | int | None, taken: set[int]) -> list
 
 def _dates(table: Table) -> list[int]:
     """Return the columns without a known name whose cells are dates or durations."""
-    arrays = [column.cells for column in table.columns]
-    return [n for n, cells in enumerate(arrays) if isinstance(cells, np.ndarray) and cells.dtype.kind in "mM"]
+    return [number for number, column in enumerate(table.columns) if _is_dated(column.cells)]
+
+
+def _is_dated(cells: Cells) -> bool:
+    if isinstance(cells, np.ndarray):
+        return cells.dtype.kind in "mM"
+    return bool(len(cells)) and is_time(cells[0] or "") and is_time(cells[-1] or "")
 
 
 def _alone(

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from itertools import accumulate, pairwise
+from itertools import accumulate, islice, pairwise
 from pathlib import Path
 
 from palpate.errors import RecordingError, quoted
@@ -124,15 +124,9 @@ def _header_notes(header: Rows, pattern: tuple[bool, ...]) -> list[str]:
     above = sum(fits(cells, pattern) for _, cells in header)
     notes = [f"{above} rows of numbers are above the column names: treated as part of the header"] if above else []
     for (_, names), (line, cells) in pairwise(header):
-        if (
-            has_value(cells)
-            and not fits(cells, pattern)
-            and not has_value(names)
-            and len(trimmed(names)) >= len(pattern)
-        ):
-            notes.append(
-                f"line {line} has numbers below the column names ({quoted(cells[0])}): treated as part of the header"
-            )
+        below_names = not has_value(names) and len(trimmed(names)) >= len(pattern)
+        if below_names and has_value(cells) and not fits(cells, pattern):
+            notes.append(f"line {line} has numbers ({quoted(', '.join(cells))}): treated as part of the header")
     return notes
 
 
@@ -162,8 +156,7 @@ def _check_lengths(path: Path, rows: Rows, least: int, most: int) -> None:
 def _table(
     path: Path, header: list[list[str]], rows: Rows, width: int, pattern: Sequence[bool], notes: list[str]
 ) -> Table:
-    columns_of_text: list[Sequence[str | None]] = list(by_column([cells for _, cells in rows], None)[:width])
-    joined = joined_units(columns_of_text, pattern)
+    joined = joined_units([*islice(by_column([cells for _, cells in rows], None), width)], pattern)
     columns = [column_of(names, cells, notes) for names, cells in zip(_names(header, width), joined, strict=True)]
     lowest = next((trimmed(row) for row in reversed(header) if sum(map(bool, row)) > 1), header[-1] if header else [])
     fits_rows = not header or len(lowest) == width or not any(lowest[width:] + rows[0][1][len(lowest) :])
@@ -171,7 +164,11 @@ def _table(
 
 
 def _names(header: list[list[str]], width: int) -> list[tuple[str, ...]]:
-    """Return all names of each column; a blank cell of an upper header row belongs to the name on its left."""
+    """Return all names of each column; a blank cell of an upper header row belongs to the name on its left.
+
+    An upper row with one cell is a title, and names no column.
+    """
+    header = [row for row in header[:-1] if sum(map(bool, row)) > 1] + header[-1:]
     filled = [[*row, *[""] * (width - len(row))] for row in header]
     spanning = [list(accumulate(row, _filled)) for row in filled[:-1]]
     found = []

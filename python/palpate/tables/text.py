@@ -35,7 +35,12 @@ def parse(path: Path, raw: bytes) -> Table:
         lines[0] = ""
     delimiter = named or _delimiter([line for line in lines if line.strip()])
     rows = _rows(path, lines, delimiter)
-    return table_of(path, rows, torn=torn, split_name=lambda line, width: _header_cells(lines[line - 1], width))
+
+    def split_name(line: int, width: int) -> list[str] | None:
+        other = delimiter is None or delimiter not in lines[line - 1]
+        return _header_cells(lines[line - 1], width) if other else None
+
+    return table_of(path, rows, torn=torn, split_name=split_name)
 
 
 def _rows(path: Path, lines: list[str], delimiter: str | None) -> Rows:
@@ -84,7 +89,8 @@ def _cells(line: str, delimiter: str | None) -> list[str]:
     if '"' in line:
         line = line if delimiter else " ".join(line.split())
         return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter or " "), [])]
-    return [cell.strip() for cell in line.split(delimiter)]
+    cells = line.split(delimiter)
+    return [cell.strip() for cell in cells] if " " in line or not line.isascii() else cells
 
 
 def _header_cells(line: str, width: int) -> list[str] | None:
