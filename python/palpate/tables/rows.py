@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from itertools import accumulate, islice, pairwise
+from itertools import accumulate, islice
 from pathlib import Path
 
 from palpate.errors import RecordingError, quoted
@@ -66,7 +66,7 @@ def table_of(
     is_torn = len(body) > 1 and body[-1][0] == torn
     body = body[:-1] if is_torn else body
     width = _width(path, body, pattern, header)
-    notes = [*_header_notes(header, pattern), *left.notes(), *([TORN] if is_torn else [])]
+    notes = [*_header_notes(header, filled[:start], pattern), *left.notes(), *([TORN] if is_torn else [])]
     split = [split_name(line, width) or cells if len(cells) != width else cells for line, cells in header]
     columns = joined_units([*islice(by_column([cells for _, cells in body], None), width)], pattern)
     names = _names([cells for cells in split if not fits(cells, pattern)], width)
@@ -132,13 +132,16 @@ def _check_last(path: Path, header: Rows, pattern: Sequence[bool]) -> None:
         )
 
 
-def _header_notes(header: Rows, pattern: tuple[bool, ...]) -> list[str]:
-    above = sum(fits(cells, pattern) for _, cells in header)
-    notes = [f"{above} rows of numbers are above the column names: treated as part of the header"] if above else []
-    for (_, names), (line, cells) in pairwise(header):
-        below_names = not has_value(names) and len(trimmed(names)) >= len(pattern)
-        if below_names and has_value(cells) and not fits(cells, pattern):
-            notes.append(f"line {line} has numbers ({quoted(', '.join(cells))}): treated as part of the header")
+def _header_notes(header: Rows, above: Rows, pattern: tuple[bool, ...]) -> list[str]:
+    """Return notes on rows above the first sample that may be samples."""
+    numeric = sum(fits(cells, pattern) for _, cells in header)
+    notes = [f"{numeric} rows of numbers are above the column names: treated as part of the header"] if numeric else []
+    full = [line for line, cells in header if not has_value(cells) and len(trimmed(cells)) >= len(pattern)]
+    for line, cells in above if full else []:
+        bare = uncommented(cells, len(pattern)) if is_comment(cells) else cells
+        if line > full[-1] and any(map(str.isdecimal, "".join(bare))) and (bare == cells or fits(bare, pattern)):
+            kind_of_row = "part of the header" if bare == cells else "a comment"
+            notes.append(f"line {line} has numbers ({quoted(', '.join(cells))}): treated as {kind_of_row}")
     return notes
 
 
