@@ -82,7 +82,7 @@ class Asked:
             value = getattr(self, name)
             if value is not None and value not in allowed:
                 raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(allowed)}")
-        if self.rate is not None and not 0 < self.rate < math.inf:
+        if self.rate is not None and not (isinstance(self.rate, float | int) and 0 < self.rate < math.inf):
             raise ValueError(f"rate: got {quoted(self.rate)}, allowed: a number above 0, pairs a second")
         for name in ("time", "soft_time"):
             if self.rate is not None and name in (self.columns or {}):

@@ -10,8 +10,8 @@ from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
 from palpate.tables.cells import MOST_CELLS
 from palpate.tables.choice import the_one
+from palpate.tables.rows import table_of
 from palpate.tables.table import Column, Table
-from palpate.tables.text import table_of
 from palpate.tables.workbook import Number, Workbook
 
 
