@@ -49,7 +49,7 @@ def test_two_channels_and_their_times(tmp_path: Path) -> None:
         list(column) for column in zip(*ROWS, strict=True)
     ]
     assert recording.understood == (
-        "time = time (s), s; hard = hard (pF), pF; soft = soft (pF), pF; 40 pairs a second; 20 rows"
+        "time = time, s; hard = hard, pF; soft = soft, pF; 40 pairs a second; 20 rows"
     )
     assert recording.notes == ()
 
@@ -137,8 +137,8 @@ def test_cells_that_are_no_numbers(tmp_path: Path) -> None:
     recording = palpate.read(by_hand(tmp_path, workbook(rows)))
     assert np.isnan(recording.hard).tolist() == [False, True, False, False]
     assert any("1 of 4 rows have no value" in note for note in recording.notes)
-    wrong = rows.replace("#N/A", "#REF!")
-    with pytest.raises(RecordingError, match=r"line 3: '#REF!' in column 2"):
+    wrong = rows.replace('t="e"', 't="str"').replace("#N/A", "6.1x3")
+    with pytest.raises(RecordingError, match=r"line 3: '6.1x3' in column 2"):
         palpate.read(by_hand(tmp_path, workbook(wrong)))
 
 
