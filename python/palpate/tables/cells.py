@@ -106,4 +106,7 @@ def column_of(letters: str) -> int:
     """
     if not re.fullmatch("[A-Z]{1,3}", letters):
         raise ValueError(f"got {quoted(letters)} as a column, allowed: A to XFD")
-    return sum((ord(letter) - ord("A") + 1) * _LETTERS**place for place, letter in enumerate(reversed(letters))) - 1
+    number = 0
+    for letter in letters:
+        number = number * _LETTERS + ord(letter) - ord("A") + 1
+    return number - 1
