@@ -48,9 +48,7 @@ def test_two_channels_and_their_times(tmp_path: Path) -> None:
     assert [recording.t_hard_s.tolist(), recording.hard.tolist(), recording.soft.tolist()] == [
         list(column) for column in zip(*ROWS, strict=True)
     ]
-    assert recording.understood == (
-        "time = time, s; hard = hard, pF; soft = soft, pF; 40 pairs a second; 20 rows"
-    )
+    assert recording.understood == ("time = time, s; hard = hard, pF; soft = soft, pF; 40 pairs a second; 20 rows")
     assert recording.notes == ()
 
 
