@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from palpate.errors import RecordingError, quoted
 from palpate.tables.clock import DAY_NS, clock
 from palpate.tables.kinds import NUMBER, kind
-from palpate.tables.numbers import numbers
+from palpate.tables.numbers import OVERLOAD, numbers
 from palpate.tables.steps import Coarse, coarse, continued
 from palpate.tables.table import Table
 from palpate.tables.time_units import time_unit
@@ -146,7 +146,7 @@ def _of_numbers(table: Table, column: int, unit: str | None, decimal: str | None
     """Return the times of a column of numbers."""
     cells: Any = table.columns[column].cells
     values = cells if isinstance(cells, np.ndarray) and cells.dtype.kind in "iu" else numbers(table, column, decimal)
-    _refuse(table, column, ~np.isfinite(values), "no time")
+    _refuse(table, column, ~(np.abs(values.astype(float)) < OVERLOAD), "no time")
     kind = time_unit(table, column, values.astype(float), unit)
     if kind.epoch:
         first_ns = kind.date_ns(values[0])
