@@ -127,7 +127,7 @@ def test_a_touch_that_the_end_of_the_recording_cuts(tmp_path: Path) -> None:
         (["sim:", "-o", "x.csv", "--scene", "moon"], 2, "scene: got 'moon'"),
         (["sim:", "-o", "x.csv", "--set", "colour=1"], 2, "got an unexpected keyword 'colour', allowed: samples"),
         (["sim:", "-o", "x.csv", "--touches", "0"], 2, "0 is not in the range"),
-        (["sim:", "-o", "nowhere/x.csv"], 4, "cannot be written: No such file"),
+        (["sim:", "-o", "nowhere/x.csv"], 4, "nowhere: no such folder: make it, or name another one"),
         (["sim:", "-o", "there.csv"], 4, "there.csv: already exists"),
         (["nowhere.csv", "-o", "x.csv"], 4, "nowhere.csv: cannot be read"),
         (["iio:/nowhere", "-o", "x.csv"], 3, "not found"),

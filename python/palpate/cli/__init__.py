@@ -11,6 +11,7 @@ import click
 
 from palpate import __version__, get_cmake_dir, get_include
 from palpate.cli.group import Commands, debug_option
+from palpate.cli.inputs import InputFile
 
 COMMANDS = {
     "live": "Watch a measurement in the browser.",
@@ -46,7 +47,7 @@ def _tell(text: str) -> Callable[[click.Context, click.Parameter, bool], None]:
               help="Print the compiler flag for the headers, and exit.")  # fmt: skip
 @click.option("--cmakedir", is_flag=True, is_eager=True, expose_value=False, callback=_tell(get_cmake_dir()),
               help="Print the folder for CMake (palpate_DIR or add_subdirectory), and exit.")  # fmt: skip
-@click.option("--config", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+@click.option("--config", type=InputFile(),
               help="File with defaults, instead of palpate.toml here and in your configuration folder.")  # fmt: skip
 @debug_option
 @click.pass_context
