@@ -16,7 +16,7 @@ from palpate.files import replacing
 from palpate.recording import sidecar
 from palpate.recording.binary_data import BinaryData
 from palpate.recording.filelock import is_locked
-from palpate.recording.foreign import RATE, Foreign
+from palpate.recording.foreign import RATE, AnyRecording
 from palpate.recording.own_file import Recorded
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import DTYPE, Block, Status
@@ -95,7 +95,7 @@ class _ParquetWriter:
         self._writer.add_key_value_metadata({"palpate": sidecar.text_of(document)})
 
 
-def convert(recording: Recorded | Foreign | BinaryData, target: Path, *, force: bool = False) -> int:
+def convert(recording: AnyRecording, target: Path, *, force: bool = False) -> int:
     """Write a recording to another format: Parquet, or palpate's own CSV.
 
     Parameters
@@ -146,7 +146,7 @@ def _writer(target: Path) -> "type[_ParquetWriter | _OwnWriter]":
     return _ParquetWriter if target.suffix == ".parquet" else _OwnWriter
 
 
-def _check_free(recording: Recorded | Foreign | BinaryData, target: Path, *, force: bool) -> None:
+def _check_free(recording: AnyRecording, target: Path, *, force: bool) -> None:
     targets = [target] if target.suffix == ".parquet" else [target, sidecar.sidecar_path(target)]
     inputs = [channel.path for channel in recording.channels] if isinstance(recording, BinaryData) else [recording.path]
     for path in filter(os.path.lexists, targets):
@@ -173,7 +173,7 @@ def _prepared(block: Block) -> Block:
     return block
 
 
-def _document(recording: Recorded | Foreign | BinaryData, rows: int) -> dict[str, Any]:
+def _document(recording: AnyRecording, rows: int) -> dict[str, Any]:
     known = recording.document
     document = dict(known) if known else sidecar.fresh(recording.describe(), {}, [])
     made = f"converted from {recording.path.name} by palpate {__version__}"
