@@ -1,7 +1,7 @@
 """The command line. Results go to standard output, everything else to standard error.
 
-Exit codes: 0 done, 1 unexpected error or closed pipe, 2 usage, 3 no device or no permission, 4 bad or
-truncated data, or a file that cannot be written, 5 measured but not reliable, 6 an extra is missing, 130 interrupted.
+Exit codes: 0 done, 1 unexpected error or closed pipe, 2 a wrong line or a wrong palpate.toml, 3 no device or no permission
+to open it, 4 anything about a file, 5 measured but not reliable, 6 an extra is missing, 130 interrupted.
 """
 
 from collections.abc import Callable

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     "--moduli", required=True, type=InputFile(), help="Table with two columns: name of the specimen, modulus in MPa."
 )
 @click.option("-o", "output", required=True, type=OUTPUT, help="The calibration file to write, TOML.")
-@click.option("--plot", type=OUTPUT, help="File for a plot: .png, .pdf or .svg.")
-@click.option("--report", type=OUTPUT, help="File for a report with table, fit and plot, HTML.")
+@click.option("--plot", type=OUTPUT, help="The plot to write: .png, .pdf or .svg.")
+@click.option("--report", type=OUTPUT, help="The report to write, HTML: table, fit and plot.")
 @click.option("--by", default="all", show_default=True, help="Values to fit: all touches, or for each "
               "specimen one of mean, level, weighted, agreement, standard_error, covariance.")  # fmt: skip
 @click.option(

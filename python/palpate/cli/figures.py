@@ -10,14 +10,15 @@ from palpate.cli.outputs import OUTPUT_FOLDER, force_option, require_free_in
 
 
 @click.command()
-@click.option("-o", "folder", required=True, type=OUTPUT_FOLDER, help="Folder for the figures.")
+@click.option("-o", "folder", required=True, type=OUTPUT_FOLDER, help="The folder to write in.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Seed of the simulation.")
 @force_option
 @json_option
 def figures(folder: Path, seed: int, force: bool, as_json: bool) -> None:
     """Draw the figures of the paper from simulated data.
 
-    Fig. 6, 7, 9, 10, 11 and 12, each as PDF and PNG, with its numbers as CSV. Exit codes: 4, one of the files exists.
+    Fig. 6, 7, 9, 10, 11 and 12, each as PDF and PNG, with its numbers as CSV. Exit codes: 4, one of the
+    files exists; 6, matplotlib or scipy is missing: the extra science.
 
     \b
     Example:

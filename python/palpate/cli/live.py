@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 import sys
 import webbrowser
 from collections.abc import Callable, Iterator
@@ -20,7 +19,7 @@ from palpate.cli.moduli import tell_origin
 from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
 from palpate.cli.outputs import OUTPUT, require_free, with_sidecar
 from palpate.cli.source import SourceType
-from palpate.cli.terminal import say, signals
+from palpate.cli.terminal import say
 from palpate.several import TOUCH_SCATTER
 
 if TYPE_CHECKING:
@@ -36,7 +35,8 @@ _PORT = 8746
 @click.command()
 @click.argument("source", type=SourceType(), required=False)
 @click.option("--record", "file", type=OUTPUT,
-              help="NAME.csv: record to this file from the start. The button Record continues with NAME-2.csv ...")  # fmt: skip
+              help="The recording to write from the start, NAME.csv: a new file. The button Record continues with "
+              "NAME-2.csv ...")  # fmt: skip
 @click.option("--calibration", type=InputFile(),
               help="Calibration file from `calibrate`: shows the modulus with its interval.")  # fmt: skip
 @click.option("--scatter", default=TOUCH_SCATTER, show_default=True, type=click.FloatRange(0, 1),
@@ -206,17 +206,12 @@ def _has_screen() -> bool:
 
 @contextmanager
 def _ending(session: "Session") -> Iterator[None]:
-    """Close the session when the server ends, also after an error; SIGTERM and a closed terminal act like Ctrl-C."""
-
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    with signals(interrupt, signal.SIGTERM):
-        try:
-            yield
-        except KeyboardInterrupt:
-            say("ended")
-            session.close()
-            sys.exit(BAD_DATA if session.failed else INTERRUPTED)
-        finally:
-            session.close()
+    """Close the session when the server ends, also after an error."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        say("ended")
+        session.close()
+        sys.exit(BAD_DATA if session.failed else INTERRUPTED)
+    finally:
+        session.close()

@@ -33,7 +33,7 @@ _REVISED_S = 5.0  # longest wait for the revised result of the last touch
 
 @click.command()
 @click.argument("source", type=SourceType())
-@click.option("-o", "file", required=True, type=OUTPUT, help="NAME.csv")
+@click.option("-o", "file", required=True, type=OUTPUT, help="The recording to write, NAME.csv: a new file.")
 @click.option("--touches", type=click.IntRange(min=1), help="Stop after this number of touches, the last one revised.")
 @click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after this time, s.")
 @click.option("--note", "notes", multiple=True, metavar="TEXT", help="A note for the sidecar; may be repeated.")
@@ -63,8 +63,8 @@ def record(
     SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices` and
     help(palpate.open). Where the board was opened again or its range was set again, the recording has a mark, and the
     baseline is measured again: touch nothing then. Ctrl-C ends the recording, too, and so does a closed terminal; the file is closed properly. Exit codes: 3, no device, or it was
-    unplugged and not connected again; 4, the device sends invalid data, or the file cannot be written; 5, fewer touches
-    than --touches; 130, Ctrl-C.
+    unplugged and not connected again; 4, the device sends invalid data, or the file cannot be written; 5, no sample, or
+    fewer touches than --touches; 130, Ctrl-C, SIGTERM or a closed terminal.
 
     \b
     Example:

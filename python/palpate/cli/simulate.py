@@ -25,7 +25,7 @@ def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[
 
 
 @click.command()
-@click.option("-o", "folder", required=True, type=OUTPUT_FOLDER, help="Folder for the recordings.")
+@click.option("-o", "folder", required=True, type=OUTPUT_FOLDER, help="The folder to write in.")
 @click.option("--object", "objects", multiple=True, callback=_objects, metavar="NAME=MPA",
               help="An object and its modulus; may be repeated.  [default: ten specimens, Table I of the paper]")  # fmt: skip
 @click.option("--touches", default=4, show_default=True, type=click.IntRange(1, 100), help="Touches on each object.")
@@ -47,6 +47,7 @@ def simulate(
     """Write simulated recordings of touches on known objects.
 
     Use it to try `calibrate` without a probe. Writes a file for each object, and moduli.csv with the true moduli.
+    Exit code 4: one of the files exists.
 
     \b
     Example:

@@ -27,7 +27,7 @@ _STEPS = ("registers", "bus", "voltages", "times", "inputs", "capdac", "noise", 
 @click.command("kit.accept")
 @board_options
 @click.option("-o", "file", type=OUTPUT,
-              help="Report, a new file.  [default: kit-report-DATE-TIME.json]")  # fmt: skip
+              help="The report to write: a new file.  [default: kit-report-DATE-TIME.json]")  # fmt: skip
 @click.option("--prompt/--no-prompt", default=None,
               help="Ask for what needs a hand.  [default: only at a terminal]")  # fmt: skip
 @click.option("--skip", multiple=True, type=OneOf(_STEPS), help="A step to leave out; may be repeated.")
