@@ -91,9 +91,9 @@ def offered(*words: str) -> list[str]:
 
 def test_what_the_shell_offers() -> None:
     assert offered("replay", FOUR, "--scene", "p") == ["paper"]
-    assert offered("replay", FOUR, "--set", "thr") == ["threshold=10"]
+    assert offered("replay", FOUR, "--set", "thr") == ["threshold=10.0"]
     assert offered("replay", FOUR, "--scene", "paper", "--set", "thr") == ["threshold=0.05"]
     assert offered("replay", FOUR, "--scene", "fixed", "--set", "thr") == [""]
-    assert "steady=0.995" in offered("record", "sim:", "--set", "s")
+    assert "steady=0.9995" in offered("record", "sim:", "--set", "s")
     assert offered("calibrate", FOUR, "--accept", "s") == ["short", "saturated"]
     assert offered("kit", "accept", "--skip", "re") == ["registers", "replug"]

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class OneOf(click.Choice[str]):
-    """The type of an option that is one of some words; they are in its help, so the metavar does not repeat them."""
+    """The type of an option that is one of some words; the shell offers them."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the word."""
@@ -32,7 +32,7 @@ def settings_of(context: click.Context, _parameter: click.Parameter, begun: str)
 
     scene = context.params.get("scene")
     found = Tracker(scene if scene in scenes else "handheld").settings
-    return _items([f"{name}={value:g}" for name, value in found.items() if value is not None], begun)
+    return _items([f"{name}={float(value)!r}" for name, value in found.items() if value is not None], begun)
 
 
 def _items(words: Any, begun: str) -> "list[CompletionItem]":
