@@ -15,6 +15,7 @@ from palpate.cli.options import json_option, recording_options, tracking
 from palpate.cli.outputs import OUTPUT, force_option, require_free
 from palpate.cli.words import OneOf
 from palpate.errors import shortened
+from palpate.extras import need
 from palpate.files import replacing
 from palpate.sentences import FLAGS
 
@@ -72,6 +73,8 @@ def calibrate(
     from palpate.calibration import characterise
 
     require_free(filter(None, [output, plot, report]), [*files, moduli], force=force)
+    for module in ("scipy", "matplotlib") if plot or report else ("scipy",):
+        need(module, "science")  # before the touches are measured
     told = _Told([], [])
     specimens = _specimens(files, moduli, how, accept, told)
     try:
