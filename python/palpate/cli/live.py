@@ -15,6 +15,7 @@ from palpate import PalpateError
 from palpate.cli.exit import BAD_DATA, INTERRUPTED, one_line
 from palpate.cli.inputs import InputFile
 from palpate.cli.library_logs import library_logs
+from palpate.cli.lsl import lsl_option
 from palpate.cli.moduli import tell_origin
 from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
 from palpate.cli.outputs import OUTPUT, require_free, with_sidecar
@@ -42,6 +43,7 @@ _PORT = 8746
 @click.option("--scatter", default=TOUCH_SCATTER, show_default=True, type=click.FloatRange(0, 1),
               help="Relative scatter of the ratio from touch to touch, to tell whether touches agree; a calibration "
               "has its own.")  # fmt: skip
+@lsl_option
 @board_options
 @recording_options
 @click.option(
@@ -59,6 +61,7 @@ def live(
     file: Path | None,
     calibration: Path | None,
     scatter: float,
+    lsl: str | None,
     firmware: Path | None,
     excitation: str | None,
     asked: dict[str, Any],
@@ -104,6 +107,7 @@ def live(
             Recordings(file),
             how,
             lambda message: say(one_line(message)),
+            lsl,
         )
         with ExitStack() as unless_started:
             listening = unless_started.enter_context(listen(host, port))

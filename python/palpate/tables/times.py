@@ -70,6 +70,8 @@ class Times:
     @property
     def described(self) -> str:
         """What they are, with their range, for messages."""
+        if not len(self.seconds):
+            return "no times"
         if self.date_ns is None:
             return f"{self.seconds[0]:.6g} to {self.seconds[-1]:.6g} s ({self.said})"
         begin, end = (
@@ -84,7 +86,6 @@ def times(table: Table, column: int, unit: str | None = None, decimal: str | Non
     Parameters
     ----------
     table : Table
-        With at least one row.
     column : int
         From 0.
     unit : str, optional
@@ -99,6 +100,8 @@ def times(table: Table, column: int, unit: str | None = None, decimal: str | Non
     ValueError
         The cells leave the unit open, or are too coarse; the message has what fits, and the option that settles it.
     """
+    if not len(table):
+        return Times(np.empty(0), "")
     cells: Any = table.columns[column].cells
     if isinstance(cells, np.ndarray) and cells.dtype.kind in "mM":
         found = _of_spans(table, column, cells)
