@@ -93,6 +93,7 @@ BLOCKED = {
     "calibrate --report": ("matplotlib", ["calibrate", "made", "--moduli", "made/moduli.csv", "-o", "p.toml", "--report", "r.html"]),
     "live": ("uvicorn", ["live", "sim:", "--record", "run.csv"]),
     "live --calibration": ("scipy", ["live", "sim:", "--record", "run.csv", "--calibration", "probe.toml"]),
+    "record --lsl": ("pylsl", ["record", "sim:step-up", "-o", "run.csv", "--lsl", "lab"]),
     "record": ("usb", ["record", "usb:", "-o", "run.csv"]),
     "record serial:": ("serial", ["record", "serial:/dev/ttyUSB0", "-o", "run.csv"]),
     "kit accept": ("usb", ["kit", "accept", "usb:", "-o", "report.json"]),
