@@ -186,11 +186,14 @@ inline const std::array<Scene, 4>& scenes() {
 inline const Scene& scene_named(const py::object& given) {
   const auto name = py::isinstance<py::str>(given) ? given.cast<std::string>() : std::string();
   std::string allowed;
+  py::list names;
   for (const Scene& scene : scenes()) {
     if (name == scene.name) {
       return scene;
     }
     allowed += (allowed.empty() ? "" : ", ") + std::string(scene.name);
+    names.append(scene.name);
   }
-  throw py::value_error("scene: got " + py::repr(given).cast<std::string>() + ", allowed: " + allowed);
+  throw py::value_error("scene: got " + py::repr(given).cast<std::string>() + ", allowed: " + allowed +
+                        nearest(given, names));
 }

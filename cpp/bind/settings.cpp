@@ -98,8 +98,11 @@ void Settings::choose_length(const py::dict& given) {
 
 void Settings::refuse(const char* owner, const std::string& name) const {
   std::string allowed;
+  py::list names;
   for (const Setting& setting : *this) {
     allowed += (allowed.empty() ? "" : ", ") + std::string(setting.name);
+    names.append(setting.name);
   }
-  throw py::type_error(std::string(owner) + ": got an unexpected keyword '" + name + "', allowed: " + allowed);
+  throw py::type_error(std::string(owner) + ": got an unexpected keyword '" + name + "', allowed: " + allowed +
+                       nearest(py::str(name), names));
 }

@@ -14,6 +14,11 @@
 
 inline std::string number(double value) { return py::repr(py::float_(value)).cast<std::string>(); }
 
+/// "; did you mean 'x'?", or "": the allowed name that a wrong one is most like, by palpate.errors.
+inline std::string nearest(const py::object& given, const py::list& allowed) {
+  return py::module_::import("palpate.errors").attr("nearest")(given, allowed).cast<std::string>();
+}
+
 inline void require(bool ok, const char* name, double value, const std::string& allowed) {
   if (!ok) {
     throw py::value_error(std::string(name) + ": got " + number(value) + ", allowed: " + allowed);

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Iterable
     from pathlib import Path
 
 LONGEST = 60
 """Characters of a value from outside in a message, at most."""
+_LIKE = 0.7  # share of the characters of two names that agree, at least
 
 
 def quoted(value: object) -> str:
@@ -40,6 +41,60 @@ def listed(names: Collection[str], most: int = 20) -> str:
     """
     shown = ", ".join(shortened(name) for name, _ in zip(names, range(most), strict=False))
     return shown if len(names) <= most else f"{shown} and {len(names) - most:,} more"
+
+
+def unlike(given: object, allowed: Iterable[str], what: str = "") -> str:
+    """Return what a message says of a name that is not allowed: the name, the allowed ones, and the one it is most like.
+
+    Parameters
+    ----------
+    given : object
+    allowed : iterable of str
+    what : str
+        What the name is of.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> print(unlike("treshold", ["drift", "threshold"]))
+    got 'treshold', allowed: drift, threshold; did you mean 'threshold'?
+    """
+    names = list(allowed)
+    got = f"got {what} {quoted(given)}" if what else f"got {quoted(given)}"
+    return f"{got}, allowed: {', '.join(names) or 'none'}{nearest(given, names)}"
+
+
+def nearest(given: object, allowed: Iterable[str], prefix: str = "") -> str:
+    """Return the end of a message about a name that is not allowed: the allowed name that it is most like.
+
+    Parameters
+    ----------
+    given : object
+    allowed : iterable of str
+    prefix : str
+        What all of them begin with: it is not compared.
+
+    Returns
+    -------
+    str
+        "" if it is like none of them, or too long.
+
+    Examples
+    --------
+    >>> nearest("Handeld", ["paper", "handheld"]), nearest("x", ["paper"])
+    ("; did you mean 'handheld'?", '')
+    """
+    text = str(given)
+    if len(text) > LONGEST:
+        return ""
+    from difflib import get_close_matches
+
+    names = {name.removeprefix(prefix).casefold(): name for name in allowed}
+    found = get_close_matches(text.removeprefix(prefix).casefold(), names, 1, _LIKE)
+    return f"; did you mean {names[found[0]]!r}?" if found else ""
 
 
 class PalpateError(Exception):

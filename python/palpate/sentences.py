@@ -178,6 +178,8 @@ _SENTENCES: dict[str, Callable[[Touch], str]] = {
     "baseline": _baseline,
     "gap": _gap,
 }
+FLAGS = tuple(_SENTENCES)
+"""The flags that a touch can have."""
 
 
 def _cause(touch: Touch, *flags: str) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 
 from palpate import digits
 from palpate._core import Touch
+from palpate.errors import unlike
 from palpate.extras import need
 
 TOUCH_SCATTER = 0.03
@@ -217,7 +218,7 @@ def most_reliable(
     True
     """
     if by not in _CHOICES:
-        raise ValueError(f"by: got {by!r}, allowed: {', '.join(map(repr, _CHOICES))}")
+        raise ValueError(f"by: {unlike(by, _CHOICES)}")
     chosen_from = list(touches) if by == "covariance" and touches else usable(touches, accept)
     if scatter is not None:
         found = agreement(chosen_from, scatter=scatter, accept={flag for touch in chosen_from for flag in touch.flags})

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Protocol, Unpack, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Unpack, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,27 +122,45 @@ def touches(
     >>> abs(touch.ratio / scenarios.PROBE.ratio(8.68) - 1) < 3 * touch.standard_error / touch.ratio
     True
     """
-    return tracked(recording, scene=scene, **settings)[0]
+    return tracked(recording, scene=scene, **settings).touches
+
+
+class Tracked(NamedTuple):
+    """What a tracker found in a recording.
+
+    Attributes
+    ----------
+    touches : list of Touch
+    retaken : int
+        How often the baseline was measured again.
+    cut : int
+        How many of the last touches ran when the recording ended: 0 or 1.
+    """
+
+    touches: Touches
+    retaken: int
+    cut: int
 
 
 def tracked(
     recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
-) -> tuple[Touches, int]:
-    """Return the touches of a recording as `touches`, and how often the baseline was measured again.
+) -> Tracked:
+    """Return the touches of a recording as `touches`, and what the tracker knows beside them.
 
     Examples
     --------
     >>> from palpate.simulation import scenarios
-    >>> found, retaken = tracked(scenarios.run("stiff-steady"))
-    >>> len(found), retaken
-    (1, 0)
+    >>> found = tracked(scenarios.run("stiff-steady"))
+    >>> len(found.touches), found.retaken, found.cut
+    (1, 0, 0)
     """
     tracker = tracker_of(recording, scene, settings)
     for _ in replayed(tracker, recording):
         pass
+    ended = tracker.touch_count
     tracker.finish()
     found = tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
-    return Touches(found), tracker.retaken
+    return Tracked(Touches(found), tracker.retaken, tracker.touch_count - ended)
 
 
 def tracker_of(recording: Channels | Blocks, scene: "_Scene", settings: "_AnySettings") -> Tracker:

@@ -85,7 +85,7 @@ def test_a_wrong_keyword_names_the_allowed_ones(cls: type) -> None:
         cls(*arguments, threshhold=3)
     if "Handover" in cls.__name__:
         names = ", ".join(DEFAULTS["HandoverRls"])
-        assert str(caught.value).endswith(f"'threshhold', allowed: {names}")
+        assert str(caught.value).endswith(f"'threshhold', allowed: {names}; did you mean 'threshold'?")
 
 
 @pytest.mark.parametrize(

@@ -181,6 +181,9 @@ def test_bash_completes_commands_options_and_sources(tmp_path: Path) -> None:
     assert complete("palpate record sim : st", tmp_path) == ["stiff-steady", "step-up", "step-down", "strong-tremor"]
     assert "four-specimens" in complete("palpate record sim :", tmp_path)
     assert complete("palpate replay run", tmp_path) == ["-o default", ""]
+    assert complete("palpate replay run.csv --set thr", tmp_path) == ["threshold=10.0"]
+    assert complete("palpate replay run.csv --set threshold =", tmp_path) == ["10.0"]
+    assert complete("palpate replay run.csv --scene = pa", tmp_path) == ["paper"]
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

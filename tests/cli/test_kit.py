@@ -63,7 +63,7 @@ def test_a_report_is_never_replaced(folder: Path) -> None:
     (folder / "a.json").write_text("mine")
     done = run("accept", "sim:", "-o", "a.json")
     assert (done.exit_code, done.stdout) == (4, "")
-    assert "a report is never replaced: choose another name" in done.stderr
+    assert "a.json: already exists: choose another name" in done.stderr
     assert (folder / "a.json").read_text() == "mine"
 
 

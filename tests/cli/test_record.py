@@ -111,10 +111,23 @@ def test_so_many_seconds_and_fewer_touches_than_asked_for(tmp_path: Path) -> Non
     assert "1 of 2 touches were measured" in recorded.stderr
 
 
+def test_a_recording_without_a_sample(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("palpate.sources.sim.SimSource.__iter__", lambda _: iter(()))
+    for more in ([], ["--seconds", "1"], ["--touches", "1"]):
+        recorded = run("record", "sim:", "-o", tmp_path / f"{len(more)}{more[:1]}.csv", *more)
+        assert (recorded.exit_code, recorded.stdout) == (5, "")
+        assert recorded.stderr.splitlines()[-1].startswith("sim:: no sample came: ")
+
+
 def test_a_touch_that_the_end_of_the_recording_cuts(tmp_path: Path) -> None:
     recorded = run("record", "sim:step-up", "-o", tmp_path / "a.csv", "--seconds", "4")
-    assert "touch 1: short: the recording ended during this touch\n" in recorded.stdout
-    lifted = run("record", "sim:step-up", "-o", tmp_path / "b.csv", "--samples", "1000")
+    told = "short: the recording ended during this touch"
+    assert f"touch 1: {told}\n" in recorded.stdout
+    assert f"touch 1: {told}\n" in run("replay", tmp_path / "a.csv").stdout
+    recorded = run("record", "sim:step-up", "-o", tmp_path / "b.csv", "--seconds", "4", "--json")
+    for document in (recorded.stdout, run("replay", tmp_path / "a.csv", "--json").stdout):
+        assert told in json.loads(document)["touches"][0]["advice"]
+    lifted = run("record", "sim:step-up", "-o", tmp_path / "c.csv", "--samples", "1000")
     assert "touch 1: short: the touch ended after" in lifted.stdout
 
 
@@ -127,7 +140,7 @@ def test_a_touch_that_the_end_of_the_recording_cuts(tmp_path: Path) -> None:
         (["sim:", "-o", "x.csv", "--scene", "moon"], 2, "scene: got 'moon'"),
         (["sim:", "-o", "x.csv", "--set", "colour=1"], 2, "got an unexpected keyword 'colour', allowed: samples"),
         (["sim:", "-o", "x.csv", "--touches", "0"], 2, "0 is not in the range"),
-        (["sim:", "-o", "nowhere/x.csv"], 4, "cannot be written: No such file"),
+        (["sim:", "-o", "nowhere/x.csv"], 4, "nowhere: no such folder: make it, or name another one"),
         (["sim:", "-o", "there.csv"], 4, "there.csv: already exists"),
         (["nowhere.csv", "-o", "x.csv"], 4, "nowhere.csv: cannot be read"),
         (["iio:/nowhere", "-o", "x.csv"], 3, "not found"),

@@ -217,10 +217,6 @@ def test_bench_prints_the_truth_beside_the_time() -> None:
     assert float(rows["tremor", "handheld", "scene"][3]) < float(rows["tremor", "paper", "scene"][3])
 
 
-def test_a_missing_file_is_a_usage_error() -> None:
-    assert run("replay", "nowhere.csv").exit_code == 2
-
-
 @pytest.mark.parametrize(("argument", "expected"), [("--version", palpate.__version__), ("--help", "replay")])
 def test_version_and_help_need_no_numpy(argument: str, expected: str) -> None:
     code = f"""

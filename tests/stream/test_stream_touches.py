@@ -132,7 +132,7 @@ def test_a_baseline_measured_in_contact_is_told_once_and_counted(tmp_path: Path)
         list(stream)
     assert messages == [RETAKEN]
     assert stream.counters.retaken == 1
-    touches, retaken = tracked(recorded(path))
+    touches, retaken, _ = tracked(recorded(path))
     assert retaken == 1
     assert hexed(touches) == hexed(stream.touches)
     assert abs(stream.touches[-1].ratio / run.presses[-1].ratios[0][1] - 1) < 0.01

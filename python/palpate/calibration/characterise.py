@@ -8,6 +8,7 @@ import numpy as np
 
 from palpate._core import Touch
 from palpate.calibration.calibration import Calibration
+from palpate.errors import unlike
 from palpate.several import TOUCH_SCATTER, most_reliable, usable
 
 CHOICES = ("all", "mean", "level", "weighted", "agreement", "standard_error", "covariance")
@@ -195,7 +196,7 @@ def calibrate(
     'all'
     """
     if by not in CHOICES:
-        raise ValueError(f"by: got {by!r}, allowed: {', '.join(CHOICES)}")
+        raise ValueError(f"by: {unlike(by, CHOICES)}")
     rows = [
         (chosen, specimen.modulus)
         for specimen in specimens

@@ -1,12 +1,14 @@
 """Assigns recordings to specimens: reads a table of moduli, compares file names with specimen names."""
 
 import csv
-from collections.abc import Mapping, Sequence
+import errno
+import os
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.errors import CalibrationError, listed, quoted
-from palpate.files import read_bytes
+from palpate.errors import CalibrationError, listed, nearest, quoted
+from palpate.files import read_bytes, replacing
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block
@@ -107,6 +109,7 @@ def assign(files: Sequence[Path], moduli: Mapping[str, float]) -> dict[str, list
         if name is None:
             raise CalibrationError(
                 f"{file}: no specimen has this name, allowed: a name that begins with one of {listed(moduli)}"
+                f"{nearest(stem, moduli)}"
             )
         found[name].append(file)
     return found
@@ -119,30 +122,43 @@ def _bare(name: str) -> str:
     return name.translate(_SEPARATORS).casefold()
 
 
-def write_session(folder: Path, recordings: Mapping[str, Block], moduli: Mapping[str, float]) -> list[Path]:
+def session_files(folder: Path, names: Iterable[str]) -> list[Path]:
+    """Return the files that `write_session` writes: the recordings, `moduli.csv`, and the sidecars.
+
+    Examples
+    --------
+    >>> [path.name for path in session_files(Path("gels"), ["30 OO"])]
+    ['30OO.csv', 'moduli.csv', '30OO.json']
+    """
+    paths = [folder / f"{name.replace(' ', '')}.csv" for name in names]
+    return [*paths, folder / "moduli.csv", *map(sidecar.sidecar_path, paths)]
+
+
+def write_session(
+    folder: Path, recordings: Mapping[str, Block], moduli: Mapping[str, float], *, force: bool = False
+) -> list[Path]:
     """Write a recording for each specimen, and the moduli as `moduli.csv`; return the paths.
 
     Raises
     ------
     FileExistsError
-        One of the files already exists; then no file is written.
+        One of the files already exists, and `force` is False; then no file is written.
     """
-    paths = {name: folder / f"{name.replace(' ', '')}.csv" for name in recordings}
-    table = folder / "moduli.csv"
-    beside = [sidecar.sidecar_path(path) for path in paths.values()]
-    if there := [path for path in [*paths.values(), *beside, table] if path.exists() or path.is_symlink()]:
-        raise FileExistsError(f"{there[0]} already exists")
+    files = session_files(folder, recordings)
+    if there := [path for path in files if os.path.lexists(path) and not force]:
+        raise FileExistsError(errno.EEXIST, "already exists", str(there[0]))
     folder.mkdir(parents=True, exist_ok=True)
-    for name, path in paths.items():
-        data = HEADER.encode() + format_rows(recordings[name])
-        _create(path, data)
+    *paths, table = files[: len(recordings) + 1]
+    for path, block in zip(paths, recordings.values(), strict=True):
+        data = HEADER.encode() + format_rows(block)
+        _write(path, data)
         device = {"name": "simulated probe", "full_scale_pF": SATURATED_PF}
-        sidecar.save(sidecar.sidecar_path(path), sidecar.made(device, len(recordings[name]), data))
+        sidecar.save(sidecar.sidecar_path(path), sidecar.made(device, len(block), data))
     rows = "".join(f"{name},{moduli[name]!r}\n" for name in recordings)
-    _create(table, f"specimen,modulus_MPa\n{rows}".encode())
-    return [*paths.values(), table]
+    _write(table, f"specimen,modulus_MPa\n{rows}".encode())
+    return [*paths, table]
 
 
-def _create(path: Path, data: bytes) -> None:
-    with path.open("xb") as file:
+def _write(path: Path, data: bytes) -> None:
+    with replacing(path) as file:
         file.write(data)

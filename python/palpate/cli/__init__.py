@@ -1,7 +1,7 @@
 """The command line. Results go to standard output, everything else to standard error.
 
-Exit codes: 0 done, 1 unexpected error or closed pipe, 2 usage, 3 no device or no permission, 4 bad or
-truncated data, or a file that cannot be written, 5 measured but not reliable, 6 an extra is missing, 130 interrupted.
+Exit codes: 0 done, 1 unexpected error or closed pipe, 2 a wrong line or a wrong palpate.toml, 3 no device or no permission
+to open it, 4 anything about a file, 5 measured but not reliable, 6 an extra is missing, 130 interrupted.
 """
 
 from collections.abc import Callable
@@ -11,6 +11,7 @@ import click
 
 from palpate import __version__, get_cmake_dir, get_include
 from palpate.cli.group import Commands, debug_option
+from palpate.cli.inputs import InputFile
 
 COMMANDS = {
     "live": "Watch a measurement in the browser.",
@@ -48,7 +49,7 @@ def _tell(text: str) -> Callable[[click.Context, click.Parameter, bool], None]:
               help="Print the compiler flag for the headers, and exit.")  # fmt: skip
 @click.option("--cmakedir", is_flag=True, is_eager=True, expose_value=False, callback=_tell(get_cmake_dir()),
               help="Print the folder for CMake (palpate_DIR or add_subdirectory), and exit.")  # fmt: skip
-@click.option("--config", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+@click.option("--config", type=InputFile(),
               help="File with defaults, instead of palpate.toml here and in your configuration folder.")  # fmt: skip
 @debug_option
 @click.pass_context

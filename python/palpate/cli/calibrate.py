@@ -10,27 +10,28 @@ import click
 
 from palpate import Touch
 from palpate.cli.exit import NOT_RELIABLE
+from palpate.cli.inputs import InputFile
 from palpate.cli.options import json_option, recording_options, tracking
-from palpate.cli.outputs import force_option, require_free
+from palpate.cli.outputs import OUTPUT, force_option, require_free
+from palpate.cli.words import OneOf
 from palpate.errors import shortened
+from palpate.extras import need
 from palpate.files import replacing
+from palpate.sentences import FLAGS
 
 if TYPE_CHECKING:
     from palpate import Calibration
     from palpate.calibration.characterise import Specimen
 
-_file = click.Path(dir_okay=False, path_type=Path)
-_input = click.Path(exists=True, dir_okay=False, path_type=Path)
-
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, type=_input)
+@click.argument("files", nargs=-1, required=True, type=InputFile())
 @click.option(
-    "--moduli", required=True, type=_input, help="Table with two columns: name of the specimen, modulus in MPa."
+    "--moduli", required=True, type=InputFile(), help="Table with two columns: name of the specimen, modulus in MPa."
 )
-@click.option("-o", "output", required=True, type=_file, help="The calibration file to write, TOML.")
-@click.option("--plot", type=_file, help="File for a plot: .png, .pdf or .svg.")
-@click.option("--report", type=_file, help="File for a report with table, fit and plot, HTML.")
+@click.option("-o", "output", required=True, type=OUTPUT, help="The calibration file to write, TOML.")
+@click.option("--plot", type=OUTPUT, help="The plot to write: .png, .pdf or .svg.")
+@click.option("--report", type=OUTPUT, help="The report to write, HTML: table, fit and plot.")
 @click.option("--by", default="all", show_default=True, help="Values to fit: all touches, or for each "
               "specimen one of mean, level, weighted, agreement, standard_error, covariance.")  # fmt: skip
 @click.option(
@@ -38,7 +39,7 @@ _input = click.Path(exists=True, dir_okay=False, path_type=Path)
     is_flag=True,
     help="Fit the ratio on an infinitely soft object, too: for channels with different gains.",
 )
-@click.option("--accept", multiple=True, metavar="FLAG",
+@click.option("--accept", multiple=True, metavar="FLAG", type=OneOf(FLAGS),
               help="Use touches with this flag all the same; may be repeated. The file says so.")  # fmt: skip
 @force_option
 @recording_options
@@ -72,6 +73,8 @@ def calibrate(
     from palpate.calibration import characterise
 
     require_free(filter(None, [output, plot, report]), [*files, moduli], force=force)
+    for module in ("scipy", "matplotlib") if plot or report else ("scipy",):
+        need(module, "science")  # before the touches are measured
     told = _Told([], [])
     specimens = _specimens(files, moduli, how, accept, told)
     try:

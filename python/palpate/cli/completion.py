@@ -5,19 +5,20 @@ import json
 import click
 
 from palpate.cli.options import json_option
+from palpate.cli.words import OneOf
 
 _VARIABLE = "_PALPATE_COMPLETE"
 _BASH = """\
 %(complete_func)s() {
     local IFS=$'\\n' words=() word completion type value current after=no
-    # bash splits words at a colon, but a colon is part of the name of a source: join them again.
+    # bash splits words at : and =, but the name of a source has colons, a setting an equals sign: join them again.
     for word in "${COMP_WORDS[@]:0:COMP_CWORD+1}"; do
-        if [[ $word == : || $after == yes ]]; then
+        if [[ $word == [:=] || $after == yes ]]; then
             words[${#words[@]}-1]+=$word
         else
             words+=("$word")
         fi
-        [[ $word == : ]] && after=yes || after=no
+        [[ $word == [:=] ]] && after=yes || after=no
     done
     current=${words[${#words[@]}-1]}
     for completion in $(env COMP_WORDS="${words[*]}" COMP_CWORD=$((${#words[@]} - 1)) %(complete_var)s=bash_complete $1); do
@@ -26,8 +27,8 @@ _BASH = """\
             compopt -o dirnames
         elif [[ $type == file ]]; then
             compopt -o default
-        elif [[ $current == *:* ]]; then
-            COMPREPLY+=("${value#"${current%%"${current##*:}"}"}")
+        elif [[ $current == *[:=]* ]]; then
+            COMPREPLY+=("${value#"${current%%"${current##*[:=]}"}"}")
         else
             COMPREPLY+=("$value")
         fi
@@ -44,7 +45,7 @@ _HOW = {
 
 
 @click.command()
-@click.argument("shell", type=click.Choice(sorted(_HOW)))
+@click.argument("shell", type=OneOf(sorted(_HOW)))
 @json_option
 @click.pass_context
 def completion(context: click.Context, shell: str, as_json: bool) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from palpate.cli.known_loggers import ENTRIES
-from palpate.errors import quoted
+from palpate.errors import nearest, quoted, unlike
 
 NAME = "palpate.toml"
 _FILES = "palpate.files"  # key in context.meta: command -> files and variables with defaults for it
@@ -76,20 +76,20 @@ def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
     Raises
     ------
     click.UsageError
-        Not a file, not TOML, a table with an unknown command, or an entry that is not a table.
+        Not TOML, a table with an unknown command, or an entry that is not a table.
+    OSError
+        The file cannot be read.
     """
     from palpate import toml
 
     try:
         tables = toml.read(path)
-    except OSError as error:
-        raise click.UsageError(f"{path}: cannot be read: {error.strerror}") from error
     except ValueError as error:  # not UTF-8, or not TOML
         raise click.UsageError(f"{path}: not TOML: {error}") from error
-    allowed = ", ".join(f"[{name}]" for name in commands)
     for name, table in tables.items():
         if name not in commands or not isinstance(table, dict):
-            raise click.UsageError(f"{path}: got {quoted(name)}, allowed: tables {allowed}")
+            allowed = ", ".join(f"[{command}]" for command in commands)
+            raise click.UsageError(f"{path}: got {quoted(name)}, allowed: tables {allowed}{nearest(name, commands)}")
     return tables
 
 
@@ -128,9 +128,7 @@ def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dic
     allowed = keys(command)
     for key, value in table.items():
         if key not in allowed:
-            raise click.UsageError(
-                f"{where}: [{command.name}]: got {quoted(key)}, allowed: {', '.join([*allowed, *inner])}"
-            )
+            raise click.UsageError(f"{where}: [{command.name}]: {unlike(key, [*allowed, *inner])}")
         if isinstance(value, dict):
             raise click.UsageError(
                 f"{where}: [{command.name}]: {key}: got a table, allowed: a value or a list of values"
@@ -141,10 +139,11 @@ def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dic
 
 
 def _check_environment(command: click.Command) -> None:
-    allowed = _variables(command)
+    allowed, prefix = sorted(_variables(command)), _variable(command, "")
     for variable in sorted(os.environ):
-        if variable.startswith(_variable(command, "")) and variable not in allowed:
-            raise click.UsageError(f"environment: got {variable}, allowed: {', '.join(sorted(allowed))}")
+        if variable.startswith(prefix) and variable not in allowed:
+            near = nearest(variable, allowed, prefix)
+            raise click.UsageError(f"environment: got {variable}, allowed: {', '.join(allowed)}{near}")
 
 
 def _variables(command: click.Command) -> set[str]:

@@ -9,6 +9,7 @@ import click
 
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.options import INPUT, json_option, reading_options
+from palpate.cli.outputs import OUTPUT, force_option, require_free, with_sidecar
 
 if TYPE_CHECKING:
     from palpate.recording.foreign import AnyRecording
@@ -16,10 +17,10 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("file", type=INPUT)
-@click.option("-o", "output", required=True, type=click.Path(dir_okay=False, path_type=Path),
+@click.option("-o", "output", required=True, type=OUTPUT,
               help="NAME.parquet, or NAME.csv for palpate's own format.")  # fmt: skip
 @reading_options
-@click.option("--force", is_flag=True, help="Replace an existing file.")
+@force_option
 @json_option
 def convert(
     file: Path,
@@ -46,6 +47,7 @@ def convert(
     from palpate.recording import export
     from palpate.recording.foreign import recorded
 
+    require_free(with_sidecar(output), filter(None, [file, asked.get("soft")]), force=force)
     try:
         recording = recorded(file, **asked)
         rows = export.convert(recording, output, force=force)

@@ -15,7 +15,7 @@ import click
 
 from palpate import MissingExtra, PalpateError, __version__
 from palpate.cli import config
-from palpate.cli.exit import MISSING_EXTRA, NO_DEVICE, UNEXPECTED, USAGE, code_of
+from palpate.cli.exit import BAD_DATA, MISSING_EXTRA, NO_DEVICE, UNEXPECTED, USAGE, code_of, said_of
 
 INSTALL_UDEV = "palpate doctor --install-udev"
 
@@ -207,6 +207,8 @@ def files(commands: Mapping[str, click.Command]) -> Iterator[Finding]:
                 config.parameters(str(path), commands[name], table)
         except click.UsageError as error:
             yield Finding("defaults", "wrong", error.message, "", USAGE)
+        except OSError as error:
+            yield Finding("defaults", "wrong", said_of(error), "", BAD_DATA)
         else:
             yield Finding("defaults", "ok", f"{path}: {', '.join(f'[{name}]' for name in tables) or 'empty'}")
 

@@ -6,20 +6,19 @@ from pathlib import Path
 import click
 
 from palpate.cli.options import json_option
-from palpate.cli.outputs import force_option, require_free
+from palpate.cli.outputs import OUTPUT_FOLDER, force_option, require_free_in
 
 
 @click.command()
-@click.option(
-    "-o", "folder", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder for the figures."
-)
+@click.option("-o", "folder", required=True, type=OUTPUT_FOLDER, help="The folder to write in.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(min=0), help="Seed of the simulation.")
 @force_option
 @json_option
 def figures(folder: Path, seed: int, force: bool, as_json: bool) -> None:
     """Draw the figures of the paper from simulated data.
 
-    Fig. 6, 7, 9, 10, 11 and 12, each as PDF and PNG, with its numbers as CSV. Exit codes: 4, one of the files exists.
+    Fig. 6, 7, 9, 10, 11 and 12, each as PDF and PNG, with its numbers as CSV. Exit codes: 4, one of the
+    files exists; 6, matplotlib or scipy is missing: the extra science.
 
     \b
     Example:
@@ -28,6 +27,6 @@ def figures(folder: Path, seed: int, force: bool, as_json: bool) -> None:
     from palpate.figures import draw
     from palpate.figures.drawings import files
 
-    require_free(files(folder), force=force)
+    require_free_in(folder, files(folder), force=force)
     paths = [str(path) for path in draw(folder, seed=seed)]
     click.echo(json.dumps({"files": paths}, indent=2) if as_json else "\n".join(paths))

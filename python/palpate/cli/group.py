@@ -1,6 +1,7 @@
 """The group of commands: imports a command when it is used, and ends it with one line and an exit code."""
 
 import errno
+import signal
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
@@ -11,6 +12,8 @@ from typing import Any, NoReturn, TypeVar
 import click
 
 from palpate.cli.exit import INTERRUPTED, UNEXPECTED, code_of, one_line, said_of
+from palpate.cli.terminal import signals
+from palpate.errors import nearest, shortened, unlike
 
 
 def _remember(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
@@ -57,6 +60,15 @@ class Commands(click.Group):
             take_from_environment(command)
         return self.commands[cmd_name]
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find a command by its name."""
+        name = args[0]
+        if name not in self._short_helps and not name.startswith("-") and not ctx.resilient_parsing:
+            raise click.UsageError(unlike(name, self._short_helps, "command"), ctx)
+        return super().resolve_command(ctx, args)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands."""
         with formatter.section("Commands"):
@@ -68,13 +80,18 @@ class Commands(click.Group):
             return super().make_context(*args, **kwargs)
         except click.UsageError as error:
             raise _one_line(error, []) from error
+        except OSError as error:
+            if error.errno == errno.EPIPE:
+                raise  # click ends without a message
+            _end(error, debug=False)
         except KeyboardInterrupt:
             _interrupted()
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; if it fails, end with one line and an exit code."""
         try:
-            return super().invoke(ctx)
+            with signals(_interrupt, signal.SIGTERM):
+                return super().invoke(ctx)
         except click.UsageError as error:
             raise _one_line(
                 error, ctx.meta.get("palpate.files", {}).get(ctx.find_root().invoked_subcommand, [])
@@ -89,6 +106,11 @@ class Commands(click.Group):
             _interrupted()
 
 
+def _interrupt(*_: object) -> NoReturn:
+    """End a command as Ctrl-C does: what it has begun to write is removed."""
+    raise KeyboardInterrupt
+
+
 def _interrupted() -> NoReturn:
     click.echo("interrupted", err=True)
     sys.exit(INTERRUPTED)
@@ -98,10 +120,17 @@ def _one_line(error: click.UsageError, files: list[Path]) -> click.UsageError:
     """Return the error with the source of the defaults and the help command; `palpate` alone shows its help."""
     if error.ctx is None or isinstance(error, click.exceptions.NoArgsIsHelpError):
         return error
-    message = one_line(error.format_message().rstrip("."))
+    message = one_line(_said(error, error.ctx))
     unnamed = [str(file) for file in files if str(file) not in message]
-    defaults = f" (defaults: {', '.join(unnamed)})" if unnamed else ""
-    return click.UsageError(f"{message}{defaults}; see {error.ctx.command_path} --help")
+    told = message + (f" (defaults: {', '.join(unnamed)})" if unnamed else "")
+    return click.UsageError(f"{told}{' See' if told.endswith('?') else '; see'} {error.ctx.command_path} --help")
+
+
+def _said(error: click.UsageError, context: click.Context) -> str:
+    if isinstance(error, click.NoSuchOption):
+        options = [name for parameter in context.command.get_params(context) for name in parameter.opts]
+        return f"No such option: {shortened(error.option_name)}{nearest(error.option_name, options)}"
+    return error.format_message().rstrip(".")
 
 
 def _end(error: Exception, *, debug: bool) -> NoReturn:

@@ -2,7 +2,6 @@
 
 import json
 import os
-import signal
 import sys
 import webbrowser
 from collections.abc import Iterator
@@ -14,12 +13,14 @@ import click
 
 from palpate import PalpateError
 from palpate.cli.exit import BAD_DATA, INTERRUPTED, one_line
+from palpate.cli.inputs import InputFile
 from palpate.cli.library_logs import library_logs
 from palpate.cli.lsl import lsl_option
 from palpate.cli.moduli import tell_origin
 from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
+from palpate.cli.outputs import OUTPUT, require_free, with_sidecar
 from palpate.cli.source import SourceType
-from palpate.cli.terminal import say, signals
+from palpate.cli.terminal import say
 from palpate.several import TOUCH_SCATTER
 
 if TYPE_CHECKING:
@@ -33,9 +34,10 @@ _PORT = 8746
 
 @click.command()
 @click.argument("source", type=SourceType(), required=False)
-@click.option("--record", "file", type=click.Path(dir_okay=False, path_type=Path),
-              help="NAME.csv: record to this file from the start. The button Record continues with NAME-2.csv ...")  # fmt: skip
-@click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+@click.option("--record", "file", type=OUTPUT,
+              help="The recording to write from the start, NAME.csv: a new file. The button Record continues with "
+              "NAME-2.csv ...")  # fmt: skip
+@click.option("--calibration", type=InputFile(),
               help="Calibration file from `calibrate`: shows the modulus with its interval.")  # fmt: skip
 @click.option("--scatter", default=TOUCH_SCATTER, show_default=True, type=click.FloatRange(0, 1),
               help="Relative scatter of the ratio from touch to touch, to tell whether touches agree; a calibration "
@@ -86,6 +88,7 @@ def live(
       palpate live "sim:sliding?seed=1" --scene sliding --no-open
     """  # noqa: D301
     _require()
+    require_free(with_sidecar(file) if file else [], force=None)
     from palpate.live.gatekeeper import new_token
     from palpate.live.opening import opener
     from palpate.live.recordings import Recordings
@@ -106,8 +109,10 @@ def live(
             lambda message: say(one_line(message)),
             lsl,
         )
-        listening = listen(host, port)
-        session.start()
+        with ExitStack() as unless_started:
+            listening = unless_started.enter_context(listen(host, port))
+            session.start()
+            unless_started.pop_all()
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
     ticket = new_token() if token else None
@@ -193,17 +198,12 @@ def _has_screen() -> bool:
 
 @contextmanager
 def _ending(session: "Session") -> Iterator[None]:
-    """Close the session when the server ends, also after an error; SIGTERM and a closed terminal act like Ctrl-C."""
-
-    def interrupt(*_: object) -> None:
-        raise KeyboardInterrupt
-
-    with signals(interrupt, signal.SIGTERM):
-        try:
-            yield
-        except KeyboardInterrupt:
-            say("ended")
-            session.close()
-            sys.exit(BAD_DATA if session.failed else INTERRUPTED)
-        finally:
-            session.close()
+    """Close the session when the server ends, also after an error."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        say("ended")
+        session.close()
+        sys.exit(BAD_DATA if session.failed else INTERRUPTED)
+    finally:
+        session.close()

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate._core import scenes
+from palpate.cli.inputs import InputFile
+from palpate.cli.words import OneOf, scene_names, settings_of
 from palpate.errors import quoted
 
 if TYPE_CHECKING:
@@ -64,12 +66,12 @@ json_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
 """Adds as_json to a command."""
 
 _BOARD = [
-    click.option("--firmware", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    click.option("--firmware", type=InputFile(),
                  help="Firmware file of the evaluation kit."),
     click.option("--excitation", metavar="PINS",
                  help="Excitation pins that the bumps are wired to: A, B, AB, or HARD,SOFT as B,A.  [default: B]"),
 ]  # fmt: skip
-INPUT = click.Path(exists=True, dir_okay=False, allow_dash=True, path_type=Path)
+INPUT = InputFile(allow_dash=True)
 """The type of an argument that is a recording; - is standard input."""
 _READING = [
     click.option("--map", "columns", callback=columns, metavar="hard=COL,soft=COL",
@@ -78,19 +80,20 @@ _READING = [
     click.option("--time-unit", help="Unit of the times, ns to d.  [default: from the header, else by size]"),
     click.option("--rate", type=click.FloatRange(min=0, min_open=True),
                  help="Pairs a second, for a table without usable times."),
-    click.option("--decimal", type=click.Choice(["point", "comma"]), help="Decimal mark, if the numbers leave it open."),
+    click.option("--decimal", type=OneOf(["point", "comma"]), help="Decimal mark, if the numbers leave it open."),
     click.option("--soft", type=INPUT, help="File of the soft channel, if FILE has the hard channel only."),
     click.option("--part", metavar="NAME", help="Sheet of a workbook, or stream of an XDF file, if several fit."),
 ]  # fmt: skip
 _ASKED = ("columns", "unit", "time_unit", "rate", "decimal", "soft", "part")
 _SCENES = f"Method of estimation: {', '.join(scenes)}."
-_SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES)
-_SCENE_AGAIN = click.option("--scene", help=f"{_SCENES}  [default: from the recording, else handheld]")
+_SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES, shell_complete=scene_names)
+_SCENE_AGAIN = click.option("--scene", shell_complete=scene_names,
+                            help=f"{_SCENES}  [default: from the recording, else handheld]")  # fmt: skip
 _ESTIMATING = [
     click.option("--touch-seconds", type=click.FloatRange(min=0, min_open=True),
                  help="Length of a touch, s.  [default: from the scene]"),
     click.option("--samples", type=click.IntRange(min=1), help="Length of a touch in samples, in place of seconds."),
-    click.option("--set", "settings", callback=settings, multiple=True, metavar="NAME=VALUE",
+    click.option("--set", "settings", callback=settings, multiple=True, metavar="NAME=VALUE", shell_complete=settings_of,
                  help="A setting of the estimator, as threshold=6; may be repeated. A wrong NAME lists all."),
 ]  # fmt: skip
 

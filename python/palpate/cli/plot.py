@@ -10,12 +10,12 @@ import click
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.options import INPUT, json_option, replaying_options, tracking
-from palpate.cli.outputs import force_option, require_free
+from palpate.cli.outputs import OUTPUT, force_option, require_free
 
 
 @click.command()
 @click.argument("file", type=INPUT)
-@click.option("-o", "output", required=True, type=click.Path(dir_okay=False, path_type=Path),
+@click.option("-o", "output", required=True, type=OUTPUT,
               help="NAME.png, NAME.pdf or NAME.svg.")  # fmt: skip
 @replaying_options
 @force_option
@@ -52,7 +52,7 @@ def plot(
         require_free([output], [file], force=force)
         recording = recorded(file, **asked)
         how: dict[str, Any] = {"scene": scene} if scene else {"scene": "handheld"} | recording.settings
-        found, retaken = tracked(recording, **how | tracking(touch_seconds, samples, settings))
+        found, retaken, _ = tracked(recording, **how | tracking(touch_seconds, samples, settings))
         plots.save(in_memory(recording), found, output)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error

@@ -17,6 +17,7 @@ from palpate.cli import touches as cli_touches
 from palpate.cli.exit import INTERRUPTED, NOT_RELIABLE
 from palpate.cli.lsl import lsl_option
 from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
+from palpate.cli.outputs import OUTPUT, require_free, with_sidecar
 from palpate.cli.source import SourceType
 from palpate.cli.terminal import say, signals
 
@@ -28,14 +29,13 @@ if TYPE_CHECKING:
     from palpate.stream.estimate import Batch
 
 _PROGRESS_S = 0.2
-_CUT = "the recording ended during this touch"
 _GRACE_S = 1.0  # the first sample comes after the begin, and --seconds counts from it
 _REVISED_S = 5.0  # longest wait for the revised result of the last touch
 
 
 @click.command()
 @click.argument("source", type=SourceType())
-@click.option("-o", "file", required=True, type=click.Path(dir_okay=False, path_type=Path), help="NAME.csv")
+@click.option("-o", "file", required=True, type=OUTPUT, help="The recording to write, NAME.csv: a new file.")
 @click.option("--touches", type=click.IntRange(min=1), help="Stop after this number of touches, the last one revised.")
 @click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after this time, s.")
 @click.option("--note", "notes", multiple=True, metavar="TEXT", help="A note for the sidecar; may be repeated.")
@@ -67,8 +67,8 @@ def record(
     SOURCE: usb:, sim:SCENARIO, i2c:/dev/i2c-1, iio:, serial:PORT or a file; see `palpate devices` and
     help(palpate.open). Where the board was opened again or its range was set again, the recording has a mark, and the
     baseline is measured again: touch nothing then. Ctrl-C ends the recording, too, and so does a closed terminal; the file is closed properly. Exit codes: 3, no device, or it was
-    unplugged and not connected again; 4, the device sends invalid data, or the file cannot be written; 5, fewer touches
-    than --touches; 130, Ctrl-C.
+    unplugged and not connected again; 4, the device sends invalid data, or the file cannot be written; 5, no sample, or
+    fewer touches than --touches; 130, Ctrl-C, SIGTERM or a closed terminal.
 
     \b
     Example:
@@ -79,6 +79,7 @@ def record(
     from palpate import sources
     from palpate.stream import Stream
 
+    require_free(with_sidecar(file), force=None)
     how = tracking(touch_seconds, samples, settings)
     try:
         opened = sources.open(source, **opening(firmware, excitation), **asked)
@@ -100,6 +101,9 @@ def record(
         raise failure
     if came:
         sys.exit(INTERRUPTED)
+    if not stream.counters.read:
+        click.echo(f"{source}: no sample came: check that it measures, or give --seconds more time", err=True)
+        sys.exit(NOT_RELIABLE)
     if touches and len(stream.touches) < touches:
         click.echo(f"{len(stream.touches)} of {touches} touches were measured", err=True)
         sys.exit(NOT_RELIABLE)
@@ -138,7 +142,7 @@ class _Session:
         self._first_ns: int | None = None
         self._elapsed_s = 0.0
         self._all_s: float | None = None  # when the last touch ended
-        self._printed = 0
+        self._printed = self._cut = 0
         self._headed = False
         self._said: set[str] = set()  # sentences about touches; a revised touch says them again
         self._progress = _Progress()
@@ -164,7 +168,7 @@ class _Session:
         self._progress.clear()
         counters = self._stream.counters
         if as_json:
-            plain = [cli_touches.record(touch) for touch in self._stream.touches]
+            plain = cli_touches.records(self._stream.touches, cut=self._cut)
             document = {"file": str(file), "seconds": self._elapsed_s, "counters": counters.as_dict(), "touches": plain}
             document["error"] = str(failure) if failure else None
             click.echo(json.dumps(document, indent=2, allow_nan=False))
@@ -212,6 +216,7 @@ class _Session:
     def _print_new(self, *, cut: bool) -> None:
         for touch in self._stream.tracker.touches_since(self._printed):
             self._printed += 1
+            self._cut += cut
             self._print(self._printed, touch, cut=cut)
 
     def _print(self, number: int, touch: "Touch", *, cut: bool = False) -> None:
@@ -222,9 +227,7 @@ class _Session:
             click.echo(cli_touches.HEADER)
             self._headed = True
         click.echo(cli_touches.row(number, touch))
-        short = f"touch {number}: short: "
-        for sentence in cli_touches.advised([touch], number).splitlines():
-            line = short + _CUT if cut and sentence.startswith(short) else sentence
+        for line in cli_touches.advised([touch], number, cut=int(cut)).splitlines():
             if line not in self._said:
                 self._said.add(line)
                 click.echo(line)

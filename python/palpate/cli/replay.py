@@ -12,6 +12,7 @@ from palpate import __version__
 from palpate.cli import afterwards
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import NOT_RELIABLE
+from palpate.cli.inputs import InputFile
 from palpate.cli.moduli import Moduli
 from palpate.cli.options import INPUT, json_option, replaying_options, tracking
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("file", type=INPUT)
 @replaying_options
-@click.option("--calibration", type=click.Path(exists=True, dir_okay=False, path_type=Path),
+@click.option("--calibration", type=InputFile(),
               help="Calibration file from `calibrate`: adds the modulus with its interval to each touch.")  # fmt: skip
 @click.option("--offline", "is_offline", is_flag=True,
               help="Estimate each touch again with the whole recording known, and show it beside the live result.")  # fmt: skip
@@ -61,7 +62,7 @@ def replay(
         how: dict[str, Any] = {"scene": scene} if scene else {"scene": "handheld"} | recording.settings
         how |= tracking(touch_seconds, samples, settings)
         again = offline(recording, **how) if is_offline else None
-        found, retaken = tracked(recording, **how)
+        found, retaken, cut = tracked(recording, **how)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
     if recording.understood:
@@ -70,7 +71,9 @@ def replay(
     for note in notes:
         click.echo(f"{file}: {note}", err=True)
     moduli = Moduli(calibration, how["scene"]) if calibration else None
-    document = _json(file, how, recording, found, notes, moduli, again) if as_json else _table(found, moduli, again)
+    document = (
+        _json(file, how, recording, found, notes, moduli, again, cut) if as_json else _table(found, moduli, again, cut)
+    )
     click.echo(document, nl=as_json)
     if not found:
         click.echo(f"{file}: no touch found: {_why_not(recording)}", err=True)
@@ -78,11 +81,11 @@ def replay(
         sys.exit(NOT_RELIABLE)
 
 
-def _table(found: "list[Touch]", moduli: Moduli | None, again: "list[OfflineTouch] | None") -> str:
+def _table(found: "list[Touch]", moduli: Moduli | None, again: "list[OfflineTouch] | None", cut: int) -> str:
     if again is not None:
         return afterwards.table(again)
     table = cli_touches.table(found)
-    return (moduli.table(table, found) if moduli and found else table) + cli_touches.advised(found)
+    return (moduli.table(table, found) if moduli and found else table) + cli_touches.advised(found, cut=cut)
 
 
 def _why_not(recording: "AnyRecording") -> str:
@@ -100,6 +103,7 @@ def _json(
     notes: list[str],
     moduli: Moduli | None,
     again: "list[OfflineTouch] | None",
+    cut: int,
 ) -> str:
     settings = {name: value for name, value in how.items() if name != "scene"}
     document = {
@@ -109,7 +113,7 @@ def _json(
         "palpate": __version__,
         "rows": recording.survey.rows,
         "notes": notes,
-        "touches": [cli_touches.record(touch) for touch in found],
+        "touches": cli_touches.records(found, cut=cut),
     }
     if moduli:
         moduli.add(document, found)

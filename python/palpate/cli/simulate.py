@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from palpate.cli.options import json_option
+from palpate.cli.outputs import OUTPUT_FOLDER, force_option, require_free_in
 
 
 def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
@@ -24,9 +25,7 @@ def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[
 
 
 @click.command()
-@click.option(
-    "-o", "folder", required=True, type=click.Path(file_okay=False, path_type=Path), help="Folder for the recordings."
-)
+@click.option("-o", "folder", required=True, type=OUTPUT_FOLDER, help="The folder to write in.")
 @click.option("--object", "objects", multiple=True, callback=_objects, metavar="NAME=MPA",
               help="An object and its modulus; may be repeated.  [default: ten specimens, Table I of the paper]")  # fmt: skip
 @click.option("--touches", default=4, show_default=True, type=click.IntRange(1, 100), help="Touches on each object.")
@@ -40,26 +39,28 @@ def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[
 @click.option(
     "--seed", default=0, show_default=True, type=click.IntRange(min=0), help="The same seed gives the same files."
 )
+@force_option
 @json_option
-def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: float, seed: int, as_json: bool) -> None:
+def simulate(
+    folder: Path, objects: dict[str, float], touches: int, oblique: float, seed: int, force: bool, as_json: bool
+) -> None:
     """Write simulated recordings of touches on known objects.
 
     Use it to try `calibrate` without a probe. Writes a file for each object, and moduli.csv with the true moduli.
+    Exit code 4: one of the files exists.
 
     \b
     Example:
       palpate simulate -o specimens
       palpate simulate -o gel --object gel=1.1 --seed 7
     """  # noqa: D301
-    from palpate.calibration.specimen_files import write_session
+    from palpate.calibration.specimen_files import session_files, write_session
     from palpate.elasticity import SORBOTHANE_MPA
     from palpate.simulation.hand import Hand, session
 
     moduli = objects or SORBOTHANE_MPA
+    require_free_in(folder, session_files(folder, moduli), force=force)
     made = session(seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches)
     blocks = {name: run.block() for name, run in made.items()}
-    try:
-        paths = [str(path) for path in write_session(folder, blocks, moduli)]
-    except FileExistsError as error:
-        raise click.UsageError(f"-o: {error}") from error
+    paths = [str(path) for path in write_session(folder, blocks, moduli, force=force)]
     click.echo(json.dumps({"files": paths}, indent=2) if as_json else "\n".join(paths))

@@ -1,7 +1,7 @@
 """Touches as rows of a table, as sentences, and as records of a JSON document."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from palpate import digits
@@ -9,6 +9,7 @@ from palpate import digits
 if TYPE_CHECKING:
     from palpate import Touch
 
+_CUT = "short: the recording ended during this touch"
 HEADER = "touch   start_s  samples     ratio  std. error  covariance  alarm   result  flags"
 
 
@@ -33,19 +34,37 @@ def table(touches: "list[Touch]") -> str:
     return "\n".join(lines) + "\n" if touches else ""
 
 
-def advised(touches: "Iterable[Touch]", first: int = 1) -> str:
-    """Return a line for each flag of each touch: what it means, and what to do. The numbers begin at `first`."""
+def advised(touches: "Sequence[Touch]", first: int = 1, *, cut: int = 0) -> str:
+    """Return a line for each flag of each touch: what it means, and what to do.
+
+    Parameters
+    ----------
+    touches : sequence of Touch
+    first : int
+        Number of the first one.
+    cut : int
+        How many of the last ones ran when the recording ended.
+    """
+    whole = len(touches) - cut
+    return "".join(
+        f"touch {first + n}: {sentence}\n"
+        for n, touch in enumerate(touches)
+        for sentence in _advice(touch, cut=n >= whole)
+    )
+
+
+def records(touches: "Sequence[Touch]", *, cut: int = 0) -> list[dict[str, Any]]:
+    """Return touches for JSON: their fields, and `advice`, a sentence for each flag; `cut` as in `advised`."""
+    whole = len(touches) - cut
+    return [{**touch.as_dict(), "advice": _advice(touch, cut=n >= whole)} for n, touch in enumerate(touches)]
+
+
+def _advice(touch: "Touch", *, cut: bool) -> list[str]:
+    """Return the sentences about a touch; of one that the end of the recording cut, longer would not have helped."""
     from palpate.sentences import advice
 
-    lines = [f"touch {n}: {sentence}\n" for n, touch in enumerate(touches, first) for sentence in advice(touch)]
-    return "".join(lines)
-
-
-def record(touch: "Touch") -> dict[str, Any]:
-    """Return a touch for JSON: its fields, and `advice`, a sentence for each flag."""
-    from palpate.sentences import advice
-
-    return {**touch.as_dict(), "advice": advice(touch)}
+    told = advice(touch)
+    return [_CUT if cut and sentence.startswith("short: ") else sentence for sentence in told]
 
 
 def notes(retaken: int) -> list[str]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from palpate.extras import need
 from palpate.figure_style import COLUMN_IN, PAGE_IN, save, sheet, write_csv
 from palpate.figures import session, touch, traces
 from palpate.files import replacing
@@ -145,6 +146,8 @@ def draw(folder: Path, *, seed: int = 0) -> list[Path]:
     >>> draw(Path("figures"))  # doctest: +SKIP
     [PosixPath('figures/fig06.pdf'), ...]
     """
+    for module in ("matplotlib", "scipy"):
+        need(module, "science")  # before there is a folder
     folder.mkdir(parents=True, exist_ok=True)
     footer = f"simulated data, seed {seed}; tremor {100 * traces.TREMOR:g} % of the press"
     made: dict[Callable[[int], Any], Any] = {}

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterator
 
-from palpate.errors import DeviceNotFound, SourceError, quoted
+from palpate.errors import DeviceNotFound, SourceError, unlike
 from palpate.kit import board_steps, input_steps, pair_steps, prompted
 from palpate.kit.bench import Bench
 from palpate.kit.prompted import Nobody, Prompts
@@ -69,7 +69,7 @@ class Acceptance:
 
     def __init__(self, bench: Bench, prompts: Prompts | None = None, *, skip: Collection[str] = ()) -> None:
         if unknown := set(skip) - set(NAMES):
-            raise ValueError(f"skip: got {quoted(min(unknown))}, allowed: {', '.join(NAMES)}")
+            raise ValueError(f"skip: {unlike(min(unknown), NAMES)}")
         self.stopped: str = ""
         self._bench = bench
         self._prompts = prompts or Nobody()

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 from urllib.parse import unquote
 
-from palpate.errors import quoted
+from palpate.errors import quoted, unlike
 
 __all__ = ["LONGEST", "Check", "anything", "checked", "choice", "number", "split", "text", "yes_no"]
 
@@ -92,11 +92,11 @@ def checked(scheme: str, given: Mapping[str, Any], allowed: Mapping[str, Check])
     {'seed': 3}
     >>> checked("sim", {"sed": "3"}, {"seed": number(0, whole=True)})
     Traceback (most recent call last):
-    ValueError: sim: got option 'sed', allowed: seed
+    ValueError: sim: got option 'sed', allowed: seed; did you mean 'seed'?
     """
     for name in given:
         if name not in allowed:
-            raise ValueError(f"{scheme}: got option {quoted(name)}, allowed: {', '.join(allowed) or 'none'}")
+            raise ValueError(f"{scheme}: {unlike(name, allowed, 'option')}")
     return {name: allowed[name](name, value) for name, value in given.items()}
 
 
@@ -170,7 +170,7 @@ def choice(*allowed: str) -> Check:
 
     def check(name: str, value: Any) -> str:
         if value not in allowed:
-            raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(allowed)}")
+            raise ValueError(f"{name}: {unlike(value, allowed)}")
         return str(value)
 
     return check

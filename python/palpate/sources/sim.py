@@ -9,7 +9,7 @@ from palpate.ad7746.evalkit.board import EvalKit
 from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.ad7746.twin.wiring import WIRINGS
-from palpate.errors import quoted
+from palpate.errors import quoted, unlike
 from palpate.samples import Sample
 from palpate.simulation.board import kit_of, known, limit_ns
 from palpate.simulation.scenarios import SCENARIOS
@@ -127,5 +127,5 @@ def open_sim(address: str, options: Mapping[str, Any]) -> SimSource:
     given = checked("sim", options, {**CONVERTER, **_SIMULATED})
     name = address or DEFAULT
     if name not in known():
-        raise ValueError(f"sim: got scenario {quoted(name)}, allowed: {', '.join(known())}")
+        raise ValueError(f"sim: {unlike(name, known(), 'scenario')}")
     return SimSource(name, given)

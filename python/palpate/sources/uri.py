@@ -6,7 +6,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from palpate.errors import PalpateError, SourceError, shortened
+from palpate.errors import PalpateError, SourceError, nearest, shortened
 from palpate.sources.base import Source
 from palpate.sources.claims import is_source
 from palpate.sources.options import split
@@ -107,6 +107,7 @@ def _find(scheme: str) -> Factory:
         return factory
     raise ValueError(
         f"source: got {shortened(scheme)}:, allowed: {', '.join(f'{name}:' for name in schemes())} or a path"
+        f"{nearest(f'{scheme}:', [f'{name}:' for name in schemes()])}"
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Self
 
-from palpate.errors import listed, quoted
+from palpate.errors import listed, quoted, unlike
 from palpate.tables.units import PICOFARADS, SECONDS
 
 KEYS = ("hard", "soft", "time", "soft_time")
@@ -82,7 +82,7 @@ class Asked:
         for name, allowed in words.items():
             value = getattr(self, name)
             if value is not None and value not in allowed:
-                raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(allowed)}")
+                raise ValueError(f"{name}: {unlike(value, allowed)}")
         if self.rate is not None and not (isinstance(self.rate, float | int) and 0 < self.rate < math.inf):
             raise ValueError(f"rate: got {quoted(self.rate)}, allowed: a number above 0, pairs a second")
         for name in ("time", "soft_time"):
@@ -97,7 +97,7 @@ class Asked:
         if not all(key in wanted for key in needed):
             raise ValueError(f"columns: got {listed(wanted) or 'none'}, allowed: hard, soft and, if wanted, time")
         if unknown := set(wanted) - set(KEYS):
-            raise ValueError(f"columns: got {quoted(min(unknown))}, allowed: {', '.join(KEYS)}")
+            raise ValueError(f"columns: {unlike(min(unknown), KEYS)}")
         if self.soft is None and str(wanted["hard"]).strip() == str(wanted["soft"]).strip():
             raise ValueError(f"columns: got {quoted(wanted['hard'])} for both channels, allowed: two columns")
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from palpate.errors import listed, quoted
+from palpate.errors import listed, quoted, unlike
 from palpate.tables.asked import Asked, parsed_map
 from palpate.tables.table import Table
 
@@ -45,7 +45,7 @@ class Logger:
         if not isinstance(entry, Mapping):
             raise TypeError(f"logger: got {quoted(entry)}, allowed: a table with {', '.join(_KEYS)}")
         if unknown := set(entry) - set(_KEYS):
-            raise ValueError(f"logger: got {quoted(min(unknown))}, allowed: {', '.join(_KEYS)}")
+            raise ValueError(f"logger: {unlike(min(unknown), _KEYS)}")
         columns = entry.get("columns")
         if not isinstance(columns, list) or not all(isinstance(name, str) for name in columns):
             raise ValueError(f"logger: columns: got {quoted(columns)}, allowed: a list of names")

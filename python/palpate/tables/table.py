@@ -8,7 +8,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from palpate.errors import listed, quoted, shortened
+from palpate.errors import listed, nearest, quoted, shortened
 from palpate.tables.units import bare_name, unit_in
 
 Cells = Sequence[str | None] | NDArray[Any]
@@ -118,7 +118,8 @@ class Table:
                 raise ValueError(
                     f"column: got {quoted(text)}, the name of several columns, allowed: one of the positions {positions}"
                 )
-        raise ValueError(f"column: got {quoted(text)}, allowed: {self.describe()}")
+        names = [name for column in self.columns for name in column.names]
+        raise ValueError(f"column: got {quoted(text)}, allowed: {self.describe()}{nearest(text, names)}")
 
     def _require_header_that_fits(self) -> None:
         if not self.header_fits:

@@ -10,7 +10,9 @@ import click
 from palpate.cli.kit.opening import board_options, opened
 from palpate.cli.kit.telling import BY_USER, ending
 from palpate.cli.options import json_option
+from palpate.cli.outputs import OUTPUT, require_free
 from palpate.cli.terminal import say
+from palpate.cli.words import OneOf
 from palpate.errors import quoted
 
 if TYPE_CHECKING:
@@ -24,11 +26,11 @@ _STEPS = ("registers", "bus", "voltages", "times", "inputs", "capdac", "noise", 
 
 @click.command("kit.accept")
 @board_options
-@click.option("-o", "file", type=click.Path(dir_okay=False, path_type=Path),
-              help="Report, a new file.  [default: kit-report-DATE-TIME.json]")  # fmt: skip
+@click.option("-o", "file", type=OUTPUT,
+              help="The report to write: a new file.  [default: kit-report-DATE-TIME.json]")  # fmt: skip
 @click.option("--prompt/--no-prompt", default=None,
               help="Ask for what needs a hand.  [default: only at a terminal]")  # fmt: skip
-@click.option("--skip", multiple=True, type=click.Choice(_STEPS), help="A step to leave out; may be repeated.")
+@click.option("--skip", multiple=True, type=OneOf(_STEPS), help="A step to leave out; may be repeated.")
 @json_option
 def accept(
     source: str, firmware: Path | None, file: Path | None, prompt: bool | None, skip: tuple[str, ...], as_json: bool
@@ -46,10 +48,11 @@ def accept(
       palpate kit accept "usb:1/5?excitation=A" --skip replug -o bench.json
       palpate kit accept sim: --no-prompt
     """  # noqa: D301
+    path = file or Path(f"kit-report-{datetime.now():%Y%m%d-%H%M%S}.json")
+    require_free([path], force=None)
     with opened(source, firmware) as bench:
         bench.source.notify = say
-        path = file or Path(f"kit-report-{datetime.now():%Y%m%d-%H%M%S}.json")
-        with _new(path) as output:  # before the steps: a minute of work needs a place
+        with path.open("xb") as output:  # before the steps: a minute of work needs a place
             asks = sys.stdin.isatty() if prompt is None else prompt
             report = _run(bench, source, output, asks=asks, skip=skip, quiet=as_json)
     if as_json:
@@ -57,14 +60,6 @@ def accept(
     code = ending(report, as_json=as_json)
     say(f"report: {path}")
     sys.exit(code)
-
-
-def _new(path: Path) -> BinaryIO:
-    try:
-        return path.open("xb")
-    except FileExistsError as error:
-        wanted = "already exists, and a report is never replaced: choose another name, or delete it"
-        raise FileExistsError(error.errno, wanted, str(path)) from error
 
 
 def _run(bench: "Bench", source: str, output: BinaryIO, *, asks: bool, skip: tuple[str, ...], quiet: bool) -> "Report":

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from palpate.cli.inputs import InputFile
 from palpate.cli.source import SourceType
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ _ADDED = (
     click.argument("source", type=SourceType(), default="usb:"),
     click.option(
         "--firmware",
-        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        type=InputFile(),
         help="Firmware file of the evaluation kit.",
     ),
 )

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import click
 
+from palpate.cli.inputs import InputFile
 from palpate.cli.kit.telling import ending
 from palpate.cli.options import json_option
 
 
 @click.command("kit.report")
-@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("file", type=InputFile())
 @json_option
 def report(file: Path, as_json: bool) -> None:
     """Print the report of an acceptance.
