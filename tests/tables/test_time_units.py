@@ -171,6 +171,12 @@ def test_a_counter_that_overflows_is_continued_with_a_note(name: str, turn: int,
     assert "in line 53: continued there" in note
 
 
+def test_a_restart_is_no_overflow() -> None:
+    counts = np.r_[57_000 + ROW * 26, ROW * 26]  # back from 62.2 s to 0: an overflow at 2**16 ms would be 3.4 s later
+    with pytest.raises(RecordingError, match=r"line 202: .* goes back by 62\.2 s"):
+        read_times(counts, "t_ms")
+
+
 def test_times_of_excel_go_on_after_midnight() -> None:
     days = (0.999977 + SECOND / 86400) % 1
     found = read_times([f"{day:.11f}" for day in days])
