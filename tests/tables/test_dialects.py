@@ -133,6 +133,7 @@ def test_a_title_is_no_part_of_a_name() -> None:
         ("\n\n", 1, "nothing but blank lines"),
         ("sep=,\n", 1, "nothing but blank lines"),
         ("hello\nworld\n", 1, "no row of numbers"),
+        ("0,Mean\nMean\n", 1, "all rows of numbers are those of a summary"),
         (b"\x7fELF\n\0\0", 2, "a zero byte, so this is not a text file"),
         (b"\xff\xfe\x00", 1, "not text"),
         (b"\xff\xfe1\0\n\0\0\0", 2, "a zero byte"),

@@ -63,6 +63,8 @@ def table_of(
     left = LeftOut(path, [cells for _, cells in header], pattern)
     body = left.comments(filled[start:])
     body = left.summaries(body)
+    if not body:
+        raise RecordingError(path, "not a recording: all rows of numbers are those of a summary", plain[first][0])
     is_torn = len(body) > 1 and body[-1][0] == torn
     body = body[:-1] if is_torn else body
     width = _width(path, body, pattern, header)
