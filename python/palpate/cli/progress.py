@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import click
 
@@ -16,6 +16,7 @@ from palpate.cli.terminal import say
 
 _SILENT_S = 1.0
 _EVERY_S = 0.25
+_Item = TypeVar("_Item")
 
 
 class Progress:
@@ -60,6 +61,12 @@ class Progress:
         if self._thread:
             self._thread.join()
         self._clear()
+
+    def over(self, items: Collection[_Item]) -> Iterator[_Item]:
+        """Yield the items; one is done when the next is asked for."""
+        for done, item in enumerate(items):
+            self(done, len(items))
+            yield item
 
     @contextmanager
     def aside(self) -> Iterator[None]:
