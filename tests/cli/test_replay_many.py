@@ -183,8 +183,8 @@ whole = replaying.replayed
 def replayed(file, how, begin):
     found = whole(file, how, begin)
     if file.name > "f002":
-        os.write(2, b"waiting\n")
-        time.sleep(0.5)
+        os.write(2, b"waiting\\n")
+        time.sleep(0.3)
     return found
 
 replaying.replayed = replayed
