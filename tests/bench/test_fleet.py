@@ -1,8 +1,9 @@
 """The bench of many recordings runs; it compares all touches itself."""
 
 import pytest
-from bench.speed import fleet
 from click.testing import CliRunner
+
+from bench.speed import fleet
 
 
 def test_each_way_is_timed_and_gives_the_same_touches(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from importlib import import_module
+from keyword import iskeyword
 from pathlib import Path
 
 import click
@@ -148,7 +149,8 @@ def test_every_option_has_a_name_of_its_own(name: str) -> None:
 def test_help_has_the_short_help_of_the_list_and_an_example(name: str) -> None:
     result = run(*name.split(), "--help")
     assert result.exit_code == 0
-    command = getattr(import_module(f"palpate.cli.{name.replace(' ', '.')}"), name.split()[-1])
+    where = f"palpate.cli.{name.replace(' ', '.')}" + ("_" if iskeyword(name) else "")
+    command = getattr(import_module(where), where.split(".")[-1])
     assert command.get_short_help_str(limit=1000).rstrip(".") == SHORT_HELPS[name].rstrip(".")
     assert f"palpate {name}" in result.stdout.split("Example:\n")[1].split("Options:")[0]
 

@@ -103,6 +103,7 @@ def _lines(report: "Verification") -> str:
         f"{survey.rows} rows in {survey.seconds:.1f} s{pace}" if report.timed else f"{survey.rows} rows, rate unknown"
     )
     lines = [f"{report.path}: {_verdict(report)}: {size}"]
+    lines += [f"  {report.understood}"] if report.understood else []
     return "\n".join(
         [*lines, *(f"  fault: {text}" for text in report.faults), *(f"  {text}" for text in report.findings)]
     )

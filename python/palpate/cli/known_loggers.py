@@ -30,7 +30,7 @@ def loggers() -> "list[Logger]":
     for path, entry in entries:
         try:
             found.append(Logger.of(entry, str(path)))
-        except (ValueError, TypeError, AttributeError) as error:
+        except (ValueError, TypeError) as error:
             raise click.UsageError(f"{path}: [[import.logger]]: {error}") from error
     return found
 

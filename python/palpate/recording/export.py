@@ -150,7 +150,7 @@ def _check_free(recording: AnyRecording, target: Path, *, force: bool) -> None:
     targets = [target] if target.suffix == ".parquet" else [target, sidecar.sidecar_path(target)]
     inputs = [channel.path for channel in recording.channels] if isinstance(recording, BinaryData) else [recording.path]
     for path in filter(os.path.lexists, targets):
-        if path.exists() and any(path.samefile(read) for read in inputs):
+        if path.exists() and any(read.exists() and path.samefile(read) for read in inputs):
             raise RecordingError(path, "is an input file: choose another name")
         if path.is_file() and is_locked(path):
             raise RecordingError(path, "is still being recorded: choose another name")

@@ -21,13 +21,15 @@ def read(
     rate: float | None = None,
     decimal: str | None = None,
     soft: str | os.PathLike[str] | None = None,
+    part: str | None = None,
 ) -> Recording:
     """Read a recording into memory.
 
     Parameters
     ----------
     path : path-like
-        A recording of palpate, a table of another program, or the "Binary Data.txt" of Analog Devices' program.
+        A recording of palpate, a table of another program, or the "Binary Data.txt" of Analog Devices' program; also
+        packed as .gz. "-" is standard input.
     columns : mapping, optional
         Columns of "hard", "soft" and, if it is not found by its name, "time"; also "soft_time", if the soft channel
         has its own times. A column is a name in one of the header rows, or a position counted from 1. Not needed for
@@ -42,6 +44,8 @@ def read(
         Decimal mark, "point" or "comma", where the numbers leave it open.
     soft : path-like, optional
         File of the soft channel, if `path` has the hard channel only.
+    part : str, optional
+        Name of the sheet of a workbook, or of the stream of an XDF file, if several have the two channels.
 
     Returns
     -------
@@ -58,8 +62,8 @@ def read(
     --------
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
-    given = {"columns": columns, "unit": unit, "time_unit": time_unit, "rate": rate, "decimal": decimal, "soft": soft}
-    source = recorded(path, **given)
+    given = {"columns": columns, "unit": unit, "time_unit": time_unit, "rate": rate, "decimal": decimal}
+    source = recorded(path, **given, soft=soft, part=part)
     return source.recording if isinstance(source, Foreign) else _whole(source)
 
 

@@ -44,6 +44,8 @@ class Verification:
         Whether no row is missing, but the recording is not as it was written.
     timed : bool
         Whether the times of its rows are known.
+    understood : str
+        Of a table of another program: one line that says which columns and units were used.
 
     Examples
     --------
@@ -64,6 +66,7 @@ class Verification:
     rescued: bool = False
     changed: bool = False
     timed: bool = True
+    understood: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields as plain values, for JSON."""
@@ -76,6 +79,7 @@ class Verification:
             "repaired": self.repaired,
             "rescued": self.rescued,
             "changed": self.changed,
+            "understood": self.understood,
             "seconds": survey.seconds if self.timed else None,
             **{name: value for name, value in numbers.items() if not name.endswith("_ns")},
             "faults": list(self.faults),

@@ -20,7 +20,8 @@ UNREAD = "not read to its end: its rows are not verified"
 class FileSource(Source):
     """The samples of a file, as fast as possible or with the timing of the recording.
 
-    After the last sample `notify` is called with each note on the recording: what is wrong with it is known then.
+    `notify` is called first with the line that says how a table was understood, and after the last sample with each note
+    on the recording: what is wrong with it is known then.
 
     Parameters
     ----------
@@ -54,6 +55,8 @@ class FileSource(Source):
     def __iter__(self) -> Iterator[Sample]:
         """Return the samples, from the first one; raises RecordingError after the last one if a checksum differs."""
         whole = False
+        if self.recording.understood:
+            self.notify(f"{self.recording.path}: {self.recording.understood}")
         try:
             whole = yield from self._samples()
         finally:  # also if the reader wants no more
@@ -130,9 +133,10 @@ class FileSource(Source):
 def open_file(address: str, options: Mapping[str, Any]) -> FileSource:
     """Return the source of a path; `map` is `columns` as text."""
     given = dict(options)
+    known = given.pop("known", ())
     if "map" in given:
         given["columns"] = parsed_map(str(given.pop("map")))
-    return FileSource(address, **checked("file", given, _ALLOWED))
+    return FileSource(address, known=known, **checked("file", given, _ALLOWED))
 
 
 _ALLOWED = {
@@ -142,6 +146,6 @@ _ALLOWED = {
     "rate": number(0, above=True),
     "decimal": choice(*DECIMALS),
     "soft": anything,
-    "known": anything,
+    "part": anything,
     "speed": number(0, above=True),
 }

@@ -52,6 +52,8 @@ class Asked:
         Decimal mark of the numbers, "point" or "comma".
     soft : path-like, optional
         File of the soft channel, if the other one has the hard channel only.
+    part : str, optional
+        Name of the sheet of a workbook, or of the stream of an XDF file.
 
     Raises
     ------
@@ -70,6 +72,7 @@ class Asked:
     rate: float | None = None
     decimal: str | None = None
     soft: str | os.PathLike[str] | None = None
+    part: str | None = None
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -79,7 +82,7 @@ class Asked:
             value = getattr(self, name)
             if value is not None and value not in allowed:
                 raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(allowed)}")
-        if self.rate is not None and not 0 < self.rate < math.inf:
+        if self.rate is not None and not (isinstance(self.rate, float | int) and 0 < self.rate < math.inf):
             raise ValueError(f"rate: got {quoted(self.rate)}, allowed: a number above 0, pairs a second")
         for name in ("time", "soft_time"):
             if self.rate is not None and name in (self.columns or {}):

@@ -29,12 +29,12 @@ class Logger:
     origin: str = ""
 
     @classmethod
-    def of(cls, entry: Mapping[str, Any], origin: str) -> "Logger":
+    def of(cls, entry: Any, origin: str) -> "Logger":
         """Return the logger of an entry of palpate.toml.
 
         Raises
         ------
-        ValueError
+        ValueError, TypeError
             Not such an entry.
 
         Examples
@@ -42,6 +42,8 @@ class Logger:
         >>> Logger.of({"columns": ["t", "A", "B"], "map": "hard=A,soft=B"}, "").asked.columns
         {'hard': 'A', 'soft': 'B'}
         """
+        if not isinstance(entry, Mapping):
+            raise TypeError(f"logger: got {quoted(entry)}, allowed: a table with {', '.join(_KEYS)}")
         if unknown := set(entry) - set(_KEYS):
             raise ValueError(f"logger: got {quoted(min(unknown))}, allowed: {', '.join(_KEYS)}")
         columns = entry.get("columns")

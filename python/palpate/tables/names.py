@@ -4,7 +4,7 @@ import re
 from collections.abc import Collection
 
 from palpate.tables.table import Table
-from palpate.tables.units import SECONDS, bare_name
+from palpate.tables.units import SECONDS, bare, bare_name
 
 TIMES = frozenset({
     "time", "t", "timestamp", "timestamps", "datetime", "date", "clock", "elapsed", "elapsedtime", "seconds", "secs",
@@ -37,5 +37,9 @@ def named(table: Table, names: Collection[str]) -> list[int]:
 
 
 def time_columns(table: Table) -> list[int]:
-    """Return the columns (from 0) that have a name for times, of the table or of the hard channel."""
-    return named(table, TIMES | {unit.casefold() for unit in SECONDS})
+    """Return the columns (from 0) that have a name for times, of the table or of the hard channel.
+
+    A capital T without a unit of time is a temperature.
+    """
+    found = named(table, TIMES | {unit.casefold() for unit in SECONDS})
+    return [column for column in found if table.unit(column, SECONDS) in SECONDS or bare(table.name(column)) != "T"]

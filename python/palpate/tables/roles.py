@@ -7,10 +7,11 @@ import numpy as np
 
 from palpate.errors import quoted
 from palpate.tables.asked import Asked
-from palpate.tables.long import id_columns, spread
+from palpate.tables.clock_layout import is_time
+from palpate.tables.long import id_column, id_columns, spread
 from palpate.tables.names import PAIRS, SOFT_TIMES, named, simple_name, time_columns
-from palpate.tables.table import Column, Table
-from palpate.tables.units import PICOFARADS
+from palpate.tables.table import Cells, Column, Table
+from palpate.tables.units import PICOFARADS, bare
 
 
 class Side(NamedTuple):
@@ -23,6 +24,18 @@ class Side(NamedTuple):
     value: int
     times: list[int]
     asked: bool
+    label: str = ""
+
+    @property
+    def name(self) -> str:
+        """The name of the channel: that in a column of names, else that of its column, without its unit."""
+        return self.label or said(self.table, self.value)
+
+
+def said(table: Table, column: int) -> str:
+    """Return the name of a column as a message says it: without its unit, or its position."""
+    name = table.name(column)
+    return bare(name) or name
 
 
 def sides(table: Table, asked: Asked, soft: Table | None = None) -> tuple[Side, Side]:
@@ -46,9 +59,14 @@ def sides(table: Table, asked: Asked, soft: Table | None = None) -> tuple[Side, 
         hard_side = _alone(table, wanted.get("hard"), wanted.get("time"))
         return hard_side, _alone(dated(soft), wanted.get("soft"), wanted.get("soft_time", wanted.get("time")))
     wanted = wanted or dict(_guessed(table))
-    parts = _of_long(table, wanted)
-    if parts is not None:
-        return _alone(parts[0], None, wanted.get("time")), _alone(parts[1], None, wanted.get("time"))
+    names = _id_column(table, wanted)
+    if names is not None:
+        parts = spread(table, names)
+        hard_side, soft_side = (
+            _alone(parts[name], None, wanted.get("time"), {names})._replace(label=name)
+            for name in (str(wanted[key]).strip() for key in ("hard", "soft"))
+        )
+        return hard_side, soft_side
     hard, soft_column = table.column(wanted["hard"]), table.column(wanted["soft"])
     if hard == soft_column:
         raise ValueError(f"columns: got {quoted(wanted['hard'])} for both channels, allowed: two columns")
@@ -76,17 +94,24 @@ def _soft_times(table: Table, wanted: str | int | None, taken: set[int]) -> list
 
 def _dates(table: Table) -> list[int]:
     """Return the columns without a known name whose cells are dates or durations."""
-    arrays = [column.cells for column in table.columns]
-    return [n for n, cells in enumerate(arrays) if isinstance(cells, np.ndarray) and cells.dtype.kind in "mM"]
+    return [number for number, column in enumerate(table.columns) if _is_dated(column.cells)]
 
 
-def _alone(table: Table, wanted: str | int | None, time: str | int | None) -> Side:
-    """Return the channel of a table that has one."""
-    times = _times(table, time, set())
+def _is_dated(cells: Cells) -> bool:
+    if isinstance(cells, np.ndarray):
+        return cells.dtype.kind in "mM"
+    return bool(len(cells)) and is_time(cells[0] or "") and is_time(cells[-1] or "")
+
+
+def _alone(
+    table: Table, wanted: str | int | None, time: str | int | None, other: frozenset[int] | set[int] = frozenset()
+) -> Side:
+    """Return the channel of a table that has one; it is none of the columns `other`."""
+    times = _times(table, time, set(other))
     if wanted is not None:
         value = table.column(wanted)
         return Side(table, value, [column for column in times if column != value], time is not None)
-    values = [column for column in range(table.width) if column not in times]
+    values = [column for column in range(table.width) if column not in times and column not in other]
     if len(values) != 1:
         raise ValueError(
             f"columns: got {len(values)} columns that can be the channel in {table.path.name}, allowed: one of "
@@ -95,8 +120,8 @@ def _alone(table: Table, wanted: str | int | None, time: str | int | None) -> Si
     return Side(table, values[0], times, time is not None)
 
 
-def _of_long(table: Table, wanted: Mapping[str, str | int]) -> tuple[Table, Table] | None:
-    """Return the rows of each channel of a table with a column of names; None if the names are columns."""
+def _id_column(table: Table, wanted: Mapping[str, str | int]) -> int | None:
+    """Return the column that holds the names of the channels, if they are no columns; else None."""
     names = [str(wanted[key]).strip() for key in ("hard", "soft")]
     try:
         for name in names:
@@ -105,8 +130,7 @@ def _of_long(table: Table, wanted: Mapping[str, str | int]) -> tuple[Table, Tabl
         found = id_columns(table, names)
         if len(found) != 1:
             raise
-        parts = spread(table, found[0])
-        return parts[names[0]], parts[names[1]]
+        return found[0]
     return None
 
 
@@ -116,7 +140,8 @@ def _guessed(table: Table) -> Mapping[str, str | int]:
         hard, soft = (named(table, [name]) for name in names)
         if len(hard) == len(soft) == 1 and not _others(table, {hard[0], soft[0]}):
             return {"hard": hard[0] + 1, "soft": soft[0] + 1}
-    for column in id_columns(table, []):
+    column = id_column(table)
+    if column is not None:
         known = {simple_name(name): name for name in spread(table, column)}
         for first, second in PAIRS:
             if set(known) == {first, second}:

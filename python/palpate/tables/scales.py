@@ -30,7 +30,7 @@ def units(hard: Side, soft: Side, values: tuple[Array, Array], asked: Asked) -> 
         told = [] if given[0] == given[1] else [f"the channels have different units: {given[0]} and {given[1]}"]
     elif known:
         named, bare = (hard, soft) if given[0] else (soft, hard)
-        told = [f"no unit in the header of {_name(bare)}: {known[0]}, as that of {_name(named)}"]
+        told = [f"no unit in the header of {bare.name}: {known[0]}, as that of {named.name}"]
     else:
         known, told = _by_size(hard, values)
     result = (given[0] or known[0], given[1] or known[0])
@@ -42,13 +42,9 @@ def _in_header(side: Side) -> str | None:
     unit = side.table.unit(side.value, PICOFARADS)
     if unit == "%":
         raise ValueError(
-            f"column: got {quoted(_name(side))}, which is in per cent, allowed: a capacitance; if it is one, give its unit"
+            f"column: got {quoted(side.table.name(side.value))}, which is in per cent, allowed: a capacitance; if it is one, give its unit"
         )
     return unit
-
-
-def _name(side: Side) -> str:
-    return side.table.name(side.value)
 
 
 def _size(values: Array) -> float:
@@ -67,7 +63,7 @@ def _by_size(hard: Side, values: tuple[Array, Array]) -> tuple[list[str], list[s
                 f"no unit in the header: {unit} assumed" + (", by the size of the values" if unit == "F" else "")
             ]
     raise ValueError(
-        f"unit: got none in the header, and values of about {size:.3g} in {_name(hard)}, allowed: one of "
+        f"unit: got none in the header, and values of about {size:.3g} in {hard.name}, allowed: one of "
         f"{', '.join(dict.fromkeys(PICOFARADS))} (--unit)"
     )
 
@@ -76,6 +72,6 @@ def _require_alike(hard: Side, soft: Side, values: tuple[Array, Array], found: t
     sizes = [_size(each) * PICOFARADS[unit] for each, unit in zip(values, found, strict=True)]
     if min(sizes) > 0 and max(sizes) / min(sizes) > _FAR:
         raise ValueError(
-            f"unit: got about {sizes[0]:.3g} pF in {_name(hard)} and {sizes[1]:.3g} pF in {_name(soft)}, allowed: channels "
+            f"unit: got about {sizes[0]:.3g} pF in {hard.name} and {sizes[1]:.3g} pF in {soft.name}, allowed: channels "
             "of similar size; if this is right, give their unit (--unit)"
         )

@@ -1,7 +1,7 @@
 """What a table means: the times and capacitances of two channels, and one line that says how it was understood."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from palpate.tables.asked import Asked
 from palpate.tables.doubts import clipped
 from palpate.tables.numbers import numbers
 from palpate.tables.pairs import joined
-from palpate.tables.roles import Side, sides
+from palpate.tables.roles import Side, said, sides
 from palpate.tables.scales import units
 from palpate.tables.table import Table
 from palpate.tables.times import Times, times
@@ -69,14 +69,14 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     stamps = _stamps(hard, soft, asked)
     by_row = hard.table is soft.table or asked.rate is not None or not any(each.said for each in stamps)
     arrays, apart = (_by_row if by_row else _by_time)(hard, soft, stamps, values)
-    said = [_said_times(stamps), f"hard = {_name(hard)}, {hard_unit}", f"soft = {_name(soft)}, {soft_unit}"]
-    said += [_pace(arrays[0]), f"{len(arrays[0])} rows"]
+    line = [_said_times(stamps), f"hard = {hard.name}, {hard_unit}", f"soft = {soft.name}, {soft_unit}"]
+    line += [_pace(arrays[0]), f"{len(arrays[0])} rows"]
     tables = [table] if soft_table is None else [table, soft_table]
     notes = [*_notes(arrays), *apart, *told, *(note for each in stamps for note in each.notes)]
     notes += [note for each in tables for note in each.notes]
     notes += [note for name, each in zip(("hard", "soft"), arrays[2:], strict=True) for note in clipped(name, each)]
     return Channels(
-        *arrays, "; ".join(filter(None, said)), tuple(dict.fromkeys(notes)), stamps[0].zero_utc_ns, _unused(hard, soft)
+        *arrays, "; ".join(filter(None, line)), tuple(dict.fromkeys(notes)), stamps[0].zero_utc_ns, _unused(hard, soft)
     )
 
 
@@ -86,14 +86,10 @@ def _unused(hard: Side, soft: Side) -> list[str]:
     return [hard.table.name(column) for column in range(hard.table.width) if same and column not in used]
 
 
-def _name(side: Side) -> str:
-    return side.table.name(side.value)
-
-
 def _stamps(hard: Side, soft: Side, asked: Asked) -> tuple[Times, Times]:
     first = _of_side(hard, asked)
     same = soft.table is hard.table and soft.times == hard.times
-    return first, first if same else _of_side(soft, asked)
+    return first, first if same else _of_side(soft, asked).since(first)
 
 
 def _of_side(side: Side, asked: Asked) -> Times:
@@ -105,15 +101,24 @@ def _of_side(side: Side, asked: Asked) -> Times:
     for column in side.times:
         try:
             one = times(side.table, column, asked.time_unit, asked.decimal)
+            _require_steps(one, said(side.table, column))
         except (ValueError, RecordingError) as error:
             wrong.append(error)
         else:
-            found.append(Times(one.seconds, f"{side.table.name(column)}, {one.said}", one.zero_utc_ns, one.notes))
+            found.append(replace(one, said=f"{said(side.table, column)}, {one.said}"))
     if found:
         return min(found, key=lambda each: int(np.count_nonzero(np.diff(each.seconds) == 0)))
     if wrong:
         raise wrong[0]
     return Times(np.full(len(side.table), math.nan), "")
+
+
+def _require_steps(found: Times, name: str) -> None:
+    steps = np.diff(found.seconds)
+    if len(steps) and not np.count_nonzero(steps > 0) > np.count_nonzero(steps < 0):
+        raise ValueError(
+            f"time: got a column of times, {name}, that does not rise, allowed: one that does, with time=COL"
+        )
 
 
 def _by_row(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Array]) -> tuple[_Arrays, list[str]]:
@@ -129,19 +134,8 @@ def _by_row(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Ar
 
 def _by_time(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Array]) -> tuple[_Arrays, list[str]]:
     """Return times and values of readings that are near each other, and notes."""
-    pairs = joined(stamps[0].seconds, values[0], stamps[1].seconds + _between(stamps), values[1])
-    notes = (
-        [f"{pairs.left_out} readings have none of the other channel near in time: left out"] if pairs.left_out else []
-    )
-    return (pairs.t_hard, pairs.t_soft, pairs.hard, pairs.soft), notes
-
-
-def _between(stamps: tuple[Times, Times]) -> float:
-    """Return what to add to the times of the soft channel so that both have one zero, s."""
-    zeros = [each.zero_utc_ns for each in stamps]
-    if zeros[0] is not None and zeros[1] is not None:
-        return (zeros[1] - zeros[0]) / 1e9
-    return 0.0
+    pairs = joined(stamps[0], values[0], stamps[1], values[1])
+    return (pairs.t_hard_s, pairs.t_soft_s, pairs.hard, pairs.soft), pairs.notes
 
 
 def _said_times(stamps: tuple[Times, Times]) -> str:
