@@ -22,7 +22,8 @@ def ways(paths: list[Path], jobs: int) -> dict[str, Callable[[], Found]]:
 
     def over_dask(scheduler: str) -> Found:
         tasks = [dask.delayed(palpate.touches)(path) for path in paths]
-        return list(dask.compute(*tasks, scheduler=scheduler, num_workers=jobs))
+        found: tuple[list[Touch], ...] = dask.compute(*tasks, scheduler=scheduler, num_workers=jobs)
+        return list(found)
 
     return {
         "one by one": lambda: [palpate.touches(path) for path in paths],

@@ -77,7 +77,7 @@ def test_a_name_with_brackets_is_a_name(week: Path) -> None:
 def test_a_pattern_without_a_recording_is_an_error(week: Path, name: str) -> None:
     result = run("replay", name, week)
     assert (result.exit_code, result.stdout) == (2, "")
-    assert f"got {name!r} without a recording, allowed: files that end in .csv, " in result.stderr
+    assert f"got {name!r} without a recording, allowed: a folder or pattern with tables" in result.stderr
 
 
 @pytest.mark.parametrize("jobs", ["1", "3"])

@@ -124,7 +124,7 @@ def test_settings_reach_the_estimator() -> None:
         with pytest.raises(ValueError, match=message):
             palpate.touches(whole, **wrong)
     with pytest.raises(TypeError, match="got an unexpected keyword 'colour', allowed: samples, seconds, full_scale"):
-        palpate.touches(whole, colour=1.0)  # type: ignore[call-arg]
+        palpate.touches(whole, colour=1.0)  # type: ignore[call-overload]
 
 
 def test_the_recording_of_the_project_is_what_its_script_makes() -> None:
