@@ -1,6 +1,7 @@
 """The simulated hands of the studies of several touches: one for each cause of the scatter from touch to touch."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -65,8 +66,8 @@ class Session:
 
     hand: Hand
     modulus: float  # of the eleventh object, MPa
-    touches: dict[str, list[palpate.Touch]]
-    paper: dict[str, list[palpate.Touch]]
+    touches: Mapping[str, list[palpate.Touch]]
+    paper: Mapping[str, list[palpate.Touch]]
 
 
 def recorded(hand: Hand, seed: int) -> Session:

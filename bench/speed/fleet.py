@@ -3,7 +3,7 @@
 import os
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import click
@@ -13,7 +13,7 @@ from palpate import Touch
 from palpate.calibration.specimen_files import write_session
 from palpate.simulation.hand import session
 
-Found = list[list[Touch]]
+Found = Sequence[Sequence[Touch]]
 REPEATS = 3
 
 

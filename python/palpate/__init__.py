@@ -129,6 +129,7 @@ _MODULES = {
     "elasticity",
     "figures",
     "fleet",
+    "notebook",
     "recording",
     "reference",
     "samples",

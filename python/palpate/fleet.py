@@ -7,10 +7,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, Unpack, overload
 
-from palpate._core import Touch, Tracker
+from palpate._core import Tracker
 from palpate.errors import SomeFailed
 from palpate.recording.foreign import recorded
-from palpate.touch import Blocks, Channels
+from palpate.touch import Blocks, Channels, Touches
 from palpate.touch import touches as of_recording
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def touches(  # type: ignore[overload-overlap]
     reading: Mapping[str, Any] | None = None,
     jobs: int = 1,
     **settings: Unpack["_AnySettings"],
-) -> list[Touch]: ...
+) -> Touches: ...
 @overload
 def touches(
     recording: Iterable[One],
@@ -39,7 +39,7 @@ def touches(
     reading: Mapping[str, Any] | None = None,
     jobs: int = 1,
     **settings: Unpack["_AnySettings"],
-) -> list[list[Touch]]: ...
+) -> list[Touches]: ...
 def touches(
     recording: One | Iterable[One],
     *,
@@ -47,7 +47,7 @@ def touches(
     reading: Mapping[str, Any] | None = None,
     jobs: int = 1,
     **settings: Unpack["_AnySettings"],
-) -> list[Touch] | list[list[Touch]]:
+) -> Touches | list[Touches]:
     """Return the touches of a recording, or of each of several, with their estimated ratios.
 
     Parameters
@@ -72,7 +72,7 @@ def touches(
 
     Returns
     -------
-    list of Touch, or list of such lists
+    Touches, or list of Touches
         The touches in order of time, with the results known at the end of the recording; empty if no change was above
         the noise. Of several recordings a list for each, in the order of the recordings.
 
@@ -110,7 +110,7 @@ def touches(
     return [result for result in results if not isinstance(result, Exception)]
 
 
-def _of_one(recording: Any, *, scene: "_Scene", reading: Mapping[str, Any], settings: "_AnySettings") -> list[Touch]:
+def _of_one(recording: Any, *, scene: "_Scene", reading: Mapping[str, Any], settings: "_AnySettings") -> Touches:
     if not isinstance(recording, str | os.PathLike):
         return of_recording(recording, scene=scene, **settings)
     try:

@@ -14,6 +14,48 @@ if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
 
 
+class Touches(list[Touch]):
+    """The touches of a recording, in order of time: a list that shows and draws itself.
+
+    Examples
+    --------
+    >>> Touches()
+    []
+    """
+
+    def __repr__(self) -> str:
+        """Return one line for each touch."""
+        from palpate.display import text
+
+        return text.touches(self)
+
+    def _repr_html_(self) -> str:
+        from palpate.display import cards
+
+        return cards.touches(self)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the ratio of each touch over its begin, with its standard error and flags.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Default: new axes of pyplot.
+
+        Returns
+        -------
+        matplotlib Axes
+
+        Raises
+        ------
+        MissingExtra
+            matplotlib is missing; type: pip install 'palpate[science]'.
+        """
+        from palpate.display import plots
+
+        return plots.touches(self, ax)
+
+
 class Channels(Protocol):
     """Interface of a recording in memory for `touches`."""
 
@@ -44,14 +86,14 @@ class Blocks(Protocol):
 
 def touches(
     recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
-) -> list[Touch]:
+) -> Touches:
     """Return the touches of one recording, as `palpate.touches` does for any number of them."""
     return tracked(recording, scene=scene, **settings)[0]
 
 
 def tracked(
     recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
-) -> tuple[list[Touch], int]:
+) -> tuple[Touches, int]:
     """Return the touches of a recording as `touches`, and how often the baseline was measured again.
 
     Examples
@@ -66,7 +108,7 @@ def tracked(
         pass
     tracker.finish()
     found = tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
-    return found, tracker.retaken
+    return Touches(found), tracker.retaken
 
 
 def tracker_of(recording: Channels | Blocks, scene: "_Scene", settings: "_AnySettings") -> Tracker:

@@ -141,14 +141,16 @@ def test_settings_and_repr_round_trip(scene: Any) -> None:
     assert tracker.settings["samples"] == 77
     assert palpate.Tracker(scene, **tracker.settings).settings == tracker.settings
     assert palpate.Tracker(scene, samples=None).settings["samples"] is None
-    assert repr(tracker).startswith(f"<Tracker('{scene}') ")
+    assert repr(palpate.Tracker(scene)).startswith(f"<Tracker('{scene}'): ")
+    assert repr(tracker).startswith(f"<Tracker('{scene}', samples=77")
+    assert repr(tracker).endswith(", 0 touches>")
 
 
 def test_touches_are_values() -> None:
     touches = palpate.touches(scenarios.run("four-specimens", 1))
     assert pickle.loads(pickle.dumps(touches)) == touches
     assert touches[0] != touches[1]
-    assert repr(touches[0]).startswith("Touch(start=")
+    assert repr(touches[0]).startswith("<Touch at ")
     assert touches[0].as_dict()["ratio"] == touches[0].ratio
 
 

@@ -27,14 +27,14 @@ def table(tmp_path: Path, *, columns: int = 3, header: int = 1, cell: int = 1) -
 def test_tables(tmp_path: Path) -> None:
     how = {"hard": "hard", "soft": "soft"}
     for at in ({"columns": 1000}, {"header": 1000}, {"cell": 1000}):
-        assert palpate.read(table(tmp_path, **at), columns=how).hard[:3].tolist() == [2.0] * 3
+        assert palpate.read(table(tmp_path, **at), columns=how, rate=38.4).hard[:3].tolist() == [2.0] * 3
     for beyond, said in (
         ({"columns": 1001}, "line 1: got 1,001 columns, allowed: 1,000"),
         ({"header": 1001}, "no row of numbers"),
         ({"cell": 100_000}, "line 2: got a line of 100,004 characters, allowed: 100,000"),
     ):
         with pytest.raises(RecordingError, match=said):
-            palpate.read(table(tmp_path, **beyond), columns=how)
+            palpate.read(table(tmp_path, **beyond), columns=how, rate=38.4)
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 @pytest.mark.parametrize(
     ("uri", "options", "message"),
     [
-        ("moon:", {}, "source: got moon:, allowed: i2c:, iio:, serial:, sim:, usb: or a path"),
+        ("moon:", {}, "source: got moon:, allowed: i2c:, iio:, lsl:, serial:, sim:, usb: or a path"),
         ("sim:moon", {}, "sim: got scenario 'moon', allowed: soft-steady"),
         ("sim:all?sed=1", {}, "sim: got option 'sed', allowed: capf, excitation, level, chop"),
         ("sim:all?seed=x", {}, "seed: got 'x', allowed: a whole number from 0 to"),
@@ -65,7 +65,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         (
             "run.csv",
             {"seed": 1},
-            "file: got option 'seed', allowed: columns, unit, time_unit, rate, decimal, soft, speed",
+            "file: got option 'seed', allowed: columns, unit, time_unit, rate, decimal, soft, part, speed",
         ),
     ],
 )
@@ -165,7 +165,7 @@ def test_a_scheme_of_another_package(monkeypatch: pytest.MonkeyPatch) -> None:
         return [point for point in points if name in (None, point.name)]
 
     monkeypatch.setattr("palpate.sources.uri.entry_points", found)
-    assert sources.schemes() == ["i2c", "iio", "ramp", "serial", "sim", "usb"]
+    assert sources.schemes() == ["i2c", "iio", "lsl", "ramp", "serial", "sim", "usb"]
     with palpate.Stream("ramp:5?colour=red") as stream:
         assert len(list(stream)) == 5
     assert stream.source.describe()["colour"] == "red"

@@ -37,7 +37,9 @@ def test_what_has_no_partner_is_left_out_and_counted() -> None:
     pairs = join(even, soft)
     assert pairs.soft.tolist() == soft.tolist()
     assert np.rint(pairs.hard / PERIOD).astype(int).tolist() == [*range(5, 7), *range(9, 60), *range(61, 100)]
-    assert pairs.notes == ["8 of 100 hard and 0 of 92 soft readings have no partner: left out"]
+    assert pairs.notes == [
+        "8 of 100 hard and 0 of 92 soft readings have none of the other channel near in time: left out"
+    ]
     assert join(even, even).notes == []
 
 
@@ -79,6 +81,7 @@ def test_jitter_that_goes_back_is_put_in_order() -> None:
             r"0 to 0\.208 s .* 60 to 60\.208 s",
         ),
         (Times(np.array([1.0]), "s"), Times(np.array([2.0]), "s"), "allowed: times that overlap"),
+        (Times(np.array([1.0, 2]), "s"), Times(np.empty(0), ""), "got 1 to 2 s .* and no times for the soft channel"),
         (
             Times(np.arange(9.0) * PERIOD, "dates", None, [], 1_763_726_400 * 10**9),
             Times(np.arange(9.0) * PERIOD, "dates", None, [], 1_763_730_000 * 10**9),

@@ -4,6 +4,7 @@ import logging
 import struct
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -134,10 +135,8 @@ def test_any_bytes_are_a_recording_or_refused(tmp_path_factory: pytest.TempPathF
         middle[data.draw(st.integers(0, len(middle) - 1))] = data.draw(st.integers(0, 255))
     path = tmp_path_factory.getbasetemp() / "any.xdf"
     path.write_bytes(b"XDF:" + middle)
-    try:
+    with suppress(RecordingError, ValueError):
         palpate.read(path)
-    except (RecordingError, ValueError) as error:
-        assert str(error)
 
 
 def test_nothing_is_printed_or_left_behind(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -19,8 +19,11 @@ _BLINK_S = 3.0
     "--blink", is_flag=False, flag_value="usb:", metavar="[usb:BUS/ADDRESS]",
     help="Let the red LED of this evaluation kit blink for 3 s; without a name, of each in turn.",
 )  # fmt: skip
+@click.option(
+    "--lsl", is_flag=True, help="List the streams of Lab Streaming Layer in the network, too; takes some seconds."
+)
 @json_option
-def devices(blink: str | None, as_json: bool) -> None:
+def devices(blink: str | None, lsl: bool, as_json: bool) -> None:
     """List the connected devices.
 
     Prints the names for `palpate record`. No device is opened, except with --blink. Exit code 3: no device found, or it
@@ -32,11 +35,15 @@ def devices(blink: str | None, as_json: bool) -> None:
       palpate devices --blink
     """  # noqa: D301
     from palpate.sources.devices import devices as look
+    from palpate.sources.devices import streams
 
     if blink is not None:
         _blink(blink)
         return
     found, notes = look()
+    if lsl:
+        more, why = streams()
+        found, notes = [*found, *more], [*notes, *why]
     if as_json:
         click.echo(json.dumps({"devices": [device._asdict() for device in found], "notes": notes}, indent=2))
     else:

@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 import webbrowser
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ import click
 from palpate import PalpateError
 from palpate.cli.exit import BAD_DATA, INTERRUPTED, one_line
 from palpate.cli.library_logs import library_logs
+from palpate.cli.lsl import lsl_option
 from palpate.cli.moduli import tell_origin
 from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
 from palpate.cli.source import SourceType
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from palpate.ad7746.evalkit.find import Board
     from palpate.calibration import Calibration
     from palpate.live.session import Session
-    from palpate.sources import Source
 
 SIMULATED = "sim:four-specimens"
 _PORT = 8746
@@ -40,6 +40,7 @@ _PORT = 8746
 @click.option("--scatter", default=TOUCH_SCATTER, show_default=True, type=click.FloatRange(0, 1),
               help="Relative scatter of the ratio from touch to touch, to tell whether touches agree; a calibration "
               "has its own.")  # fmt: skip
+@lsl_option
 @board_options
 @recording_options
 @click.option(
@@ -57,6 +58,7 @@ def live(
     file: Path | None,
     calibration: Path | None,
     scatter: float,
+    lsl: str | None,
     firmware: Path | None,
     excitation: str | None,
     asked: dict[str, Any],
@@ -85,6 +87,7 @@ def live(
     """  # noqa: D301
     _require()
     from palpate.live.gatekeeper import new_token
+    from palpate.live.opening import opener
     from palpate.live.recordings import Recordings
     from palpate.live.serve import address_of, listen, serve
     from palpate.live.server import Server
@@ -97,10 +100,11 @@ def live(
     calibrated = _calibration(calibration, scene) if calibration else None
     try:
         session = Session(
-            _opener(source, opening(firmware, excitation) | asked),
+            opener(source, opening(firmware, excitation) | asked),
             Recordings(file),
             how,
             lambda message: say(one_line(message)),
+            lsl,
         )
         listening = listen(host, port)
         session.start()
@@ -151,18 +155,6 @@ def _arrivals(session: "Session") -> Iterator[None]:
         with suppress(OSError, PalpateError):  # no libusb, for example
             ending.callback(Hotplug(tell).close)
         yield
-
-
-def _opener(source: str, given_beside: dict[str, Any]) -> "Callable[[], Source]":
-    """Return a function that opens the source; simulations and files run in real time unless `speed` is given."""
-    from palpate import sources
-    from palpate.sources.options import split
-
-    scheme, _, given = split(source)
-    options: dict[str, Any] = dict(given_beside)
-    if "speed" not in given and (scheme in ("sim", "") or Path(source).exists()):
-        options["speed"] = 1
-    return lambda: sources.open(source, **options)
 
 
 def _calibration(path: Path, scene: str) -> "Calibration":

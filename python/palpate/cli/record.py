@@ -5,7 +5,7 @@ import signal
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from threading import Timer
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ import click
 from palpate import PalpateError, digits
 from palpate.cli import touches as cli_touches
 from palpate.cli.exit import INTERRUPTED, NOT_RELIABLE
+from palpate.cli.lsl import lsl_option
 from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
 from palpate.cli.source import SourceType
 from palpate.cli.terminal import say, signals
@@ -22,6 +23,7 @@ from palpate.cli.terminal import say, signals
 if TYPE_CHECKING:
     from palpate import Touch
     from palpate._core import _Scene
+    from palpate.lsl import Outlets
     from palpate.stream import Stream
     from palpate.stream.estimate import Batch
 
@@ -37,6 +39,7 @@ _REVISED_S = 5.0  # longest wait for the revised result of the last touch
 @click.option("--touches", type=click.IntRange(min=1), help="Stop after this number of touches, the last one revised.")
 @click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after this time, s.")
 @click.option("--note", "notes", multiple=True, metavar="TEXT", help="A note for the sidecar; may be repeated.")
+@lsl_option
 @board_options
 @click.option("--recentre", is_flag=True, help="If a channel leaves the range of the converter for 2 s without a touch, "
               "set the range again.")  # fmt: skip
@@ -48,6 +51,7 @@ def record(
     touches: int | None,
     seconds: float | None,
     notes: tuple[str, ...],
+    lsl: str | None,
     firmware: Path | None,
     excitation: str | None,
     recentre: bool,
@@ -70,6 +74,7 @@ def record(
     Example:
       palpate record usb: -o bench.csv --touches 4 --note "specimen 70 OO"
       palpate record "sim:four-specimens?seed=1" -o run.csv --touches 4
+      palpate record usb: -o bench.csv --lsl
     """  # noqa: D301
     from palpate import sources
     from palpate.stream import Stream
@@ -78,9 +83,10 @@ def record(
     try:
         opened = sources.open(source, **opening(firmware, excitation), **asked)
         stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=say, **how)
+        outlets = _outlets(stream, lsl, notes) if lsl else None
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
-    session = _Session(stream, touches, seconds, recentre=recentre, quiet=as_json)
+    session = _Session(stream, touches, seconds, outlets=outlets, recentre=recentre, quiet=as_json)
     failure: PalpateError | None = None
     with _interruptible(stream) as came:
         try:
@@ -99,13 +105,31 @@ def record(
         sys.exit(NOT_RELIABLE)
 
 
+def _outlets(stream: "Stream", name: str, notes: tuple[str, ...]) -> "Outlets":
+    """Return the outlets of --lsl."""
+    from palpate.lsl import Outlets
+
+    outlets = Outlets(stream, name)
+    for note in notes:
+        outlets.mark("note", note)
+    return outlets
+
+
 class _Session:
     """One measurement: prints the touches, stops after --touches or --seconds."""
 
     def __init__(
-        self, stream: "Stream", touches: int | None, seconds: float | None, *, recentre: bool, quiet: bool
+        self,
+        stream: "Stream",
+        touches: int | None,
+        seconds: float | None,
+        *,
+        outlets: "Outlets | None",
+        recentre: bool,
+        quiet: bool,
     ) -> None:
         self._stream = stream
+        self._outlets = outlets
         self._touches = touches
         self._seconds = seconds
         self._recentre = recentre
@@ -121,8 +145,10 @@ class _Session:
 
     def run(self) -> None:
         """Measure until the stop condition or the end of the source."""
-        with self._stream, _by_the_clock(self._stream, self._seconds):
+        with self._outlets or nullcontext(), self._stream, _by_the_clock(self._stream, self._seconds):
             for batch in self._stream.batches():
+                if self._outlets:
+                    self._outlets.send(batch)
                 self._count(batch)
                 self._print_new(cut=not len(batch.samples))  # without samples: what the end of the stream ended
                 for number, touch in batch.revised:

@@ -7,7 +7,7 @@ import click
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
 
-_SCHEMES = ("usb:", "sim:", "i2c:", "iio:", "serial:")
+_SCHEMES = ("usb:", "sim:", "i2c:", "iio:", "serial:", "lsl:")
 
 
 class SourceType(click.types.StringParamType):

@@ -11,6 +11,7 @@ from palpate.errors import PalpateError, RecordingError
 from palpate.live.feed import Rows, rows_of
 from palpate.live.protocol import Command, Refused
 from palpate.live.recordings import Recordings
+from palpate.lsl import Outlets
 from palpate.recording.recorder import Recorder
 from palpate.sources import Source
 from palpate.stream import Stream
@@ -42,6 +43,8 @@ class Session:
         Scene and settings of `Stream`.
     tell : callable, optional
         Called with each message and each error when it comes, and with a line for each recording that is closed.
+    lsl : str, optional
+        Name of the streams of Lab Streaming Layer that the measurements are sent to.
 
     Attributes
     ----------
@@ -67,6 +70,7 @@ class Session:
         recordings: Recordings,
         how: dict[str, Any],
         tell: Callable[[str], object] = lambda _: None,
+        lsl: str | None = None,
     ) -> None:
         self.recordings = recordings
         self.number: int = 0
@@ -81,6 +85,8 @@ class Session:
         self._unread: list[Rows] = []
         self._tare, self._forced = Event(), Event()
         self._last_s = 0.0
+        self._lsl = lsl
+        self._outlets: Outlets | None = None
 
     def start(self) -> None:
         """Start to measure and, if recording is allowed, to record.
@@ -93,6 +99,7 @@ class Session:
         record = self.recordings.next() if self.recordings.allowed else None
         try:
             stream = Stream(self._open(), record=record, notify=self._note, **self._how)
+            self._send_from(stream)
             stream.__enter__()
         except BaseException:
             if record:
@@ -113,6 +120,8 @@ class Session:
         with self._commands:
             self.stream.stop()
             self._thread.join()
+            if self._outlets:
+                self._outlets.close()
 
     def take(self) -> list[Rows]:
         """Return the rows measured since the last call."""
@@ -175,6 +184,8 @@ class Session:
         if not self.stream.recorder:
             raise Refused("mark: no recording is running; press Record first")
         self.stream.mark(text)
+        if self._outlets:
+            self._outlets.mark("mark", text)
         with self._batches:
             self.marks = [*self.marks, (self._last_s, text)][-200:]
         return f"Marked: {text}"
@@ -239,8 +250,17 @@ class Session:
             return error
         return None
 
+    def _send_from(self, stream: Stream) -> None:
+        """Send this measurement to Lab Streaming Layer, if that was asked for."""
+        if self._outlets:
+            self._outlets.follow(stream)
+        elif self._lsl is not None:
+            self._outlets = Outlets(stream, self._lsl)
+
     def _measure(self, stream: Stream) -> None:
         for batch in stream.batches():
+            if self._outlets:
+                self._outlets.send(batch)
             tared = self._tare.is_set()
             if tared:
                 self._measure_baseline(stream)
@@ -253,6 +273,8 @@ class Session:
         self._forced.clear()
         try:
             stream.tare(force=forced)
+            if self._outlets:
+                self._outlets.mark("tare")
         except RuntimeError as refusal:  # pressed after the command
             self._note(str(refusal))
 

@@ -5,10 +5,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from palpate.recording import sidecar
 from palpate.recording.binary_data import BinaryData
-from palpate.recording.foreign import Foreign, recorded
+from palpate.recording.foreign import AnyRecording, Foreign, recorded
 from palpate.recording.own_file import Recorded
-from palpate.recording.recording import Recording
+from palpate.recording.recording import Mark, Recording
 from palpate.samples import DTYPE, usable
 
 
@@ -63,7 +64,11 @@ def read(
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
     given = {"columns": columns, "unit": unit, "time_unit": time_unit, "rate": rate, "decimal": decimal}
-    source = recorded(path, **given, soft=soft, part=part)
+    return in_memory(recorded(path, **given, soft=soft, part=part))
+
+
+def in_memory(source: AnyRecording) -> Recording:
+    """Return the whole of a recording that was opened to be read in blocks."""
     return source.recording if isinstance(source, Foreign) else _whole(source)
 
 
@@ -80,4 +85,5 @@ def _whole(recorded: Recorded | BinaryData) -> Recording:
         doubts=recorded.doubts,
         gap_rows=tuple((last + 1).tolist()),
         zero_utc_ns=recorded.zero_utc_ns,
+        marks=tuple(Mark(*mark) for mark in sidecar.marks_of(recorded.document or {})),
     )

@@ -12,6 +12,8 @@ from palpate.sources.uri import loaded, package_of
 GROUP = "palpate.devices"
 """Group of entry points that search for devices of a scheme: functions () -> list of `Found`, which open no device."""
 
+_STREAMS_S = 1.0
+
 
 class Found(NamedTuple):
     """A device that was found: its name for `palpate.open`, and a description."""
@@ -49,6 +51,11 @@ def boards() -> tuple[list[Found], list[str]]:
     return _look_for(_boards, _iio)
 
 
+def streams() -> tuple[list[Found], list[str]]:
+    """Return the streams of numbers of Lab Streaming Layer, in the same form as `devices`; takes 1 s, and longer as long as others answer."""
+    return _look_for(_streams)
+
+
 def _look_for(*searches: Callable[[], list[Found]]) -> tuple[list[Found], list[str]]:
     found, notes = [], []
     for search in searches:
@@ -83,6 +90,14 @@ def _ports() -> list[Found]:
         raise MissingExtra("serial ports need pyserial: pip install 'palpate[serial]'") from error
     ports = [port for port in comports() if port.vid is not None]
     return [Found(f"serial:{port.device}", port.description or "serial port") for port in sorted(ports)]
+
+
+def _streams() -> list[Found]:
+    from palpate.sources.lsl.channels import NUMBERS
+    from palpate.sources.lsl.finding import search, shown, told
+
+    found = [info for info in search({}, _STREAMS_S) if info.channel_format() in NUMBERS]
+    return [Found(f"lsl:{shown(info.name())}", f"{told(info)}, {info.channel_count()} channels") for info in found]
 
 
 def _of_package(point: EntryPoint) -> list[Found]:

@@ -19,6 +19,7 @@ _OWN = {
     "i2c": ("palpate.sources.board", "open_i2c"),
     "iio": ("palpate.sources.iio", "open_iio"),
     "serial": ("palpate.sources.serial.opening", "open_serial"),
+    "lsl": ("palpate.sources.lsl.opening", "open_lsl"),
 }
 
 Factory = Callable[[str, Mapping[str, Any]], Source]
@@ -48,8 +49,8 @@ def open(uri: str, **options: Any) -> Source:
     uri : str
         `usb:` or `usb:BUS/ADDRESS`: the evaluation kit. `sim:SCENARIO`: the same driver with a simulated kit.
         `i2c:/dev/i2c-N`: the chip on a Linux I2C bus. `iio:` or `iio:PATH`: the chip with the driver of the Linux
-        kernel. `serial:PORT`: lines of text. A path: a recording, or a table of another logger. Options may follow
-        as `?NAME=VALUE&NAME=VALUE`.
+        kernel. `serial:PORT`: lines of text. `lsl:NAME`: a stream of Lab Streaming Layer. A path: a recording, or a
+        table of another logger. Options may follow as `?NAME=VALUE&NAME=VALUE`.
     **options
         Options as keywords. usb: capf (0 to 7), excitation (A, B, AB, or HARD,SOFT as B,A; default B), level (0 to 3),
         chop, differential (yes or no), hard_input, soft_input (1, 2), replug (s), firmware (path), backend. i2c: as
@@ -57,7 +58,9 @@ def open(uri: str, **options: Any) -> Source:
         (10 to 400), fault (KIND[:AMOUNT]@SECONDS, separated by commas), wiring (a mistake of the wiring; a wrong name
         lists all), idle (s at rest before the scenario). iio: hard_input, centre (yes or no). serial: columns (names
         of the cells of a line) or pattern (a regular expression with groups of these names), unit, decimal (comma,
-        point), code_pF, baud, reset (yes, no: leave DTR and RTS inactive), replug. A path: map (as hard=COL,soft=COL), unit, time_unit, rate, decimal, soft, as in
+        point), code_pF, baud, reset (yes, no: leave DTR and RTS inactive), replug. lsl: type, source_id, host (which
+        stream), hard, soft (labels or positions of the channels), unit, stamps (converter, host), wait (s until it
+        answers), replug. A path: map (as hard=COL,soft=COL), unit, time_unit, rate, decimal, soft, as in
         `palpate.read`, and speed.
 
     Returns

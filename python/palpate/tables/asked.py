@@ -11,6 +11,7 @@ from palpate.errors import listed, quoted
 from palpate.tables.units import PICOFARADS, SECONDS
 
 KEYS = ("hard", "soft", "time", "soft_time")
+_KEY = re.compile(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=")
 DECIMALS = {"point": ".", "comma": ","}
 
 
@@ -27,7 +28,7 @@ def parsed_map(text: str) -> dict[str, str]:
     >>> parsed_map("hard=C1 (pF),soft=3")
     {'hard': 'C1 (pF)', 'soft': '3'}
     """
-    parts = re.split(rf"(?:^|,)\s*({'|'.join(KEYS)})\s*=", text)
+    parts = _KEY.split(text)
     if parts[0].strip() or len(parts) < 3 or len(set(parts[1::2])) < len(parts[1::2]):
         raise ValueError(f"map: got {quoted(text)}, allowed: hard=COL,soft=COL[,time=COL], each once")
     return {key: name.strip() for key, name in zip(parts[1::2], parts[2::2], strict=True)}

@@ -2,9 +2,10 @@
 
 import re
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 
-from palpate.errors import RecordingError
+from palpate.errors import RecordingError, quoted
 from palpate.tables.package import Tags
 from palpate.tables.text import MOST_COLUMNS
 
@@ -15,28 +16,15 @@ MOST_CELLS = 50_000_000
 LONGEST_TEXT = 32_767
 """Characters of a cell, at most, as in Excel."""
 
-_REFERENCE = re.compile(r"([A-Z]{1,3})[0-9]{1,7}$")
 _LETTERS = 26
 _TEXTS = frozenset({"v", "f", "t"})
 
 
-class Text:
-    """A text that arrives in parts."""
-
-    def __init__(self) -> None:
-        self._parts: list[str] = []
-        self._length = 0
-
-    def add(self, part: str) -> None:
-        """Add a part; ValueError if it is too long for a cell."""
-        self._length += len(part)
-        if self._length > LONGEST_TEXT:
-            raise ValueError(f"a text of more than {LONGEST_TEXT:,} characters")
-        self._parts.append(part)
-
-    def __str__(self) -> str:
-        """Return the whole text."""
-        return "".join(self._parts)
+def longer(text: str, part: str) -> str:
+    """Return a text with the part after it; ValueError if it is too long for a cell."""
+    if len(text) + len(part) > LONGEST_TEXT:
+        raise ValueError(f"a text of more than {LONGEST_TEXT:,} characters")
+    return text + part
 
 
 class Cells:
@@ -57,7 +45,7 @@ class Cells:
         self._column = -1
         self._cells: list[str] = []
         self._given: dict[str, str] = {}
-        self._parts: dict[str, Text] = {}
+        self._parts: dict[str, str] = {}
 
     def taken(self) -> list[tuple[int, list[str]]]:
         """Return the rows that are complete since the last call: those that are not empty."""
@@ -76,12 +64,12 @@ class Cells:
                 reason = f"more than {MOST_ROWS:,} rows or {MOST_CELLS:,} cells in a sheet"
                 raise RecordingError(self._path, reason, self._row)
         elif tag in _TEXTS:
-            self._parts.setdefault(tag, Text())
+            self._parts.setdefault(tag, "")
 
     def add(self, tags: Tags, text: str) -> None:
         """Take text; signs for the pronunciation are left out."""
         if tags[-1] in _TEXTS and "rPh" not in tags:
-            self._parts[tags[-1]].add(text)
+            self._parts[tags[-1]] = longer(self._parts[tags[-1]], text)
 
     def end(self, tags: Tags) -> None:
         """Take the end of a tag."""
@@ -91,24 +79,33 @@ class Cells:
             self._rows.append((self._row, self._cells))
 
     def _place(self) -> None:
-        reference = _REFERENCE.match(self._given.get("r", ""))
-        self._column = _number(reference[1]) if reference else self._column + 1
-        kind, style = self._given.get("t", "n"), int(self._given.get("s", 0))
-        formula = self._parts.get("f")
-        value = str(self._parts.get("t" if kind == "inlineStr" else "v", ""))
-        if not (text := self._text(kind, style, value, None if formula is None else str(formula))):
+        given, parts = self._given, self._parts
+        reference = given.get("r")
+        self._column = column_of(reference.rstrip("0123456789")) if reference else self._column + 1
+        kind, style = given.get("t", "n"), int(given.get("s", 0))
+        text = self._text(kind, style, parts.get("t" if kind == "inlineStr" else "v", ""), parts.get("f"))
+        if not text:
             return
         if self._column >= MOST_COLUMNS:
             reason = f"got a value in column {self._column + 1:,}, allowed: {MOST_COLUMNS:,} columns"
             raise RecordingError(self._path, reason, self._row)
-        new = self._column + 1 - len(self._cells)
-        self._cells += [""] * new
-        self._size += max(new, 0)
+        if (new := self._column + 1 - len(self._cells)) > 0:
+            self._cells += [""] * new
+            self._size += new
         self._cells[self._column] = text
 
 
-def _number(letters: str) -> int:
-    """Return the number of a column from 0; A is 0."""
+@lru_cache(maxsize=MOST_COLUMNS)
+def column_of(letters: str) -> int:
+    """Return the number of a column, from 0.
+
+    Examples
+    --------
+    >>> column_of("A"), column_of("XFD")
+    (0, 16383)
+    """
+    if not re.fullmatch("[A-Z]{1,3}", letters):
+        raise ValueError(f"got {quoted(letters)} as a column, allowed: A to XFD")
     number = 0
     for letter in letters:
         number = number * _LETTERS + ord(letter) - ord("A") + 1

@@ -1,17 +1,14 @@
 """What the cells of a row are: numbers, times, text, or nothing."""
 
-import re
 from collections.abc import Sequence
 from functools import lru_cache
 
+from palpate.tables.clock_layout import is_time
 from palpate.tables.decimals import written
 from palpate.tables.numbers import NO_VALUE, UNITS
 from palpate.tables.units import unit_in
 
 NUMBER, TIME, NONE, TEXT = "number", "time", "none", "text"
-_TIME = re.compile(
-    r"[0-9]{1,4}+(?::[0-9]{2}(?:[.,][0-9]++)?+|[-/.:][0-9]{1,2}+[-/.:][-0-9:./,+T ]*+)(?:Z|[AaPp]\.?+[Mm]\.?+)?+"
-)
 
 
 @lru_cache(maxsize=1024)
@@ -28,7 +25,7 @@ def kind(cell: str) -> str:
     number = written(cell)
     if number and (not number.unit or number.unit == "%" or unit_in(number.unit, UNITS)):
         return NUMBER
-    return TIME if _TIME.fullmatch(cell) else TEXT
+    return TIME if is_time(cell) else TEXT
 
 
 def signature(cells: Sequence[str]) -> tuple[bool, ...]:

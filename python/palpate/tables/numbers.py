@@ -23,6 +23,7 @@ OVERLOAD = 1e30
 """Numbers of this magnitude mean "no value": SCPI instruments send 9.9E+37."""
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
+_OVERLOAD = re.compile(r"[+-]?+9[.,]9[0-9]*+[eE]\+?+3[0-9]")
 _FLAGS = "*!<>~?#≈≤≥ "
 UNITS = PICOFARADS | SECONDS
 """The units that a cell may have after its number."""
@@ -60,7 +61,7 @@ def numbers(table: Table, column: int, decimal: str | None = None) -> Array:
     texts: list[str] = list(cells)  # type: ignore[arg-type]
     values = _clean(table, column, texts, decimal)
     if values is None:
-        filled = ["nan" if cell.upper() in NO_VALUE else cell for cell in texts]
+        filled = ["nan" if cell.upper() in NO_VALUE or _OVERLOAD.fullmatch(cell) else cell for cell in texts]
         values = _clean(table, column, filled, decimal)
     if values is None:
         values = _each(table, column, filled, decimal)

@@ -105,7 +105,7 @@ class Package:
         def start(tag: str, given: dict[str, str]) -> None:
             if len(tags) == MOST_LEVELS:
                 raise ValueError(f"more than {MOST_LEVELS} tags in others")
-            tags.append(tag.rpartition(":")[2])
+            tags.append(tag.rpartition(":")[2] if ":" in tag else tag)
             begin(tags, given)
 
         def stop(_tag: str) -> None:

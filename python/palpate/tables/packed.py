@@ -32,16 +32,16 @@ def opened(path: Path) -> BinaryIO:
     return cast(BinaryIO, io.BufferedReader(_Unpacked(file))) if begin == GZIP else file
 
 
-def contents(path: Path, most: int = LARGEST) -> bytes:
+def contents(path: Path) -> bytes:
     """Return what is in a file, or what comes from standard input.
 
     Raises
     ------
     OSError
-        As `opened`; or it is larger than `most` bytes.
+        As `opened`; or it is larger than `LARGEST`.
     """
     with opened(path) as file:
-        return _limited(file, most)
+        return _limited(file)
 
 
 def is_packed(path: Path) -> bool:
@@ -63,15 +63,15 @@ def unpacked_name(path: Path) -> str:
     return path.stem if path.suffix.lower() == ".gz" else path.name
 
 
-def _limited(file: BinaryIO, most: int) -> bytes:
-    data = file.read(most + 1)
-    if len(data) > most:
-        raise _too_large(most)
+def _limited(file: BinaryIO) -> bytes:
+    data = file.read(LARGEST + 1)
+    if len(data) > LARGEST:
+        raise _too_large()
     return data
 
 
-def _too_large(most: int) -> OSError:
-    return OSError(errno.EFBIG, f"larger than {most:,} bytes, the most that such a file may have")
+def _too_large() -> OSError:
+    return OSError(errno.EFBIG, f"larger than {LARGEST:,} bytes, the most that such a file may have")
 
 
 def _standard_input() -> bytes:
@@ -85,7 +85,7 @@ def _standard_input() -> bytes:
 @lru_cache(maxsize=1)
 def _read_once(stream: Any) -> bytes:
     """Return all bytes of a stream. It can be read only once, and a recording is read more than once."""
-    return _limited(stream.buffer, LARGEST)
+    return _limited(stream.buffer)
 
 
 class _Unpacked(io.RawIOBase):
@@ -104,7 +104,7 @@ class _Unpacked(io.RawIOBase):
             raise OSError(errno.EIO, f"damaged, or not complete ({error}): make the .gz file again") from error
         self._left -= count
         if self._left < 0:
-            raise _too_large(LARGEST)
+            raise _too_large()
         return count
 
     def close(self) -> None:

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from itertools import accumulate, islice, pairwise
+from itertools import accumulate, islice
 from pathlib import Path
 
 from palpate.errors import RecordingError, quoted
@@ -62,12 +62,22 @@ def table_of(
     _check_last(path, header, pattern)
     left = LeftOut(path, [cells for _, cells in header], pattern)
     body = left.comments(filled[start:])
+    body = left.summaries(body)
     is_torn = len(body) > 1 and body[-1][0] == torn
-    body = left.summaries(body[:-1] if is_torn else body)
+    body = body[:-1] if is_torn else body
     width = _width(path, body, pattern, header)
-    notes = [*_header_notes(header, pattern), *left.notes(), *([TORN] if is_torn else [])]
-    names = [split_name(line, width) or cells if len(cells) != width else cells for line, cells in header]
-    return _table(path, names, body, width, pattern, notes)
+    notes = [*_header_notes(header, filled[:start], pattern), *left.notes(), *([TORN] if is_torn else [])]
+    split = [split_name(line, width) or cells if len(cells) != width else cells for line, cells in header]
+    columns = joined_units([*islice(by_column([cells for _, cells in body], None), width)], pattern)
+    names = _names([cells for cells in split if not fits(cells, pattern)], width)
+    return Table(
+        path,
+        [column_of(*column, notes) for column in zip(names, columns, strict=True)],
+        [line for line, _ in body],
+        split,
+        notes,
+        _header_fits(split, width, body[0][1]),
+    )
 
 
 def _pattern(rows: Sequence[list[str]]) -> tuple[bool, ...]:
@@ -81,7 +91,7 @@ def _first(rows: Rows, pattern: tuple[bool, ...]) -> int | None:
     """Return the index of the first sample: the first row of numbers that no text follows, if there is one."""
     head = [cells for _, cells in rows[: MOST_HEADER_ROWS + _SURE]]
     data = [bool(pattern) and fits(cells, pattern) for cells in head]
-    text = [not has_value(cells) and not is_ending(cells) for cells in head]
+    text = [not has_value(cells) and not is_ending(cells) and cells not in head[:i] for i, cells in enumerate(head)]
     found = [i for i in range(len(head[: MOST_HEADER_ROWS + 1])) if data[i]]
     return next((i for i in found if not any(text[i + 1 : i + _SURE])), found[0] if found else None)
 
@@ -116,17 +126,22 @@ def _check_last(path: Path, header: Rows, pattern: Sequence[bool]) -> None:
     values = [column for column, value in enumerate(pattern) if value]
     wrong = [column for column in values if kind(cells[column]) == TEXT]
     if wrong and wrong[0] != values[0] and len(trimmed(header[-2][1])) >= len(pattern):
-        reason = f"{quoted(cells[wrong[0]])} in column {wrong[0] + 1} is neither a number nor an overload mark"
-        raise RecordingError(path, reason, line)
+        place = f"column {wrong[0] + 1} ({header[-2][1][wrong[0]]})"
+        raise RecordingError(
+            path, f"{quoted(cells[wrong[0]])} in {place} is neither a number nor an overload mark", line
+        )
 
 
-def _header_notes(header: Rows, pattern: tuple[bool, ...]) -> list[str]:
-    above = sum(fits(cells, pattern) for _, cells in header)
-    notes = [f"{above} rows of numbers are above the column names: treated as part of the header"] if above else []
-    for (_, names), (line, cells) in pairwise(header):
-        below_names = not has_value(names) and len(trimmed(names)) >= len(pattern)
-        if below_names and has_value(cells) and not fits(cells, pattern):
-            notes.append(f"line {line} has numbers ({quoted(', '.join(cells))}): treated as part of the header")
+def _header_notes(header: Rows, above: Rows, pattern: tuple[bool, ...]) -> list[str]:
+    """Return notes on rows above the first sample that may be samples."""
+    numeric = sum(fits(cells, pattern) for _, cells in header)
+    notes = [f"{numeric} rows of numbers are above the column names: treated as part of the header"] if numeric else []
+    full = [line for line, cells in header if not has_value(cells) and len(trimmed(cells)) >= len(pattern)]
+    for line, cells in above if full else []:
+        bare = uncommented(cells, len(pattern)) if is_comment(cells) else cells
+        if line > full[-1] and any(map(str.isdecimal, "".join(bare))) and (bare == cells or fits(bare, pattern)):
+            kind_of_row = "part of the header" if bare == cells else "a comment"
+            notes.append(f"line {line} has numbers ({quoted(', '.join(cells))}): treated as {kind_of_row}")
     return notes
 
 
@@ -153,24 +168,21 @@ def _check_lengths(path: Path, rows: Rows, least: int, most: int) -> None:
             raise RecordingError(path, f"got {length} cells, allowed: {allowed}, as in the other rows", line)
 
 
-def _table(
-    path: Path, header: list[list[str]], rows: Rows, width: int, pattern: Sequence[bool], notes: list[str]
-) -> Table:
-    joined = joined_units([*islice(by_column([cells for _, cells in rows], None), width)], pattern)
-    columns = [column_of(names, cells, notes) for names, cells in zip(_names(header, width), joined, strict=True)]
+def _header_fits(header: list[list[str]], width: int, first: list[str]) -> bool:
+    """Return whether the lowest row of names has as many cells as the rows, but for blank ones."""
     lowest = next((trimmed(row) for row in reversed(header) if sum(map(bool, row)) > 1), header[-1] if header else [])
-    fits_rows = not header or len(lowest) == width or not any(lowest[width:] + rows[0][1][len(lowest) :])
-    return Table(path, columns, [line for line, _ in rows], header, notes, fits_rows)
+    return not header or len(lowest) == width or not any(lowest[width:] + first[len(lowest) :])
 
 
 def _names(header: list[list[str]], width: int) -> list[tuple[str, ...]]:
     """Return all names of each column; a blank cell of an upper header row belongs to the name on its left.
 
-    An upper row with one cell is a title, and names no column.
+    Upper rows with fewer cells are no part of the name of a column that is joined of several rows; one with one cell is
+    a title, and names no column.
     """
     header = [row for row in header[:-1] if sum(map(bool, row)) > 1] + header[-1:]
     filled = [[*row, *[""] * (width - len(row))] for row in header]
-    spanning = [list(accumulate(row, _filled)) for row in filled[:-1]]
+    spanning = [list(accumulate(row, _filled)) for row in header[:-1] if len(row) >= width]
     found = []
     for column in range(width):
         cells = [row[column] for row in filled]

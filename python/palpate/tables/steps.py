@@ -10,6 +10,7 @@ Floats = NDArray[np.float64]
 
 _WINDOW = 256  # rows; longer than the bursts of a USB or serial port, shorter than a file
 _FEWEST = 8  # rows of which anything can be said
+_LEAST = 1e-30  # of any unit; smaller steps are none
 _NEAR = 1e-3  # of a coarse unit, by rounding
 _PAUSE_ROWS = 100  # where a counter begins again, no more rows than these are lost
 
@@ -26,14 +27,14 @@ def typical_step(times: Floats) -> float:
     """
     window = max(2, min(_WINDOW, (len(times) - 1) // 4)) if len(times) > 2 else 1
     spans = times[window:] - times[:-window]
-    later = spans[spans > 0]
+    later = spans[spans > _LEAST]
     return float(np.median(later)) / window if len(later) else 0.0
 
 
 def median_step(times: Floats) -> float:
     """Return the median of the steps above 0; 0 if there is none."""
     steps = np.diff(times)
-    later = steps[steps > 0]
+    later = steps[steps > _LEAST]
     return float(np.median(later)) if len(later) else 0.0
 
 
@@ -62,7 +63,7 @@ def coarse(times: Floats) -> Coarse | None:
     Coarse(unit=1.0, rows=10.0)
     """
     steps = np.diff(times)
-    later = steps[steps > 0]
+    later = steps[steps > _LEAST]
     if len(times) < _FEWEST or 2 * len(later) >= len(steps):
         return None
     if not len(later):
@@ -71,7 +72,7 @@ def coarse(times: Floats) -> Coarse | None:
     multiples = later / unit
     if (np.abs(multiples - np.rint(multiples)) > _NEAR * multiples).any() or unit < 2 * typical_step(times):
         return None
-    runs = np.diff(np.flatnonzero(steps > 0))  # rows of a stamp, without the first and the last one
+    runs = np.diff(np.flatnonzero(steps > _LEAST))  # rows of a stamp, without the first and the last one
     return Coarse(unit, float(runs.mean()) if len(runs) else None)
 
 
@@ -92,11 +93,12 @@ def continued(times: Floats, turns: Mapping[float, float]) -> tuple[Floats, floa
 
     Examples
     --------
-    >>> continued(np.array([86398.0, 86399, 0, 1]), {86400: 0})
-    (array([86398., 86399., 86400., 86401.]), 86400, [2])
+    >>> times, turn, rows = continued(np.array([86398.0, 86399, 0, 1]), {86400: 0})
+    >>> times.tolist(), turn, rows
+    ([86398.0, 86399.0, 86400.0, 86401.0], 86400, [2])
     """
     steps = np.diff(times)
-    pause = typical_step(times) * _PAUSE_ROWS
+    pause = max(typical_step(times), median_step(times)) * _PAUSE_ROWS
     for turn, longest in turns.items():
         back = np.flatnonzero(steps < -turn / 2)
         over = steps[back] + turn

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 from palpate.errors import RecordingError
+from palpate.tables.comma_twice import check_marks, has_decimal_commas
 from palpate.tables.encoding import decoded
 from palpate.tables.kinds import NUMBER, TEXT, kind
 from palpate.tables.rows import Rows, table_of
@@ -16,6 +17,7 @@ LONGEST = 100_000
 
 _DELIMITERS = "\t;|,"
 _SAMPLE = 64  # lines used to find the delimiter
+_MOST_IN_CELL = 5  # lines of a cell in quotes
 _COLUMN_GAP = re.compile(r"\t|  +")
 _BRACKET = re.compile(r" (?=[(\[])")
 
@@ -28,19 +30,37 @@ def parse(path: Path, raw: bytes) -> Table:
     RecordingError
         Not text, no row of numbers, a row that does not belong to the others, or too many columns or header rows.
     """
-    lines = decoded(path, raw).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    text = decoded(path, raw).replace("\r\n", "\n").replace("\r", "\n")
+    lines = _closed(text.split("\n")) if '"' in text else text.split("\n")
     torn = len(lines) if lines[-1] else None
     named = _named_delimiter(lines[0])
     if named:
         lines[0] = ""
-    delimiter = named or _delimiter([line for line in lines if line.strip()])
+    filled = [line for line in lines if line.strip()]
+    delimiter = named or _delimiter(filled)
+    if delimiter == "," and filled and has_decimal_commas(filled[0], filled[len(filled) // 2 :][:_SAMPLE]):
+        delimiter = "\t"
     rows = _rows(path, lines, delimiter)
 
     def split_name(line: int, width: int) -> list[str] | None:
         other = delimiter is None or delimiter not in lines[line - 1]
         return _header_cells(lines[line - 1], width) if other else None
 
-    return table_of(path, rows, torn=torn, split_name=split_name)
+    table = table_of(path, rows, torn=torn, split_name=split_name)
+    if delimiter == "," and not table.header_fits:
+        check_marks(table)
+    return table
+
+
+def _closed(lines: list[str]) -> list[str]:
+    """Return lines; a cell in quotes that goes on in the next ones is in the first of them, and they are blank."""
+    found = list(lines)
+    for at, line in enumerate(lines):
+        if found[at] and line.count('"') % 2:
+            following = range(at + 1, min(at + _MOST_IN_CELL, len(lines)))
+            end = next((other for other in following if lines[other].count('"') % 2), at)
+            found[at : end + 1] = [" ".join(lines[at : end + 1]), *[""] * (end - at)]
+    return found
 
 
 def _rows(path: Path, lines: list[str], delimiter: str | None) -> Rows:
@@ -67,7 +87,7 @@ def _named_delimiter(line: str) -> str | None:
 
 def _delimiter(lines: list[str]) -> str | None:
     """Return the delimiter with which the cells of most lines are understood; None for blanks."""
-    body = lines[len(lines) // 2 :][:_SAMPLE]
+    body = lines if len(lines) <= _SAMPLE else lines[len(lines) // 2 :][:_SAMPLE]
 
     def understood(candidate: str | None) -> float:
         try:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from palpate.errors import RecordingError, quoted
 from palpate.tables.clock import DAY_NS, clock
 from palpate.tables.kinds import NUMBER, kind
-from palpate.tables.numbers import numbers
+from palpate.tables.numbers import OVERLOAD, numbers
 from palpate.tables.steps import Coarse, coarse, continued
 from palpate.tables.table import Table
 from palpate.tables.time_units import time_unit
@@ -70,6 +70,8 @@ class Times:
     @property
     def described(self) -> str:
         """What they are, with their range, for messages."""
+        if not len(self.seconds):
+            return "no times"
         if self.date_ns is None:
             return f"{self.seconds[0]:.6g} to {self.seconds[-1]:.6g} s ({self.said})"
         begin, end = (
@@ -84,7 +86,6 @@ def times(table: Table, column: int, unit: str | None = None, decimal: str | Non
     Parameters
     ----------
     table : Table
-        With at least one row.
     column : int
         From 0.
     unit : str, optional
@@ -99,6 +100,8 @@ def times(table: Table, column: int, unit: str | None = None, decimal: str | Non
     ValueError
         The cells leave the unit open, or are too coarse; the message has what fits, and the option that settles it.
     """
+    if not len(table):
+        return Times(np.empty(0), "")
     cells: Any = table.columns[column].cells
     if isinstance(cells, np.ndarray) and cells.dtype.kind in "mM":
         found = _of_spans(table, column, cells)
@@ -143,7 +146,7 @@ def _of_numbers(table: Table, column: int, unit: str | None, decimal: str | None
     """Return the times of a column of numbers."""
     cells: Any = table.columns[column].cells
     values = cells if isinstance(cells, np.ndarray) and cells.dtype.kind in "iu" else numbers(table, column, decimal)
-    _refuse(table, column, ~np.isfinite(values), "no time")
+    _refuse(table, column, ~(np.abs(values.astype(float)) < OVERLOAD), "no time")
     kind = time_unit(table, column, values.astype(float), unit)
     if kind.epoch:
         first_ns = kind.date_ns(values[0])

@@ -4,11 +4,12 @@ It is read from one tag to the next, without a tree: memory is that of the cells
 take memory for the rectangle around all cells, which two cells make larger than any computer has, and round times to 1 ms.
 """
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
 from palpate.errors import RecordingError, listed, quoted
-from palpate.tables.cells import Cells, Text
+from palpate.tables.cells import Cells, longer
 from palpate.tables.package import Package, Part, Tags, damage
 from palpate.tables.serials import NUMBER, kind_of, text_of
 
@@ -97,23 +98,17 @@ class Workbook:
     def _read_strings(self, name: str) -> list[str]:
         """Return the texts to which cells refer by number; signs for the pronunciation are left out."""
         strings: list[str] = []
-        text = Text()
 
         def begin(tags: Tags, _given: dict[str, str]) -> None:
-            nonlocal text
             if tags[-1] == "si":
-                text = Text()
+                strings.append("")
 
         def add(tags: Tags, part: str) -> None:
             if tags[-1] == "t" and "rPh" not in tags:
-                text.add(part)
+                strings[-1] = longer(strings[-1], part)
 
-        def end(tags: Tags) -> None:
-            if tags[-1] == "si":
-                strings.append(str(text).strip())
-
-        self._package.parse(name, begin, end, add)
-        return strings
+        self._package.parse(name, begin, add=add)
+        return [text.strip() for text in strings]
 
     def _read_styles(self, name: str) -> list[str]:
         """Return what each cell style shows: a number, a date, ..."""
@@ -141,4 +136,11 @@ class Workbook:
         if not value:
             return "" if formula is None else f"={formula} (never calculated)"
         text = text_of(value, self._shown[style] if style < len(self._shown) else NUMBER, self._from_1904)
-        return Number(text) if text == value else text
+        return Number(text) if text == value and _is_number(value) else text
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text)) and "_" not in text
+    except ValueError:
+        return False

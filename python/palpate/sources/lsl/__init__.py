@@ -1,0 +1,1 @@
+"""A stream of Lab Streaming Layer as a source: `lsl:NAME`."""

@@ -1,0 +1,281 @@
+"""What palpate sends: descriptions, samples, estimates, marks; and what it refuses to send."""
+
+import json
+import math
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import islice, pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import palpate
+import pylsl
+import pytest
+from click.testing import CliRunner
+from lsl_sender import Listener, Sender
+from palpate import Gap, Sample, Stream
+from palpate.cli import main
+from palpate.lsl import Outlets
+from palpate.samples import block_of, feed
+from palpate.stream import Batch
+from recording_bench import Scripted
+from streaming import four
+
+MANY = 5000
+"""Marks: more than a connection takes at once."""
+
+
+@contextmanager
+def listening(name: str) -> Iterator[dict[str, Listener]]:
+    """Begin to listen to the three streams of a name; at the end take what came."""
+    found = {key: Listener(f"{name}{key}") for key in ("", "-estimates", "-marks")}
+    yield found
+    time.sleep(0.5)
+    for listener in found.values():
+        listener.take()
+
+
+def marks(listener: Listener) -> list[tuple[str, str]]:
+    return [(text.partition(" ")[0], text.partition(" ")[2]) for [text] in listener.rows]
+
+
+def test_descriptions(name: str) -> None:
+    stream = Stream("sim:stiff-steady?speed=1")
+    with Outlets(stream, name) as outlets, listening(name) as found:
+        assert outlets
+    stream.close()
+    infos = {key: listener.info for key, listener in found.items()}
+    assert [info.type() for info in infos.values()] == ["Capacitance", "Estimate", "Markers"]
+    assert [info.nominal_srate() for info in infos.values()] == [0.0] * 3
+    assert {info.channel_format() for info in infos.values()} == {pylsl.cf_double64, pylsl.cf_string}
+    assert {info.source_id() for info in infos.values()} == {
+        f"palpate {name}{key} {socket.gethostname()}" for key in infos
+    }
+    samples = infos[""]
+    assert samples.get_channel_labels() == ["hard_pF", "soft_pF", "soft_offset_s", "seq", "status", "gaps"]
+    assert samples.get_channel_units() == ["pF", "pF", "s", "none", "none", "none"]
+    assert samples.get_channel_types() == ["Capacitance", "Capacitance", "Time", "Misc", "Misc", "Misc"]
+    assert infos["-estimates"].get_channel_labels() == ["ratio", "standard_error", "contact", "touch", "alarm"]
+    device = stream.source.describe()
+    acquisition = samples.desc().child("acquisition")
+    for key in ("period_s", "full_scale_pF", "stamps"):
+        assert acquisition.child_value(key) == str(device[key])
+    assert acquisition.child_value("version") == palpate.__version__
+
+
+class Lab(Scripted):
+    """Four touches, with samples that are lost, without a value, saturated, and a gap between the second and the third."""
+
+    def __init__(self) -> None:
+        samples = [each for each in four() if isinstance(each, Sample)]
+        samples[40] = samples[40]._replace(hard=math.nan, hard_raw=-1, status=8)
+        samples[41] = samples[41]._replace(hard=math.nan, hard_raw=-1, soft=math.nan, soft_raw=-1, status=8)
+        super().__init__([*samples], live=True, full_scale_pF=4.0957, period_s=0.026)
+        self._zero = time.monotonic_ns()
+        self._middle = next(each.seq for each in samples if each.t_hard_ns > 19e9)
+
+    @property
+    def zero_ns(self) -> int:
+        return self._zero
+
+    @property
+    def gaps(self) -> list[Gap]:
+        return [Gap(self._middle, "unplugged for 1.5 s")]
+
+
+def sent_from(stream: Stream, outlets: Outlets) -> tuple[list[Any], list[Any]]:
+    """Send a whole measurement; return its samples, and the rows of its tracker."""
+    samples, rows = [], []
+    with stream:
+        for batch in stream.batches():
+            outlets.send(batch)
+            samples += batch.samples.tolist()
+            rows += batch.rows.tolist()
+    return samples, rows
+
+
+def test_each_sample_is_sent_once_with_its_stamp(name: str) -> None:
+    source = Lab()
+    stream = Stream(source, capacity=4096)
+    with Outlets(stream, name) as outlets, listening(name) as found:
+        outlets.mark("note", "specimen 70 OO")
+        sent, rows = sent_from(stream, outlets)
+    samples, estimates = found[""], found["-estimates"]
+    assert len(sent) == len(source.script)
+    # A double has 2**-30 s at a time of 10**7 s since the start of the computer.
+    assert samples.stamps == pytest.approx([(source.zero_ns + s[1]) / 1e9 for s in sent], abs=1e-9, rel=0)
+    expected = [[s[5], s[6], (s[2] - s[1]) / 1e9, s[0], s[7], s[0] >= source.gaps[0].seq] for s in sent]
+    np.testing.assert_array_equal(samples.rows, np.array(expected, float))
+    assert estimates.stamps == samples.stamps
+    touching = [row[4] > 0 for row in rows]
+    shown = [row[:2] if on else (math.nan, math.nan) for row, on in zip(rows, touching, strict=True)]
+    np.testing.assert_array_equal(
+        estimates.rows,
+        np.array([[*pair, row[3], row[4], row[2]] for pair, row in zip(shown, rows, strict=True)], float),
+    )
+
+
+def test_marks(name: str) -> None:
+    """Each at the sample that it belongs to; a touch with all digits, and again when it is revised."""
+    source = Lab()
+    stream = Stream(source, capacity=4096)
+    with Outlets(stream, name) as outlets, listening(name) as found:
+        outlets.mark("note", "specimen 70 OO")
+        sent, rows = sent_from(stream, outlets)
+        outlets.mark("tare")
+        nothing = block_of([])
+        outlets.send(Batch(nothing, feed(stream.tracker, nothing), [], 5, [(1, stream.touches[0])]))
+    stamp_s = [(source.zero_ns + s[1]) / 1e9 for s in sent]
+    told = list(zip(found["-marks"].stamps, marks(found["-marks"]), strict=True))
+    assert (stamp_s[0], ("note", "specimen 70 OO")) in told
+    assert told[-2] == (stamp_s[-1], ("tare", ""))
+    assert told[-1][0] == stamp_s[-1]
+    assert told.pop()[1][0] == "revised"
+    gap_at = next(i for i, s in enumerate(sent) if s[0] >= source.gaps[0].seq)
+    assert (stamp_s[gap_at], ("gap", "unplugged for 1.5 s")) in told
+    check_touches([(t, json.loads(text)) for t, (word, text) in told if word == "touch"], stream, "first_ratio", source)
+    check_touches([(t, json.loads(text)) for t, (word, text) in told if word == "revised"], stream, "ratio", source)
+    ends = {row[4]: t for t, row in zip(stamp_s, rows, strict=True) if row[4]}
+    assert [t for t, (word, _) in told if word == "touch"] == list(ends.values())
+    revisions = [t for t, row in zip(stamp_s, rows, strict=True) if row[-1]]
+    assert [t for t, (word, _) in told if word == "revised"] == revisions
+
+
+def check_touches(found: list[tuple[float, dict[str, Any]]], stream: Stream, result: str, source: Lab) -> None:
+    """Compare the marks of touches with the touches themselves."""
+    touches = [touch for touch in stream.touches if result == "first_ratio" or touch.revised]
+    assert len(touches) == len(found) >= 3
+    for touch, (t, said) in zip(touches, found, strict=True):
+        assert said["ratio"] == getattr(touch, result)
+        assert said["samples"] == touch.samples
+        assert said["start"] == pytest.approx(source.zero_ns / 1e9 + touch.start_s, abs=1e-8)
+        assert said["start"] < t
+        assert result == "first_ratio" or said["flags"] == list(touch.flags)
+
+
+def test_an_inlet_receives_what_was_sent_and_finds_the_same_touches(name: str, tmp_path: Path) -> None:
+    source = Lab()
+    stream = Stream(source, capacity=4096)
+    with Outlets(stream, name) as outlets:
+        receiving = Stream(f"lsl:{name}?replug=0", record=tmp_path / "received.csv", capacity=4096)
+        with receiving:
+            sent, _ = sent_from(stream, outlets)
+            got: list[Any] = []
+            for batch in receiving.batches():
+                got += batch.samples.tolist()
+                if len(got) >= len(sent):
+                    break
+        gaps = list(receiving.source.gaps)
+    assert receiving.epoch
+    shift_ns = source.zero_ns - receiving.epoch.monotonic_ns
+    expected = [(s[0] - sent[0][0], s[1] + shift_ns, s[2] + shift_ns, -1, -1, s[5], s[6], s[7], -1) for s in sent]
+    assert [repr(row) for row in got] == [repr(row) for row in expected]  # nan as nan, and all digits
+    assert gaps == [Gap(source.gaps[0].seq - sent[0][0], "the sender had a gap")]
+    same = [{**touch.as_dict(), "start_s": 0} for touch in stream.touches]
+    assert len(same) >= 3
+    assert [{**touch.as_dict(), "start_s": 0} for touch in receiving.touches] == same
+    replayed = palpate.touches(palpate.recorded(tmp_path / "received.csv"))
+    assert [{**touch.as_dict(), "start_s": 0} for touch in replayed] == same
+
+
+def test_nothing_is_lost_at_the_end(name: str) -> None:
+    """Liblsl drops what is on its way when an outlet is closed: palpate waits before."""
+    stream = Stream(Lab(), capacity=4096)
+    with Outlets(stream, name) as outlets:
+        listener = Listener(f"{name}-marks", recover=True)  # else it drops, at the end, what was not taken
+        sent_from(stream, outlets)
+        for number in range(MANY):
+            outlets.mark("note", f"{number} {'x' * 1000}")
+        outlets.close()
+        listener.take()
+    numbers = [int(text.split()[0]) for kind, text in marks(listener) if kind == "note"]
+    assert numbers == list(range(MANY))
+
+
+@pytest.mark.parametrize("source", ["sim:stiff-steady", "sim:stiff-steady?speed=2", "tests/data/four-specimens.csv"])
+def test_times_that_are_not_those_of_a_clock(source: str, tmp_path: Path) -> None:
+    done = CliRunner().invoke(main, ["record", source, "-o", str(tmp_path / "a.csv"), "--lsl"])
+    assert done.exit_code == 2
+    assert "lsl: got a source whose times are not those of a clock" in done.stderr
+    assert "allowed: one in real time" in done.stderr
+    assert not (tmp_path / "a.csv").exists()
+
+
+@pytest.mark.parametrize("given", [["--lsl", "usb:"], ["--lsl="], ["--lsl", "x" * 101]])
+def test_names_that_are_refused(given: list[str], tmp_path: Path) -> None:
+    done = CliRunner().invoke(main, ["record", "sim:", "-o", str(tmp_path / "a.csv"), *given])
+    assert done.exit_code == 2
+    assert "allowed: a name of 1 to 100 characters without a colon" in done.stderr
+
+
+def test_tares_and_marks_of_the_page_and_the_next_measurement(name: str, tmp_path: Path) -> None:
+    """A receiver stays connected when Measure again is pressed."""
+    from palpate import sources
+    from palpate.live.protocol import Command
+    from palpate.live.recordings import Recordings
+    from palpate.live.session import Session
+
+    session = Session(
+        lambda: sources.open("sim:stiff-steady?speed=1&seed=1"), Recordings(tmp_path / "a.csv"), {"scene": "handheld"},
+        lsl=name,
+    )  # fmt: skip
+    session.start()
+    try:
+        with listening(name) as found:
+            until_sent(session, 5)
+            session.do(Command("mark", "a mark"))
+            session.do(Command("tare"))
+            time.sleep(0.3)
+            session.stream.stop()
+            while session.running:
+                time.sleep(0.01)
+            session.do(Command("again"))
+            until_sent(session, 5)
+    finally:
+        session.close()
+    kinds = marks(found["-marks"])
+    assert ("mark", "a mark") in kinds
+    assert ("tare", "") in kinds
+    seqs = [row[3] for row in found[""].rows]
+    assert seqs.count(3.0) >= 1
+    assert any(later < earlier for earlier, later in pairwise(seqs)), "the second measurement"
+    assert all(later > earlier for earlier, later in pairwise(found[""].stamps))
+
+
+def until_sent(session: Any, count: int) -> None:
+    until = time.monotonic() + 60
+    while session.counters.delivered < count:
+        assert time.monotonic() < until
+        time.sleep(0.01)
+
+
+def test_live_sends_too(name: str, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "palpate", "live", "sim:", "--lsl", name, "--no-open", "--port", "0"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as live:
+        try:
+            with palpate.open(f"lsl:{name}?wait=60") as source:
+                assert [sample.seq for sample in islice(source, 5)] == [0, 1, 2, 3, 4]
+                assert source.describe()["stamps"] == "converter"
+        finally:
+            live.terminate()
+
+
+def test_devices_lists_streams(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also one whose name would write to the terminal."""
+    monkeypatch.setattr("palpate.sources.lsl.finding._OTHERS_S", 3.0)
+    monkeypatch.setattr("palpate.sources.devices._STREAMS_S", 30.0)
+    evil = Sender(f"{name}\x1b[2J", ("a", "b"))
+    stream = Stream("sim:stiff-steady?speed=1")
+    with Outlets(stream, name):
+        done = CliRunner().invoke(main, ["devices", "--lsl", "--json"])
+    stream.close()
+    evil.close()
+    found = {device["uri"]: device["what"] for device in json.loads(done.stdout)["devices"]}
+    assert "6 channels" in found[f"lsl:{name}"]
+    assert f"lsl:{name}-marks" not in found
+    assert f"lsl:'{name}\\x1b[2J'" in found

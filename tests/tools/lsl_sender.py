@@ -1,0 +1,86 @@
+"""Other programs on Lab Streaming Layer: one that sends, and one that receives."""
+
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import pylsl
+
+PERIOD_S = 0.01
+
+
+class Sender:
+    """A stream of two channels, as another program makes it.
+
+    Parameters
+    ----------
+    name : str
+    labels, units : sequence of str
+        Of its description; an empty one has none.
+    **more
+        `kind`, `rate`, `form`, `identity` of the stream; `manufacturer`.
+    """
+
+    def __init__(self, name: str, labels: Sequence[str] = (), units: Sequence[str] = (), **more: Any) -> None:
+        self.name = name
+        count = len(labels) or more.get("count", 2)
+        info = pylsl.StreamInfo(
+            name, more.get("kind", "Capacitance"), count, more.get("rate", 0.0),
+            more.get("form", pylsl.cf_double64), more.get("identity", ""),
+        )  # fmt: skip
+        info.desc().append_child_value("manufacturer", more.get("manufacturer", "another"))
+        channels = info.desc().append_child("channels")
+        for label, unit in zip(labels, units or [""] * count, strict=True):
+            channel = channels.append_child("channel")
+            channel.append_child_value("label", label)
+            channel.append_child_value("unit", unit)
+        self._outlet = pylsl.StreamOutlet(info)
+
+    def send(self, *values: float, at_s: float | None = None) -> None:
+        """Send a sample, now or with a stamp."""
+        self._outlet.push_sample(list(values), pylsl.local_clock() if at_s is None else at_s)
+
+    def wait(self) -> None:
+        """Wait until someone receives."""
+        assert self._outlet.wait_for_consumers(30)
+
+    def close(self) -> None:
+        """End the stream."""
+        del self._outlet
+
+    @contextmanager
+    def going_on(self, *values: float) -> Iterator[None]:
+        """Send samples, again and again."""
+        stopped = threading.Event()
+
+        def run() -> None:
+            while not stopped.wait(PERIOD_S):
+                self.send(*values)
+
+        thread = threading.Thread(target=run)
+        thread.start()
+        try:
+            yield
+        finally:
+            stopped.set()
+            thread.join()
+
+
+class Listener:
+    """Receives everything of a stream, as any program does."""
+
+    def __init__(self, name: str, *, recover: bool = False) -> None:
+        found = pylsl.resolve_byprop("name", name, 1, 30.0)
+        assert len(found) == 1
+        self.inlet = pylsl.StreamInlet(found[0], recover=recover)
+        self.info = self.inlet.info(30.0)
+        self.inlet.open_stream(30.0)
+        self.rows: list[Any] = []
+        self.stamps: list[float] = []
+
+    def take(self) -> None:
+        """Take what has come."""
+        rows, stamps = self.inlet.pull_chunk(timeout=0.0, max_samples=10_000)
+        self.rows += rows
+        self.stamps += stamps
