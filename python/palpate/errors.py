@@ -6,6 +6,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
     from pathlib import Path
+    from typing import Any, Self
 
 LONGEST = 60
 """Characters of a value from outside in a message, at most."""
@@ -148,6 +149,34 @@ class RecordingError(PalpateError):
         self.reason = reason
         self.line = line
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy it from its parts: it comes from another process, too."""
+        return type(self), (self.path, self.reason, self.line)
+
 
 class CalibrationError(PalpateError):
     """A calibration is not possible with these specimens, or a file is not a calibration."""
+
+
+class SomeFailed(PalpateError, ExceptionGroup):
+    """Some of several recordings failed; the results of the others are kept.
+
+    Attributes
+    ----------
+    results : list
+        One for each recording, in order; of one that failed, its exception.
+    exceptions : tuple of Exception
+        Those in `results`, in order.
+    """
+
+    results: list[Any]
+
+    @classmethod
+    def of(cls, results: list[Any]) -> Self:
+        """Return the error for these results."""
+        failed = [result for result in results if isinstance(result, Exception)]
+        error = cls(
+            f"{len(failed)} of {len(results)} recordings failed; the results of the others are in .results", failed
+        )
+        error.results = results
+        return error

@@ -3,7 +3,7 @@
 import csv
 import errno
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from palpate.ad7746.datasheet import SATURATED_PF
@@ -135,7 +135,12 @@ def session_files(folder: Path, names: Iterable[str]) -> list[Path]:
 
 
 def write_session(
-    folder: Path, recordings: Mapping[str, Block], moduli: Mapping[str, float], *, force: bool = False
+    folder: Path,
+    recordings: Mapping[str, Block],
+    moduli: Mapping[str, float],
+    *,
+    force: bool = False,
+    progress: Callable[[int, int], None] | None = None,
 ) -> list[Path]:
     """Write a recording for each specimen, and the moduli as `moduli.csv`; return the paths.
 
@@ -149,7 +154,9 @@ def write_session(
         raise FileExistsError(errno.EEXIST, "already exists", str(there[0]))
     folder.mkdir(parents=True, exist_ok=True)
     *paths, table = files[: len(recordings) + 1]
-    for path, block in zip(paths, recordings.values(), strict=True):
+    for number, (path, block) in enumerate(zip(paths, recordings.values(), strict=True)):
+        if progress:
+            progress(number, len(paths))
         data = HEADER.encode() + format_rows(block)
         _write(path, data)
         device = {"name": "simulated probe", "full_scale_pF": SATURATED_PF}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate.cli.options import json_option
+from palpate.cli.progress import Progress
 from palpate.errors import unlike
 
 if TYPE_CHECKING:
@@ -33,7 +34,8 @@ def bench(seeds: int, names: tuple[str, ...], as_json: bool) -> None:
     for name in names:
         if name not in benchmark.SINGLE:
             raise click.UsageError(f"--scenario: {unlike(name, benchmark.SINGLE)}")
-    rows = benchmark.compare(seeds, names or benchmark.SINGLE)
+    with Progress("bench", "scenarios") as progress:
+        rows = benchmark.compare(seeds, progress.over(names or benchmark.SINGLE))
     click.echo(_json(seeds, rows) if as_json else benchmark.table(rows))
 
 

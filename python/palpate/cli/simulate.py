@@ -8,6 +8,7 @@ import click
 
 from palpate.cli.options import json_option
 from palpate.cli.outputs import OUTPUT_FOLDER, force_option, require_free_in
+from palpate.cli.progress import Progress
 
 
 def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
@@ -60,7 +61,9 @@ def simulate(
 
     moduli = objects or SORBOTHANE_MPA
     require_free_in(folder, session_files(folder, moduli), force=force)
-    made = session(seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches)
+    with Progress("simulate", "objects") as progress:
+        made = session(seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches, progress=progress)
     blocks = {name: run.block() for name, run in made.items()}
-    paths = [str(path) for path in write_session(folder, blocks, moduli, force=force)]
+    with Progress("write", "files") as progress:
+        paths = [str(path) for path in write_session(folder, blocks, moduli, force=force, progress=progress)]
     click.echo(json.dumps({"files": paths}, indent=2) if as_json else "\n".join(paths))
