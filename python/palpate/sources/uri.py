@@ -60,7 +60,7 @@ def open(uri: str, **options: Any) -> Source:
         of the cells of a line) or pattern (a regular expression with groups of these names), unit, decimal (comma,
         point), code_pF, baud, reset (yes, no: leave DTR and RTS inactive), replug. lsl: type, source_id, host (which
         stream), hard, soft (labels or positions of the channels), unit, stamps (converter, host), wait (s until it
-        answers), replug. A path: map (as hard=COL,soft=COL), unit, time_unit, rate, decimal, soft, as in
+        answers), replug. A path: map (as hard=COL,soft=COL), unit, time_unit, rate, decimal, soft, part, as in
         `palpate.read`, and speed.
 
     Returns
