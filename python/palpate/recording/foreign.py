@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from palpate.recording.own_file import Recorded, is_own
+from palpate.recording.columns_in import own_recording
+from palpate.recording.own_file import Recorded
 from palpate.recording.reading import read
 from palpate.recording.survey import Survey
 from palpate.samples import Block, blank
@@ -103,4 +104,5 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> Recorded | Foreign:
     [250, 250, 250, 250]
     """
     given = {name: value for name, value in asked.items() if value is not None}
-    return Foreign(path, **given) if given or not is_own(Path(path)) else Recorded(path)
+    own = None if given else own_recording(Path(path))
+    return own or Foreign(path, **given)

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.recording.own_file import Recorded, is_own
+from palpate.recording.columns_in import own_recording
+from palpate.recording.own_file import Recorded
 from palpate.recording.recording import Recording
 from palpate.samples import DTYPE, usable
 from palpate.tables.asked import Asked
@@ -70,10 +71,12 @@ def read(
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
     asked = Asked(columns, unit, time_unit, rate, decimal, None if soft is None else Path(soft))
-    own = is_own(Path(path))
+    if not isinstance(path, str | os.PathLike):
+        return own_frame(path, asked) or _foreign(frame(path), asked, own=False)
+    own = own_recording(Path(path))
     if own and not asked.given:
-        return _own(Recorded(path))
-    return _foreign(read_table(Path(path)), asked, own=own)
+        return _own(own)
+    return _foreign(read_table(Path(path)), asked, own=own is not None)
 
 
 def _foreign(table: Table, asked: Asked, *, own: bool) -> Recording:

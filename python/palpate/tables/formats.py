@@ -4,7 +4,7 @@ from pathlib import Path
 
 from palpate.errors import RecordingError
 from palpate.files import read_bytes
-from palpate.tables import text
+from palpate.tables import arrow, text
 from palpate.tables.table import Table
 
 LARGEST = 500_000_000
@@ -25,6 +25,6 @@ def read_table(path: Path) -> Table:
         raise RecordingError(path, f"cannot be read: {error.strerror}") from error
     if not data:
         raise RecordingError(path, "is empty")
-    if data.startswith(b"PAR1"):
-        raise RecordingError(path, "a Parquet table: palpate cannot read Parquet; use the CSV from which it was made")
+    if arrow.is_arrow(data[:8]):
+        return arrow.parse(path, data)
     return text.parse(path, data)
