@@ -113,13 +113,15 @@ def test_times_are_not_invented(tmp_path: Path) -> None:
     path.write_text("hard,soft\n" + "1,2\n" * 5)
     asked = ("convert", path, "--map", "hard=1,soft=2", "--unit", "pF", "-o", out)
     result = run(*asked)
-    assert (result.exit_code, "period: got none" in result.stderr) == (2, True)
+    assert (result.exit_code, "rate: got none" in result.stderr) == (2, True)
     assert not out.exists()
-    assert run(*asked, "--period", "0.026").exit_code == 0
-    assert block(out)["t_hard_ns"].tolist() == [26_000_000 * i for i in range(5)]
+    assert run(*asked, "--rate", "40").exit_code == 0
+    assert block(out)["t_hard_ns"].tolist() == [25_000_000 * i for i in range(5)]
     path.write_text(TABLE)
-    result = run("convert", path, "--map", "hard=2,soft=3", "-o", tmp_path / "b.csv", "--period", "1")
-    assert (result.exit_code, "a file that has times" in result.stderr) == (2, True)
+    result = run("convert", path, "--map", "hard=2,soft=3", "-o", tmp_path / "b.csv", "--rate", "40")
+    assert (result.exit_code, "the times of the file are not used: a rate was given" in result.stderr) == (0, True)
+    result = run("convert", path, "--map", "hard=2,soft=3,time=1", "-o", tmp_path / "c.csv", "--rate", "40")
+    assert (result.exit_code, "rate: got it together with a column of times" in result.stderr) == (2, True)
 
 
 def adi(path: Path, codes: list[int], *, header: str = "AD7746\tConv. Time: 62.0 ms\tVdd: 5.0\r\nCAP\tVT\r\n") -> Path:
@@ -165,8 +167,8 @@ def test_binary_data_of_one_channel(tmp_path: Path) -> None:
             "line 3: '80000\\t000000' is not a row of codes",
         ),
         ("Vdd: 5\n800000\t000000\nnonsense\n", 4, "line 3"),
-        ("Vdd: 5\n800000\t000000\n", 2, "period: got none"),
-        ("Conv. Time: 62.0 ms\n", 4, "no row of codes"),
+        ("Vdd: 5\n800000\t000000\n", 2, "rate: got none"),
+        ("Conv. Time: 62.0 ms\n", 4, "no row of numbers"),
     ],
 )
 def test_binary_data_that_is_none(tmp_path: Path, text: str, code: int, message: str) -> None:
@@ -183,7 +185,7 @@ def test_codes_take_no_columns(tmp_path: Path) -> None:
     path.write_text("Conv. Time: 62.0 ms\n800000\t000000\n")
     result = run("convert", path, "--soft", path, "--unit", "fF", "-o", tmp_path / "run.csv")
     assert result.exit_code == 2
-    assert "--soft: got it together with --map or --unit" in result.stderr
+    assert "unit: got it for a file of codes, allowed: soft and rate" in result.stderr
 
 
 def test_a_torn_last_row_of_codes_is_left_out(tmp_path: Path) -> None:

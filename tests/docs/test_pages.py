@@ -209,4 +209,4 @@ def test_toml_is_what_palpate_reads(tmp_path: Path) -> None:
         for name, table in read(path, COMMANDS).items():
             command = main.get_command(click.Context(main), name)
             assert command is not None
-            assert set(table) <= set(keys(command))
+            assert set(table) <= set(keys(command)) | ({"logger"} if name == "import" else set())

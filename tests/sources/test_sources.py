@@ -62,7 +62,11 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         ("serial:x?pattern=(", {}, "pattern: got '\\(', allowed: a regular expression"),
         ("serial:x?pattern=(?P<hard>1)", {}, r"pattern: got groups \['hard'\], allowed: both \(\?P<hard>"),
         ("run.csv", {"speed": 0}, "speed: got 0"),
-        ("run.csv", {"seed": 1}, "file: got option 'seed', allowed: columns, unit, speed"),
+        (
+            "run.csv",
+            {"seed": 1},
+            "file: got option 'seed', allowed: columns, unit, time_unit, rate, decimal, soft, speed",
+        ),
     ],
 )
 def test_what_is_refused(uri: str, options: dict[str, Any], message: str) -> None:

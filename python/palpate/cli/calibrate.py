@@ -141,10 +141,10 @@ def _words(flags: tuple[str, ...]) -> str:
 
 
 def _touches(file: Path, how: dict[str, Any], told: _Told) -> list[Touch]:
-    from palpate import read, touches
+    from palpate import recorded, touches
 
     try:
-        recording = read(file, **how["asked"])
+        recording = recorded(file, **how["asked"])
         given = tracking(how["touch_seconds"], how["samples"], how["settings"])
         found = touches(recording, scene=how["scene"], **given)
     except (ValueError, TypeError) as error:

@@ -90,8 +90,11 @@ def _json(reports: "list[Verification]", unreadable: list[RecordingError]) -> st
 def _lines(report: "Verification") -> str:
     survey = report.survey
     pace = "" if survey.rows < 2 or not survey.period_s > 0 else f", {1 / survey.period_s:.1f} pairs a second"
-    verdict = _verdict(report)
-    lines = [f"{report.path}: {verdict}: {survey.rows} rows in {survey.seconds:.1f} s{pace}"]
+    size = (
+        f"{survey.rows} rows in {survey.seconds:.1f} s{pace}" if report.timed else f"{survey.rows} rows, rate unknown"
+    )
+    lines = [f"{report.path}: {_verdict(report)}: {size}"]
+    lines += [f"  {report.understood}"] if report.understood else []
     return "\n".join(
         [*lines, *(f"  fault: {text}" for text in report.faults), *(f"  {text}" for text in report.findings)]
     )

@@ -11,6 +11,7 @@ from typing import Any
 
 import click
 
+from palpate.cli.known_loggers import ENTRIES
 from palpate.errors import quoted
 
 NAME = "palpate.toml"
@@ -33,8 +34,11 @@ def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -
     """
     merged: dict[str, dict[str, Any]] = {}
     files: dict[str, list[Path]] = {}
+    loggers: list[tuple[Path, Any]] = context.meta.setdefault(ENTRIES, [])
     for path in [chosen] if chosen else [path for path in places() if path.exists()]:
         for name, table in read(path, commands).items():
+            if name == "import":
+                loggers.extend((path, entry) for entry in _entries(path, table))
             _merge(merged.setdefault(name, {}), table)
             files.setdefault(name, []).append(path)
     context.meta[_FILES] = files
@@ -46,6 +50,14 @@ def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -
         if merged.get(run):
             click.echo(f"defaults of {run} from {where}: {', '.join(merged[run])}", err=True)
         files.setdefault(run, []).extend(Path(name) for name in sorted(os.environ) if name in _variables(command))
+
+
+def _entries(path: Path, table: dict[str, Any]) -> list[Any]:
+    """Take the entries [[import.logger]] out of a table."""
+    entries = table.pop("logger", [])
+    if not isinstance(entries, list):
+        raise click.UsageError(f"{path}: [import]: logger: got {quoted(entries)}, allowed: tables [[import.logger]]")
+    return entries
 
 
 def _merge(into: dict[str, Any], table: dict[str, Any]) -> None:

@@ -11,9 +11,7 @@ from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.options import INPUT, json_option, reading_options
 
 if TYPE_CHECKING:
-    from palpate.recording.binary_data import BinaryData
-    from palpate.recording.foreign import Foreign
-    from palpate.recording.own_file import Recorded
+    from palpate.recording.foreign import AnyRecording
 
 
 @click.command()
@@ -46,13 +44,15 @@ def convert(
       palpate convert "Binary Data.txt" --soft "Binary Data 2.txt" -o run.csv
     """  # noqa: D301
     from palpate.recording import export
-    from palpate.recording.own_file import Recorded
+    from palpate.recording.foreign import recorded
 
     try:
-        recording = _opened(file, asked)
+        recording = recorded(file, **asked)
         rows = export.convert(recording, output, force=force)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
+    if recording.understood:
+        click.echo(f"{file}: {recording.understood}", err=True)
     notes = _notes(recording)
     for note in notes:
         click.echo(f"{file}: {note}", err=True)
@@ -64,23 +64,14 @@ def convert(
         "notes": notes,
     }
     click.echo(json.dumps(document, indent=2) if as_json else f"{output}: {rows} rows")
-    sys.exit(NOT_RELIABLE if isinstance(recording, Recorded) and recording.doubts else 0)
+    sys.exit(NOT_RELIABLE if recording.doubts else 0)
 
 
-def _opened(file: Path, asked: dict[str, Any]) -> "Recorded | Foreign | BinaryData":
-    from palpate.recording.binary_data import BinaryData, is_binary_data
-    from palpate.recording.foreign import recorded
-    from palpate.recording.own_file import is_own
-
-    soft, rate = asked.get("soft"), asked.get("rate")
-    if set(asked) - {"soft", "rate"} or is_own(file) or not is_binary_data(file):
-        return recorded(file, **asked)
-    return BinaryData(file, soft, 1 / rate if rate else None)
-
-
-def _notes(recording: "Recorded | Foreign | BinaryData") -> list[str]:
+def _notes(recording: "AnyRecording") -> list[str]:
     refused = recording.survey.refused
     notes = [note for note in recording.notes if "have no value in a channel" not in note]
     if refused:
         notes.append(f"{refused} of {recording.survey.rows} rows have no usable value: kept, marked as lost")
+    if unused := getattr(recording, "unused", None):
+        notes.append(f"columns left out: {', '.join(unused)}")
     return notes

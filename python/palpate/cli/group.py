@@ -4,6 +4,7 @@ import errno
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from keyword import iskeyword
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
@@ -50,7 +51,8 @@ class Commands(click.Group):
         if cmd_name not in self.commands:
             from palpate.cli.config import take_from_environment
 
-            command: click.Command = getattr(import_module(f"{self._package}.{cmd_name}"), cmd_name)
+            name = f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name
+            command: click.Command = getattr(import_module(f"{self._package}.{name}"), name)
             self.commands[cmd_name] = debug_option(command)
             take_from_environment(command)
         return self.commands[cmd_name]

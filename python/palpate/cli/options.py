@@ -3,12 +3,15 @@
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from palpate._core import scenes
 from palpate.errors import quoted
+
+if TYPE_CHECKING:
+    from palpate.tables.loggers import Logger
 
 
 def columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
@@ -110,13 +113,22 @@ def _asking(command: Callable[..., Any]) -> Callable[..., Any]:
     @wraps(command)
     def asked(*args: Any, **given: Any) -> Any:
         values = {name: given.pop(name) for name in _ASKED}
+        values["known"] = _loggers(str(given.get("source") or given.get("file") or ""))
         return command(*args, asked={name: value for name, value in values.items() if value is not None}, **given)
 
     return asked
 
 
+def _loggers(source: str) -> "list[Logger] | None":
+    """Return the loggers that palpate.toml remembers; None without one, or for a source that is no file."""
+    from palpate.cli.known_loggers import loggers
+    from palpate.sources.options import split
+
+    return None if split(source)[0] else loggers() or None
+
+
 def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add asked to a command: the keywords of `palpate.read` that were given."""
+    """Add asked to a command: the keywords of `palpate.read` that were given, and `known` as in `recorded`."""
     return _adding(_READING)(_asking(command))
 
 

@@ -17,8 +17,7 @@ from palpate.cli.options import INPUT, json_option, replaying_options, tracking
 
 if TYPE_CHECKING:
     from palpate import OfflineTouch, Touch
-    from palpate.recording.foreign import Foreign
-    from palpate.recording.own_file import Recorded
+    from palpate.recording.foreign import AnyRecording
 
 
 @click.command()
@@ -86,7 +85,7 @@ def _table(found: "list[Touch]", moduli: Moduli | None, again: "list[OfflineTouc
     return (moduli.table(table, found) if moduli and found else table) + cli_touches.advised(found)
 
 
-def _why_not(recording: "Recorded | Foreign") -> str:
+def _why_not(recording: "AnyRecording") -> str:
     spans = [f"{name} {high - low:.3g} pF" for name, (low, high) in recording.survey.spans_pF.items()]
     if len(spans) < 2:
         return "a channel has no values"
@@ -96,7 +95,7 @@ def _why_not(recording: "Recorded | Foreign") -> str:
 def _json(
     file: Path,
     how: dict[str, Any],
-    recording: "Recorded | Foreign",
+    recording: "AnyRecording",
     found: "list[Touch]",
     notes: list[str],
     moduli: Moduli | None,

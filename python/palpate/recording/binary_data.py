@@ -3,6 +3,8 @@
 The header has cells `key: value`, separated by tabs. Each row has a capacitance code and a temperature code.
 """
 
+import math
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,6 +17,7 @@ from numpy.typing import NDArray
 from palpate.ad7746.datasheet import LAST_CODE, SATURATED_CODES, SATURATED_PF
 from palpate.errors import RecordingError
 from palpate.files import read_bytes
+from palpate.recording.lines import begin_of
 from palpate.recording.rows import capacitances
 from palpate.recording.survey import Survey
 from palpate.samples import Block, Status, blank
@@ -26,6 +29,7 @@ LARGEST = 500_000_000
 MOST_HEADER_ROWS = 1000
 LONGEST = 1000
 """Characters of a line, at most."""
+_BEGIN = 1 << 20  # bytes in which the first row of codes is looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +64,7 @@ class ChannelFile:
 
 def is_binary_data(path: Path) -> bool:
     """Return whether a file has a header with `key: value` and then a row of codes."""
-    header, rows = _parts(_text(path).splitlines())
+    header, rows = _parts(begin_of(path, _BEGIN).decode("latin-1").splitlines())
     return bool(rows) and any(":" in line for line in header)
 
 
@@ -153,16 +157,19 @@ class BinaryData:
 
     document = None
     timed = True
-    understood = ""
+    doubts: tuple[str, ...] = ()
+    host_stamps = False  # not known
+    zero_utc_ns: int | None = None
     tares: frozenset[int] = frozenset()
     torn_bytes = 0
     full_scale_pF = SATURATED_PF
 
-    def __init__(self, hard: Path, soft: Path | None = None, period_s: float | None = None) -> None:
+    def __init__(self, hard: Path, soft: str | os.PathLike[str] | None = None, period_s: float | None = None) -> None:
         self.path: Path = Path(hard)
         self.channels: list[ChannelFile] = [read_channel(Path(path)) for path in (hard, soft) if path is not None]
         self.survey: Survey = Survey()
         self.settings: dict[str, Any] = {}
+        self.gap_marks: list[tuple[int, str]] = []
         periods = {channel.period_s for channel in self.channels}
         if len(periods) > 1:
             raise RecordingError(
@@ -171,6 +178,14 @@ class BinaryData:
         self.period_s: float | None = period_s or periods.pop()
         if not self.period_s:
             raise ValueError(f"rate: got none, allowed: pairs a second; {hard} has no conversion time in its header")
+
+    @property
+    def understood(self) -> str:
+        """One line: what each file is, pairs a second, rows."""
+        names = [channel.path.name for channel in self.channels]
+        rows = max(len(channel.codes) for channel in self.channels)
+        channels = [f"{name} = codes of {file}" for name, file in zip(("hard", "soft"), names, strict=False)]
+        return "; ".join([*channels, f"{1 / (self.period_s or math.nan):.4g} pairs a second", f"{rows} rows"])
 
     @property
     def notes(self) -> tuple[str, ...]:

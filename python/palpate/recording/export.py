@@ -16,7 +16,7 @@ from palpate.recording import sidecar
 from palpate.recording.binary_data import BinaryData
 from palpate.recording.columns_out import ArrowWriter, ParquetWriter
 from palpate.recording.filelock import is_locked
-from palpate.recording.foreign import RATE, Foreign
+from palpate.recording.foreign import RATE, AnyRecording
 from palpate.recording.own_file import Recorded
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block, Status
@@ -52,7 +52,7 @@ _WRITERS: dict[str, type[_OwnWriter | ParquetWriter | ArrowWriter]] = {
 SUFFIXES: tuple[str, ...] = tuple(_WRITERS)
 
 
-def convert(recording: Recorded | Foreign | BinaryData, target: Path, *, force: bool = False) -> int:
+def convert(recording: AnyRecording, target: Path, *, force: bool = False) -> int:
     """Write a recording to another format: Parquet, Arrow, or palpate's own CSV.
 
     Parameters
@@ -100,7 +100,7 @@ def convert(recording: Recorded | Foreign | BinaryData, target: Path, *, force: 
     return rows
 
 
-def _check_free(recording: Recorded | Foreign | BinaryData, target: Path, *, force: bool) -> None:
+def _check_free(recording: AnyRecording, target: Path, *, force: bool) -> None:
     targets = [target, sidecar.sidecar_path(target)] if target.suffix == ".csv" else [target]
     inputs = [channel.path for channel in recording.channels] if isinstance(recording, BinaryData) else [recording.path]
     for path in filter(os.path.lexists, targets):
@@ -127,7 +127,7 @@ def _prepared(block: Block) -> Block:
     return block
 
 
-def _document(recording: Recorded | Foreign | BinaryData, seal: dict[str, int]) -> dict[str, Any]:
+def _document(recording: AnyRecording, seal: dict[str, int]) -> dict[str, Any]:
     """Return the sidecar; the checksum is always that of the rows as CSV, so that every reader can verify them."""
     known = recording.document
     document = dict(known) if known else sidecar.fresh(recording.describe(), {}, [])

@@ -1,20 +1,35 @@
-"""Any recording as a sequence of blocks: palpate's own in parts, a table of another logger as one block."""
+"""Any recording as a sequence of blocks: palpate's own in parts, a table of another program as one block."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from palpate.ad7746.datasheet import SATURATED_PF
+from palpate.recording.binary_data import BinaryData, is_binary_data
 from palpate.recording.columns_in import own_recording
 from palpate.recording.own_file import Recorded
-from palpate.recording.reading import read
+from palpate.recording.recording import Recording
 from palpate.recording.survey import Survey
 from palpate.samples import Block, blank
+from palpate.tables.asked import Asked
+from palpate.tables.formats import read_table
+from palpate.tables.loggers import Logger
+from palpate.tables.loggers import known as known_logger
+from palpate.tables.table import Table
+from palpate.tables.understanding import channels
 
 RATE = "pairs a second, for a table without times; or name the column of times with time=COL"
 """What is allowed as the rate of a table without times."""
+OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s", "soft_time": "t_soft_s"}
+AS_TABLE = (
+    "a recording of palpate, read as a table of another program: its rows are not verified, its status, codes and tares "
+    "not used"
+)
+"""Note of a recording that is read with `columns`, `unit` or the like, or without its file."""
 
 
 class Foreign:
@@ -23,8 +38,18 @@ class Foreign:
     Parameters
     ----------
     path : path-like
+    table : Table, optional
+        The table, if it was read before.
+    known : sequence of Logger
+        What is remembered about loggers; used if nothing else is asked.
     **asked
         Keywords of `palpate.read`.
+
+    Attributes
+    ----------
+    recording : Recording
+    unused : list of str
+        Names, or positions from 1, of the columns that are not in the recording.
 
     Raises
     ------
@@ -40,33 +65,36 @@ class Foreign:
 
     document = None
     doubts: tuple[str, ...] = ()
+    host_stamps = False  # not known
 
-    def __init__(self, path: str | os.PathLike[str], **asked: Any) -> None:
+    def __init__(
+        self, path: str | os.PathLike[str], *, table: Table | None = None, known: Sequence[Logger] = (), **asked: Any
+    ) -> None:
         self.path: Path = Path(path)
         self.survey: Survey = Survey()
-        self._recording = read(self.path, **asked)
-        self.full_scale_pF: float = self._recording.full_scale_pF
+        table = table or read_table(self.path)
+        self.recording, self.unused = _recording(table, Asked(**asked), known)
+        self.full_scale_pF: float = self.recording.full_scale_pF
         self.tares: frozenset[int] = frozenset()
         self.gap_marks: list[tuple[int, str]] = []
-        times = (self._recording.t_hard_s, self._recording.t_soft_s)
+        times = (self.recording.t_hard_s, self.recording.t_soft_s)
         self.timed: bool = all(bool(np.isfinite(t).all()) for t in times)
         self.settings: dict[str, Any] = {}
-        self.host_stamps: bool = False  # not known
-        self.understood: str = self._recording.understood
+        self.understood: str = self.recording.understood
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the data; complete after `blocks()`."""
         pause = self.survey.told_pause if self.timed else ""
-        return (*self._recording.notes, *([pause] if pause else []))
+        return (*self.recording.notes, *([pause] if pause else []))
 
     def describe(self) -> dict[str, Any]:
         """Return the file name and full scale; nothing else is known."""
-        return {"name": "table of another logger", "file": self.path.name, "full_scale_pF": self.full_scale_pF}
+        return {"name": "table of another program", "file": self.path.name, "full_scale_pF": self.full_scale_pF}
 
     def blocks(self) -> Iterator[Block]:
         """Yield all samples as one block; without times, samples are 1 ms apart."""
-        recording = self._recording
+        recording = self.recording
         block = blank(len(recording.hard))
         block["hard"], block["soft"] = recording.hard, recording.soft
         for name, seconds in (("t_hard_ns", recording.t_hard_s), ("t_soft_ns", recording.t_soft_s)):
@@ -77,18 +105,45 @@ class Foreign:
         yield block
 
 
-def recorded(path: str | os.PathLike[str], **asked: Any) -> Recorded | Foreign:
+def _recording(table: Table, asked: Asked, known: Sequence[Logger]) -> tuple[Recording, list[str]]:
+    """Return a table as a recording, and the names of the columns that it does not have."""
+    own = {name for column in range(table.width) for name in table.names(column)} >= set(OWN_COLUMNS.values())
+    full_scale = SATURATED_PF if own and asked.columns is None else np.inf
+    if own and not {"time", "soft_time"} & set(asked.columns or {}):
+        asked = asked.with_columns({**OWN_COLUMNS, **(asked.columns or {})})
+    logger = None if own or set(asked.given) - {"soft"} else known_logger(table, known)
+    if logger:
+        asked = replace(logger.asked, soft=asked.soft)
+    found = channels(table, asked, None if asked.soft is None else read_table(Path(asked.soft)))
+    recording = Recording(
+        found.t_hard_s,
+        found.t_soft_s,
+        found.hard,
+        found.soft,
+        notes=(*([str(logger)] if logger else []), *found.notes, *([AS_TABLE] if own else [])),
+        full_scale_pF=full_scale,
+        zero_utc_ns=found.zero_utc_ns,
+        understood=found.said,
+    )
+    return recording, found.unused
+
+
+AnyRecording = Recorded | Foreign | BinaryData
+"""A recording of any kind, as a sequence of blocks."""
+
+
+def recorded(path: str | os.PathLike[str], **asked: Any) -> AnyRecording:
     """Open a recording of any length, to read it in blocks.
 
     Parameters
     ----------
     path : path-like
     **asked
-        Keywords of `palpate.read`. A table of another program is still read as a whole.
+        Keywords of `palpate.read`, and `known`, as in `Foreign`. A table of another program is still read as a whole.
 
     Returns
     -------
-    Recorded or Foreign
+    Recorded, Foreign or BinaryData
         An input for `palpate.touches`: `blocks()` yields arrays of samples; `settings` and `describe()` are those of
         the sidecar.
 
@@ -103,6 +158,14 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> Recorded | Foreign:
     >>> [touch.samples for touch in palpate.touches(recorded("tests/data/four-specimens.csv"))]
     [250, 250, 250, 250]
     """
+    known = asked.pop("known", ())
     given = {name: value for name, value in asked.items() if value is not None}
-    own = None if given else own_recording(Path(path))
-    return own or Foreign(path, **given)
+    file = Path(path)
+    if not given and (own := own_recording(file)):
+        return own
+    if is_binary_data(file):
+        if more := set(given) - {"soft", "rate"}:
+            raise ValueError(f"{min(more)}: got it for a file of codes, allowed: soft and rate")
+        rate = given.get("rate")
+        return BinaryData(file, given.get("soft"), 1 / rate if rate else None)
+    return Foreign(path, known=known, **given)

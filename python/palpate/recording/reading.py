@@ -2,30 +2,22 @@
 
 import os
 from collections.abc import Mapping
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.recording.columns_in import own_recording
+from palpate.recording.binary_data import BinaryData
+from palpate.recording.foreign import Foreign, recorded
 from palpate.recording.own_file import Recorded
+from palpate.recording.frames import own_frame
 from palpate.recording.recording import Recording
 from palpate.samples import DTYPE, usable
 from palpate.tables.asked import Asked
-from palpate.tables.formats import read_table
-from palpate.tables.table import Table
-from palpate.tables.understanding import channels
-
-OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s", "soft_time": "t_soft_s"}
-AS_TABLE = (
-    "a recording of palpate, read as a table of another logger: its rows are not verified, its status, codes and tares not "
-    "used; leave out --map and --unit"
-)
-"""Note of a recording that is read with `columns` or `unit`."""
+from palpate.tables.frames import frame
 
 
 def read(
-    path: str | os.PathLike[str],
+    source: Any,
     *,
     columns: Mapping[str, str | int] | None = None,
     unit: str | None = None,
@@ -38,8 +30,10 @@ def read(
 
     Parameters
     ----------
-    path : path-like
-        A recording of palpate, or a table of another program.
+    source : path-like or data frame
+        A recording of palpate, a table of another program, or the "Binary Data.txt" of Analog Devices' program. Or a
+        frame of pandas or polars, an object with `__arrow_c_stream__`, a dict of arrays, or a structured array: columns
+        of contiguous float64 are used as they are, without a copy.
     columns : mapping, optional
         Columns of "hard", "soft" and, if it is not found by its name, "time"; also "soft_time", if the soft channel
         has its own times. A column is a name in one of the header rows, or a position counted from 1. Not needed for
@@ -70,34 +64,15 @@ def read(
     --------
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
-    asked = Asked(columns, unit, time_unit, rate, decimal, None if soft is None else Path(soft))
-    if not isinstance(path, str | os.PathLike):
-        return own_frame(path, asked) or _foreign(frame(path), asked, own=False)
-    own = own_recording(Path(path))
-    if own and not asked.given:
-        return _own(own)
-    return _foreign(read_table(Path(path)), asked, own=own is not None)
+    given = {"columns": columns, "unit": unit, "time_unit": time_unit, "rate": rate, "decimal": decimal, "soft": soft}
+    if not isinstance(source, str | os.PathLike):
+        table = frame(source)
+        return (None if Asked(**given).given else own_frame(table)) or Foreign(table.path, table=table, **given).recording
+    found = recorded(source, **given)
+    return found.recording if isinstance(found, Foreign) else _whole(found)
 
 
-def _foreign(table: Table, asked: Asked, *, own: bool) -> Recording:
-    columns = asked.columns
-    like_own = {name for column in range(table.width) for name in table.names(column)} >= set(OWN_COLUMNS.values())
-    if like_own and not {"time", "soft_time"} & set(columns or {}):
-        asked = asked.with_columns({**OWN_COLUMNS, **(columns or {})})
-    found = channels(table, asked)
-    return Recording(
-        found.t_hard_s,
-        found.t_soft_s,
-        found.hard,
-        found.soft,
-        notes=(*found.notes, *([AS_TABLE] if own else [])),
-        full_scale_pF=SATURATED_PF if columns is None and like_own else np.inf,
-        zero_utc_ns=found.zero_utc_ns,
-        understood=found.said,
-    )
-
-
-def _own(recorded: Recorded) -> Recording:
+def _whole(recorded: Recorded | BinaryData) -> Recording:
     block = np.concatenate([np.zeros(0, DTYPE), *recorded.blocks()])
     times = (block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9)
     last = np.flatnonzero(np.isin(block["seq"][:-1], [seq for seq, _ in recorded.gap_marks]))

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.recording.foreign import Foreign, recorded
+from palpate.recording.foreign import recorded
 from palpate.recording.lines import Damage
 from palpate.recording.own_file import Recorded
 from palpate.recording.repair import repair as mend
@@ -42,6 +42,10 @@ class Verification:
         Whether it is a rescue recording, of one that was disturbed while it ran.
     changed : bool
         Whether no row is missing, but the recording is not as it was written.
+    timed : bool
+        Whether the times of its rows are known.
+    understood : str
+        Of a table of another program: one line that says which columns and units were used.
 
     Examples
     --------
@@ -61,6 +65,8 @@ class Verification:
     damaged: tuple[Damage, ...] = ()
     rescued: bool = False
     changed: bool = False
+    timed: bool = True
+    understood: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields as plain values, for JSON."""
@@ -73,7 +79,8 @@ class Verification:
             "repaired": self.repaired,
             "rescued": self.rescued,
             "changed": self.changed,
-            "seconds": survey.seconds,
+            "understood": self.understood,
+            "seconds": survey.seconds if self.timed else None,
             **{name: value for name, value in numbers.items() if not name.endswith("_ns")},
             "faults": list(self.faults),
             "findings": list(self.findings),
@@ -115,11 +122,11 @@ def check(
     0
     """
     recording = recorded(path, **table)
-    if isinstance(recording, Foreign):
+    if not isinstance(recording, Recorded):
         for _ in recording.blocks():
             pass
-        findings = (*_findings(recording.survey), *recording.notes)
-        return Verification(recording.path, recording.survey, None, False, False, (), findings)
+        findings = (recording.understood, *_findings(recording.survey), *recording.notes)
+        return Verification(recording.path, recording.survey, None, False, False, (), findings, timed=recording.timed)
     damage: list[Damage] = []
     for _ in recording.blocks(damage):
         pass

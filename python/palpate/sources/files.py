@@ -6,8 +6,7 @@ from threading import Event
 from typing import Any
 
 from palpate.errors import RecordingError
-from palpate.recording.foreign import RATE, Foreign, recorded
-from palpate.recording.own_file import Recorded
+from palpate.recording.foreign import RATE, AnyRecording, recorded
 from palpate.samples import Block, Sample, samples_of
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, choice, number
@@ -21,7 +20,8 @@ UNREAD = "not read to its end: its rows are not verified"
 class FileSource(Source):
     """The samples of a file, as fast as possible or with the timing of the recording.
 
-    After the last sample `notify` is called with each note on the recording: what is wrong with it is known then.
+    `notify` is called first with the line that says how a table was understood, and after the last sample with each note
+    on the recording: what is wrong with it is known then.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class FileSource(Source):
     speed : float, optional
         1: the timing of the recording; 10: ten times as fast; None: as fast as possible.
     **asked
-        Keywords of `palpate.read`.
+        Keywords of `palpate.read`, and `known`, as in `palpate.recorded`.
 
     Raises
     ------
@@ -39,11 +39,11 @@ class FileSource(Source):
 
     Attributes
     ----------
-    recording : Recorded or Foreign
+    recording : Recorded, Foreign or BinaryData
     """
 
     def __init__(self, path: str, speed: float | None = None, **asked: Any) -> None:
-        self.recording: Recorded | Foreign = recorded(path, **asked)
+        self.recording: AnyRecording = recorded(path, **asked)
         if not self.recording.timed:
             raise ValueError(f"rate: got none, allowed: {RATE}")
         self.live: bool = speed is not None
@@ -55,6 +55,8 @@ class FileSource(Source):
     def __iter__(self) -> Iterator[Sample]:
         """Return the samples, from the first one; raises RecordingError after the last one if a checksum differs."""
         whole = False
+        if self.recording.understood:
+            self.notify(f"{self.recording.path}: {self.recording.understood}")
         try:
             whole = yield from self._samples()
         finally:  # also if the reader wants no more
@@ -131,9 +133,10 @@ class FileSource(Source):
 def open_file(address: str, options: Mapping[str, Any]) -> FileSource:
     """Return the source of a path; `map` is `columns` as text."""
     given = dict(options)
+    known = given.pop("known", ())
     if "map" in given:
         given["columns"] = parsed_map(str(given.pop("map")))
-    return FileSource(address, **checked("file", given, _ALLOWED))
+    return FileSource(address, known=known, **checked("file", given, _ALLOWED))
 
 
 _ALLOWED = {

@@ -26,20 +26,29 @@ class LateColumn(Column):
     Parameters
     ----------
     names : tuple of str
-    make : callable
+    cells : callable, or the cells
         Returns the cells.
     unit : str
+    kind : str, optional
+        Of the cells that it will return.
     """
 
-    def __init__(self, names: tuple[str, ...], make: Callable[[], Cells], unit: str = "") -> None:
-        for name, value in (("names", names), ("unit", unit), ("_make", make)):
+    def __init__(
+        self, names: tuple[str, ...], cells: Callable[[], Cells] | Cells, unit: str = "", kind: str = ""
+    ) -> None:
+        for name, value in {"names": names, "_given": cells, "unit": unit, "_kind": kind}.items():
             object.__setattr__(self, name, value)
 
     @cached_property
     def cells(self) -> Cells:  # type: ignore[override]
         """The cells."""
-        made: Callable[[], Cells] = self.__dict__["_make"]
-        return made()
+        given: Callable[[], Cells] | Cells = self.__dict__["_given"]
+        return given() if callable(given) else given
+
+    @property
+    def kind(self) -> str:
+        """As that of `Column`; known before the cells."""
+        return str(self.__dict__["_kind"] or super().kind)
 
 
 def arrow_column(where: Path, field: Any, get: Callable[[], Any]) -> Column:
@@ -53,12 +62,17 @@ def arrow_column(where: Path, field: Any, get: Callable[[], Any]) -> Column:
     get : callable
         Returns the pyarrow.ChunkedArray.
     """
-    arrow = need("pyarrow", "export")
     unit = (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace")
-    if arrow.types.is_timestamp(field.type) and field.type.tz:
-        unit = "UTC"
+    unit = "UTC" if getattr(field.type, "tz", None) else unit
     names = (field.name,) if field.name else ()
-    return LateColumn(names, lambda: cells_of(where, field.name, get()), unit)
+    return LateColumn(names, lambda: cells_of(where, field.name, get()), unit, _kind(field.type))
+
+
+def _kind(of: Any) -> str:
+    kinds = need("pyarrow", "export").types
+    if kinds.is_timestamp(of) or kinds.is_date(of):
+        return "M"
+    return "m" if kinds.is_duration(of) or kinds.is_time(of) else "f" if _is_number(kinds, of) else "T"
 
 
 def cells_of(where: Path, name: str, column: Any) -> Cells:

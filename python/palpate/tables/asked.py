@@ -1,10 +1,10 @@
 """What a user says about a table: the meaning of its columns, their units, their rate."""
 
 import math
+import os
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import Self
 
 from palpate.errors import listed, quoted
@@ -69,7 +69,7 @@ class Asked:
     time_unit: str | None = None
     rate: float | None = None
     decimal: str | None = None
-    soft: Path | None = None
+    soft: str | os.PathLike[str] | None = None
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -79,7 +79,7 @@ class Asked:
             value = getattr(self, name)
             if value is not None and value not in allowed:
                 raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(allowed)}")
-        if self.rate is not None and not 0 < self.rate < math.inf:
+        if self.rate is not None and not (isinstance(self.rate, float | int) and 0 < self.rate < math.inf):
             raise ValueError(f"rate: got {quoted(self.rate)}, allowed: a number above 0, pairs a second")
         for name in ("time", "soft_time"):
             if self.rate is not None and name in (self.columns or {}):

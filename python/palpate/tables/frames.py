@@ -90,17 +90,21 @@ def _arrow(source: Any, where: Path) -> tuple[list[Column], int]:
     return columns, table.num_rows
 
 
+_TIMES = {"Datetime": "M", "Date": "M", "Duration": "m", "Time": "m"}
+
+
 def _polars(source: Any, where: Path) -> tuple[list[Column], int]:
     columns: list[Column] = []
     for series in source.get_columns():
-        unit = "UTC" if getattr(series.dtype, "time_zone", None) else ""
-        columns.append(LateColumn((series.name,), partial(_polars_cells, where, series), unit))
+        kind, unit = series.dtype, "UTC" if getattr(series.dtype, "time_zone", None) else ""
+        known = _TIMES.get(kind.base_type().__name__, "f" if kind.is_numeric() else "T")
+        columns.append(LateColumn((series.name,), partial(_polars_cells, where, series), unit, known))
     return columns, len(source)
 
 
 def _polars_cells(where: Path, series: Any) -> Cells:
-    kind, spans = series.dtype, (sys.modules["polars"].Datetime, sys.modules["polars"].Duration)
-    if isinstance(kind, spans) or (kind.is_numeric() and not kind.is_decimal()):
+    kind = series.dtype
+    if kind.base_type().__name__ in ("Datetime", "Duration") or (kind.is_numeric() and not kind.is_decimal()):
         values: NDArray[Any] = series.to_numpy()  # dates with a zone are in UTC
         return values
     return cells_of(where, series.name, need("pyarrow", "export").chunked_array(series))
@@ -112,13 +116,18 @@ def _mapping(source: Mapping[Any, Any], where: Path) -> tuple[list[Column], int]
     if any(len(shape) != 1 for shape in sizes) or len(sizes) > 1:
         raise RecordingError(where, f"got arrays of shapes {sorted(sizes)}, allowed: one shape (n,)")
     columns: list[Column] = [
-        LateColumn((name,), partial(_numpy_cells, where, name, array)) for name, array in arrays.items()
+        LateColumn((name,), partial(_numpy_cells, where, name, array), kind=_kind(array.dtype))
+        for name, array in arrays.items()
     ]
     return columns, next(iter(sizes), (0,))[0]
 
 
 def _structured(source: NDArray[Any], where: Path) -> tuple[list[Column], int]:
     return _mapping({name: source[name] for name in source.dtype.names or ()}, where)
+
+
+def _kind(dtype: Any) -> str:
+    return str(dtype.kind) if dtype.kind in "biufmM" else "T"
 
 
 def _numpy_cells(where: Path, name: str, values: NDArray[Any]) -> Cells:
@@ -150,7 +159,7 @@ def _pandas_column(where: Path, label: Any, kind: Any, get: Callable[[], Any], u
     names = tuple(name for name in dict.fromkeys([*levels, " ".join(levels)]) if name)
     zoned = getattr(getattr(kind, "pyarrow_dtype", kind), "tz", None)
     unit = "UTC" if zoned else str(units.get(label, ""))
-    return LateColumn(names, partial(_pandas_cells, where, " ".join(levels), get), unit)
+    return LateColumn(names, partial(_pandas_cells, where, " ".join(levels), get), unit, _kind(kind))
 
 
 def _pandas_cells(where: Path, name: str, get: Callable[[], Any]) -> Cells:

@@ -2,6 +2,7 @@
 
 import math
 import re
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ def numbers(table: Table, column: int, decimal: str | None = None) -> NDArray[np
     """
     cells = table.columns[column].cells
     if isinstance(cells, np.ndarray):
-        return np.asarray(cells, float)
+        return _of_array(table, column, cells)
     values = np.empty(len(cells))
     for row, cell in enumerate(cells):
         if cell is None:
@@ -59,6 +60,14 @@ def numbers(table: Table, column: int, decimal: str | None = None) -> NDArray[np
             )
             raise RecordingError(table.path, reason, table.lines[row]) from None
     return values
+
+
+def _of_array(table: Table, column: int, cells: NDArray[Any]) -> NDArray[np.float64]:
+    if cells.dtype.kind in "mM":
+        raise RecordingError(table.path, f"column {column + 1} ({table.name(column)}): got times, allowed: numbers")
+    values = np.asarray(cells, float)
+    over = np.abs(values) >= OVERLOAD
+    return np.where(over, math.nan, values) if over.any() else values
 
 
 def is_number(cell: str) -> bool:

@@ -1,20 +1,25 @@
-"""What the columns of a table mean: the times and capacitances of two channels."""
+"""What a table means: the times and capacitances of two channels, and one line that says how it was understood."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.errors import RecordingError, quoted
+from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
-from palpate.tables.names import TIMES, named
+from palpate.tables.doubts import clipped
 from palpate.tables.numbers import numbers
+from palpate.tables.pairs import joined
+from palpate.tables.roles import Side, said, sides
+from palpate.tables.scales import units
 from palpate.tables.table import Table
 from palpate.tables.times import Times, times
 from palpate.tables.units import PICOFARADS
 
 Array = NDArray[np.float64]
+_Arrays = tuple[Array, Array, Array, Array]
+UNTIMED = "no column of times found: start_s is unknown; name it with time=COL, or give the rate"
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +35,8 @@ class Channels:
     notes : tuple of str
         What was left out or looks wrong.
     zero_utc_ns : int or None
+    unused : list of str
+        Names of the other columns of the table.
     """
 
     t_hard_s: Array
@@ -39,64 +46,131 @@ class Channels:
     said: str
     notes: tuple[str, ...]
     zero_utc_ns: int | None
+    unused: list[str]
 
 
-def channels(table: Table, asked: Asked) -> Channels:
-    """Return the two channels of a table.
+def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Channels:
+    """Return the two channels of a table, or of two.
 
     Raises
     ------
     RecordingError
         A cell is wrong: with its line and column.
     ValueError
-        The table leaves the meaning open: the message has what fits, and the option that settles it.
+        The meaning is open: the message has what fits, and the option that settles it.
     """
-    wanted = dict(asked.columns or {})
-    if table.width < 2:
+    if table.width < 2 and soft_table is None:
         raise RecordingError(table.path, "not a recording: one column, two are needed", table.lines[0])
-    if not wanted:
-        raise ValueError(
-            f"columns: got none for a table of another logger, allowed: hard and soft, two of {table.describe()}"
-        )
-    hard = _capacitance(table, wanted["hard"], asked)
-    soft = _capacitance(table, wanted["soft"], asked)
-    hard_times = _times(table, wanted.get("time"), asked)
-    soft_times = _times(table, wanted["soft_time"], asked) if "soft_time" in wanted else hard_times
-    notes = _notes(table, hard_times.seconds, hard, soft)
-    if asked.unit is None and not table.unit(table.column(wanted["hard"]), PICOFARADS):
-        notes.append("no unit in the header: pF assumed")
-    return Channels(hard_times.seconds, soft_times.seconds, hard, soft, "", tuple(notes), hard_times.zero_utc_ns)
+    hard, soft = sides(table, asked, soft_table)
+    raw = tuple(numbers(side.table, side.value, asked.decimal) for side in (hard, soft))
+    hard_unit, soft_unit, told = units(hard, soft, (raw[0], raw[1]), asked)
+    values = [each if (factor := PICOFARADS[unit]) == 1.0 else each * factor
+              for each, unit in zip(raw, (hard_unit, soft_unit), strict=True)]  # fmt: skip
+    stamps = _stamps(hard, soft, asked)
+    by_row = hard.table is soft.table or asked.rate is not None or not any(each.said for each in stamps)
+    arrays, apart = (_by_row if by_row else _by_time)(hard, soft, stamps, values)
+    line = [_said_times(stamps), f"hard = {hard.name}, {hard_unit}", f"soft = {soft.name}, {soft_unit}"]
+    line += [_pace(arrays[0]), f"{len(arrays[0])} rows"]
+    tables = [table] if soft_table is None else [table, soft_table]
+    notes = [*_notes(arrays), *apart, *told, *(note for each in stamps for note in each.notes)]
+    notes += [note for each in tables for note in each.notes]
+    notes += [note for name, each in zip(("hard", "soft"), arrays[2:], strict=True) for note in clipped(name, each)]
+    return Channels(
+        *arrays, "; ".join(filter(None, line)), tuple(dict.fromkeys(notes)), stamps[0].zero_utc_ns, _unused(hard, soft)
+    )
 
 
-def _capacitance(table: Table, wanted: str | int, asked: Asked) -> Array:
-    column = table.column(wanted)
-    named_unit = table.unit(column, PICOFARADS)
-    if asked.unit is None and named_unit == "%":
-        raise ValueError(
-            f"column: got {quoted(wanted)}, which is in per cent, allowed: a capacitance; if it is one, give its unit"
-        )
-    values = numbers(table, column, asked.decimal)
-    factor = PICOFARADS[asked.unit or named_unit or "pF"]
-    return values if factor == 1.0 else values * factor
+def _unused(hard: Side, soft: Side) -> list[str]:
+    used = {hard.value, soft.value, *hard.times, *soft.times}
+    same = hard.table is soft.table
+    return [hard.table.name(column) for column in range(hard.table.width) if same and column not in used]
 
 
-def _times(table: Table, wanted: str | int | None, asked: Asked) -> Times:
+def _stamps(hard: Side, soft: Side, asked: Asked) -> tuple[Times, Times]:
+    first = _of_side(hard, asked)
+    same = soft.table is hard.table and soft.times == hard.times
+    return first, first if same else _of_side(soft, asked)
+
+
+def _of_side(side: Side, asked: Asked) -> Times:
     if asked.rate is not None:
-        return Times(np.arange(len(table)) / asked.rate, f"{asked.rate:g} pairs a second, as asked")
-    if wanted is not None:
-        return times(table, table.column(wanted), asked.time_unit, asked.decimal)
-    found = named(table, TIMES)
-    if not found:
-        return Times(np.full(len(table), math.nan), "")
-    return times(table, found[0], asked.time_unit, asked.decimal)
+        notes = ["the times of the file are not used: a rate was given"] if side.times else []
+        return Times(np.arange(len(side.table)) / asked.rate, "as the rate says", notes=notes)
+    found: list[Times] = []
+    wrong: list[Exception] = []
+    for column in side.times:
+        try:
+            one = times(side.table, column, asked.time_unit, asked.decimal)
+            _require_steps(one, said(side.table, column))
+        except (ValueError, RecordingError) as error:
+            wrong.append(error)
+        else:
+            found.append(replace(one, said=f"{said(side.table, column)}, {one.said}"))
+    if found:
+        return min(found, key=lambda each: int(np.count_nonzero(np.diff(each.seconds) == 0)))
+    if wrong:
+        raise wrong[0]
+    return Times(np.full(len(side.table), math.nan), "")
 
 
-def _notes(table: Table, time_s: Array, hard: Array, soft: Array) -> list[str]:
+def _require_steps(found: Times, name: str) -> None:
+    steps = np.diff(found.seconds)
+    if len(steps) and not np.count_nonzero(steps > 0) > np.count_nonzero(steps < 0):
+        raise ValueError(
+            f"time: got a column of times, {name}, that does not rise, allowed: one that does, with time=COL"
+        )
+
+
+def _by_row(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Array]) -> tuple[_Arrays, list[str]]:
+    """Return times and values of the rows, and notes."""
+    if len(values[0]) != len(values[1]):
+        raise ValueError(
+            f"time: got none for channels of {len(values[0])} and {len(values[1])} rows, allowed: times in both, or equal "
+            "numbers of rows"
+        )
+    told = [] if hard.table is soft.table else ["the channels are paired row by row, as they have no times"]
+    return (stamps[0].seconds, stamps[1].seconds, values[0], values[1]), told
+
+
+def _by_time(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Array]) -> tuple[_Arrays, list[str]]:
+    """Return times and values of readings that are near each other, and notes."""
+    pairs = joined(stamps[0].seconds, values[0], stamps[1].seconds + _between(stamps), values[1])
+    notes = (
+        [f"{pairs.left_out} readings have none of the other channel near in time: left out"] if pairs.left_out else []
+    )
+    return (pairs.t_hard, pairs.t_soft, pairs.hard, pairs.soft), notes
+
+
+def _between(stamps: tuple[Times, Times]) -> float:
+    """Return what to add to the times of the soft channel so that both have one zero, s."""
+    zeros = [each.zero_utc_ns for each in stamps]
+    if zeros[0] is not None and zeros[1] is not None:
+        return (zeros[1] - zeros[0]) / 1e9
+    return 0.0
+
+
+def _said_times(stamps: tuple[Times, Times]) -> str:
+    names = list(dict.fromkeys(each.said for each in stamps if each.said))
+    return f"time = {' and '.join(names)}" if names else ""
+
+
+def _pace(t: Array) -> str:
+    steps = np.diff(t)
+    steps = steps[steps > 0]
+    if not len(steps):
+        return "rate unknown"
+    usual = steps[steps <= 10 * np.median(steps)]
+    rate = (len(t) - 1) / len(steps) / float(usual.mean())
+    return f"{rate:.4g} pairs a second"
+
+
+def _notes(arrays: _Arrays) -> list[str]:
+    time_s, _, hard, soft = arrays
     missing = int(np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft))))
     back = int(np.count_nonzero(np.diff(time_s) < 0))
     notes = {
         f"{missing} of {len(hard)} rows have no value in a channel: left out": missing,
         f"time goes back at {back} of {len(hard)} rows: the order of the file is used": back,
-        "no column of times found: start_s is unknown": bool(len(time_s)) and bool(np.isnan(time_s).all()),
+        UNTIMED: bool(len(time_s)) and bool(np.isnan(time_s).all()),
     }
-    return [*(note for note, holds in notes.items() if holds), *table.notes]
+    return [note for note, holds in notes.items() if holds]

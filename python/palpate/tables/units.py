@@ -1,7 +1,7 @@
 """Units of capacitances and times, and the units in the names of columns."""
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 
 PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "µF": 1e6, "μF": 1e6, "mF": 1e9, "F": 1e12}
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "min": 60.0, "d": 86400.0}
@@ -25,8 +25,13 @@ def unit_in(name: str, units: Collection[str]) -> str | None:
     return unit or ("%" if match[1] == "%" else None)
 
 
-def bare_name(name: str, units: Mapping[str, float] = PICOFARADS | SECONDS) -> str:
-    """Return a name in lower case and without its unit: 'C (pF)', 'c_pF' and 'C' are equal."""
+def bare(name: str) -> str:
+    """Return a name without its unit: 'C1 (pF)' gives 'C1'."""
     match = _UNIT.search(name)
-    known = match and (match[1] in units or match[1] == "%")
-    return (name[: match.start()] if match and known else name).strip(" _/").casefold()
+    known = match and (match[1] in PICOFARADS or match[1] in SECONDS or match[1] == "%")
+    return (name[: match.start()] if match and known else name).strip(" _/")
+
+
+def bare_name(name: str) -> str:
+    """Return a name in lower case and without its unit: 'C (pF)', 'c_pF' and 'C' are equal."""
+    return bare(name).casefold()

@@ -1,0 +1,164 @@
+"""Which columns of a table are the two channels: as the user says, or by names that leave no doubt."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from palpate.errors import quoted
+from palpate.tables.asked import Asked
+from palpate.tables.long import id_columns, spread
+from palpate.tables.names import PAIRS, SOFT_TIMES, named, simple_name, time_columns
+from palpate.tables.table import Column, Table
+from palpate.tables.units import PICOFARADS, bare
+
+
+class Side(NamedTuple):
+    """One channel: its table, its column of values, and the columns that may be its times, the likeliest first.
+
+    `asked`: whether the user named the column of times; then there is one.
+    """
+
+    table: Table
+    value: int
+    times: list[int]
+    asked: bool
+
+    @property
+    def name(self) -> str:
+        """The name of the column of values, without its unit."""
+        return said(self.table, self.value)
+
+
+def said(table: Table, column: int) -> str:
+    """Return the name of a column as a message says it: without its unit, or its position."""
+    name = table.name(column)
+    return bare(name) or name
+
+
+def sides(table: Table, asked: Asked, soft: Table | None = None) -> tuple[Side, Side]:
+    """Return the hard and the soft channel; both of one table, or each of its own.
+
+    Parameters
+    ----------
+    table : Table
+    asked : Asked
+    soft : Table, optional
+        The table of the soft channel, if `table` has the hard channel only.
+
+    Raises
+    ------
+    ValueError
+        It is open which columns are meant: with what fits, and the option that settles it.
+    """
+    wanted = dict(asked.columns or {})
+    table = dated(table)
+    if soft is not None:
+        hard_side = _alone(table, wanted.get("hard"), wanted.get("time"))
+        return hard_side, _alone(dated(soft), wanted.get("soft"), wanted.get("soft_time", wanted.get("time")))
+    wanted = wanted or dict(_guessed(table))
+    parts = _of_long(table, wanted)
+    if parts is not None:
+        return _alone(parts[0], None, wanted.get("time")), _alone(parts[1], None, wanted.get("time"))
+    hard, soft_column = table.column(wanted["hard"]), table.column(wanted["soft"])
+    if hard == soft_column:
+        raise ValueError(f"columns: got {quoted(wanted['hard'])} for both channels, allowed: two columns")
+    taken = {hard, soft_column}
+    both = _times(table, wanted.get("time"), taken)
+    own = _soft_times(table, wanted.get("soft_time"), taken)
+    hard_side = Side(table, hard, both, "time" in wanted)
+    return hard_side, Side(table, soft_column, own, "soft_time" in wanted) if own else hard_side._replace(
+        value=soft_column
+    )
+
+
+def _times(table: Table, wanted: str | int | None, taken: set[int]) -> list[int]:
+    if wanted is not None:
+        return [table.column(wanted)]
+    return [column for column in time_columns(table) or _dates(table) if column not in taken]
+
+
+def _soft_times(table: Table, wanted: str | int | None, taken: set[int]) -> list[int]:
+    if wanted is not None:
+        return [table.column(wanted)]
+    found = [column for column in named(table, SOFT_TIMES) if column not in taken]
+    return found if len(found) == 1 and time_columns(table) else []
+
+
+def _dates(table: Table) -> list[int]:
+    """Return the columns without a known name whose cells are dates or durations."""
+    return [n for n, column in enumerate(table.columns) if column.kind in "mM"]
+
+
+def _alone(table: Table, wanted: str | int | None, time: str | int | None) -> Side:
+    """Return the channel of a table that has one."""
+    times = _times(table, time, set())
+    if wanted is not None:
+        value = table.column(wanted)
+        return Side(table, value, [column for column in times if column != value], time is not None)
+    values = [column for column in range(table.width) if column not in times]
+    if len(values) != 1:
+        raise ValueError(
+            f"columns: got {len(values)} columns that can be the channel in {table.path.name}, allowed: one of "
+            f"{table.describe()} (--map hard=COL,soft=COL)"
+        )
+    return Side(table, values[0], times, time is not None)
+
+
+def _of_long(table: Table, wanted: Mapping[str, str | int]) -> tuple[Table, Table] | None:
+    """Return the rows of each channel of a table with a column of names; None if the names are columns."""
+    names = [str(wanted[key]).strip() for key in ("hard", "soft")]
+    try:
+        for name in names:
+            table.column(name)
+    except ValueError:
+        found = id_columns(table, names)
+        if len(found) != 1:
+            raise
+        parts = spread(table, found[0])
+        return parts[names[0]], parts[names[1]]
+    return None
+
+
+def _guessed(table: Table) -> Mapping[str, str | int]:
+    """Return the columns of the channels by their names, positions from 1, or their names in a column of names."""
+    for names in PAIRS:
+        hard, soft = (named(table, [name]) for name in names)
+        if len(hard) == len(soft) == 1 and not _others(table, {hard[0], soft[0]}):
+            return {"hard": hard[0] + 1, "soft": soft[0] + 1}
+    for column in id_columns(table, []):
+        known = {simple_name(name): name for name in spread(table, column)}
+        for first, second in PAIRS:
+            if set(known) == {first, second}:
+                return {"hard": known[first], "soft": known[second]}
+    raise ValueError(_open(table))
+
+
+def _others(table: Table, taken: set[int]) -> list[int]:
+    """Return the other columns that are capacitances by their unit."""
+    rest = [column for column in range(table.width) if column not in taken]
+    return [column for column in rest if table.unit(column, PICOFARADS) in PICOFARADS]
+
+
+def _open(table: Table) -> str:
+    times = set(time_columns(table))
+    values = [column + 1 for column in range(table.width) if column not in times]
+    hint = f", as in --map hard={values[0]},soft={values[1]}" if len(values) > 1 else ""
+    return f"columns: got none for a table of another program, allowed: hard and soft, two of {table.describe()}{hint}"
+
+
+def dated(table: Table) -> Table:
+    """Return the table with one column of times in place of one of dates and one of times of day."""
+    dates, clocks = (named(table, names) for names in ({"date", "datum"}, {"time", "zeit", "uhrzeit", "clock"}))
+    if len(dates) != 1 or len(clocks) != 1:
+        return table
+    date, clock = table.columns[dates[0]], table.columns[clocks[0]]
+    if (date.kind, clock.kind) != ("T", "T"):
+        return table
+    if not any(":" in (cell or "") for cell in clock.cells[:3]):
+        return table
+    cells = [
+        f"{day} {time}" if day and time else day or time for day, time in zip(date.cells, clock.cells, strict=True)
+    ]
+    columns = list(table.columns)
+    columns[clocks[0]] = Column(clock.names, cells)
+    columns[dates[0]] = Column((), date.cells)
+    return Table(table.path, columns, table.lines, table.header, table.notes, table.header_fits)

@@ -1,0 +1,77 @@
+"""The unit of the two capacitances: from the header, or by the size of the values."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.errors import quoted
+from palpate.tables.asked import Asked
+from palpate.tables.roles import Side
+from palpate.tables.units import PICOFARADS
+
+Array = NDArray[np.float64]
+_SURE = {"pF": (0.05, 100.0), "F": (0.05e-12, 100e-12)}
+"""Sizes that leave no doubt about a unit: gauges have some pF, and change by some tenths."""
+_FAR = 100.0  # the two gauges of a probe differ by less
+
+
+def units(hard: Side, soft: Side, values: tuple[Array, Array], asked: Asked) -> tuple[str, str, list[str]]:
+    """Return the units of the hard and the soft channel, and notes.
+
+    Raises
+    ------
+    ValueError
+        Not a capacitance, or neither header nor size tells the unit, or the two do not fit together.
+    """
+    if asked.unit is not None:
+        return asked.unit, asked.unit, []
+    given = [_in_header(side) for side in (hard, soft)]
+    known = [unit for unit in given if unit]
+    if len(known) == 2:
+        told = [] if given[0] == given[1] else [f"the channels have different units: {given[0]} and {given[1]}"]
+    elif known:
+        named, bare = (hard, soft) if given[0] else (soft, hard)
+        told = [f"no unit in the header of {bare.name}: {known[0]}, as that of {named.name}"]
+    else:
+        known, told = _by_size(hard, values)
+    result = (given[0] or known[0], given[1] or known[0])
+    _require_alike(hard, soft, values, result)
+    return *result, told
+
+
+def _in_header(side: Side) -> str | None:
+    unit = side.table.unit(side.value, PICOFARADS)
+    if unit == "%":
+        raise ValueError(
+            f"column: got {quoted(side.table.name(side.value))}, which is in per cent, allowed: a capacitance; if it is one, give its unit"
+        )
+    return unit
+
+
+def _size(values: Array) -> float:
+    """Return the size of the larger values, but not of single wrong ones; 0 without values."""
+    finite = np.abs(values[np.isfinite(values)])
+    return float(np.quantile(finite, 0.99)) if len(finite) else 0.0
+
+
+def _by_size(hard: Side, values: tuple[Array, Array]) -> tuple[list[str], list[str]]:
+    size = max(map(_size, values))
+    if size == 0.0:
+        return ["pF"], []
+    for unit, (low, high) in _SURE.items():
+        if low <= size <= high:
+            return [unit], [
+                f"no unit in the header: {unit} assumed" + (", by the size of the values" if unit == "F" else "")
+            ]
+    raise ValueError(
+        f"unit: got none in the header, and values of about {size:.3g} in {hard.name}, allowed: one of "
+        f"{', '.join(dict.fromkeys(PICOFARADS))} (--unit)"
+    )
+
+
+def _require_alike(hard: Side, soft: Side, values: tuple[Array, Array], found: tuple[str, str]) -> None:
+    sizes = [_size(each) * PICOFARADS[unit] for each, unit in zip(values, found, strict=True)]
+    if min(sizes) > 0 and max(sizes) / min(sizes) > _FAR:
+        raise ValueError(
+            f"unit: got about {sizes[0]:.3g} pF in {hard.name} and {sizes[1]:.3g} pF in {soft.name}, allowed: channels "
+            "of similar size; if this is right, give their unit (--unit)"
+        )
