@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "constructors.hpp"
+#include "display.hpp"
 #include "estimator.hpp"
 #include "estimator_kinds.hpp"
 #include "pickling.hpp"
@@ -207,14 +208,6 @@ TypeError, ValueError, RuntimeError
     As `process`.
 )";
 
-template <class E>
-std::string repr(py::handle self) {
-  const E& estimator = methods::reference<E>(self);
-  return "<" + py::type::of(self).attr("__name__").template cast<std::string>() + "(" + estimator.settings().text() +
-         ") ratio=" + number(estimator.ratio()) + " samples=" + std::to_string(estimator.samples()) +
-         " rejected=" + std::to_string(estimator.rejected()) + ">";
-}
-
 template <class Kind>
 Estimator<Kind> made(const methods::Given& given) {
   const Settings settings = Kind::defaults().with(given.owner, given.settings);
@@ -230,7 +223,7 @@ void bind(py::module_& module, const char* name, const char* doc) {
   methods::define<&E::process>(type, process_doc);
   methods::define<&E::trace>(type, trace_doc);
   methods::define<&E::reset>(type, "reset($self)\n--\n\nForget all samples; the settings stay.");
-  methods::define<&repr<E>>(type, "__repr__($self, /)\n--\n\n");
+  display::define<display::Kind::estimator>(type);
   define_copies(type);
   methods::property<&E::settings_dict>(
       type, "settings", "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.");

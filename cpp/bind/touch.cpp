@@ -6,6 +6,7 @@
 #include <string>
 
 #include "constructors.hpp"
+#include "display.hpp"
 #include "pickling.hpp"
 
 // A press raises both channels. Of the probe's ratios, 1 to 10, none is near these limits: then a channel is not wired, or
@@ -75,14 +76,6 @@ py::dict TouchResult::as_dict() const {
   return result;
 }
 
-std::string TouchResult::repr() const {
-  py::list assignments;
-  for (const auto& [name, value] : as_dict()) {
-    assignments.append(py::str("{}={!r}").format(name, value));
-  }
-  return "Touch(" + py::str(", ").attr("join")(assignments).cast<std::string>() + ")";
-}
-
 TouchResult TouchResult::untimed() const {
   TouchResult other = *this;
   other.start_s = other.period_s = std::numeric_limits<double>::quiet_NaN();
@@ -138,7 +131,7 @@ void bind_touch(py::module_& module) {
   auto type = methods::define_class<&not_made>(module, "Touch", "()", "The result of one touch.");
   methods::define<&R::as_dict>(type, "as_dict($self)\n--\n\nAll fields as a dict of plain numbers; nan becomes None.");
   methods::define<&R::untimed>(type, "_untimed($self)\n--\n\n");
-  methods::define<&R::repr>(type, "__repr__($self, /)\n--\n\n");
+  display::define<display::Kind::touch>(type);
   define_pickling<&state, &restored>(type);
   methods::property<&R::start>(type, "start", "Reading with which it began, counted from 0.");
   methods::property<&R::start_s>(type, "start_s", "Time of that reading, s; nan without times.");

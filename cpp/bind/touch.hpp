@@ -22,7 +22,6 @@ struct TouchResult : palpate::Touch<double> {
   py::tuple flags() const;
   py::dict effects() const;
   py::dict as_dict() const;
-  std::string repr() const;
   TouchResult untimed() const;
   double offset_ratio() const { return fitted.offset_ratio; }
   double offset_error() const { return fitted.offset_error; }

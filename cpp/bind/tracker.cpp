@@ -3,6 +3,7 @@
 
 #include "constructors.hpp"
 #include "core_state.hpp"
+#include "display.hpp"
 #include "scenes.hpp"
 #include "tracker_docs.hpp"
 
@@ -158,10 +159,6 @@ class PyTracker {
   std::size_t readings() const {
     return get([](const auto& core) { return core.readings(); });
   }
-  std::string repr() const {
-    return "<Tracker('" + std::string(scene_) + "') " + state() + " ratio=" + number(ratio()) +
-           " touches=" + std::to_string(touch_count()) + ">";
-  }
 
  private:
   static std::size_t first_of(py::handle count) {
@@ -207,7 +204,7 @@ void bind_tracker(py::module_& module) {
   methods::define<&T::gap>(type, gap_doc);
   methods::define<&T::touches_since>(type, touches_since_doc);
   methods::define<&T::revisions_since>(type, revisions_since_doc);
-  methods::define<&T::repr>(type, "__repr__($self, /)\n--\n\n");
+  display::define<display::Kind::tracker>(type);
   methods::define<&refuse_pickle>(type, "__reduce_ex__($self, protocol, /)\n--\n\n");
   methods::property<&T::scene>(type, "scene", "Name of the scene.");
   methods::property<&T::settings_dict>(

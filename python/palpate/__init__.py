@@ -126,6 +126,7 @@ _MODULES = {
     "digits",
     "elasticity",
     "figures",
+    "notebook",
     "recording",
     "reference",
     "samples",

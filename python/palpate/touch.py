@@ -1,7 +1,9 @@
 """Touches of a recording."""
 
 from collections.abc import Iterator
+from dataclasses import make_dataclass
 from itertools import pairwise
+from types import GetSetDescriptorType
 from typing import TYPE_CHECKING, Any, Protocol, Unpack, runtime_checkable
 
 import numpy as np
@@ -9,9 +11,62 @@ from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
 from palpate.samples import Block, settings_for, usable
+from palpate.tables.outgoing import Framed, touch_table
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
+
+
+class Touches(list[Touch], Framed):
+    """The touches of a recording, in order of time: a list that shows and draws itself.
+
+    Examples
+    --------
+    >>> Touches()
+    []
+    """
+
+    def __repr__(self) -> str:
+        """Return one line for each touch."""
+        from palpate.display import text
+
+        return text.touches(self)
+
+    def _repr_html_(self) -> str:
+        from palpate.display import cards
+
+        return cards.touches(self)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the ratio of each touch over its begin, with its standard error and flags.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Default: new axes of pyplot.
+
+        Returns
+        -------
+        matplotlib Axes
+
+        Raises
+        ------
+        MissingExtra
+            matplotlib is missing; type: pip install 'palpate[science]'.
+        """
+        from palpate.display import plots
+
+        return plots.touches(self, ax)
+
+    def to_arrow(self) -> Any:
+        """Return a pyarrow.Table, a row for each touch: the fields of `Touch.as_dict`, flags and effects as plain columns."""
+        return touch_table([touch.as_dict() for touch in self])
+
+
+_FIELDS = [name for name, member in vars(Touch).items() if isinstance(member, GetSetDescriptorType)]
+_RECORD = make_dataclass("Touch", _FIELDS)
+for _name in ("__dataclass_fields__", "__dataclass_params__", "__annotations__"):  # pandas and polars make columns of them
+    setattr(Touch, _name, getattr(_RECORD, _name))
 
 
 class Channels(Protocol):
@@ -44,7 +99,7 @@ class Blocks(Protocol):
 
 def touches(
     recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
-) -> list[Touch]:
+) -> Touches:
     """Return the touches of a recording, each with its estimated ratio.
 
     Parameters
@@ -62,8 +117,8 @@ def touches(
 
     Returns
     -------
-    list of Touch
-        In order of time, with the results known at the end of the recording; empty if no change was above the noise.
+    Touches
+        A list of Touch, in order of time, with the results known at the end of the recording; empty if no change was above the noise.
 
     Raises
     ------
@@ -85,7 +140,7 @@ def touches(
 
 def tracked(
     recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
-) -> tuple[list[Touch], int]:
+) -> tuple[Touches, int]:
     """Return the touches of a recording as `touches`, and how often the baseline was measured again.
 
     Examples
@@ -100,7 +155,7 @@ def tracked(
         pass
     tracker.finish()
     found = tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
-    return found, tracker.retaken
+    return Touches(found), tracker.retaken
 
 
 def tracker_of(recording: Channels | Blocks, scene: "_Scene", settings: "_AnySettings") -> Tracker:

@@ -52,6 +52,7 @@ METHODS = {
     "__len__": "int",
     "__reduce_ex__": "tuple[Any, ...]",
     "__setstate__": "None",
+    "_repr_html_": "str",
     "_untimed": "Touch",
     "as_dict": "dict[str, Any]",
     "close": "None",

@@ -14,6 +14,7 @@ from palpate import digits
 from palpate._core import Touch
 from palpate.calibration import file as calibration_file
 from palpate.calibration import verdict
+from palpate.calibration.arguments import check_level, check_measured, checked
 from palpate.calibration.curve_fit import Fit, Rows, fit
 from palpate.calibration.interval import Measured, bounds
 from palpate.calibration.modulus import Modulus
@@ -25,7 +26,7 @@ from palpate.several import Agreement, agreement
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Calibration:
     """The calibration curve of a probe: converts a ratio to a modulus with an interval. Made by `fit` or `load`.
 
@@ -103,7 +104,7 @@ class Calibration:
         >>> print(found.modulus(9.9))
         stiffer than 34.5 MPa
         """
-        data = _checked(ratios, moduli, standard_errors, touches)
+        data = checked(ratios, moduli, standard_errors, touches)
         if soft_ratio is not None and not isfinite(soft_ratio):
             raise ValueError(f"soft_ratio: got {soft_ratio}, allowed: a finite number, or None to fit it")
         known, specimen = np.unique(data["moduli"], return_inverse=True)
@@ -114,6 +115,38 @@ class Calibration:
             )
         rows = Rows(data["ratios"], data["standard_errors"], data["touches"], specimen)
         return cls(fit(np.log(known), rows, soft_ratio), **data, about=dict(about or {}), version=_version())
+
+    def __repr__(self) -> str:
+        """Return the specimens, the range and the rigid ratio, in one line."""
+        from palpate.display import text
+
+        return text.calibration(self)
+
+    def _repr_html_(self) -> str:
+        from palpate.display import cards
+
+        return cards.calibration(self)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the curve, the band for a touch, and the measured ratios, over a logarithmic axis of moduli.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Default: new axes of pyplot.
+
+        Returns
+        -------
+        matplotlib Axes
+
+        Raises
+        ------
+        MissingExtra
+            matplotlib is missing; type: pip install 'palpate[science]'.
+        """
+        from palpate.calibration import plot
+
+        return plot.on(ax, self)
 
     @property
     def probe(self) -> Elasticity:
@@ -166,7 +199,7 @@ class Calibration:
 
     def parameter_intervals(self, level: float = 0.95) -> dict[str, tuple[float, float]]:
         """Return the confidence interval of each parameter: rigid_ratio, half_modulus (MPa), soft_ratio."""
-        _check_level(level)
+        check_level(level)
         t = float(need("scipy.special", "science").stdtrit(self.fitted.specimen_freedom, 0.5 + level / 2))
         reach = t * np.sqrt(np.diag(self.fitted.covariance))
         low, high = self.fitted.parameters - reach, self.fitted.parameters + reach
@@ -212,8 +245,8 @@ class Calibration:
         False
         """
         error = 0.0 if standard_error is None else standard_error
-        _check_measured(ratio, error, touches)
-        _check_level(level)
+        check_measured(ratio, error, touches)
+        check_level(level)
         return Modulus.of(self.probe, ratio, bounds(self.fitted, Measured(ratio, error, touches, level)), self.range)
 
     def uncertainty(self, ratio: float, standard_error: float) -> float:
@@ -259,40 +292,3 @@ def _version() -> str:
     from palpate._core import __version__
 
     return __version__
-
-
-def _check_level(level: float) -> None:
-    if not 0 < level < 1:
-        raise ValueError(f"level: got {level}, allowed: 0 < level < 1")
-
-
-def _check_measured(ratio: float, standard_error: float, touches: float) -> None:
-    if not isfinite(ratio):
-        raise ValueError(f"ratio: got {ratio}, allowed: a finite number")
-    if not (isfinite(standard_error) and standard_error >= 0):
-        raise ValueError(f"standard_error: got {standard_error}, allowed: 0 or more, or None")
-    if not touches >= 1:
-        raise ValueError(f"touches: got {touches}, allowed: 1 or more")
-
-
-def _checked(
-    ratios: ArrayLike, moduli: ArrayLike, standard_errors: ArrayLike | None, touches: ArrayLike | None
-) -> dict[str, Array]:
-    shape = np.shape(ratios)
-    count = np.asarray(1.0 if touches is None else touches, dtype=float)
-    given = {
-        "ratios": ratios,
-        "moduli": moduli,
-        "standard_errors": np.zeros(shape) if standard_errors is None else standard_errors,
-        "touches": np.broadcast_to(count, shape) if count.ndim == 0 else count,
-    }
-    data = {name: np.array(values, dtype=float) for name, values in given.items()}
-    for name, values in data.items():
-        if values.ndim != 1 or values.shape != shape:
-            raise ValueError(f"{name}: got shape {values.shape}, allowed: (n,), the same for all")
-        least = 0.0 if name == "standard_errors" else np.nextafter(0.0, 1.0) if name != "touches" else 1.0
-        wrong = ~(np.isfinite(values) & (values >= least))
-        if wrong.any():
-            allowed = {"standard_errors": "0 or more", "touches": "1 or more"}.get(name, "positive numbers")
-            raise ValueError(f"{name}: got {values[wrong][0]}, allowed: {allowed}")
-    return data

@@ -10,10 +10,12 @@ from palpate import digits
 from palpate.calibration.calibration import Calibration
 from palpate.calibration.curve_fit import curve
 from palpate.calibration.interval import Measured, allowance
+from palpate.display.plots import axes
 from palpate.figure_style import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, sheet
 from palpate.files import replacing
 
 _POINTS = 400
+_DOTS: dict[str, Any] = {"marker": ".", "linestyle": "", "color": HARD, "markersize": 3}
 
 
 def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD, label: str = "eq. (2), fitted") -> None:
@@ -31,6 +33,19 @@ def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD, label: st
     ax.set_ylabel("capacitance ratio")
 
 
+def on(ax: Any, calibration: Calibration) -> Any:
+    """Draw the curve and the measured ratios on axes, or on new ones; return the axes."""
+    with axes(ax) as drawn:
+        draw(drawn, calibration)
+        _measured(drawn, calibration)
+        drawn.legend(loc="lower right")
+    return drawn
+
+
+def _measured(ax: Any, calibration: Calibration) -> None:
+    ax.plot(calibration.moduli, calibration.ratios, label="measured", zorder=3, **_DOTS)
+
+
 def _rigid(calibration: Calibration) -> str:
     return digits.number(calibration.probe.rigid_ratio, float(calibration.fitted.covariance[0, 0]) ** 0.5)
 
@@ -46,10 +61,9 @@ def _figure(figure: Any, calibration: Calibration) -> None:
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1.2])
     rows = calibration.residuals
     moduli = [row.modulus for row in rows]
-    dots: dict[str, Any] = {"marker": ".", "linestyle": "", "color": HARD, "markersize": 3}
     bars: dict[str, Any] = {"fmt": "_", "color": PAPER, "markersize": 9, "capsize": 2, "linewidth": 0.8}
     draw(upper, calibration)
-    upper.plot(calibration.moduli, calibration.ratios, label="measured", zorder=3, **dots)
+    _measured(upper, calibration)
     upper.errorbar(moduli, [row.ratio for row in rows], [row.standard_error for row in rows],
                    label="specimen's mean, std. error", **bars)  # fmt: skip
     upper.legend(loc="lower right")
@@ -57,7 +71,7 @@ def _figure(figure: Any, calibration: Calibration) -> None:
     upper.set_title("ratio against modulus, and the distance from the curve")
     level = curve(calibration.fitted.parameters, np.log(calibration.moduli))
     lower.axhline(0, color=HANDHELD)
-    lower.plot(calibration.moduli, 100 * (calibration.ratios / level - 1), zorder=3, **dots)
+    lower.plot(calibration.moduli, 100 * (calibration.ratios / level - 1), zorder=3, **_DOTS)
     lower.errorbar(moduli, [100 * row.relative for row in rows], [100 * row.standard_error / row.fitted for row in rows],
                    **bars)  # fmt: skip
     lower.set_ylabel("distance, %")

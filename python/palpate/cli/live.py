@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 import webbrowser
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from palpate.ad7746.evalkit.find import Board
     from palpate.calibration import Calibration
     from palpate.live.session import Session
-    from palpate.sources import Source
 
 SIMULATED = "sim:four-specimens"
 _PORT = 8746
@@ -85,6 +84,7 @@ def live(
     """  # noqa: D301
     _require()
     from palpate.live.gatekeeper import new_token
+    from palpate.live.opening import opener
     from palpate.live.recordings import Recordings
     from palpate.live.serve import address_of, listen, serve
     from palpate.live.server import Server
@@ -97,7 +97,7 @@ def live(
     calibrated = _calibration(calibration, scene) if calibration else None
     try:
         session = Session(
-            _opener(source, opening(firmware, excitation) | asked),
+            opener(source, opening(firmware, excitation) | asked),
             Recordings(file),
             how,
             lambda message: say(one_line(message)),
@@ -151,18 +151,6 @@ def _arrivals(session: "Session") -> Iterator[None]:
         with suppress(OSError, PalpateError):  # no libusb, for example
             ending.callback(Hotplug(tell).close)
         yield
-
-
-def _opener(source: str, given_beside: dict[str, Any]) -> "Callable[[], Source]":
-    """Return a function that opens the source; simulations and files run in real time unless `speed` is given."""
-    from palpate import sources
-    from palpate.sources.options import split
-
-    scheme, _, given = split(source)
-    options: dict[str, Any] = dict(given_beside)
-    if "speed" not in given and (scheme in ("sim", "") or Path(source).exists()):
-        options["speed"] = 1
-    return lambda: sources.open(source, **options)
 
 
 def _calibration(path: Path, scene: str) -> "Calibration":

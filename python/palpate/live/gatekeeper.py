@@ -3,7 +3,7 @@
 import ipaddress
 import re
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse, RedirectResponse
@@ -96,13 +96,13 @@ class Gatekeeper:
         if not reason and self._token and not (asked or self._kept(headers)):
             reason = NO_TOKEN
         if reason:
-            await _refuse(reason, scope, receive, send)
+            await refuse(reason, scope, receive, send)
         elif self._token and asked and scope["type"] == "http":
             answer = RedirectResponse("/", 303, HEADERS)
             answer.set_cookie(self._cookie, self._token, httponly=True, samesite="strict")
             await answer(scope, receive, send)
         else:
-            await self._app(scope, receive, _with_headers(send))
+            await self._app(scope, receive, with_headers(send))
 
     def _refusal(self, scope: Scope, headers: Headers) -> str:
         host, origin = headers.getlist("host"), headers.getlist("origin")
@@ -110,9 +110,12 @@ class Gatekeeper:
             return "Host: not this page's own"
         if origin != [f"http://{host[0]}"] and (origin or scope["type"] == "websocket"):
             return "Origin: not this page's own"
-        if any(site not in ("same-origin", "none") for site in headers.getlist("sec-fetch-site")):
+        if not self._may_ask(scope, headers):
             return "Sec-Fetch-Site: asked by another page; copy the address into the browser"
         return ""
+
+    def _may_ask(self, _scope: Scope, headers: Headers) -> bool:
+        return all(site in ("same-origin", "none") for site in headers.getlist("sec-fetch-site"))
 
     def _is_own(self, host: str) -> bool:
         name, colon, port = host.rpartition(":")
@@ -156,7 +159,8 @@ def _is_address(name: str) -> bool:
     return True
 
 
-async def _refuse(reason: str, scope: Scope, receive: Receive, send: Send) -> None:
+async def refuse(reason: str, scope: Scope, receive: Receive, send: Send) -> None:
+    """Answer that a request is refused, and why."""
     if scope["type"] == "websocket":
         await receive()
         await send({"type": "websocket.close", "code": 1008, "reason": reason})
@@ -164,10 +168,12 @@ async def _refuse(reason: str, scope: Scope, receive: Receive, send: Send) -> No
         await PlainTextResponse(f"{reason}\n", 403, HEADERS)(scope, receive, send)
 
 
-def _with_headers(send: Send) -> Send:
+def with_headers(send: Send, headers: Mapping[str, str] = HEADERS) -> Send:
+    """Return a function that sends, with these headers."""
+
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
-            given = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]
+            given = [(name.lower().encode(), value.encode()) for name, value in headers.items()]
             message = {**message, "headers": [*message.get("headers", []), *given]}
         await send(message)
 

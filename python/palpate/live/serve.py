@@ -4,7 +4,7 @@ import asyncio
 import errno
 import socket
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 
@@ -66,8 +66,15 @@ def address_of(listening: socket.socket, host: str, token: str | None = None) ->
 class _Server(uvicorn.Server):
     """A server that gets its connections from the lobby."""
 
-    def __init__(self, config: uvicorn.Config, listening: socket.socket, tokens: tuple[str | None, ...]) -> None:
+    def __init__(
+        self,
+        config: uvicorn.Config,
+        listening: socket.socket,
+        tokens: tuple[str | None, ...],
+        ended: Callable[[], bool],
+    ) -> None:
         super().__init__(config)
+        self._ended = ended
         self._listening, self._has_token = listening, has_token(*tokens)
         self._arriving: set[asyncio.Task[object]] = set()
 
@@ -79,6 +86,9 @@ class _Server(uvicorn.Server):
         self._lobby.close()
         await super().shutdown(sockets)
 
+    async def on_tick(self, counter: int) -> bool:
+        return await super().on_tick(counter) or self._ended()
+
     def _admit(self, connection: socket.socket) -> None:
         protocol = partial(Requests, self.config, self.server_state, self.lifespan.state)
         loop = asyncio.get_running_loop()
@@ -87,8 +97,12 @@ class _Server(uvicorn.Server):
         arriving.add_done_callback(self._arriving.discard)
 
 
-def serve(app: ASGIApp, listening: socket.socket, *tokens: str | None) -> None:
+def serve(
+    app: ASGIApp, listening: socket.socket, *tokens: str | None, ended: Callable[[], bool] = lambda: False
+) -> None:
     """Serve until SIGINT or SIGTERM; their previous handlers run after the last page is closed.
+
+    In another thread than the main one signals do not end it.
 
     Parameters
     ----------
@@ -96,6 +110,8 @@ def serve(app: ASGIApp, listening: socket.socket, *tokens: str | None) -> None:
     listening : socket
     *tokens : str or None
         Requests with one of them take precedence; the application decides what they may do.
+    ended : callable
+        Whether to end, asked ten times a second.
     """
     config = uvicorn.Config(
         app,
@@ -112,7 +128,7 @@ def serve(app: ASGIApp, listening: socket.socket, *tokens: str | None) -> None:
     )
     # Not the default loop: that of Windows has no add_reader.
     with _switching(_SWITCH_S), asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
-        runner.run(_Server(config, listening, tokens).serve())
+        runner.run(_Server(config, listening, tokens, ended).serve())
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from palpate.errors import PalpateError
+from palpate.live.framed import Framed
 from palpate.live.gatekeeper import Gatekeeper
 from palpate.live.hub import PAGES, Hub, Page
 from palpate.live.limits import COMMANDS, DOWNLOAD_PER_S, DOWNLOADS, DOWNLOADS_ASKED, MESSAGES, PAGES_OPENED, Bucket
@@ -66,9 +67,16 @@ class Server:
 
     def app(self, host: str, port: int, token: str | None = None, ticket: str | None = None) -> ASGIApp:
         """Return the application for this address, with access control."""
+        return Gatekeeper(self._pages(), host, port, token, ticket)
+
+    def framed(self, host: str, port: int, token: str) -> ASGIApp:
+        """Return the application for a frame in another page, with access control."""
+        return Framed(self._pages(), host, port, token)
+
+    def _pages(self) -> ASGIApp:
         routes: list[BaseRoute] = [Route(path, partial(_file, *content)) for path, content in page_files().items()]
         routes += [Route("/recording/{name}", self._download), WebSocketRoute("/ws", self._page)]
-        return Gatekeeper(Starlette(routes=routes, lifespan=self._life), host, port, token, ticket)
+        return Starlette(routes=routes, lifespan=self._life)
 
     @asynccontextmanager
     async def _life(self, _: Starlette) -> AsyncIterator[None]:

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from palpate.recording import sidecar
 from palpate.recording.binary_data import BinaryData
-from palpate.recording.foreign import Foreign, recorded
-from palpate.recording.own_file import Recorded
+from palpate.recording.foreign import AnyRecording, Foreign, recorded
 from palpate.recording.frames import own_frame
-from palpate.recording.recording import Recording
+from palpate.recording.own_file import Recorded
+from palpate.recording.recording import Mark, Recording
 from palpate.samples import DTYPE, usable
 from palpate.tables.asked import Asked
 from palpate.tables.frames import frame
@@ -68,8 +69,12 @@ def read(
     if not isinstance(source, str | os.PathLike):
         table = frame(source)
         return (None if Asked(**given).given else own_frame(table)) or Foreign(table.path, table=table, **given).recording
-    found = recorded(source, **given)
-    return found.recording if isinstance(found, Foreign) else _whole(found)
+    return in_memory(recorded(source, **given))
+
+
+def in_memory(source: AnyRecording) -> Recording:
+    """Return the whole of a recording that was opened to be read in blocks."""
+    return source.recording if isinstance(source, Foreign) else _whole(source)
 
 
 def _whole(recorded: Recorded | BinaryData) -> Recording:
@@ -85,4 +90,5 @@ def _whole(recorded: Recorded | BinaryData) -> Recording:
         doubts=recorded.doubts,
         gap_rows=tuple((last + 1).tolist()),
         zero_utc_ns=recorded.zero_utc_ns,
+        marks=tuple(Mark(*mark) for mark in sidecar.marks_of(recorded.document or {})),
     )

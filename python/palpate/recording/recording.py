@@ -2,14 +2,40 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from datetime import timedelta
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.tables.outgoing import Framed
 
-@dataclass(frozen=True, eq=False)
-class Recording:
+if TYPE_CHECKING:
+    from palpate._core import _AnySettings, _Scene
+    from palpate.touch import Touches
+
+
+class Mark(NamedTuple):
+    """What was marked while it was recorded.
+
+    Attributes
+    ----------
+    t_s : float
+        On the clock of the recording, s; nan before the first sample.
+    text : str
+
+    Examples
+    --------
+    >>> Mark(12.5, "second specimen").text
+    'second specimen'
+    """
+
+    t_s: float
+    text: str
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Recording(Framed):
     """A recording in memory: times and capacitances of both channels.
 
     Attributes
@@ -32,6 +58,13 @@ class Recording:
         UTC of t = 0, ns since 1970, by the wall clock of the computer that recorded; None: unknown.
     understood : str
         Of a table of another program: one line that says which columns and units were used.
+    marks : tuple of Mark
+        From the sidecar of palpate's own files, in the order in which they were made.
+
+    Notes
+    -----
+    `len(recording)` is the number of pairs. `recording[2.0:5.0]` is the part from 2 s on, to before 5 s, with the times
+    and the epoch as they are. Begin a part without contact: the baseline of its touches is measured there.
 
     Examples
     --------
@@ -39,6 +72,8 @@ class Recording:
     >>> recording = palpate.read("tests/data/four-specimens.csv")
     >>> recording.hard.shape == recording.t_soft_s.shape, recording.notes
     (True, ())
+    >>> recording[0.0:10.0]
+    <Recording: 10.0 s, 385 pairs, 1 note>
     """
 
     t_hard_s: NDArray[np.float64]
@@ -52,6 +87,75 @@ class Recording:
     gap_rows: tuple[int, ...] = ()
     zero_utc_ns: int | None = None
     understood: str = ""
+    marks: tuple[Mark, ...] = ()
+
+    def __len__(self) -> int:
+        """Return the number of pairs."""
+        return len(self.hard)
+
+    def __getitem__(self, span: slice) -> "Recording":
+        """Return the part between two times, s."""
+        from palpate.recording.part import part
+
+        return part(self, span)
+
+    def __repr__(self) -> str:
+        """Return what there is, in one line; the arrays are `hard`, `soft`, `t_hard_s` and `t_soft_s`."""
+        from palpate.display import text
+
+        return text.recording(self)
+
+    def _repr_html_(self) -> str:
+        from palpate.display import cards
+
+        return cards.recording(self)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the change of both channels over time, pF, with the marks, and a dashed line at each gap.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Default: new axes of pyplot.
+
+        Returns
+        -------
+        matplotlib Axes
+
+        Raises
+        ------
+        MissingExtra
+            matplotlib is missing; type: pip install 'palpate[science]'.
+        """
+        from palpate.display import plots
+
+        return plots.recording(self, ax)
+
+    def touches(self, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]) -> "Touches":
+        """Return the touches, as `palpate.touches`."""
+        from palpate.touch import touches
+
+        return touches(self, scene=scene, **settings)
+
+    def to_arrow(self) -> Any:
+        """Return a pyarrow.Table of the four arrays; `palpate.read` makes the same recording of it, without notes and marks."""
+        from palpate.recording.frames import to_arrow
+
+        return to_arrow(self)
+
+    @property
+    def duration(self) -> timedelta:
+        """Time from the first reading to the last one.
+
+        Raises
+        ------
+        ValueError
+            The recording has no times.
+        """
+        times = np.concatenate([self.t_hard_s, self.t_soft_s])
+        if not np.isfinite(times).all():
+            raise ValueError("duration: got a recording without times, allowed: one with a column of times")
+        return timedelta(seconds=float(np.ptp(times)) if len(times) else 0.0)
 
     @property
     def utc_ns(self) -> NDArray[np.int64]:
@@ -79,4 +183,4 @@ class Recording:
                 raise TypeError(f"{name}: got dtype {array.dtype}, allowed: real numbers")
             if array.shape != (size,):
                 raise ValueError(f"{name}: got shape {array.shape}, allowed: ({size},)")
-            object.__setattr__(self, name, array.astype(float))
+            object.__setattr__(self, name, np.asarray(array, float))

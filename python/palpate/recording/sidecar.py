@@ -235,6 +235,21 @@ def gaps_of(document: dict[str, Any]) -> list[tuple[int, str]]:
     ]
 
 
+def marks_of(document: dict[str, Any]) -> list[tuple[float, str]]:
+    """Return all marks: time of their sample, s (nan: unknown), and text."""
+    marks = [mark for mark in document.get("marks", []) if isinstance(mark, dict)]
+    return [(_time_of(mark), shortened(str(mark.get("text", "")), 500)) for mark in marks]
+
+
+def _time_of(mark: dict[str, Any]) -> float:
+    time_s: Any = mark.get("t_s")
+    is_number = isinstance(time_s, int | float) and not isinstance(time_s, bool)
+    return float(time_s) if is_number and abs(time_s) < _LATEST_S else math.nan
+
+
+_LATEST_S = 2**63 / 1e9
+
+
 def _tares(document: dict[str, Any]) -> list[dict[str, Any]]:
     marks = [mark for mark in document.get("marks", []) if isinstance(mark, dict) and mark.get("tare") is True]
     return [mark for mark in marks if isinstance(mark.get("seq"), int) and 0 <= mark["seq"] < 2**63]

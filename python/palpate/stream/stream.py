@@ -124,6 +124,17 @@ class Stream:
         self._recording = RLock()  # held while a recording begins or ends
         self._closed = self._raised = self._begins = self._stop_asked = False
 
+    def __repr__(self) -> str:
+        """Return the state of the measurement, in one line."""
+        from palpate.display import text
+
+        return text.stream(self)
+
+    def _repr_html_(self) -> str:
+        from palpate.display import cards
+
+        return cards.stream(self)
+
     def __enter__(self) -> Self:
         """Begin the measurement."""
         if self._closed or self._reader:

@@ -16,7 +16,9 @@ export class Connection {
   }
 
   open() {
-    const socket = new WebSocket(`ws://${location.host}/ws`);
+    const address = new URL("ws", location.href); // beside the page, which may have its token in the path
+    address.protocol = "ws:";
+    const socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.failures = 0;
@@ -58,7 +60,7 @@ export class Connection {
 // A web socket does not tell why it was refused; a request does.
 async function refused() {
   try {
-    return (await fetch("/icon.svg", { cache: "no-store" })).status === 403;
+    return (await fetch("icon.svg", { cache: "no-store" })).status === 403;
   } catch {
     return false;
   }

@@ -111,7 +111,7 @@ function showRecording() {
 
 function download(name) {
   const anchor = document.createElement("a");
-  anchor.href = `/recording/${encodeURIComponent(name)}`;
+  anchor.href = `recording/${encodeURIComponent(name)}`;
   anchor.download = name;
   anchor.textContent = `↓ ${name}`;
   anchor.title = name.endsWith(".json") ? "Download the settings, device and notes" : "Download the samples";
@@ -165,7 +165,7 @@ document.addEventListener("keydown", (event) => {
 });
 
 const THEMES = ["system", "light", "dark"], system = matchMedia("(prefers-color-scheme: dark)");
-let theme = THEMES.indexOf(localStorage.getItem("theme") ?? "system");
+let theme = THEMES.indexOf(remembered() ?? "system");
 function dress() {
   const name = THEMES[theme < 0 ? 0 : theme];
   document.documentElement.dataset.theme = name === "system" ? (system.matches ? "dark" : "light") : name;
@@ -173,9 +173,24 @@ function dress() {
   charts.build();
   changed = true;
 }
+// In a frame, a browser may forbid storage.
+function remembered() {
+  try {
+    return localStorage.getItem("theme");
+  } catch {
+    return null;
+  }
+}
+function remember(name) {
+  try {
+    localStorage.setItem("theme", name);
+  } catch {
+    // it holds until the page is closed
+  }
+}
 $("theme").addEventListener("click", () => {
   theme = (Math.max(theme, 0) + 1) % THEMES.length;
-  localStorage.setItem("theme", THEMES[theme]);
+  remember(THEMES[theme]);
   dress();
 });
 system.addEventListener("change", dress);

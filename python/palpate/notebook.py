@@ -1,0 +1,174 @@
+"""The live page in a cell of a notebook."""
+
+import atexit
+import os
+import time
+from threading import Event, Thread
+from typing import TYPE_CHECKING, Any, ClassVar, Self, Unpack
+
+from palpate.display.markup import element
+from palpate.extras import need
+
+if TYPE_CHECKING:
+    from palpate._core import _AnySettings, _Scene
+    from palpate.calibration import Calibration
+    from palpate.touch import Touches
+
+_HOST = "127.0.0.1"
+_UNSEEN_S = 60.0  # a notebook that is loaded again, or scrolled, takes the page away for a moment
+
+
+def live(
+    source: str,
+    *,
+    scene: "_Scene" = "handheld",
+    calibration: "Calibration | None" = None,
+    record: str | os.PathLike[str] | None = None,
+    height: int = 800,
+    **settings: Unpack["_AnySettings"],
+) -> "LivePage":
+    """Measure, and show the live page of the measurement in the cell.
+
+    The page is served to this machine alone, at a free port, with a token in its address. There is one page at a time:
+    the next call, as when the cell is run again, ends the one before. It also ends by `close()`, with the kernel, and a
+    minute after the last browser has closed it, unless it is recording.
+
+    Parameters
+    ----------
+    source : str
+        As in `palpate.open`. Files and simulations run in real time unless they have `speed`.
+    scene : str
+        As in `Tracker`.
+    calibration : Calibration, optional
+        To show moduli.
+    record : path-like, optional
+        NAME.csv: record from the start; the button Record continues with NAME-2.csv.
+    height : int, pixels
+        Of the frame.
+    **settings
+        As in `Tracker`.
+
+    Returns
+    -------
+    LivePage
+        Its `touches` are those measured so far.
+
+    Raises
+    ------
+    MissingExtra
+        The extra live is not installed.
+    ValueError, PalpateError
+        As from `Stream`.
+
+    Examples
+    --------
+    >>> with live("sim:four-specimens") as page:
+    ...     print(page.touches)
+    []
+    """
+    for module in ("starlette", "uvicorn", "websockets"):
+        need(module, "live")
+    return LivePage(source, calibration, record, height, {"scene": scene, **settings})
+
+
+class LivePage:
+    """A running measurement with its live page; `live` makes it.
+
+    Attributes
+    ----------
+    address : str
+        Of the page, with its token.
+    """
+
+    _newest: ClassVar["LivePage | None"] = None
+
+    def __init__(
+        self,
+        source: str,
+        calibration: "Calibration | None",
+        record: str | os.PathLike[str] | None,
+        height: int,
+        how: dict[str, Any],
+    ) -> None:
+        from palpate.live.framed import begin
+        from palpate.live.gatekeeper import new_token
+        from palpate.live.opening import opener
+        from palpate.live.recordings import Recordings
+        from palpate.live.serve import address_of, listen
+        from palpate.live.server import Server
+        from palpate.live.session import Session
+        from palpate.live.summary import Summary
+
+        if LivePage._newest:
+            LivePage._newest.close()
+        self._session = Session(opener(source, {}), Recordings(None if record is None else os.fspath(record)), how)
+        self._listening, self._token = listen(_HOST, 0), new_token()
+        try:
+            self._session.start()
+        except BaseException:
+            self._listening.close()
+            raise
+        self._server = Server(self._session, Summary(self._session, calibration), source)
+        self.address: str = address_of(self._listening, _HOST).removesuffix("/") + begin(self._token)
+        self._source, self._height = source, height
+        self._closing, self._seen_s = Event(), time.monotonic()
+        self._thread = Thread(target=self._serve, name="palpate-page", daemon=True)
+        self._thread.start()
+        LivePage._newest = self
+        atexit.register(self.close)
+
+    @property
+    def touches(self) -> "Touches":
+        """The touches that have ended so far, in order of time."""
+        from palpate.touch import Touches
+
+        return Touches(self._session.touches)
+
+    @property
+    def running(self) -> bool:
+        """Whether the page is served."""
+        return self._thread.is_alive()
+
+    def close(self) -> None:
+        """End the measurement, close its recording, and serve the page no more."""
+        atexit.unregister(self.close)
+        self._closing.set()
+        self._thread.join()
+
+    def __enter__(self) -> Self:
+        """Return the page."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""
+        self.close()
+
+    def __repr__(self) -> str:
+        """Return the source and the address."""
+        return f"<live page of {self._source}: {self.address if self.running else 'closed'}>"
+
+    def _repr_html_(self) -> str:
+        if not self.running:
+            return element("p", repr(self))
+        return element("iframe", src=self.address, title=f"live page of {self._source}", height=self._height, sandbox=_MAY,
+                       style="width:100%;border:0")  # fmt: skip
+
+    def _serve(self) -> None:
+        from palpate.live.serve import serve
+
+        app = self._server.framed(_HOST, self._listening.getsockname()[1], self._token)
+        try:
+            serve(app, self._listening, self._token, ended=self._ended)
+        finally:
+            self._listening.close()
+            self._session.close()
+
+    def _ended(self) -> bool:
+        now = time.monotonic()
+        if self._server.hub.pages or self._session.stream.recorder:
+            self._seen_s = now
+        return self._closing.is_set() or now - self._seen_s > _UNSEEN_S
+
+
+_MAY = "allow-scripts allow-same-origin allow-downloads"
+"""What the page may do in its frame; not, for example, open another page in place of the notebook."""
