@@ -31,6 +31,7 @@ from palpate.errors import (
     PalpateError,
     ProtocolError,
     RecordingError,
+    SomeFailed,
     SourceError,
     SourceTimeout,
 )
@@ -41,13 +42,13 @@ if TYPE_CHECKING:
 
     from palpate.afterwards import OfflineTouch, offline
     from palpate.calibration import Calibration, Modulus
+    from palpate.fleet import touches
     from palpate.recording import Recording, check, read, recorded
     from palpate.samples import Sample, Status
     from palpate.sentences import advice
     from palpate.several import agreement, most_reliable
     from palpate.sources import Gap, Source, open
     from palpate.stream import Stream
-    from palpate.touch import touches
 
 __all__ = [
     "AdaptiveRls",
@@ -76,6 +77,7 @@ __all__ = [
     "RlsBank32",
     "Sample",
     "SampleRing",
+    "SomeFailed",
     "Source",
     "SourceError",
     "SourceTimeout",
@@ -115,7 +117,7 @@ _LAZY = {
     "open": "sources",
     "read": "recording",
     "recorded": "recording",
-    "touches": "touch",
+    "touches": "fleet",
 }
 _MODULES = {
     "ad7746",
@@ -126,6 +128,7 @@ _MODULES = {
     "digits",
     "elasticity",
     "figures",
+    "fleet",
     "notebook",
     "recording",
     "reference",

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Sequence
     from pathlib import Path
+    from typing import Any, Self
 
 LONGEST = 60
 """Characters of a value from outside in a message, at most."""
@@ -93,6 +94,36 @@ class RecordingError(PalpateError):
         self.reason = reason
         self.line = line
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy it from its parts: it comes from another process, too."""
+        return type(self), (self.path, self.reason, self.line)
+
 
 class CalibrationError(PalpateError):
     """A calibration is not possible with these specimens, or a file is not a calibration."""
+
+
+class SomeFailed(PalpateError, ExceptionGroup):
+    """Some of several recordings failed; the results of the others are kept.
+
+    Parameters
+    ----------
+    results : sequence
+        One for each recording, in order; of one that failed, its exception.
+
+    Attributes
+    ----------
+    results : list
+    exceptions : tuple of Exception
+        Those in `results`, in order.
+    """
+
+    def __new__(cls, results: Sequence[Any]) -> Self:
+        """Collect the exceptions."""
+        failed = [result for result in results if isinstance(result, Exception)]
+        message = f"{len(failed)} of {len(results)} recordings failed; the results of the others are in .results"
+        return super().__new__(cls, message, failed)
+
+    def __init__(self, results: Sequence[Any]) -> None:
+        super().__init__(results)
+        self.results = list(results)

@@ -100,41 +100,7 @@ class Blocks(Protocol):
 def touches(
     recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
 ) -> Touches:
-    """Return the touches of a recording, each with its estimated ratio.
-
-    Parameters
-    ----------
-    recording : Recording, Simulation, or the result of `palpate.recorded`
-        Arrays of shape (n,): `t_hard_s`, `t_soft_s` (s; nan if unknown), `hard`, `soft` (pF, baseline included). A
-        reading that is nan, or `full_scale_pF` or more, is left out and counted. The result of `palpate.recorded` is
-        read in blocks, and tared at the same samples as in the measurement. With an attribute `host_stamps` that is
-        True, the setting `host_stamps` is True by default. With `gap_marks`, as those of `palpate.recorded`, or
-        `gap_rows`, as those of `palpate.read`, a touch after a gap has the flag "gap" as in the measurement.
-    scene : str
-        As in `Tracker`.
-    **settings
-        As in `Tracker`. Without times a touch has 250 `samples` by default, where the scene has a length in seconds.
-
-    Returns
-    -------
-    Touches
-        A list of Touch, in order of time, with the results known at the end of the recording; empty if no change was above the noise.
-
-    Raises
-    ------
-    ValueError
-        An unknown scene, a setting out of range, or `seconds` for a recording without times.
-    TypeError
-        An unknown setting; or not a recording: a path, for example, has to be read first.
-
-    Examples
-    --------
-    >>> import palpate
-    >>> from palpate.simulation import scenarios
-    >>> [touch] = palpate.touches(scenarios.run("stiff-steady"))
-    >>> abs(touch.ratio / scenarios.PROBE.ratio(8.68) - 1) < 3 * touch.standard_error / touch.ratio
-    True
-    """
+    """Return the touches of one recording, as `palpate.touches` does for any number of them."""
     return tracked(recording, scene=scene, **settings)[0]
 
 

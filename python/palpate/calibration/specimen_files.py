@@ -1,7 +1,7 @@
 """Assigns recordings to specimens: reads a table of moduli, compares file names with specimen names."""
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from palpate.ad7746.datasheet import SATURATED_PF
@@ -119,7 +119,12 @@ def _bare(name: str) -> str:
     return name.translate(_SEPARATORS).casefold()
 
 
-def write_session(folder: Path, recordings: Mapping[str, Block], moduli: Mapping[str, float]) -> list[Path]:
+def write_session(
+    folder: Path,
+    recordings: Mapping[str, Block],
+    moduli: Mapping[str, float],
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Path]:
     """Write a recording for each specimen, and the moduli as `moduli.csv`; return the paths.
 
     Raises
@@ -133,7 +138,9 @@ def write_session(folder: Path, recordings: Mapping[str, Block], moduli: Mapping
     if there := [path for path in [*paths.values(), *beside, table] if path.exists() or path.is_symlink()]:
         raise FileExistsError(f"{there[0]} already exists")
     folder.mkdir(parents=True, exist_ok=True)
-    for name, path in paths.items():
+    for number, (name, path) in enumerate(paths.items()):
+        if progress:
+            progress(number, len(paths))
         data = HEADER.encode() + format_rows(recordings[name])
         _create(path, data)
         device = {"name": "simulated probe", "full_scale_pF": SATURATED_PF}

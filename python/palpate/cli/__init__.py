@@ -15,7 +15,7 @@ from palpate.cli.group import Commands, debug_option
 COMMANDS = {
     "live": "Watch a measurement in the browser.",
     "record": "Record from SOURCE and print a row for each touch as it ends, and another when its result is revised.",
-    "replay": "Send a recording through the estimator again: one row for each touch.",
+    "replay": "Send recordings through the estimator again: one row for each touch.",
     "check": "Check that recordings are complete, without gaps and not saturated.",
     "import": "Show how a table of another program is read, ask what is open, and remember the answer.",
     "convert": "Convert a recording to Parquet, or to palpate's own CSV.",

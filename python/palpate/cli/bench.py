@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from palpate.cli.options import json_option
+from palpate.cli.progress import Progress
 
 if TYPE_CHECKING:
     from palpate.benchmark import Row
@@ -32,7 +33,8 @@ def bench(seeds: int, names: tuple[str, ...], as_json: bool) -> None:
     for name in names:
         if name not in benchmark.SINGLE:
             raise click.UsageError(f"--scenario: got {name!r}, allowed: {', '.join(benchmark.SINGLE)}")
-    rows = benchmark.compare(seeds, names or benchmark.SINGLE)
+    with Progress("bench", "scenarios") as progress:
+        rows = benchmark.compare(seeds, progress.over(names or benchmark.SINGLE))
     click.echo(_json(seeds, rows) if as_json else benchmark.table(rows))
 
 

@@ -12,6 +12,7 @@ from palpate import Touch
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.options import json_option, recording_options, tracking
 from palpate.cli.outputs import force_option, require_free
+from palpate.cli.progress import Reading
 from palpate.errors import shortened
 from palpate.files import replacing
 
@@ -72,8 +73,9 @@ def calibrate(
     from palpate.calibration import characterise
 
     require_free(filter(None, [output, plot, report]), [*files, moduli], force=force)
-    told = _Told([], [])
-    specimens = _specimens(files, moduli, how, accept, told)
+    with Reading("calibrate", files) as progress:
+        told = _Told([], [], progress)
+        specimens = _specimens(files, moduli, how, accept, told)
     try:
         about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
         about |= {"doubts": shortened("; ".join(told.doubts), 1000)} if told.doubts else {}
@@ -92,6 +94,7 @@ class _Told(NamedTuple):
 
     notes: list[str]
     doubts: list[str]
+    progress: Reading
 
 
 def _specimens(
@@ -107,10 +110,11 @@ def _specimens(
         found = {file: _touches(file, how, told) for file in assigned[name]}
         specimen = Specimen(name, known[name], [touch for touches in found.values() for touch in touches], accept)
         carried |= {flag for touch in specimen.touches for flag in touch.flags}
-        if _tell(name, found, accept):
-            kept.append(specimen)
+        with told.progress.aside():
+            if _tell(name, found, accept):
+                kept.append(specimen)
     for flag in set(accept) - carried:
-        click.echo(
+        told.progress.echo(
             f"--accept {flag}: no touch has this flag; those found: {' '.join(sorted(carried)) or 'none'}", err=True
         )
     return kept
@@ -150,7 +154,8 @@ def _touches(file: Path, how: dict[str, Any], told: _Told) -> list[Touch]:
     except (ValueError, TypeError) as error:
         raise click.UsageError(f"{file}: {str(error).splitlines()[0]}") from error
     for note in recording.notes:
-        click.echo(f"{file}: {note}", err=True)
+        told.progress.echo(f"{file}: {note}", err=True)
+    told.progress.end(file)
     told.notes.extend(f"{file}: {note}" for note in recording.notes)
     told.doubts.extend(f"{file.name}: {doubt}" for doubt in recording.doubts)
     return found

@@ -11,6 +11,7 @@ import click
 from palpate import RecordingError
 from palpate.cli.exit import BAD_DATA, NOT_RELIABLE
 from palpate.cli.options import INPUT, json_option, reading_options
+from palpate.cli.progress import Reading
 
 if TYPE_CHECKING:
     from palpate.recording.verification import Verification
@@ -44,23 +45,29 @@ def check(
         raise click.UsageError("--yes: got it without --repair, allowed: both")
     reports: list[Verification] = []
     unreadable: list[RecordingError] = []
-    for file in files:
-        try:
-            reports.append(_checked(file, repair, yes, asked))
-        except ValueError as error:
-            raise click.UsageError(f"{file}: {error}") from error
-        except RecordingError as error:
-            unreadable.append(error)
+    with Reading("check", files) as progress:
+        for file in files:
+            try:
+                reports.append(_checked(file, repair, yes, asked, progress))
+            except ValueError as error:
+                raise click.UsageError(f"{file}: {error}") from error
+            except RecordingError as error:
+                unreadable.append(error)
+            progress.end(file)
     click.echo(_json(reports, unreadable) if as_json else "\n".join(map(_lines, reports)), nl=as_json or bool(reports))
     for wrong in unreadable:
         click.echo(f"Error: {wrong}", err=True)
     sys.exit(_code(reports, unreadable))
 
 
-def _checked(file: Path, repair: bool, yes: bool, table: dict[str, Any]) -> "Verification":
+def _checked(file: Path, repair: bool, yes: bool, table: dict[str, Any], progress: Reading) -> "Verification":
+    from palpate.recording.foreign import recorded
     from palpate.recording.verification import check as look
+    from palpate.recording.verification import verified
 
-    report = look(file, repair=repair, remove_damage=yes, **table)
+    recording = recorded(file, **table)
+    progress.begin(file, recording)
+    report = verified(recording, repair=repair, remove_damage=yes)
     if not repair or yes or not report.damaged or report.running:
         return report
     if not _is_terminal():
@@ -69,7 +76,9 @@ def _checked(file: Path, repair: bool, yes: bool, table: dict[str, Any]) -> "Ver
     size, places = sum(place.bytes for place in report.damaged), len(report.damaged)
     where = "1 place" if places == 1 else f"{places} places"
     question = f"{file}: {size:,} bytes in {where} are no rows. Remove them, and keep them in a file?"
-    return look(file, repair=True, remove_damage=True) if click.confirm(question, err=True) else report
+    with progress.aside():
+        confirmed = click.confirm(question, err=True)
+    return look(file, repair=True, remove_damage=True) if confirmed else report
 
 
 def _is_terminal() -> bool:

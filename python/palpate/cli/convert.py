@@ -9,6 +9,7 @@ import click
 
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.options import INPUT, json_option, reading_options
+from palpate.cli.progress import Reading
 
 if TYPE_CHECKING:
     from palpate.recording.foreign import AnyRecording
@@ -47,8 +48,10 @@ def convert(
     from palpate.recording.foreign import recorded
 
     try:
-        recording = recorded(file, **asked)
-        rows = export.convert(recording, output, force=force)
+        with Reading("convert", [file]) as progress:
+            recording = recorded(file, **asked)
+            progress.begin(file, recording)
+            rows = export.convert(recording, output, force=force)
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
     if recording.understood:

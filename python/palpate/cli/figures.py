@@ -7,6 +7,7 @@ import click
 
 from palpate.cli.options import json_option
 from palpate.cli.outputs import force_option, require_free
+from palpate.cli.progress import Progress
 
 
 @click.command()
@@ -29,5 +30,6 @@ def figures(folder: Path, seed: int, force: bool, as_json: bool) -> None:
     from palpate.figures.drawings import files
 
     require_free(files(folder), force=force)
-    paths = [str(path) for path in draw(folder, seed=seed)]
+    with Progress("figures", "figures") as progress:
+        paths = [str(path) for path in draw(folder, seed=seed, progress=progress)]
     click.echo(json.dumps({"files": paths}, indent=2) if as_json else "\n".join(paths))

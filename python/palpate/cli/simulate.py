@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from palpate.cli.options import json_option
+from palpate.cli.progress import Progress
 
 
 def _objects(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
@@ -56,10 +57,12 @@ def simulate(folder: Path, objects: dict[str, float], touches: int, oblique: flo
     from palpate.simulation.hand import Hand, session
 
     moduli = objects or SORBOTHANE_MPA
-    made = session(seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches)
+    with Progress("simulate", "objects") as progress:
+        made = session(seed, hand=Hand(oblique=oblique), moduli=moduli, touches=touches, progress=progress)
     blocks = {name: run.block() for name, run in made.items()}
     try:
-        paths = [str(path) for path in write_session(folder, blocks, moduli)]
+        with Progress("write", "files") as progress:
+            paths = [str(path) for path in write_session(folder, blocks, moduli, progress)]
     except FileExistsError as error:
         raise click.UsageError(f"-o: {error}") from error
     click.echo(json.dumps({"files": paths}, indent=2) if as_json else "\n".join(paths))

@@ -120,7 +120,7 @@ def files(folder: Path) -> list[Path]:
     ]
 
 
-def draw(folder: Path, *, seed: int = 0) -> list[Path]:
+def draw(folder: Path, *, seed: int = 0, progress: Callable[[int, int], None] | None = None) -> list[Path]:
     """Draw all figures into a folder.
 
     Parameters
@@ -129,6 +129,8 @@ def draw(folder: Path, *, seed: int = 0) -> list[Path]:
         Created if it does not exist.
     seed : int
         Seed of the simulation, 0 or more.
+    progress : function, optional
+        Called with the number of figures that are done, and with that of all.
 
     Returns
     -------
@@ -149,7 +151,9 @@ def draw(folder: Path, *, seed: int = 0) -> list[Path]:
     footer = f"simulated data, seed {seed}; tremor {100 * traces.TREMOR:g} % of the press"
     made: dict[Callable[[int], Any], Any] = {}
     paths = []
-    for number, drawing in FIGURES.items():
+    for done, (number, drawing) in enumerate(FIGURES.items()):
+        if progress:
+            progress(done, len(FIGURES))
         if drawing.data not in made:
             made[drawing.data] = drawing.data(seed)
         data = made[drawing.data]

@@ -14,11 +14,11 @@ from palpate.recording.own_file import Recorded
 from palpate.recording.recording import Mark, Recording
 from palpate.samples import DTYPE, usable
 from palpate.tables.asked import Asked
-from palpate.tables.frames import frame
+from palpate.tables.frames import Frame, frame
 
 
 def read(
-    source: Any,
+    source: str | os.PathLike[str] | Frame,
     *,
     columns: Mapping[str, str | int] | None = None,
     unit: str | None = None,
@@ -65,10 +65,11 @@ def read(
     --------
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
-    given = {"columns": columns, "unit": unit, "time_unit": time_unit, "rate": rate, "decimal": decimal, "soft": soft}
+    given: dict[str, Any] = {"columns": columns, "unit": unit, "time_unit": time_unit, "rate": rate, "decimal": decimal, "soft": soft}
     if not isinstance(source, str | os.PathLike):
         table = frame(source)
-        return (None if Asked(**given).given else own_frame(table)) or Foreign(table.path, table=table, **given).recording
+        own = None if Asked(**given).given else own_frame(table)
+        return Foreign(table.path, table=table, **given).recording if own is None else own
     return in_memory(recorded(source, **given))
 
 

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from palpate.recording.foreign import recorded
+from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.lines import Damage
 from palpate.recording.own_file import Recorded
 from palpate.recording.repair import repair as mend
@@ -121,7 +121,11 @@ def check(
     >>> check("tests/data/four-specimens.csv").survey.lost
     0
     """
-    recording = recorded(path, **table)
+    return verified(recorded(path, **table), repair=repair, remove_damage=remove_damage)
+
+
+def verified(recording: AnyRecording, *, repair: bool = False, remove_damage: bool = False) -> Verification:
+    """Check a recording that is open already, as `check`."""
     if not isinstance(recording, Recorded):
         for _ in recording.blocks():
             pass
@@ -133,7 +137,7 @@ def check(
     refused = why_not(recording, damage, remove_damage=remove_damage) if repair else ""
     if refused is None:
         mend(recording, damage)
-        return check(path)
+        return check(recording.path)
     return _verification(recording, damage, refused)
 
 

@@ -1,6 +1,6 @@
 """Simulation of a hand that touches an object several times, each time differently."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -92,6 +92,7 @@ def session(
     moduli: Mapping[str, float] = SORBOTHANE_MPA,
     touches: int = 4,
     probe: Elasticity = PROBE,
+    progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Simulation]:
     """Simulate several touches on each of several objects.
 
@@ -107,6 +108,8 @@ def session(
         Number of touches on each object, 1 or more.
     probe : Elasticity
         The true parameters of the probe.
+    progress : function, optional
+        Called with the number of objects that are done, and with that of all.
 
     Returns
     -------
@@ -128,6 +131,8 @@ def session(
         raise ValueError(f"touches: got {touches}, allowed: 1 or more")
     made = {}
     for number, (name, modulus) in enumerate(moduli.items()):
+        if progress:
+            progress(number, len(moduli))
         random = np.random.default_rng([seed, number])
         scenario = (hand or Hand()).touches(probe.ratio(modulus), touches, random)
         made[name] = simulate(scenario, seed=int(random.integers(2**63)))

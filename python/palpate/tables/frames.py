@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,14 @@ from palpate.extras import need
 from palpate.tables.arrow import LateColumn, arrow_column, cells_of
 from palpate.tables.table import Cells, Column, Table
 
+class ArrowStream(Protocol):
+    """Interface of a data frame of pandas, polars, pyarrow, and others."""
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any: ...  # noqa: D105
+
+
+Frame = ArrowStream | Mapping[str, Any] | NDArray[np.void]
+"""A data frame, a dict of arrays, or a structured array."""
 UNITS = "units"
 """Key in the `attrs` of a pandas frame: a mapping from the names of columns to their units."""
 

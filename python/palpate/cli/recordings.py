@@ -1,0 +1,66 @@
+"""The recordings that a command line names: files, folders, and patterns that the shell did not expand."""
+
+import re
+from glob import has_magic
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+
+from palpate.cli.options import INPUT
+
+SUFFIXES = (".csv", ".tsv", ".txt")
+"""Files that a folder or a pattern stands for."""
+_NO_RECORDING = "moduli.csv"  # which `palpate simulate` writes beside its recordings
+
+
+class Named(NamedTuple):
+    """The files that one argument names; `several`: it may be any number of them."""
+
+    files: list[Path]
+    several: bool
+
+
+class Recordings(click.Path):
+    """The type of such an argument: FILE, a folder with all below it, or a pattern: `monday/*.csv`, `**/*.csv`."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the files that an argument names."""
+        path = Path(value)
+        if path.is_dir():
+            found = _recordings(path, "**/*")
+        elif has_magic(value) and not path.exists():
+            found = _recordings(*_divided(path))
+        else:
+            return Named([INPUT.convert(value, param, ctx)], several=False)
+        if not found:
+            self.fail(
+                f"got {value!r} without a recording, allowed: files that end in {', '.join(SUFFIXES)}", param, ctx
+            )
+        return Named(found, several=True)
+
+
+def _recordings(folder: Path, pattern: str) -> list[Path]:
+    """Return the files that may be recordings, sorted: no sidecars, nothing hidden, nothing that a repair put aside."""
+    return sorted(
+        path
+        for path in folder.glob(pattern)
+        if path.suffix.lower() in SUFFIXES
+        and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+        and path.name != _NO_RECORDING
+        and path.is_file()
+    )
+
+
+def _divided(pattern: Path) -> tuple[Path, str]:
+    """Return the folder without wildcards, and the rest; the stars of `**.csv` stand for folders, too.
+
+    Examples
+    --------
+    >>> folder, rest = _divided(Path("runs/monday/**.csv"))
+    >>> folder.parts, rest
+    (('runs', 'monday'), '**/*.csv')
+    """
+    first = next(number for number, part in enumerate(pattern.parts) if has_magic(part))
+    rest = "/".join(pattern.parts[first:])
+    return Path(*pattern.parts[:first]), re.sub(r"(^|/)\*\*(?=[^/*])", r"\1**/*", rest)
