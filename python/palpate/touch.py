@@ -63,9 +63,13 @@ class Touches(list[Touch], Framed):
         return touch_table([touch.as_dict() for touch in self])
 
 
-_FIELDS = [name for name, member in vars(Touch).items() if isinstance(member, GetSetDescriptorType)]
+_FIELDS = [(name, Any) for name, member in vars(Touch).items() if isinstance(member, GetSetDescriptorType)]
 _RECORD = make_dataclass("Touch", _FIELDS)
-for _name in ("__dataclass_fields__", "__dataclass_params__", "__annotations__"):  # pandas and polars make columns of them
+for _name in (
+    "__dataclass_fields__",
+    "__dataclass_params__",
+    "__annotations__",
+):  # pandas and polars make columns of them
     setattr(Touch, _name, getattr(_RECORD, _name))
 
 

@@ -61,9 +61,11 @@ class ParquetWriter:
         self._writer = need("pyarrow.parquet", "export").ParquetWriter(file, self._schema)
 
     def __enter__(self) -> Self:
+        """Return the writer."""
         return self
 
     def __exit__(self, *_: object) -> None:
+        """End the file."""
         self._writer.close()
 
     def write(self, block: Block, _text: bytes) -> None:
@@ -87,13 +89,15 @@ class ArrowWriter:
 
     def __init__(self, file: BinaryIO, _target: Path) -> None:
         self._file, self._schema, self._ipc = file, schema(), need("pyarrow.ipc", "export")
-        self._waiting = tempfile.TemporaryFile()  # noqa: SIM115: closed in __exit__
+        self._waiting = tempfile.TemporaryFile()  # noqa: SIM115 (closed in __exit__)
         self._writer = self._ipc.new_stream(self._waiting, self._schema)
 
     def __enter__(self) -> Self:
+        """Return the writer."""
         return self
 
     def __exit__(self, *_: object) -> None:
+        """Remove the temporary file."""
         self._writer.close()
         self._waiting.close()
 

@@ -3,7 +3,7 @@
 So it survives a polars frame, which has no metadata, and a part of the rows.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,11 @@ def own_frame(table: Table) -> Recording | None:
     if not columns.keys() >= set(_ARRAYS.values()) or any(columns[name].kind != "f" for name in _ARRAYS.values()):
         return None
     arrays: dict[str, Any] = {field: columns[name].cells for field, name in _ARRAYS.items()}
-    facts = {name: np.asarray(columns[name].cells) for name in ("full_scale_pF", "host_stamps", "gap", "utc") if name in columns}
+    facts = {
+        name: np.asarray(columns[name].cells)
+        for name in ("full_scale_pF", "host_stamps", "gap", "utc")
+        if name in columns
+    }
     return Recording(
         **arrays,
         full_scale_pF=float(_only(facts.get("full_scale_pF", np.array([SATURATED_PF])))),
@@ -68,7 +72,9 @@ def own_frame(table: Table) -> Recording | None:
 
 def _only(values: NDArray[Any]) -> Any:
     if (values != values[0]).any():
-        raise ValueError(f"recording: got parts of different recordings in one frame ({values[0]} and others), allowed: one")
+        raise ValueError(
+            f"recording: got parts of different recordings in one frame ({values[0]} and others), allowed: one"
+        )
     return values[0]
 
 
@@ -86,4 +92,6 @@ def _of_rows(fields: dict[str, NDArray[Any]]) -> Recording:
     full_scale = SATURATED_PF if block["hard_raw"][0] >= 0 else np.inf
     readings = usable(block, full_scale)
     times = block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9
-    return Recording(*times, *readings, notes=(ROWS_ONLY,), full_scale_pF=full_scale, understood=f"{len(block)} rows of palpate")
+    return Recording(
+        *times, *readings, notes=(ROWS_ONLY,), full_scale_pF=full_scale, understood=f"{len(block)} rows of palpate"
+    )

@@ -65,7 +65,14 @@ def read(
     --------
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
-    given: dict[str, Any] = {"columns": columns, "unit": unit, "time_unit": time_unit, "rate": rate, "decimal": decimal, "soft": soft}
+    given: dict[str, Any] = {
+        "columns": columns,
+        "unit": unit,
+        "time_unit": time_unit,
+        "rate": rate,
+        "decimal": decimal,
+        "soft": soft,
+    }
     if not isinstance(source, str | os.PathLike):
         table = frame(source)
         own = None if Asked(**given).given else own_frame(table)

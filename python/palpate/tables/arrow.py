@@ -7,8 +7,6 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import numpy as np
-
 from palpate.errors import RecordingError
 from palpate.extras import need
 from palpate.files import open_regular
@@ -40,7 +38,7 @@ class LateColumn(Column):
             object.__setattr__(self, name, value)
 
     @cached_property
-    def cells(self) -> Cells:  # type: ignore[override]
+    def cells(self) -> Cells:
         """The cells."""
         given: Callable[[], Cells] | Cells = self.__dict__["_given"]
         return given() if callable(given) else given

@@ -14,6 +14,7 @@ from palpate.extras import need
 from palpate.tables.arrow import LateColumn, arrow_column, cells_of
 from palpate.tables.table import Cells, Column, Table
 
+
 class ArrowStream(Protocol):
     """Interface of a data frame of pandas, polars, pyarrow, and others."""
 
@@ -144,8 +145,10 @@ def _numpy_cells(where: Path, name: str, values: NDArray[Any]) -> Cells:
     if values.dtype.kind in "biufmM":
         return values
     if values.dtype.kind not in "OUST":
-        raise RecordingError(where, f"column {name}: got values of type {values.dtype}, allowed: numbers, times, or text")
-    return ["" if value is None or value != value else str(value) for value in values.tolist()]  # noqa: PLR0124: nan, NaT
+        raise RecordingError(
+            where, f"column {name}: got values of type {values.dtype}, allowed: numbers, times, or text"
+        )
+    return ["" if value is None or value != value else str(value) for value in values.tolist()]  # noqa: PLR0124 (nan, NaT)
 
 
 def _pandas(source: Any, where: Path) -> tuple[list[Column], int]:
