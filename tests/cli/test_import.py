@@ -37,7 +37,9 @@ def test_what_is_open_is_an_error_without_a_terminal(here: Path) -> None:
 def test_answers_are_remembered_and_told(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(import_, "_may_ask", lambda: True)
     Path(NAME).write_text("# mine\n[replay]\nscene = 'handheld'")
-    result = run("import", "other.csv", input="A\nB\nfF\ny\n")
+    result = run("import", "other.csv", input="A\nQ\nA\nB\nff\nfF\ny\n")
+    assert "got 'Q', allowed: 1 (t (s)), 2 (A), 3 (B)" in result.stderr
+    assert "unit: got 'ff', allowed: aF" in result.stderr
     assert result.exit_code == 0, result.stderr
     assert "time = t, s; hard = A, fF; soft = B, fF; 38.4 pairs a second; 880 rows" in result.stdout
     assert "2 touches: ratio 2.0" in result.stdout

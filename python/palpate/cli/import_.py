@@ -27,6 +27,7 @@ _QUESTIONS = {
     "decimal": "decimal mark (point, comma)",
 }
 """The question for each keyword of `palpate.read`; columns are two questions."""
+_WHICH = "Which columns are the two channels? A name, or a position."
 
 
 @click.command("import")
@@ -71,14 +72,17 @@ def _understood(file: Path, table: "Table", given: dict[str, Any]) -> "Foreign":
     """Return the recording; what is open is asked for, and added to `given`."""
     from palpate.recording.foreign import Foreign
 
+    answered = set[str]()
     while True:
         try:
             return Foreign(file, table=table, **given)
         except (ValueError, TypeError) as error:
-            what = str(error).partition(":")[0]
-            if not _may_ask() or what not in _QUESTIONS or (what in given and what != "columns"):
-                raise click.UsageError(str(error).split("\n")[0]) from error
-            click.echo(str(error), err=True)
+            message = str(error).split("\n")[0]
+            what = "columns" if message.startswith("column") else message.partition(":")[0]
+            if not _may_ask() or what not in _QUESTIONS or (what in given and what not in answered):
+                raise click.UsageError(message) from error
+            click.echo(_WHICH if what == "columns" and what not in answered else message, err=True)
+            answered.add(what)
             given[what] = _answer(what)
 
 

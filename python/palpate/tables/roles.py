@@ -57,7 +57,8 @@ def sides(table: Table, asked: Asked, soft: Table | None = None) -> tuple[Side, 
     wanted = wanted or dict(_guessed(table))
     parts = _of_long(table, wanted)
     if parts is not None:
-        return _alone(parts[0], None, wanted.get("time")), _alone(parts[1], None, wanted.get("time"))
+        one, other, names = parts
+        return _alone(one, None, wanted.get("time"), names), _alone(other, None, wanted.get("time"), names)
     hard, soft_column = table.column(wanted["hard"]), table.column(wanted["soft"])
     if hard == soft_column:
         raise ValueError(f"columns: got {quoted(wanted['hard'])} for both channels, allowed: two columns")
@@ -88,13 +89,13 @@ def _dates(table: Table) -> list[int]:
     return [n for n, column in enumerate(table.columns) if column.kind in "mM"]
 
 
-def _alone(table: Table, wanted: str | int | None, time: str | int | None) -> Side:
-    """Return the channel of a table that has one."""
+def _alone(table: Table, wanted: str | int | None, time: str | int | None, names: int | None = None) -> Side:
+    """Return the channel of a table that has one; `names`: its column of names."""
     times = _times(table, time, set())
     if wanted is not None:
         value = table.column(wanted)
         return Side(table, value, [column for column in times if column != value], time is not None)
-    values = [column for column in range(table.width) if column not in times]
+    values = [column for column in range(table.width) if column not in times and column != names]
     if len(values) != 1:
         raise ValueError(
             f"columns: got {len(values)} columns that can be the channel in {table.path.name}, allowed: one of "
@@ -103,8 +104,8 @@ def _alone(table: Table, wanted: str | int | None, time: str | int | None) -> Si
     return Side(table, values[0], times, time is not None)
 
 
-def _of_long(table: Table, wanted: Mapping[str, str | int]) -> tuple[Table, Table] | None:
-    """Return the rows of each channel of a table with a column of names; None if the names are columns."""
+def _of_long(table: Table, wanted: Mapping[str, str | int]) -> tuple[Table, Table, int] | None:
+    """Return the rows of each channel of a table with a column of names, and that column; None if the names are columns."""
     names = [str(wanted[key]).strip() for key in ("hard", "soft")]
     try:
         for name in names:
@@ -114,7 +115,7 @@ def _of_long(table: Table, wanted: Mapping[str, str | int]) -> tuple[Table, Tabl
         if len(found) != 1:
             raise
         parts = spread(table, found[0])
-        return parts[names[0]], parts[names[1]]
+        return parts[names[0]], parts[names[1]], found[0]
     return None
 
 

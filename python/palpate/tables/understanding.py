@@ -89,7 +89,7 @@ def _unused(hard: Side, soft: Side) -> list[str]:
 def _stamps(hard: Side, soft: Side, asked: Asked) -> tuple[Times, Times]:
     first = _of_side(hard, asked)
     same = soft.table is hard.table and soft.times == hard.times
-    return first, first if same else _of_side(soft, asked)
+    return first, first if same else _of_side(soft, asked).since(first)
 
 
 def _of_side(side: Side, asked: Asked) -> Times:
@@ -134,19 +134,8 @@ def _by_row(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Ar
 
 def _by_time(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Array]) -> tuple[_Arrays, list[str]]:
     """Return times and values of readings that are near each other, and notes."""
-    pairs = joined(stamps[0].seconds, values[0], stamps[1].seconds + _between(stamps), values[1])
-    notes = (
-        [f"{pairs.left_out} readings have none of the other channel near in time: left out"] if pairs.left_out else []
-    )
-    return (pairs.t_hard, pairs.t_soft, pairs.hard, pairs.soft), notes
-
-
-def _between(stamps: tuple[Times, Times]) -> float:
-    """Return what to add to the times of the soft channel so that both have one zero, s."""
-    zeros = [each.zero_utc_ns for each in stamps]
-    if zeros[0] is not None and zeros[1] is not None:
-        return (zeros[1] - zeros[0]) / 1e9
-    return 0.0
+    pairs = joined(stamps[0], values[0], stamps[1], values[1])
+    return (pairs.t_hard_s, pairs.t_soft_s, pairs.hard, pairs.soft), pairs.notes
 
 
 def _said_times(stamps: tuple[Times, Times]) -> str:

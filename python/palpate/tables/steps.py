@@ -1,0 +1,107 @@
+"""Steps from row to row of times: their typical size, coarse stamps, counters that begin again, times that go back."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+_WINDOW = 256  # rows; longer than the bursts of a USB or serial port, shorter than a file
+_FEWEST = 8  # rows of which anything can be said
+_NEAR = 1e-3  # of a coarse unit, by rounding
+_PAUSE_ROWS = 100  # where a counter begins again, no more rows than these are lost
+
+
+def typical_step(times: Floats) -> float:
+    """Return the distance of the rows, robust to bursts, gaps and equal stamps; 0 if no time is later than another.
+
+    It is the median over windows of rows, not over rows: where ten rows come at once, most steps are about 0.
+
+    Examples
+    --------
+    >>> typical_step(np.array([0, 1, 10, 11, 20, 21, 30, 31, 40, 41.0]))
+    5.0
+    """
+    window = max(2, min(_WINDOW, (len(times) - 1) // 4)) if len(times) > 2 else 1
+    spans = times[window:] - times[:-window]
+    later = spans[spans > 0]
+    return float(np.median(later)) / window if len(later) else 0.0
+
+
+def median_step(times: Floats) -> float:
+    """Return the median of the steps above 0; 0 if there is none."""
+    steps = np.diff(times)
+    later = steps[steps > 0]
+    return float(np.median(later)) if len(later) else 0.0
+
+
+@dataclass(frozen=True)
+class Coarse:
+    """Stamps that many rows share.
+
+    Attributes
+    ----------
+    unit : float
+        All steps are multiples of it.
+    rows : float or None
+        Rows in a unit, counted; None: too few stamps.
+    """
+
+    unit: float
+    rows: float | None
+
+
+def coarse(times: Floats) -> Coarse | None:
+    """Return the unit of stamps that are so coarse that many rows share one; None if they are not.
+
+    Examples
+    --------
+    >>> coarse(np.arange(100) // 10 * 1.0)
+    Coarse(unit=1.0, rows=10.0)
+    """
+    steps = np.diff(times)
+    later = steps[steps > 0]
+    if len(times) < _FEWEST or 2 * len(later) >= len(steps):
+        return None
+    if not len(later):
+        return Coarse(0.0, None)
+    unit = float(later.min())
+    multiples = later / unit
+    if (np.abs(multiples - np.rint(multiples)) > _NEAR * multiples).any() or unit < 2 * typical_step(times):
+        return None
+    runs = np.diff(np.flatnonzero(steps > 0))  # rows of a stamp, without the first and the last one
+    return Coarse(unit, float(runs.mean()) if len(runs) else None)
+
+
+def continued(times: Floats, turns: Mapping[float, float]) -> tuple[Floats, float, list[int]]:
+    """Return the times of a counter that begins again after a turn as if it did not.
+
+    Parameters
+    ----------
+    times : numpy.ndarray, shape (n,)
+    turns : mapping
+        Where such a counter may begin again (2**32 of micros(), 86400 s of a time of day), and how long a pause may be
+        that contains it; at least a hundred rows.
+
+    Returns
+    -------
+    times, turn, rows
+        The turn that explains all large steps back, with the rows after them; 0 and no rows if none does.
+
+    Examples
+    --------
+    >>> continued(np.array([86398.0, 86399, 0, 1]), {86400: 0})
+    (array([86398., 86399., 86400., 86401.]), 86400, [2])
+    """
+    steps = np.diff(times)
+    pause = typical_step(times) * _PAUSE_ROWS
+    for turn, longest in turns.items():
+        back = np.flatnonzero(steps < -turn / 2)
+        over = steps[back] + turn
+        if len(back) and np.ptp(times) < turn and (over <= max(pause, longest)).all():
+            begun = np.zeros(len(times))
+            begun[back + 1] = turn
+            return times + np.cumsum(begun), turn, (back + 1).tolist()
+    return times, 0.0, []
