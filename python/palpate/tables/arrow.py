@@ -70,7 +70,10 @@ def _kind(of: Any) -> str:
     kinds = need("pyarrow", "export").types
     if kinds.is_timestamp(of) or kinds.is_date(of):
         return "M"
-    return "m" if kinds.is_duration(of) or kinds.is_time(of) else "f" if _is_number(kinds, of) else "T"
+    if kinds.is_duration(of) or kinds.is_time(of):
+        return "m"
+    words = kinds.is_string(of) or kinds.is_large_string(of) or kinds.is_string_view(of) or kinds.is_dictionary(of)
+    return "T" if words else "i" if kinds.is_integer(of) else "f" if _is_number(kinds, of) else "O"
 
 
 def cells_of(where: Path, name: str, column: Any) -> Cells:

@@ -106,7 +106,7 @@ def _polars(source: Any, where: Path) -> tuple[list[Column], int]:
     columns: list[Column] = []
     for series in source.get_columns():
         kind, unit = series.dtype, "UTC" if getattr(series.dtype, "time_zone", None) else ""
-        known = _TIMES.get(kind.base_type().__name__, "f" if kind.is_numeric() else "T")
+        known = _TIMES.get(kind.base_type().__name__, "f" if kind.is_float() else "O" if kind.is_nested() else "T")
         columns.append(LateColumn((series.name,), partial(_polars_cells, where, series), unit, known))
     return columns, len(source)
 

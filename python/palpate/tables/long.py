@@ -20,7 +20,7 @@ def id_columns(table: Table, names: Collection[str]) -> list[int]:
     These have 2 to 100 different texts that are neither numbers nor times.
     """
     found = []
-    for column in range(table.width):
+    for column in (n for n, each in enumerate(table.columns) if each.kind in "Tiu"):
         distinct = _distinct(table.columns[column].cells)
         if distinct.keys() >= set(names) if names else _are_names(distinct):
             found.append(column)

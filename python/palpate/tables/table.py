@@ -36,7 +36,7 @@ class Column:
 
     @property
     def kind(self) -> str:
-        """That of the numpy dtype of the cells, as "f", "M" or "m"; "T" for text."""
+        """That of the numpy dtype of the cells, as "f", "M" or "m"; "T" for text, "O" for what no column can be."""
         return self.cells.dtype.kind if isinstance(self.cells, np.ndarray) else "T"
 
 
