@@ -14,7 +14,7 @@ from palpate.tables.table import Cells, Column, Table
 
 LARGEST = 500_000_000
 """Bytes of a column, at most, after decompression."""
-_VALUE = 8  # bytes of a number
+_ROWS = 1 << 16
 _PARQUET, _ARROW = b"PAR1", b"ARROW1\0\0"
 
 
@@ -146,6 +146,8 @@ def parse(path: Path, data: bytes) -> Table:
         pyarrow is not installed.
     """
     file = ArrowFile(path, data)
+    if not file.rows:
+        raise RecordingError(path, "has no rows")
     columns = [arrow_column(path, field, partial(file.column, i)) for i, field in enumerate(file.fields)]
     return Table(path, columns, range(1, file.rows + 1))
 
@@ -165,6 +167,7 @@ class ArrowFile:
     metadata : dict of bytes to bytes
         Of the whole file.
     rows : int
+    names : list of str
 
     Raises
     ------
@@ -180,11 +183,7 @@ class ArrowFile:
             self.fields: list[Any] = list(file.schema)
             self.metadata: dict[bytes, bytes] = dict(file.metadata)
             self.rows: int = file.rows
-
-    @property
-    def names(self) -> list[str]:
-        """The names of the columns."""
-        return [field.name for field in self.fields]
+            self.names: list[str] = [field.name for field in self.fields]  # here a name that is no text is an error
 
     def column(self, index: int) -> Any:
         """Return a column, a pyarrow.ChunkedArray.
@@ -194,12 +193,16 @@ class ArrowFile:
         RecordingError
             It is larger than `LARGEST`, or damaged.
         """
+        kind = self.fields[index].type
+        size, chunks = 0, []
         with self._opened() as file:
-            size = max(self.rows * _VALUE, file.size(index))
-            if size > LARGEST:
-                name = self.fields[index].name
-                raise RecordingError(self.path, f"column {name}: got {size:,} bytes, allowed: {LARGEST:,}")
-            return file.column(index)
+            for chunk in file.chunks(index):
+                chunks.append(chunk)
+                size += chunk.nbytes
+                if size > LARGEST:
+                    name = self.fields[index].name
+                    raise RecordingError(self.path, f"column {name}: got more than {LARGEST:,} bytes, the most allowed")
+        return need("pyarrow", "export").chunked_array(chunks, chunks[0].type if chunks else kind)
 
     def parts(self, names: list[str], rows: int) -> Iterator[Any]:
         """Yield these columns in parts of at most so many rows, as pyarrow.RecordBatch."""
@@ -229,18 +232,12 @@ class _Parquet:
         self.metadata = first.metadata.metadata or {}
         self.rows = first.metadata.num_rows
 
-    def size(self, index: int) -> int:
-        """Return the bytes of a column without compression, as the file says."""
-        parts = self._file.metadata
-        groups = (parts.row_group(i) for i in range(parts.num_row_groups))
-        name = self.schema[index].name
-        chunks = (group.column(i) for group in groups for i in range(group.num_columns))
-        return sum(chunk.total_uncompressed_size for chunk in chunks if chunk.path_in_schema.split(".")[0] == name)
-
-    def column(self, index: int) -> Any:
+    def chunks(self, index: int) -> Iterator[Any]:
+        """Yield a column in parts."""
         name = self.schema[index].name
         same = self.schema.get_all_field_indices(name)
-        return self._file.read(columns=[name]).column(same.index(index))
+        for batch in self.parts([name], _ROWS):
+            yield batch.column(same.index(index))
 
     def parts(self, names: list[str], rows: int) -> Iterator[Any]:
         yield from self._file.iter_batches(batch_size=rows, columns=names)
@@ -266,14 +263,10 @@ class _Ipc:
             batch.validate(full=True)  # wrong offsets in a file would be wrong addresses
             yield batch
 
-    def size(self, _index: int) -> int:
-        """Return 0: not known before it is read."""
-        return 0
-
-    def column(self, index: int) -> Any:
-        arrow = need("pyarrow", "export")
-        chunks = [batch.column(0) for batch in self._batches([index])]
-        return arrow.chunked_array(chunks, self.schema[index].type)
+    def chunks(self, index: int) -> Iterator[Any]:
+        """Yield a column in parts."""
+        for batch in self._batches([index]):
+            yield batch.column(0)
 
     def parts(self, names: list[str], rows: int) -> Iterator[Any]:
         for batch in self._batches([self.schema.get_field_index(name) for name in names]):
