@@ -131,6 +131,9 @@ def _document(recording: AnyRecording, seal: dict[str, int]) -> dict[str, Any]:
     """Return the sidecar; the checksum is always that of the rows as CSV, so that every reader can verify them."""
     known = recording.document
     document = dict(known) if known else sidecar.fresh(recording.describe(), {}, [])
+    if not known:
+        gaps = recording.gap_marks
+        document["marks"] = [{"seq": seq, "text": text, "tare": True, "gap": True} for seq, text in gaps]
     made = f"converted from {recording.path.name} by palpate {__version__}"
     document["notes"] = [*document.get("notes", []), *([] if known else recording.notes), made]
     document["schema"] = sidecar.SCHEMA

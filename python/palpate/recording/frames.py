@@ -49,7 +49,7 @@ def to_arrow(recording: Recording) -> Any:
 
 def own_frame(table: Table) -> Recording | None:
     """Return the recording of a data frame that palpate made; None: one of another program."""
-    columns = {column.names[-1]: column for column in table.columns if column.names}
+    columns = {column.names[-1]: column for column in table.columns if column.names and column.kind != "T"}
     if columns.keys() >= set(NAMES.values()):
         return _of_rows({field: np.asarray(columns[name].cells) for field, name in NAMES.items()})
     if not columns.keys() >= set(_ARRAYS.values()) or any(columns[name].kind != "f" for name in _ARRAYS.values()):
@@ -88,6 +88,8 @@ def _zero(utc: NDArray[Any] | None, t_hard_s: NDArray[np.float64]) -> int | None
 def _of_rows(fields: dict[str, NDArray[Any]]) -> Recording:
     block = np.zeros(len(fields["seq"]), DTYPE)
     for name, values in fields.items():
+        if DTYPE[name].kind in "iu" and values.dtype.kind not in "iu":
+            raise ValueError(f"{NAMES[name]}: got {values.dtype}, allowed: whole numbers, one in each row")
         block[name] = values
     full_scale = SATURATED_PF if block["hard_raw"][0] >= 0 else np.inf
     readings = usable(block, full_scale)

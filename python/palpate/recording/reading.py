@@ -9,11 +9,9 @@ import numpy as np
 from palpate.recording import sidecar
 from palpate.recording.binary_data import BinaryData
 from palpate.recording.foreign import AnyRecording, Foreign, recorded
-from palpate.recording.frames import own_frame
 from palpate.recording.own_file import Recorded
 from palpate.recording.recording import Mark, Recording
 from palpate.samples import DTYPE, usable
-from palpate.tables.asked import Asked
 from palpate.tables.frames import Frame, frame
 
 
@@ -75,8 +73,7 @@ def read(
     }
     if not isinstance(source, str | os.PathLike):
         table = frame(source)
-        own = None if Asked(**given).given else own_frame(table)
-        return Foreign(table.path, table=table, **given).recording if own is None else own
+        return Foreign(table.path, table=table, **given).recording
     return in_memory(recorded(source, **given))
 
 

@@ -72,8 +72,15 @@ def _kind(of: Any) -> str:
         return "M"
     if kinds.is_duration(of) or kinds.is_time(of):
         return "m"
-    words = kinds.is_string(of) or kinds.is_large_string(of) or kinds.is_string_view(of) or kinds.is_dictionary(of)
-    return "T" if words else "i" if kinds.is_integer(of) else "f" if _is_number(kinds, of) else "O"
+    return (
+        "T"
+        if _is_text(kinds, of) or kinds.is_dictionary(of)
+        else "i"
+        if kinds.is_integer(of)
+        else "f"
+        if _is_number(kinds, of)
+        else "O"
+    )
 
 
 def cells_of(where: Path, name: str, column: Any) -> Cells:
@@ -94,12 +101,14 @@ def cells_of(where: Path, name: str, column: Any) -> Cells:
     arrow = need("pyarrow", "export")
     kinds, kind = arrow.types, column.type
     if kinds.is_dictionary(kind):
-        if kinds.is_string(kind.value_type) or kinds.is_large_string(kind.value_type):
+        if _is_text(kinds, kind.value_type):
             return _words(column)
         column = column.cast(kind.value_type)
-    elif kinds.is_string(kind) or kinds.is_large_string(kind) or kinds.is_string_view(kind):
+    elif _is_text(kinds, kind):
         return _words(column.cast(arrow.large_string()).dictionary_encode())
-    elif kinds.is_decimal(kind) or kinds.is_null(kind) or (column.null_count and _is_number(kinds, kind)):
+    elif kinds.is_decimal(kind):
+        column = column.cast(arrow.string()).cast(arrow.float64())  # the nearest number; a direct cast is not
+    elif kinds.is_null(kind) or (column.null_count and _is_number(kinds, kind)):
         column = column.cast(arrow.float64(), safe=False)
     elif kinds.is_time(kind):
         column = column.cast(arrow.int32() if kind.bit_width == 32 else arrow.int64()).cast(arrow.int64())
@@ -113,6 +122,10 @@ def cells_of(where: Path, name: str, column: Any) -> Cells:
 
 def _is_number(kinds: Any, kind: Any) -> bool:
     return bool(kinds.is_integer(kind) or kinds.is_floating(kind) or kinds.is_boolean(kind))
+
+
+def _is_text(kinds: Any, kind: Any) -> bool:
+    return bool(kinds.is_string(kind) or kinds.is_large_string(kind) or kinds.is_string_view(kind))
 
 
 def _words(column: Any) -> list[str | None]:
