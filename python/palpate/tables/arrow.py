@@ -68,19 +68,14 @@ def arrow_column(where: Path, field: Any, get: Callable[[], Any]) -> Column:
 
 def _kind(of: Any) -> str:
     kinds = need("pyarrow", "export").types
-    if kinds.is_timestamp(of) or kinds.is_date(of):
-        return "M"
-    if kinds.is_duration(of) or kinds.is_time(of):
-        return "m"
-    return (
-        "T"
-        if _is_text(kinds, of) or kinds.is_dictionary(of)
-        else "i"
-        if kinds.is_integer(of)
-        else "f"
-        if _is_number(kinds, of)
-        else "O"
-    )
+    found = {
+        "M": kinds.is_timestamp(of) or kinds.is_date(of),
+        "m": kinds.is_duration(of) or kinds.is_time(of),
+        "T": kinds.is_dictionary(of) or kinds.is_decimal(of) or _is_text(kinds, of),
+        "i": kinds.is_integer(of),
+        "f": _is_number(kinds, of),
+    }
+    return next((kind for kind, holds in found.items() if holds), "O")
 
 
 def cells_of(where: Path, name: str, column: Any) -> Cells:

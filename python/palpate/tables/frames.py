@@ -99,16 +99,22 @@ def _arrow(source: Any, where: Path) -> tuple[list[Column], int]:
     return columns, table.num_rows
 
 
-_TIMES = {"Datetime": "M", "Date": "M", "Duration": "m", "Time": "m"}
+_KINDS = {"Datetime": "M", "Date": "M", "Duration": "m", "Time": "m", "Boolean": "b"}
 
 
 def _polars(source: Any, where: Path) -> tuple[list[Column], int]:
     columns: list[Column] = []
     for series in source.get_columns():
         kind, unit = series.dtype, "UTC" if getattr(series.dtype, "time_zone", None) else ""
-        known = _TIMES.get(kind.base_type().__name__, "f" if kind.is_float() else "O" if kind.is_nested() else "T")
+        known = _KINDS.get(kind.base_type().__name__, _polars_kind(kind))
         columns.append(LateColumn((series.name,), partial(_polars_cells, where, series), unit, known))
     return columns, len(source)
+
+
+def _polars_kind(kind: Any) -> str:
+    if kind.is_float() or kind.is_integer():
+        return "f" if kind.is_float() else "i"
+    return "O" if kind.is_nested() else "T"
 
 
 def _polars_cells(where: Path, series: Any) -> Cells:
