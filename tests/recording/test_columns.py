@@ -28,7 +28,7 @@ def run(*arguments: str | Path) -> Result:
 
 @pytest.fixture
 def own(tmp_path: Path) -> Path:
-    """A touch, with a tare, a gap, lost and saturated samples, settings, host stamps and codes."""
+    """Return a touch, with a tare, a gap, lost and saturated samples, settings, host stamps and codes."""
     play = scenarios.run("stiff-steady")
     rows = [
         sample(

@@ -56,7 +56,7 @@ def test_the_touches_of_a_frame_are_those_of_its_arrays(kind: str) -> None:
         np.array_equal(getattr(found, name), getattr(PLAY, name)) for name in ("t_hard_s", "t_soft_s", "hard", "soft")
     ]
     assert found.understood.startswith("time = t")
-    assert f"hard = C1, pF; soft = C2, pF; 38.4" in found.understood
+    assert "hard = C1, pF; soft = C2, pF; 38.4" in found.understood
 
 
 def address(values: Any) -> int:
@@ -176,9 +176,10 @@ class Untouchable:
     """A value that nothing can be made of."""
 
     def __str__(self) -> str:
+        """Fail."""
         raise AssertionError("touched")
 
-    __repr__ = __float__ = __str__  # type: ignore[assignment]
+    __repr__ = __float__ = __str__
 
 
 def test_a_column_that_is_not_wanted_is_not_touched() -> None:

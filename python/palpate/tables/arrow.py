@@ -15,6 +15,7 @@ from palpate.tables.table import Cells, Column, Table
 LARGEST = 500_000_000
 """Bytes of a column, at most, after decompression."""
 _ROWS = 1 << 16
+_NUMBER = 8  # bytes
 _PARQUET, _ARROW = b"PAR1", b"ARROW1\0\0"
 
 
@@ -156,6 +157,8 @@ def parse(path: Path, data: bytes) -> Table:
     file = ArrowFile(path, data)
     if not file.rows:
         raise RecordingError(path, "has no rows")
+    if file.rows > LARGEST // _NUMBER:
+        raise RecordingError(path, f"got {file.rows:,} rows, allowed: {LARGEST // _NUMBER:,}")
     columns = [arrow_column(path, field, partial(file.column, i)) for i, field in enumerate(file.fields)]
     return Table(path, columns, range(1, file.rows + 1))
 
