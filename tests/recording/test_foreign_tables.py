@@ -101,36 +101,6 @@ def test_cells_without_a_value_are_kept_as_nan_and_told(tmp_path: Path) -> None:
     assert recording.notes == ("9 of 11 rows have no value in a channel: left out",)
 
 
-@pytest.mark.parametrize(
-    ("first", "second", "seconds"),
-    [
-        ("2026-11-21 12:00:00.5", "2026-11-21T12:00:02", [0, 1.5]),
-        ("23:00:00.25", "23:00:01.000", [82800.25, 82801]),
-        ("1763726400.5", "1763726402", [0, 1.5]),
-        ("1.5", "2.5", [1.5, 2.5]),
-        ("noon", "one", [np.nan, np.nan]),
-    ],
-)
-def test_times(tmp_path: Path, first: str, second: str, seconds: list[float]) -> None:
-    recording = read(write(tmp_path, f"timestamp,hard,soft\n{first},1,2\n{second},1,2\n"), columns=MAP, unit="pF")
-    assert np.array_equal(recording.t_hard_s, seconds, equal_nan=True)
-    assert np.array_equal(recording.t_soft_s, seconds, equal_nan=True)
-    unknown = ("no column of times found: start_s is unknown",)
-    assert recording.notes == (unknown if first == "noon" else ())
-
-
-def test_time_columns(tmp_path: Path) -> None:
-    none = read(write(tmp_path, "hard,soft\n1,2\n1,2\n"), columns=MAP)
-    assert np.isnan(none.t_hard_s).all()
-    assert none.notes[0].startswith("no column of times found")
-    back = read(write(tmp_path, "Zeit [ms],hard,soft\n0,1,2\n2000,1,2\n1000,1,2\n1000,1,2\n"), columns=MAP, unit="pF")
-    assert back.t_hard_s.tolist() == [0, 2, 1, 1]
-    assert back.notes == ("time goes back at 1 of 4 rows: the order of the file is used",)
-    path = write(tmp_path, "when,then,hard,soft\n3,4,1,2\n")
-    both = read(path, columns={**MAP, "time": "when", "soft_time": "then"})
-    assert (both.t_hard_s.tolist(), both.t_soft_s.tolist()) == ([3], [4])
-
-
 def test_numbers_above_the_names_are_told(tmp_path: Path) -> None:
     recording = read(write(tmp_path, "2024,1,2\ntime,hard,soft\n0,1,2\n1,3,4\n"), columns=MAP, unit="pF")
     assert recording.hard.tolist() == [1, 3]

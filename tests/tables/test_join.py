@@ -81,6 +81,7 @@ def test_jitter_that_goes_back_is_put_in_order() -> None:
             r"0 to 0\.208 s .* 60 to 60\.208 s",
         ),
         (Times(np.array([1.0]), "s"), Times(np.array([2.0]), "s"), "allowed: times that overlap"),
+        (Times(np.array([1.0, 2]), "s"), Times(np.empty(0), ""), "got 1 to 2 s .* and no times for the soft channel"),
         (
             Times(np.arange(9.0) * PERIOD, "dates", None, [], 1_763_726_400 * 10**9),
             Times(np.arange(9.0) * PERIOD, "dates", None, [], 1_763_730_000 * 10**9),

@@ -8,7 +8,7 @@ import pytest
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.tables.long import id_columns, spread
+from palpate.tables.long import id_column, id_columns, spread
 from palpate.tables.table import Column, Table
 
 
@@ -25,20 +25,24 @@ VALUES = [f"{6 + row / 100:.2f}" for row in range(20)]
 @pytest.mark.parametrize(
     ("columns", "found"),
     [
-        ({"time": TIMES, "what": TURNS, "value": VALUES}, [1]),
-        ({"time": TIMES, "variable": ["hard"] * 10 + ["soft"] * 10, "value": VALUES}, [1]),  # pandas.melt
-        ({"time": TIMES, "what": TURNS, "gain": ["low", "high"] * 10, "value": VALUES}, [1, 2]),
-        ({"time": TIMES, "which": ["1", "2"] * 10, "value": VALUES}, []),
-        ({"time": TIMES, "C1": VALUES, "C2": np.arange(20.0)}, []),
-        ({"id": ["C1"] * 20, "C1": VALUES, "C2": VALUES}, []),
-        ({"channel": ["C1", ""] * 10, "C1": VALUES}, []),
-        ({"clock": ["12:00:00", "12:00:01"] * 10, "C1": VALUES}, []),
-        ({"C1": ["OL", "OVLD"] * 10, "C2": VALUES}, []),
-        ({"note": [f"row {row}" for row in range(101)], "C2": np.arange(101.0)}, []),
+        ({"time": TIMES, "what": TURNS, "value": VALUES}, 1),
+        ({"channel": ["1", "2"] * 10, "time": TIMES, "value": VALUES}, 0),
+        ({"time": TIMES, "Sensor": np.array([3, 4] * 10), "value": VALUES}, 1),
+        ({"time": TIMES, "variable": ["hard"] * 10 + ["soft"] * 10, "value": VALUES}, 1),  # pandas.melt
+        ({"time": TIMES, "what": ["hard"] * 10 + ["soft"] * 10, "value": VALUES}, None),  # may be states
+        ({"time": TIMES, "state": ["ok"] * 19 + ["warn"], "C1": VALUES}, None),
+        ({"time": TIMES, "which": ["1", "2"] * 10, "value": VALUES}, None),
+        ({"time": TIMES, "C1": VALUES, "C2": VALUES}, None),
+        ({"id": [str(row) for row in range(20)], "C1": VALUES, "C2": VALUES}, None),  # numbers of rows
+        ({"id": ["C1"] * 20, "C1": VALUES, "C2": VALUES}, None),
+        ({"channel": ["1", ""] * 10, "C1": VALUES}, None),
+        ({"clock": ["12:00:00", "12:00:01"] * 10, "C1": VALUES}, None),
+        ({"C1": ["OL", "OVLD"] * 10, "C2": VALUES}, None),
+        ({"ch": ["0.5", "1.5"] * 10, "C2": VALUES}, None),
     ],
 )
-def test_the_columns_that_can_hold_names_of_channels(columns: dict[str, Any], found: list[int]) -> None:
-    assert id_columns(table(**columns), []) == found
+def test_the_column_that_names_the_channels(columns: dict[str, Any], found: int | None) -> None:
+    assert id_column(table(**columns)) == found
 
 
 def test_columns_that_hold_the_names_that_are_asked_for() -> None:

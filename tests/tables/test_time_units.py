@@ -222,6 +222,11 @@ def test_dates_of_data_frames(dtype: str) -> None:
         times(column(cells), 0)
 
 
+@pytest.mark.parametrize("cells", [[], np.empty(0), np.empty(0, "M8[us]")])
+def test_no_rows_have_no_times(cells: Any) -> None:
+    assert len(read_times(cells).seconds) == 0
+
+
 def test_durations_and_whole_numbers_of_data_frames() -> None:
     spans = (ROW * STEP_US).astype("m8[us]")
     assert read_times(spans).seconds.tolist() == SECOND.tolist()

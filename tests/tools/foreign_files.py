@@ -19,6 +19,7 @@ import numpy as np
 from click.testing import CliRunner
 from numpy.typing import NDArray
 from palpate.cli import main
+from xdf import Stream, written  # tests/tools
 
 RATE = 38.4  # pairs a second
 RATIOS = (2.0, 3.2)
@@ -227,10 +228,9 @@ def _piped(folder: Path) -> list[str]:
 
 
 def _xdf(folder: Path) -> list[str]:
-    from xdf_files import write  # tests/tools
-
     t, hard, soft = measurement()
-    write(folder / "other.xdf", {"Probe": (t, {"C1": hard, "C2": soft}, "pF")})
+    stream = Stream("Probe", t.tolist(), np.column_stack([hard, soft]), ["C1", "C2"])
+    (folder / "other.xdf").write_bytes(written(stream))
     return [str(folder / "other.xdf")]
 
 

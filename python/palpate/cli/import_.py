@@ -49,11 +49,15 @@ def import_(file: Path, asked: dict[str, Any], remember: bool, as_json: bool) ->
       palpate import other.csv --map hard=2,soft=3 --unit fF --remember
     """  # noqa: D301
     from palpate.recording.own_file import is_own
+    from palpate.tables.asked import Asked
     from palpate.tables.formats import read_table
 
     if is_own(file):
         raise click.UsageError(f"{file}: is a recording of palpate, allowed: a table of another program")
-    table = read_table(file)
+    try:
+        table = read_table(file, Asked(**{name: value for name, value in asked.items() if name != "known"}))
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
     if not as_json:
         click.echo(_preview(file, table))
     given = dict(asked)

@@ -80,8 +80,9 @@ _READING = [
                  help="Pairs a second, for a table without usable times."),
     click.option("--decimal", type=click.Choice(["point", "comma"]), help="Decimal mark, if the numbers leave it open."),
     click.option("--soft", type=INPUT, help="File of the soft channel, if FILE has the hard channel only."),
+    click.option("--part", metavar="NAME", help="Sheet of a workbook, or stream of an XDF file, if several fit."),
 ]  # fmt: skip
-_ASKED = ("columns", "unit", "time_unit", "rate", "decimal", "soft")
+_ASKED = ("columns", "unit", "time_unit", "rate", "decimal", "soft", "part")
 _SCENES = f"Method of estimation: {', '.join(scenes)}."
 _SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES)
 _SCENE_AGAIN = click.option("--scene", help=f"{_SCENES}  [default: from the recording, else handheld]")

@@ -16,16 +16,14 @@ from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import LAST_CODE, SATURATED_CODES, SATURATED_PF
 from palpate.errors import RecordingError
-from palpate.files import read_bytes
 from palpate.recording.lines import begin_of
 from palpate.recording.rows import capacitances
 from palpate.recording.survey import Survey
 from palpate.samples import Block, Status, blank
+from palpate.tables.packed import contents
 
 _CODE = re.compile(r"[0-9A-Fa-f]{6}")
 _TIME = re.compile(r"(?<![\d.,])(\d{1,9}(?:[.,]\d{1,9})?)\s{0,9}(ms|s)$")
-LARGEST = 500_000_000
-"""Bytes of a file, at most."""
 MOST_HEADER_ROWS = 1000
 LONGEST = 1000
 """Characters of a line, at most."""
@@ -94,7 +92,7 @@ def read_channel(path: Path) -> ChannelFile:
 
 def _text(path: Path) -> str:
     try:
-        return read_bytes(path, LARGEST).decode("latin-1")
+        return contents(path).decode("latin-1")
     except OSError as error:
         raise RecordingError(path, f"cannot be read: {error.strerror}") from error
 

@@ -104,7 +104,7 @@ def _check_free(recording: AnyRecording, target: Path, *, force: bool) -> None:
     targets = [target, sidecar.sidecar_path(target)] if target.suffix == ".csv" else [target]
     inputs = [channel.path for channel in recording.channels] if isinstance(recording, BinaryData) else [recording.path]
     for path in filter(os.path.lexists, targets):
-        if path.exists() and any(path.samefile(read) for read in inputs):
+        if path.exists() and any(read.exists() and path.samefile(read) for read in inputs):
             raise RecordingError(path, "is an input file: choose another name")
         if path.is_file() and is_locked(path):
             raise RecordingError(path, "is still being recorded: choose another name")

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from palpate.files import open_regular
+from palpate.tables.packed import STANDARD_INPUT
 
 try:
     import fcntl
@@ -19,7 +20,7 @@ def lock(file: IO[Any]) -> None:
 
 def is_locked(path: Path) -> bool:
     """Return whether a process is writing the file; False where the system has no locks."""
-    if fcntl is None:
+    if fcntl is None or path == STANDARD_INPUT:
         return False
     with open_regular(path) as file:
         try:

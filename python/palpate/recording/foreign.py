@@ -74,8 +74,9 @@ class Foreign:
     ) -> None:
         self.path: Path = Path(path)
         self.survey: Survey = Survey()
-        table = table or read_table(self.path)
-        self.recording, self.unused = _recording(table, Asked(**asked), known)
+        wanted = Asked(**asked)
+        table = table or read_table(self.path, wanted)
+        self.recording, self.unused = _recording(table, wanted, known)
         self.full_scale_pF: float = self.recording.full_scale_pF
         self.host_stamps: bool = self.recording.host_stamps
         self.gap_marks: list[tuple[int, str]] = [(row - 1, GAP) for row in self.recording.gap_rows]

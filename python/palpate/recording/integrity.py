@@ -9,6 +9,7 @@ from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.filelock import is_locked
 from palpate.recording.lines import Pass
+from palpate.tables.packed import STANDARD_INPUT, unpacked_name
 
 SOURCE_FAILED = "the source ended with an error"
 """First words of the remark on a recording that ended so."""
@@ -92,8 +93,9 @@ def known_of(path: Path) -> Known:
     except RecordingError as error:
         return Known(None, None, str(error), running)
     if loaded is None:
-        missing = path.with_suffix(".json").name
-        return Known(None, None, f"{missing} is missing", running)
+        missing = Path(unpacked_name(path)).with_suffix(".json").name
+        problem = "standard input has none" if path == STANDARD_INPUT else f"{missing} is missing"
+        return Known(None, None, problem, running)
     return Known(*loaded, "", running)
 
 

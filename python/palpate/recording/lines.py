@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from palpate.errors import RecordingError
-from palpate.files import open_regular
 from palpate.recording.rows import COLUMNS, unreadable
+from palpate.tables.packed import opened
 
 LONGEST_ROW = 256
 """Bytes; the longest row that palpate writes has some 150."""
@@ -98,7 +98,7 @@ class Pass:
 
     def _chunks(self, chunk: int) -> Iterator[bytes]:
         try:
-            with open_regular(self.path) as file:
+            with opened(self.path) as file:
                 while data := file.read(chunk):
                     self.count(data)
                     yield data
@@ -162,7 +162,7 @@ def add(places: list[Damage], place: Damage) -> None:
 
 
 def begin_of(path: Path, most: int) -> bytes:
-    """Return the first bytes of a regular file.
+    """Return the first bytes of what is in a file.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def begin_of(path: Path, most: int) -> bytes:
         It cannot be read.
     """
     try:
-        with open_regular(path) as file:
+        with opened(path) as file:
             return file.read(most)
     except OSError as error:
         raise RecordingError(path, f"cannot be read: {error.strerror or error}") from error

@@ -24,15 +24,16 @@ def read(
     rate: float | None = None,
     decimal: str | None = None,
     soft: str | os.PathLike[str] | None = None,
+    part: str | None = None,
 ) -> Recording:
     """Read a recording into memory.
 
     Parameters
     ----------
     source : path-like or data frame
-        A recording of palpate, a table of another program, or the "Binary Data.txt" of Analog Devices' program. Or a
-        frame of pandas or polars, an object with `__arrow_c_stream__`, a dict of arrays, or a structured array: columns
-        of contiguous float64 are used as they are, without a copy.
+        A recording of palpate, a table of another program, or the "Binary Data.txt" of Analog Devices' program; also
+        packed as .gz. "-" is standard input. Or a frame of pandas or polars, an object with `__arrow_c_stream__`, a dict
+        of arrays, or a structured array: columns of contiguous float64 are used as they are, without a copy.
     columns : mapping, optional
         Columns of "hard", "soft" and, if it is not found by its name, "time"; also "soft_time", if the soft channel
         has its own times. A column is a name in one of the header rows, or a position counted from 1. Not needed for
@@ -46,7 +47,9 @@ def read(
     decimal : str, optional
         Decimal mark, "point" or "comma", where the numbers leave it open.
     soft : path-like, optional
-        File of the soft channel, if `path` has the hard channel only.
+        File of the soft channel, if `source` has the hard channel only.
+    part : str, optional
+        Name of the sheet of a workbook, or of the stream of an XDF file, if several have the two channels.
 
     Returns
     -------
@@ -63,18 +66,11 @@ def read(
     --------
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
-    given: dict[str, Any] = {
-        "columns": columns,
-        "unit": unit,
-        "time_unit": time_unit,
-        "rate": rate,
-        "decimal": decimal,
-        "soft": soft,
-    }
+    given: dict[str, Any] = {"columns": columns, "unit": unit, "time_unit": time_unit, "rate": rate, "decimal": decimal}
     if not isinstance(source, str | os.PathLike):
         table = frame(source)
-        return Foreign(table.path, table=table, **given).recording
-    return in_memory(recorded(source, **given))
+        return Foreign(table.path, table=table, **given, soft=soft, part=part).recording
+    return in_memory(recorded(source, **given, soft=soft, part=part))
 
 
 def in_memory(source: AnyRecording) -> Recording:

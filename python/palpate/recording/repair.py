@@ -26,8 +26,10 @@ from palpate.recording import sidecar
 from palpate.recording.integrity import judge
 from palpate.recording.lines import Damage, Pass
 from palpate.recording.own_file import Recorded
+from palpate.tables.packed import is_packed
 
 _CHUNK = 1 << 20
+_PACKED = "not repaired: it is standard input, or a packed file: unpack it, and repair that"
 _FORMAT = "palpate-torn-1"
 
 
@@ -55,7 +57,7 @@ def why_not(recording: Recorded, damage: list[Damage], *, remove_damage: bool) -
             "not confirmed"
         )
     if damage or (known.document is not None and not known.end):
-        return None
+        return _PACKED if is_packed(recording.path) else None
     if known.document is None:
         return "not repaired: every line is a row, and what the sidecar said cannot be known again"
     if recording.doubts:

@@ -17,6 +17,7 @@ from palpate._core import __version__
 from palpate.errors import RecordingError, quoted, shortened
 from palpate.files import read_bytes, replacing
 from palpate.recording.codes import codes_of
+from palpate.tables.packed import unpacked_name
 
 BEGUN = "begun after "
 """First words of the note that a recording was started later than the measurement."""
@@ -142,6 +143,7 @@ def load(path: Path) -> dict[str, Any] | None:
 
 def load_checked(path: Path) -> Loaded | None:
     """Return the sidecar of a recording, and whether its checksum holds; as `load`."""
+    path = path.with_name(unpacked_name(path))
     if path.suffix.lower() != ".csv" or not (beside := sidecar_path(path)).exists():
         return None
     try:

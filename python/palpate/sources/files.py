@@ -146,5 +146,6 @@ _ALLOWED = {
     "rate": number(0, above=True),
     "decimal": choice(*DECIMALS),
     "soft": anything,
+    "part": anything,
     "speed": number(0, above=True),
 }

@@ -10,6 +10,7 @@ from typing import Any, BinaryIO
 from palpate.errors import RecordingError
 from palpate.extras import need
 from palpate.files import open_regular
+from palpate.tables.asked import Asked
 from palpate.tables.table import Cells, Column, Table
 
 LARGEST = 500_000_000
@@ -144,7 +145,7 @@ def is_arrow(begin: bytes) -> bool:
     return begin.startswith((_PARQUET, _ARROW))
 
 
-def parse(path: Path, data: bytes) -> Table:
+def parse(path: Path, data: bytes, _asked: Asked) -> Table:
     """Read the contents of a Parquet or Arrow file as a table; the values of a column are read when they are used.
 
     Raises

@@ -52,6 +52,8 @@ class Asked:
         Decimal mark of the numbers, "point" or "comma".
     soft : path-like, optional
         File of the soft channel, if the other one has the hard channel only.
+    part : str, optional
+        Name of the sheet of a workbook, or of the stream of an XDF file.
 
     Raises
     ------
@@ -70,6 +72,7 @@ class Asked:
     rate: float | None = None
     decimal: str | None = None
     soft: str | os.PathLike[str] | None = None
+    part: str | None = None
 
     def __post_init__(self) -> None:
         """Check the values."""

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ LONGEST = 64
 Ints = NDArray[np.int64]
 Digits = NDArray[np.uint8]
 
-_DIGIT = re.compile(r"[0-9]")
+_AS_SHAPE = str.maketrans("123456789", "0" * 9)
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _SECOND_NS = 1_000_000_000
 
@@ -134,6 +135,7 @@ class Layout:
         return ns, fits
 
 
+@lru_cache(maxsize=1024)
 def layout_of(shape: str) -> Layout | None:
     """Return the layout of cells of one shape, a cell with all its digits 0; None: not a date or time.
 
@@ -167,4 +169,4 @@ def is_time(cell: str) -> bool:
     >>> is_time("21.11.2026 12:00:00,5"), is_time("C1"), is_time("0.5")
     (True, False, False)
     """
-    return cell.isascii() and 0 < len(cell) <= LONGEST and layout_of(_DIGIT.sub("0", cell)) is not None
+    return cell.isascii() and 0 < len(cell) <= LONGEST and layout_of(cell.translate(_AS_SHAPE)) is not None

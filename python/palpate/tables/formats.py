@@ -1,30 +1,117 @@
-"""The formats of tables: one row for each, with its reader."""
+"""The formats of tables: one row for each. A file is known by its first bytes; its name says nothing."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 from palpate.errors import RecordingError
-from palpate.files import read_bytes
-from palpate.tables import arrow, text
+from palpate.tables import text
+from palpate.tables.asked import Asked
+from palpate.tables.packed import contents, unpacked_name
 from palpate.tables.table import Table
 
-LARGEST = 500_000_000
-"""Bytes of a table, at most, after decompression: it is read as a whole."""
+Reader = Callable[[Path, bytes, Asked], Table]
 
 
-def read_table(path: Path) -> Table:
-    """Read a file of any format as a table.
+@dataclass(frozen=True)
+class Format:
+    """A format of files.
+
+    Attributes
+    ----------
+    name : str
+        As a message says it.
+    suffixes : tuple of str
+        Ends of the names of such files.
+    begins : tuple of bytes
+        The first bytes of such a file.
+    reader : str
+        MODULE:FUNCTION, imported when it is used: gives the table in the bytes of a file.
+    advice : str
+        What to do with a format that has no reader.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    begins: tuple[bytes, ...]
+    reader: str = ""
+    advice: str = ""
+
+
+_SAVE = "save its table as CSV, and use that"
+_UNPACK = "unpack it, and use what is in it"
+FORMATS = (
+    Format("an Excel workbook", (".xlsx", ".xlsm"), (b"PK\3\4", b"PK\5\6"), reader="palpate.tables.excel:parse"),
+    Format("an XDF file", (".xdf",), (b"XDF:",), reader="palpate.tables.xdf:parse"),
+    Format("a Parquet table", (".parquet",), (b"PAR1",), reader="palpate.tables.arrow:parse"),
+    Format("an Arrow file", (".arrow", ".feather"), (b"ARROW1\0\0",), reader="palpate.tables.arrow:parse"),
+    Format("an old Excel workbook, or one with a password", (".xls",), (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",),
+           advice="save it as .xlsx without a password, or as CSV"),
+    Format("an HDF5 or MATLAB 7.3 file", (".h5", ".hdf5", ".mat"), (b"\x89HDF\r\n\x1a\n",), advice=_SAVE),
+    Format("a MATLAB file", (".mat",), (b"MATLAB 5.0 MAT-file",), advice="save the matrix with writematrix as CSV"),
+    Format("a numpy array", (".npy",), (b"\x93NUMPY",), advice="save it with numpy.savetxt as CSV"),
+    Format("an SQLite database", (".sqlite", ".db"), (b"SQLite format 3\0",), advice=_SAVE),
+    Format("a LabVIEW file", (".tdms",), (b"TDSm",), advice=_SAVE),
+    Format("a PDF document", (".pdf",), (b"%PDF-",), advice=_SAVE),
+    Format("an HTML or XML page", (".html", ".xml"), (b"<html", b"<HTML", b"<!DOCTYPE", b"<!doctype", b"<?xml", b"<table"),
+           advice="open it in a spreadsheet program, and save it as .xlsx or CSV"),
+    Format("an image", (".png", ".jpg", ".jpeg", ".gif", ".tif"),
+           (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*"), advice="use the table from which it was made"),
+    Format("a packed file", (".bz2", ".xz", ".zst", ".7z", ".rar", ".gz"),
+           (b"BZh", b"\xfd7zXZ\0", b"\x28\xb5\x2f\xfd", b"7z\xbc\xaf\x27\x1c", b"Rar!", b"\x1f\x8b"), advice=_UNPACK),
+)  # fmt: skip
+"""All formats but text, which begins with anything."""
+_TEXT = Format("text", (".csv", ".txt", ".tsv", ".dat", ".asc"), ())
+
+
+def read_table(path: Path, asked: Asked | None = None) -> Table:
+    """Read a file of any format as a table; also one that is packed as .gz, and standard input, of the name -.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    asked : Asked, optional
+        What the user says: it finds the one of several tables in the file.
 
     Raises
     ------
     RecordingError
         The file cannot be read, or is not a table.
+    ValueError
+        It is open which one of several tables in the file is meant.
+    MissingExtra
+        A package that reads this format is not installed.
     """
     try:
-        data = read_bytes(path, LARGEST)
+        data = contents(path)
     except OSError as error:
         raise RecordingError(path, f"cannot be read: {error.strerror}") from error
     if not data:
         raise RecordingError(path, "is empty")
-    if arrow.is_arrow(data[:8]):
-        return arrow.parse(path, data)
-    return text.parse(path, data)
+    known = format_of(data)
+    if known.advice:
+        raise RecordingError(path, f"is {known.name}, which palpate cannot read: {known.advice}")
+    table = text.parse(path, data) if known is _TEXT else _reader(known)(path, data, asked or Asked())
+    suffix = Path(unpacked_name(path)).suffix.lower()
+    named = next((each for each in (_TEXT, *FORMATS) if suffix in each.suffixes), known)
+    if named is not known:
+        table.notes.append(f"the name says {named.name}, but it is {known.name}: read as that")
+    return table
+
+
+def format_of(data: bytes) -> Format:
+    """Return the format of a file by its first bytes.
+
+    Examples
+    --------
+    >>> format_of(b"PAR1").name, format_of(b"time,C1").name
+    ('a Parquet table', 'text')
+    """
+    return next((each for each in FORMATS if data.startswith(each.begins)), _TEXT)
+
+
+def _reader(known: Format) -> Reader:
+    module, _, name = known.reader.partition(":")
+    reader: Reader = getattr(import_module(module), name)
+    return reader

@@ -2,41 +2,56 @@
 
 from collections.abc import Collection
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.tables.clock_layout import is_time
-from palpate.tables.numbers import NO_VALUE, is_number
+from palpate.tables.kinds import NUMBER, kind
+from palpate.tables.numbers import NO_VALUE
 from palpate.tables.table import Cells, Column, Table
+from palpate.tables.units import bare_name
+
+IDS = {"id", "channel", "channels", "ch", "chan", "sensor", "name", "tag", "series", "variable", "signal", "kanal"}
+"""Names of columns that hold the names of channels."""
 
 _MOST = 100  # channels
+_NAMES = "Tiu"  # kinds of columns
+
+
+def id_column(table: Table) -> int | None:
+    """Return the column (from 0) with the names of channels; None: the table has a row for each pair.
+
+    It has 2 to 100 different names: texts or whole numbers below one of the names `IDS`, or texts that change in most rows.
+    """
+    columns = range(table.width)
+    named = [column for column in columns if IDS & {bare_name(name) for name in table.names(column)}]
+    for column in named:
+        if _fits(table, column, numbers=True):
+            return column
+    return next((column for column in columns if _fits(table, column, numbers=False) and _changes(table, column)), None)
 
 
 def id_columns(table: Table, names: Collection[str]) -> list[int]:
-    """Return the columns (from 0) that hold all of these names; without names, those that can hold names of channels.
-
-    These have 2 to 100 different texts that are neither numbers nor times.
-    """
-    found = []
-    for column in (n for n, each in enumerate(table.columns) if each.kind in "Tiu"):
-        distinct = _distinct(table.columns[column].cells)
-        if distinct.keys() >= set(names) if names else _are_names(distinct):
-            found.append(column)
-    return found
+    """Return the columns (from 0) that hold all of these names of channels, in any rows."""
+    columns = [(number, column) for number, column in enumerate(table.columns) if column.kind in _NAMES]
+    return [number for number, column in columns if set(names) <= set(_distinct(column.cells))]
 
 
 def spread(table: Table, column: int) -> dict[str, Table]:
-    """Return the rows of each name in a column as a table, by this name, in the order of their first rows.
+    """Return the rows of each channel as a table, by the name of the channel, in the order of their first rows.
 
     The tables keep the numbers of the lines, and all columns at their positions: messages and maps hold for the file.
     """
-    numbers: dict[str, int] = {}
-    of_row = [numbers.setdefault(_text(cell), len(numbers)) for cell in table.columns[column].cells]
-    order = np.argsort(np.array(of_row, np.intp), kind="stable")
+    cells = table.columns[column].cells
+    names = list(_distinct(cells))
+    numbers = {name: number for number, name in enumerate(names)}
+    of_row = np.array([numbers[_text(cell)] for cell in cells], np.intp)
+    order = np.argsort(of_row, kind="stable")
     parts = np.split(order, np.cumsum(np.bincount(of_row))[:-1])
-    return {name: _rows(table, rows) for name, rows in zip(numbers, parts, strict=True)}
+    return {name: _rows(table, rows) for name, rows in zip(names, parts, strict=True)}
 
 
 def _rows(table: Table, rows: NDArray[np.intp]) -> Table:
@@ -51,22 +66,32 @@ def _picked(column: Column, rows: NDArray[np.intp], at: list[int]) -> Column:
 
 
 def _distinct(cells: Cells) -> dict[str, None]:
-    """Return the different cells, up to some more than there can be channels."""
-    found: dict[str, None] = {}
-    for cell in cells:
-        found[_text(cell)] = None
-        if len(found) > _MOST:
-            break
-    return found
+    return dict.fromkeys(map(_text, cells))
 
 
 def _text(cell: Any) -> str:
     return "" if cell is None else str(cell)
 
 
-def _are_names(distinct: Collection[str]) -> bool:
-    return 2 <= len(distinct) <= _MOST and all(map(_is_name, distinct))
+def _fits(table: Table, column: int, *, numbers: bool) -> bool:
+    """Return whether a column holds 2 to 100 names: texts, or whole numbers where they are allowed."""
+    few: set[str] = set()
+    if table.columns[column].kind not in _NAMES:
+        return False
+    for cell in table.columns[column].cells:
+        few.add(_text(cell))
+        if len(few) > _MOST:
+            return False
+    return 2 <= len(few) < len(table) and all(_is_name(cell, numbers=numbers) for cell in few)
 
 
-def _is_name(cell: str) -> bool:
-    return cell.upper() not in NO_VALUE and not is_number(cell) and not is_time(cell)
+def _is_name(cell: str, *, numbers: bool) -> bool:
+    if kind(cell) == NUMBER:
+        return numbers and cell.isdecimal()
+    return cell.upper() not in NO_VALUE and not is_time(cell)
+
+
+def _changes(table: Table, column: int) -> bool:
+    """Return whether most rows have another name than the row before: a column of states has not."""
+    changes = sum(bool(a != b) for a, b in pairwise(table.columns[column].cells))
+    return 2 * changes > len(table)

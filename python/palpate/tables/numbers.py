@@ -2,17 +2,20 @@
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, quoted
+from palpate.tables.decimals import MARKS, Written, plain, sure_marks, written
 from palpate.tables.table import Table
+from palpate.tables.units import PICOFARADS, SECONDS, unit_in
 
 _MARKS = """
     OL +OL -OL OVL OVLD OVER OVERLOAD OVERFLOW OVFL OPEN ERR ERROR NAN NA N/A NULL NONE - -- ---
-    INF +INF -INF #N/A #NUM! #VALUE! #DIV/0!
+    INF +INF -INF #N/A #NUM! #VALUE! #DIV/0! #REF! #NAME? #NULL!
 """
 NO_VALUE = frozenset({"", *_MARKS.split()})
 """Cells (upper case) that mean "no value" in the files of loggers and spreadsheets."""
@@ -21,9 +24,14 @@ OVERLOAD = 1e30
 """Numbers of this magnitude mean "no value": SCPI instruments send 9.9E+37."""
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
+_FLAGS = "*!<>~?#≈≤≥ "
+UNITS = PICOFARADS | SECONDS
+"""The units that a cell may have after its number."""
+
+Array = NDArray[np.float64]
 
 
-def numbers(table: Table, column: int, decimal: str | None = None) -> NDArray[np.float64]:
+def numbers(table: Table, column: int, decimal: str | None = None) -> Array:
     """Return the numbers of a column, shape (n,); nan for a cell without a value.
 
     A column that is an array of float64 is returned as it is, without a copy.
@@ -39,30 +47,29 @@ def numbers(table: Table, column: int, decimal: str | None = None) -> NDArray[np
     Raises
     ------
     RecordingError
-        A cell is neither a number nor one of `NO_VALUE`: with its line and column.
+        A cell is neither a number nor one of `NO_VALUE`, or has another decimal mark than the cells above it: with
+        its line and column.
     ValueError
         The cells leave the decimal mark open.
     """
     cells = table.columns[column].cells
     if isinstance(cells, np.ndarray):
         return _of_array(table, column, cells)
-    values = np.empty(len(cells))
-    for row, cell in enumerate(cells):
-        if cell is None:
-            raise RecordingError(
-                table.path, f"the row ends before column {column + 1} ({table.name(column)})", table.lines[row]
-            )
-        try:
-            values[row] = to_number(cell)
-        except ValueError:
-            reason = (
-                f"{quoted(cell)} in column {column + 1} ({table.name(column)}) is neither a number nor an overload mark"
-            )
-            raise RecordingError(table.path, reason, table.lines[row]) from None
+    if None in cells:
+        reason = f"the row ends before column {column + 1} ({table.name(column)})"
+        raise RecordingError(table.path, reason, table.lines[cells.index(None)])
+    texts: list[str] = list(cells)  # type: ignore[arg-type]
+    values = _clean(table, column, texts, decimal)
+    if values is None:
+        filled = ["nan" if cell.upper() in NO_VALUE else cell for cell in texts]
+        values = _clean(table, column, filled, decimal)
+    if values is None:
+        values = _each(table, column, filled, decimal)
+    values[~(np.abs(values) < OVERLOAD)] = math.nan
     return values
 
 
-def _of_array(table: Table, column: int, cells: NDArray[Any]) -> NDArray[np.float64]:
+def _of_array(table: Table, column: int, cells: NDArray[Any]) -> Array:
     if cells.dtype.kind in "mM":
         raise RecordingError(table.path, f"column {column + 1} ({table.name(column)}): got times, allowed: numbers")
     values = np.asarray(cells, float)
@@ -70,12 +77,87 @@ def _of_array(table: Table, column: int, cells: NDArray[Any]) -> NDArray[np.floa
     return np.where(over, math.nan, values) if over.any() else values
 
 
-def is_number(cell: str) -> bool:
-    """Return whether a cell is a number."""
+def _clean(table: Table, column: int, cells: list[str], decimal: str | None) -> Array | None:
+    """Return the numbers of cells with one decimal mark and no groups; None: a cell is something else."""
+    mark = "comma" if any("," in cell for cell in cells) else "point"
+    both = mark == "comma" and any("." in cell for cell in cells)
+    if both or decimal not in (None, mark) or any("_" in cell for cell in cells):
+        return None
+    texts = [cell.replace(",", ".") for cell in cells] if mark == "comma" else cells
     try:
-        return not math.isnan(to_number(cell))
+        values = np.array([*map(float, texts)])
     except ValueError:
-        return False
+        return None
+    if decimal is None:
+        _check_mark(table, column, cells, mark)
+    return values
+
+
+def _check_mark(table: Table, column: int, cells: Sequence[str], mark: str) -> None:
+    """Refuse cells that can all be whole numbers with groups of digits, unless other columns settle it."""
+    if sure_marks(cells):
+        return
+    doubtful = next((cell for cell in cells if MARKS[mark] in cell), None)
+    if doubtful is None:
+        return
+    others: set[str] = set()
+    for other in table.columns:
+        if other.kind == "T" and other is not table.columns[column]:
+            others |= sure_marks(other.cells)
+    if others != {mark} and (others or mark == "comma"):
+        raise ValueError(
+            f"decimal: got {quoted(doubtful)} in column {column + 1} ({table.name(column)}), a decimal {mark} or a "
+            'thousands separator? allowed: decimal "point" or "comma" (--decimal)'
+        )
+
+
+def _each(table: Table, column: int, cells: list[str], decimal: str | None) -> Array:
+    """Return the numbers of cells one by one: some have groups of digits, or are wrong."""
+    found: list[Written | None] = []
+    for row, cell in enumerate(cells):
+        number = None if cell == "nan" else written(cell)
+        if cell != "nan" and (number is None or number.unit):
+            raise _refused(table, column, row, _why(cell, number, table.columns[column].unit))
+        found.append(number)
+    mark = decimal or next((number.sure for number in found if number and number.sure), None)
+    if mark is None:
+        mark = "point" if any("." in cell for cell in cells) else "comma"
+        _check_mark(table, column, cells, mark)
+    groups = {number.groups for number in found if number} if decimal is None else set(MARKS.values())
+    other = MARKS["comma" if mark == "point" else "point"]
+    values = np.full(len(cells), math.nan)
+    for row, number in enumerate(found):
+        if number is None:
+            continue
+        value = number.value(mark)
+        if value is None or (other in cells[row] and other not in groups):
+            whose = "as other cells" if decimal is None else "as asked"
+            raise _refused(table, column, row, f"is not a number with a decimal {mark}, {whose}")
+        values[row] = value
+    return values
+
+
+def _why(cell: str, number: Written | None, unit: str) -> str:
+    """Return why a cell is not a number."""
+    if number and number.unit == "%":
+        return "is in per cent, allowed: a number"
+    if number and unit_in(number.unit, UNITS):
+        return f"has the unit {number.unit}, other cells {'have ' + unit if unit else 'have another one, or none'}"
+    if written(cell.strip(_FLAGS)) and not cell.startswith(" "):
+        return "is a number with a mark, the meaning of which is not known: take the mark away, or the row"
+    return "is neither a number nor an overload mark"
+
+
+def _refused(table: Table, column: int, row: int, why: str) -> RecordingError:
+    cell = table.columns[column].cells[row]
+    reason = f"{quoted(cell)} in column {column + 1} ({table.name(column)}) {why}"
+    return RecordingError(table.path, reason, table.lines[row])
+
+
+def is_number(cell: str) -> bool:
+    """Return whether a cell is a number, in any notation, without a unit."""
+    number = written(cell)
+    return number is not None and not number.unit
 
 
 def to_number(cell: str) -> float:
@@ -90,14 +172,6 @@ def to_number(cell: str) -> float:
         return math.nan
     if "_" in cell:
         raise ValueError(cell)
-    cell = cell.replace("\u2212", "-")
+    cell = plain(cell)
     value = float(cell.replace(",", ".") if _DECIMAL_COMMA.match(cell) else cell)
     return value if abs(value) < OVERLOAD else math.nan
-
-
-def is_data(cells: list[str]) -> bool:
-    """Return whether more than half of the filled cells are numbers or "no value", and at least one is a number."""
-    filled = [cell for cell in cells if cell]
-    marks = sum(cell.upper() in NO_VALUE for cell in filled)
-    numbers = sum(map(is_number, filled))
-    return numbers > 0 and 2 * (numbers + marks) > len(filled)

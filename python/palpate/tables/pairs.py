@@ -65,10 +65,8 @@ def joined(t_hard: Times, hard: Floats, t_soft: Times, soft: Floats) -> Pairs:
             "allowed: times that overlap, of one clock"
         )
     left = len(hard_s) - len(in_hard), len(soft_s) - len(in_soft)
-    notes = [
-        f"{left[0]} of {len(hard_s)} hard and {left[1]} of {len(soft_s)} soft readings have none of the other channel near in "
-        "time: left out"
-    ]
+    counts = f"{left[0]} of {len(hard_s)} hard and {left[1]} of {len(soft_s)} soft readings"
+    notes = [f"{counts} have none of the other channel near in time: left out"]
     at_hard, at_soft = by_hard[in_hard], by_soft[in_soft]
     return Pairs(hard_s[at_hard], soft_s[at_soft], hard[at_hard], soft[at_soft], notes if any(left) else [])
 
@@ -82,6 +80,8 @@ def partners(hard_s: Floats, soft_s: Floats) -> tuple[Indices, Indices]:
     >>> hard.tolist(), soft.tolist()
     ([0, 1, 3], [0, 1, 2])
     """
+    if not (len(hard_s) and len(soft_s)):
+        return np.empty(0, np.intp), np.empty(0, np.intp)
     steps = [step for step in (typical_step(hard_s), typical_step(soft_s)) if step]
     offset = _distance(hard_s, soft_s, min(steps)) if steps else 0.0
     tie = _TIE * min(steps, default=1.0)

@@ -1,11 +1,12 @@
 """Which columns of a table are the two channels: as the user says, or by names that leave no doubt."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from palpate.errors import quoted
 from palpate.tables.asked import Asked
-from palpate.tables.long import id_columns, spread
+from palpate.tables.clock_layout import is_time
+from palpate.tables.long import id_column, id_columns, spread
 from palpate.tables.names import PAIRS, SOFT_TIMES, named, simple_name, time_columns
 from palpate.tables.table import Column, Table
 from palpate.tables.units import PICOFARADS, bare
@@ -21,11 +22,12 @@ class Side(NamedTuple):
     value: int
     times: list[int]
     asked: bool
+    label: str = ""
 
     @property
     def name(self) -> str:
-        """The name of the column of values, without its unit."""
-        return said(self.table, self.value)
+        """The name of the channel: that in a column of names, else that of its column, without its unit."""
+        return self.label or said(self.table, self.value)
 
 
 def said(table: Table, column: int) -> str:
@@ -55,10 +57,14 @@ def sides(table: Table, asked: Asked, soft: Table | None = None) -> tuple[Side, 
         hard_side = _alone(table, wanted.get("hard"), wanted.get("time"))
         return hard_side, _alone(dated(soft), wanted.get("soft"), wanted.get("soft_time", wanted.get("time")))
     wanted = wanted or dict(_guessed(table))
-    parts = _of_long(table, wanted)
-    if parts is not None:
-        one, other, names = parts
-        return _alone(one, None, wanted.get("time"), names), _alone(other, None, wanted.get("time"), names)
+    names = _id_column(table, wanted)
+    if names is not None:
+        parts = spread(table, names)
+        hard_side, soft_side = (
+            _alone(parts[name], None, wanted.get("time"), {names})._replace(label=name)
+            for name in (str(wanted[key]).strip() for key in ("hard", "soft"))
+        )
+        return hard_side, soft_side
     hard, soft_column = table.column(wanted["hard"]), table.column(wanted["soft"])
     if hard == soft_column:
         raise ValueError(f"columns: got {quoted(wanted['hard'])} for both channels, allowed: two columns")
@@ -86,16 +92,25 @@ def _soft_times(table: Table, wanted: str | int | None, taken: set[int]) -> list
 
 def _dates(table: Table) -> list[int]:
     """Return the columns without a known name whose cells are dates or durations."""
-    return [n for n, column in enumerate(table.columns) if column.kind in "mM"]
+    return [number for number, column in enumerate(table.columns) if _is_dated(column)]
 
 
-def _alone(table: Table, wanted: str | int | None, time: str | int | None, names: int | None = None) -> Side:
-    """Return the channel of a table that has one; `names`: its column of names."""
-    times = _times(table, time, set())
+def _is_dated(column: Column) -> bool:
+    if column.kind != "T":
+        return column.kind in "mM"
+    cells: Any = column.cells
+    return bool(len(cells)) and is_time(cells[0] or "") and is_time(cells[-1] or "")
+
+
+def _alone(
+    table: Table, wanted: str | int | None, time: str | int | None, other: frozenset[int] | set[int] = frozenset()
+) -> Side:
+    """Return the channel of a table that has one; it is none of the columns `other`."""
+    times = _times(table, time, set(other))
     if wanted is not None:
         value = table.column(wanted)
         return Side(table, value, [column for column in times if column != value], time is not None)
-    values = [column for column in range(table.width) if column not in times and column != names]
+    values = [column for column in range(table.width) if column not in times and column not in other]
     if len(values) != 1:
         raise ValueError(
             f"columns: got {len(values)} columns that can be the channel in {table.path.name}, allowed: one of "
@@ -104,8 +119,8 @@ def _alone(table: Table, wanted: str | int | None, time: str | int | None, names
     return Side(table, values[0], times, time is not None)
 
 
-def _of_long(table: Table, wanted: Mapping[str, str | int]) -> tuple[Table, Table, int] | None:
-    """Return the rows of each channel of a table with a column of names, and that column; None if the names are columns."""
+def _id_column(table: Table, wanted: Mapping[str, str | int]) -> int | None:
+    """Return the column that holds the names of the channels, if they are no columns; else None."""
     names = [str(wanted[key]).strip() for key in ("hard", "soft")]
     try:
         for name in names:
@@ -114,8 +129,7 @@ def _of_long(table: Table, wanted: Mapping[str, str | int]) -> tuple[Table, Tabl
         found = id_columns(table, names)
         if len(found) != 1:
             raise
-        parts = spread(table, found[0])
-        return parts[names[0]], parts[names[1]], found[0]
+        return found[0]
     return None
 
 
@@ -125,7 +139,8 @@ def _guessed(table: Table) -> Mapping[str, str | int]:
         hard, soft = (named(table, [name]) for name in names)
         if len(hard) == len(soft) == 1 and not _others(table, {hard[0], soft[0]}):
             return {"hard": hard[0] + 1, "soft": soft[0] + 1}
-    for column in id_columns(table, []):
+    column = id_column(table)
+    if column is not None:
         known = {simple_name(name): name for name in spread(table, column)}
         for first, second in PAIRS:
             if set(known) == {first, second}:

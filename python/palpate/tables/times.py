@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, quoted
 from palpate.tables.clock import DAY_NS, clock
-from palpate.tables.numbers import is_number, numbers
+from palpate.tables.kinds import NUMBER, kind
+from palpate.tables.numbers import numbers
 from palpate.tables.steps import Coarse, coarse, continued
 from palpate.tables.table import Table
 from palpate.tables.time_units import time_unit
@@ -69,6 +70,8 @@ class Times:
     @property
     def described(self) -> str:
         """What they are, with their range, for messages."""
+        if not len(self.seconds):
+            return "no times"
         if self.date_ns is None:
             return f"{self.seconds[0]:.6g} to {self.seconds[-1]:.6g} s ({self.said})"
         begin, end = (
@@ -83,7 +86,6 @@ def times(table: Table, column: int, unit: str | None = None, decimal: str | Non
     Parameters
     ----------
     table : Table
-        With at least one row.
     column : int
         From 0.
     unit : str, optional
@@ -98,10 +100,12 @@ def times(table: Table, column: int, unit: str | None = None, decimal: str | Non
     ValueError
         The cells leave the unit open, or are too coarse; the message has what fits, and the option that settles it.
     """
+    if not len(table):
+        return Times(np.empty(0), "")
     cells: Any = table.columns[column].cells
     if isinstance(cells, np.ndarray) and cells.dtype.kind in "mM":
         found = _of_spans(table, column, cells)
-    elif isinstance(cells, np.ndarray) or is_number(cells[0] or ""):
+    elif isinstance(cells, np.ndarray) or kind(cells[0] or "") == NUMBER:
         found = _of_numbers(table, column, unit, decimal)
     else:
         found = _of_clock(table, column)

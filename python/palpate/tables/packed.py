@@ -1,0 +1,113 @@
+"""What is in a file: .gz is unpacked, and the name - is standard input."""
+
+import errno
+import gzip
+import io
+import sys
+import zlib
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, BinaryIO, cast
+
+from palpate.files import open_regular
+
+LARGEST = 500_000_000
+"""Bytes of a table, at most, after decompression: it is read as a whole."""
+STANDARD_INPUT = Path("-")
+"""This name is standard input in every command and in `palpate.read`; ./folder/- is a file."""
+GZIP = b"\x1f\x8b"
+
+
+def opened(path: Path) -> BinaryIO:
+    """Open what is in a file, or standard input, to read bytes.
+
+    Raises
+    ------
+    OSError
+        As `palpate.files.open_regular`; or, also while it is read: a damaged .gz, or more than `LARGEST` bytes in it.
+    """
+    file = io.BytesIO(_standard_input()) if path == STANDARD_INPUT else open_regular(path)
+    begin = file.read(len(GZIP))
+    file.seek(0)
+    return cast(BinaryIO, io.BufferedReader(_Unpacked(file))) if begin == GZIP else file
+
+
+def contents(path: Path, most: int = LARGEST) -> bytes:
+    """Return what is in a file, or what comes from standard input.
+
+    Raises
+    ------
+    OSError
+        As `opened`; or it is larger than `most` bytes.
+    """
+    with opened(path) as file:
+        return _limited(file, most)
+
+
+def is_packed(path: Path) -> bool:
+    """Return whether a file is not itself what is read: standard input, or .gz."""
+    if path == STANDARD_INPUT:
+        return True
+    with open_regular(path) as file:
+        return file.read(len(GZIP)) == GZIP
+
+
+def unpacked_name(path: Path) -> str:
+    """Return the name of a file without .gz.
+
+    Examples
+    --------
+    >>> unpacked_name(Path("monday/run.csv.gz"))
+    'run.csv'
+    """
+    return path.stem if path.suffix.lower() == ".gz" else path.name
+
+
+def _limited(file: BinaryIO, most: int) -> bytes:
+    data = file.read(most + 1)
+    if len(data) > most:
+        raise _too_large(most)
+    return data
+
+
+def _too_large(most: int) -> OSError:
+    return OSError(errno.EFBIG, f"larger than {most:,} bytes, the most that such a file may have")
+
+
+def _standard_input() -> bytes:
+    if sys.stdin is None or not hasattr(sys.stdin, "buffer"):
+        raise OSError(errno.EBADF, "there is no standard input")
+    if sys.stdin.isatty():
+        raise OSError(errno.EINVAL, "standard input is a terminal: send a file to it, as in palpate check - < run.csv")
+    return _read_once(sys.stdin)
+
+
+@lru_cache(maxsize=1)
+def _read_once(stream: Any) -> bytes:
+    """Return all bytes of a stream. It can be read only once, and a recording is read more than once."""
+    return _limited(stream.buffer, LARGEST)
+
+
+class _Unpacked(io.RawIOBase):
+    """The bytes in a .gz file, all members of it."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file, self._inside, self._left = file, gzip.GzipFile(fileobj=file), LARGEST
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        try:
+            count = self._inside.readinto(buffer)
+        except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+            raise OSError(errno.EIO, f"damaged, or not complete ({error}): make the .gz file again") from error
+        self._left -= count
+        if self._left < 0:
+            raise _too_large(LARGEST)
+        return count
+
+    def close(self) -> None:
+        self._inside.close()
+        self._file.close()
+        super().close()

@@ -1,0 +1,183 @@
+"""Makes a table of rows of text: finds the header, the samples, and what is neither."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from itertools import accumulate, islice, pairwise
+from pathlib import Path
+
+from palpate.errors import RecordingError, quoted
+from palpate.tables.cell_units import column_of, joined_units
+from palpate.tables.kinds import NUMBER, TEXT, fits, has_value, kind, signature
+from palpate.tables.left_out import LeftOut, Row, by_column, is_comment, is_ending, trimmed, uncommented
+from palpate.tables.table import Table
+
+Rows = list[Row]
+
+MOST_HEADER_ROWS = 1000
+TORN = "the last row is incomplete (no line end): left out"
+_SURE = 3  # rows of numbers, with no text in between, are the first rows
+_SAMPLE = 100  # rows used to find which columns have numbers
+
+
+def table_of(
+    path: Path,
+    rows: Rows,
+    *,
+    torn: int | None = None,
+    split_name: Callable[[int, int], list[str] | None] = lambda line, width: None,
+) -> Table:
+    """Return the table that rows of text are.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        For messages.
+    rows : list of (int, list of str)
+        The number of each row, from 1, and its cells without blanks around them. Blank rows are left out.
+    torn : int, optional
+        Number of the last row, if it has no line end.
+    split_name : callable, optional
+        Called with the number of a header row and the number of columns: its cells if it has another delimiter.
+
+    Raises
+    ------
+    RecordingError
+        No row of numbers, too many rows above it, a row that is too short or too long, or other column names.
+
+    Examples
+    --------
+    >>> rows = [(1, ["time", "C1"]), (2, ["0.1", "6.1"]), (3, ["0.2", "6.2"]), (4, ["Mean", "6.15"])]
+    >>> table = table_of(Path("a.csv"), rows)
+    >>> len(table), table.notes
+    (2, ["line 4 is no sample ('Mean'): left out"])
+    """
+    filled = [row for row in rows if any(row[1])]
+    plain = [row for row in filled if not is_comment(row[1])]
+    pattern = _pattern([cells for _, cells in plain])
+    first = _first(plain, pattern)
+    if first is None:
+        raise RecordingError(path, *_why_no_data(filled))
+    start = filled.index(plain[first])
+    header = _with_commented(plain[:first], filled[:start], len(plain[first][1]))
+    _check_last(path, header, pattern)
+    left = LeftOut(path, [cells for _, cells in header], pattern)
+    body = left.comments(filled[start:])
+    is_torn = len(body) > 1 and body[-1][0] == torn
+    body = left.summaries(body[:-1] if is_torn else body)
+    width = _width(path, body, pattern, header)
+    notes = [*_header_notes(header, pattern), *left.notes(), *([TORN] if is_torn else [])]
+    names = [split_name(line, width) or cells if len(cells) != width else cells for line, cells in header]
+    return _table(path, names, body, width, pattern, notes)
+
+
+def _pattern(rows: Sequence[list[str]]) -> tuple[bool, ...]:
+    """Return which columns have numbers or times, from the rows below the middle."""
+    sample = rows if len(rows) <= _SAMPLE else rows[len(rows) // 2 :][:_SAMPLE]
+    found = Counter(map(signature, sample))
+    return max(found, key=lambda pattern: found[pattern] * sum(pattern), default=())
+
+
+def _first(rows: Rows, pattern: tuple[bool, ...]) -> int | None:
+    """Return the index of the first sample: the first row of numbers that no text follows, if there is one."""
+    head = [cells for _, cells in rows[: MOST_HEADER_ROWS + _SURE]]
+    data = [bool(pattern) and fits(cells, pattern) for cells in head]
+    text = [not has_value(cells) and not is_ending(cells) for cells in head]
+    found = [i for i in range(len(head[: MOST_HEADER_ROWS + 1])) if data[i]]
+    return next((i for i in found if not any(text[i + 1 : i + _SURE])), found[0] if found else None)
+
+
+def _why_no_data(rows: Rows) -> tuple[str, int]:
+    """Return a reason and a line: those of the row with the most numbers."""
+    if not rows:
+        return "not a recording: nothing but blank lines", 1
+    line, cells = max(rows[: MOST_HEADER_ROWS + 1], key=lambda row: sum(kind(cell) == NUMBER for cell in row[1]))
+    wrong = next((cell for cell in cells if cell and kind(cell) != NUMBER), cells[0])
+    return f"not a recording: no row of numbers; {quoted(wrong)} is not a number", line
+
+
+def _with_commented(header: Rows, above: Rows, width: int) -> Rows:
+    """Return the header; if no row has the names, those that are comments just above the first sample."""
+    if any(len(trimmed(cells)) == width for _, cells in header):
+        return header
+    found: Rows = []
+    for line, cells in reversed(above):
+        bare = uncommented(cells, width)
+        if not is_comment(cells) or len(bare) != width:
+            break
+        found.insert(0, (line, bare))
+    return [*header, *found]
+
+
+def _check_last(path: Path, header: Rows, pattern: Sequence[bool]) -> None:
+    """Refuse a last row of the header that is a sample with a wrong cell: below the names, and its first value is one."""
+    if len(header) < 2 or len(header[-1][1]) < len(pattern) or has_value(header[-2][1]):
+        return
+    line, cells = header[-1]
+    values = [column for column, value in enumerate(pattern) if value]
+    wrong = [column for column in values if kind(cells[column]) == TEXT]
+    if wrong and wrong[0] != values[0] and len(trimmed(header[-2][1])) >= len(pattern):
+        reason = f"{quoted(cells[wrong[0]])} in column {wrong[0] + 1} is neither a number nor an overload mark"
+        raise RecordingError(path, reason, line)
+
+
+def _header_notes(header: Rows, pattern: tuple[bool, ...]) -> list[str]:
+    above = sum(fits(cells, pattern) for _, cells in header)
+    notes = [f"{above} rows of numbers are above the column names: treated as part of the header"] if above else []
+    for (_, names), (line, cells) in pairwise(header):
+        below_names = not has_value(names) and len(trimmed(names)) >= len(pattern)
+        if below_names and has_value(cells) and not fits(cells, pattern):
+            notes.append(f"line {line} has numbers ({quoted(', '.join(cells))}): treated as part of the header")
+    return notes
+
+
+def _width(path: Path, rows: Rows, pattern: Sequence[bool], header: Rows) -> int:
+    """Return the number of columns."""
+    lengths = Counter(len(cells) for _, cells in rows)
+    if len(lengths) > 1:
+        lengths = Counter(len(trimmed(cells)) for _, cells in rows)
+    named = max((len(trimmed(cells)) for _, cells in header), default=0)
+    usual = max(len(pattern), lengths.most_common(1)[0][0])
+    if len(lengths) > 1:
+        _check_lengths(path, rows, len(pattern), max(usual, named))
+    width = max(lengths)
+    while width > max(named, len(pattern)) and not any(cells[width - 1] for _, cells in rows if len(cells) >= width):
+        width -= 1
+    return width
+
+
+def _check_lengths(path: Path, rows: Rows, least: int, most: int) -> None:
+    for line, cells in rows:
+        length = len(cells)
+        if length < least or any(cell and kind(cell) != TEXT for cell in cells[most:]):
+            allowed = f"{least}" if least == most else f"{least} to {most}"
+            raise RecordingError(path, f"got {length} cells, allowed: {allowed}, as in the other rows", line)
+
+
+def _table(
+    path: Path, header: list[list[str]], rows: Rows, width: int, pattern: Sequence[bool], notes: list[str]
+) -> Table:
+    joined = joined_units([*islice(by_column([cells for _, cells in rows], None), width)], pattern)
+    columns = [column_of(names, cells, notes) for names, cells in zip(_names(header, width), joined, strict=True)]
+    lowest = next((trimmed(row) for row in reversed(header) if sum(map(bool, row)) > 1), header[-1] if header else [])
+    fits_rows = not header or len(lowest) == width or not any(lowest[width:] + rows[0][1][len(lowest) :])
+    return Table(path, columns, [line for line, _ in rows], header, notes, fits_rows)
+
+
+def _names(header: list[list[str]], width: int) -> list[tuple[str, ...]]:
+    """Return all names of each column; a blank cell of an upper header row belongs to the name on its left.
+
+    An upper row with one cell is a title, and names no column.
+    """
+    header = [row for row in header[:-1] if sum(map(bool, row)) > 1] + header[-1:]
+    filled = [[*row, *[""] * (width - len(row))] for row in header]
+    spanning = [list(accumulate(row, _filled)) for row in filled[:-1]]
+    found = []
+    for column in range(width):
+        cells = [row[column] for row in filled]
+        joined = " ".join(part for part in [*(row[column] for row in spanning), *cells[-1:]] if part)
+        found.append(tuple(name for name in dict.fromkeys([*cells, joined]) if name))
+    return found
+
+
+def _filled(left: str, cell: str) -> str:
+    return cell or left
