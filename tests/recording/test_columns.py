@@ -1,5 +1,6 @@
 """Recordings of palpate as Parquet and Arrow files: read back with the same bits, and verified."""
 
+import gzip
 import json
 from pathlib import Path
 
@@ -90,6 +91,18 @@ def test_every_reader_says_the_same_of_it(own: Path, tmp_path: Path, suffix: str
     assert {**mine, "file": ""} == {**other, "file": ""}
     replays = [json.loads(run("replay", path, "--json").stdout) for path in (own, there)]
     assert {**replays[0], "file": ""} == {**replays[1], "file": ""}
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_packed_one_is_the_same(tmp_path: Path, suffix: str) -> None:
+    there = tmp_path / f"run.{suffix}"
+    convert(recorded(DATA), there)
+    packed = tmp_path / f"run.{suffix}.gz"
+    packed.write_bytes(gzip.compress(there.read_bytes()))
+    found = recorded(packed)
+    assert isinstance(found, OwnColumns)
+    assert palpate.touches(found) == palpate.touches(recorded(DATA))
+    assert found.integrity.verified == 1411
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

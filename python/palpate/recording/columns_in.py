@@ -16,6 +16,7 @@ from palpate.recording.own_file import Recorded, is_own
 from palpate.recording.rows import HEADER, LARGEST_STATUS, capacitances, format_rows
 from palpate.samples import DTYPE, Block
 from palpate.tables.arrow import ArrowFile, is_arrow
+from palpate.tables.packed import contents, is_packed
 
 _ROWS = 1 << 14
 MOST_ROWS = 100_000_000
@@ -40,7 +41,7 @@ class OwnColumns(Recorded):
     """
 
     def _known(self) -> Known:
-        self._file = ArrowFile(self.path)
+        self._file = _opened(self.path)
         if self._file.rows > MOST_ROWS:
             raise RecordingError(self.path, f"got {self._file.rows:,} rows, allowed: {MOST_ROWS:,}")
         return Known(*sidecar.parsed(self.path, self._file.metadata[KEY.encode()]), "", False)
@@ -68,9 +69,13 @@ def own_recording(path: Path) -> Recorded | None:
     False
     """
     if is_arrow(begin_of(path, 8)):
-        file = ArrowFile(path)
+        file = _opened(path)
         return OwnColumns(path) if KEY.encode() in file.metadata and set(NAMES.values()) <= set(file.names) else None
     return Recorded(path) if is_own(path) else None
+
+
+def _opened(path: Path) -> ArrowFile:
+    return ArrowFile(path, contents(path) if is_packed(path) else None)
 
 
 def _block(path: Path, table: Any, before: int) -> Block:

@@ -92,13 +92,12 @@ def _soft_times(table: Table, wanted: str | int | None, taken: set[int]) -> list
 
 def _dates(table: Table) -> list[int]:
     """Return the columns without a known name whose cells are dates or durations."""
-    return [number for number, column in enumerate(table.columns) if _is_dated(column)]
+    kinds = [column.kind for column in table.columns]
+    known = [number for number, kind in enumerate(kinds) if kind in "mM"]
+    return known or [number for number, kind in enumerate(kinds) if kind == "T" and _is_dated(table.columns[number].cells)]
 
 
-def _is_dated(column: Column) -> bool:
-    if column.kind != "T":
-        return column.kind in "mM"
-    cells: Any = column.cells
+def _is_dated(cells: Any) -> bool:
     return bool(len(cells)) and is_time(cells[0] or "") and is_time(cells[-1] or "")
 
 
