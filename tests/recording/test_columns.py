@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -167,3 +168,19 @@ def test_a_claim_of_many_rows_is_refused(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr("palpate.recording.columns_in.MOST_ROWS", 1000)
     with pytest.raises(RecordingError, match="got 1,411 rows, allowed: 1,000"):
         read(there)
+
+
+def test_without_pyarrow_the_extra_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    there = tmp_path / "run.parquet"
+    convert(recorded(DATA), there)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    result = run("replay", there)
+    assert (result.exit_code, "pip install 'palpate[export]'" in result.stderr) == (6, True), result.stderr
+    assert (
+        len(
+            palpate.read(
+                {"t": [0.0, 0.02, 0.04], "C1": [1.0, 1.5, 2.0], "C2": [1.0, 1.25, 1.5]}, unit="pF", time_unit="s"
+            )
+        )
+        == 3
+    )
