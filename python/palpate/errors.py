@@ -4,7 +4,7 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection
     from pathlib import Path
     from typing import Any, Self
 
@@ -106,24 +106,22 @@ class CalibrationError(PalpateError):
 class SomeFailed(PalpateError, ExceptionGroup):
     """Some of several recordings failed; the results of the others are kept.
 
-    Parameters
-    ----------
-    results : sequence
-        One for each recording, in order; of one that failed, its exception.
-
     Attributes
     ----------
     results : list
+        One for each recording, in order; of one that failed, its exception.
     exceptions : tuple of Exception
         Those in `results`, in order.
     """
 
-    def __new__(cls, results: Sequence[Any]) -> Self:
-        """Collect the exceptions."""
-        failed = [result for result in results if isinstance(result, Exception)]
-        message = f"{len(failed)} of {len(results)} recordings failed; the results of the others are in .results"
-        return super().__new__(cls, message, failed)
+    results: list[Any]
 
-    def __init__(self, results: Sequence[Any]) -> None:
-        super().__init__(results)
-        self.results = list(results)
+    @classmethod
+    def of(cls, results: list[Any]) -> Self:
+        """Return the error for these results."""
+        failed = [result for result in results if isinstance(result, Exception)]
+        error = cls(
+            f"{len(failed)} of {len(results)} recordings failed; the results of the others are in .results", failed
+        )
+        error.results = results
+        return error

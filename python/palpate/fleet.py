@@ -108,7 +108,7 @@ def touches(
     Tracker(scene, **given)  # a wrong setting is no error of each recording
     results = list(in_order(one, recording, jobs))
     if any(isinstance(result, Exception) for result in results):
-        raise SomeFailed(results)
+        raise SomeFailed.of(results)
     return [result for result in results if not isinstance(result, Exception)]
 
 

@@ -124,7 +124,7 @@ def test_settings_reach_the_estimator() -> None:
         with pytest.raises(ValueError, match=message):
             palpate.touches(whole, **wrong)
     with pytest.raises(TypeError, match="got an unexpected keyword 'colour', allowed: samples, seconds, full_scale"):
-        palpate.touches(whole, colour=1.0)  # type: ignore[call-arg]
+        palpate.touches(whole, colour=1.0)  # type: ignore[call-overload]
 
 
 def test_the_recording_of_the_project_is_what_its_script_makes() -> None:
@@ -152,6 +152,6 @@ def test_the_four_specimens_are_told_apart() -> None:
         assert (touch.samples, touch.alarm_share, touch.flags) == (250, 0.0, ())
 
 
-def test_a_path_is_not_a_recording() -> None:
-    with pytest.raises(TypeError, match=r"recording: got 'run\.csv', allowed: the result of palpate\.read"):
-        palpate.touches("run.csv")  # type: ignore[arg-type]
+def test_a_number_is_not_a_recording() -> None:
+    with pytest.raises(TypeError, match=r"recording: got 3, allowed: the result of palpate\.read"):
+        palpate.touches(3)  # type: ignore[call-overload]

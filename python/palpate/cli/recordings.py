@@ -9,8 +9,6 @@ import click
 
 from palpate.cli.options import INPUT
 
-SUFFIXES = (".csv", ".tsv", ".txt")
-"""Files that a folder or a pattern stands for."""
 _NO_RECORDING = "moduli.csv"  # which `palpate simulate` writes beside its recordings
 
 
@@ -35,17 +33,19 @@ class Recordings(click.Path):
             return Named([INPUT.convert(value, param, ctx)], several=False)
         if not found:
             self.fail(
-                f"got {value!r} without a recording, allowed: files that end in {', '.join(SUFFIXES)}", param, ctx
+                f"got {value!r} without a recording, allowed: a folder or pattern with tables, as *.csv", param, ctx
             )
         return Named(found, several=True)
 
 
 def _recordings(folder: Path, pattern: str) -> list[Path]:
     """Return the files that may be recordings, sorted: no sidecars, nothing hidden, nothing that a repair put aside."""
+    from palpate.tables.formats import readable
+
     return sorted(
         path
         for path in folder.glob(pattern)
-        if path.suffix.lower() in SUFFIXES
+        if readable(path)
         and not any(part.startswith(".") for part in path.relative_to(folder).parts)
         and path.name != _NO_RECORDING
         and path.is_file()

@@ -1,6 +1,7 @@
 """`palpate replay` of several recordings: one table, or one list for JSON."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +62,7 @@ class _Report:
         self._understood = ""
         self._headed = False
         self._documents: list[dict[str, Any]] = []
-        self._below: dict[str, list[Path]] = {}  # lines below the table, and their files
+        self._below: dict[Path, list[str]] = {}  # the lines that stand below a table of one file
         self._errors: list[str] = []
         self._codes = {0}
         self.count = 0
@@ -91,8 +92,8 @@ class _Report:
         with self._progress.aside():
             if self._as_json:
                 click.echo(json.dumps(self._documents, indent=2, allow_nan=False))
-            for line, files in self._below.items():
-                click.echo(f"{files[0]}: {line}" if len(files) == 1 else line)
+            for line in self._said_below():
+                click.echo(line)
             for error in self._errors:
                 click.echo(f"Error: {error}", err=True)
 
@@ -122,5 +123,12 @@ class _Report:
             self._headed = True
         for row in table[1 : 1 + touches]:
             click.echo(f"{file!s:{self._width}}  {row}")
-        for line in table[1 + touches :]:
-            self._below.setdefault(line, []).append(file)
+        self._below[file] = table[1 + touches :]
+
+    def _said_below(self) -> Iterator[str]:
+        """Yield the lines of each file with its name; one that holds for all of them once, at the end."""
+        first, *others = self._below.values() or [[]]
+        of_all = [line for line in first if others and all(line in lines for lines in others)]
+        for file, lines in self._below.items():
+            yield from (f"{file}: {line}" for line in lines if line not in of_all)
+        yield from of_all

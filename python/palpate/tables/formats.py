@@ -65,6 +65,18 @@ FORMATS = (
 _TEXT = Format("text", (".csv", ".txt", ".tsv", ".dat", ".asc"), ())
 
 
+def readable(path: Path) -> bool:
+    """Return whether the name of a file is that of a format with a reader.
+
+    Examples
+    --------
+    >>> [name for name in ("a.csv", "A.CSV.gz", "a.json", "a.csv.unrepaired", "a.pdf") if readable(Path(name))]
+    ['a.csv', 'A.CSV.gz']
+    """
+    suffix = Path(unpacked_name(path)).suffix.lower()
+    return any(suffix in each.suffixes for each in (_TEXT, *FORMATS) if not each.advice)
+
+
 def read_table(path: Path, asked: Asked | None = None) -> Table:
     """Read a file of any format as a table; also one that is packed as .gz, and standard input, of the name -.
 
