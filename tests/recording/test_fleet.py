@@ -3,7 +3,7 @@
 import copy
 import pickle
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import palpate
@@ -16,7 +16,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 NAMES = ("tremor", "stiff-steady", "not-level", "step-up")
 
 
-def same(found: list[list[palpate.Touch]], expected: list[list[palpate.Touch]]) -> bool:
+def same(found: Sequence[list[palpate.Touch]], expected: Sequence[list[palpate.Touch]]) -> bool:
     """Return whether all touches have the same bits: pickles hold floats as they are."""
     return [[pickle.dumps(touch) for touch in one] for one in found] == [
         [pickle.dumps(touch) for touch in one] for one in expected
