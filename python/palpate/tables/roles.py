@@ -94,7 +94,9 @@ def _dates(table: Table) -> list[int]:
     """Return the columns without a known name whose cells are dates or durations."""
     kinds = [column.kind for column in table.columns]
     known = [number for number, kind in enumerate(kinds) if kind in "mM"]
-    return known or [number for number, kind in enumerate(kinds) if kind == "T" and _is_dated(table.columns[number].cells)]
+    return known or [
+        number for number, kind in enumerate(kinds) if kind == "T" and _is_dated(table.columns[number].cells)
+    ]
 
 
 def _is_dated(cells: Any) -> bool:
