@@ -14,7 +14,7 @@ def need(module: str, extra: str) -> Any:
     module : str
         Full name, for example "scipy.optimize".
     extra : str
-        Name of the extra, for example "science".
+        Name of the extra, for example "science"; "" for a package that is in none.
 
     Returns
     -------
@@ -39,4 +39,5 @@ def need(module: str, extra: str) -> Any:
     except ModuleNotFoundError as error:
         if error.name != package:
             raise
-        raise MissingExtra(f"{package} is not installed; type: pip install 'palpate[{extra}]'") from error
+        what = f"'palpate[{extra}]'" if extra else package
+        raise MissingExtra(f"{package} is not installed; type: pip install {what}") from error

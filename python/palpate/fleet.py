@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, Unpack, overload
 from palpate._core import Tracker
 from palpate.errors import SomeFailed
 from palpate.recording.foreign import recorded
+from palpate.recording.reading import read
+from palpate.tables.frames import Frame, is_frame
 from palpate.touch import Blocks, Channels, Touches
 from palpate.touch import touches as of_recording
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
 
-One = Channels | Blocks | str | os.PathLike[str]
-"""A recording, or the path of one."""
+One = Channels | Blocks | Frame | str | os.PathLike[str]
+"""A recording, the path of one, or a data frame."""
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
 
@@ -52,7 +54,7 @@ def touches(
 
     Parameters
     ----------
-    recording : Recording, Simulation, the result of `palpate.recorded`, or path-like; or an iterable of them
+    recording : Recording, Simulation, the result of `palpate.recorded`, path-like, or data frame; or an iterable of them
         Arrays of shape (n,): `t_hard_s`, `t_soft_s` (s; nan if unknown), `hard`, `soft` (pF, baseline included). A
         reading that is nan, or `full_scale_pF` or more, is left out and counted. The result of `palpate.recorded` is
         read in blocks, and tared at the same samples as in the measurement; a path is read so. With an attribute
@@ -62,7 +64,7 @@ def touches(
     scene : str
         As in `Tracker`.
     reading : mapping, optional
-        Keywords of `palpate.read` for the paths, for example {"unit": "fF"}.
+        Keywords of `palpate.read` for paths and data frames, for example {"unit": "fF"}.
     jobs : int
         Threads for several recordings, 1 or more. The results are the same bit for bit. The estimator runs in all of
         them at once, and so does waiting for a slow disk; the text of files is read by one at a time. Of an iterator no
@@ -111,6 +113,8 @@ def touches(
 
 
 def _of_one(recording: Any, *, scene: "_Scene", reading: Mapping[str, Any], settings: "_AnySettings") -> Touches:
+    if is_frame(recording) and not hasattr(recording, "full_scale_pF"):
+        recording = read(recording, **reading)
     if not isinstance(recording, str | os.PathLike):
         return of_recording(recording, scene=scene, **settings)
     try:

@@ -1,7 +1,9 @@
 """Touches of a recording."""
 
 from collections.abc import Iterator
+from dataclasses import make_dataclass
 from itertools import pairwise
+from types import GetSetDescriptorType
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Unpack, runtime_checkable
 
 import numpy as np
@@ -9,12 +11,13 @@ from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
 from palpate.samples import Block, settings_for, usable
+from palpate.tables.outgoing import Framed, touch_table
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
 
 
-class Touches(list[Touch]):
+class Touches(list[Touch], Framed):
     """The touches of a recording, in order of time: a list that shows and draws itself.
 
     Examples
@@ -54,6 +57,20 @@ class Touches(list[Touch]):
         from palpate.display import plots
 
         return plots.touches(self, ax)
+
+    def to_arrow(self) -> Any:
+        """Return a pyarrow.Table, a row for each touch: the fields of `Touch.as_dict`, flags and effects as plain columns."""
+        return touch_table([touch.as_dict() for touch in self])
+
+
+_FIELDS = [(name, Any) for name, member in vars(Touch).items() if isinstance(member, GetSetDescriptorType)]
+_RECORD = make_dataclass("Touch", _FIELDS)
+for _name in (
+    "__dataclass_fields__",
+    "__dataclass_params__",
+    "__annotations__",
+):  # pandas and polars make columns of them
+    setattr(Touch, _name, getattr(_RECORD, _name))
 
 
 class Channels(Protocol):

@@ -19,7 +19,7 @@ COMMANDS = {
     "replay": "Send recordings through the estimator again: one row for each touch.",
     "check": "Check that recordings are complete, without gaps and not saturated.",
     "import": "Show how a table of another program is read, ask what is open, and remember the answer.",
-    "convert": "Convert a recording to Parquet, or to palpate's own CSV.",
+    "convert": "Convert a recording to Parquet, Arrow, or palpate's own CSV.",
     "plot": "Draw a recording, with the ratio of each touch.",
     "devices": "List the connected devices.",
     "simulate": "Write simulated recordings of touches on known objects.",

@@ -1,4 +1,4 @@
-"""`palpate convert`: a recording to Parquet, or to palpate's own CSV."""
+"""`palpate convert`: a recording to Parquet, Arrow, or palpate's own CSV."""
 
 import json
 import sys
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("file", type=INPUT)
 @click.option("-o", "output", required=True, type=OUTPUT,
-              help="NAME.parquet, or NAME.csv for palpate's own format.")  # fmt: skip
+              help="NAME.parquet, NAME.arrow, or NAME.csv for palpate's own format.")  # fmt: skip
 @reading_options
 @force_option
 @json_option
@@ -30,14 +30,15 @@ def convert(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Convert a recording to Parquet, or to palpate's own CSV.
+    """Convert a recording to Parquet, Arrow, or palpate's own CSV.
 
     FILE is a recording, a table of another logger, or a "Binary Data.txt" of Analog Devices' program for the kit. That
     file has one channel: give the file of the other channel with --soft. Every row is kept; a row without a value is
-    marked as lost. A Parquet file has the sidecar in its metadata, under the key palpate. What is wrong with the
+    marked as lost. A Parquet or Arrow file has the sidecar in its metadata, under the key palpate, and
+    can be converted back: the rows are the same, byte for byte. What is wrong with the
     recording is said on standard error, in the notes of --json, and in the sidecar of the output. Exit codes: 4, not a
     recording, a damaged one, or the output exists; 5, converted, but the recording is not as it was written; 6, Parquet
-    needs the extra export.
+    and Arrow need the extra export.
 
     \b
     Example:

@@ -144,7 +144,8 @@ class Reading(Progress):
     def begin(self, file: Path, recording: Any) -> None:
         """Follow the reading of a recording in blocks; that of a table is not seen."""
         if hasattr(recording, "seen"):
-            self._read[file] = lambda: recording.seen.size
+            size = self._sizes[file]
+            self._read[file] = lambda: min(recording.seen.size, size)  # columns take less in a file than as text
 
     def end(self, file: Path) -> None:
         """Count a file as read."""

@@ -1,4 +1,4 @@
-"""Convert a recording to palpate's own CSV, or to Parquet. The output file is complete, or not written."""
+"""Convert a recording to palpate's own CSV, to Parquet, or to an Arrow file. The output is complete, or not written."""
 
 import os
 import zlib
@@ -11,30 +11,15 @@ import numpy as np
 
 from palpate._core import __version__
 from palpate.errors import RecordingError
-from palpate.extras import need
 from palpate.files import replacing
 from palpate.recording import sidecar
 from palpate.recording.binary_data import BinaryData
+from palpate.recording.columns_out import ArrowWriter, ParquetWriter
 from palpate.recording.filelock import is_locked
 from palpate.recording.foreign import RATE, AnyRecording
 from palpate.recording.own_file import Recorded
 from palpate.recording.rows import HEADER, format_rows
-from palpate.samples import DTYPE, Block, Status
-
-SUFFIXES = (".parquet", ".csv")
-_UNITS = {"t_hard_ns": "ns", "t_soft_ns": "ns", "hard_raw": "code", "soft_raw": "code", "hard": "pF", "soft": "pF"}
-_UNITS |= {"t_uncertainty_us": "us"}
-_MEANT = {
-    "seq": "number of the sample; missing numbers are lost samples",
-    "t_hard_ns": "middle of the hard channel's conversion",
-    "t_soft_ns": "middle of the soft channel's conversion",
-    "hard_raw": "24-bit code, -1: none",
-    "soft_raw": "24-bit code, -1: none",
-    "hard": "capacitance, hard channel",
-    "soft": "capacitance, soft channel",
-    "status": "0 good; sum of 1 hard saturated, 2 soft saturated, 4 excitation; 8 lost",
-    "t_uncertainty_us": "largest possible error of the difference of the two times; -1: unknown",
-}
+from palpate.samples import Block, Status
 
 
 class _OwnWriter:
@@ -43,8 +28,7 @@ class _OwnWriter:
     def __init__(self, file: BinaryIO, target: Path) -> None:
         self._file = file
         self._sidecar = sidecar.sidecar_path(target)
-        self._size = self._checksum = 0
-        self._write(HEADER.encode())
+        self._file.write(HEADER.encode())
 
     def __enter__(self) -> Self:
         return self
@@ -52,57 +36,30 @@ class _OwnWriter:
     def __exit__(self, *_: object) -> None:
         """Do nothing: the file is closed when it takes its name."""
 
-    def write(self, block: Block) -> None:
-        self._write(format_rows(block))
-
-    def _write(self, data: bytes) -> None:
-        self._size += self._file.write(data)
-        self._checksum = zlib.crc32(data, self._checksum)
+    def write(self, _block: Block, text: bytes) -> None:
+        self._file.write(text)
 
     def finish(self, document: dict[str, Any]) -> None:
-        written = {"bytes": self._size, "crc32": self._checksum}
-        sidecar.save(self._sidecar, {**document, "end": document["end"] | written})
+        sidecar.save(self._sidecar, document)
 
 
-class _ParquetWriter:
-    """Writes columns with their unit, and the sidecar as JSON under the key `palpate`."""
-
-    def __init__(self, file: BinaryIO, _target: Path) -> None:
-        self._arrow, parquet = need("pyarrow", "export"), need("pyarrow.parquet", "export")
-        self._schema = self._arrow.schema([self._field(name) for name in DTYPE.names or ()])
-        self._writer = parquet.ParquetWriter(file, self._schema)
-
-    def _field(self, name: str) -> Any:
-        metadata = {"description": _MEANT[name], **({"unit": _UNITS[name]} if name in _UNITS else {})}
-        return self._arrow.field(
-            f"{name}_pF" if _UNITS.get(name) == "pF" else name,
-            self._arrow.from_numpy_dtype(DTYPE.fields[name][0]) if DTYPE.fields else None,
-            nullable=False,
-            metadata=metadata,
-        )
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._writer.close()
-
-    def write(self, block: Block) -> None:
-        columns = [np.ascontiguousarray(block[name]) for name in DTYPE.names or ()]
-        self._writer.write_table(self._arrow.table(columns, schema=self._schema))
-
-    def finish(self, document: dict[str, Any]) -> None:
-        self._writer.add_key_value_metadata({"palpate": sidecar.text_of(document)})
+_WRITERS: dict[str, type[_OwnWriter | ParquetWriter | ArrowWriter]] = {
+    ".csv": _OwnWriter,
+    ".parquet": ParquetWriter,
+    ".arrow": ArrowWriter,
+    ".feather": ArrowWriter,
+}
+SUFFIXES: tuple[str, ...] = tuple(_WRITERS)
 
 
 def convert(recording: AnyRecording, target: Path, *, force: bool = False) -> int:
-    """Write a recording to another format: Parquet, or palpate's own CSV.
+    """Write a recording to another format: Parquet, Arrow, or palpate's own CSV.
 
     Parameters
     ----------
     recording : Recorded, Foreign or BinaryData
     target : pathlib.Path
-        NAME.parquet, or NAME.csv, which gets a sidecar NAME.json.
+        NAME.parquet, NAME.arrow or NAME.feather, or NAME.csv, which gets a sidecar NAME.json.
     force : bool
         Replace an existing file.
 
@@ -114,7 +71,7 @@ def convert(recording: AnyRecording, target: Path, *, force: bool = False) -> in
     Raises
     ------
     ValueError
-        The suffix is not .parquet or .csv; or a table without times.
+        The suffix is not one of these; or a table without times.
     RecordingError
         The target exists, is the input, or cannot be written; or a line of the input is not a row.
     MissingExtra
@@ -133,21 +90,18 @@ def convert(recording: AnyRecording, target: Path, *, force: bool = False) -> in
     if not recording.timed:
         raise ValueError(f"rate: got none, allowed: {RATE}")
     _check_free(recording, target, force=force)
-    rows = 0
-    with _whole(target) as file, _writer(target)(file, target) as writer:
+    rows, size, checksum = 0, len(HEADER), zlib.crc32(HEADER.encode())
+    with _whole(target) as file, _WRITERS[target.suffix](file, target) as writer:
         for block in recording.blocks():
-            writer.write(_prepared(block))
-            rows += len(block)
-        writer.finish(_document(recording, rows))
+            text = format_rows(_prepared(block))
+            writer.write(block, text)
+            rows, size, checksum = rows + len(block), size + len(text), zlib.crc32(text, checksum)
+        writer.finish(_document(recording, {"rows": rows, "bytes": size, "crc32": checksum}))
     return rows
 
 
-def _writer(target: Path) -> "type[_ParquetWriter | _OwnWriter]":
-    return _ParquetWriter if target.suffix == ".parquet" else _OwnWriter
-
-
 def _check_free(recording: AnyRecording, target: Path, *, force: bool) -> None:
-    targets = [target] if target.suffix == ".parquet" else [target, sidecar.sidecar_path(target)]
+    targets = [target, sidecar.sidecar_path(target)] if target.suffix == ".csv" else [target]
     inputs = [channel.path for channel in recording.channels] if isinstance(recording, BinaryData) else [recording.path]
     for path in filter(os.path.lexists, targets):
         if path.exists() and any(read.exists() and path.samefile(read) for read in inputs):
@@ -173,14 +127,18 @@ def _prepared(block: Block) -> Block:
     return block
 
 
-def _document(recording: AnyRecording, rows: int) -> dict[str, Any]:
+def _document(recording: AnyRecording, seal: dict[str, int]) -> dict[str, Any]:
+    """Return the sidecar; the checksum is always that of the rows as CSV, so that every reader can verify them."""
     known = recording.document
     document = dict(known) if known else sidecar.fresh(recording.describe(), {}, [])
+    if not known:
+        gaps = recording.gap_marks
+        document["marks"] = [{"seq": seq, "text": text, "tare": True, "gap": True} for seq, text in gaps]
     made = f"converted from {recording.path.name} by palpate {__version__}"
     document["notes"] = [*document.get("notes", []), *([] if known else recording.notes), made]
     document["schema"] = sidecar.SCHEMA
     document.pop("checkpoint", None)
-    end = {"dropped": 0, "clean": True, **document.get("end", {}), "rows": rows}
+    end = {"dropped": 0, "clean": True, **document.get("end", {}), **seal}
     if isinstance(recording, Recorded):
         end |= _history(recording)
     return {**document, "end": end}

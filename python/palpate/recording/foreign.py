@@ -10,7 +10,9 @@ import numpy as np
 
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.recording.binary_data import BinaryData, is_binary_data
-from palpate.recording.own_file import Recorded, is_own
+from palpate.recording.columns_in import own_recording
+from palpate.recording.frames import own_frame
+from palpate.recording.own_file import Recorded
 from palpate.recording.recording import Recording
 from palpate.recording.survey import Survey
 from palpate.samples import Block, blank
@@ -23,6 +25,8 @@ from palpate.tables.understanding import channels
 
 RATE = "pairs a second, for a table without times; or name the column of times with time=COL"
 """What is allowed as the rate of a table without times."""
+GAP = "as a column of the table says"
+"""What happened at a gap of a recording that became a data frame."""
 OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s", "soft_time": "t_soft_s"}
 AS_TABLE = (
     "a recording of palpate, read as a table of another program: its rows are not verified, its status, codes and tares "
@@ -64,7 +68,6 @@ class Foreign:
 
     document = None
     doubts: tuple[str, ...] = ()
-    host_stamps = False  # not known
 
     def __init__(
         self, path: str | os.PathLike[str], *, table: Table | None = None, known: Sequence[Logger] = (), **asked: Any
@@ -75,8 +78,9 @@ class Foreign:
         table = table or read_table(self.path, wanted)
         self.recording, self.unused = _recording(table, wanted, known)
         self.full_scale_pF: float = self.recording.full_scale_pF
-        self.tares: frozenset[int] = frozenset()
-        self.gap_marks: list[tuple[int, str]] = []
+        self.host_stamps: bool = self.recording.host_stamps
+        self.gap_marks: list[tuple[int, str]] = [(row - 1, GAP) for row in self.recording.gap_rows]
+        self.tares: frozenset[int] = frozenset(row for row, _ in self.gap_marks)
         times = (self.recording.t_hard_s, self.recording.t_soft_s)
         self.timed: bool = all(bool(np.isfinite(t).all()) for t in times)
         self.settings: dict[str, Any] = {}
@@ -90,23 +94,26 @@ class Foreign:
 
     def describe(self) -> dict[str, Any]:
         """Return the file name and full scale; nothing else is known."""
-        return {"name": "table of another program", "file": self.path.name, "full_scale_pF": self.full_scale_pF}
+        known = {"name": "table of another program", "file": self.path.name, "full_scale_pF": self.full_scale_pF}
+        return known | ({"stamps": "host"} if self.host_stamps else {})
 
     def blocks(self) -> Iterator[Block]:
-        """Yield all samples as one block; without times, samples are 1 ms apart."""
+        """Yield all samples, a new block after each gap; without times, samples are 1 ms apart."""
         recording = self.recording
         block = blank(len(recording.hard))
         block["hard"], block["soft"] = recording.hard, recording.soft
         for name, seconds in (("t_hard_ns", recording.t_hard_s), ("t_soft_ns", recording.t_soft_s)):
             ns = seconds * 1e9  # halves away from zero, as the tracker rounds seconds
             block[name] = np.trunc(ns + np.copysign(0.5, ns)) if self.timed else block["seq"] * 1_000_000
-        self.survey = Survey()
+        self.survey = Survey(marked=self.tares)
         self.survey.add(block)
-        yield block
+        yield from np.split(block, recording.gap_rows)
 
 
 def _recording(table: Table, asked: Asked, known: Sequence[Logger]) -> tuple[Recording, list[str]]:
     """Return a table as a recording, and the names of the columns that it does not have."""
+    if not asked.given and (made := own_frame(table)) is not None:
+        return made, []
     own = {name for column in range(table.width) for name in table.names(column)} >= set(OWN_COLUMNS.values())
     full_scale = SATURATED_PF if own and asked.columns is None else np.inf
     if own and not {"time", "soft_time"} & set(asked.columns or {}):
@@ -161,8 +168,8 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> AnyRecording:
     known = asked.pop("known", ())
     given = {name: value for name, value in asked.items() if value is not None}
     file = Path(path)
-    if not given and is_own(file):
-        return Recorded(path)
+    if not given and (own := own_recording(file)):
+        return own
     if is_binary_data(file):
         if more := set(given) - {"soft", "rate"}:
             raise ValueError(f"{min(more)}: got it for a file of codes, allowed: soft and rate")

@@ -12,7 +12,7 @@ from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.codes import Codes, codes_of
-from palpate.recording.integrity import Integrity, judge, known_of
+from palpate.recording.integrity import Integrity, Known, judge, known_of
 from palpate.recording.lines import LONGEST_ROW, Damage, Pass, Piece, add, begin_of, sift
 from palpate.recording.rows import COLUMNS, EARLIER, HEADER, RowError, columns_of, is_whole, parse_rows, unreadable
 from palpate.recording.survey import Survey
@@ -65,17 +65,21 @@ class Recorded:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path: Path = Path(path)
-        if not is_own(self.path):
-            raise RecordingError(
-                self.path, f"not a recording made by palpate; its first line has to be {HEADER.strip()}"
-            )
-        self.known = known_of(self.path)
+        self.known = self._known()
         self.survey: Survey = Survey()
         self.seen = Pass(self.path)
         self.torn_bytes: int = 0
         self.headed: bool = False
         self.columns: tuple[str, ...] = COLUMNS
         self.codes: Codes | None = codes_of(self.document["device"]) if self.document else self._likely_codes()
+
+    def _known(self) -> Known:
+        """Return what is known of the file before its rows are read."""
+        if not is_own(self.path):
+            raise RecordingError(
+                self.path, f"not a recording made by palpate; its first line has to be {HEADER.strip()}"
+            )
+        return known_of(self.path)
 
     @property
     def document(self) -> dict[str, Any] | None:

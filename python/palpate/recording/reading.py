@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +12,11 @@ from palpate.recording.foreign import AnyRecording, Foreign, recorded
 from palpate.recording.own_file import Recorded
 from palpate.recording.recording import Mark, Recording
 from palpate.samples import DTYPE, usable
+from palpate.tables.frames import Frame, frame
 
 
 def read(
-    path: str | os.PathLike[str],
+    source: str | os.PathLike[str] | Frame,
     *,
     columns: Mapping[str, str | int] | None = None,
     unit: str | None = None,
@@ -28,9 +30,10 @@ def read(
 
     Parameters
     ----------
-    path : path-like
+    source : path-like or data frame
         A recording of palpate, a table of another program, or the "Binary Data.txt" of Analog Devices' program; also
-        packed as .gz. "-" is standard input.
+        packed as .gz. "-" is standard input. Or a frame of pandas or polars, an object with `__arrow_c_stream__`, a dict
+        of arrays, or a structured array: columns of contiguous float64 are used as they are, without a copy.
     columns : mapping, optional
         Columns of "hard", "soft" and, if it is not found by its name, "time"; also "soft_time", if the soft channel
         has its own times. A column is a name in one of the header rows, or a position counted from 1. Not needed for
@@ -44,7 +47,7 @@ def read(
     decimal : str, optional
         Decimal mark, "point" or "comma", where the numbers leave it open.
     soft : path-like, optional
-        File of the soft channel, if `path` has the hard channel only.
+        File of the soft channel, if `source` has the hard channel only.
     part : str, optional
         Name of the sheet of a workbook, or of the stream of an XDF file, if several have the two channels.
 
@@ -63,8 +66,11 @@ def read(
     --------
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
-    given = {"columns": columns, "unit": unit, "time_unit": time_unit, "rate": rate, "decimal": decimal}
-    return in_memory(recorded(path, **given, soft=soft, part=part))
+    given: dict[str, Any] = {"columns": columns, "unit": unit, "time_unit": time_unit, "rate": rate, "decimal": decimal}
+    if not isinstance(source, str | os.PathLike):
+        table = frame(source)
+        return Foreign(table.path, table=table, **given, soft=soft, part=part).recording
+    return in_memory(recorded(source, **given, soft=soft, part=part))
 
 
 def in_memory(source: AnyRecording) -> Recording:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.tables.outgoing import Framed
+
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
     from palpate.touch import Touches
@@ -33,7 +35,7 @@ class Mark(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Recording:
+class Recording(Framed):
     """A recording in memory: times and capacitances of both channels.
 
     Attributes
@@ -135,6 +137,12 @@ class Recording:
 
         return touches(self, scene=scene, **settings)
 
+    def to_arrow(self) -> Any:
+        """Return a pyarrow.Table of the four arrays; `palpate.read` makes the same recording of it, without notes and marks."""
+        from palpate.recording.frames import to_arrow
+
+        return to_arrow(self)
+
     @property
     def duration(self) -> timedelta:
         """Time from the first reading to the last one.
@@ -175,4 +183,4 @@ class Recording:
                 raise TypeError(f"{name}: got dtype {array.dtype}, allowed: real numbers")
             if array.shape != (size,):
                 raise ValueError(f"{name}: got shape {array.shape}, allowed: ({size},)")
-            object.__setattr__(self, name, array.astype(float))
+            object.__setattr__(self, name, np.asarray(array, float))

@@ -147,16 +147,28 @@ def load_checked(path: Path) -> Loaded | None:
     if path.suffix.lower() != ".csv" or not (beside := sidecar_path(path)).exists():
         return None
     try:
-        text = read_bytes(beside, LARGEST).decode()
-        document = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise RecordingError(beside, f"not JSON: {error}") from error
+        return parsed(beside, read_bytes(beside, LARGEST))
     except OSError as error:
         raise RecordingError(beside, f"cannot be read: {error.strerror}") from error
+
+
+def parsed(path: Path, data: bytes) -> Loaded:
+    """Return the sidecar in the contents of a file, or in the metadata of one.
+
+    Raises
+    ------
+    RecordingError
+        Not a sidecar.
+    """
+    try:
+        text = data.decode()
+        document = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(path, f"not JSON: {error}") from error
     if not isinstance(document, dict) or document.get("schema") not in SCHEMAS:
-        raise RecordingError(beside, f"not the sidecar of a recording: no schema {' or '.join(SCHEMAS)} in it")
+        raise RecordingError(path, f"not the sidecar of a recording: no schema {' or '.join(SCHEMAS)} in it")
     if wrong := next(_wrong(document), None):
-        raise RecordingError(beside, f"not the sidecar of a recording: {wrong}")
+        raise RecordingError(path, f"not the sidecar of a recording: {wrong}")
     document.pop("sidecar_crc32", None)
     return Loaded(document, is_intact(text))
 

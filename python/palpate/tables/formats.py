@@ -44,7 +44,8 @@ _UNPACK = "unpack it, and use what is in it"
 FORMATS = (
     Format("an Excel workbook", (".xlsx", ".xlsm"), (b"PK\3\4", b"PK\5\6"), reader="palpate.tables.excel:parse"),
     Format("an XDF file", (".xdf",), (b"XDF:",), reader="palpate.tables.xdf:parse"),
-    Format("a Parquet table", (".parquet",), (b"PAR1",), advice="use the CSV from which it was made"),
+    Format("a Parquet table", (".parquet",), (b"PAR1",), reader="palpate.tables.arrow:parse"),
+    Format("an Arrow file", (".arrow", ".feather"), (b"ARROW1\0\0",), reader="palpate.tables.arrow:parse"),
     Format("an old Excel workbook, or one with a password", (".xls",), (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",),
            advice="save it as .xlsx without a password, or as CSV"),
     Format("an HDF5 or MATLAB 7.3 file", (".h5", ".hdf5", ".mat"), (b"\x89HDF\r\n\x1a\n",), advice=_SAVE),

@@ -18,6 +18,7 @@ IDS = {"id", "channel", "channels", "ch", "chan", "sensor", "name", "tag", "seri
 """Names of columns that hold the names of channels."""
 
 _MOST = 100  # channels
+_NAMES = "Tiu"  # kinds of columns
 
 
 def id_column(table: Table) -> int | None:
@@ -35,7 +36,8 @@ def id_column(table: Table) -> int | None:
 
 def id_columns(table: Table, names: Collection[str]) -> list[int]:
     """Return the columns (from 0) that hold all of these names of channels, in any rows."""
-    return [column for column in range(table.width) if set(names) <= set(_distinct(table.columns[column].cells))]
+    columns = [(number, column) for number, column in enumerate(table.columns) if column.kind in _NAMES]
+    return [number for number, column in columns if set(names) <= set(_distinct(column.cells))]
 
 
 def spread(table: Table, column: int) -> dict[str, Table]:
@@ -74,6 +76,8 @@ def _text(cell: Any) -> str:
 def _fits(table: Table, column: int, *, numbers: bool) -> bool:
     """Return whether a column holds 2 to 100 names: texts, or whole numbers where they are allowed."""
     few: set[str] = set()
+    if table.columns[column].kind not in _NAMES:
+        return False
     for cell in table.columns[column].cells:
         few.add(_text(cell))
         if len(few) > _MOST:

@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +55,7 @@ def numbers(table: Table, column: int, decimal: str | None = None) -> Array:
     """
     cells = table.columns[column].cells
     if isinstance(cells, np.ndarray):
-        return np.asarray(cells, float)
+        return _of_array(table, column, cells)
     if None in cells:
         reason = f"the row ends before column {column + 1} ({table.name(column)})"
         raise RecordingError(table.path, reason, table.lines[cells.index(None)])
@@ -67,6 +68,14 @@ def numbers(table: Table, column: int, decimal: str | None = None) -> Array:
         values = _each(table, column, filled, decimal)
     values[~(np.abs(values) < OVERLOAD)] = math.nan
     return values
+
+
+def _of_array(table: Table, column: int, cells: NDArray[Any]) -> Array:
+    if cells.dtype.kind in "mM":
+        raise RecordingError(table.path, f"column {column + 1} ({table.name(column)}): got times, allowed: numbers")
+    values = np.asarray(cells, float)
+    over = np.abs(values) >= OVERLOAD
+    return np.where(over, math.nan, values) if over.any() else values
 
 
 def _clean(table: Table, column: int, cells: list[str], decimal: str | None) -> Array | None:
@@ -94,7 +103,7 @@ def _check_mark(table: Table, column: int, cells: Sequence[str], mark: str) -> N
         return
     others: set[str] = set()
     for other in table.columns:
-        if not isinstance(other.cells, np.ndarray) and other is not table.columns[column]:
+        if other.kind == "T" and other is not table.columns[column]:
             others |= sure_marks(other.cells)
     if others != {mark} and (others or mark == "comma"):
         raise ValueError(

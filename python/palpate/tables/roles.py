@@ -1,16 +1,14 @@
 """Which columns of a table are the two channels: as the user says, or by names that leave no doubt."""
 
 from collections.abc import Mapping
-from typing import NamedTuple
-
-import numpy as np
+from typing import Any, NamedTuple
 
 from palpate.errors import quoted
 from palpate.tables.asked import Asked
 from palpate.tables.clock_layout import is_time
 from palpate.tables.long import id_column, id_columns, spread
 from palpate.tables.names import PAIRS, SOFT_TIMES, named, simple_name, time_columns
-from palpate.tables.table import Cells, Column, Table
+from palpate.tables.table import Column, Table
 from palpate.tables.units import PICOFARADS, bare
 
 
@@ -94,12 +92,14 @@ def _soft_times(table: Table, wanted: str | int | None, taken: set[int]) -> list
 
 def _dates(table: Table) -> list[int]:
     """Return the columns without a known name whose cells are dates or durations."""
-    return [number for number, column in enumerate(table.columns) if _is_dated(column.cells)]
+    kinds = [column.kind for column in table.columns]
+    known = [number for number, kind in enumerate(kinds) if kind in "mM"]
+    return known or [
+        number for number, kind in enumerate(kinds) if kind == "T" and _is_dated(table.columns[number].cells)
+    ]
 
 
-def _is_dated(cells: Cells) -> bool:
-    if isinstance(cells, np.ndarray):
-        return cells.dtype.kind in "mM"
+def _is_dated(cells: Any) -> bool:
     return bool(len(cells)) and is_time(cells[0] or "") and is_time(cells[-1] or "")
 
 
@@ -168,7 +168,7 @@ def dated(table: Table) -> Table:
     if len(dates) != 1 or len(clocks) != 1:
         return table
     date, clock = table.columns[dates[0]], table.columns[clocks[0]]
-    if isinstance(date.cells, np.ndarray) or isinstance(clock.cells, np.ndarray):
+    if (date.kind, clock.kind) != ("T", "T"):
         return table
     if not any(":" in (cell or "") for cell in clock.cells[:3]):
         return table

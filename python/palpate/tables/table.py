@@ -6,6 +6,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import listed, nearest, quoted, shortened
@@ -32,6 +33,11 @@ class Column:
     names: tuple[str, ...]
     cells: Cells
     unit: str = ""
+
+    @property
+    def kind(self) -> str:
+        """That of the numpy dtype of the cells, as "f", "M" or "m"; "T" for text, "O" for what no column can be."""
+        return self.cells.dtype.kind if isinstance(self.cells, np.ndarray) else "T"
 
 
 @dataclass(frozen=True, eq=False)

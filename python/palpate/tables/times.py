@@ -146,14 +146,14 @@ def _of_numbers(table: Table, column: int, unit: str | None, decimal: str | None
     """Return the times of a column of numbers."""
     cells: Any = table.columns[column].cells
     values = cells if isinstance(cells, np.ndarray) and cells.dtype.kind in "iu" else numbers(table, column, decimal)
-    _refuse(table, column, ~(np.abs(values.astype(float)) < OVERLOAD), "no time")
-    kind = time_unit(table, column, values.astype(float), unit)
+    _refuse(table, column, ~(np.abs(np.asarray(values, float)) < OVERLOAD), "no time")
+    kind = time_unit(table, column, np.asarray(values, float), unit)
     if kind.epoch:
         first_ns = kind.date_ns(values[0])
         said = f"{kind.said} (UTC)" if kind.epoch.utc else kind.said
         since = (values - values[0]).astype(float)
         return Times(kind.seconds(since), said, first_ns if kind.epoch.utc else None, date_ns=first_ns)
-    continuous, turn, rows = continued(values.astype(float), _TURNS.get(kind.unit, {}))
+    continuous, turn, rows = continued(np.asarray(values, float), _TURNS.get(kind.unit, {}))
     return Times(kind.seconds(continuous), kind.said, notes=_turned(table, turn, kind.unit, rows))
 
 

@@ -1,0 +1,84 @@
+"""What palpate has found, as data frames of other libraries."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from palpate.extras import need
+
+
+class Framed:
+    """A thing with columns: as Arrow, pandas and polars data."""
+
+    def to_arrow(self) -> Any:
+        """Return a pyarrow.Table; the unit of a column is in the metadata of its field.
+
+        Raises
+        ------
+        MissingExtra
+            pyarrow is not installed.
+        """
+        raise NotImplementedError
+
+    def to_pandas(self) -> Any:
+        """Return a pandas.DataFrame; the units of its columns are in `attrs["units"]`.
+
+        Raises
+        ------
+        MissingExtra
+            pyarrow or pandas is not installed.
+        """
+        need("pandas", "")
+        table = self.to_arrow()
+        frame = table.to_pandas(split_blocks=True)
+        frame.attrs["units"] = {
+            field.name: field.metadata[b"unit"].decode() for field in table.schema if b"unit" in (field.metadata or {})
+        }
+        return frame
+
+    def to_polars(self) -> Any:
+        """Return a polars.DataFrame.
+
+        Raises
+        ------
+        MissingExtra
+            pyarrow or polars is not installed.
+        """
+        return need("polars", "").from_arrow(self.to_arrow())
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """Return the columns as an Arrow stream, for any library that takes one."""
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
+
+
+_EFFECTS = ("offset", "drift", "lag", "curve", "shift")
+_TOUCH = {"start": "int64", "start_s": "double", "samples": "int64", "ratio": "double", "covariance": "double"}
+_TOUCH |= {"standard_error": "double", "revised": "bool", "first_ratio": "double", "first_standard_error": "double"}
+_TOUCH |= dict.fromkeys(["offset_ratio", "offset_standard_error", *(f"effect_{name}" for name in _EFFECTS)], "double")
+_TOUCH |= {"alarm_share": "double", "saturated": "int64", "refused": "int64", "flags": "string"}
+_UNITS = {"start_s": "s", "covariance": "1/pF2", "effect_lag": "ms"}
+
+
+def touch_table(records: Sequence[Mapping[str, Any]]) -> Any:
+    """Return touches as a pyarrow.Table with plain columns, so that any format can hold them.
+
+    Parameters
+    ----------
+    records : sequence of mapping
+        From `Touch.as_dict`. The flags become one text, separated by blanks; each of the effects becomes a column.
+
+    Examples
+    --------
+    >>> touch_table([]).column_names[:3]
+    ['start', 'start_s', 'samples']
+    """
+    arrow = need("pyarrow", "export")
+    rows = [{**record, **_plain(record)} for record in records]
+    fields = [
+        arrow.field(name, arrow.type_for_alias(kind), metadata={"unit": _UNITS[name]} if name in _UNITS else None)
+        for name, kind in _TOUCH.items()
+    ]
+    return arrow.table([[row[name] for row in rows] for name in _TOUCH], schema=arrow.schema(fields))
+
+
+def _plain(record: Mapping[str, Any]) -> dict[str, Any]:
+    return {f"effect_{name}": record["effects"].get(name) for name in _EFFECTS} | {"flags": " ".join(record["flags"])}

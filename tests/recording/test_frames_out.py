@@ -1,0 +1,170 @@
+"""Recordings and touches as Arrow, pandas and polars data, and back with the same bits."""
+
+import dataclasses
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import palpate
+import pandas as pd
+import polars as pl
+import pyarrow as pa
+import pytest
+from palpate import Recording
+from palpate.recording import recorded
+from palpate.recording.export import convert
+from palpate.simulation import scenarios
+from pyarrow import feather, parquet
+
+PLAY = scenarios.run("stiff-steady")
+PLAIN = palpate.read("tests/data/four-specimens.csv")
+RICH = dataclasses.replace(
+    PLAIN,
+    full_scale_pF=30.0,
+    host_stamps=True,
+    gap_rows=(300, 1000),
+    zero_utc_ns=1_772_359_200_123_456_789,
+    notes=(),
+    doubts=(),
+)
+HOLED = Recording(
+    PLAY.t_hard_s, PLAY.t_soft_s, np.where(np.arange(len(PLAY.hard)) % 50 == 7, np.nan, PLAY.hard), PLAY.soft
+)
+UNTIMED = Recording(
+    np.full(len(PLAY.hard), np.nan), np.full(len(PLAY.hard), np.nan), PLAY.hard, PLAY.soft, zero_utc_ns=5
+)
+OUT: dict[str, Callable[[Recording], Any]] = {
+    "to_arrow": Recording.to_arrow,
+    "to_pandas": Recording.to_pandas,
+    "to_polars": Recording.to_polars,
+    "pyarrow.table": pa.table,
+    "polars.DataFrame": pl.DataFrame,
+    "pandas.DataFrame.from_arrow": pd.DataFrame.from_arrow,
+}
+FIELDS = ("full_scale_pF", "host_stamps", "gap_rows")
+
+
+@pytest.mark.parametrize("recording", [PLAIN, RICH, HOLED, UNTIMED], ids=["plain", "rich", "holed", "untimed"])
+@pytest.mark.parametrize("out", OUT)
+def test_a_recording_comes_back_with_the_same_bits(recording: Recording, out: str) -> None:
+    back = palpate.read(OUT[out](recording))
+    for name in ("t_hard_s", "t_soft_s", "hard", "soft"):
+        assert getattr(back, name).tobytes() == getattr(recording, name).tobytes(), name
+    assert [getattr(back, name) for name in FIELDS] == [getattr(recording, name) for name in FIELDS]
+    assert back.zero_utc_ns == (None if recording is UNTIMED else recording.zero_utc_ns)
+    assert palpate.touches(back) == palpate.touches(recording) != []
+
+
+@pytest.mark.parametrize("out", ["to_arrow", "to_pandas", "to_polars"])
+def test_a_part_of_the_rows_keeps_its_gaps_and_epoch(out: str) -> None:
+    frame = getattr(RICH, out)()
+    back = palpate.read(frame.iloc[700:] if out == "to_pandas" else frame[700:])
+    assert (back.gap_rows, back.zero_utc_ns, back.full_scale_pF) == ((300,), RICH.zero_utc_ns, 30.0)
+
+
+@pytest.mark.parametrize("suffix", ["parquet", "arrow", "csv"])
+def test_files_that_others_write_of_it(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"frame.{suffix}"
+    if suffix == "csv":
+        PLAIN.to_polars().drop("utc", strict=False).write_csv(path)
+    elif suffix == "parquet":
+        parquet.write_table(RICH.to_arrow(), path)
+    else:
+        feather.write_feather(RICH.to_arrow(), path)
+    recording = PLAIN if suffix == "csv" else RICH
+    expected = palpate.touches(recording)
+    assert palpate.touches(palpate.read(path)) == palpate.touches(recorded(path)) == expected != []
+    if suffix != "csv":
+        convert(recorded(path), tmp_path / "run.csv")
+        again = palpate.read(tmp_path / "run.csv")
+        assert palpate.touches(again) == expected
+        assert [getattr(again, name) for name in FIELDS] == [getattr(RICH, name) for name in FIELDS]
+
+
+def test_nothing_is_copied_on_the_way_there_and_back() -> None:
+    def address(values: Any) -> int:
+        return int(values.__array_interface__["data"][0])
+
+    for out in ("to_arrow", "to_pandas", "to_polars"):
+        back = palpate.read(getattr(PLAIN, out)())
+        for name in ("t_hard_s", "t_soft_s", "hard", "soft"):
+            assert address(getattr(back, name)) == address(getattr(PLAIN, name)), (out, name)
+
+
+def test_units_and_time_zone_are_said() -> None:
+    table = RICH.to_arrow()
+    assert table.column_names == [
+        "t_hard_s",
+        "t_soft_s",
+        "hard_pF",
+        "soft_pF",
+        "utc",
+        "gap",
+        "full_scale_pF",
+        "host_stamps",
+    ]
+    assert PLAIN.to_arrow().column_names == ["t_hard_s", "t_soft_s", "hard_pF", "soft_pF"]
+    assert table.schema.field("hard_pF").metadata == {b"unit": b"pF"}
+    assert table.schema.field("utc").type == pa.timestamp("ns", "UTC")
+    assert RICH.to_pandas().attrs["units"]["t_soft_s"] == "s"
+
+
+def test_parts_of_different_recordings_are_refused() -> None:
+    frame = pl.concat([RICH.to_polars(), dataclasses.replace(RICH, full_scale_pF=8.0).to_polars()])
+    with pytest.raises(ValueError, match="got parts of different recordings in one frame"):
+        palpate.read(frame)
+
+
+@pytest.mark.parametrize("scene", ["handheld", "paper"])
+def test_touches_are_a_column_for_each_field(scene: Any) -> None:
+    touches = palpate.touches(PLAIN, scene=scene)
+    records = [touch.as_dict() for touch in touches]
+    flat = [name for name in records[0] if name != "effects"]
+    for frame in (
+        touches.to_arrow().to_pylist(),
+        touches.to_polars().to_dicts(),
+        pl.DataFrame(touches.to_arrow()).to_dicts(),
+    ):
+        for row, record in zip(frame, records, strict=True):
+            assert set(row) - set(flat) == {f"effect_{name}" for name in ("offset", "drift", "lag", "curve", "shift")}
+            assert {name: row[name] for name in flat} == {
+                **{name: record[name] for name in flat},
+                "flags": " ".join(record["flags"]),
+            }
+            assert {name: row[f"effect_{name}"] for name in record["effects"]} == record["effects"]
+    in_pandas = touches.to_pandas()
+    assert in_pandas["ratio"].tolist() == [touch.ratio for touch in touches]
+    assert in_pandas["samples"].dtype == "int64"
+
+
+def test_frames_of_a_list_of_touches_have_their_fields() -> None:
+    touches = palpate.touches(PLAIN)
+    names = list(touches[0].as_dict())
+    for found in (touches, list(touches)):
+        in_pandas, in_polars = pd.DataFrame(found), pl.DataFrame(found)
+        assert list(in_pandas.columns) == in_polars.columns == names
+        assert in_pandas["ratio"].tolist() == in_polars["ratio"].to_list() == [touch.ratio for touch in touches]
+        assert in_pandas["flags"].tolist() == [touch.flags for touch in touches]
+        assert in_polars["effects"].to_list() == in_pandas["effects"].tolist() == [touch.effects for touch in touches]
+
+
+def test_no_touch_is_a_frame_without_rows() -> None:
+    empty = type(palpate.touches(PLAIN))()
+    assert empty.to_arrow().num_rows == len(empty.to_pandas()) == len(empty.to_polars()) == 0
+    assert empty.to_polars().columns == palpate.touches(PLAIN).to_polars().columns
+
+
+def test_a_missing_library_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, to, advice in (
+        ("polars", "to_polars", "pip install polars"),
+        ("pandas", "to_pandas", "pip install pandas"),
+        ("pyarrow", "to_arrow", r"pip install 'palpate\[export\]'"),
+    ):
+        with monkeypatch.context() as patch:
+            patch.setitem(sys.modules, name, None)
+            with pytest.raises(palpate.MissingExtra, match=advice):
+                getattr(PLAIN, to)()
+            with pytest.raises(palpate.MissingExtra, match=advice):
+                getattr(palpate.touches(PLAIN), to)()
