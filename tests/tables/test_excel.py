@@ -3,6 +3,10 @@
 import datetime
 import io
 import struct
+import subprocess
+import sys
+import time
+import warnings
 import zipfile
 import zlib
 from contextlib import suppress
@@ -16,7 +20,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from palpate import RecordingError
-from palpate.tables import cells, package
+from palpate.tables import package
+from palpate.tables import workbook as books
 from palpate.tables.formats import read_table
 from workbooks import row, words, workbook, zipped
 
@@ -141,7 +146,9 @@ def test_cells_that_are_no_numbers(tmp_path: Path) -> None:
 
 
 def test_shared_strings_without_signs_for_the_pronunciation(tmp_path: Path) -> None:
-    strings = "<sst><si><t>hard</t><rPh><t>x</t></rPh></si><si><r><t>so</t></r><r><t>ft </t></r></si></sst>"
+    strings = (
+        "<sst><si><t>hard</t><rPh sb='0' eb='1'><t>x</t></rPh></si><si><r><t>so</t></r><r><t>ft </t></r></si></sst>"
+    )
     rows = '<row><c t="s"><v>0</v></c><c t="s"><v>1</v></c></row>' + "<row><c><v>6</v></c><c><v>4</v></c></row>" * 3
     table = read_table(by_hand(tmp_path, workbook(rows, {"sharedStrings.xml": strings})))
     assert (table.names(0), table.names(1), list(table.lines)) == (("hard",), ("soft",), [2, 3, 4])
@@ -205,8 +212,12 @@ def lying() -> bytes:
         (zipped({f"{n}": "" for n in range(10_001)}), "10,001 parts"),
         (workbook(row(1, "1", "2") + '<row r="1048576"><c r="XFD1048576"><v>2</v></c></row>'), "got a value in column 16,384"),
         (workbook('<row r="1048577"/>'), "more than 1,048,576 rows"),
-        (workbook("<row><c><v>" + "1" * 40_000 + "</v></c></row>"), "a text of more than 32,767 characters"),
-        (workbook("<a>" * 100), "more than 64 tags in others"),
+        (workbook('<row><c t="str"><v>' + "1" * 40_000 + "</v></c></row>"), "a text of more than 32,767 characters"),
+        (workbook("<row><c><v>" + "1" * 400 + "</v></c></row>"), "int too large to convert to float"),
+        (workbook("<a/>" * 11_000), "more than 32,000,000 bytes or 10,000 tags without a row: save the table as CSV"),
+        (workbook("<row>" + '<c r="A1"/>' * 11_000 + "</row>"), "10,000 tags without a row"),
+        (workbook("<row/>", {"sharedStrings.xml": "<sst>" + "<si/>" * 11_000 + "</sst>"}), "10,000 tags without a row"),
+        (workbook("<row/>", {"styles.xml": "<styleSheet>" + "<a/>" * 11_000 + "</styleSheet>"}), "10,000 tags without a row"),
         (workbook("<row>"), "damaged, or not complete"),
         (workbook('<row><c t="s"><v>7</v></c></row>'), "damaged, or not complete"),
         (workbook(row(1, "1", "2"), properties='<!DOCTYPE a [<!ENTITY b "c">]>'), "damaged, or not complete"),
@@ -221,6 +232,7 @@ def lying() -> bytes:
 )  # fmt: skip
 def test_what_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes, said: str) -> None:
     monkeypatch.setattr(package, "LARGEST", 1_000_000)
+    monkeypatch.setattr(package, "MOST_TAGS", 10_000)
     with pytest.raises(RecordingError, match=said):
         palpate.read(by_hand(tmp_path, data))
 
@@ -237,12 +249,56 @@ def test_entities_in_entities_are_refused(tmp_path: Path) -> None:
         palpate.read(by_hand(tmp_path, zipped(files | {"xl/worksheets/sheet1.xml": sheet})))
 
 
+def test_a_long_sheet_is_no_part_with_too_many_tags(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(package, "MOST_TAGS", 1000)
+    monkeypatch.setattr(package, "_CHUNK", 1 << 10)
+    table = read_table(by_hand(tmp_path, workbook("".join(row(n, str(n), "6", "4") for n in range(1, 1001)))))
+    assert len(table) == 1000
+
+
+def test_a_long_comment_is_read_once(tmp_path: Path) -> None:
+    """Expat reads it again for each piece: a minute for 30 MB in pieces of 16 kB, as openpyxl asks for them."""
+    begun = time.process_time()
+    with pytest.raises(RecordingError, match="blank lines"):
+        palpate.read(by_hand(tmp_path, workbook(f"<!--{'x' * 30_000_000}-->")))
+    assert time.process_time() - begun < 20
+
+
+def test_dates_that_are_text_keep_all_digits(tmp_path: Path) -> None:
+    rows = "".join(
+        f'<row r="{n}"><c t="d"><v>2026-11-21T12:00:00.0{n}9042</v></c><c><v>{n}</v></c><c><v>{n}</v></c></row>'
+        for n in range(1, 5)
+    )
+    cells = read_table(by_hand(tmp_path, workbook(rows))).columns[0].cells
+    assert list(cells) == [f"2026-11-21T12:00:00.0{n}9042" for n in range(1, 5)]
+
+
+def test_warnings_of_openpyxl_are_not_shown_and_the_filters_stay(tmp_path: Path) -> None:
+    filters = list(warnings.filters)
+    extension = '<extLst><ext uri="{CCE6A557-97BC-4b89-ADB6-D9C93CAAB3DF}"/></extLst>'
+    rows = "".join(row(n, str(n), "6", "4") for n in range(1, 5)) + extension
+    assert len(read_table(by_hand(tmp_path, workbook(rows, {"styles.xml": STYLES})))) == 4
+    assert warnings.filters == filters
+
+
+def test_without_openpyxl_the_message_has_the_command(tmp_path: Path) -> None:
+    path = made(tmp_path, [HEADER, *ROWS])
+    code = (
+        "import sys, palpate; sys.modules['openpyxl'] = None\n"
+        f"try: palpate.read({str(path)!r})\nexcept palpate.MissingExtra as error: print(error)"
+    )
+    said = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+    assert "pip install 'palpate[tables]'" in said
+    code = "import sys; sys.modules['openpyxl'] = None; from palpate.cli import main; main()"
+    assert subprocess.run([sys.executable, "-c", code, "check", str(path)], capture_output=True).returncode == 6
+
+
 @pytest.mark.parametrize("row", ['<row><c r="A1"><v>1</v></c><c r="ALL1"><v>2</v></c></row>', "<row/>"])
 def test_few_cells_far_apart_and_empty_rows_are_limited(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, row: str
 ) -> None:
-    monkeypatch.setattr(cells, "MOST_CELLS", 50_000)
-    monkeypatch.setattr(cells, "MOST_ROWS", 1000)
+    monkeypatch.setattr(books, "MOST_CELLS", 50_000)
+    monkeypatch.setattr(books, "MOST_ROWS", 1000)
     with pytest.raises(RecordingError, match="more than 1,000 rows or 50,000 cells in a sheet"):
         palpate.read(by_hand(tmp_path, workbook(row * 1100)))
 

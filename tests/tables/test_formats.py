@@ -40,6 +40,6 @@ def test_a_name_that_says_another_format_is_told(tmp_path: Path) -> None:
 def test_nothing_optional_is_imported_for_text() -> None:
     code = (
         "import sys, palpate; palpate.read('tests/data/four-specimens.csv');"
-        "wrong = {'pyxdf', 'pyarrow', 'zipfile', 'pandas'} & set(sys.modules); assert not wrong, wrong"
+        "wrong = {'pyxdf', 'openpyxl', 'pyarrow', 'zipfile', 'pandas'} & set(sys.modules); assert not wrong, wrong"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -7,9 +7,14 @@ from collections.abc import Mapping
 _TYPE = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
 _RELATIONS = '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">{}</Relationships>'
 _RELATION = '<Relationship Id="{}" Type="' + _TYPE + '/{}" Target="{}"/>'
-_SHEET = (
-    '<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>{}</sheetData></worksheet>'
+_MAIN = 'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
+_CONTENT = "application/vnd.openxmlformats-officedocument.spreadsheetml.{}+xml"
+_KINDS = (
+    '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
+    f'<Override PartName="/xl/workbook.xml" ContentType="{_CONTENT.format("sheet.main")}"/>{{}}</Types>'
 )
+_STRINGS = f'<Override PartName="/xl/sharedStrings.xml" ContentType="{_CONTENT.format("sharedStrings")}"/>'
+_SHEET = f"<worksheet {_MAIN}><sheetData>{{}}</sheetData></worksheet>"
 
 
 def workbook(
@@ -21,11 +26,12 @@ def workbook(
     parts = _RELATION.format("r1", "worksheet", "worksheets/sheet1.xml")
     parts += "".join(_RELATION.format(name, kinds[name], name) for name in more if name in kinds)
     files = {
+        "[Content_Types].xml": _KINDS.format(_STRINGS if "sharedStrings.xml" in more else ""),
         "_rels/.rels": _RELATIONS.format(_RELATION.format("r1", "officeDocument", "xl/workbook.xml")),
-        "xl/workbook.xml": f'<workbook xmlns:r="{_TYPE}">{properties}<sheets><sheet name="A" r:id="r1"/></sheets></workbook>',
+        "xl/workbook.xml": f'<workbook {_MAIN} xmlns:r="{_TYPE}">{properties}<sheets><sheet name="A" sheetId="1" r:id="r1"/></sheets></workbook>',
         "xl/_rels/workbook.xml.rels": _RELATIONS.format(parts),
         "xl/worksheets/sheet1.xml": _SHEET.format(rows),
-    } | {f"xl/{name}": text for name, text in more.items()}
+    } | {f"xl/{name}": text.replace("<sst>", f"<sst {_MAIN}>") for name, text in more.items()}
     return zipped(files, method)
 
 

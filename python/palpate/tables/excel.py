@@ -1,6 +1,5 @@
-"""Excel workbooks as tables."""
+"""Excel workbooks as tables, by openpyxl."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,11 +7,10 @@ import numpy as np
 
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
-from palpate.tables.cells import MOST_CELLS
 from palpate.tables.choice import the_one
 from palpate.tables.rows import table_of
 from palpate.tables.table import Column, Table
-from palpate.tables.workbook import Number, Workbook
+from palpate.tables.workbook import MOST_CELLS, Number, Rows, Workbook
 
 
 def parse(path: Path, data: bytes, asked: Asked) -> Table:
@@ -41,14 +39,13 @@ def parse(path: Path, data: bytes, asked: Asked) -> Table:
     return the_one(tables, asked, "sheet")
 
 
-def _table(path: Path, rows: Iterator[tuple[int, list[str]]]) -> Table:
-    found = list(rows)
-    width = max((len(cells) for _, cells in found), default=0)
-    if width * len(found) > MOST_CELLS:
+def _table(path: Path, rows: Rows) -> Table:
+    width = max((len(cells) for _, cells in rows), default=0)
+    if width * len(rows) > MOST_CELLS:
         raise RecordingError(
-            path, f"got {len(found):,} rows of {width:,} cells, allowed: {MOST_CELLS:,} cells in a sheet"
+            path, f"got {len(rows):,} rows of {width:,} cells, allowed: {MOST_CELLS:,} cells in a sheet"
         )
-    table = table_of(path, [(number, cells + [""] * (width - len(cells))) for number, cells in found])
+    table = table_of(path, [(number, cells + [""] * (width - len(cells))) for number, cells in rows])
     return replace(table, columns=[_column(column) for column in table.columns])
 
 

@@ -1,50 +1,20 @@
-"""The zip file of an Office Open XML document, and the tags of its parts: ECMA-376 Part 2."""
+"""The zip file of an Office Open XML document, as openpyxl uses it, with limits: openpyxl has none."""
 
-import lzma
-import posixpath
-import struct
 import zipfile
-import zlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from io import BytesIO
+from io import BufferedIOBase, BytesIO
 from pathlib import Path
-from typing import NamedTuple
-from xml.parsers.expat import ExpatError, ParserCreate
+from typing import IO
 
 from palpate.errors import RecordingError
 from palpate.tables.packed import LARGEST
 
 MOST_PARTS = 10_000
-MOST_LEVELS = 64
-"""Tags in others, at most; a workbook has 10."""
+MOST_TAGS = 2_000_000
+"""Tags in a part, or between two rows of a sheet, at most: a tree of XML takes 100 bytes for each."""
+MOST_BYTES = 32_000_000
+"""Bytes of a part, or between two rows of a sheet, at most."""
 
-_CHUNK = 1 << 20
-_DAMAGED = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, ExpatError, EOFError, OSError, LookupError,
-            ValueError, RuntimeError, OverflowError)  # fmt: skip
-
-Tags = list[str]
-"""The tags around a place, without prefixes; the last one is the innermost."""
-Begin = Callable[[Tags, dict[str, str]], None]
-End = Callable[[Tags], None]
-Add = Callable[[Tags, str], None]
-
-
-class Part(NamedTuple):
-    """A part to which another one refers: kind of the reference, name in the zip file."""
-
-    kind: str
-    name: str
-
-
-@contextmanager
-def damage(path: Path, what: str) -> Iterator[None]:
-    """Turn what the readers of zip and XML raise into a RecordingError."""
-    try:
-        yield
-    except _DAMAGED as error:
-        said = " ".join(str(error).split())[:200] or type(error).__name__
-        raise RecordingError(path, f"{what} that is damaged, or not complete: {said}") from error
+_CHUNK = 1 << 20  # expat begins again with a long tag at each piece of it, and openpyxl asks for small ones
 
 
 class Package:
@@ -61,7 +31,7 @@ class Package:
     RecordingError
         It is larger than `LARGEST` after decompression, or has more than `MOST_PARTS` parts.
     zipfile.BadZipFile
-        Damaged; the other methods raise this and more: see `damage`.
+        Damaged; the other methods raise this and more.
     """
 
     def __init__(self, path: Path, data: bytes) -> None:
@@ -76,49 +46,39 @@ class Package:
             )
         self.names: list[str] = self._zip.namelist()
 
-    def relations(self, name: str) -> dict[str, Part]:
-        """Return the parts to which a part refers, by the id of the reference; "": those of the whole document."""
-        folder, base = posixpath.split(name)
-        found: dict[str, Part] = {}
+    def open(self, name: str) -> "Part":
+        """Open a part; KeyError if there is none of this name."""
+        return Part(self._zip.open(name))
 
-        def begin(tags: Tags, given: dict[str, str]) -> None:
-            if tags[-1] == "Relationship" and given.get("TargetMode") != "External":
-                target = posixpath.normpath(posixpath.join("/", folder, given["Target"])).lstrip("/")
-                found[given["Id"]] = Part(given["Type"].rpartition("/")[2], target)
+    def read(self, name: str) -> bytes:
+        """Return what is in a part; KeyError if there is none of this name."""
+        with self.open(name) as part:
+            return part.read()
 
-        relations = posixpath.join(folder, "_rels", f"{base}.rels")
-        if relations in self.names:
-            self.parse(relations, begin)
-        return found
 
-    def parse(self, name: str, begin: Begin, end: End | None = None, add: Add | None = None) -> None:
-        """Call the functions at the begin and at the end of each tag of a part, and for the text in it."""
-        for _ in self.pieces(name, begin, end, add):
-            pass
+class Part(BufferedIOBase):
+    """A part of a document, read up to a limit."""
 
-    def pieces(self, name: str, begin: Begin, end: End | None = None, add: Add | None = None) -> Iterator[None]:
-        """Do the same, and yield after each piece of the part."""
-        tags: Tags = []
-        parser = ParserCreate()
-        parser.buffer_text = True
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+        self.restart()
 
-        def start(tag: str, given: dict[str, str]) -> None:
-            if len(tags) == MOST_LEVELS:
-                raise ValueError(f"more than {MOST_LEVELS} tags in others")
-            tags.append(tag.rpartition(":")[2] if ":" in tag else tag)
-            begin(tags, given)
+    def restart(self) -> None:
+        """Begin to count again: what was read is no longer in memory."""
+        self._bytes, self._tags = MOST_BYTES, MOST_TAGS
 
-        def stop(_tag: str) -> None:
-            if end:
-                end(tags)
-            tags.pop()
+    def read(self, size: int | None = -1) -> bytes:
+        """Read bytes, also more than asked for; ValueError if there are too many, or too many tags."""
+        data = self._file.read(MOST_BYTES + 1 if size is None or size < 0 else max(size, _CHUNK))
+        self._bytes -= len(data)
+        self._tags -= data.count(b"<")
+        if self._bytes < 0 or self._tags < 0:
+            raise ValueError(
+                f"more than {MOST_BYTES:,} bytes or {MOST_TAGS:,} tags without a row: save the table as CSV"
+            )
+        return data
 
-        parser.StartElementHandler, parser.EndElementHandler = start, stop
-        if add:
-            parser.CharacterDataHandler = lambda text: add(tags, text)
-        with self._zip.open(name) as file:
-            while piece := file.read(_CHUNK):
-                parser.Parse(piece, False)
-                yield
-        parser.Parse(b"", True)
-        yield
+    def close(self) -> None:
+        """Close the part."""
+        self._file.close()
+        super().close()

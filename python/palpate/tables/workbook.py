@@ -1,23 +1,46 @@
-"""An Excel workbook (.xlsx, .xlsm): its sheets, as rows of cells with all their digits.
+"""An Excel workbook (.xlsx, .xlsm), by openpyxl: its sheets, as rows of cells with all their digits.
 
-It is read from one tag to the next, without a tree: memory is that of the cells with a value. The readers that were tried
-take memory for the rectangle around all cells, which two cells make larger than any computer has, and round times to 1 ms.
+openpyxl rounds dates and times to 1 ms. Its parser of sheets is used without the styles of dates: so it gives serial days.
 """
 
 import math
+import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
+from threading import Lock
+from typing import Any
 
-from palpate.errors import RecordingError, listed, quoted
-from palpate.tables.cells import Cells, longer
-from palpate.tables.package import Package, Part, Tags, damage
-from palpate.tables.serials import NUMBER, kind_of, text_of
+from palpate.errors import MissingExtra, RecordingError, listed, quoted
+from palpate.tables.package import Package
+from palpate.tables.serials import kind_of, text_of
+from palpate.tables.text import MOST_COLUMNS
+
+try:
+    from openpyxl.reader.excel import ExcelReader
+    from openpyxl.styles.numbers import BUILTIN_FORMATS_MAX_SIZE
+    from openpyxl.styles.stylesheet import apply_stylesheet
+    from openpyxl.utils.datetime import MAC_EPOCH
+    from openpyxl.worksheet._reader import FORMULA_TAG, WorkSheetParser
+except ImportError as _missing:
+    raise MissingExtra("an Excel workbook needs openpyxl: type: pip install 'palpate[tables]'") from _missing
+
+MOST_ROWS = 1 << 20
+"""Rows of a sheet, at most, as in Excel."""
+MOST_CELLS = 50_000_000
+"""Cells of a sheet, at most; empty ones on the left of a value count, too."""
+LONGEST_TEXT = 32_767
+"""Characters of a cell, at most, as in Excel."""
 
 _OTHERS = {
     "xl/workbook.bin": "an Excel binary workbook (.xlsb): save it as .xlsx",
     "content.xml": "an OpenDocument file (.ods, .odt): save its table as .xlsx or CSV",
     "word/document.xml": "a Word document: save its table as .xlsx or CSV",
 }
+_WARNINGS = Lock()  # the filters of warnings are those of all threads
+
+Rows = list[tuple[int, list[str]]]
 
 
 class Number(str):
@@ -48,30 +71,49 @@ class Workbook:
 
     def __init__(self, path: Path, data: bytes) -> None:
         self._path = path
-        with damage(path, "a zip file or Excel workbook"):
+        with _parsing(path, "a zip file or Excel workbook"):
             self._package = Package(path, data)
-            whole = self._package.relations("").values()
-            main = next((part.name for part in whole if part.kind == "officeDocument"), None)
-            if main is None or any(name in self._package.names for name in _OTHERS):
+            if any(name in self._package.names for name in _OTHERS) or not _has_workbook(self._package.names):
                 raise RecordingError(path, self._what())
-            parts = self._package.relations(main)
-            self._from_1904, self.sheets = self._read_sheets(main, parts)
-            names = {part.kind: part.name for part in parts.values()}
-            self._strings = self._read_strings(names["sharedStrings"]) if "sharedStrings" in names else []
-            self._shown = self._read_styles(names["styles"]) if "styles" in names else []
+            reader = ExcelReader(BytesIO(data), read_only=True, data_only=True, keep_links=False)
+            reader.archive = self._package
+            reader.read_manifest()
+            reader.read_strings()
+            reader.read_workbook()
+            apply_stylesheet(self._package, reader.wb)
+            self._strings: list[str] = reader.shared_strings
+            self._from_1904: bool = reader.wb.epoch == MAC_EPOCH
+            self._shown = _shown(reader.wb)
+            self.sheets: dict[str, str] = {
+                sheet.name: part.target
+                for sheet, part in reader.parser.find_sheets()
+                if part.Type.endswith("/worksheet")  # not a chart
+            }
 
-    def rows(self, sheet: str) -> Iterator[tuple[int, list[str]]]:
-        """Yield the number of each row of a sheet that is not empty, and its cells from column A on.
+    def rows(self, sheet: str) -> Rows:
+        """Return the number of each row of a sheet that is not empty, and its cells from column A on.
 
         Raises
         ------
         RecordingError
             Damaged, or too large.
         """
-        with damage(self._path, f"an Excel workbook with a sheet {quoted(sheet)}"):
-            cells = Cells(self._path, self._text)
-            for _ in self._package.pieces(self.sheets[sheet], cells.begin, cells.end, cells.add):
-                yield from cells.taken()
+        found: Rows = []
+        size = 0
+        with (
+            _parsing(self._path, f"an Excel workbook with a sheet {quoted(sheet)}"),
+            self._package.open(self.sheets[sheet]) as part,
+        ):
+            for count, (number, cells) in enumerate(_Parser(part, self._strings, data_only=True).parse(), 1):
+                part.restart()
+                row = self._row(number, cells)
+                size += len(row)
+                if max(count, number) > MOST_ROWS or size > MOST_CELLS:
+                    reason = f"more than {MOST_ROWS:,} rows or {MOST_CELLS:,} cells in a sheet"
+                    raise RecordingError(self._path, reason, number)
+                if row:
+                    found.append((number, row))
+        return found
 
     def _what(self) -> str:
         names = self._package.names
@@ -80,67 +122,65 @@ class Workbook:
             other = "numpy arrays (.npz): save them as CSV"
         return f"is {other}" if other else f"is a zip file, but no Excel workbook: unpack it; in it: {listed(names, 5)}"
 
-    def _read_sheets(self, main: str, parts: dict[str, Part]) -> tuple[bool, dict[str, str]]:
-        sheets: dict[str, str] = {}
-        systems: list[str] = []
+    def _row(self, number: int, cells: list[dict[str, Any]]) -> list[str]:
+        row: list[str] = []
+        for cell in cells:
+            text = self._text(cell["value"], cell["style_id"])
+            if not text:
+                continue
+            column: int = cell["column"]
+            if column > MOST_COLUMNS:
+                reason = f"got a value in column {column:,}, allowed: {MOST_COLUMNS:,} columns"
+                raise RecordingError(self._path, reason, number)
+            row += [""] * (column - len(row))
+            row[column - 1] = text
+        return row
 
-        def begin(tags: Tags, given: dict[str, str]) -> None:
-            if tags[-1] == "workbookPr":
-                systems.append(given.get("date1904", "0"))
-            elif tags[-1] == "sheet":
-                part = parts[next(given[key] for key in given if key.endswith(":id"))]
-                if part.kind == "worksheet":  # not a chart
-                    sheets[given["name"]] = part.name
-
-        self._package.parse(main, begin)
-        return systems[-1:] in (["1"], ["true"]), sheets
-
-    def _read_strings(self, name: str) -> list[str]:
-        """Return the texts to which cells refer by number; signs for the pronunciation are left out."""
-        strings: list[str] = []
-
-        def begin(tags: Tags, _given: dict[str, str]) -> None:
-            if tags[-1] == "si":
-                strings.append("")
-
-        def add(tags: Tags, part: str) -> None:
-            if tags[-1] == "t" and "rPh" not in tags:
-                strings[-1] = longer(strings[-1], part)
-
-        self._package.parse(name, begin, add=add)
-        return [text.strip() for text in strings]
-
-    def _read_styles(self, name: str) -> list[str]:
-        """Return what each cell style shows: a number, a date, ..."""
-        codes: dict[int, str] = {}
-        shown: list[str] = []
-
-        def begin(tags: Tags, given: dict[str, str]) -> None:
-            if tags[-1] == "numFmt":
-                codes[int(given["numFmtId"])] = given["formatCode"]
-            elif tags[-2:] == ["cellXfs", "xf"]:
-                number = int(given.get("numFmtId", 0))
-                shown.append(kind_of(number, codes.get(number)))
-
-        self._package.parse(name, begin)
-        return shown
-
-    def _text(self, kind: str, style: int, value: str, formula: str | None) -> str:
+    def _text(self, value: str | float | bool | None, style: int) -> str:
         """Return what a cell holds as text."""
-        if kind == "s":
-            return self._strings[int(value)]
-        if kind == "b":
-            return "TRUE" if value == "1" else "FALSE"
-        if kind != "n":
-            return value.strip()
-        if not value:
-            return "" if formula is None else f"={formula} (never calculated)"
-        text = text_of(value, self._shown[style] if style < len(self._shown) else NUMBER, self._from_1904)
-        return Number(text) if text == value and _is_number(value) else text
+        if isinstance(value, bool):
+            return str(value).upper()
+        if isinstance(value, int | float):
+            digits = repr(value)
+            text = text_of(digits, self._shown[style], self._from_1904)
+            return Number(text) if text == digits and math.isfinite(value) else text
+        if value and len(value) > LONGEST_TEXT:
+            raise ValueError(f"a text of more than {LONGEST_TEXT:,} characters")
+        return (value or "").strip()
 
 
-def _is_number(text: str) -> bool:
-    try:
-        return math.isfinite(float(text)) and "_" not in text
-    except ValueError:
-        return False
+class _Parser(WorkSheetParser):  # type: ignore[misc]
+    """Keeps what openpyxl changes or leaves out: dates that are text, and formulas that were never calculated."""
+
+    def parse_cell(self, element: Any) -> dict[str, Any]:
+        if element.get("t") == "d":
+            element.set("t", "str")
+        cell: dict[str, Any] = super().parse_cell(element)
+        if cell["value"] is None and cell["data_type"] == "n" and element.find(FORMULA_TAG) is not None:
+            cell["value"] = f"={element.findtext(FORMULA_TAG)} (never calculated)"
+        return cell
+
+
+@contextmanager
+def _parsing(path: Path, what: str) -> Iterator[None]:
+    """Turn what openpyxl, zip and XML raise into a RecordingError, and hide warnings of what no table needs."""
+    with _WARNINGS, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            yield
+        except RecordingError:
+            raise
+        except Exception as error:  # anyone may have made the file
+            said = " ".join(str(error).split())[:200] or type(error).__name__
+            raise RecordingError(path, f"{what} that is damaged, or not complete: {said}") from error
+
+
+def _has_workbook(names: list[str]) -> bool:
+    return "[Content_Types].xml" in names and any(name.startswith("xl/") for name in names)
+
+
+def _shown(book: Any) -> list[str]:
+    """Return what each cell style shows: a number, a date, ..."""
+    numbers = [style.numFmtId for style in book._cell_styles]
+    codes = {BUILTIN_FORMATS_MAX_SIZE + index: code for index, code in enumerate(book._number_formats)}
+    return [kind_of(number, codes.get(number)) for number in numbers]
