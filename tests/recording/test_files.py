@@ -17,7 +17,7 @@ from palpate.ad7746.evalkit.firmware import read_hex
 from palpate.calibration.specimen_files import read_moduli
 from palpate.cli import COMMANDS, config
 from palpate.files import open_regular, read_bytes, replacing
-from palpate.recording.binary_data import is_binary_data
+from palpate.recording.exchange.binary_data import is_binary_data
 from palpate.recording.foreign import recorded
 from project import ROOT
 

@@ -16,8 +16,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from palpate import RecordingError
-from palpate.tables import cells, package
 from palpate.tables.formats import read_table
+from palpate.tables.readers import cells, package
 from workbooks import row, words, workbook, zipped
 
 HEADER = ["time (s)", "hard (pF)", "soft (pF)"]

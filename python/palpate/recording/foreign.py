@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.recording.binary_data import BinaryData, is_binary_data
-from palpate.recording.columns_in import own_recording
-from palpate.recording.frames import own_frame
+from palpate.recording.exchange.binary_data import BinaryData, is_binary_data
+from palpate.recording.exchange.columns_in import own_recording
+from palpate.recording.exchange.frames import own_frame
 from palpate.recording.own_file import Recorded
 from palpate.recording.recording import Recording
 from palpate.recording.survey import Survey

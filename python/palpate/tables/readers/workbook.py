@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from palpate.errors import RecordingError, listed, quoted
-from palpate.tables.cells import Cells, longer
-from palpate.tables.package import Package, Part, Tags, damage
-from palpate.tables.serials import NUMBER, kind_of, text_of
+from palpate.tables.readers.cells import Cells, longer
+from palpate.tables.readers.package import Package, Part, Tags, damage
+from palpate.tables.readers.serials import NUMBER, kind_of, text_of
 
 _OTHERS = {
     "xl/workbook.bin": "an Excel binary workbook (.xlsb): save it as .xlsx",

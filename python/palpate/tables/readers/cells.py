@@ -6,8 +6,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from palpate.errors import RecordingError, quoted
-from palpate.tables.package import Tags
-from palpate.tables.text import MOST_COLUMNS
+from palpate.tables.readers.package import Tags
+from palpate.tables.text.parsing import MOST_COLUMNS
 
 MOST_ROWS = 1 << 20
 """Rows of a sheet, at most, as in Excel."""
