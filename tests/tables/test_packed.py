@@ -33,7 +33,7 @@ def test_a_table_in_gz(tmp_path: Path) -> None:
     plain, small = tmp_path / "table.csv", tmp_path / "table.csv.gz"
     plain.write_bytes(TABLE)
     half = TABLE.index(b"\n", 300) + 1
-    small.write_bytes(gzip.compress(TABLE[:half], mtime=0) + gzip.compress(TABLE[half:]))  # two members
+    small.write_bytes(gzip.compress(TABLE[:half], mtime=0) + gzip.compress(TABLE[half:], mtime=0))  # two members
     first, second = palpate.read(plain), palpate.read(small)
     assert first.hard.tolist() == second.hard.tolist()
     assert (first.understood, first.notes) == (second.understood, second.notes)
@@ -80,7 +80,7 @@ def test_it_is_not_repaired(own: Path) -> None:
         (gzip.compress(TABLE, mtime=0) + b"more", "Not a gzipped file"),
         (b"\x1f\x8b", "cannot be read: damaged, or not complete"),
         (gzip.compress(b"", mtime=0), "is empty"),
-        (gzip.compress(gzip.compress(TABLE), mtime=0), "a packed file, which palpate cannot read: unpack it"),
+        (gzip.compress(gzip.compress(TABLE, mtime=0), mtime=0), "a packed file, which palpate cannot read: unpack it"),
         (gzip.compress(TABLE + b"1,2,3\n" * 1000, mtime=0), "larger than 5,000 bytes"),
         (gzip.compress(OWN.read_bytes(), mtime=0), "larger than 5,000 bytes"),
     ],
@@ -96,7 +96,7 @@ def test_what_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: 
 @settings(max_examples=100)
 @given(st.data())
 def test_any_bytes_are_a_recording_or_refused(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
-    whole = gzip.compress(TABLE, mtime=0, mtime=0)
+    whole = gzip.compress(TABLE, mtime=0)
     changed = bytearray(whole[: data.draw(st.integers(2, len(whole)))])
     for _ in range(data.draw(st.integers(0, 3))):
         changed[data.draw(st.integers(2, len(changed) - 1)) if len(changed) > 2 else 0] = data.draw(st.integers(0, 255))
