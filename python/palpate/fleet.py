@@ -11,7 +11,7 @@ from palpate._core import Tracker
 from palpate.errors import SomeFailed
 from palpate.recording.foreign import recorded
 from palpate.recording.reading import read
-from palpate.tables.frames import Frame, is_frame
+from palpate.tables.readers.frames import Frame, is_frame
 from palpate.touch import Blocks, Channels, Touches
 from palpate.touch import touches as of_recording
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
 from palpate.samples import Block, settings_for, usable
-from palpate.tables.outgoing import Framed, touch_table
+from palpate.tables.readers.outgoing import Framed, touch_table
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene

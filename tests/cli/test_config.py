@@ -89,7 +89,7 @@ def test_a_command_of_a_group_has_a_table_and_variables(places: tuple[Path, Path
     [
         (
             "[replay]\nscne = 1\n",
-            "palpate.toml: [replay]: got 'scne', allowed: map, unit, time-unit, rate, decimal, soft, scene, touch-seconds, samples, set",
+            "palpate.toml: [replay]: got 'scne', allowed: map, unit, time-unit, rate, decimal, soft, part, scene, touch-seconds, samples, set",
         ),
         ("[relay]\nscene = 1\n", "palpate.toml: got 'relay', allowed: tables [live], [record], [replay]"),
         ('scene = "paper"\n', "palpate.toml: got 'scene', allowed: tables [live], [record]"),

@@ -70,7 +70,9 @@ JSON = {
     "record": ["sim:step-up", "-o", "a.csv"],
     "replay": [str(FOUR)],
     "check": [str(FOUR)],
+    "import": ["table.csv"],
     "convert": [str(FOUR), "-o", "b.csv"],
+    "plot": [str(FOUR), "-o", "b.png"],
     "devices": [],
     "simulate": ["-o", "gel", "--object", "gel=1", "--touches", "1"],
     "calibrate": ["ten", "--moduli", "ten/moduli.csv", "-o", "probe.toml"],
@@ -89,8 +91,9 @@ def test_json_of_every_command_is_looked_at() -> None:
 @pytest.mark.parametrize("name", JSON)
 def test_json_is_one_document(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("palpate.figures.draw", lambda folder, seed: [folder / "fig7.pdf"])
+    monkeypatch.setattr("palpate.figures.draw", lambda folder, **_: [folder / "fig7.pdf"])
     arguments = JSON[name]
+    Path("table.csv").write_text("t_s,C1,C2\n" + "".join(f"{i / 40},{6 + i % 3},{4 + i % 2}\n" for i in range(40)))
     if name == "calibrate":
         assert run("simulate", "-o", "ten").exit_code == 0
         arguments = [*(str(p) for p in Path("ten").glob("*.csv")), *arguments[1:]]

@@ -13,6 +13,7 @@ from palpate.cli import main
 from palpate.cli.group import Commands
 from palpate.cli.inputs import InputFile
 from palpate.cli.outputs import OUTPUT, OUTPUT_FOLDER
+from palpate.cli.recordings import Recordings
 from palpate.cli.source import SourceType
 from project import ROOT
 
@@ -56,7 +57,11 @@ def lines(wanted: Callable[[Any], bool]) -> list[list[str]]:
     return [filled(names, command, p) for names, command in commands() for p in command.params if wanted(p.type)]
 
 
-READ = [*lines(lambda kind: isinstance(kind, InputFile)), ["record", "FILE", "-o", "new.csv"], ["live", "FILE"]]
+READ = [
+    *lines(lambda kind: isinstance(kind, InputFile | Recordings)),
+    ["record", "FILE", "-o", "new.csv"],
+    ["live", "FILE"],
+]
 WRITTEN = lines(lambda kind: kind is OUTPUT)
 FOLDERS = lines(lambda kind: kind is OUTPUT_FOLDER)
 FORCED = {names for names, command in commands() if any("--force" in p.opts for p in command.params)}
@@ -77,7 +82,7 @@ def test_every_kind_is_there() -> None:
     }
     assert {line[0] for line in WRITTEN} >= {"live", "record", "convert", "calibrate", "kit"}
     assert {line[0] for line in FOLDERS} == {"simulate", "figures"}
-    known = (InputFile, type(OUTPUT))
+    known = (InputFile, Recordings, type(OUTPUT))
     plain = [
         (*names, p.name)
         for names, command in commands()

@@ -105,3 +105,12 @@ def test_wrong_entries_are_refused(here: Path, entry: str, message: str) -> None
     result = run("replay", "other.csv")
     assert result.exit_code == 2
     assert re.search(message, result.stderr), result.stderr
+
+
+def test_what_is_asked_of_one_file_is_not_remembered(here: Path) -> None:
+    Path("two.csv").write_bytes(Path("other.csv").read_bytes())
+    asked = ["--map", "hard=A,soft=B", "--unit", "fF"]
+    assert run("import", "other.csv", "--soft", "two.csv", *asked, "--remember").exit_code == 0
+    assert "soft = " not in Path(NAME).read_text()
+    assert "remembered" in run("replay", "other.csv").stderr
+    assert "remembered" in run("replay", "other.csv", "--soft", "two.csv").stderr

@@ -199,7 +199,9 @@ def test_check(tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     table.write_text("time,hard,soft\n0,1,2\n0.1,1,3\n0.2,1,3\n")
     result = run("check", table, "--map", "hard=2,soft=3", "--unit", "pF")
-    assert (result.exit_code, result.stdout) == (0, f"{table}: readable: 3 rows in 0.2 s, 10.0 pairs a second\n")
+    said = "time = time, s (by its steps); hard = hard, pF; soft = soft, pF; 10 pairs a second; 3 rows"
+    shown = f"{table}: readable: 3 rows in 0.2 s, 10.0 pairs a second\n  {said}\n"
+    assert (result.exit_code, result.stdout) == (0, shown)
 
 
 def test_devices(monkeypatch: pytest.MonkeyPatch) -> None:

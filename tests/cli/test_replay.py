@@ -163,7 +163,7 @@ def test_a_recording_without_a_touch_says_so(tmp_path: Path) -> None:
 
 def test_a_channel_without_any_value_says_so(tmp_path: Path) -> None:
     path = tmp_path / "overload.csv"
-    path.write_text("time,hard,soft\n" + "".join(f"{i},OL,OL\n" for i in range(60)))
+    path.write_text("time,hard,soft\n" + "".join(f"{i / 40},OL,OL\n" for i in range(60)))
     result = run("replay", path, "--map", "hard=2,soft=3")
     assert result.exit_code == 5
     assert "60 of 60 rows have no value" in result.stderr

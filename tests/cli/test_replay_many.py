@@ -76,8 +76,8 @@ def test_a_name_with_brackets_is_a_name(week: Path) -> None:
 @pytest.mark.parametrize("name", ["nothing*.csv", "week/.ipynb_checkpoints/*.txt"])
 def test_a_pattern_without_a_recording_is_an_error(week: Path, name: str) -> None:
     result = run("replay", name, week)
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert f"got {name!r} without a recording, allowed: a folder or pattern with tables" in result.stderr
+    assert (result.exit_code, result.stdout) == (4, "")
+    assert f"{name}: no recording there, allowed: a folder or pattern with tables" in result.stderr
 
 
 @pytest.mark.parametrize("jobs", ["1", "3"])

@@ -13,8 +13,8 @@ from click.testing import CliRunner, Result
 from palpate.cli import main
 from palpate.errors import RecordingError
 from palpate.recording import check, read, recorded, sidecar
-from palpate.recording.columns_in import OwnColumns
-from palpate.recording.export import convert
+from palpate.recording.exchange.columns_in import OwnColumns
+from palpate.recording.exchange.export import convert
 from palpate.samples import Status
 from palpate.simulation import scenarios
 from pyarrow import feather, parquet
@@ -112,7 +112,7 @@ def test_a_row_that_another_program_changed_is_noticed(tmp_path: Path, suffix: s
     convert(recorded(DATA), there)
     assert read(there).doubts == ()
     table = (parquet if suffix == "parquet" else feather).read_table(there)
-    known = palpate.tables.arrow.ArrowFile(there).metadata
+    known = palpate.tables.readers.arrow.ArrowFile(there).metadata
     table = table.replace_schema_metadata({b"palpate": known[b"palpate"]})
     status = table.column("seq").to_numpy().copy()
     status[7] += 1
@@ -165,7 +165,7 @@ def test_rows_without_their_sidecar_say_so(tmp_path: Path) -> None:
 def test_a_claim_of_many_rows_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     there = tmp_path / "run.parquet"
     convert(recorded(DATA), there)
-    monkeypatch.setattr("palpate.recording.columns_in.MOST_ROWS", 1000)
+    monkeypatch.setattr("palpate.recording.exchange.columns_in.MOST_ROWS", 1000)
     with pytest.raises(RecordingError, match="got 1,411 rows, allowed: 1,000"):
         read(there)
 

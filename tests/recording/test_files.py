@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import click
 import palpate
 import pytest
 from palpate import Calibration, CalibrationError, ProtocolError, RecordingError
@@ -17,7 +16,7 @@ from palpate.ad7746.evalkit.firmware import read_hex
 from palpate.calibration.specimen_files import read_moduli
 from palpate.cli import COMMANDS, config
 from palpate.files import open_regular, read_bytes, replacing
-from palpate.recording.binary_data import is_binary_data
+from palpate.recording.exchange.binary_data import is_binary_data
 from palpate.recording.foreign import recorded
 from project import ROOT
 
@@ -81,7 +80,7 @@ def test_no_reader_waits(reader: str, kind: str, tmp_path: Path) -> None:
         (["calibrate", FOUR, "--moduli", "x.csv", "-o", "out.toml"], 4),
         (["calibrate", "x.csv", "--moduli", "moduli.csv", "-o", "out.toml"], 4),
         (["replay", FOUR, "--calibration", "x.csv"], 4),
-        (["--config", "x.csv", "replay", FOUR], 2),
+        (["--config", "x.csv", "replay", FOUR], 4),
     ],
 )
 def test_no_command_waits(arguments: list[str | Path], code: int, tmp_path: Path) -> None:
@@ -105,7 +104,7 @@ def test_a_sidecar_that_is_a_pipe(tmp_path: Path) -> None:
 def test_a_config_in_the_folder_that_is_a_pipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     os.mkfifo(tmp_path / "palpate.toml")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(click.UsageError, match=r"palpate.toml: cannot be read: a pipe, not a file"):
+    with pytest.raises(OSError, match="a pipe, not a file"):
         config.read(config.places()[1], COMMANDS)
 
 

@@ -14,7 +14,7 @@ import pyarrow as pa
 import pytest
 from palpate import Recording
 from palpate.recording import recorded
-from palpate.recording.export import convert
+from palpate.recording.exchange.export import convert
 from palpate.simulation import scenarios
 from pyarrow import feather, parquet
 

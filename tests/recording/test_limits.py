@@ -8,7 +8,7 @@ import pytest
 from palpate import Calibration, CalibrationError, RecordingError, toml
 from palpate.calibration.specimen_files import read_moduli
 from palpate.recording import sidecar as sidecar_module
-from palpate.recording.binary_data import read_channel
+from palpate.recording.exchange.binary_data import read_channel
 from palpate.recording.foreign import recorded
 from palpate.recording.rows import HEADER
 from project import ROOT

@@ -45,4 +45,4 @@ def test_a_recording_read_as_a_table_says_that_it_is_not_verified(tmp_path: Path
     path = finished(tmp_path / "run.csv", 300)
     path.write_bytes(path.read_bytes().replace(b"0.026000001", b"0.026000009"))
     notes = palpate.read(path, columns={"hard": "hard_pF", "soft": "soft_pF"}).notes
-    assert notes[0].startswith("a recording of palpate, read as a table of another logger: its rows are not verified")
+    assert notes[0].startswith("a recording of palpate, read as a table of another program: its rows are not verified")

@@ -14,9 +14,9 @@ from effort import TIMES, random_of
 from palpate.cli import main
 from palpate.errors import RecordingError
 from palpate.recording import recorded
-from palpate.recording.export import convert
+from palpate.recording.exchange.export import convert
 from palpate.simulation import scenarios
-from palpate.tables import arrow
+from palpate.tables.readers import arrow
 from pyarrow import feather, parquet
 
 PLAY = scenarios.run("stiff-steady")

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import RecordingError
 from palpate.tables.table import Table
-from palpate.tables.times import times
+from palpate.tables.times.times import times
 from time_tables import BEGUN, ROWS, STEP_US, column, moments, read_times, texts
 
 EXACT = np.arange(ROWS) * STEP_US / 1e6

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate import RecordingError
-from palpate.tables.numbers import numbers
-from palpate.tables.text import parse
+from palpate.tables.cell.numbers import numbers
+from palpate.tables.text.parsing import parse
 
 ROWS = [[0.026 * row, 6.1234 + 0.0101 * row, 4.4321 - 0.0103 * row] for row in range(12)]
 SIGNS = ",;\t .'\"#%!*xµ:/\n\r_<>~()=|\u00a0\u2009\ufeff"  # no e: 6.1e2 is a number

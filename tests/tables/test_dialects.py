@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate import RecordingError
-from palpate.tables.numbers import numbers
+from palpate.tables.cell.numbers import numbers
 from palpate.tables.table import Table
-from palpate.tables.text import parse
+from palpate.tables.text.parsing import parse
 
 NAMES = ["time", "hard", "soft"]
 BODY = "time,hard,soft\n0,1.5,2\n1,2.5,3\n"

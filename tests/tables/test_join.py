@@ -7,8 +7,8 @@ import pytest
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.tables.pairs import Floats, Pairs, joined, partners
-from palpate.tables.times import Times
+from palpate.tables.times.pairs import Floats, Pairs, joined, partners
+from palpate.tables.times.times import Times
 
 PERIOD = 0.026
 

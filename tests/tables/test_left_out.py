@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 from palpate import RecordingError
-from palpate.tables.numbers import numbers
-from palpate.tables.rows import TORN
+from palpate.tables.cell.numbers import numbers
 from palpate.tables.table import Table
-from palpate.tables.text import parse
+from palpate.tables.text.parsing import parse
+from palpate.tables.text.rows import TORN
 
 HEAD = "time,hard,soft\n"
 ROWS = "0,1.5,2\n1,2.5,3\n2,3.5,4\n"

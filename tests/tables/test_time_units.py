@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import RecordingError
 from palpate.tables.formats import read_table
-from palpate.tables.steps import typical_step
-from palpate.tables.time_units import CANDIDATES
-from palpate.tables.times import times
+from palpate.tables.times.steps import typical_step
+from palpate.tables.times.time_units import CANDIDATES
+from palpate.tables.times.times import times
 from palpate.tables.units import SECONDS
 from project import ROOT
 from time_tables import ROWS, STEP_US, column, moments, read_times

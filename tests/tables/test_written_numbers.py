@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate import RecordingError
-from palpate.tables.numbers import numbers, to_number
+from palpate.tables.cell.numbers import numbers, to_number
 from palpate.tables.table import Column, Table
-from palpate.tables.text import parse
+from palpate.tables.text.parsing import parse
 from palpate.tables.units import PICOFARADS
 
 

@@ -47,7 +47,7 @@ with _instrumented():
     from palpate.calibration.specimen_files import assign, read_moduli
     from palpate.cli import COMMANDS, config
     from palpate.recording import sidecar
-    from palpate.recording.binary_data import BinaryData, is_binary_data
+    from palpate.recording.exchange.binary_data import BinaryData, is_binary_data
     from palpate.recording.foreign import recorded
     from palpate.recording.rows import HEADER, format_rows, parse_rows
     from palpate.recording.verification import check

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.tables.table import Column, Table
-from palpate.tables.times import Times, times
+from palpate.tables.times.times import Times, times
 
 BEGUN = datetime(2026, 11, 21, 23, 59, 58)
 STEP_US = 26_041

@@ -3,6 +3,7 @@
 import io
 import zipfile
 from collections.abc import Mapping
+from pathlib import Path
 
 _TYPE = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
 _RELATIONS = '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">{}</Relationships>'
@@ -15,6 +16,18 @@ _KINDS = (
 )
 _STRINGS = f'<Override PartName="/xl/sharedStrings.xml" ContentType="{_CONTENT.format("sharedStrings")}"/>'
 _SHEET = f"<worksheet {_MAIN}><sheetData>{{}}</sheetData></worksheet>"
+
+STYLES = """<styleSheet><numFmts><numFmt numFmtId="164" formatCode="[h]:mm:ss.000"/>
+<numFmt numFmtId="165" formatCode="0.00&quot; days&quot;"/></numFmts>
+<cellXfs><xf/><xf numFmtId="22"/><xf numFmtId="164"/><xf numFmtId="165"/><xf numFmtId="10"/></cellXfs></styleSheet>"""
+"""Styles of cells: number, date and time, hours, days in words, percent."""
+
+
+def by_hand(folder: Path, data: bytes) -> Path:
+    """Write a workbook to a file."""
+    path = folder / "hand.xlsx"
+    path.write_bytes(data)
+    return path
 
 
 def workbook(

@@ -12,7 +12,7 @@ from palpate.files import read_bytes, replacing
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block
-from palpate.tables.numbers import to_number
+from palpate.tables.cell.numbers import to_number
 
 LARGEST = 200_000
 """Bytes of a table of moduli, at most."""

@@ -46,7 +46,7 @@ def convert(
       palpate convert other.csv --map "hard=C1 (pF),soft=C2 (pF)" -o run.csv
       palpate convert "Binary Data.txt" --soft "Binary Data 2.txt" -o run.csv
     """  # noqa: D301
-    from palpate.recording import export
+    from palpate.recording.exchange import export
     from palpate.recording.foreign import recorded
 
     require_free(with_sidecar(output), filter(None, [file, asked.get("soft")]), force=force)

@@ -87,4 +87,4 @@ def _require_folder(path: Path) -> None:
         path.stat()  # says why not, if it is a link to nothing
         raise NotADirectoryError(errno.ENOTDIR, "is a file: name a folder", str(path))
     if not os.access(path, os.W_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+        raise PermissionError(errno.EACCES, f"cannot be written: {os.strerror(errno.EACCES)}", str(path))

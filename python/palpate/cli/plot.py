@@ -48,8 +48,8 @@ def plot(
     from palpate.touch import tracked
 
     try:
-        plots.check(output)
         require_free([output], [file], force=force)
+        plots.check(output)
         recording = recorded(file, **asked)
         how: dict[str, Any] = {"scene": scene} if scene else {"scene": "handheld"} | recording.settings
         found, retaken, _ = tracked(recording, **how | tracking(touch_seconds, samples, settings))

@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.recording.binary_data import BinaryData, is_binary_data
-from palpate.recording.columns_in import own_recording
-from palpate.recording.frames import own_frame
+from palpate.recording.exchange.binary_data import BinaryData, is_binary_data
+from palpate.recording.exchange.columns_in import own_recording
+from palpate.recording.exchange.frames import own_frame
 from palpate.recording.own_file import Recorded
 from palpate.recording.recording import Recording
 from palpate.recording.survey import Survey
 from palpate.samples import Block, blank
 from palpate.tables.asked import Asked
 from palpate.tables.formats import read_table
-from palpate.tables.loggers import Logger
+from palpate.tables.loggers import OF_ONE_FILE, Logger
 from palpate.tables.loggers import known as known_logger
 from palpate.tables.table import Table
 from palpate.tables.understanding import channels
@@ -118,9 +118,9 @@ def _recording(table: Table, asked: Asked, known: Sequence[Logger]) -> tuple[Rec
     full_scale = SATURATED_PF if own and asked.columns is None else np.inf
     if own and not {"time", "soft_time"} & set(asked.columns or {}):
         asked = asked.with_columns({**OWN_COLUMNS, **(asked.columns or {})})
-    logger = None if own or set(asked.given) - {"soft"} else known_logger(table, known)
+    logger = None if own or set(asked.given) - set(OF_ONE_FILE) else known_logger(table, known)
     if logger:
-        asked = replace(logger.asked, soft=asked.soft)
+        asked = replace(logger.asked, soft=asked.soft, part=asked.part)
     found = channels(table, asked, None if asked.soft is None else read_table(Path(asked.soft)))
     recording = Recording(
         found.t_hard_s,

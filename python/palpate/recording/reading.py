@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from palpate.recording import sidecar
-from palpate.recording.binary_data import BinaryData
+from palpate.recording.exchange.binary_data import BinaryData
 from palpate.recording.foreign import AnyRecording, Foreign, recorded
 from palpate.recording.own_file import Recorded
 from palpate.recording.recording import Mark, Recording
 from palpate.samples import DTYPE, usable
-from palpate.tables.frames import Frame, frame
+from palpate.tables.readers.frames import Frame, frame
 
 
 def read(

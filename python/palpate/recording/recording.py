@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.tables.outgoing import Framed
+from palpate.tables.readers.outgoing import Framed
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -139,7 +139,7 @@ class Recording(Framed):
 
     def to_arrow(self) -> Any:
         """Return a pyarrow.Table of the four arrays; `palpate.read` makes the same recording of it, without notes and marks."""
-        from palpate.recording.frames import to_arrow
+        from palpate.recording.exchange.frames import to_arrow
 
         return to_arrow(self)
 

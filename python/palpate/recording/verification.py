@@ -129,8 +129,17 @@ def verified(recording: AnyRecording, *, repair: bool = False, remove_damage: bo
     if not isinstance(recording, Recorded):
         for _ in recording.blocks():
             pass
-        findings = (recording.understood, *_findings(recording.survey), *recording.notes)
-        return Verification(recording.path, recording.survey, None, False, False, (), findings, timed=recording.timed)
+        return Verification(
+            recording.path,
+            recording.survey,
+            None,
+            False,
+            False,
+            (),
+            (*_findings(recording.survey), *recording.notes),
+            timed=recording.timed,
+            understood=recording.understood,
+        )
     damage: list[Damage] = []
     for _ in recording.blocks(damage):
         pass

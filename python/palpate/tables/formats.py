@@ -6,10 +6,10 @@ from importlib import import_module
 from pathlib import Path
 
 from palpate.errors import RecordingError
-from palpate.tables import text
 from palpate.tables.asked import Asked
 from palpate.tables.packed import contents, unpacked_name
 from palpate.tables.table import Table
+from palpate.tables.text import parsing
 
 Reader = Callable[[Path, bytes, Asked], Table]
 
@@ -42,10 +42,10 @@ class Format:
 _SAVE = "save its table as CSV, and use that"
 _UNPACK = "unpack it, and use what is in it"
 FORMATS = (
-    Format("an Excel workbook", (".xlsx", ".xlsm"), (b"PK\3\4", b"PK\5\6"), reader="palpate.tables.excel:parse"),
-    Format("an XDF file", (".xdf",), (b"XDF:",), reader="palpate.tables.xdf:parse"),
-    Format("a Parquet table", (".parquet",), (b"PAR1",), reader="palpate.tables.arrow:parse"),
-    Format("an Arrow file", (".arrow", ".feather"), (b"ARROW1\0\0",), reader="palpate.tables.arrow:parse"),
+    Format("an Excel workbook", (".xlsx", ".xlsm"), (b"PK\3\4", b"PK\5\6"), reader="palpate.tables.readers.excel:parse"),
+    Format("an XDF file", (".xdf",), (b"XDF:",), reader="palpate.tables.readers.xdf:parse"),
+    Format("a Parquet table", (".parquet",), (b"PAR1",), reader="palpate.tables.readers.arrow:parse"),
+    Format("an Arrow file", (".arrow", ".feather"), (b"ARROW1\0\0",), reader="palpate.tables.readers.arrow:parse"),
     Format("an old Excel workbook, or one with a password", (".xls",), (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",),
            advice="save it as .xlsx without a password, or as CSV"),
     Format("an HDF5 or MATLAB 7.3 file", (".h5", ".hdf5", ".mat"), (b"\x89HDF\r\n\x1a\n",), advice=_SAVE),
@@ -104,7 +104,7 @@ def read_table(path: Path, asked: Asked | None = None) -> Table:
     known = format_of(data)
     if known.advice:
         raise RecordingError(path, f"is {known.name}, which palpate cannot read: {known.advice}")
-    table = text.parse(path, data) if known is _TEXT else _reader(known)(path, data, asked or Asked())
+    table = parsing.parse(path, data) if known is _TEXT else _reader(known)(path, data, asked or Asked())
     suffix = Path(unpacked_name(path)).suffix.lower()
     named = next((each for each in (_TEXT, *FORMATS) if suffix in each.suffixes), known)
     if named is not known:

@@ -8,6 +8,8 @@ from palpate.errors import listed, quoted, unlike
 from palpate.tables.asked import Asked, parsed_map
 from palpate.tables.table import Table
 
+OF_ONE_FILE = ("soft", "part")
+"""What is asked of one file, not of all of a logger."""
 _KEYS = ("columns", "map", "unit", "time-unit", "rate", "decimal")
 
 
@@ -57,9 +59,9 @@ class Logger:
     def entry(self) -> dict[str, Any]:
         """The entry for palpate.toml."""
         given = dict(self.asked.given)
-        given.pop("soft", None)
         wanted = self.asked.columns or {}
-        given.pop("columns", None)
+        for name in ("columns", *OF_ONE_FILE):
+            given.pop(name, None)
         mapped = {"map": ",".join(f"{key}={name}" for key, name in wanted.items())} if wanted else {}
         return {
             "columns": list(self.columns),

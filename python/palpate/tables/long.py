@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.tables.clock_layout import is_time
-from palpate.tables.kinds import NUMBER, kind
-from palpate.tables.numbers import NO_VALUE
+from palpate.tables.cell.clock_layout import is_time
+from palpate.tables.cell.kinds import NUMBER, kind
+from palpate.tables.cell.numbers import NO_VALUE
 from palpate.tables.table import Cells, Column, Table
 from palpate.tables.units import bare_name
 

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from palpate.errors import quoted
 from palpate.tables.asked import Asked
-from palpate.tables.clock_layout import is_time
+from palpate.tables.cell.clock_layout import is_time
 from palpate.tables.long import id_column, id_columns, spread
 from palpate.tables.names import PAIRS, SOFT_TIMES, named, simple_name, time_columns
 from palpate.tables.table import Column, Table

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
+from palpate.tables.cell.numbers import numbers
 from palpate.tables.doubts import clipped
-from palpate.tables.numbers import numbers
-from palpate.tables.pairs import joined
 from palpate.tables.roles import Side, said, sides
 from palpate.tables.scales import units
 from palpate.tables.table import Table
-from palpate.tables.times import Times, times
+from palpate.tables.times.pairs import joined
+from palpate.tables.times.times import Times, times
 from palpate.tables.units import PICOFARADS
 
 Array = NDArray[np.float64]

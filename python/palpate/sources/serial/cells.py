@@ -6,7 +6,7 @@ import re
 from typing import Any, NamedTuple
 
 from palpate.errors import quoted
-from palpate.tables.numbers import OVERLOAD
+from palpate.tables.cell.numbers import OVERLOAD
 
 MARKS = frozenset(["OL", "OVL", "OVLD", "OVER", "OVERLOAD", "OVF", "NAN", "INF"])
 """Words in place of a number, in any case and with any sign: the instrument has no value."""

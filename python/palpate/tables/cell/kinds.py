@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from functools import lru_cache
 
-from palpate.tables.clock_layout import is_time
-from palpate.tables.decimals import written
-from palpate.tables.numbers import NO_VALUE, UNITS
+from palpate.tables.cell.clock_layout import is_time
+from palpate.tables.cell.decimals import written
+from palpate.tables.cell.numbers import NO_VALUE, UNITS
 from palpate.tables.units import unit_in
 
 NUMBER, TIME, NONE, TEXT = "number", "time", "none", "text"

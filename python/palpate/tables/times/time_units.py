@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import shortened
-from palpate.tables.steps import coarse, median_step, typical_step
 from palpate.tables.table import Table
+from palpate.tables.times.steps import coarse, median_step, typical_step
 from palpate.tables.units import SECONDS, bare_name
 
 CANDIDATES = ("s", "ms", "us", "ns", "d")

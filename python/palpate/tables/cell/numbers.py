@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, quoted
-from palpate.tables.decimals import MARKS, Written, plain, sure_marks, written
+from palpate.tables.cell.decimals import MARKS, Written, plain, sure_marks, written
 from palpate.tables.table import Table
 from palpate.tables.units import PICOFARADS, SECONDS, unit_in
 

@@ -13,8 +13,8 @@ from palpate._core import __version__
 from palpate.errors import RecordingError
 from palpate.files import replacing
 from palpate.recording import sidecar
-from palpate.recording.binary_data import BinaryData
-from palpate.recording.columns_out import ArrowWriter, ParquetWriter
+from palpate.recording.exchange.binary_data import BinaryData
+from palpate.recording.exchange.columns_out import ArrowWriter, ParquetWriter
 from palpate.recording.filelock import is_locked
 from palpate.recording.foreign import RATE, AnyRecording
 from palpate.recording.own_file import Recorded

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.extras import need
-from palpate.recording.columns_out import NAMES
+from palpate.recording.exchange.columns_out import NAMES
 from palpate.recording.recording import Recording
 from palpate.samples import DTYPE, usable
 from palpate.tables.table import Table

@@ -8,9 +8,9 @@ import numpy as np
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
 from palpate.tables.choice import the_one
-from palpate.tables.rows import table_of
+from palpate.tables.readers.workbook import MOST_CELLS, Number, Rows, Workbook
 from palpate.tables.table import Column, Table
-from palpate.tables.workbook import MOST_CELLS, Number, Rows, Workbook
+from palpate.tables.text.rows import table_of
 
 
 def parse(path: Path, data: bytes, asked: Asked) -> Table:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from palpate.errors import RecordingError, listed, quoted
-from palpate.tables.kinds import TEXT, kind
+from palpate.tables.cell.kinds import TEXT, kind
 
 Row = tuple[int, list[str]]
 """The number of a line, from 1, and its cells."""

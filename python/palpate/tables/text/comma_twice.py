@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from palpate.errors import RecordingError
-from palpate.tables.kinds import TIME, kind
+from palpate.tables.cell.kinds import TIME, kind
 from palpate.tables.table import Table
 
 _TWO_WHOLE = re.compile(r"\s*+[+-]?+[0-9]++,([0-9]++)\s*+")

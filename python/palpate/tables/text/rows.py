@@ -6,10 +6,10 @@ from itertools import accumulate, islice
 from pathlib import Path
 
 from palpate.errors import RecordingError, quoted
-from palpate.tables.cell_units import column_of, joined_units
-from palpate.tables.kinds import NUMBER, TEXT, fits, has_value, kind, signature
-from palpate.tables.left_out import LeftOut, Row, by_column, is_comment, is_ending, trimmed, uncommented
+from palpate.tables.cell.cell_units import column_of, joined_units
+from palpate.tables.cell.kinds import NUMBER, TEXT, fits, has_value, kind, signature
 from palpate.tables.table import Table
+from palpate.tables.text.left_out import LeftOut, Row, by_column, is_comment, is_ending, trimmed, uncommented
 
 Rows = list[Row]
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, quoted
-from palpate.tables.clock_layout import LONGEST, Layout, layout_of
-from palpate.tables.date_order import Order, order_of
+from palpate.tables.cell.clock_layout import LONGEST, Layout, layout_of
+from palpate.tables.cell.date_order import Order, order_of
 from palpate.tables.table import Table
 
 DAY_NS = 86_400_000_000_000

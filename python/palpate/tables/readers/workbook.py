@@ -13,9 +13,9 @@ from threading import Lock
 from typing import Any
 
 from palpate.errors import MissingExtra, RecordingError, listed, quoted
-from palpate.tables.package import Package
-from palpate.tables.serials import kind_of, text_of
-from palpate.tables.text import MOST_COLUMNS
+from palpate.tables.readers.package import Package
+from palpate.tables.readers.serials import kind_of, text_of
+from palpate.tables.text.parsing import MOST_COLUMNS
 
 try:
     from openpyxl.reader.excel import ExcelReader

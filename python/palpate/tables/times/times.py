@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, quoted
-from palpate.tables.clock import DAY_NS, clock
-from palpate.tables.kinds import NUMBER, kind
-from palpate.tables.numbers import OVERLOAD, numbers
-from palpate.tables.steps import Coarse, coarse, continued
+from palpate.tables.cell.clock import DAY_NS, clock
+from palpate.tables.cell.kinds import NUMBER, kind
+from palpate.tables.cell.numbers import OVERLOAD, numbers
 from palpate.tables.table import Table
-from palpate.tables.time_units import time_unit
+from palpate.tables.times.steps import Coarse, coarse, continued
+from palpate.tables.times.time_units import time_unit
 
 _LATEST_S = 2**63 / 1e9
 _TOO_LATE = "this time is more than 292 years after the first one: too large for 64-bit nanoseconds"

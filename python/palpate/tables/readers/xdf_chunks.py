@@ -7,7 +7,7 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 
 from palpate.errors import RecordingError, quoted
-from palpate.tables.text import MOST_COLUMNS
+from palpate.tables.text.parsing import MOST_COLUMNS
 
 MAGIC = b"XDF:"
 MOST_SAMPLES = 20_000_000

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from palpate.errors import quoted
-from palpate.tables.decimals import written
-from palpate.tables.kinds import NONE, NUMBER, kind
-from palpate.tables.numbers import UNITS
+from palpate.tables.cell.decimals import written
+from palpate.tables.cell.kinds import NONE, NUMBER, kind
+from palpate.tables.cell.numbers import UNITS
 from palpate.tables.table import Column
 from palpate.tables.units import unit_in
 

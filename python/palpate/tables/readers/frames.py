@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, quoted
 from palpate.extras import need
-from palpate.tables.arrow import LateColumn, arrow_column, cells_of
+from palpate.tables.readers.arrow import LateColumn, arrow_column, cells_of
 from palpate.tables.table import Cells, Column, Table
 
 

@@ -9,14 +9,14 @@ import numpy as np
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.codes import Codes
-from palpate.recording.columns_out import KEY, NAMES, schema
+from palpate.recording.exchange.columns_out import KEY, NAMES, schema
 from palpate.recording.integrity import Known
 from palpate.recording.lines import Damage, Pass, begin_of
 from palpate.recording.own_file import Recorded, is_own
 from palpate.recording.rows import HEADER, LARGEST_STATUS, capacitances, format_rows
 from palpate.samples import DTYPE, Block
-from palpate.tables.arrow import ArrowFile, is_arrow
 from palpate.tables.packed import contents, is_packed
+from palpate.tables.readers.arrow import ArrowFile, is_arrow
 
 _ROWS = 1 << 14
 MOST_ROWS = 100_000_000

@@ -5,11 +5,11 @@ import re
 from pathlib import Path
 
 from palpate.errors import RecordingError
-from palpate.tables.comma_twice import check_marks, has_decimal_commas
-from palpate.tables.encoding import decoded
-from palpate.tables.kinds import NUMBER, TEXT, kind
-from palpate.tables.rows import Rows, table_of
+from palpate.tables.cell.kinds import NUMBER, TEXT, kind
 from palpate.tables.table import Table
+from palpate.tables.text.comma_twice import check_marks, has_decimal_commas
+from palpate.tables.text.encoding import decoded
+from palpate.tables.text.rows import Rows, table_of
 
 MOST_COLUMNS = 1000
 LONGEST = 100_000

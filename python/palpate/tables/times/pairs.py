@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.tables.steps import typical_step
-from palpate.tables.times import Times
+from palpate.tables.times.steps import typical_step
+from palpate.tables.times.times import Times
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]

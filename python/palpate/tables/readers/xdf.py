@@ -14,8 +14,8 @@ from palpate.errors import RecordingError, listed, shortened
 from palpate.extras import need
 from palpate.tables.asked import Asked
 from palpate.tables.choice import the_one
+from palpate.tables.readers.xdf_chunks import checked
 from palpate.tables.table import Column, Table
-from palpate.tables.xdf_chunks import checked
 
 _MOST_TOLD = 3
 _USUAL = "Segments and clock-segments differ"  # logged of every stream whose times are not smoothed

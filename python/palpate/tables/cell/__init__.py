@@ -1,0 +1,1 @@
+"""What is written in a cell: a number, a time, a unit, no value."""

@@ -1,0 +1,1 @@
+"""Formats that are not text: Excel, XDF, Parquet, Arrow, data frames."""

@@ -1,0 +1,1 @@
+"""Text tables: encoding, delimiter, header, samples, and what is neither."""

@@ -1,0 +1,1 @@
+"""The times of the rows: units, steps, pairs of two channels."""
