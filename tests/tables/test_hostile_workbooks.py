@@ -74,15 +74,14 @@ def test_entities_in_entities_are_refused(tmp_path: Path) -> None:
 
 def test_a_long_sheet_is_no_part_with_too_many_tags(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(package, "MOST_TAGS", 5000)
-    monkeypatch.setattr(package, "_CHUNK", 1 << 10)
     table = read_table(by_hand(tmp_path, workbook("".join(row(n, str(n), "6", "4") for n in range(1, 1001)))))
     assert len(table) == 1000
 
 
-def test_a_part_is_read_in_large_pieces() -> None:
+def test_a_long_tag_is_read_in_large_pieces() -> None:
     """Expat begins again with a long tag or comment at each piece: a minute for 30 MB in pieces of 16 kB."""
     part = package.Package(Path("a"), workbook(" " * 3_000_000)).open("xl/worksheets/sheet1.xml")
-    assert len(part.read(16_384)) == 1 << 20
+    assert [len(part.read(16_384)) for _ in range(3)] == [16_384, 16_384, 1 << 20]
 
 
 @pytest.mark.parametrize("row", ['<row><c r="A1"><v>1</v></c><c r="ALL1"><v>2</v></c></row>', "<row/>"])

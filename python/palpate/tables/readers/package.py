@@ -60,7 +60,7 @@ class Part(BufferedIOBase):
     """A part of a document, read up to a limit."""
 
     def __init__(self, file: IO[bytes]) -> None:
-        self._file = file
+        self._file, self._least = file, 0
         self.restart()
 
     def restart(self) -> None:
@@ -68,10 +68,12 @@ class Part(BufferedIOBase):
         self._bytes, self._tags = MOST_BYTES, MOST_TAGS
 
     def read(self, size: int | None = -1) -> bytes:
-        """Read bytes, also more than asked for; ValueError if there are too many, or too many tags."""
-        data = self._file.read(MOST_BYTES + 1 if size is None or size < 0 else max(size, _CHUNK))
+        """Read bytes, in a long tag more than asked for; ValueError if there are too many, or too many tags."""
+        data = self._file.read(MOST_BYTES + 1 if size is None or size < 0 else max(size, self._least))
         self._bytes -= len(data)
-        self._tags -= data.count(b"<")
+        tags = data.count(b"<")
+        self._tags -= tags
+        self._least = 0 if tags else _CHUNK
         if self._bytes < 0 or self._tags < 0:
             raise ValueError(
                 f"more than {MOST_BYTES:,} bytes or {MOST_TAGS:,} tags without a row: save the table as CSV"
