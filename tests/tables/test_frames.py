@@ -224,3 +224,41 @@ def test_two_columns_of_one_name_are_told_apart_by_position() -> None:
 def test_what_is_no_frame(source: Any) -> None:
     with pytest.raises(TypeError, match="allowed: a path, a data frame of pandas, polars or Arrow"):
         palpate.read(source)
+
+
+def test_what_is_masked_is_no_value() -> None:
+    masked = np.arange(N) % 50 == 7
+    garbage = np.where(masked, 3.5, PLAY.hard)
+    expected = np.where(masked, np.nan, PLAY.hard)
+    rows = structured({**BASE, "C1": garbage})
+    masks = np.zeros(N, [(name, bool) for name in BASE])
+    masks["C1"] = masked
+    for frame in (
+        {**BASE, "C1": np.ma.masked_array(garbage, masked)},
+        {**BASE, "C1": np.ma.masked_array(garbage.astype(str), masked)},
+        {**BASE, "C1": np.ma.masked_array(garbage.astype(object), masked)},
+        np.ma.masked_array(rows, masks),
+    ):
+        found = palpate.read(frame, unit="pF")
+        assert np.array_equal(found.hard, expected, equal_nan=True)
+        assert found.notes == (f"{masked.sum()} of {N} rows have no value in a channel: left out",)
+    for times in (BASE["t"], DATES):
+        with pytest.raises(RecordingError, match=r"line 8: .* in column 1 \(t\): no time"):
+            palpate.read({"t": np.ma.masked_array(times, masked), "C1": PLAY.hard, "C2": PLAY.soft})
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "pandas Float64"])  # there they are numbers
+def test_true_and_false_are_no_capacitances(kind: str) -> None:
+    with pytest.raises(RecordingError, match=r"True|False"):
+        palpate.read(KINDS[kind]({**BASE, "C1": PLAY.hard > PLAY.hard.mean()}), unit="pF")
+
+
+def test_true_false_and_missing_are_no_capacitances() -> None:
+    values = [None, *(PLAY.hard > PLAY.hard.mean()).tolist()[1:]]
+    for frame in (
+        pd.DataFrame({**BASE, "C1": pd.array(values, "boolean")}),
+        pl.DataFrame({**BASE, "C1": values}),
+        pa.table({**BASE, "C1": values}),
+    ):
+        with pytest.raises(RecordingError, match="got True and False, allowed: numbers"):
+            palpate.read(frame, unit="pF")

@@ -41,7 +41,7 @@ def _result(shown: "Touch") -> str:
     return f"revised after the release; before: {before}"
 
 
-def touches(shown: "Sequence[Touch]") -> Markup:
+def touches(shown: "Touches") -> Markup:
     """Return a table of touches, each ratio also as a bar on the same scale; then the sentences about their flags."""
     if not shown:
         return card("No touches", {})
@@ -54,7 +54,13 @@ def touches(shown: "Sequence[Touch]") -> Markup:
     ]  # fmt: skip
     said = [f"touch {number}: {sentence}" for number, one in enumerate(listed, 1) for sentence in advice(one)]
     names = ["touch", "begin", "samples", "ratio", f"± 2 std. errors, {_ends(scale)}", "flags"]
-    return card(text.counted(len(shown), "touch"), {}, columns(names, rows), _more(len(shown)), *sentences(said))
+    return card(
+        text.counted(len(shown), "touch"),
+        {},
+        columns(names, rows),
+        _more(len(shown)),
+        *sentences([*said, *text.said(shown)]),
+    )
 
 
 def _ends(scale: tuple[float, float]) -> str:

@@ -1,6 +1,5 @@
 """Objects as one short line, for a prompt."""
 
-from collections.abc import Sequence
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +10,7 @@ if TYPE_CHECKING:
 
     from palpate._core import Touch, Tracker
     from palpate.display.kinds import Curve, Estimator, Measurement, Pairs
+    from palpate.touch import Touches
 
 _MOST = 20
 """Touches shown of a list; more leave out those in the middle."""
@@ -106,13 +106,19 @@ def touch(shown: "Touch") -> str:
     return f"<Touch at {when}: {result}>"
 
 
-def touches(shown: "Sequence[Touch]") -> str:
-    """Return a list of touches, one a line."""
+def touches(shown: "Touches") -> str:
+    """Return a list of touches, one a line; then what was said of their recording."""
     lines = [repr(one) for one in shown]
     if len(lines) > _MOST:
         half = _MOST // 2
         lines[half:-half] = [f"... {counted(len(lines) - _MOST, 'touch')} more ..."]
-    return "[" + ",\n ".join(lines) + "]"
+    return "\n".join(["[" + ",\n ".join(lines) + "]", *said(shown)])
+
+
+def said(shown: "Touches") -> list[str]:
+    """Return a line for each doubt and each note of the recording of some touches."""
+    notes = [f"note: {note}" for note in shown.notes if note not in shown.doubts]
+    return [*(f"results may be wrong: {doubt}" for doubt in shown.doubts), *notes]
 
 
 def recording(shown: "Pairs") -> str:
