@@ -53,12 +53,12 @@ class Touches(list[Touch], Framed):
         """Return one line for each touch."""
         from palpate.display import text
 
-        return text.touches(self)
+        return text.touches(self, text.remarks(self.notes, self.doubts))
 
     def _repr_html_(self) -> str:
-        from palpate.display import cards
+        from palpate.display import cards, text
 
-        return cards.touches(self)
+        return cards.touches(self, text.remarks(self.notes, self.doubts))
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the ratio of each touch over its begin, with its standard error and flags.

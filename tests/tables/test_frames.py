@@ -262,3 +262,29 @@ def test_true_false_and_missing_are_no_capacitances() -> None:
     ):
         with pytest.raises(RecordingError, match="got True and False, allowed: numbers"):
             palpate.read(frame, unit="pF")
+
+
+def test_labels_that_are_numbers() -> None:
+    columns = [PLAY.t_hard_s, PLAY.hard, PLAY.soft]
+    unclear = pd.DataFrame(np.column_stack(columns))  # labels 0, 1, 2
+    with pytest.raises(
+        ValueError, match=r'got 1, a position and the label of another column, allowed: .* "1" for column 2'
+    ):
+        palpate.read(unclear, columns={"hard": 1, "soft": 2, "time": "0"}, unit="pF")
+    clear = pd.DataFrame(dict(enumerate(columns, 1)))
+    named = pl.DataFrame({"3": PLAY.soft, "2": PLAY.hard, "1": PLAY.t_hard_s})
+    for frame, asked in (
+        (unclear, {"hard": "1", "soft": "2", "time": "0"}),
+        (clear, {"hard": 2, "soft": 3, "time": 1}),
+        (named, {"hard": "2", "soft": "3", "time": "1"}),
+        (pl.DataFrame(dict(zip(("t", "x", "y"), columns, strict=True))), {"hard": 2, "soft": "3", "time": 1}),
+    ):
+        found = palpate.read(frame, columns=asked, unit="pF")
+        for field, values in (("t_hard_s", columns[0]), ("hard", columns[1]), ("soft", columns[2])):
+            assert np.array_equal(getattr(found, field), values)
+
+
+@pytest.mark.parametrize("one", [pl.Series, pd.Series, pa.array])
+def test_a_series_is_no_recording(one: Callable[[Any], Any]) -> None:
+    with pytest.raises(TypeError, match=r"got one column, .*, allowed: a data frame with both channels"):
+        palpate.read(one(PLAY.hard))

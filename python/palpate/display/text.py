@@ -1,5 +1,6 @@
 """Objects as one short line, for a prompt."""
 
+from collections.abc import Sequence
 from math import isnan
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,6 @@ if TYPE_CHECKING:
 
     from palpate._core import Touch, Tracker
     from palpate.display.kinds import Curve, Estimator, Measurement, Pairs
-    from palpate.touch import Touches
 
 _MOST = 20
 """Touches shown of a list; more leave out those in the middle."""
@@ -106,19 +106,24 @@ def touch(shown: "Touch") -> str:
     return f"<Touch at {when}: {result}>"
 
 
-def touches(shown: "Touches") -> str:
+def touches(shown: "Sequence[Touch]", said: "Sequence[str]" = ()) -> str:
     """Return a list of touches, one a line; then what was said of their recording."""
     lines = [repr(one) for one in shown]
     if len(lines) > _MOST:
         half = _MOST // 2
         lines[half:-half] = [f"... {counted(len(lines) - _MOST, 'touch')} more ..."]
-    return "\n".join(["[" + ",\n ".join(lines) + "]", *said(shown)])
+    return "\n".join(["[" + ",\n ".join(lines) + "]", *said])
 
 
-def said(shown: "Touches") -> list[str]:
-    """Return a line for each doubt and each note of the recording of some touches."""
-    notes = [f"note: {note}" for note in shown.notes if note not in shown.doubts]
-    return [*(f"results may be wrong: {doubt}" for doubt in shown.doubts), *notes]
+def remarks(notes: Sequence[str], doubts: Sequence[str]) -> list[str]:
+    """Return a line for each doubt and each other note of a recording.
+
+    Examples
+    --------
+    >>> remarks(["a gap", "changed"], ["changed"])
+    ['results may be wrong: changed', 'note: a gap']
+    """
+    return [*(f"results may be wrong: {doubt}" for doubt in doubts), *(f"note: {x}" for x in notes if x not in doubts)]
 
 
 def recording(shown: "Pairs") -> str:

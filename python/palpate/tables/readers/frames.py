@@ -94,7 +94,11 @@ def _adapter(source: object) -> _Adapter | None:
 
 
 def _arrow(source: Any, where: Path) -> tuple[list[Column], int]:
-    table = need("pyarrow", "export").table(source)
+    arrow = need("pyarrow", "export")
+    try:
+        table = arrow.table(source)
+    except (arrow.ArrowException, TypeError) as error:
+        raise TypeError(f"recording: got one column, {where}, allowed: a data frame with both channels") from error
     columns = [arrow_column(where, field, partial(table.column, i)) for i, field in enumerate(table.schema)]
     return columns, table.num_rows
 
