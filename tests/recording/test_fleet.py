@@ -81,7 +81,7 @@ def test_a_wrong_setting_is_one_error_before_any_file_is_read() -> None:
         palpate.touches(["nowhere.csv"] * 3, treshold=6.0)  # type: ignore[call-overload]
     with pytest.raises(ValueError, match="threshold: got -1"):
         palpate.touches(["nowhere.csv"] * 3, threshold=-1.0)
-    with pytest.raises(ValueError, match="jobs: got 0, allowed: 1 or more"):
+    with pytest.raises(ValueError, match="jobs: got 0, allowed: a whole number, 1 or more"):
         palpate.touches([FOUR], jobs=0)
 
 
