@@ -1,6 +1,7 @@
 """Touches of one recording, or of many."""
 
 import os
+import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -11,6 +12,7 @@ from palpate._core import Tracker
 from palpate.errors import SomeFailed
 from palpate.recording.foreign import recorded
 from palpate.recording.reading import read
+from palpate.recording.recording import Recording
 from palpate.tables.readers.frames import Frame, is_frame
 from palpate.touch import Blocks, Channels, Touches
 from palpate.touch import touches as of_recording
@@ -76,7 +78,7 @@ def touches(
     -------
     Touches, or list of Touches
         The touches in order of time, with the results known at the end of the recording; empty if no change was above
-        the noise. Of several recordings a list for each, in the order of the recordings.
+        the noise. Its `notes` and `doubts` are those of the recording; doubts of a file are a UserWarning, too. Of several recordings a list for each, in the order of the recordings.
 
     Raises
     ------
@@ -101,6 +103,8 @@ def touches(
     >>> [len(found) for found in palpate.touches(paths, jobs=2)]
     [4, 4, 4]
     """
+    if isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1:
+        raise ValueError(f"jobs: got {jobs!r}, allowed: a whole number, 1 or more")
     one = partial(_of_one, scene=scene, reading=reading or {}, settings=settings)
     if not _is_several(recording):
         return one(recording)
@@ -113,15 +117,18 @@ def touches(
 
 
 def _of_one(recording: Any, *, scene: "_Scene", reading: Mapping[str, Any], settings: "_AnySettings") -> Touches:
-    if is_frame(recording) and not hasattr(recording, "full_scale_pF"):
+    if is_frame(recording) and not isinstance(recording, Recording):
         recording = read(recording, **reading)
     if not isinstance(recording, str | os.PathLike):
         return of_recording(recording, scene=scene, **settings)
     try:
-        return of_recording(recorded(recording, **reading), scene=scene, **settings)
+        found = of_recording(recorded(recording, **reading), scene=scene, **settings)
     except Exception as error:
         error.add_note(f"file: {os.fspath(recording)}")
         raise
+    if found.doubts:
+        warnings.warn(f"{os.fspath(recording)}: results may be wrong: {'; '.join(found.doubts)}", stacklevel=3)
+    return found
 
 
 def _is_several(given: One | Iterable[One]) -> TypeGuard[Iterable[One]]:

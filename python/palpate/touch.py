@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import make_dataclass
 from itertools import pairwise
 from types import GetSetDescriptorType
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Unpack, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, SupportsIndex, Unpack, overload, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,22 +20,45 @@ if TYPE_CHECKING:
 class Touches(list[Touch], Framed):
     """The touches of a recording, in order of time: a list that shows and draws itself.
 
+    Attributes
+    ----------
+    notes, doubts : tuple of str
+        Those of the recording, as in `palpate.Recording`.
+
     Examples
     --------
     >>> Touches()
     []
     """
 
+    notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+
+    @overload
+    def __getitem__(self, index: SupportsIndex, /) -> Touch: ...
+    @overload
+    def __getitem__(self, index: slice, /) -> "Touches": ...
+    def __getitem__(self, index: SupportsIndex | slice, /) -> "Touch | Touches":
+        """Return a touch, or some of them with the same notes and doubts."""
+        if not isinstance(index, slice):
+            return super().__getitem__(index)
+        return Touches(super().__getitem__(index)).of(self)
+
+    def of(self, recording: Any) -> "Touches":
+        """Take over the notes and doubts of a recording."""
+        self.notes, self.doubts = (tuple(getattr(recording, name, ())) for name in ("notes", "doubts"))
+        return self
+
     def __repr__(self) -> str:
         """Return one line for each touch."""
         from palpate.display import text
 
-        return text.touches(self)
+        return text.touches(self, text.remarks(self.notes, self.doubts))
 
     def _repr_html_(self) -> str:
-        from palpate.display import cards
+        from palpate.display import cards, text
 
-        return cards.touches(self)
+        return cards.touches(self, text.remarks(self.notes, self.doubts))
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the ratio of each touch over its begin, with its standard error and flags.
@@ -143,7 +166,7 @@ def tracked(
     ended = tracker.touch_count
     tracker.finish()
     found = tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
-    return Tracked(Touches(found), tracker.retaken, tracker.touch_count - ended)
+    return Tracked(Touches(found).of(recording), tracker.retaken, tracker.touch_count - ended)
 
 
 def tracker_of(recording: Channels | Blocks, scene: "_Scene", settings: "_AnySettings") -> Tracker:

@@ -162,6 +162,24 @@ def test_rows_without_their_sidecar_say_so(tmp_path: Path) -> None:
     assert np.array_equal(found.hard, read(DATA).hard)
 
 
+def test_rows_without_their_sidecar_are_checked(tmp_path: Path) -> None:
+    there = tmp_path / "run.parquet"
+    convert(recorded(DATA), there)
+    table = parquet.read_table(there).replace_schema_metadata(None)
+    floats = table.set_column(0, "seq", pa.array([None, *range(1, len(table))]))
+    status = table.set_column(table.schema.get_field_index("status"), "status", pa.array([300] * len(table)))
+    for other, reason in (
+        (table.take(list(reversed(range(len(table))))), "newest row first"),
+        (pa.concat_tables([table, table]), "line 1412: the time .* goes back by 36.7 s"),
+        (floats, "column seq: got float64, allowed: whole numbers"),
+        (status, "line 1: column status: got 300, allowed: whole numbers, 0 to 8"),
+    ):
+        parquet.write_table(other, there)
+        with pytest.raises(RecordingError, match=reason):
+            read(there)
+        assert run("replay", there).exit_code == 4
+
+
 def test_a_claim_of_many_rows_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     there = tmp_path / "run.parquet"
     convert(recorded(DATA), there)

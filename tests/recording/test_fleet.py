@@ -2,9 +2,11 @@
 
 import copy
 import pickle
+import shutil
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import palpate
 import pytest
@@ -79,7 +81,7 @@ def test_a_wrong_setting_is_one_error_before_any_file_is_read() -> None:
         palpate.touches(["nowhere.csv"] * 3, treshold=6.0)  # type: ignore[call-overload]
     with pytest.raises(ValueError, match="threshold: got -1"):
         palpate.touches(["nowhere.csv"] * 3, threshold=-1.0)
-    with pytest.raises(ValueError, match="jobs: got 0, allowed: 1 or more"):
+    with pytest.raises(ValueError, match="jobs: got 0, allowed: a whole number, 1 or more"):
         palpate.touches([FOUR], jobs=0)
 
 
@@ -132,3 +134,28 @@ def test_over_dask_the_bits_are_the_same(scheduler: str) -> None:
     tasks = [dask.delayed(palpate.touches)(path) for path in paths]
     found = dask.compute(*tasks, scheduler=scheduler, num_workers=2)
     assert same(list(found), palpate.touches(paths))
+
+
+@pytest.mark.parametrize("jobs", [0, -1, "2", 1.5, True])
+@pytest.mark.parametrize("several", [False, True])
+def test_the_number_of_jobs_is_checked(jobs: Any, several: bool) -> None:
+    path = "tests/data/four-specimens.csv"
+    with pytest.raises(ValueError, match=f"jobs: got {jobs!r}, allowed: a whole number, 1 or more"):
+        palpate.touches([path] if several else path, jobs=jobs)
+
+
+def test_touches_keep_what_was_said_of_the_recording(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    for suffix in (".csv", ".json"):
+        shutil.copy(f"tests/data/four-specimens{suffix}", path.with_suffix(suffix))
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join([*lines[:50], *lines[51:]]))
+    with pytest.warns(UserWarning, match=r"run.csv: results may be wrong: "):
+        found = palpate.touches(path)
+    assert set(found.doubts) <= set(found.notes) != set()
+    assert found.doubts
+    for shown in (repr(found), found._repr_html_()):
+        assert "results may be wrong: " in shown
+    part = found[1:]
+    assert (type(part), part.doubts, part.to_arrow().num_rows) == (type(found), found.doubts, len(found) - 1)
+    assert palpate.touches(palpate.read(path)).doubts == found.doubts

@@ -168,3 +168,65 @@ def test_a_missing_library_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
                 getattr(PLAIN, to)()
             with pytest.raises(palpate.MissingExtra, match=advice):
                 getattr(palpate.touches(PLAIN), to)()
+
+
+def edited(**columns: Any) -> pd.DataFrame:
+    return PLAIN.to_pandas().assign(**columns)
+
+
+T = PLAIN.t_hard_s
+MIDDLE = np.arange(len(T)) == 50
+
+
+@pytest.mark.parametrize(
+    ("frame", "message"),
+    [
+        (edited(t_hard_s=np.where(MIDDLE, np.nan, T)), r"line 51: 'nan' in column 1 \(t_hard_s\): no time"),
+        (edited(t_soft_s=np.where(MIDDLE, np.nan, T)), r"line 51: 'nan' in column 2 \(t_soft_s\): no time"),
+        (edited(t_soft_s=np.nan), r"line 1: 'nan' in column 2 \(t_soft_s\): no time"),
+        (edited().iloc[::-1], "newest row first"),
+        (pd.concat([edited(), edited()]), "line 1412: the time .* goes back by 36.7 s"),
+        (edited(t_hard_s=T * 1000, t_soft_s=PLAIN.t_soft_s * 1000), "time_unit: got s in the name .* 38 pairs a second if ms"),
+        (edited(t_soft_s=PLAIN.t_soft_s + 5), "t_soft_s: got times 5.* s from those of t_hard_s, allowed: less than 10 rows"),
+        (edited(gap=MIDDLE * 1.0), "gap: got '0.0', allowed: True or False in each row"),
+        (edited(host_stamps=None), "host_stamps: got '', allowed: True or False"),
+        (edited(status=np.where(MIDDLE, 9, 0)), "line 51: column status: got 9, allowed: whole numbers, 0 to 8"),
+        (edited(hard_pF=PLAIN.hard > 7), r"column 3 \(hard_pF\): got True and False, allowed: numbers"),
+    ],
+)  # fmt: skip
+def test_wrong_cells_of_an_own_frame_are_refused(frame: pd.DataFrame, message: str) -> None:
+    with pytest.raises((ValueError, palpate.RecordingError), match=message):
+        palpate.read(frame)
+
+
+@pytest.mark.parametrize("recording", [PLAIN, RICH, HOLED], ids=["plain", "rich", "holed"])
+@pytest.mark.parametrize("way", ["csv file", "frame of csv", "excel"])
+def test_a_frame_as_text_is_the_same_recording(recording: Recording, way: str, tmp_path: Path) -> None:
+    frame, path = recording.to_pandas(), tmp_path / f"frame.{'xlsx' if way == 'excel' else 'csv'}"
+    if way == "excel":
+        frame.drop(columns="utc", errors="ignore").to_excel(path)
+    else:
+        frame.to_csv(path)
+    back = palpate.read(pd.read_csv(path) if way == "frame of csv" else path)
+    assert [getattr(back, name) for name in FIELDS] == [getattr(recording, name) for name in FIELDS]
+    assert back.zero_utc_ns == (None if way == "excel" else recording.zero_utc_ns)
+    assert back.hard.tobytes() == recording.hard.tobytes()
+    assert palpate.touches(back) == palpate.touches(recording) != []
+
+
+def test_the_status_of_rows_in_a_frame_is_heeded() -> None:
+    rows = pd.read_csv("tests/data/four-specimens.csv")
+    found = palpate.read(rows)
+    assert np.allclose(found.hard, PLAIN.hard, rtol=0, atol=1e-6)  # the text has fewer digits than the codes
+    assert [touch.start for touch in palpate.touches(rows)] == [touch.start for touch in palpate.touches(PLAIN)] != []
+    rows["status"] = np.where(MIDDLE, 4, 0)
+    found = palpate.read(rows)
+    assert np.isnan(found.hard).tolist() == MIDDLE.tolist()
+    assert found.notes[0] == "1 of 1411 rows have no value in a channel: left out"
+    assert found.notes[1].startswith("rows of a recording of palpate without its sidecar")
+
+
+def test_a_frame_with_columns_named_as_a_recording_is_a_frame() -> None:
+    for recording in (RICH, PLAIN):
+        for frame in (recording.to_pandas(), recording.to_polars(), recording.to_pandas().to_records(index=False)):
+            assert palpate.touches(frame) == palpate.touches(recording) != []

@@ -224,3 +224,67 @@ def test_two_columns_of_one_name_are_told_apart_by_position() -> None:
 def test_what_is_no_frame(source: Any) -> None:
     with pytest.raises(TypeError, match="allowed: a path, a data frame of pandas, polars or Arrow"):
         palpate.read(source)
+
+
+def test_what_is_masked_is_no_value() -> None:
+    masked = np.arange(N) % 50 == 7
+    garbage = np.where(masked, 3.5, PLAY.hard)
+    expected = np.where(masked, np.nan, PLAY.hard)
+    rows = structured({**BASE, "C1": garbage})
+    masks = np.zeros(N, [(name, bool) for name in BASE])
+    masks["C1"] = masked
+    for frame in (
+        {**BASE, "C1": np.ma.masked_array(garbage, masked)},
+        {**BASE, "C1": np.ma.masked_array(garbage.astype(str), masked)},
+        {**BASE, "C1": np.ma.masked_array(garbage.astype(object), masked)},
+        np.ma.masked_array(rows, masks),
+    ):
+        found = palpate.read(frame, unit="pF")
+        assert np.array_equal(found.hard, expected, equal_nan=True)
+        assert found.notes == (f"{masked.sum()} of {N} rows have no value in a channel: left out",)
+    for times in (BASE["t"], DATES):
+        with pytest.raises(RecordingError, match=r"line 8: .* in column 1 \(t\): no time"):
+            palpate.read({"t": np.ma.masked_array(times, masked), "C1": PLAY.hard, "C2": PLAY.soft})
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "pandas Float64"])  # there they are numbers
+def test_true_and_false_are_no_capacitances(kind: str) -> None:
+    with pytest.raises(RecordingError, match=r"True|False"):
+        palpate.read(KINDS[kind]({**BASE, "C1": PLAY.hard > PLAY.hard.mean()}), unit="pF")
+
+
+def test_true_false_and_missing_are_no_capacitances() -> None:
+    values = [None, *(PLAY.hard > PLAY.hard.mean()).tolist()[1:]]
+    for frame in (
+        pd.DataFrame({**BASE, "C1": pd.array(values, "boolean")}),
+        pl.DataFrame({**BASE, "C1": values}),
+        pa.table({**BASE, "C1": values}),
+    ):
+        with pytest.raises(RecordingError, match="got True and False, allowed: numbers"):
+            palpate.read(frame, unit="pF")
+
+
+def test_labels_that_are_numbers() -> None:
+    columns = [PLAY.t_hard_s, PLAY.hard, PLAY.soft]
+    unclear = pd.DataFrame(np.column_stack(columns))  # labels 0, 1, 2
+    with pytest.raises(
+        ValueError, match=r'got 1, a position and the label of another column, allowed: .* "1" for column 2'
+    ):
+        palpate.read(unclear, columns={"hard": 1, "soft": 2, "time": "0"}, unit="pF")
+    clear = pd.DataFrame(dict(enumerate(columns, 1)))
+    named = pl.DataFrame({"3": PLAY.soft, "2": PLAY.hard, "1": PLAY.t_hard_s})
+    for frame, asked in (
+        (unclear, {"hard": "1", "soft": "2", "time": "0"}),
+        (clear, {"hard": 2, "soft": 3, "time": 1}),
+        (named, {"hard": "2", "soft": "3", "time": "1"}),
+        (pl.DataFrame(dict(zip(("t", "x", "y"), columns, strict=True))), {"hard": 2, "soft": "3", "time": 1}),
+    ):
+        found = palpate.read(frame, columns=asked, unit="pF")
+        for field, values in (("t_hard_s", columns[0]), ("hard", columns[1]), ("soft", columns[2])):
+            assert np.array_equal(getattr(found, field), values)
+
+
+@pytest.mark.parametrize("one", [pl.Series, pd.Series, pa.array])
+def test_a_series_is_no_recording(one: Callable[[Any], Any]) -> None:
+    with pytest.raises(TypeError, match=r"got one column, .*, allowed: a data frame with both channels"):
+        palpate.read(one(PLAY.hard))

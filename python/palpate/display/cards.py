@@ -41,20 +41,26 @@ def _result(shown: "Touch") -> str:
     return f"revised after the release; before: {before}"
 
 
-def touches(shown: "Sequence[Touch]") -> Markup:
+def touches(shown: "Sequence[Touch]", said: "Sequence[str]" = ()) -> Markup:
     """Return a table of touches, each ratio also as a bar on the same scale; then the sentences about their flags."""
     if not shown:
-        return card("No touches", {})
-    listed = list(shown[:_MOST])
+        return card("No touches", {}, *sentences(said))
+    listed = list(shown)[:_MOST]
     scale = drawings.span((one.ratio, one.standard_error) for one in listed)
     rows: list[list[object]] = [
         [number, text.seconds(one.start_s), f"{one.samples:,}", text.ratio(one.ratio, one.standard_error),
          drawings.interval(one.ratio, one.standard_error, scale), ", ".join(one.flags)]
         for number, one in enumerate(listed, 1)
     ]  # fmt: skip
-    said = [f"touch {number}: {sentence}" for number, one in enumerate(listed, 1) for sentence in advice(one)]
+    advised = [f"touch {number}: {sentence}" for number, one in enumerate(listed, 1) for sentence in advice(one)]
     names = ["touch", "begin", "samples", "ratio", f"± 2 std. errors, {_ends(scale)}", "flags"]
-    return card(text.counted(len(shown), "touch"), {}, columns(names, rows), _more(len(shown)), *sentences(said))
+    return card(
+        text.counted(len(shown), "touch"),
+        {},
+        columns(names, rows),
+        _more(len(shown)),
+        *sentences([*advised, *said]),
+    )
 
 
 def _ends(scale: tuple[float, float]) -> str:

@@ -106,13 +106,24 @@ def touch(shown: "Touch") -> str:
     return f"<Touch at {when}: {result}>"
 
 
-def touches(shown: "Sequence[Touch]") -> str:
-    """Return a list of touches, one a line."""
+def touches(shown: "Sequence[Touch]", said: "Sequence[str]" = ()) -> str:
+    """Return a list of touches, one a line; then what was said of their recording."""
     lines = [repr(one) for one in shown]
     if len(lines) > _MOST:
         half = _MOST // 2
         lines[half:-half] = [f"... {counted(len(lines) - _MOST, 'touch')} more ..."]
-    return "[" + ",\n ".join(lines) + "]"
+    return "\n".join(["[" + ",\n ".join(lines) + "]", *said])
+
+
+def remarks(notes: Sequence[str], doubts: Sequence[str]) -> list[str]:
+    """Return a line for each doubt and each other note of a recording.
+
+    Examples
+    --------
+    >>> remarks(["a gap", "changed"], ["changed"])
+    ['results may be wrong: changed', 'note: a gap']
+    """
+    return [*(f"results may be wrong: {doubt}" for doubt in doubts), *(f"note: {x}" for x in notes if x not in doubts)]
 
 
 def recording(shown: "Pairs") -> str:

@@ -29,8 +29,8 @@ GAP = "as a column of the table says"
 """What happened at a gap of a recording that became a data frame."""
 OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s", "soft_time": "t_soft_s"}
 AS_TABLE = (
-    "a recording of palpate, read as a table of another program: its rows are not verified, its status, codes and tares "
-    "not used"
+    "a recording of palpate, read as a table of another program: its rows are not verified, its status, codes, tares, "
+    "gaps and range not used"
 )
 """Note of a recording that is read with `columns`, `unit` or the like, or without its file."""
 

@@ -53,6 +53,8 @@ def sides(table: Table, asked: Asked, soft: Table | None = None) -> tuple[Side, 
     """
     wanted = dict(asked.columns or {})
     table = dated(table)
+    for column in wanted.values() if soft is None else ():
+        table.require_clear(column)
     if soft is not None:
         hard_side = _alone(table, wanted.get("hard"), wanted.get("time"))
         return hard_side, _alone(dated(soft), wanted.get("soft"), wanted.get("soft_time", wanted.get("time")))

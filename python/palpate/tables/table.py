@@ -104,12 +104,17 @@ class Table:
     def column(self, wanted: str | int) -> int:
         """Return the index (from 0) of the column with this name, or at this position (from 1).
 
+        A text that is exactly one column's name is no position.
+
         Raises
         ------
         ValueError
             No column, or several columns have this name.
         """
         text = str(wanted).strip()
+        if isinstance(wanted, str) and len(exact := self._of_name(text)) == 1:
+            self._require_header_that_fits()
+            return exact[0]
         if text.isdecimal() and len(text) < 10:
             if not 1 <= int(text) <= self.width:
                 raise ValueError(f"column: got position {text}, allowed: 1 to {self.width}")
@@ -126,6 +131,26 @@ class Table:
                 )
         names = [name for column in self.columns for name in column.names]
         raise ValueError(f"column: got {quoted(text)}, allowed: {self.describe()}{nearest(text, names)}")
+
+    def _of_name(self, text: str) -> list[int]:
+        return [number for number, column in enumerate(self.columns) if column.names and column.names[-1] == text]
+
+    def require_clear(self, wanted: str | int) -> None:
+        """Refuse a whole number that is one column's position and another one's label, as of a frame with integer labels.
+
+        Raises
+        ------
+        ValueError
+            It is both.
+        """
+        if isinstance(wanted, str):
+            return
+        labelled = self._of_name(str(wanted))
+        if labelled and 1 <= wanted <= self.width and labelled != [wanted - 1]:
+            raise ValueError(
+                f"column: got {wanted}, a position and the label of another column, allowed: a label as text, "
+                f'"{wanted}" for column {labelled[0] + 1} of {self.describe()}'
+            )
 
     def _require_header_that_fits(self) -> None:
         if not self.header_fits:

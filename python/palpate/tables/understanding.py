@@ -70,9 +70,9 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     by_row = hard.table is soft.table or asked.rate is not None or not any(each.said for each in stamps)
     arrays, apart = (_by_row if by_row else _by_time)(hard, soft, stamps, values)
     line = [_said_times(stamps), f"hard = {hard.name}, {hard_unit}", f"soft = {soft.name}, {soft_unit}"]
-    line += [_pace(arrays[0]), f"{len(arrays[0])} rows"]
+    line += [pace(arrays[0]), f"{len(arrays[0])} rows"]
     tables = [table] if soft_table is None else [table, soft_table]
-    notes = [*_notes(arrays), *apart, *told, *(note for each in stamps for note in each.notes)]
+    notes = [*remarks(arrays), *apart, *told, *(note for each in stamps for note in each.notes)]
     notes += [note for each in tables for note in each.notes]
     notes += [note for name, each in zip(("hard", "soft"), arrays[2:], strict=True) for note in clipped(name, each)]
     return Channels(
@@ -143,7 +143,8 @@ def _said_times(stamps: tuple[Times, Times]) -> str:
     return f"time = {' and '.join(names)}" if names else ""
 
 
-def _pace(t: Array) -> str:
+def pace(t: Array) -> str:
+    """Return the pairs a second of some times, s, as text."""
     steps = np.diff(t)
     steps = steps[steps > 0]
     if not len(steps):
@@ -153,7 +154,8 @@ def _pace(t: Array) -> str:
     return f"{rate:.4g} pairs a second"
 
 
-def _notes(arrays: _Arrays) -> list[str]:
+def remarks(arrays: _Arrays) -> list[str]:
+    """Return notes on missing values and on times: `arrays` as the first four of `Channels`."""
     time_s, _, hard, soft = arrays
     missing = int(np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft))))
     back = int(np.count_nonzero(np.diff(time_s) < 0))

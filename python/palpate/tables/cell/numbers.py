@@ -71,6 +71,10 @@ def numbers(table: Table, column: int, decimal: str | None = None) -> Array:
 
 
 def _of_array(table: Table, column: int, cells: NDArray[Any]) -> Array:
+    if table.columns[column].kind == "b":
+        raise RecordingError(
+            table.path, f"column {column + 1} ({table.name(column)}): got True and False, allowed: numbers"
+        )
     if cells.dtype.kind in "mM":
         raise RecordingError(table.path, f"column {column + 1} ({table.name(column)}): got times, allowed: numbers")
     values = np.asarray(cells, float)

@@ -74,6 +74,7 @@ def _kind(of: Any) -> str:
         "M": kinds.is_timestamp(of) or kinds.is_date(of),
         "m": kinds.is_duration(of) or kinds.is_time(of),
         "T": kinds.is_dictionary(of) or kinds.is_decimal(of) or _is_text(kinds, of),
+        "b": kinds.is_boolean(of),
         "i": kinds.is_integer(of),
         "f": _is_number(kinds, of),
     }

@@ -94,7 +94,11 @@ def _adapter(source: object) -> _Adapter | None:
 
 
 def _arrow(source: Any, where: Path) -> tuple[list[Column], int]:
-    table = need("pyarrow", "export").table(source)
+    arrow = need("pyarrow", "export")
+    try:
+        table = arrow.table(source)
+    except (arrow.ArrowException, TypeError) as error:
+        raise TypeError(f"recording: got one column, {where}, allowed: a data frame with both channels") from error
     columns = [arrow_column(where, field, partial(table.column, i)) for i, field in enumerate(table.schema)]
     return columns, table.num_rows
 
@@ -126,7 +130,8 @@ def _polars_cells(where: Path, series: Any) -> Cells:
 
 
 def _mapping(source: Mapping[Any, Any], where: Path) -> tuple[list[Column], int]:
-    arrays = {str(name): np.asarray(values) for name, values in source.items()}
+    arrays = {str(name): np.ma.asanyarray(values) if np.ma.isMaskedArray(values) else np.asarray(values)
+              for name, values in source.items()}  # fmt: skip
     sizes = {array.shape for array in arrays.values()}
     if any(len(shape) != 1 for shape in sizes) or len(sizes) > 1:
         raise RecordingError(where, f"got arrays of shapes {sorted(sizes)}, allowed: one shape (n,)")
@@ -147,7 +152,7 @@ def _kind(dtype: Any) -> str:
 
 def _numpy_cells(where: Path, name: str, values: NDArray[Any]) -> Cells:
     if np.ma.isMaskedArray(values):
-        values = np.ma.filled(values.astype(float), np.nan)
+        values = _filled(values)
     if values.dtype.kind in "biufmM":
         return values
     if values.dtype.kind not in "OUST":
@@ -155,6 +160,16 @@ def _numpy_cells(where: Path, name: str, values: NDArray[Any]) -> Cells:
             where, f"column {name}: got values of type {values.dtype}, allowed: numbers, times, or text"
         )
     return ["" if value is None or value != value else str(value) for value in values.tolist()]  # noqa: PLR0124 (nan, NaT)
+
+
+def _filled(values: Any) -> NDArray[Any]:
+    """Return a masked array as one with nan, NaT or "" for what is masked."""
+    kind = values.dtype.kind
+    if kind in "mM":
+        made = values.filled(np.array("NaT", values.dtype))
+    else:
+        made = values.astype(float).filled(np.nan) if kind in "biuf" else values.astype(object).filled("")
+    return np.asarray(made)
 
 
 def _pandas(source: Any, where: Path) -> tuple[list[Column], int]:
