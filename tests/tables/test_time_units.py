@@ -147,6 +147,14 @@ def test_stamps_that_many_rows_share_are_refused_with_the_rate_counted(cells: li
         read_times([str(cell) for cell in cells])
 
 
+def test_times_in_some_rows_only_are_refused_with_the_rate_counted() -> None:
+    cells = [f"{row / 50:.2f}" if row % 10 == 0 else "" for row in range(1650)]
+    with pytest.raises(
+        ValueError, match=r"got 165 times in 1650 rows in column 1 \(t_s\).*\(--rate 50 from the count\)"
+    ):
+        read_times(cells, "t_s")
+
+
 def test_bursts_of_host_stamps_are_no_coarse_stamps() -> None:
     rng = np.random.default_rng(8)
     bursts = np.repeat(np.cumsum(rng.integers(90, 110, 50)), 8) / 1000  # 8 rows come at once, in whole milliseconds

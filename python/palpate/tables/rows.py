@@ -40,10 +40,8 @@ def _kept(table: Table, times: Collection[int]) -> tuple[Table, list[str]]:
     if repeats == same_time:
         kept = np.flatnonzero(np.r_[True, ~equal])
         return table.take(kept), [f"{repeats} rows repeat the row before: left out"]
-    return table, [
-        f"{same_time} of {len(table)} rows have the time of the row before, and other values: rows that came at once, "
-        "or two measurements in one file?"
-    ]
+    said = f"{same_time} of {len(table)} rows have the time of the row before, and other values"
+    return table, [f"{said}: rows that came at once, or two measurements in one file?"]
 
 
 def _repeats(column: Column) -> NDArray[np.bool_]:
@@ -51,8 +49,8 @@ def _repeats(column: Column) -> NDArray[np.bool_]:
     cells = column.cells
     if isinstance(cells, np.ndarray):
         before, after = cells[:-1], cells[1:]
-        same: NDArray[np.bool_] = (before == after) | ((before != before) & (after != after))
-        return same
+        same: NDArray[np.bool_] = before == after
+        return same | (np.isnan(before) & np.isnan(after)) if column.kind in "fmM" else same
     return np.fromiter(map(eq, cells, cells[1:]), bool, len(cells) - 1)
 
 

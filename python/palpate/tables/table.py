@@ -62,6 +62,8 @@ class Table:
         What was left out: comments, summary rows, an incomplete last row.
     header_fits : bool
         Whether the lowest header row has as many cells as the rows; if not, names may belong to other columns.
+    header_rate : str
+        Samples a second, as the lines above the rows say; "" if they do not.
     """
 
     path: Path
@@ -70,6 +72,7 @@ class Table:
     header: list[list[str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     header_fits: bool = True
+    header_rate: str = ""
 
     def __len__(self) -> int:
         """Return the number of rows."""

@@ -84,6 +84,8 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     tables = [table] if soft_table is None else [table, soft_table]
     notes = [*left_out, *turns, *_notes(arrays), *apart, *told, *(note for each in stamps for note in each.notes)]
     notes += [note for each in tables for note in each.notes]
+    if table.header_rate and UNTIMED in notes:
+        notes.append(f"the header says {table.header_rate} samples a second: --rate {table.header_rate}?")
     notes += [note for name, each in zip(("hard", "soft"), arrays[2:], strict=True) for note in clipped(name, each)]
     return Channels(
         *arrays, "; ".join(filter(None, line)), tuple(dict.fromkeys(notes)), stamps[0].zero_utc_ns, _unused(hard, soft)

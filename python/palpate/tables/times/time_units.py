@@ -76,7 +76,8 @@ class TimeUnit:
         ns = round(SECONDS[self.unit] * 1e9)
         whole = np.trunc(values)
         rest = np.rint((values - whole) * ns).astype(np.int64)
-        return (whole - whole[0]).astype(np.int64) * ns + rest - rest[0]
+        found: NDArray[np.int64] = (whole - whole[0]).astype(np.int64) * ns + rest - rest[0]
+        return found
 
     def date_ns(self, value: float) -> int:
         """Return a date in this unit, ns since 1970."""

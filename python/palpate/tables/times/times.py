@@ -11,7 +11,7 @@ from palpate.tables.cell.clock import DAY_NS, clock
 from palpate.tables.cell.kinds import NUMBER, kind
 from palpate.tables.cell.numbers import OVERLOAD, numbers
 from palpate.tables.table import Table
-from palpate.tables.times.steps import Coarse, coarse, continued
+from palpate.tables.times.steps import Coarse, coarse, continued, counted
 from palpate.tables.times.time_units import time_unit
 
 _LATEST_S = 2**63 / 1e9
@@ -110,6 +110,7 @@ def coarse_times(table: Table, column: int, unit: str | None = None, decimal: st
     """Return the times in a column as `times` does, but coarse ones, too."""
     if not len(table):
         return Times(np.empty(0), "")
+    _require_cells(table, column, unit, decimal)
     cells: Any = table.columns[column].cells
     if isinstance(cells, np.ndarray) and cells.dtype.kind in "mM":
         found = _of_spans(table, column, cells)
@@ -120,6 +121,20 @@ def coarse_times(table: Table, column: int, unit: str | None = None, decimal: st
     _require_range(table, column, found.seconds)
     _require_forward(table, column, found.seconds)
     return found
+
+
+def _require_cells(table: Table, column: int, unit: str | None, decimal: str | None) -> None:
+    """Refuse a column that is blank in most rows, with the rate counted."""
+    cells = table.columns[column].cells
+    given = np.flatnonzero([cell != "" for cell in cells]) if table.columns[column].kind == "T" else ()
+    if not 2 < len(given) < len(table) / 2:
+        return
+    rows_a_second = counted(coarse_times(table.take(np.asarray(given)), column, unit, decimal).seconds)
+    hint = f" (--rate {rows_a_second * float(np.diff(given).mean()):.3g} from the count)" if rows_a_second else ""
+    raise ValueError(
+        f"time: got {len(given)} times in {len(table)} rows in column {column + 1} ({table.name(column)}), allowed: a time "
+        f"in each row, or rate, pairs a second{hint or ' (--rate)'}"
+    )
 
 
 def _of_spans(table: Table, column: int, cells: NDArray[Any]) -> Times:
