@@ -84,6 +84,7 @@ def test_units_by_name_by_size_and_by_pace(name: str, cells: list[str], said: st
         ("ticks", [str(638 * 10**15 + 10**5 * row) for row in ROW], "allowed: time_unit us or ns, or another"),
         ("time", [f"{row * 1e-4:.4f}" for row in ROW], "10,000 pairs a second if s"),
         ("t", [str(200 * row) for row in ROW], "5 pairs a second if ms, 5,000 pairs a second if us"),  # 0.1 ms
+        ("t", [str(2 * row) for row in ROW], "500 pairs a second if ms"),  # 10 ms
     ],
 )
 def test_an_open_unit_is_asked_for_with_the_pairs_a_second(name: str, cells: list[str], message: str) -> None:

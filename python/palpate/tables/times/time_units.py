@@ -26,7 +26,7 @@ _WORDS = {
 _UNITS = {word: unit for unit, words in _WORDS.items() for word in words.split()} | {"lsl_timestamp": "s"}
 _LAST_WORD = re.compile(r"([A-Za-z]{1,16})[)\]]?$")
 
-_GUESSED = (10.0, 500.0)  # pairs a second, without the limits: of a unit that nobody named
+_GUESSED = (9.9, 499.0)  # pairs a second, of a unit that nobody named; hundredths of a second look like 500
 _SURE = (4.0, 1000.0)  # of one unit only
 _LIKELY = (2.0, 2000.0)
 _POSSIBLE = (0.2, 20_000.0)
