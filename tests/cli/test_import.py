@@ -96,7 +96,7 @@ def test_json(here: Path) -> None:
         ("[[import.logger]]\ncolumns = ['a']\nunits = 'fF'\n", "got 'units', allowed: columns, map, unit"),
         ("[[import.logger]]\ncolumns = ['a']\nunit = 'ff'\n", "unit: got 'ff'"),
         ("[[import.logger]]\ncolumns = ['a']\nmap = 'soft=2'\n", "columns: got soft, allowed: hard, soft"),
-        ("[[import.logger]]\ncolumns = ['a']\nrate = 'fast'\n", "rate: got 'fast'"),
+        ("[[import.logger]]\ncolumns = ['a']\nrate = 50\n", "got 'rate', allowed: columns, map"),
         ("[import]\nlogger = ['x']\n", r"logger: got 'x', allowed: a table"),
     ],
 )
@@ -110,7 +110,8 @@ def test_wrong_entries_are_refused(here: Path, entry: str, message: str) -> None
 def test_what_is_asked_of_one_file_is_not_remembered(here: Path) -> None:
     Path("two.csv").write_bytes(Path("other.csv").read_bytes())
     asked = ["--map", "hard=A,soft=B", "--unit", "fF"]
-    assert run("import", "other.csv", "--soft", "two.csv", *asked, "--remember").exit_code == 0
+    assert run("import", "other.csv", "--soft", "two.csv", "--rate", "38", *asked, "--remember").exit_code == 0
+    assert "rate" not in Path(NAME).read_text()
     assert "soft = " not in Path(NAME).read_text()
     assert "remembered" in run("replay", "other.csv").stderr
     assert "remembered" in run("replay", "other.csv", "--soft", "two.csv").stderr

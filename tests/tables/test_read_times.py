@@ -62,6 +62,15 @@ def test_a_table_without_times_has_no_rate(tmp_path: Path) -> None:
     assert any(note.startswith("no column of times found") for note in none.notes)
 
 
+@pytest.mark.parametrize("line", ["# Sample rate: 25 Hz", "Abtastrate (Hz),25"])
+def test_a_rate_in_the_header_is_proposed(tmp_path: Path, line: str) -> None:
+    path = write(tmp_path, line, "C1 (pF),C2 (pF)", *(["1.5,2.5", "2.5,1.5"] * 20))
+    recording = read(path)
+    assert "rate unknown" in recording.understood
+    assert recording.notes[-1] == "the header says 25 samples a second: --rate 25?"
+    assert len(read(path, rate=25).notes) == 0
+
+
 def test_the_unit_of_the_times_may_be_said(tmp_path: Path) -> None:
     path = write(tmp_path, "time,hard,soft", *(f"{row},1,2" for row in range(40)))
     with pytest.raises(ValueError, match="time_unit: got a median step of 1 in column 1"):

@@ -83,6 +83,8 @@ def test_units_by_name_by_size_and_by_pace(name: str, cells: list[str], said: st
         ("Time (s)", [f"{1e3 * t:.0f}" for t in SECOND], "0.038 pairs a second if s, 38 pairs a second if ms"),
         ("ticks", [str(638 * 10**15 + 10**5 * row) for row in ROW], "allowed: time_unit us or ns, or another"),
         ("time", [f"{row * 1e-4:.4f}" for row in ROW], "10,000 pairs a second if s"),
+        ("t", [str(200 * row) for row in ROW], "5 pairs a second if ms, 5,000 pairs a second if us"),  # 0.1 ms
+        ("t", [str(2 * row) for row in ROW], "500 pairs a second if ms"),  # 10 ms
     ],
 )
 def test_an_open_unit_is_asked_for_with_the_pairs_a_second(name: str, cells: list[str], message: str) -> None:
@@ -114,7 +116,7 @@ def test_a_unit_found_by_pace_is_never_wrong(unit: str, rate: float, kind: str, 
         found = read_times(seconds / SECONDS[unit], "time")
     except ValueError as asked:
         assert "time_unit" in str(asked)  # noqa: PT017 - either is right
-        assert kind in {"bursts", "equal"} or not 4.2 < rate < 950
+        assert kind in {"bursts", "equal"} or not 10.5 < rate < 480
     else:
         assert found.said.startswith(f"{unit} ")
 
@@ -144,6 +146,14 @@ def test_the_typical_step_holds_with_bursts_gaps_and_equal_stamps() -> None:
 def test_stamps_that_many_rows_share_are_refused_with_the_rate_counted(cells: list[int], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         read_times([str(cell) for cell in cells])
+
+
+def test_times_in_some_rows_only_are_refused_with_the_rate_counted() -> None:
+    cells = [f"{row / 50:.2f}" if row % 10 == 0 else "" for row in range(1650)]
+    with pytest.raises(
+        ValueError, match=r"got 165 times in 1650 rows in column 1 \(t_s\).*\(--rate 50 from the count\)"
+    ):
+        read_times(cells, "t_s")
 
 
 def test_bursts_of_host_stamps_are_no_coarse_stamps() -> None:
@@ -177,6 +187,12 @@ def test_a_restart_is_no_overflow() -> None:
         read_times(counts, "t_ms")
 
 
+def test_seconds_since_midnight_go_on_after_it() -> None:
+    found = read_times([f"{(86_398 + t) % 86_400:.3f}" for t in SECOND], "t_s")
+    assert found.seconds == pytest.approx(86_398 + SECOND, abs=1e-3)
+    assert "after 86400 s" in found.notes[0]
+
+
 def test_times_of_excel_go_on_after_midnight() -> None:
     days = (0.999977 + SECOND / 86400) % 1
     found = read_times([f"{day:.11f}" for day in days])
@@ -190,6 +206,7 @@ def test_times_of_excel_go_on_after_midnight() -> None:
         ([t % 2.6 + 5 for t in SECOND], 102, "goes back by 2.57 s, and so in 1 rows in all: was the logger restarted?"),
         (SECOND[::-1], 3, "fall: newest row first"),
         ([t % 0.5 for t in SECOND], 22, "goes back by 0.474 s, and so in 10 rows"),
+        (np.arange(1650) % 60 * 0.016, 62, "and so in 27 rows in all: is it a part of a time, as the milliseconds?"),
         ([0.0, 0.026, float("nan"), 0.078], 4, "'nan' in column 1 (t_s): no time"),
         ([0.0, 0.026, float("inf"), 0.078], 4, "no time"),
         ([0.0, 0.026, 1e10, 1e10], 4, "more than 292 years"),
@@ -251,6 +268,13 @@ def test_both_channels_are_put_on_one_axis() -> None:
     for one, other in [(hard, relative), (relative, hard)]:
         with pytest.raises(ValueError, match=r"2025-11-21T12:00:00\.000 to .* allowed: the same kind"):
             one.since(other)
+
+
+@pytest.mark.parametrize("first", [1, 37, 100, 130])
+def test_equal_stamps_of_two_files_are_equal_seconds(first: int) -> None:
+    stamps = [f"{1_741_944_413.2 + row / 50:.4f}" for row in range(1650)]
+    hard, soft = read_times(stamps), read_times(stamps[first:])
+    assert soft.since(hard).seconds.tolist() == hard.seconds[first:].tolist()
 
 
 @examples(60)

@@ -90,12 +90,25 @@ def test_what_is_asked_or_refused(
 
 
 def test_a_rate_in_place_of_times(tmp_path: Path) -> None:
-    recording = read(table(tmp_path, "t_s,hard,soft"), rate=50)
-    assert recording.t_soft_s.tolist() == (np.arange(40) / 50).tolist()
+    recording = read(table(tmp_path, "t_s,hard,soft"), rate=41)
+    assert recording.t_soft_s.tolist() == (np.arange(40) / 41).tolist()
     assert "the times of the file are not used: a rate was given" in recording.notes
     untimed = read(table(tmp_path, "n,hard,soft"))
     assert np.isnan(untimed.t_hard_s).all()
     assert "rate unknown" in untimed.understood
+
+
+@pytest.mark.parametrize("form", ["{:.3f}", "{:.0f}"])
+def test_a_rate_that_the_times_contradict_is_a_question(tmp_path: Path, form: str) -> None:
+    rows = "".join(f"{form.format(i // 25 + i % 25 / 100)},{6 + i % 3},{4 + i % 2}\n" for i in range(200))
+    path = table(tmp_path, "t_s,hard,soft", rows)
+    counted = 25
+    for rate in (0.75 * counted, 1.3 * counted):
+        with pytest.raises(
+            ValueError, match=rf"rate: got {rate:g}, but 2[45][.0-9]* rows a second by the times of the file"
+        ):
+            read(path, rate=rate)
+    assert len(read(path, rate=1.1 * counted).hard) == 200
 
 
 def test_clipped_readings_are_told(tmp_path: Path) -> None:

@@ -110,7 +110,9 @@ def _confirmed(table: "Table") -> bool:
 
 def _known(given: dict[str, Any], found: "Foreign") -> bool:
     """Return whether the answer is remembered already, or there is nothing to remember."""
-    return not given or any("remembered in" in note for note in found.notes)
+    from palpate.tables.loggers import OF_ONE_FILE
+
+    return not set(given) - set(OF_ONE_FILE) or any("remembered in" in note for note in found.notes)
 
 
 def _remember(table: "Table", given: dict[str, Any]) -> None:

@@ -120,7 +120,7 @@ def _recording(table: Table, asked: Asked, known: Sequence[Logger]) -> tuple[Rec
         asked = asked.with_columns({**OWN_COLUMNS, **(asked.columns or {})})
     logger = None if own or set(asked.given) - set(OF_ONE_FILE) else known_logger(table, known)
     if logger:
-        asked = replace(logger.asked, soft=asked.soft, part=asked.part)
+        asked = replace(logger.asked, **{name: getattr(asked, name) for name in OF_ONE_FILE})
     found = channels(table, asked, None if asked.soft is None else read_table(Path(asked.soft)))
     recording = Recording(
         found.t_hard_s,

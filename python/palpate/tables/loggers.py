@@ -8,9 +8,9 @@ from palpate.errors import listed, quoted, unlike
 from palpate.tables.asked import Asked, parsed_map
 from palpate.tables.table import Table
 
-OF_ONE_FILE = ("soft", "part")
+OF_ONE_FILE = ("soft", "part", "rate")
 """What is asked of one file, not of all of a logger."""
-_KEYS = ("columns", "map", "unit", "time-unit", "rate", "decimal")
+_KEYS = ("columns", "map", "unit", "time-unit", "decimal")
 
 
 @dataclass(frozen=True)

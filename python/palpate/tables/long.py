@@ -1,17 +1,15 @@
 """Tables in long format: a row is one reading of one channel, with the name of the channel."""
 
 from collections.abc import Collection
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.tables.cell.clock_layout import is_time
 from palpate.tables.cell.kinds import NUMBER, kind
 from palpate.tables.cell.numbers import NO_VALUE
-from palpate.tables.table import Cells, Column, Table
+from palpate.tables.table import Cells, Table
 from palpate.tables.units import bare_name
 
 IDS = {"id", "channel", "channels", "ch", "chan", "sensor", "name", "tag", "series", "variable", "signal", "kanal"}
@@ -51,18 +49,7 @@ def spread(table: Table, column: int) -> dict[str, Table]:
     of_row = np.array([numbers[_text(cell)] for cell in cells], np.intp)
     order = np.argsort(of_row, kind="stable")
     parts = np.split(order, np.cumsum(np.bincount(of_row))[:-1])
-    return {name: _rows(table, rows) for name, rows in zip(names, parts, strict=True)}
-
-
-def _rows(table: Table, rows: NDArray[np.intp]) -> Table:
-    at = rows.tolist()
-    lines = [table.lines[row] for row in at]
-    return replace(table, columns=[_picked(column, rows, at) for column in table.columns], lines=lines)
-
-
-def _picked(column: Column, rows: NDArray[np.intp], at: list[int]) -> Column:
-    cells = column.cells
-    return replace(column, cells=cells[rows] if isinstance(cells, np.ndarray) else [cells[row] for row in at])
+    return {name: table.take(rows) for name, rows in zip(names, parts, strict=True)}
 
 
 def _distinct(cells: Cells) -> dict[str, None]:

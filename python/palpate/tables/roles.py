@@ -1,6 +1,7 @@
 """Which columns of a table are the two channels: as the user says, or by names that leave no doubt."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from palpate.errors import quoted
@@ -180,4 +181,4 @@ def dated(table: Table) -> Table:
     columns = list(table.columns)
     columns[clocks[0]] = Column(clock.names, cells)
     columns[dates[0]] = Column((), date.cells)
-    return Table(table.path, columns, table.lines, table.header, table.notes, table.header_fits)
+    return replace(table, columns=columns)

@@ -1,7 +1,7 @@
 """A table with named columns, of any format."""
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,11 @@ class Column:
         """That of the numpy dtype of the cells, as "f", "M" or "m"; "T" for text, "O" for what no column can be."""
         return self.cells.dtype.kind if isinstance(self.cells, np.ndarray) else "T"
 
+    def take(self, rows: NDArray[np.intp], at: list[int]) -> "Column":
+        """Return the column of some rows, given as an array and as a list."""
+        cells = self.cells
+        return replace(self, cells=cells[rows] if isinstance(cells, np.ndarray) else [cells[row] for row in at])
+
 
 @dataclass(frozen=True, eq=False)
 class Table:
@@ -57,6 +62,8 @@ class Table:
         What was left out: comments, summary rows, an incomplete last row.
     header_fits : bool
         Whether the lowest header row has as many cells as the rows; if not, names may belong to other columns.
+    header_rate : str
+        Samples a second, as the lines above the rows say; "" if they do not.
     """
 
     path: Path
@@ -65,6 +72,7 @@ class Table:
     header: list[list[str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     header_fits: bool = True
+    header_rate: str = ""
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -74,6 +82,13 @@ class Table:
     def width(self) -> int:
         """The number of columns."""
         return len(self.columns)
+
+    def take(self, rows: NDArray[np.intp]) -> "Table":
+        """Return the table of some rows (from 0), with the numbers of their lines."""
+        at = rows.tolist()
+        return replace(
+            self, columns=[column.take(rows, at) for column in self.columns], lines=[self.lines[row] for row in at]
+        )
 
     def names(self, column: int) -> tuple[str, ...]:
         """Return all names of a column (from 0)."""

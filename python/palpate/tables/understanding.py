@@ -1,6 +1,7 @@
 """What a table means: the times and capacitances of two channels, and one line that says how it was understood."""
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,15 +12,20 @@ from palpate.tables.asked import Asked
 from palpate.tables.cell.numbers import numbers
 from palpate.tables.doubts import clipped
 from palpate.tables.roles import Side, said, sides
+from palpate.tables.rows import in_turn, without_repeats
 from palpate.tables.scales import units
 from palpate.tables.table import Table
 from palpate.tables.times.pairs import joined
-from palpate.tables.times.times import Times, times
+from palpate.tables.times.steps import counted
+from palpate.tables.times.times import Times, coarse_times, times
 from palpate.tables.units import PICOFARADS
 
 Array = NDArray[np.float64]
 _Arrays = tuple[Array, Array, Array, Array]
+_RATES_DIFFER = 0.2  # of the rows a second that are counted
 UNTIMED = "no column of times found: start_s is unknown; name it with time=COL, or give the rate"
+
+ONE_CLOCK = "the times of both files are taken as those of one clock"
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +68,12 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     if table.width < 2 and soft_table is None:
         raise RecordingError(table.path, "not a recording: one column, two are needed", table.lines[0])
     hard, soft = sides(table, asked, soft_table)
-    raw = tuple(numbers(side.table, side.value, asked.decimal) for side in (hard, soft))
-    hard_unit, soft_unit, told = units(hard, soft, (raw[0], raw[1]), asked)
+    left_out: list[str] = []
+    if asked.rate is None:
+        hard, soft, left_out = without_repeats(hard, soft)
+    first, second = (numbers(side.table, side.value, asked.decimal) for side in (hard, soft))
+    hard_unit, soft_unit, told = units(hard, soft, (first, second), asked)
+    hard, soft, raw, turns = in_turn(hard, soft, (first, second))
     values = [each if (factor := PICOFARADS[unit]) == 1.0 else each * factor
               for each, unit in zip(raw, (hard_unit, soft_unit), strict=True)]  # fmt: skip
     stamps = _stamps(hard, soft, asked)
@@ -72,8 +82,10 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     line = [_said_times(stamps), f"hard = {hard.name}, {hard_unit}", f"soft = {soft.name}, {soft_unit}"]
     line += [pace(arrays[0]), f"{len(arrays[0])} rows"]
     tables = [table] if soft_table is None else [table, soft_table]
-    notes = [*remarks(arrays), *apart, *told, *(note for each in stamps for note in each.notes)]
+    notes = [*left_out, *turns, *remarks(arrays), *apart, *told, *(note for each in stamps for note in each.notes)]
     notes += [note for each in tables for note in each.notes]
+    if table.header_rate and UNTIMED in notes:
+        notes.append(f"the header says {table.header_rate} samples a second: --rate {table.header_rate}?")
     notes += [note for name, each in zip(("hard", "soft"), arrays[2:], strict=True) for note in clipped(name, each)]
     return Channels(
         *arrays, "; ".join(filter(None, line)), tuple(dict.fromkeys(notes)), stamps[0].zero_utc_ns, _unused(hard, soft)
@@ -94,6 +106,7 @@ def _stamps(hard: Side, soft: Side, asked: Asked) -> tuple[Times, Times]:
 
 def _of_side(side: Side, asked: Asked) -> Times:
     if asked.rate is not None:
+        _require_rate(side, asked, asked.rate)
         notes = ["the times of the file are not used: a rate was given"] if side.times else []
         return Times(np.arange(len(side.table)) / asked.rate, "as the rate says", notes=notes)
     found: list[Times] = []
@@ -111,6 +124,19 @@ def _of_side(side: Side, asked: Asked) -> Times:
     if wrong:
         raise wrong[0]
     return Times(np.full(len(side.table), math.nan), "")
+
+
+def _require_rate(side: Side, asked: Asked, rate: float) -> None:
+    """Refuse a rate that is far from that of the stamps of the file, if they can be read."""
+    found: list[float] = []
+    for column in side.times:
+        with suppress(ValueError, RecordingError):
+            found += filter(None, [counted(coarse_times(side.table, column, asked.time_unit, asked.decimal).seconds)])
+    if found and not any(abs(rate / each - 1) <= _RATES_DIFFER for each in found):
+        raise ValueError(
+            f"rate: got {rate:g}, but {found[0]:.3g} rows a second by the times of the file, allowed: a rate within "
+            f"{_RATES_DIFFER:.0%} of it, or the unit of these times (--time-unit)"
+        )
 
 
 def _require_steps(found: Times, name: str) -> None:
@@ -135,7 +161,8 @@ def _by_row(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Ar
 def _by_time(hard: Side, soft: Side, stamps: tuple[Times, Times], values: list[Array]) -> tuple[_Arrays, list[str]]:
     """Return times and values of readings that are near each other, and notes."""
     pairs = joined(stamps[0], values[0], stamps[1], values[1])
-    return (pairs.t_hard_s, pairs.t_soft_s, pairs.hard, pairs.soft), pairs.notes
+    one_clock = [ONE_CLOCK] if hard.table.path != soft.table.path and stamps[0].date_ns is None else []
+    return (pairs.t_hard_s, pairs.t_soft_s, pairs.hard, pairs.soft), [*pairs.notes, *one_clock]
 
 
 def _said_times(stamps: tuple[Times, Times]) -> str:

@@ -9,6 +9,7 @@ from palpate.errors import RecordingError, quoted
 from palpate.tables.cell.cell_units import column_of, joined_units
 from palpate.tables.cell.kinds import NUMBER, TEXT, fits, has_value, kind, signature
 from palpate.tables.table import Table
+from palpate.tables.text.header_rate import header_rate
 from palpate.tables.text.left_out import LeftOut, Row, by_column, is_comment, is_ending, trimmed, uncommented
 
 Rows = list[Row]
@@ -79,6 +80,7 @@ def table_of(
         split,
         notes,
         _header_fits(split, width, body[0][1]),
+        header_rate(cells for _, cells in filled[:start]),
     )
 
 

@@ -76,6 +76,21 @@ def coarse(times: Floats) -> Coarse | None:
     return Coarse(unit, float(runs.mean()) if len(runs) else None)
 
 
+def counted(times: Floats) -> float | None:
+    """Return the rows in a unit of time, robust to bursts, gaps and coarse stamps; None: there are too few stamps.
+
+    Examples
+    --------
+    >>> counted(np.arange(100) // 10 * 1.0), counted(np.arange(100) * 0.02)
+    (10.0, 50.0)
+    """
+    shared = coarse(times)
+    if shared:
+        return shared.rows / shared.unit if shared.rows else None
+    step = typical_step(times) if len(times) >= _FEWEST else 0.0
+    return 1 / step if step else None
+
+
 def continued(times: Floats, turns: Mapping[float, float]) -> tuple[Floats, float, list[int]]:
     """Return the times of a counter that begins again after a turn as if it did not.
 

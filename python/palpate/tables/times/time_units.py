@@ -26,7 +26,8 @@ _WORDS = {
 _UNITS = {word: unit for unit, words in _WORDS.items() for word in words.split()} | {"lsl_timestamp": "s"}
 _LAST_WORD = re.compile(r"([A-Za-z]{1,16})[)\]]?$")
 
-_SURE = (4.0, 1000.0)  # pairs a second, without the limits: of one unit only
+_GUESSED = (9.9, 499.0)  # pairs a second, of a unit that nobody named; hundredths of a second look like 500
+_SURE = (4.0, 1000.0)  # of one unit only
 _LIKELY = (2.0, 2000.0)
 _POSSIBLE = (0.2, 20_000.0)
 _LONGEST_S = 10 * 365.25 * 86400  # a logger that counts from its start
@@ -70,6 +71,14 @@ class TimeUnit:
         factor = SECONDS[self.unit]
         return values / round(1 / factor) if factor < 1 else values * factor if factor > 1 else values
 
+    def since_ns(self, values: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return ns since the first one, so that equal dates of any files are equal: of whole numbers and the rest apart."""
+        ns = round(SECONDS[self.unit] * 1e9)
+        whole = np.trunc(values)
+        rest = np.rint((values - whole) * ns).astype(np.int64)
+        found: NDArray[np.int64] = (whole - whole[0]).astype(np.int64) * ns + rest - rest[0]
+        return found
+
     def date_ns(self, value: float) -> int:
         """Return a date in this unit, ns since 1970."""
         if self.epoch is None:
@@ -110,7 +119,7 @@ def time_unit(table: Table, column: int, values: NDArray[np.float64], asked: str
         return TimeUnit(epoch.unit, epoch.said, epoch)
     if not rates:
         return TimeUnit("s", "s")  # one row, or one stamp: no unit changes anything
-    sure = _sure(values, rates)
+    sure = _sure(values, rates, _GUESSED)
     if len(sure) != 1:
         raise ValueError(f"time_unit: got a median step of {step:.3g} in {_place(table, column)}: {_fits(rates)}")
     return TimeUnit(sure[0], f"{sure[0]} (by its steps)")
@@ -139,14 +148,14 @@ def _epoch(values: NDArray[np.float64], units: tuple[str, ...], rates: dict[str,
     return None
 
 
-def _sure(values: NDArray[np.float64], rates: dict[str, float]) -> list[str]:
+def _sure(values: NDArray[np.float64], rates: dict[str, float], limits: tuple[float, float]) -> list[str]:
     """Return the units in which the pace is surely that of a tactile probe, by the windows and by the single steps."""
     size = max(abs(float(values[0])), abs(float(values[-1])))
     single = 0.0 if coarse(values) else median_step(values)
     return [
         unit
         for unit in CANDIDATES
-        if _SURE[0] < rates[unit] < _SURE[1]
+        if limits[0] < rates[unit] < limits[1]
         and (not single or _within(1 / (single * SECONDS[unit]), _LIKELY))
         and size * SECONDS[unit] < _LONGEST_S
     ]
@@ -159,7 +168,7 @@ def _within(rate: float, limits: tuple[float, float]) -> bool:
 def _require_no_better(
     table: Table, column: int, named: str, values: NDArray[np.float64], rates: dict[str, float]
 ) -> None:
-    sure = _sure(values, rates)
+    sure = _sure(values, rates, _SURE)
     if sure and not _within(rates[named], _POSSIBLE):
         raise ValueError(
             f"time_unit: got {named} in the name of {_place(table, column)}, but a median step of {typical_step(values):.3g}: "

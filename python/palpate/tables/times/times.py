@@ -11,16 +11,17 @@ from palpate.tables.cell.clock import DAY_NS, clock
 from palpate.tables.cell.kinds import NUMBER, kind
 from palpate.tables.cell.numbers import OVERLOAD, numbers
 from palpate.tables.table import Table
-from palpate.tables.times.steps import Coarse, coarse, continued
+from palpate.tables.times.steps import Coarse, coarse, continued, counted
 from palpate.tables.times.time_units import time_unit
 
 _LATEST_S = 2**63 / 1e9
 _TOO_LATE = "this time is more than 292 years after the first one: too large for 64-bit nanoseconds"
 _JITTER_S = 1.0  # host stamps go back by less than this
 _FEW_BACK = 0.02  # of the rows
+_LITTLE_BACK = 0.2  # of the way forward: a part of a time, as milliseconds, goes back as far as forward
 _TURNS: dict[str, dict[float, float]] = {
     "d": {1: 0.5},
-    "s": {2**32 * 1e-6: 0, 2**32 * 1e-3: 0},
+    "s": {2**32 * 1e-6: 0, 2**32 * 1e-3: 0, 86_400: 0},
     "ms": {2**32: 0, 2**16: 0, 2**32 * 1e-3: 0},
     "us": {2**32: 0},
 }
@@ -64,8 +65,8 @@ class Times:
             )
         if self.date_ns is None or other.date_ns is None:
             return self
-        moved = (self.date_ns - other.date_ns) / 1e9
-        return replace(self, seconds=self.seconds + moved, zero_utc_ns=other.zero_utc_ns, date_ns=other.date_ns)
+        moved = np.rint(self.seconds * 1e9) + (self.date_ns - other.date_ns)  # whole ns: equal dates stay equal
+        return replace(self, seconds=moved / 1e9, zero_utc_ns=other.zero_utc_ns, date_ns=other.date_ns)
 
     @property
     def described(self) -> str:
@@ -100,8 +101,16 @@ def times(table: Table, column: int, unit: str | None = None, decimal: str | Non
     ValueError
         The cells leave the unit open, or are too coarse; the message has what fits, and the option that settles it.
     """
+    found = coarse_times(table, column, unit, decimal)
+    _require_fine(table, column, found.seconds)
+    return found
+
+
+def coarse_times(table: Table, column: int, unit: str | None = None, decimal: str | None = None) -> Times:
+    """Return the times in a column as `times` does, but coarse ones, too."""
     if not len(table):
         return Times(np.empty(0), "")
+    _require_cells(table, column, unit, decimal)
     cells: Any = table.columns[column].cells
     if isinstance(cells, np.ndarray) and cells.dtype.kind in "mM":
         found = _of_spans(table, column, cells)
@@ -111,8 +120,21 @@ def times(table: Table, column: int, unit: str | None = None, decimal: str | Non
         found = _of_clock(table, column)
     _require_range(table, column, found.seconds)
     _require_forward(table, column, found.seconds)
-    _require_fine(table, column, found.seconds)
     return found
+
+
+def _require_cells(table: Table, column: int, unit: str | None, decimal: str | None) -> None:
+    """Refuse a column that is blank in most rows, with the rate counted."""
+    cells = table.columns[column].cells
+    given = np.flatnonzero([cell != "" for cell in cells]) if table.columns[column].kind == "T" else ()
+    if not 2 < len(given) < len(table) / 2:
+        return
+    rows_a_second = counted(coarse_times(table.take(np.asarray(given)), column, unit, decimal).seconds)
+    hint = f" (--rate {rows_a_second * float(np.diff(given).mean()):.3g} from the count)" if rows_a_second else ""
+    raise ValueError(
+        f"time: got {len(given)} times in {len(table)} rows in column {column + 1} ({table.name(column)}), allowed: a time "
+        f"in each row, or rate, pairs a second{hint or ' (--rate)'}"
+    )
 
 
 def _of_spans(table: Table, column: int, cells: NDArray[Any]) -> Times:
@@ -151,8 +173,11 @@ def _of_numbers(table: Table, column: int, unit: str | None, decimal: str | None
     if kind.epoch:
         first_ns = kind.date_ns(values[0])
         said = f"{kind.said} (UTC)" if kind.epoch.utc else kind.said
-        since = (values - values[0]).astype(float)
-        return Times(kind.seconds(since), said, first_ns if kind.epoch.utc else None, date_ns=first_ns)
+        seconds = kind.seconds((values - values[0]).astype(float))
+        if values.dtype.kind == "f":
+            _require_range(table, column, seconds)
+            seconds = kind.since_ns(values) / 1e9
+        return Times(seconds, said, first_ns if kind.epoch.utc else None, date_ns=first_ns)
     continuous, turn, rows = continued(np.asarray(values, float), _TURNS.get(kind.unit, {}))
     return Times(kind.seconds(continuous), kind.said, notes=_turned(table, turn, kind.unit, rows))
 
@@ -190,7 +215,8 @@ def _require_forward(table: Table, column: int, seconds: NDArray[np.float64]) ->
     steps = np.diff(seconds)
     back = steps < 0
     count = int(np.count_nonzero(back))
-    if count <= max(1, _FEW_BACK * len(seconds)) and (steps > -_JITTER_S).all():
+    little = -steps[back].sum() <= _LITTLE_BACK * steps[~back].sum()
+    if little and count <= max(1, _FEW_BACK * len(seconds)) and (steps > -_JITTER_S).all():
         return
     far = steps <= -_JITTER_S
     row = int(np.argmax(far if far.any() else back)) + 1
@@ -199,8 +225,10 @@ def _require_forward(table: Table, column: int, seconds: NDArray[np.float64]) ->
         raise RecordingError(
             table.path, f"the times in {place} fall: newest row first; sort the rows by time", table.lines[row]
         )
+    often = count > 2 and -2 * steps[back].sum() > steps[~back].sum()
+    why = "is it a part of a time, as the milliseconds?" if often else "was the logger restarted?"
     reason = (
-        f"the time in {place} goes back by {-steps[row - 1]:.3g} s, and so in {count} rows in all: was the logger restarted? "
+        f"the time in {place} goes back by {-steps[row - 1]:.3g} s, and so in {count} rows in all: {why} "
         "allowed: one measurement in a file, or rate, pairs a second (--rate)"
     )
     raise RecordingError(table.path, reason, table.lines[row])
