@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
 from palpate.tables.cell.numbers import numbers
-from palpate.tables.doubts import clipped
+from palpate.tables.doubts import absent, clipped
 from palpate.tables.roles import Side, said, sides
 from palpate.tables.scales import units
 from palpate.tables.table import Table
@@ -62,7 +62,9 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     if table.width < 2 and soft_table is None:
         raise RecordingError(table.path, "not a recording: one column, two are needed", table.lines[0])
     hard, soft = sides(table, asked, soft_table)
-    raw = tuple(numbers(side.table, side.value, asked.decimal) for side in (hard, soft))
+    raw, lost = zip(*(
+        absent(name, numbers(side.table, side.value, asked.decimal)) for name, side in (("hard", hard), ("soft", soft))
+    ), strict=True)  # fmt: skip
     hard_unit, soft_unit, told = units(hard, soft, (raw[0], raw[1]), asked)
     values = [each if (factor := PICOFARADS[unit]) == 1.0 else each * factor
               for each, unit in zip(raw, (hard_unit, soft_unit), strict=True)]  # fmt: skip
@@ -72,7 +74,7 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     line = [_said_times(stamps), f"hard = {hard.name}, {hard_unit}", f"soft = {soft.name}, {soft_unit}"]
     line += [_pace(arrays[0]), f"{len(arrays[0])} rows"]
     tables = [table] if soft_table is None else [table, soft_table]
-    notes = [*_notes(arrays), *apart, *told, *(note for each in stamps for note in each.notes)]
+    notes = [*_notes(arrays), *lost[0], *lost[1], *apart, *told, *(note for each in stamps for note in each.notes)]
     notes += [note for each in tables for note in each.notes]
     notes += [note for name, each in zip(("hard", "soft"), arrays[2:], strict=True) for note in clipped(name, each)]
     return Channels(
