@@ -221,6 +221,7 @@ def test_the_cord(recordings: Path, tmp_path: Path) -> None:
     assert made.accepted == set(MODEL)
     left_out = re.findall(r"^\w+: touch 1 of \S+ is left out: (.+)$", result.stderr, re.MULTILINE)
     assert len(left_out) == 60 - used
+    assert result.stderr.count("; hard = ") == len(files)  # how each table was understood
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import openpyxl
 import pytest
 from click.testing import CliRunner, Result
 from foreign_files import RATIOS, measurement  # tests/tools
@@ -115,3 +116,19 @@ def test_what_is_asked_of_one_file_is_not_remembered(here: Path) -> None:
     assert "soft = " not in Path(NAME).read_text()
     assert "remembered" in run("replay", "other.csv").stderr
     assert "remembered" in run("replay", "other.csv", "--soft", "two.csv").stderr
+
+
+def test_the_sheet_is_asked_for(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    book = openpyxl.Workbook()
+    for name in ("one", "two"):
+        sheet = book.create_sheet(name)
+        for row in (["t (s)", "C1 (pF)", "C2 (pF)"], *zip(*(each.tolist() for each in measurement()), strict=True)):
+            sheet.append(list(row))
+    del book["Sheet"]
+    book.save("book.xlsx")
+    assert "part: got none" in run("import", "book.xlsx").stderr
+    monkeypatch.setattr(import_, "_may_ask", lambda: True)
+    result = run("import", "book.xlsx", input="three\ntwo\n")
+    assert result.exit_code == 0, result.stderr
+    assert "part: got 'three'" in result.stderr
+    assert "2 touches: ratio 2.0" in result.stdout

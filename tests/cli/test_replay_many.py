@@ -214,3 +214,17 @@ def test_ctrl_c_prints_what_is_done(tmp_path: Path, jobs: str, *, as_json: bool)
         assert [len(document["touches"]) for document in json.loads(printed)] == [4] * done
     else:
         assert len(printed.splitlines()) == 1 + 4 * done
+
+
+def test_a_file_that_is_not_there_is_told_and_the_others_are_done(tmp_path: Path) -> None:
+    good = own(tmp_path / "good.csv")
+    result = run("replay", good, tmp_path / "goof.csv")
+    assert result.exit_code == 4
+    assert "goof.csv" in result.stderr
+    assert result.stdout.count("good.csv") == 4
+    assert run("replay", tmp_path / "goof.csv").exit_code == 4
+
+
+def test_an_empty_name_is_refused() -> None:
+    result = run("replay", "")
+    assert (result.exit_code, "got an empty name" in result.stderr) == (2, True)

@@ -273,12 +273,13 @@ def test_labels_that_are_numbers() -> None:
         palpate.read(unclear, columns={"hard": 1, "soft": 2, "time": "0"}, unit="pF")
     clear = pd.DataFrame(dict(enumerate(columns, 1)))
     named = pl.DataFrame({"3": PLAY.soft, "2": PLAY.hard, "1": PLAY.t_hard_s})
-    for frame, asked in (
+    cases: list[tuple[Any, dict[str, str | int]]] = [
         (unclear, {"hard": "1", "soft": "2", "time": "0"}),
         (clear, {"hard": 2, "soft": 3, "time": 1}),
         (named, {"hard": "2", "soft": "3", "time": "1"}),
         (pl.DataFrame(dict(zip(("t", "x", "y"), columns, strict=True))), {"hard": 2, "soft": "3", "time": 1}),
-    ):
+    ]
+    for frame, asked in cases:
         found = palpate.read(frame, columns=asked, unit="pF")
         for field, values in (("t_hard_s", columns[0]), ("hard", columns[1]), ("soft", columns[2])):
             assert np.array_equal(getattr(found, field), values)

@@ -156,7 +156,7 @@ def _touches(file: Path, how: dict[str, Any], told: _Told) -> list[Touch]:
         found = touches(recording, scene=how["scene"], **given)
     except (ValueError, TypeError) as error:
         raise click.UsageError(f"{file}: {str(error).splitlines()[0]}") from error
-    for note in recording.notes:
+    for note in filter(None, [recording.understood, *recording.notes]):
         told.progress.echo(f"{file}: {note}", err=True)
     told.progress.end(file)
     told.notes.extend(f"{file}: {note}" for note in recording.notes)

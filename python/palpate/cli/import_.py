@@ -49,18 +49,13 @@ def import_(file: Path, asked: dict[str, Any], remember: bool, as_json: bool) ->
       palpate import other.csv --map hard=2,soft=3 --unit fF --remember
     """  # noqa: D301
     from palpate.recording.own_file import is_own
-    from palpate.tables.asked import Asked
-    from palpate.tables.formats import read_table
 
     if is_own(file):
         raise click.UsageError(f"{file}: is a recording of palpate, allowed: a table of another program")
-    try:
-        table = read_table(file, Asked(**{name: value for name, value in asked.items() if name != "known"}))
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
+    given = dict(asked)
+    table = _read(file, given)
     if not as_json:
         click.echo(_preview(file, table))
-    given = dict(asked)
     found = _understood(file, table, given)
     given.pop("known", None)
     known = _known(given, found)
@@ -70,6 +65,21 @@ def import_(file: Path, asked: dict[str, Any], remember: bool, as_json: bool) ->
         click.echo("\n".join([found.understood, *found.notes, _touches(found)]))
     if remember or (not known and _may_ask() and _confirmed(table)):
         _remember(table, given)
+
+
+def _read(file: Path, given: dict[str, Any]) -> "Table":
+    """Return the table; which one of several is asked for, and added to `given`."""
+    from palpate.tables.asked import Asked
+    from palpate.tables.formats import read_table
+
+    while True:
+        try:
+            return read_table(file, Asked(**{name: value for name, value in given.items() if name != "known"}))
+        except ValueError as error:
+            if not (_may_ask() and str(error).startswith("part:")):
+                raise click.UsageError(str(error)) from error
+            click.echo(str(error), err=True)
+            given["part"] = click.prompt("name of the sheet or stream", err=True)
 
 
 def _understood(file: Path, table: "Table", given: dict[str, Any]) -> "Foreign":

@@ -8,8 +8,6 @@ from typing import Any, NamedTuple
 
 import click
 
-from palpate.cli.options import INPUT
-
 _NO_RECORDING = "moduli.csv"  # which `palpate simulate` writes beside its recordings
 
 
@@ -25,13 +23,15 @@ class Recordings(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the files that an argument names."""
+        if not value:
+            self.fail("got an empty name, allowed: a file, a folder or a pattern", param, ctx)
         path = Path(value)
         if path.is_dir():
             found = _recordings(path, "**/*")
         elif has_magic(value) and not path.exists():
             found = _recordings(*_divided(path))
         else:
-            return Named([INPUT.convert(value, param, ctx)], several=False)
+            return Named([path], several=False)
         if not found:
             reason = "no recording there, allowed: a folder or pattern with tables, as *.csv"
             raise FileNotFoundError(errno.ENOENT, reason, value)

@@ -10,7 +10,7 @@ import click
 from palpate.cli.exit import NOT_RELIABLE
 from palpate.cli.inputs import InputFile
 from palpate.cli.moduli import Moduli
-from palpate.cli.options import json_option, replaying_options, tracking
+from palpate.cli.options import INPUT, json_option, replaying_options, tracking
 from palpate.cli.progress import Reading
 from palpate.cli.recordings import Named, Recordings
 from palpate.cli.replayed import How, replayed
@@ -63,7 +63,7 @@ def replay(
         from palpate.cli.replaying import replay_all
 
         sys.exit(replay_all([first, *others], how, calibration, jobs, as_json=as_json))
-    _replay_one(first, how, calibration, as_json=as_json)
+    _replay_one(INPUT.convert(first, None, None), how, calibration, as_json=as_json)
 
 
 def _replay_one(file: Path, how: How, calibration: Path | None, *, as_json: bool) -> None:

@@ -1,13 +1,63 @@
 """What in the values of a channel looks wrong."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 _FEWEST = 20  # readings at the end of a range that are no chance
 _PILE = 5  # times as many as have the next values
+_SAME = 3  # equal readings that are no chance
+_MOST = 0.2  # of the readings: a channel that rests at a value has it more often
+_APART = 5  # standard deviations of the other readings
+_TAIL = 0.005  # of the other readings at each end: single wrong ones
+
+Array = NDArray[np.float64]
 
 
-def clipped(name: str, values: NDArray[np.float64]) -> list[str]:
+def absent(name: str, values: Array) -> tuple[Array, list[str]]:
+    """Return the values without those that a logger writes for "no value", as 0 and -999: nan; and notes.
+
+    Such readings are exactly equal, and far from all others.
+
+    Examples
+    --------
+    >>> values, [note] = absent("hard", np.r_[np.linspace(8, 9, 400), np.zeros(12)])
+    >>> int(np.isnan(values).sum()), note
+    (12, 'hard: 12 readings are exactly 0, far from all others (8 to 9): taken as no value')
+    >>> absent("hard", np.r_[np.linspace(0, 9, 400), np.zeros(12)])[1]
+    []
+    """
+    kept, found = values, list[tuple[float, int]]()
+    while (end := _lonely_end(kept)) is not None:
+        same = kept == end
+        found.append((end, int(same.sum())))
+        kept = np.where(same, math.nan, kept)
+    if not found:
+        return values, []
+    others = f"{np.nanmin(kept):.4g} to {np.nanmax(kept):.4g}"
+    return kept, [
+        f"{name}: {count} readings are exactly {value:.6g}, far from all others ({others}): taken as no value"
+        for value, count in found
+    ]
+
+
+def _lonely_end(values: Array) -> float | None:
+    """Return the smallest or the largest value, the one that is farther from the others, if it is far from them."""
+    finite = values[np.isfinite(values)]
+    ends = (float(finite.min()), float(finite.max())) if len(finite) else ()
+    for end in sorted(ends, key=lambda each: -abs(each - float(np.median(finite)))):
+        others = finite[finite != end]
+        same = len(finite) - len(others)
+        if _SAME <= same <= _MOST * len(finite) and len(others) >= _FEWEST:
+            low, high = np.quantile(others, [_TAIL, 1 - _TAIL])
+            spread = float(np.std(np.clip(others, low, high)))
+            if spread > 0 and np.abs(others - end).min() > _APART * spread:
+                return end
+    return None
+
+
+def clipped(name: str, values: Array) -> list[str]:
     """Return a note if many readings have exactly the largest, or the smallest, value.
 
     Examples

@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from palpate.errors import quoted
+from palpate.errors import listed, quoted
 from palpate.tables.asked import Asked
 from palpate.tables.cell.clock_layout import is_time
 from palpate.tables.long import id_column, id_columns, spread
 from palpate.tables.names import PAIRS, SOFT_TIMES, named, simple_name, time_columns
+from palpate.tables.proposals import proposed, values_of
 from palpate.tables.table import Column, Table
 from palpate.tables.units import PICOFARADS, bare
 
@@ -115,6 +116,8 @@ def _alone(
         value = table.column(wanted)
         return Side(table, value, [column for column in times if column != value], time is not None)
     values = [column for column in range(table.width) if column not in times and column not in other]
+    if len(values) != 1 and len(likely := values_of(table, {*times, *other})) == 1:
+        values = likely
     if len(values) != 1:
         raise ValueError(
             f"columns: got {len(values)} columns that can be the channel in {table.path.name}, allowed: one of "
@@ -124,17 +127,31 @@ def _alone(
 
 
 def _id_column(table: Table, wanted: Mapping[str, str | int]) -> int | None:
-    """Return the column that holds the names of the channels, if they are no columns; else None."""
+    """Return the column that holds the names of the channels, if they are no columns; else None.
+
+    Raises
+    ------
+    ValueError
+        No columns, and no names of channels; or they can be both.
+    """
     names = [str(wanted[key]).strip() for key in ("hard", "soft")]
+    holding = id_columns(table, names)
+    likeliest = id_column(table)
+    found = [likeliest] if likeliest in holding else holding
     try:
-        for name in names:
-            table.column(name)
+        columns = {table.column(name) for name in names}
     except ValueError:
-        found = id_columns(table, names)
-        if len(found) != 1:
+        if len(found) != 1 or found[0] is None:
             raise
         return found[0]
-    return None
+    if likeliest is None or likeliest not in holding:
+        return None
+    if columns & {likeliest, *time_columns(table)}:
+        return likeliest  # which no channel can be
+    raise ValueError(
+        f"columns: got {listed(names)}, which are columns as well as names in {said(table, likeliest)}, allowed: names of "
+        "columns, or a table with other names of channels"
+    )
 
 
 def _guessed(table: Table) -> Mapping[str, str | int]:
@@ -159,10 +176,8 @@ def _others(table: Table, taken: set[int]) -> list[int]:
 
 
 def _open(table: Table) -> str:
-    times = set(time_columns(table))
-    values = [column + 1 for column in range(table.width) if column not in times]
-    hint = f", as in --map hard={values[0]},soft={values[1]}" if len(values) > 1 else ""
-    return f"columns: got none for a table of another program, allowed: hard and soft, two of {table.describe()}{hint}"
+    allowed = f"hard and soft, two of {table.describe()}{proposed(table)}"
+    return f"columns: got none for a table of another program, allowed: {allowed}"
 
 
 def dated(table: Table) -> Table:

@@ -6,11 +6,13 @@ from numpy.typing import NDArray
 from palpate.errors import quoted
 from palpate.tables.asked import Asked
 from palpate.tables.roles import Side
-from palpate.tables.units import PICOFARADS
+from palpate.tables.table import Column
+from palpate.tables.units import PICOFARADS, no_capacitance, unit_in
 
 Array = NDArray[np.float64]
 _SURE = {"pF": (0.05, 100.0), "F": (0.05e-12, 100e-12)}
 """Sizes that leave no doubt about a unit: gauges have some pF, and change by some tenths."""
+_COUNTS = ("counts", "count", "cnt", "cnts", "raw", "lsb", "adc", "digits", "codes")
 _FAR = 100.0  # the two gauges of a probe differ by less
 
 
@@ -23,7 +25,7 @@ def units(hard: Side, soft: Side, values: tuple[Array, Array], asked: Asked) -> 
         Not a capacitance, or neither header nor size tells the unit, or the two do not fit together.
     """
     if asked.unit is not None:
-        return asked.unit, asked.unit, []
+        return asked.unit, asked.unit, _contradicted((hard, soft), asked.unit)
     given = [_in_header(side) for side in (hard, soft)]
     known = [unit for unit in given if unit]
     if len(known) == 2:
@@ -39,12 +41,46 @@ def units(hard: Side, soft: Side, values: tuple[Array, Array], asked: Asked) -> 
 
 
 def _in_header(side: Side) -> str | None:
-    unit = side.table.unit(side.value, PICOFARADS)
-    if unit == "%":
+    column, name = side.table.columns[side.value], quoted(side.table.name(side.value))
+    unit, other = _said_unit(column)
+    if other is None:
+        return unit
+    ratio = "a ratio of changes of capacitance is wanted"
+    if unit is not None:
         raise ValueError(
-            f"column: got {quoted(side.table.name(side.value))}, which is in per cent, allowed: a capacitance; if it is one, give its unit"
+            f"column: got {name}, with a scale, allowed: a column in one of {', '.join(PICOFARADS)}: multiply it first"
         )
-    return unit
+    if other.casefold() in _COUNTS:
+        raise ValueError(
+            f"column: got {name}, in {other}, allowed: a capacitance ({ratio}); counts of one scale that are proportional "
+            'to it: unit="aF" (--unit aF)'
+        )
+    what = "per cent" if other == "%" else other
+    raise ValueError(f"column: got {name}, in {what}, allowed: a capacitance: {ratio}")
+
+
+def _said_unit(column: Column) -> tuple[str | None, str | None]:
+    """Return the unit of capacitance that the names of a column say, and what they say that is none, or a scale."""
+    for text in filter(None, [column.unit, *reversed(column.names)]):
+        unit, other = unit_in(text, PICOFARADS), no_capacitance(text)
+        if other is not None:
+            return ("F" if "F" in other else None), other
+        if unit == "%":
+            return None, unit
+        if unit is not None:
+            return unit, None
+    return None, None
+
+
+def _contradicted(channels: tuple[Side, Side], wanted: str) -> list[str]:
+    """Return notes on headers that say another unit than the user."""
+    notes = []
+    for side in channels:
+        unit, other = _said_unit(side.table.columns[side.value])
+        said = other or unit
+        if said is not None and PICOFARADS.get(said) != PICOFARADS[wanted]:
+            notes.append(f"the header of {side.name} says {said}: {wanted} is used, as asked")
+    return notes
 
 
 def _size(values: Array) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
 from palpate.tables.cell.numbers import numbers
-from palpate.tables.doubts import clipped
+from palpate.tables.doubts import absent, clipped
 from palpate.tables.roles import Side, said, sides
 from palpate.tables.rows import in_turn, without_repeats
 from palpate.tables.scales import units
@@ -71,7 +71,9 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     left_out: list[str] = []
     if asked.rate is None:
         hard, soft, left_out = without_repeats(hard, soft)
-    first, second = (numbers(side.table, side.value, asked.decimal) for side in (hard, soft))
+    (first, lost), (second, also_lost) = (
+        absent(name, numbers(side.table, side.value, asked.decimal)) for name, side in (("hard", hard), ("soft", soft))
+    )
     hard_unit, soft_unit, told = units(hard, soft, (first, second), asked)
     hard, soft, raw, turns = in_turn(hard, soft, (first, second))
     values = [each if (factor := PICOFARADS[unit]) == 1.0 else each * factor
@@ -82,7 +84,8 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     line = [_said_times(stamps), f"hard = {hard.name}, {hard_unit}", f"soft = {soft.name}, {soft_unit}"]
     line += [pace(arrays[0]), f"{len(arrays[0])} rows"]
     tables = [table] if soft_table is None else [table, soft_table]
-    notes = [*left_out, *turns, *remarks(arrays), *apart, *told, *(note for each in stamps for note in each.notes)]
+    notes = [*left_out, *turns, *remarks(arrays), *lost, *also_lost, *apart, *told]
+    notes += [note for each in stamps for note in each.notes]
     notes += [note for each in tables for note in each.notes]
     if table.header_rate and UNTIMED in notes:
         notes.append(f"the header says {table.header_rate} samples a second: --rate {table.header_rate}?")

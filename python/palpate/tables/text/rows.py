@@ -11,6 +11,7 @@ from palpate.tables.cell.kinds import NUMBER, TEXT, fits, has_value, kind, signa
 from palpate.tables.table import Table
 from palpate.tables.text.header_rate import header_rate
 from palpate.tables.text.left_out import LeftOut, Row, by_column, is_comment, is_ending, trimmed, uncommented
+from palpate.tables.units import bare
 
 Rows = list[Row]
 
@@ -181,18 +182,26 @@ def _header_fits(header: list[list[str]], width: int, first: list[str]) -> bool:
 def _names(header: list[list[str]], width: int) -> list[tuple[str, ...]]:
     """Return all names of each column; a blank cell of an upper header row belongs to the name on its left.
 
+    The last one is that of the lowest row, if this row names all columns; else all of them joined.
     Upper rows with fewer cells are no part of the name of a column that is joined of several rows; one with one cell is
     a title, and names no column.
     """
     header = [row for row in header[:-1] if sum(map(bool, row)) > 1] + header[-1:]
     filled = [[*row, *[""] * (width - len(row))] for row in header]
     spanning = [list(accumulate(row, _filled)) for row in header[:-1] if len(row) >= width]
+    lowest = bool(filled) and _names_all(filled[-1])
     found = []
     for column in range(width):
         cells = [row[column] for row in filled]
         joined = " ".join(part for part in [*(row[column] for row in spanning), *cells[-1:]] if part)
-        found.append(tuple(name for name in dict.fromkeys([*cells, joined]) if name))
+        order = [joined, *cells] if lowest else [*cells, joined]
+        found.append(tuple(reversed([name for name in dict.fromkeys(reversed(order)) if name])))
     return found
+
+
+def _names_all(cells: list[str]) -> bool:
+    """Return whether the cells of a header row are different names, not units."""
+    return len({*cells}) == len(cells) and all(cells) and sum(not bare(cell) for cell in cells) < 2
 
 
 def _filled(left: str, cell: str) -> str:
