@@ -168,7 +168,7 @@ def test_binary_data_of_one_channel(tmp_path: Path) -> None:
         ),
         ("Vdd: 5\n800000\t000000\nnonsense\n", 4, "line 3"),
         ("Vdd: 5\n800000\t000000\n", 2, "rate: got none"),
-        ("Conv. Time: 62.0 ms\n", 2, "columns: got 4 columns that can be the channel"),
+        ("Conv. Time: 62.0 ms\n", 2, "rate: got none"),
     ],
 )
 def test_binary_data_that_is_none(tmp_path: Path, text: str, code: int, message: str) -> None:
