@@ -156,7 +156,9 @@ def _touches(found: "Foreign") -> str:
     from palpate.digits import plus_minus
 
     ratios = [plus_minus(touch.ratio, touch.standard_error) for touch in touches(found)]
-    return ("1 touch" if len(ratios) == 1 else f"{len(ratios)} touches") + (f": ratio {listed(ratios, _TOUCHES)}" if ratios else "")
+    return ("1 touch" if len(ratios) == 1 else f"{len(ratios)} touches") + (
+        f": ratio {listed(ratios, _TOUCHES)}" if ratios else ""
+    )
 
 
 def _document(file: Path, table: "Table", found: "Foreign", given: dict[str, Any]) -> dict[str, Any]:
