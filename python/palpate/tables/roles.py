@@ -60,8 +60,10 @@ def sides(table: Table, asked: Asked, soft: Table | None = None) -> tuple[Side, 
     if soft is not None:
         hard_side = _alone(table, wanted.get("hard"), wanted.get("time"))
         return hard_side, _alone(dated(soft), wanted.get("soft"), wanted.get("soft_time", wanted.get("time")))
-    wanted = wanted or dict(_guessed(table))
-    names = _id_column(table, wanted)
+    guessed = {} if wanted else dict(_guessed(table))
+    wanted = wanted or guessed
+    sure = bool(guessed) and isinstance(guessed["hard"], int)  # a position
+    names = None if sure else _id_column(table, wanted)
     if names is not None:
         parts = spread(table, names)
         hard_side, soft_side = (
@@ -135,16 +137,18 @@ def _id_column(table: Table, wanted: Mapping[str, str | int]) -> int | None:
         No columns, and no names of channels; or they can be both.
     """
     names = [str(wanted[key]).strip() for key in ("hard", "soft")]
-    holding = id_columns(table, names)
-    likeliest = id_column(table)
-    found = [likeliest] if likeliest in holding else holding
     try:
         columns = {table.column(name) for name in names}
     except ValueError:
+        holding, likeliest = id_columns(table, names), id_column(table)
+        found = [likeliest] if likeliest in holding else holding
         if len(found) != 1 or found[0] is None:
             raise
         return found[0]
-    if likeliest is None or likeliest not in holding:
+    if not all(name.isdecimal() for name in names):
+        return None
+    likeliest = id_column(table)
+    if likeliest is None or likeliest not in id_columns(table, names):
         return None
     if columns & {likeliest, *time_columns(table)}:
         return likeliest  # which no channel can be
