@@ -11,6 +11,7 @@ from typing import Any, BinaryIO, cast
 
 from palpate.files import open_regular
 
+_PART = 1 << 20
 LARGEST = 500_000_000
 """Bytes of a table, at most, after decompression: it is read as a whole."""
 STANDARD_INPUT = Path("-")
@@ -64,10 +65,12 @@ def unpacked_name(path: Path) -> str:
 
 
 def _limited(file: BinaryIO) -> bytes:
-    data = file.read(LARGEST + 1)
-    if len(data) > LARGEST:
-        raise _too_large()
-    return data
+    data = bytearray()
+    while part := file.read(_PART):  # read(n) takes n bytes of memory first
+        data += part
+        if len(data) > LARGEST:
+            raise _too_large()
+    return bytes(data)
 
 
 def _too_large() -> OSError:
