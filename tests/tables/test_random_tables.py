@@ -7,7 +7,7 @@ from random import Random
 from effort import NIGHTLY, SEED
 from random_tables import dialect, outcome  # tests/tools
 
-COUNT = 5000 if NIGHTLY else 250
+COUNT = 5000 if NIGHTLY else 150
 
 
 def test_no_table_is_read_wrong(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,7 @@ _BEGUN = datetime(2026, 3, 9, 12, 0, 0, 260_000, UTC)
 Array = NDArray[np.float64]
 
 
+@cache
 def measurement() -> tuple[Array, Array, Array]:
     """Return times, s, and both channels, pF: two touches in a trembling hand, with the ratios `RATIOS`."""
     t = np.arange(ROWS) / RATE
