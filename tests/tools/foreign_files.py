@@ -32,9 +32,14 @@ _BEGUN = datetime(2026, 3, 9, 12, 0, 0, 260_000, UTC)
 Array = NDArray[np.float64]
 
 
-@cache
 def measurement() -> tuple[Array, Array, Array]:
     """Return times, s, and both channels, pF: two touches in a trembling hand, with the ratios `RATIOS`."""
+    t, hard, soft = _measured()
+    return t.copy(), hard.copy(), soft.copy()
+
+
+@cache
+def _measured() -> tuple[Array, Array, Array]:
     t = np.arange(ROWS) / RATE
     rng = np.random.default_rng(7)
     hard, soft = np.full(ROWS, 6.9), np.full(ROWS, 4.7)
