@@ -20,6 +20,7 @@ PAIRS = (("hard", "soft"), ("chard", "csoft"), ("hardbump", "softbump"), ("c1", 
          ("cap1", "cap2"), ("capacitance1", "capacitance2"))  # fmt: skip
 """Names of the hard and the soft channel. Others leave open which is which."""
 
+_CHANNEL = re.compile("(?:c|cin|cap|capacitance|ch)[0-9]")
 _BETWEEN = re.compile(r"[\s_./#:-]+")
 
 
@@ -43,3 +44,8 @@ def time_columns(table: Table) -> list[int]:
     """
     found = named(table, TIMES | {unit.casefold() for unit in SECONDS})
     return [column for column in found if table.unit(column, SECONDS) in SECONDS or bare(table.name(column)) != "T"]
+
+
+def named_channel(table: Table, column: int) -> bool:
+    """Return whether a column has a name as C3, CIN3 or cap 3."""
+    return any(_CHANNEL.fullmatch(simple_name(name)) for name in table.names(column))

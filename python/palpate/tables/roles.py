@@ -8,7 +8,7 @@ from palpate.errors import listed, quoted
 from palpate.tables.asked import Asked
 from palpate.tables.cell.clock_layout import is_time
 from palpate.tables.long import id_column, id_columns, spread
-from palpate.tables.names import PAIRS, SOFT_TIMES, named, simple_name, time_columns
+from palpate.tables.names import PAIRS, SOFT_TIMES, named, named_channel, simple_name, time_columns
 from palpate.tables.proposals import proposed, values_of
 from palpate.tables.table import Column, Table
 from palpate.tables.units import PICOFARADS, bare
@@ -174,9 +174,9 @@ def _guessed(table: Table) -> Mapping[str, str | int]:
 
 
 def _others(table: Table, taken: set[int]) -> list[int]:
-    """Return the other columns that are capacitances by their unit."""
+    """Return the other columns that are capacitances by their unit, or by a name as C3."""
     rest = [column for column in range(table.width) if column not in taken]
-    return [column for column in rest if table.unit(column, PICOFARADS) in PICOFARADS]
+    return [column for column in rest if table.unit(column, PICOFARADS) in PICOFARADS or named_channel(table, column)]
 
 
 def _open(table: Table) -> str:
