@@ -116,3 +116,17 @@ def test_clipped_readings_are_told(tmp_path: Path) -> None:
     rows = "".join(f"{i / 40},{min(6 + i * 0.01, 8)},{4 + i * 0.001}\n" for i in range(300))
     [_, note] = read(table(tmp_path, "t_s,hard,soft", rows)).notes
     assert note == "hard: 100 readings have exactly the largest value, 8: is the channel clipped there?"
+
+
+def test_a_channel_that_is_frozen_is_told(tmp_path: Path) -> None:
+    soft = [4 + i * 0.001 + (i % 7) * 0.01 for i in range(300)]
+    soft[200:260] = [soft[200]] * 60
+    rows = "".join(f"{i / 40},{6 + i * 0.01},{each:.3f}\n" for i, each in enumerate(soft))
+    [*_, note] = read(table(tmp_path, "t_s,hard,soft", rows)).notes
+    assert note.startswith("soft: rows 201 to 260 of the samples have exactly 4.24, while the other channel changes")
+
+
+def test_a_pace_that_no_probe_has_is_told(tmp_path: Path) -> None:
+    rows = "".join(f"{i * 260},{6 + i % 3},{4 + i % 2}\n" for i in range(60))
+    [*_, note] = [note for note in read(table(tmp_path, "t_ms,C1 (pF),C2 (pF)", rows)).notes if "unusual" in note]
+    assert note.startswith("3.846 pairs a second are unusual")

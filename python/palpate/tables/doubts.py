@@ -10,6 +10,7 @@ _PILE = 5  # times as many as have the next values
 _SAME = 3  # equal readings that are no chance
 _MOST = 0.2  # of the readings: a channel that rests at a value has it more often
 _APART = 5  # standard deviations of the other readings
+_MOVED = 0.05  # of its range: a channel that changes
 _TAIL = 0.005  # of the other readings at each end: single wrong ones
 
 Array = NDArray[np.float64]
@@ -77,3 +78,30 @@ def clipped(name: str, values: Array) -> list[str]:
                 f"{name}: {counts[at]} readings have exactly the {side} value, {found[at]:.6g}: is the channel clipped there?"
             )
     return notes
+
+
+def frozen(name: str, values: Array, other: Array) -> list[str]:
+    """Return a note if a channel has the same reading for long while the other channel changes, not at an end of its range.
+
+    Examples
+    --------
+    >>> rising = np.linspace(6, 9, 430)
+    >>> frozen("soft", np.r_[np.linspace(4, 5, 400), np.full(30, 4.5)], rising)
+    ['soft: rows 401 to 430 of the samples have exactly 4.5, while the other channel changes: is the channel frozen there?']
+    >>> frozen("soft", np.round(np.linspace(4, 5, 430), 1), rising)
+    []
+    """
+    edges = np.r_[-1, np.flatnonzero(np.diff(values) != 0), len(values) - 1]  # nan differs from all
+    lengths = np.diff(edges)
+    at = int(np.argmax(lengths)) if len(values) else 0
+    if not len(values) or lengths[at] < _FEWEST or np.isnan(other).all():
+        return []
+    first, end = int(edges[at]) + 1, int(edges[at + 1]) + 1
+    coarse = len(values) - lengths[at] > 2 * (len(lengths) - 1)  # elsewhere, too, most readings equal the one before
+    meanwhile = other[first:end]
+    moved = np.nanmax(meanwhile) - np.nanmin(meanwhile) if not np.isnan(meanwhile).all() else 0.0
+    still = moved <= _MOVED * (np.nanmax(other) - np.nanmin(other))
+    if coarse or still or values[first] in (np.nanmin(values), np.nanmax(values)):
+        return []
+    said = f"{name}: rows {first + 1} to {end} of the samples have exactly {values[first]:.6g}, while the other channel changes"
+    return [f"{said}: is the channel frozen there?"]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
 from palpate.tables.cell.numbers import numbers
-from palpate.tables.doubts import absent, clipped
+from palpate.tables.doubts import absent, clipped, frozen
 from palpate.tables.roles import Side, said, sides
 from palpate.tables.rows import in_turn, without_repeats
 from palpate.tables.scales import units
@@ -89,7 +89,8 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     notes += [note for each in tables for note in each.notes]
     if table.header_rate and UNTIMED in notes:
         notes.append(f"the header says {table.header_rate} samples a second: --rate {table.header_rate}?")
-    notes += [note for name, each in zip(("hard", "soft"), arrays[2:], strict=True) for note in clipped(name, each)]
+    for name, each, other in (("hard", *arrays[2:]), ("soft", *arrays[:1:-1])):
+        notes += [*clipped(name, each), *frozen(name, each, other)]
     return Channels(
         *arrays, "; ".join(filter(None, line)), tuple(dict.fromkeys(notes)), stamps[0].zero_utc_ns, _unused(hard, soft)
     )
@@ -173,15 +174,24 @@ def _said_times(stamps: tuple[Times, Times]) -> str:
     return f"time = {' and '.join(names)}" if names else ""
 
 
+_LIKELY = 5.0, 2000.0  # pairs a second of a probe
+_FEWEST = 50  # rows that show a pace
+
+
 def pace(t: Array) -> str:
     """Return the pairs a second of some times, s, as text."""
+    rate = _rate(t)
+    return f"{rate:.4g} pairs a second" if rate else "rate unknown"
+
+
+def _rate(t: Array) -> float:
+    """Return the pairs a second; 0: unknown."""
     steps = np.diff(t)
     steps = steps[steps > 0]
     if not len(steps):
-        return "rate unknown"
+        return 0.0
     usual = steps[steps <= 10 * np.median(steps)]
-    rate = (len(t) - 1) / len(steps) / float(usual.mean())
-    return f"{rate:.4g} pairs a second"
+    return (len(t) - 1) / len(steps) / float(usual.mean())
 
 
 def remarks(arrays: _Arrays) -> list[str]:
@@ -189,7 +199,11 @@ def remarks(arrays: _Arrays) -> list[str]:
     time_s, _, hard, soft = arrays
     missing = int(np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft))))
     back = int(np.count_nonzero(np.diff(time_s) < 0))
+    rate, odd = _rate(time_s), False
+    if rate and len(time_s) >= _FEWEST:
+        odd = not _LIKELY[0] <= rate <= _LIKELY[1]
     notes = {
+        f"{rate:.4g} pairs a second are unusual for a probe: is the unit of the times right (--time-unit)?": odd,
         f"{missing} of {len(hard)} rows have no value in a channel: left out": missing,
         f"time goes back at {back} of {len(hard)} rows: the order of the file is used": back,
         UNTIMED: bool(len(time_s)) and bool(np.isnan(time_s).all()),
