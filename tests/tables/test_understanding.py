@@ -130,3 +130,15 @@ def test_a_pace_that_no_probe_has_is_told(tmp_path: Path) -> None:
     rows = "".join(f"{i * 260},{6 + i % 3},{4 + i % 2}\n" for i in range(60))
     [*_, note] = [note for note in read(table(tmp_path, "t_ms,C1 (pF),C2 (pF)", rows)).notes if "unusual" in note]
     assert note.startswith("3.846 pairs a second are unusual")
+
+
+def test_a_capital_t_is_a_temperature(tmp_path: Path) -> None:
+    rows = "".join(f"{20 + i / 100:.2f},{6 + i % 3},{4 + i % 2}\n" for i in range(40))  # rises as a time does
+    assert "rate unknown" in read(table(tmp_path, "T,C1,C2", rows)).understood
+    assert "time = t" in read(table(tmp_path, "t,C1,C2", rows)).understood
+
+
+def test_a_column_of_times_that_does_not_rise_is_refused(tmp_path: Path) -> None:
+    rows = "".join(f"5,{6 + i % 3},{4 + i % 2}\n" for i in range(40))
+    with pytest.raises(ValueError, match=r"^time: "):
+        read(table(tmp_path, "t_s,C1,C2", rows))

@@ -118,7 +118,6 @@ def _of_side(side: Side, asked: Asked) -> Times:
     for column in side.times:
         try:
             one = times(side.table, column, asked.time_unit, asked.decimal)
-            _require_steps(one, said(side.table, column))
         except (ValueError, RecordingError) as error:
             wrong.append(error)
         else:
@@ -140,14 +139,6 @@ def _require_rate(side: Side, asked: Asked, rate: float) -> None:
         raise ValueError(
             f"rate: got {rate:g}, but {found[0]:.3g} rows a second by the times of the file, allowed: a rate within "
             f"{_RATES_DIFFER:.0%} of it, or the unit of these times (--time-unit)"
-        )
-
-
-def _require_steps(found: Times, name: str) -> None:
-    steps = np.diff(found.seconds)
-    if len(steps) and not np.count_nonzero(steps > 0) > np.count_nonzero(steps < 0):
-        raise ValueError(
-            f"time: got a column of times, {name}, that does not rise, allowed: one that does, with time=COL"
         )
 
 
