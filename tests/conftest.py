@@ -9,15 +9,14 @@ from random import Random
 from typing import Any
 
 import pytest
-from effort import NIGHTLY, SEED
+from effort import SEED, draws
 from hypothesis import settings
 from project import ROOT, need
 from tally import Tally
 
 # The same examples in every run, unless .ci/nightly gives a seed. No database, which workers would share.
-settings.register_profile("commit", max_examples=200, deadline=None, derandomize=SEED == 0, database=None)
-settings.register_profile("nightly", settings.get_profile("commit"), max_examples=2000)
-settings.load_profile("nightly" if NIGHTLY else "commit")
+settings.register_profile("palpate", max_examples=draws(200), deadline=None, derandomize=SEED == 0, database=None)
+settings.load_profile("palpate")
 
 _TALLY = Tally()
 

@@ -6,7 +6,7 @@ from random import Random
 from typing import Any
 
 import pytest
-from effort import NIGHTLY, random_of
+from effort import NIGHTLY, draws, random_of
 from kit_bench import Bench
 from kit_world import LIMIT_MS, World, check_stamps
 from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, PORTS
@@ -26,7 +26,7 @@ _AMOUNTS: dict[str, Callable[[float], float]] = {
     "overload": lambda share: 9.0 if share > 0.5 else -9.0,
     "not acknowledged in mid-write": lambda share: round(6 * share),
 }
-_PARTS, _SCHEDULES = (20, 500) if NIGHTLY else (1, 300)
+_PARTS, _SCHEDULES = (20, 500) if NIGHTLY else (1, draws(300))
 
 
 def fault_of(random: Random) -> Fault:

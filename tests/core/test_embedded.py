@@ -1,6 +1,5 @@
 """The headers on a microcontroller: the same bits as here, and what they may cost there."""
 
-import json
 import subprocess
 import sys
 from functools import cache
@@ -8,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from kept import kept_json
 from project import ROOT, need
 
 EMBEDDED = ROOT / "bench" / "embedded"
@@ -15,26 +15,26 @@ SIMULATED = ("m0", "m3", "m4f", "m7")
 
 
 @cache
-def table(target: str, folder: Path) -> dict[str, Any]:
+def table(target: str) -> dict[str, Any]:
     """Run bench/embedded/size.py for one target."""
     need("arm-none-eabi-g++")
-    need("riscv64-unknown-elf-g++" if target.startswith("rv") else "qemu-system-arm")
-    made = folder / f"{target}.json"
-    command = [sys.executable, "-m", "bench.embedded.size", "--target", target, "--json", str(made)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert made.exists(), done.stdout + done.stderr
-    tables: dict[str, dict[str, Any]] = json.loads(made.read_text())
+    programs = need("c++"), need("riscv64-unknown-elf-g++" if target.startswith("rv") else "qemu-system-arm")
+
+    def measure(made: Path) -> None:
+        command = [sys.executable, "-m", "bench.embedded.size", "--target", target, "--json", str(made)]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+        assert made.exists(), done.stdout + done.stderr
+
+    inputs = EMBEDDED, ROOT / "cpp" / "include"
+    tables: dict[str, dict[str, Any]] = kept_json(
+        f"embedded {target}", inputs, ("arm-none-eabi-g++", *programs), measure
+    )
     return tables[target]
 
 
-@pytest.fixture(scope="session")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("embedded")
-
-
 @pytest.mark.parametrize("target", SIMULATED)
-def test_the_same_bits_as_on_this_machine(target: str, folder: Path) -> None:
-    found = table(target, folder)
+def test_the_same_bits_as_on_this_machine(target: str) -> None:
+    found = table(target)
     assert found["same_bits"], found["results"]
     hashes = dict(line.split() for line in found["results"] if " touch " not in line)
     assert list(hashes) == list(found["subjects"])
@@ -48,8 +48,8 @@ def test_the_same_bits_as_on_this_machine(target: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("target", [*SIMULATED, "rv32imafc"])
-def test_no_heap_no_unwinder_no_double(target: str, folder: Path) -> None:
-    subjects = table(target, folder)["subjects"]
+def test_no_heap_no_unwinder_no_double(target: str) -> None:
+    subjects = table(target)["subjects"]
     assert {name: row["foreign"] for name, row in subjects.items() if row["foreign"]} == {}
 
 
@@ -57,17 +57,17 @@ def test_no_heap_no_unwinder_no_double(target: str, folder: Path) -> None:
     ("subject", "text", "instructions", "state"),
     [("Fixed", 64, 12, 8), ("Paper", 160, 36, 12), ("PaperSafe", 220, 54, 12), ("Gated", 440, 80, 28)],
 )
-def test_what_it_may_cost_on_a_cortex_m4f(subject: str, text: int, instructions: int, state: int, folder: Path) -> None:
-    row = table("m4f", folder)["subjects"][subject]
+def test_what_it_may_cost_on_a_cortex_m4f(subject: str, text: int, instructions: int, state: int) -> None:
+    row = table("m4f")["subjects"][subject]
     assert row["text"]["-Os"] <= text
     assert row["worst"] <= instructions
     assert row["state"] <= state
     assert row["stack"] == 0
 
 
-def test_what_handheld_may_cost_on_a_cortex_m4f(folder: Path) -> None:
+def test_what_handheld_may_cost_on_a_cortex_m4f() -> None:
     """The lean scene, and the full one with the matched pair, the fit and the revision."""
-    lean, full = (table("m4f", folder)["subjects"][name] for name in ("Handheld", "HandheldFull"))
+    lean, full = (table("m4f")["subjects"][name] for name in ("Handheld", "HandheldFull"))
     assert lean["state"] <= 548
     assert lean["text"]["-Os"] <= 5760
     assert lean["worst"] <= 950
@@ -79,8 +79,8 @@ def test_what_handheld_may_cost_on_a_cortex_m4f(folder: Path) -> None:
     assert full["stack"] <= 672
 
 
-def test_what_paper_may_cost_without_an_fpu(folder: Path) -> None:
-    assert table("m0", folder)["subjects"]["Paper"]["worst"] <= 1700
+def test_what_paper_may_cost_without_an_fpu() -> None:
+    assert table("m0")["subjects"]["Paper"]["worst"] <= 1700
 
 
 FLAGS = ["-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-fno-exceptions", "-fno-rtti"]

@@ -7,6 +7,7 @@ import numpy as np
 import palpate
 import pytest
 from building import configure, run
+from kept import kept_folder
 from numpy.typing import NDArray
 from project import ROOT, need
 
@@ -53,11 +54,12 @@ def bank_hash(name: str) -> str:
 
 
 @pytest.mark.parametrize("compiler", ["c++", "clang++"])
-def test_ctest_and_the_bits_of_the_extension(cmake: str, tmp_path: Path, compiler: str) -> None:
-    configure(cmake, ROOT, tmp_path, f"-DCMAKE_CXX_COMPILER={need(compiler)}")
-    out = run("ctest", "--test-dir", tmp_path, "--output-on-failure", "--no-tests=error")
-    assert "100% tests passed" in out
-    hashes = dict(line.split() for line in run(tmp_path / "tests" / "cpp" / "bits").splitlines())
+def test_ctest_and_the_bits_of_the_extension(cmake: str, compiler: str) -> None:
+    with kept_folder("ctest", need(compiler)) as build:
+        configure(cmake, ROOT, build, f"-DCMAKE_CXX_COMPILER={need(compiler)}")
+        out = run("ctest", "--test-dir", build, "--output-on-failure", "--no-tests=error")
+        assert "100% tests passed" in out
+        hashes = dict(line.split() for line in run(build / "tests" / "cpp" / "bits").splitlines())
     print(*hashes.items(), sep="\n")
     assert len(hashes) == 10
     for name, value in hashes.items():

@@ -4,13 +4,13 @@ import random
 from pathlib import Path
 
 import pytest
-from effort import TIMES, random_of
+from effort import draws, random_of
 from fuzz_parsers import TARGETS
 from project import ROOT
 from tally import Tally
 
 CORPUS = ROOT / "tests" / "fuzz" / "corpus"
-CHANGES = 40 * TIMES
+CHANGES = draws(40)
 """Of each file; `.ci/fuzz` goes on from there, and sees which branches are taken."""
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from random import Random
 
 import pytest
-from effort import NIGHTLY, random_of
+from effort import NIGHTLY, draws, random_of
 from i2c_bus import Bus
 from kit_acceptance import Board, not_done, said, wrong
 from palpate.ad7746.clock import VirtualClock
@@ -149,7 +149,7 @@ KINDS = ("no answer", "stall", "line error", "short", "not acknowledged", "lock"
          "brown-out", "lost conversion", "other input", "excitation shorted", "late")  # fmt: skip
 
 
-@pytest.mark.parametrize("number", range(1000 if NIGHTLY else 25))
+@pytest.mark.parametrize("number", range(draws(25, 1000, at_least=5)))
 def test_a_fault_in_the_middle_leaves_steps(number: int, tally: Tally) -> None:
     random = random_of(f"kit faults {number}")
     board = Board(seed=number)

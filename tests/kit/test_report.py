@@ -6,7 +6,7 @@ from random import Random
 from typing import Any
 
 import pytest
-from effort import TIMES, random_of
+from effort import draws, random_of
 from kit_acceptance import Board
 from palpate.errors import PalpateError
 from palpate.kit.acceptance import Acceptance
@@ -97,7 +97,7 @@ def test_too_much_is_refused(report: Report, tmp_path: Path) -> None:
 def test_changed_bytes_are_read_or_refused(report: Report, tmp_path: Path) -> None:
     random, data, path = random_of("kit report"), report.text().encode(), tmp_path / "report.json"
     refused = 0
-    for _ in range(300 * TIMES):
+    for _ in range(draws(300)):
         path.write_bytes(_changed(data, random))
         try:
             found = load(path)

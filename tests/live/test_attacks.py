@@ -8,7 +8,7 @@ from random import Random
 import palpate
 import pytest
 from attacks import KINDS, Target, allow_files, fresh
-from effort import NIGHTLY
+from effort import NIGHTLY, draws
 from live_attacks import RATES, Attacked, Measured, attacked, row
 from live_sessions import play
 from palpate.live.gatekeeper import new_token
@@ -78,7 +78,7 @@ def test_any_session(tmp_path: Path) -> None:
     """Random sequences of frames, commands, requests, pauses and closes: the recording is complete, nothing is printed."""
     with Attacked(38, tmp_path / "run", new_token()) as server:
         target = Target(server.address, 1e6)
-        for seed in range(800 if NIGHTLY else 40):
+        for seed in range(draws(40, 800, at_least=10)):
             play(target, Random(seed))
         assert fresh(target) < 60
         figures, errors = server.end()

@@ -9,7 +9,7 @@ import palpate
 import pytest
 from click.testing import CliRunner
 from damage import changed, finished, killed
-from effort import NIGHTLY
+from effort import NIGHTLY, draws
 from palpate import RecordingError, check, read
 from palpate.cli import main
 from tally import Tally
@@ -17,7 +17,7 @@ from tally import Tally
 pytestmark = pytest.mark.usefixtures("quick_disk")
 ROWS, SYNCED = 40, 35
 PARTS = 5
-CHANGES = (10_000 if NIGHTLY else 500) // PARTS
+CHANGES = draws(500, 10_000) // PARTS
 
 
 def _read(path: Path) -> str:

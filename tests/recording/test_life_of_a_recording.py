@@ -8,7 +8,7 @@ import palpate
 import pytest
 from click.testing import CliRunner
 from damage import DAMAGES, checkpoint, put_together, rows_of, survivors, torn_of
-from effort import NIGHTLY
+from effort import draws
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
@@ -142,4 +142,4 @@ class Life(RuleBasedStateMachine):
 
 
 TestLife = pytest.mark.filterwarnings("error")(Life.TestCase)
-TestLife.settings = settings(max_examples=400 if NIGHTLY else 20, stateful_step_count=25)
+TestLife.settings = settings(max_examples=draws(20, 400, at_least=5), stateful_step_count=25)

@@ -8,7 +8,7 @@ from random import Random
 import pytest
 from click.testing import CliRunner
 from damage import DAMAGES, finished, killed, put_together, rows_of, survivors, torn_of
-from effort import NIGHTLY
+from effort import draws
 from palpate import RecordingError, check, read, recorded
 from palpate.cli import main
 from palpate.recording import repair, sidecar
@@ -17,7 +17,7 @@ from tally import Tally
 
 pytestmark = pytest.mark.usefixtures("quick_disk")
 ROWS, SYNCED = 60, 50
-TRIES = 1000 if NIGHTLY else 50
+TRIES = draws(50, 1000)
 
 
 def contents(folder: Path) -> dict[str, bytes]:

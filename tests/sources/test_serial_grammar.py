@@ -4,14 +4,14 @@ import time
 from contextlib import suppress
 
 import pytest
-from effort import NIGHTLY, random_of
+from effort import draws, random_of
 from line_grammar import line_of, strict
 from palpate.sources.serial.cells import Refused
 from palpate.sources.serial.formats import Given
 from palpate.sources.serial.settling import Settling
 from serial_lines import Sent
 
-LINES = 1_000_000 if NIGHTLY else 20_000
+LINES = draws(20_000, 1_000_000)
 
 
 def test_no_line_gives_more_than_the_grammar() -> None:

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import palpate
 import pytest
-from effort import NIGHTLY, SEED
+from effort import SEED, draws
 from gap_plays import TOUCH_S, Play
 from palpate import SourceError, Stream
 from palpate.recording.foreign import recorded
 from tally import Tally
 
-COUNT = 10_000 if NIGHTLY else int(os.environ.get("PALPATE_GAPS", "300"))
+COUNT = int(os.environ.get("PALPATE_GAPS", draws(300, 10_000)))
 WORKERS = 6
 
 

@@ -10,7 +10,7 @@ import polars as pl
 import pyarrow as pa
 import pytest
 from click.testing import CliRunner
-from effort import TIMES, random_of
+from effort import draws, random_of
 from palpate.cli import main
 from palpate.errors import RecordingError
 from palpate.recording import recorded
@@ -107,7 +107,7 @@ def test_damaged_files_are_refused_or_read(tmp_path: Path) -> None:
     whole = {path: (path.read_bytes(), palpate.read(path)) for path in files}
     rng, seen = random_of("damaged columns"), Counter[str]()
     path = tmp_path / "damaged"
-    for _ in range(400 * TIMES):
+    for _ in range(draws(400)):
         original = rng.choice(files)
         data = bytearray(whole[original][0])
         for _ in range(rng.choice([1, 1, 2, 8])):

@@ -11,7 +11,8 @@ import numpy as np
 import openpyxl
 import palpate
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from palpate import RecordingError
 from palpate.tables.formats import read_table
@@ -44,7 +45,7 @@ def test_two_channels_and_their_times(tmp_path: Path) -> None:
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False, width=64).filter(lambda value: abs(value) < 1e30))
-@settings(max_examples=50)
+@examples(50)
 def test_every_bit_of_a_number_is_kept(tmp_path_factory: pytest.TempPathFactory, value: float) -> None:
     rows = "".join(row(n, repr(value), str(n)) for n in range(1, 4))
     table = read_table(by_hand(tmp_path_factory.getbasetemp(), workbook(rows)))

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import palpate
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from palpate import RecordingError
 from palpate.tables.formats import read_table
@@ -94,7 +95,7 @@ def test_few_cells_far_apart_and_empty_rows_are_limited(
         palpate.read(by_hand(tmp_path, workbook(row * 1100)))
 
 
-@settings(max_examples=100)
+@examples(100)
 @given(st.data())
 def test_any_bytes_are_a_recording_or_refused(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
     rows = words(1, "time (s)", "hard", "soft") + "".join(row(n, str(n), "6", "4.5") for n in range(2, 9))

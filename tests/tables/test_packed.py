@@ -12,7 +12,8 @@ from pathlib import Path
 import palpate
 import pytest
 from click.testing import CliRunner
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from palpate import RecordingError
 from palpate.cli import main
@@ -93,7 +94,7 @@ def test_what_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: 
         palpate.read(path)
 
 
-@settings(max_examples=100)
+@examples(100)
 @given(st.data())
 def test_any_bytes_are_a_recording_or_refused(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
     whole = gzip.compress(TABLE, mtime=0)

@@ -4,10 +4,10 @@ from collections import Counter
 from pathlib import Path
 from random import Random
 
-from effort import NIGHTLY, SEED
+from effort import SEED, draws
 from random_tables import dialect, outcome  # tests/tools
 
-COUNT = 5000 if NIGHTLY else 150
+COUNT = draws(150, 5000)
 
 
 def test_no_table_is_read_wrong(tmp_path: Path) -> None:

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import palpate
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from palpate import RecordingError
 from xdf import Stream, chunk, written
@@ -125,7 +126,7 @@ def test_damaged_files_are_refused(tmp_path: Path, data: bytes, said: str) -> No
         palpate.read(path)
 
 
-@settings(max_examples=100)
+@examples(100)
 @given(st.data())
 def test_any_bytes_are_a_recording_or_refused(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
     whole = written(Stream("P", TIMES[:40], PAIR[:40], ["hard", "soft"], offsets=[(1000.0, 1.0), (1001.0, 1.0)]))

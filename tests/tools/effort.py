@@ -1,6 +1,7 @@
-"""Number of examples of property tests: for a commit, or ten times that for the nightly run; and the seed of both.
+"""How many examples, changes and random cases the tests draw; and the seed of all of them.
 
-`.ci/nightly` sets PALPATE_NIGHTLY=1, and another PALPATE_SEED in each run.
+PALPATE_DRAWS=few is a developer's run: a tenth. all: a commit's, set by `.ci/run`. `.ci/nightly` sets PALPATE_NIGHTLY=1,
+ten times those of a commit or as many as a test says, and another PALPATE_SEED in each run.
 """
 
 import os
@@ -9,13 +10,20 @@ from random import Random
 from hypothesis import settings
 
 NIGHTLY = os.environ.get("PALPATE_NIGHTLY", "0") != "0"
+ALL = NIGHTLY or os.environ.get("PALPATE_DRAWS", "few") == "all"
 SEED = int(os.environ.get("PALPATE_SEED", "0"))
-TIMES = 10 if NIGHTLY else 1
+
+
+def draws(count: int, nightly: int | None = None, *, at_least: int = 1) -> int:
+    """Return how many to draw where a commit draws `count`: a tenth in a developer's run, but not below `at_least`."""
+    if NIGHTLY:
+        return 10 * count if nightly is None else nightly
+    return count if ALL else min(count, max(at_least, count // 10))
 
 
 def examples(count: int) -> settings:
-    """Return hypothesis settings for this number of examples, ten times as many in the nightly run."""
-    return settings(max_examples=count * TIMES)
+    """Return hypothesis settings where a commit has this number of examples."""
+    return settings(max_examples=draws(count, at_least=5))
 
 
 def random_of(name: str) -> Random:
