@@ -31,7 +31,7 @@ def literal(folder: Path) -> Callable[[Columns], None]:
     """Build the literal form and return a function that sends a block to it."""
     built = folder / "literal_block.so"
     compiler = os.environ.get("CXX", "c++")
-    command = [compiler, "-O3", "-std=c++17", "-shared", "-fPIC", HERE / "literal_block.cpp", "-o", built]
+    command = [compiler, "-O3", "-std=c++17", "-shared", "-fPIC", "-o", str(built), str(HERE / "literal_block.cpp")]
     subprocess.run(command, check=True)
     block = ctypes.CDLL(str(built)).literal_block
     array = np.ctypeslib.ndpointer(np.float64, flags="C_CONTIGUOUS")
@@ -66,16 +66,14 @@ def parts(columns: Columns, size: int) -> Iterator[Columns]:
 
 def ways() -> dict[str, Callable[[Columns], Any]]:
     """Return functions that send a block to a tracker of their own."""
-    handheld, in_s, paper = (palpate.Tracker(scene, samples=None) for scene in ("handheld", "handheld", "paper"))
-    found = {
+    scenes: Any = ("handheld", "handheld", "handheld", "paper")
+    handheld, in_s, alone, paper = (palpate.Tracker(scene, samples=None) for scene in scenes)
+    return {
         "handheld, rows": lambda c: handheld.process(*c[:4]),
         "handheld, rows, times in s": lambda c: in_s.process(c[0] / 1e9, c[1] / 1e9, *c[2:4]),
+        "handheld, without rows": lambda c: alone.take(*c[:4]),
         "paper, rows": lambda c: paper.process(*c[:4]),
     }
-    if hasattr(palpate.Tracker, "take"):
-        alone = palpate.Tracker("handheld", samples=None)
-        found["handheld, without rows"] = lambda c: alone.take(*c[:4])
-    return found
 
 
 def in_turn(work: dict[str, Callable[[Columns], Any]], columns: Columns) -> dict[str, NDArray[np.float64]]:
