@@ -3,10 +3,12 @@
     python -m bench.speed.tracker_blocks [--blocks 2000]
 
 Prints ns a reading, minimum and median, divided by those of the paper's literal form in C++ over the same readings; and
-how much more two threads do than one, in the best and the median round. Needs a C++ compiler, as $CXX or c++.
+how much more two threads do than one, in the best and the median round, beside what they can on this
+machine. Needs a C++ compiler, as $CXX or c++.
 """
 
 import ctypes
+import hashlib
 import os
 import subprocess
 import tempfile
@@ -87,17 +89,15 @@ def in_turn(work: dict[str, Callable[[Columns], Any]], columns: Columns) -> dict
     return {name: np.array(found[1:]) for name, found in times.items()}
 
 
-def gain(columns: Columns, size: int, rounds: int) -> NDArray[np.float64]:
-    """Return, for each round, how many times the work of one thread two threads do in the same time."""
-    trackers = [palpate.Tracker(samples=None) for _ in range(2)]
-    blocks = [part[:4] for part in parts(columns, size)][: max(2, 40_000 // size)]
+def gain(work: list[Callable[[Columns], Any]], blocks: list[Columns], rounds: int) -> tuple[float, float]:
+    """Return how many times the work of one thread two do in the same time: the best of the rounds, and the median."""
 
-    def run(tracker: palpate.Tracker) -> None:
+    def run(send: Callable[[Columns], Any]) -> None:
         for block in blocks:
-            tracker.process(*block)
+            send(block)
 
     def seconds(count: int) -> float:
-        threads = [threading.Thread(target=run, args=(tracker,)) for tracker in trackers[:count]]
+        threads = [threading.Thread(target=run, args=(send,)) for send in work[:count]]
         begin = time.perf_counter()
         for thread in threads:
             thread.start()
@@ -106,8 +106,18 @@ def gain(columns: Columns, size: int, rounds: int) -> NDArray[np.float64]:
         return time.perf_counter() - begin
 
     found = np.array([(seconds(1), seconds(2)) for _ in range(rounds)])
-    best = 2 * found[:, 0].min() / found[:, 1].min()
-    return np.array([best, np.median(2 * found[:, 0] / found[:, 1])])
+    return 2 * found[:, 0].min() / found[:, 1].min(), float(np.median(2 * found[:, 0] / found[:, 1]))
+
+
+def in_threads(columns: Columns, rounds: int) -> Iterator[tuple[str, float, float]]:
+    """Yield the gain of two threads by name: of sha256, which needs no lock for long, and of two trackers."""
+    text = bytes(500_000)
+    yield "sha256", *gain([lambda _: hashlib.sha256(text).digest()] * 2, list(parts(columns, SIZE))[:8], rounds)
+    for size in (SIZE, 5 * SIZE, 20 * SIZE):
+        trackers = [palpate.Tracker(samples=None) for _ in range(2)]
+        blocks = [part[:4] for part in parts(columns, size)][: 40_000 // size]
+        sends: list[Callable[[Columns], Any]] = [lambda c, t=t: t.process(*c) for t in trackers]  # type: ignore[misc]
+        yield f"handheld, blocks of {size:,}", *gain(sends, blocks, rounds)
 
 
 @click.command()
@@ -118,15 +128,15 @@ def main(blocks: int, rounds: int) -> None:
     columns = readings(blocks * SIZE)
     with tempfile.TemporaryDirectory() as folder:
         found = in_turn({"literal": literal(Path(folder))} | ways(), columns)
+    gains = list(in_threads(columns, rounds))
     least, median = (measure(found["literal"]) for measure in (np.min, np.median))
     click.echo(f"{'ns a reading':28} {'min':>6} {'median':>7}   / literal")
     for name, ns in found.items():
         low, middle = ns.min(), np.median(ns)
         click.echo(f"{name:28} {low:6.1f} {middle:7.1f}   {low / least:5.2f} {middle / median:5.2f}")
     click.echo(f"\n{'two threads / one':28} {'best':>6} {'median':>7}")
-    for size in (250, 1000, 5000, 20_000):
-        best, middle = gain(columns, size, rounds)
-        click.echo(f"{f'blocks of {size:,}':28} {best:6.2f} {middle:7.2f}")
+    for name, best, usual in gains:
+        click.echo(f"{name:28} {best:6.2f} {usual:7.2f}")
 
 
 if __name__ == "__main__":

@@ -104,7 +104,9 @@ def test_seconds_become_the_nearest_nanosecond(start_ns: int) -> None:
     seconds = [(np.round(t * 1e9) + start_ns + part) * 1e-9 for t in (run.t_hard_s, run.t_soft_s)]
     exact = [s * 1e9 for s in seconds]
     nearest, cut = ([np.trunc(ns + d * np.sign(ns)).astype(np.int64) for ns in exact] for d in (0.5, 0))
-    rows, expected, others = (palpate.Tracker().process(*t, run.hard, run.soft) for t in (seconds, nearest, cut))
+    rows, expected, others = (
+        palpate.Tracker().process(hard, soft, run.hard, run.soft) for hard, soft in (seconds, nearest, cut)
+    )
     assert bits(rows) == bits(expected)
     assert bits(rows) != bits(others)  # a nanosecond more or less is seen
 
