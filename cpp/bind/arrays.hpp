@@ -161,19 +161,25 @@ struct View {
   }
 };
 
-/// The items of `value` where it is a one-dimensional, dense, aligned array of exactly this dtype; else size < 0.
+/// The items of `value` where it is a one-dimensional, aligned array of exactly this dtype; else size < 0.
 template <class Item>
-View<Item> dense_view(py::handle value, py::handle dtype, int flags = 0) {
+View<Item> strided_view(py::handle value, py::handle dtype, int flags = 0) {
   const auto& api = py::detail::npy_api::get();
   if (Py_TYPE(value.ptr()) != api.PyArray_Type_) {
     return {};
   }
   const auto* const array = py::detail::array_proxy(value.ptr());
-  const int needed = flags | aligned | py::array::c_style;
+  const int needed = flags | aligned;
   if (array->nd != 1 || array->descr != dtype.ptr() || (array->flags & needed) != needed) {
     return {};
   }
-  return {array->data, sizeof(Item), array->dimensions[0]};
+  return {array->data, array->strides[0], array->dimensions[0]};
+}
+
+/// The same where it is dense, too.
+template <class Item>
+View<Item> dense_view(py::handle value, py::handle dtype, int flags = 0) {
+  return strided_view<Item>(value, dtype, flags | py::array::c_style);
 }
 
 /// Whether neither covers a part of the other, or both lie in exactly the same place.

@@ -58,6 +58,7 @@ struct Run {
       start_s = static_cast<double>(times[std::max(core.started(), oldest) % times.size()]) * 1e-9;
     }
     was_open = core.open();
+    based = based || core.ready();
     if (report.finished) {
       released = unproven;
       all.end(result());
@@ -84,8 +85,7 @@ struct Run {
     core.tare();
   }
 
-  TrackerRow row(const palpate::Report<double>& report, std::size_t touches) {
-    based = based || core.ready();
+  TrackerRow row(const palpate::Report<double>& report, std::size_t touches) const {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const bool measured = report.finished || core.open();
     const auto number = static_cast<std::int32_t>(touches) + (report.finished ? 0 : 1);

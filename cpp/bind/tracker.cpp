@@ -1,40 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <cmath>
-
 #include "constructors.hpp"
 #include "core_state.hpp"
 #include "display.hpp"
+#include "readings.hpp"
 #include "scenes.hpp"
 #include "tracker_docs.hpp"
 
 namespace {
-
-/// Seconds as floats, or nanoseconds as integers, to nanoseconds.
-std::vector<std::int64_t> ticks_of(py::handle given, const char* name, py::ssize_t size) {
-  const py::array array(py::reinterpret_borrow<py::object>(given));
-  const char kind = array.dtype().kind();
-  std::vector<std::int64_t> ticks(static_cast<std::size_t>(size));
-  if (kind == 'i' || kind == 'u') {
-    require_shape(array, name, {size});
-    const py::array_t<std::int64_t, py::array::forcecast> integers(array);
-    const auto values = integers.unchecked<1>();
-    for (py::ssize_t i = 0; i < size; ++i) {
-      if (kind == 'u' && values(i) < 0) {
-        throw py::value_error(std::string(name) + ": got " + std::to_string(static_cast<std::uint64_t>(values(i))) +
-                              ", allowed: times below 2**63 ns");
-      }
-      ticks[static_cast<std::size_t>(i)] = values(i);
-    }
-    return ticks;
-  }
-  const auto seconds = samples_of<double>(array, name, {size});
-  const auto values = seconds.unchecked<1>();
-  for (py::ssize_t i = 0; i < size; ++i) {
-    require(std::abs(values(i)) < 9e9, name, values(i), "finite times, s, within 9e9 of 0");
-    ticks[static_cast<std::size_t>(i)] = std::llround(values(i) * 1e9);
-  }
-  return ticks;
-}
 
 class PyTracker {
   template <class Get>
@@ -48,45 +20,29 @@ class PyTracker {
 
   py::object feed(double t_hard, double t_soft, double hard, double soft) {
     require_idle(busy_, "tracker");
-    require(std::abs(t_hard) < 9e9, "t_hard", t_hard, "a finite time, s, within 9e9 of 0");
-    require(std::abs(t_soft) < 9e9, "t_soft", t_soft, "a finite time, s, within 9e9 of 0");
+    if (!is_time(t_hard)) refuse_time("t_hard", t_hard);
+    if (!is_time(t_soft)) refuse_time("t_soft", t_soft);
     const auto report = std::visit(
-        [&](auto& run) {
-          return run.take(std::llround(t_hard * 1e9), std::llround(t_soft * 1e9), hard, soft, touches_);
-        },
+        [&](auto& run) { return run.take(nanoseconds_of(t_hard), nanoseconds_of(t_soft), hard, soft, touches_); },
         run_);
     return report.finished ? py::cast(touches_.list.back()) : py::none();
   }
 
-  // Through a copy, as in Estimator: a reader in another thread sees the state before the block or the one after it.
   py::object process(py::handle t_hard, py::handle t_soft, py::handle hard, py::handle soft) {
     require_idle(busy_, "tracker");
-    const auto h = samples_of<double>(py::reinterpret_borrow<py::object>(hard), "hard", {-1});
-    const py::ssize_t size = h.shape(0);
-    const auto s = samples_of<double>(py::reinterpret_borrow<py::object>(soft), "soft", {size});
-    const auto th = ticks_of(t_hard, "t_hard", size), ts = ticks_of(t_soft, "t_soft", size);
-    py::array rows(once<&TrackerRow::dtype>(), size);
+    const Readings given(t_hard, t_soft, hard, soft);
+    py::array rows(once<&TrackerRow::dtype>(), given.size());
     auto* const row = static_cast<TrackerRow*>(rows.mutable_data());
-    const auto hards = View<const double>::of(h), softs = View<const double>::of(s);
-    require_idle(busy_, "tracker");  // making arrays of the arguments may have run other Python code
-    const InUse in_use(busy_);
-    Touches block = Touches::after(touches_);
-    std::visit(
-        [&](auto& run) {
-          auto next = run;
-          const auto loop = [&] {
-            for (py::ssize_t i = 0; i < size; ++i) {
-              const auto k = static_cast<std::size_t>(i);
-              const auto report = next.take(th[k], ts[k], hards[i], softs[i], block);
-              row[i] = next.row(report, block.count());
-            }
-          };
-          run_block(size, loop, 1024);
-          run = next;
-        },
-        run_);
-    touches_.append(block);
+    run_through(given, [row](py::ssize_t i, const auto& run, const auto& report, std::size_t touches) {
+      row[i] = run.row(report, touches);
+    });
     return rows;
+  }
+
+  void take(py::handle t_hard, py::handle t_soft, py::handle hard, py::handle soft) {
+    require_idle(busy_, "tracker");
+    const Readings given(t_hard, t_soft, hard, soft);
+    run_through(given, [](py::ssize_t, const auto&, const auto&, std::size_t) {});
   }
 
   py::object finish() {
@@ -168,6 +124,34 @@ class PyTracker {
     }
     return static_cast<std::size_t>(first);
   }
+  /// Take readings, and call `after` for each. Through a copy, as in Estimator: a reader in another thread sees the state
+  /// before the block or the one after it, and a time that is refused changes nothing. A block of 256 takes some 15 us.
+  template <class After>
+  void run_through(const Readings& given, After&& after) {
+    require_idle(busy_, "tracker");  // making arrays of the arguments may have run other Python code
+    const InUse in_use(busy_);
+    Touches block = Touches::after(touches_);
+    std::visit(
+        [&](auto& run) {
+          auto next = run;
+          const Times* refused = nullptr;
+          py::ssize_t i = 0;
+          const auto loop = [&] {
+            std::int64_t t_hard, t_soft;
+            for (; i < given.size() && !(refused = given.read(i, t_hard, t_soft)); ++i) {
+              const auto report = next.take(t_hard, t_soft, given.hard[i], given.soft[i], block);
+              after(i, next, report, block.count());
+            }
+          };
+          run_block(given.size(), loop, 256);
+          if (refused) {
+            refused->refuse(i);
+          }
+          run = next;
+        },
+        run_);
+    touches_.append(block);
+  }
   bool pressed() const {
     return get([](const auto& core) { return core.gate.releases && core.ready() && !core.gate.idle(); });
   }
@@ -199,6 +183,7 @@ void bind_tracker(py::module_& module) {
   auto type = methods::define_class<&made>(module, "Tracker", parameters, tracker_doc);
   methods::define<&T::feed>(type, feed_doc);
   methods::define<&T::process>(type, process_doc);
+  methods::define<&T::take>(type, take_doc);
   methods::define<&T::finish>(type, finish_doc);
   methods::define<&T::tare>(type, tare_doc);
   methods::define<&T::gap>(type, gap_doc);

@@ -1,5 +1,5 @@
 """``python -m palpate``: the command line."""
 
-from palpate.cli import main
+from palpate.entry import main
 
-main(prog_name="palpate")
+main()

@@ -161,8 +161,8 @@ def tracked(
     (1, 0, 0)
     """
     tracker = tracker_of(recording, scene, settings)
-    for _ in replayed(tracker, recording):
-        pass
+    for _, part in _parts(tracker, recording):
+        tracker.take(*part)
     ended = tracker.touch_count
     tracker.finish()
     found = tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
@@ -213,28 +213,30 @@ def replayed(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[N
         Of each part of the recording: times of both channels, s; hard, soft, pF, as the tracker got them; the rows of
         `Tracker.process`; and a number that is larger after each gap and tare: baselines before it do not hold.
     """
+    for era, part in _parts(tracker, recording):
+        taken = tracker.process(*part)
+        seconds = [ns / 1e9 for ns in part[:2]] if isinstance(recording, Blocks) else part[:2]
+        yield *seconds, *part[2:], taken, np.full(len(taken), era)
+
+
+def _parts(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[int, tuple[NDArray[Any], ...]]]:
+    """Yield the readings in parts, as a tracker takes them, with the number of each era; between them tell it of gaps."""
     if isinstance(recording, Blocks):
-        yield from _replayed_blocks(tracker, recording)
+        yield from _parts_of_blocks(tracker, recording)
         return
     rows = np.arange(len(recording.hard)) * 1_000_000  # without times: equal steps, the same time for both channels
     t_hard, t_soft = (recording.t_hard_s, recording.t_soft_s) if timed(recording) else (rows, rows)
     for era, (begin, end) in enumerate(pairwise([0, *getattr(recording, "gap_rows", ()), len(rows)])):
         if era:
             tracker.gap()
-        part = slice(begin, end)
-        channels = recording.hard[part], recording.soft[part]
-        taken = tracker.process(t_hard[part], t_soft[part], *channels)
-        yield t_hard[part], t_soft[part], *channels, taken, np.full(len(taken), era)
+        yield era, tuple(column[begin:end] for column in (t_hard, t_soft, recording.hard, recording.soft))
 
 
-def _replayed_blocks(tracker: Tracker, recording: Blocks) -> Iterator[tuple[NDArray[Any], ...]]:
+def _parts_of_blocks(tracker: Tracker, recording: Blocks) -> Iterator[tuple[int, tuple[NDArray[Any], ...]]]:
     tares, era = recording.tares, 0  # once: found anew among all marks at each use
     gaps = {seq for seq, _ in getattr(recording, "gap_marks", ())}
     for block in recording.blocks():
-        hard, soft = usable(block, tracker.settings["full_scale"])
-        times = block["t_hard_ns"], block["t_soft_ns"]
-        taken = tracker.process(*times, hard, soft)
-        yield times[0] / 1e9, times[1] / 1e9, hard, soft, taken, np.full(len(taken), era)
+        yield era, (block["t_hard_ns"], block["t_soft_ns"], *usable(block, tracker.settings["full_scale"]))
         if (last := int(block["seq"][-1])) in gaps:
             tracker.gap()
         elif last in tares:

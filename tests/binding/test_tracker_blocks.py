@@ -1,12 +1,15 @@
 """The tracker's blocks and times: the same bits as single readings, at any start, in any thread."""
 
+import sys
 import threading
+import time
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import palpate
 import pytest
+from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from measure import bits
@@ -76,11 +79,106 @@ def test_times_beyond_int64_are_refused() -> None:
     assert tracker.readings == 2
 
 
-def test_a_block_lets_other_threads_run_and_refuses_a_second_one() -> None:
+@pytest.mark.parametrize("scene", SCENES)
+@examples(20)
+@given(cuts=st.lists(st.integers(0, 403), max_size=4), name=st.sampled_from(["tremor", "dropouts", "spikes"]))
+def test_blocks_without_rows_give_the_same_touches(scene: Any, cuts: list[int], name: str) -> None:
+    run = scenarios.run(name, 3)
+    columns = run.t_hard_s, run.t_soft_s, run.hard, run.soft
+    whole, rows = process(scene, run)
+    split = palpate.Tracker(scene)
+    for a, b in pairwise([0, *sorted(cuts), len(run.hard)]):
+        split.take(*(c[a:b] for c in columns))
+    assert bits(np.array([split.ratio, split.standard_error])) == bits(
+        np.array([rows["ratio"][-1], rows["standard_error"][-1]])
+    )
+    split.finish()
+    assert (split.touches, split.readings, split.retaken) == (whole.touches, whole.readings, whole.retaken)
+
+
+@pytest.mark.parametrize("start_ns", [-(2**50), -5_000_000_000, 0, 2**50])
+def test_seconds_become_the_nearest_nanosecond(start_ns: int) -> None:
+    """A half goes away from zero, as of std::llround; of doubles below 2^52 the fraction is exact."""
+    run = scenarios.run("tremor", 1)
+    part = np.arange(len(run.hard)) % 4 / 4
+    seconds = [(np.round(t * 1e9) + start_ns + part) * 1e-9 for t in (run.t_hard_s, run.t_soft_s)]
+    exact = [s * 1e9 for s in seconds]
+    nearest, cut = ([np.trunc(ns + d * np.sign(ns)).astype(np.int64) for ns in exact] for d in (0.5, 0))
+    rows, expected, others = (
+        palpate.Tracker().process(hard, soft, run.hard, run.soft) for hard, soft in (seconds, nearest, cut)
+    )
+    assert bits(rows) == bits(expected)
+    assert bits(rows) != bits(others)  # a nanosecond more or less is seen
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -9e9, 9e9])
+@pytest.mark.parametrize("method", ["process", "take"])
+def test_a_block_with_a_wrong_time_is_not_taken(method: str, wrong: float) -> None:
+    run = scenarios.run("tremor", 1)
+    columns = run.t_hard_s, run.t_soft_s, run.hard, run.soft
+    for place, name in enumerate(("t_hard", "t_soft")):
+        spoilt = [column.copy() for column in columns]
+        spoilt[place][-1] = wrong
+        tracker = palpate.Tracker()
+        with pytest.raises(ValueError, match=f"{name}: got {wrong}, allowed: finite times, s, within 9e9 of 0"):
+            getattr(tracker, method)(*spoilt)
+        assert (tracker.readings, tracker.touch_count, tracker.state) == (0, 0, "baseline")
+        assert bits(tracker.process(*columns)) == bits(palpate.Tracker().process(*columns))
+
+
+def test_columns_of_any_stride_and_type() -> None:
+    run = scenarios.run("tremor", 1)
+    columns = run.t_hard_s, run.t_soft_s, run.hard, run.soft
+    expected = palpate.Tracker().process(*columns)
+    apart = np.empty((len(run.hard), 9))
+    apart[:, ::2][:, :4] = np.stack(columns, 1)
+    assert bits(palpate.Tracker().process(*(apart[:, i] for i in (0, 2, 4, 6)))) == bits(expected)
+    backwards = [column[::-1].copy()[::-1] for column in columns]
+    assert bits(palpate.Tracker().process(*backwards)) == bits(expected)
+    lists: list[Any] = [column.tolist() for column in columns]
+    assert bits(palpate.Tracker().process(*lists)) == bits(expected)
+    swapped = [column.astype(">f8") for column in columns]
+    assert bits(palpate.Tracker().process(*swapped)) == bits(expected)
+
+
+@pytest.mark.parametrize(("size", "lets"), [(255, False), (256, True)])
+def test_blocks_from_256_readings_on_let_other_threads_run(size: int, *, lets: bool) -> None:
+    """With a switch interval that never ends a thread runs only while another one gives the lock away."""
+    run = scenarios.run("tremor", 1)
+    columns = [column[:size] for column in (run.t_hard_s, run.t_soft_s, run.hard, run.soft)]
+    state = {"inside": False, "seen": False, "ended": False}
+
+    def work() -> None:
+        for _ in range(20_000 if lets else 300):
+            tracker = palpate.Tracker()
+            state["inside"] = True
+            tracker.take(*columns)
+            state["inside"] = False
+            if state["seen"]:
+                break
+            time.sleep(0)
+        state["ended"] = True
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1000)
+    try:
+        worker = threading.Thread(target=work)
+        worker.start()
+        while not state["ended"]:
+            state["seen"] = state["seen"] or state["inside"]
+            time.sleep(0)
+        worker.join()
+    finally:
+        sys.setswitchinterval(before)
+    assert state["seen"] is lets
+
+
+@pytest.mark.parametrize("in_seconds", [False, True])
+def test_a_block_lets_other_threads_run_and_refuses_a_second_one(*, in_seconds: bool) -> None:
     run = scenarios.run("tremor", 1)
     repeats = 1000
     hard, soft = np.tile(run.hard, repeats), np.tile(run.soft, repeats)
-    times = np.arange(hard.size) * 26_000_000
+    times = np.arange(hard.size) * (0.026 if in_seconds else 26_000_000)
     tracker = palpate.Tracker()
     refused: set[str] = set()
     seen: set[int] = set()

@@ -66,6 +66,7 @@ METHODS = {
     "push_many": "int",
     "revisions_since": "list[int]",
     "reset": "None",
+    "take": "None",
     "tare": "None",
     "touches_since": "list[Touch]",
     "trace": "NDArray[np.void]",

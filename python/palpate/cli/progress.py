@@ -1,7 +1,6 @@
 """How far a command is, how fast, and the time left: a line on the terminal."""
 
 import os
-import shutil
 import sys
 import threading
 import time
@@ -123,7 +122,9 @@ def _columns() -> int:
     try:
         return os.get_terminal_size(sys.stderr.fileno()).columns or 80
     except (OSError, ValueError):
-        return shutil.get_terminal_size().columns
+        from shutil import get_terminal_size
+
+        return get_terminal_size().columns
 
 
 class Reading(Progress):

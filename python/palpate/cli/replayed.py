@@ -101,14 +101,13 @@ def replayed(file: Path, how: How, begin: Callable[[Path, Any], None]) -> Replay
     RecordingError, ValueError, TypeError
         As from `palpate.touches`.
     """
-    from palpate import offline
     from palpate.recording.foreign import recorded
     from palpate.touch import tracked
 
     recording = recorded(file, **how.asked)
     begin(file, recording)
     tracking = how.of(recording)
-    again = offline(recording, **tracking) if how.offline else None
+    again = _afterwards(recording, tracking) if how.offline else None
     found, retaken, cut = tracked(recording, **tracking)
     return Replayed(
         file,
@@ -122,6 +121,12 @@ def replayed(file: Path, how: How, begin: Callable[[Path, Any], None]) -> Replay
         bool(recording.doubts),
         cut,
     )
+
+
+def _afterwards(recording: "AnyRecording", tracking: dict[str, Any]) -> "list[OfflineTouch]":
+    from palpate import offline
+
+    return offline(recording, **tracking)
 
 
 def _why_not(recording: "AnyRecording") -> str:

@@ -11,17 +11,14 @@ import numpy as np
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.recording.exchange.binary_data import BinaryData, is_binary_data
 from palpate.recording.exchange.columns_in import own_recording
-from palpate.recording.exchange.frames import own_frame
 from palpate.recording.own_file import Recorded
 from palpate.recording.recording import Recording
 from palpate.recording.survey import Survey
 from palpate.samples import Block, blank
 from palpate.tables.asked import Asked
-from palpate.tables.formats import read_table
 from palpate.tables.loggers import OF_ONE_FILE, Logger
 from palpate.tables.loggers import known as known_logger
 from palpate.tables.table import Table
-from palpate.tables.understanding import channels
 
 RATE = "pairs a second, for a table without times; or name the column of times with time=COL"
 """What is allowed as the rate of a table without times."""
@@ -75,6 +72,8 @@ class Foreign:
         self.path: Path = Path(path)
         self.survey: Survey = Survey()
         wanted = Asked(**asked)
+        from palpate.tables.formats import read_table  # here and below: a recording of palpate needs none of it
+
         table = table or read_table(self.path, wanted)
         self.recording, self.unused = _recording(table, wanted, known)
         self.full_scale_pF: float = self.recording.full_scale_pF
@@ -112,6 +111,10 @@ class Foreign:
 
 def _recording(table: Table, asked: Asked, known: Sequence[Logger]) -> tuple[Recording, list[str]]:
     """Return a table as a recording, and the names of the columns that it does not have."""
+    from palpate.recording.exchange.frames import own_frame
+    from palpate.tables.formats import read_table
+    from palpate.tables.understanding import channels
+
     if not asked.given and (made := own_frame(table)) is not None:
         return made, []
     own = {name for column in range(table.width) for name in table.names(column)} >= set(OWN_COLUMNS.values())

@@ -12,7 +12,6 @@ A second repair writes NAME.csv.unrepaired-2 and so on: no file is overwritten.
 
 import json
 import os
-import shutil
 import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -141,6 +140,8 @@ def _created(path: Path, undo: ExitStack) -> Iterator[BinaryIO]:
 
 def _keep(path: Path, kept: Path, undo: ExitStack) -> None:
     """Copy a file to a new name."""
+    import shutil
+
     with open_regular(path) as file, _created(kept, undo) as copy:
         shutil.copyfileobj(file, copy, _CHUNK)
     with suppress(OSError):

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from functools import partial
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from palpate.errors import MissingExtra, PalpateError, SourceError
-from palpate.sources.uri import loaded, package_of
+from palpate.sources.uri import entry_points, loaded, package_of
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 GROUP = "palpate.devices"
 """Group of entry points that search for devices of a scheme: functions () -> list of `Found`, which open no device."""
@@ -100,7 +102,7 @@ def _streams() -> list[Found]:
     return [Found(f"lsl:{shown(info.name())}", f"{told(info)}, {info.channel_count()} channels") for info in found]
 
 
-def _of_package(point: EntryPoint) -> list[Found]:
+def _of_package(point: "EntryPoint") -> list[Found]:
     try:
         found = [Found(*device) for device in loaded(point)()]
         if wrong := [device for device in found if not str(device.uri).startswith(f"{point.name}:")]:

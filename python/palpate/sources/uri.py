@@ -3,13 +3,15 @@
 import os
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from palpate.errors import PalpateError, SourceError, nearest, shortened
 from palpate.sources.base import Source
 from palpate.sources.claims import is_source
 from palpate.sources.options import split
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 GROUP = "palpate.sources"
 """Group of entry points that add a scheme: a function of address (str) and options (mapping) -> `Source`."""
@@ -99,6 +101,13 @@ def open(uri: str, **options: Any) -> Source:
     return source
 
 
+def entry_points(group: str, name: str | None = None) -> "list[EntryPoint]":
+    """Return the entry points of other packages; imported here: it takes as long as all of palpate.sources."""
+    from importlib.metadata import entry_points as installed
+
+    return [point for point in installed(group=group) if name in (None, point.name)]
+
+
 def _find(scheme: str) -> Factory:
     if scheme in _OWN:
         return _factory(*_OWN[scheme])
@@ -111,7 +120,7 @@ def _find(scheme: str) -> Factory:
     )
 
 
-def loaded(point: EntryPoint) -> Any:
+def loaded(point: "EntryPoint") -> Any:
     """Return the object of an entry point of another package; SourceError with the name of the package if it fails."""
     try:
         return point.load()
@@ -124,7 +133,7 @@ def loaded(point: EntryPoint) -> Any:
         ) from error
 
 
-def package_of(point: EntryPoint) -> str:
+def package_of(point: "EntryPoint") -> str:
     """Return the name of the package that has an entry point, for a message."""
     return f"package {point.dist.name}" if point.dist else "another package"
 

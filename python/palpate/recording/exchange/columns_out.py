@@ -1,6 +1,5 @@
 """Writes the rows of a recording as columns: Parquet, or an Arrow file, with the sidecar in the metadata."""
 
-import tempfile
 from pathlib import Path
 from typing import Any, BinaryIO, Self
 
@@ -88,6 +87,8 @@ class ArrowWriter:
     """
 
     def __init__(self, file: BinaryIO, _target: Path) -> None:
+        import tempfile
+
         self._file, self._schema, self._ipc = file, schema(), need("pyarrow.ipc", "export")
         self._waiting = tempfile.TemporaryFile()  # noqa: SIM115 (closed in __exit__)
         self._writer = self._ipc.new_stream(self._waiting, self._schema)
