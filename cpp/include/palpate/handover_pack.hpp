@@ -154,12 +154,12 @@ class HandoverPack {
   template <bool calm>
   PALPATE_INLINE Exceptions take(Real* at, const Sample& s, const Judged& j, const Streams& streams,
                                  Value* old) const noexcept {
-    const Value wx = product(s.weight, s.regressor), z = j.clipped / j.scale;
-    const Value rise = positive_part(get(at, up) + (z - all(settings_.drift)));
-    const Value fall = positive_part(get(at, down) - (z + all(settings_.drift)));
-    const Value sum = larger(product(j.forgetting, get(at, information)) + wx, all(settings_.min_information));
+    const Terms<Value> terms = terms_of(WeightedSample<Value>{s.weight, s.output, s.regressor});
+    const Value z = j.clipped / j.scale, rise = z - all(settings_.drift), fall = -z - all(settings_.drift);
+    const Value sum =
+        larger(product(j.forgetting, get(at, information)) + terms.information, all(settings_.min_information));
     const Value next = get(at, ratio) + product(s.weight / sum, j.counted);
-    const Value highest = larger(larger(get(at, up), get(at, down)), larger(rise, fall));
+    const Value highest = larger(larger(get(at, up) + rise, get(at, up)), larger(get(at, down) + fall, get(at, down)));
     const Value size = magnitude(s.output) + magnitude(s.regressor) + magnitude(s.innovation) + magnitude(next);
     const unsigned ordinary = lanes_in<Real>((highest <= all(settings_.threshold)) & (size < all(most)));
     const unsigned taken = calm ? all_lanes<Real> : lanes_in<Real>(streams.taken);
@@ -171,9 +171,9 @@ class HandoverPack {
     }
     put<calm>(at, ratio, streams.moved, next);
     put<calm>(at, information, streams.moved, sum);
-    estimate<calm>(at, s, j, streams.moved);
-    detect<calm>(at, up, s, wx, rise, streams.watched);
-    detect<calm>(at, down, s, wx, fall, streams.watched);
+    estimate<calm>(at, terms.square, j.forgetting, streams.moved);
+    detect<calm>(at, up, rise, terms, streams.watched);
+    detect<calm>(at, down, fall, terms, streams.watched);
     learn<calm>(at, s, j, streams);
     put<calm>(at, mean, streams.taken, get(at, mean) + product(j.instrument_share, s.regressor - get(at, mean)));
     put<calm>(at, seen, streams.taken, get(at, seen) + all(1));
@@ -181,25 +181,18 @@ class HandoverPack {
   }
 
   template <bool calm>
-  PALPATE_INLINE static void estimate(Real* at, const Sample& s, const Judged& j, Mask moved) noexcept {
-    const Value squares_next =
-        product(product(j.forgetting, j.forgetting), get(at, squares)) + product(s.weight, s.weight);
-    put<calm>(at, squares, moved, squares_next);
-    put<calm>(at, count, moved, product(j.forgetting, get(at, count)) + all(1));
+  PALPATE_INLINE static void estimate(Real* at, Value square, Value forgetting, Mask moved) noexcept {
+    put<calm>(at, squares, moved, product(product(forgetting, forgetting), get(at, squares)) + square);
+    put<calm>(at, count, moved, product(forgetting, get(at, count)) + all(1));
   }
 
-  /// As CusumSide::add.
   template <bool calm>
-  PALPATE_INLINE void detect(Real* at, std::size_t side, const Sample& s, Value wx, Value statistic,
+  PALPATE_INLINE void detect(Real* at, std::size_t side, Value step, const Terms<Value>& terms,
                              Mask watched) const noexcept {
-    const Value age = select(statistic > Value{}, get(at, side + 1) + all(1), Value{});
-    const Mask counts = age > all(settings_.guard);
-    const Value terms[] = {product(s.weight, s.output), wx, product(s.weight, s.weight), all(1)};
-    put<calm>(at, side, watched, statistic);
-    put<calm>(at, side + 1, watched, age);
-    for (std::size_t k = 0; k < 4; ++k) {
-      put<calm>(at, side + 2 + k, watched, select(counts, get(at, side + 2 + k) + terms[k], Value{}));
-    }
+    CusumSide<Value> next{get(at, side), get(at, side + 1), get(at, side + 2), {}};
+    next.sums = {get(at, side + 3), get(at, side + 4), get(at, side + 5)};
+    next.add(step, all(settings_.guard), terms);
+    next.visit_state([at, &side, watched](const Value& number) { put<calm>(at, side++, watched, number); });
   }
 
   /// As Handover::learn.

@@ -20,6 +20,15 @@
 #define PALPATE_HAS_PACKS 0
 #endif
 
+// Whether two numbers in one register are faster than one after the other. (The vectors of 32-bit ARM have no doubles.)
+#if !defined(PALPATE_HAS_LANES)
+#if PALPATE_HAS_PACKS && (defined(__SSE2__) || defined(__aarch64__))
+#define PALPATE_HAS_LANES 1
+#else
+#define PALPATE_HAS_LANES 0
+#endif
+#endif
+
 namespace palpate {
 
 /// Streams whose numbers are side by side: a multiple of any pack of this processor.
@@ -43,10 +52,18 @@ struct PackOf {
 };
 typedef long long Bits64 __attribute__((vector_size(64)));  // as the instructions for masks take them
 typedef int Bits32 __attribute__((vector_size(64)));
+template <class Real>
+struct TwoLanesOf {
+  typedef Real Values __attribute__((vector_size(2 * sizeof(Real))));
+};
 }  // namespace detail
 
 template <class Real>
 using Pack = typename detail::PackOf<Real>::Values;
+
+/// Two numbers, in half a register if need be.
+template <class Real>
+using TwoLanes = typename detail::TwoLanesOf<Real>::Values;
 
 template <class Value, class Real>
 Value load(const Real* from) noexcept {
@@ -70,15 +87,15 @@ unsigned lanes_in(Mask mask) noexcept {
   }
 #elif defined(__AVX__)
   if constexpr (std::is_same_v<Real, double>) {
-    return static_cast<unsigned>(__builtin_ia32_movmskpd256(reinterpret_cast<Pack<double>>(mask)));
+    return static_cast<unsigned>(__builtin_ia32_movmskpd256(reinterpret_cast<Pack<double> >(mask)));
   } else {
-    return static_cast<unsigned>(__builtin_ia32_movmskps256(reinterpret_cast<Pack<float>>(mask)));
+    return static_cast<unsigned>(__builtin_ia32_movmskps256(reinterpret_cast<Pack<float> >(mask)));
   }
 #elif defined(__SSE2__)
   if constexpr (std::is_same_v<Real, double>) {
-    return static_cast<unsigned>(__builtin_ia32_movmskpd(reinterpret_cast<Pack<double>>(mask)));
+    return static_cast<unsigned>(__builtin_ia32_movmskpd(reinterpret_cast<Pack<double> >(mask)));
   } else {
-    return static_cast<unsigned>(__builtin_ia32_movmskps(reinterpret_cast<Pack<float>>(mask)));
+    return static_cast<unsigned>(__builtin_ia32_movmskps(reinterpret_cast<Pack<float> >(mask)));
   }
 #else
   unsigned lanes = 0;
