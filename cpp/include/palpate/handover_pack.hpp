@@ -114,7 +114,12 @@ class HandoverPack {
     const Mask outlier = watched & (magnitude(s.whitened) > limit), learns = taken & (n >= all(3));
     const Value clipped = select(watched, larger(-limit, smaller(limit, s.whitened)), s.whitened);
     const Mask held = without(outlier, drifts);
-    streams = {taken, taken & watched, without(taken, held), learns, without(learns, held), without(learns, outlier)};
+    streams = {taken,
+               static_cast<Mask>(taken & watched),
+               without(taken, held),
+               learns,
+               without(learns, held),
+               without(learns, outlier)};
     const Value magnitudes = n - all(2), regressors = n + one;
     return {clipped,
             scale,

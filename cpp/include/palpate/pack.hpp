@@ -134,6 +134,12 @@ void store(Value value, Real* to) noexcept {
   *to = value;
 }
 template <class Real>
+unsigned lanes_in(bool mask) noexcept {
+  return mask ? 1 : 0;
+}
+template <class Real>
+inline constexpr unsigned all_lanes = 1;
+template <class Real>
 bool holds_everywhere(bool mask) noexcept {
   return mask;
 }
