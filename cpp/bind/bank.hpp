@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <palpate/handover_bank.hpp>
 #include <vector>
 
 #include "arrays.hpp"
@@ -28,17 +29,12 @@ class LaneStates {
         information_(streams, core_.information()),
         signed_statistic_(streams) {}
 
-  void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames, std::uint64_t* rejected) {
+  void process(const BankBlock<Real>& block) {
     BankTask<Real> task = task_;
     task.ratio = ratio_.data();
     task.information = information_.data();
     task.signed_statistic = signed_statistic_.data();
-    task.rejected = rejected;
-    task.output = output;
-    task.regressor = regressor;
-    task.ratios = ratios;
-    task.streams = size();
-    task.frames = frames;
+    task.block = block;
     (bank_loops<Real>().*Kind::loop)(task);
   }
 
@@ -66,31 +62,32 @@ class LaneStates {
   LineVector<Real> ratio_, information_, signed_statistic_;
 };
 
-/// Cores one beside the other, for estimators whose steps differ from stream to stream.
+/// States of HandoverRls: groups of streams.
 template <class Kind>
-class CoreStates {
+class GroupStates {
  public:
   using Core = typename Kind::Core;
   using Real = typename Core::real_type;
 
-  CoreStates(const Settings& settings, std::size_t streams) : cores_(streams, Kind::core(settings)) {}
-
-  void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames, std::uint64_t* rejected) {
-    for (std::size_t k = 0; k < frames; ++k) {
-      for (std::size_t i = 0; i < size(); ++i) {
-        const std::size_t at = k * size() + i;
-        rejected[i] += !cores_[i].update(output[at], regressor[at]).accepted;
-        ratios[at] = cores_[i].ratio();
-      }
-    }
+  GroupStates(const Settings& settings, std::size_t streams)
+      : lanes_(Kind::core(settings)), numbers_(lanes_.length(streams)), size_(streams) {
+    const auto values = settings.values<palpate::HandoverSettings<Real>>();
+    std::size_t k = 0;
+    values.visit_fields([&](const char*, auto member) { settings_[k++] = values.*member; });
+    lanes_.reset(numbers_.data(), streams);
   }
 
-  std::size_t size() const { return cores_.size(); }
-  const Core& core(std::size_t i) const { return cores_[i]; }
-  void set_core(std::size_t i, const Core& core) { cores_[i] = core; }
+  void process(const BankBlock<Real>& block) { bank_loops<Real>().handover({settings_, numbers_.data(), block}); }
+
+  std::size_t size() const { return size_; }
+  Core core(std::size_t i) const { return lanes_.core(numbers_.data(), i); }
+  void set_core(std::size_t i, const Core& core) { lanes_.set_core(core, numbers_.data(), i); }
 
  private:
-  std::vector<Core> cores_;
+  palpate::Lanes<Core> lanes_;
+  std::array<Real, 7> settings_{};
+  LineVector<Real> numbers_;
+  std::size_t size_;
 };
 
 template <class Kind_, template <class> class States_>
@@ -129,8 +126,7 @@ class PyBank {
     require_idle(busy_, "bank");  // making arrays of the arguments may have run other Python code
     auto* const ratios = static_cast<Real*>(result.mutable_data());
     const InUse in_use(busy_);
-    run_block(outputs.size(),
-              [&] { states_.process(y.data(), x.data(), ratios, static_cast<std::size_t>(frames), rejected_.data()); });
+    run_block(outputs.size(), [&] { process(y.data(), x.data(), ratios, static_cast<std::size_t>(frames)); });
     rows_ += static_cast<std::size_t>(frames);
     return result;
   }
@@ -223,6 +219,10 @@ class PyBank {
     return each<Item>([&](std::size_t i) { return std::invoke(get, states_.core(i)); });
   }
 
+  void process(const Real* output, const Real* regressor, Real* ratios, std::size_t frames) {
+    states_.process({output, regressor, ratios, rejected_.data(), states_.size(), frames});
+  }
+
   /// The short way of one row: arrays that can be read and written where they are. Nothing where they cannot.
   py::object take_dense(py::handle output, py::handle regressor, py::handle out) {
     const py::dtype& real = once<&py::dtype::of<Real>>();
@@ -236,7 +236,7 @@ class PyBank {
     if (ratios.size != streams() || !apart(y, ratios) || !apart(x, ratios)) {
       return {};
     }
-    states_.process(y.items(), x.items(), ratios.items(), 1, rejected_.data());
+    process(y.items(), x.items(), ratios.items(), 1);
     ++rows_;
     return result;
   }

@@ -4,12 +4,22 @@
 // The loops of the banks, compiled once for every instruction set that a wheel may meet: see CMakeLists.txt. Nothing
 // but plain data crosses, as each set has its own copy of the core in a namespace of its own.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
 template <class Real>
 struct CusumNumbers {
   Real drift, threshold, clear_level;
+};
+
+template <class Real>
+struct BankBlock {
+  const Real* output = nullptr;
+  const Real* regressor = nullptr;
+  Real* ratios = nullptr;
+  std::uint64_t* rejected = nullptr;
+  std::size_t streams = 0, frames = 0;
 };
 
 template <class Real>
@@ -20,17 +30,21 @@ struct BankTask {
   Real* ratio = nullptr;
   Real* information = nullptr;
   Real* signed_statistic = nullptr;
-  std::uint64_t* rejected = nullptr;
-  const Real* output = nullptr;
-  const Real* regressor = nullptr;
-  Real* ratios = nullptr;
-  std::size_t streams = 0, frames = 0;
+  BankBlock<Real> block = {};
+};
+
+template <class Real>
+struct HandoverTask {
+  std::array<Real, 7> settings;  // in the order of HandoverSettings::visit_fields
+  Real* numbers;
+  BankBlock<Real> block;
 };
 
 template <class Real>
 struct BankLoops {
   void (*fixed)(const BankTask<Real>&);
   void (*adaptive)(const BankTask<Real>&);
+  void (*handover)(const HandoverTask<Real>&);
 };
 
 struct InstructionSet {
@@ -40,19 +54,13 @@ struct InstructionSet {
 };
 
 extern const InstructionSet baseline_loops;
-#if defined(PALPATE_AVX2_LOOPS)
+#if defined(PALPATE_X86_LOOPS)
 extern const InstructionSet avx2_loops;
+extern const InstructionSet avx512_loops;
 #endif
 
-/// That of this processor.
-inline const InstructionSet& instruction_set() {
-#if defined(PALPATE_AVX2_LOOPS)
-  static const bool has_avx2 = __builtin_cpu_supports("avx2");
-  return has_avx2 ? avx2_loops : baseline_loops;
-#else
-  return baseline_loops;
-#endif
-}
+/// The widest one that this processor has, or the one that the environment variable PALPATE_SIMD names.
+const InstructionSet& instruction_set();
 
 template <class Real>
 const BankLoops<Real>& bank_loops() {

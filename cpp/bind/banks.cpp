@@ -22,9 +22,7 @@ TypeError, ValueError
 
 Notes
 -----
-The same bits as single estimators, one a stream. RlsBank and AdaptiveRlsBank compute several
-streams at a time in SIMD registers. HandoverRlsBank, whose steps differ from stream to stream,
-only saves calls: use `process`.
+The same bits as single estimators, one a stream: several streams at a time in SIMD registers.
 
 Examples
 --------
@@ -131,7 +129,7 @@ void bind_banks(py::module_& module) {
   bind<FixedKind<float>, LaneStates>(module, "RlsBank32");
   bind<AdaptiveKind<double>, LaneStates>(module, "AdaptiveRlsBank");
   bind<AdaptiveKind<float>, LaneStates>(module, "AdaptiveRlsBank32");
-  bind<HandoverKind<double>, CoreStates>(module, "HandoverRlsBank");
-  bind<HandoverKind<float>, CoreStates>(module, "HandoverRlsBank32");
+  bind<HandoverKind<double>, GroupStates>(module, "HandoverRlsBank");
+  bind<HandoverKind<float>, GroupStates>(module, "HandoverRlsBank32");
   module.attr("simd") = instruction_set().name;
 }

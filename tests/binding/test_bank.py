@@ -2,7 +2,11 @@
 
 import copy
 import math
+import os
 import pickle
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -159,8 +163,40 @@ def test_masked_samples_are_refused() -> None:
     assert bank.rejected.tolist() == [1, 0]
 
 
-def test_simd_is_named() -> None:
-    assert _core.simd in ("baseline", "avx2")
+ALL_BITS = """
+import hashlib, sys
+import numpy as np
+import palpate
+from palpate import _core
+sys.path.insert(0, sys.argv[1])
+from test_bank import PAIRS, dtype_of, samples
+found = hashlib.sha256()
+for bank_type, _ in PAIRS:
+    for streams in (1, 7, 16, 45):
+        bank = bank_type(streams)
+        found.update(bank.process(*samples(300, streams, 4, dtype_of(bank_type))).tobytes())
+        state = bank.__getstate__()[1]
+        found.update(state[1].tobytes() + state[2].tobytes())
+print(_core.simd, found.hexdigest())
+"""
+
+
+def with_simd(name: str) -> tuple[str, str]:
+    """Run all banks in a process of its own, with these instructions; return what it printed and its errors."""
+    command = [sys.executable, "-c", ALL_BITS, str(Path(__file__).parent)]
+    done = subprocess.run(command, env=os.environ | {"PALPATE_SIMD": name}, capture_output=True, text=True, check=False)
+    return done.stdout, done.stderr
+
+
+def test_all_instruction_sets_give_the_same_bits() -> None:
+    assert _core.simd in ("baseline", "avx2", "avx512")
+    _, error = with_simd("sse9")
+    assert "environment variable PALPATE_SIMD: got 'sse9', allowed: " in error
+    names = error.strip().rpartition(": ")[2].split(", ")
+    assert names[-1] == "baseline"
+    found = {name: with_simd(name)[0].split() for name in names}
+    assert [used for used, _ in found.values()] == names
+    assert len({bits for _, bits in found.values()}) == 1
 
 
 class Named(palpate.HandoverRlsBank):

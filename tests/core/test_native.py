@@ -61,7 +61,7 @@ def test_ctest_and_the_bits_of_the_extension(cmake: str, compiler: str) -> None:
         assert "100% tests passed" in out
         hashes = dict(line.split() for line in run(build / "tests" / "cpp" / "bits").splitlines())
     print(*hashes.items(), sep="\n")
-    assert len(hashes) == 10
+    assert len(hashes) == 12
     for name, value in hashes.items():
         assert (bank_hash if "Bank" in name else touch_hash)(name) == value, name
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstring>
 #include <initializer_list>
-#include <palpate/bank.hpp>
+#include <palpate/handover_bank.hpp>
 #include <palpate/palpate.hpp>
 
 #include "samples.hpp"
@@ -76,6 +76,8 @@ int main() {
   print<palpate::FixedRls<float>>("Rls32");
   print_bank<palpate::AdaptiveRls<double>>("AdaptiveRlsBank");
   print_bank<palpate::AdaptiveRls<float>>("AdaptiveRlsBank32");
+  print_bank<palpate::Handover<double>>("HandoverRlsBank");
+  print_bank<palpate::Handover<float>>("HandoverRlsBank32");
   print_bank<palpate::FixedRls<double>>("RlsBank");
   print_bank<palpate::FixedRls<float>>("RlsBank32");
 }

@@ -12,22 +12,35 @@
 #error "palpate needs float and double evaluated in their own precision: on 32-bit x86 add -msse2 -mfpmath=sse"
 #endif
 
+// Whether what is usual may have code of its own beside the code for everything: not where code is to be small. Without
+// speculation it has no advantage, and neither has a call for what is rare, which needs a stack frame.
+#if !defined(PALPATE_HOT_PATHS)
+#if defined(__OPTIMIZE_SIZE__) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
+#define PALPATE_HOT_PATHS 0
+#else
+#define PALPATE_HOT_PATHS 1
+#endif
+#endif
+
 #if defined(__GNUC__) || defined(__clang__)
 #define PALPATE_RESTRICT __restrict__
-#if defined(__OPTIMIZE_SIZE__) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
-#define PALPATE_COLD  // a call needs a stack frame, and without speculation it has no advantage
-#else
+#if PALPATE_HOT_PATHS
 #define PALPATE_COLD [[gnu::cold, gnu::noinline]]
+#else
+#define PALPATE_COLD
 #endif
 #define PALPATE_UNLIKELY(condition) __builtin_expect(static_cast<bool>(condition), 0)
+#define PALPATE_INLINE [[gnu::always_inline]] inline
 #elif defined(_MSC_VER)
 #define PALPATE_RESTRICT __restrict
 #define PALPATE_COLD __declspec(noinline)
 #define PALPATE_UNLIKELY(condition) (condition)
+#define PALPATE_INLINE inline
 #else
 #define PALPATE_RESTRICT
 #define PALPATE_COLD
 #define PALPATE_UNLIKELY(condition) (condition)
+#define PALPATE_INLINE inline
 #endif
 
 // The register class that hides a product from the compiler: needed if the processor can fuse a product into a sum, and
@@ -85,19 +98,59 @@ constexpr Real magnitude(Real value) noexcept {
 #endif
 }
 
-/// value if it is above 0, otherwise 0; also for a pack. One instruction, which compilers do not find by themselves.
+// The instruction of the processor, which compilers do not find by themselves, for a pack of 16, 32 or 64 bytes.
+#if defined(__AVX512DQ__) && defined(__clang__)
+#define PALPATE_IN_64(name) __builtin_ia32_##name##512(left, right, 4)
+#elif defined(__AVX512DQ__)
+#define PALPATE_IN_64(name) __builtin_ia32_##name##512_mask(left, right, left, -1, 4)
+#else
+#define PALPATE_IN_64(name) left
+#endif
+#if defined(__AVX__)
+#define PALPATE_IN_32(name) __builtin_ia32_##name##256(left, right)
+#else
+#define PALPATE_IN_32(name) left
+#endif
+#if defined(__SSE2__) && (defined(__GNUC__) || defined(__clang__))
+#define PALPATE_INSTRUCTION(name)                            \
+  if constexpr (!is_real<Value>) {                           \
+    constexpr bool of_double = sizeof(left[0]) == 8;         \
+    if constexpr (sizeof(Value) == 64 && of_double) {        \
+      return PALPATE_IN_64(name##pd);                        \
+    } else if constexpr (sizeof(Value) == 64) {              \
+      return PALPATE_IN_64(name##ps);                        \
+    } else if constexpr (sizeof(Value) == 32 && of_double) { \
+      return PALPATE_IN_32(name##pd);                        \
+    } else if constexpr (sizeof(Value) == 32) {              \
+      return PALPATE_IN_32(name##ps);                        \
+    } else if constexpr (sizeof(Value) == 16 && of_double) { \
+      return __builtin_ia32_##name##pd(left, right);         \
+    } else if constexpr (sizeof(Value) == 16) {              \
+      return __builtin_ia32_##name##ps(left, right);         \
+    }                                                        \
+  }
+#else
+#define PALPATE_INSTRUCTION(name)
+#endif
+
+/// left if it is larger than right, otherwise right; also for packs.
+template <class Value>
+constexpr Value larger(Value left, Value right) noexcept {
+  PALPATE_INSTRUCTION(max)
+  return left > right ? left : right;
+}
+
+/// left if it is smaller than right, otherwise right; also for packs.
+template <class Value>
+constexpr Value smaller(Value left, Value right) noexcept {
+  PALPATE_INSTRUCTION(min)
+  return left < right ? left : right;
+}
+
+/// value if it is above 0, otherwise 0; also for a pack.
 template <class Value>
 constexpr Value positive_part(Value value) noexcept {
-#if defined(__AVX__)
-  if constexpr (!is_real<Value>) {
-    if constexpr (sizeof(value[0]) == 8) {
-      return __builtin_ia32_maxpd256(value, Value{});
-    } else {
-      return __builtin_ia32_maxps256(value, Value{});
-    }
-  }
-#endif
-  return value > Value{} ? value : Value{};
+  return larger(value, Value{});
 }
 
 /// `yes` where the comparison `mask` holds, otherwise `no`; also for a pack: a blend of two registers takes longer.
@@ -108,6 +161,16 @@ constexpr Value select(Mask mask, Value yes, Value no) noexcept {
   } else {
     const Mask others = reinterpret_cast<Mask>(no);
     return reinterpret_cast<Value>(others ^ (mask & (others ^ reinterpret_cast<Mask>(yes))));
+  }
+}
+
+/// Where the comparison `mask` holds and `other` does not.
+template <class Mask>
+constexpr Mask without(Mask mask, Mask other) noexcept {
+  if constexpr (std::is_same_v<Mask, bool>) {
+    return mask && !other;
+  } else {
+    return mask & ~other;
   }
 }
 
