@@ -29,7 +29,7 @@ class PyCleanRows {
     }
     const char* const begin = PyBytes_AS_STRING(text.ptr());
     const Piece piece{begin, begin + PyBytes_GET_SIZE(text.ptr())};
-    const py::ssize_t most = std::count(piece.begin, piece.end, '\n');
+    const py::ssize_t most = std::count(piece.begin, piece.end, '\n') + 1;
     std::vector<py::array> arrays;
     std::vector<Target> targets;
     for (const CleanColumn& column : rows_.columns()) {

@@ -49,7 +49,7 @@ struct CleanColumn {
   bool is_number() const noexcept { return shape.empty(); }
 };
 
-/// Where the cells of a column go: an item for each line that there can be.
+/// Where the cells of a column go: an item for each line, and one for the last line without an end.
 struct Target {
   double* numbers;
   char* texts;

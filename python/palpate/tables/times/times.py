@@ -10,6 +10,7 @@ from palpate.errors import RecordingError, quoted
 from palpate.tables.cell.clock import DAY_NS, clock
 from palpate.tables.cell.kinds import NUMBER, kind
 from palpate.tables.cell.numbers import OVERLOAD, numbers
+from palpate.tables.clean_cells import NumberCells, are_clean
 from palpate.tables.table import Table
 from palpate.tables.times.steps import Coarse, coarse, continued, counted
 from palpate.tables.times.time_units import time_unit
@@ -114,7 +115,7 @@ def coarse_times(table: Table, column: int, unit: str | None = None, decimal: st
     cells: Any = table.columns[column].cells
     if isinstance(cells, np.ndarray) and cells.dtype.kind in "mM":
         found = _of_spans(table, column, cells)
-    elif isinstance(cells, np.ndarray) or kind(cells[0] or "") == NUMBER:
+    elif isinstance(cells, np.ndarray | NumberCells) or kind(cells[0] or "") == NUMBER:
         found = _of_numbers(table, column, unit, decimal)
     else:
         found = _of_clock(table, column)
@@ -126,6 +127,8 @@ def coarse_times(table: Table, column: int, unit: str | None = None, decimal: st
 def _require_cells(table: Table, column: int, unit: str | None, decimal: str | None) -> None:
     """Refuse a column that is blank in most rows, with the rate counted."""
     cells = table.columns[column].cells
+    if are_clean(cells):
+        return
     given = np.flatnonzero([cell != "" for cell in cells]) if table.columns[column].kind == "T" else ()
     if not 2 < len(given) < len(table) / 2:
         return
