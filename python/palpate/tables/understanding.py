@@ -178,10 +178,12 @@ def pace(t: Array) -> str:
 def _rate(t: Array) -> float:
     """Return the pairs a second; 0: unknown."""
     steps = np.diff(t)
-    steps = steps[steps > 0]
+    rise = steps > 0
+    steps = steps if rise.all() else steps[rise]
     if not len(steps):
         return 0.0
-    usual = steps[steps <= 10 * np.median(steps)]
+    even = steps.max() <= 10 * steps.min()  # then so are all to the median
+    usual = steps if even else steps[steps <= 10 * np.median(steps)]
     return (len(t) - 1) / len(steps) / float(usual.mean())
 
 
@@ -189,7 +191,7 @@ def remarks(arrays: _Arrays) -> list[str]:
     """Return notes on missing values and on times: `arrays` as the first four of `Channels`."""
     time_s, _, hard, soft = arrays
     missing = int(np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft))))
-    back = int(np.count_nonzero(np.diff(time_s) < 0))
+    back = int(np.count_nonzero(time_s[1:] < time_s[:-1]))
     rate, odd = _rate(time_s), False
     if rate and len(time_s) >= _FEWEST:
         odd = not _LIKELY[0] <= rate <= _LIKELY[1]

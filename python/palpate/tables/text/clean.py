@@ -24,10 +24,10 @@ from palpate.tables.text.parsing import Gap, cells_of, delimiter_of, parse
 
 HEADS = (1 << 14, 1 << 16, 1 << 18)
 """Bytes of the first lines, that the reader of all tables sees; more where so many have too few samples."""
-_PART = 1 << 20
-_SAMPLES = 200
+PART = 1 << 20
+SAMPLES = 200
 """Lines of samples, more than others, with which the lines in the middle are samples."""
-_MOST_BELOW = 100  # lines after the clean ones
+MOST_BELOW = 100  # lines after the clean ones
 _LOOKED_AT = 20  # lines, to find the columns
 _PLAIN = re.compile(r"[+-]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?")
 _DIGIT = re.compile("[0-9]")
@@ -47,7 +47,7 @@ def clean_table(path: Path, file: BinaryIO) -> Table | None:
     for size in HEADS:
         head += file.read(size - len(head))
         begun = _begun(path, head) if len(head) == size else None
-        if begun is not None and begun.samples >= begun.others + _SAMPLES + _MOST_BELOW:
+        if begun is not None and begun.samples >= begun.others + SAMPLES + MOST_BELOW:
             tail = begun.read_on(head[begun.end :], file)
             return None if tail is None else begun.table(head, tail)
     return None
@@ -92,13 +92,13 @@ class _Clean:
     def read_on(self, data: bytes, file: BinaryIO) -> bytes | None:
         """Read the lines that follow the first ones, up to the last ones, which are returned; None: they are too many."""
         most, at = self.end // 4, self.end
-        while part := file.read(_PART):
+        while part := file.read(PART):
             data += part
             used = self.add(at, data)
             at, data = at + used, data[used:]
-            if len(data) > most and (b"\n" in data or len(data) > _PART):
+            if len(data) > most and (b"\n" in data or len(data) > PART):
                 return None
-        return data if data.count(b"\n") < _MOST_BELOW else None
+        return data if data.count(b"\n") < MOST_BELOW else None
 
     def table(self, head: bytes, tail: bytes) -> Table | None:
         """Return the table, if the reader of all tables says the same of the first and the last lines."""
@@ -156,8 +156,8 @@ class _Clean:
         with opened(self.path) as file:
             if file.seekable():
                 file.seek(begin)
-            for left in range(0 if file.seekable() else begin, 0, -_PART):
-                file.read(min(left, _PART))
+            for left in range(0 if file.seekable() else begin, 0, -PART):
+                file.read(min(left, PART))
             data = file.read(size).decode("ascii", "replace")
         return [cells_of(line, self.delimiter) for line in data.splitlines()]
 

@@ -63,9 +63,10 @@ def coarse(times: Floats) -> Coarse | None:
     Coarse(unit=1.0, rows=10.0)
     """
     steps = np.diff(times)
-    later = steps[steps > _LEAST]
-    if len(times) < _FEWEST or 2 * len(later) >= len(steps):
+    is_later = steps > _LEAST
+    if len(times) < _FEWEST or 2 * np.count_nonzero(is_later) >= len(steps):
         return None
+    later = steps[is_later]
     if not len(later):
         return Coarse(0.0, None)
     unit = float(later.min())
@@ -113,11 +114,12 @@ def continued(times: Floats, turns: Mapping[float, float]) -> tuple[Floats, floa
     ([86398.0, 86399.0, 86400.0, 86401.0], 86400, [2])
     """
     steps = np.diff(times)
-    pause = max(typical_step(times), median_step(times)) * _PAUSE_ROWS
-    for turn, longest in turns.items():
-        back = np.flatnonzero(steps < -turn / 2)
+    large = [turn for turn in turns if len(steps) and steps.min() < -turn / 2]
+    pause = max(typical_step(times), median_step(times)) * _PAUSE_ROWS if large else 0.0
+    for turn in large:
+        back, longest = np.flatnonzero(steps < -turn / 2), turns[turn]
         over = steps[back] + turn
-        if len(back) and np.ptp(times) < turn and (over <= max(pause, longest)).all():
+        if np.ptp(times) < turn and (over <= max(pause, longest)).all():
             begun = np.zeros(len(times))
             begun[back + 1] = turn
             return times + np.cumsum(begun), turn, (back + 1).tolist()
