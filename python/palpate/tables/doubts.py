@@ -99,6 +99,9 @@ def frozen(name: str, values: Array, other: Array) -> list[str]:
     >>> frozen("soft", np.round(np.linspace(4, 5, 430), 1), rising)
     []
     """
+    few = (values[1:] == values[:-1])[:: _FEWEST // 3]
+    if not (few[2:] & few[1:-1] & few[:-2]).any():
+        return []
     edges = np.r_[-1, np.flatnonzero(values[1:] != values[:-1]), len(values) - 1]  # nan differs from all
     lengths = np.diff(edges)
     at = int(np.argmax(lengths)) if len(values) else 0

@@ -107,9 +107,10 @@ def _by_size(hard: Side, values: tuple[Array, Array]) -> tuple[list[str], list[s
 def _are_surely_alike(values: tuple[Array, Array], found: tuple[str, str]) -> bool:
     """Return whether even the largest of one channel is near the smallest of the other, and no quantile is needed."""
     ends = [
-        (float(np.abs(each).min()) * PICOFARADS[unit], float(np.abs(each).max()) * PICOFARADS[unit])
+        (max(low, -high) * PICOFARADS[unit], max(high, -low) * PICOFARADS[unit])
         for each, unit in zip(values, found, strict=True)
         if len(each)
+        for low, high in [(float(each.min()), float(each.max()))]
     ]
     return len(ends) == 2 and all(most < _FAR / 2 * least for (_, most), (least, _) in (ends, ends[::-1]))
 

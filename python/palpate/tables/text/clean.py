@@ -16,20 +16,20 @@ from numpy.typing import NDArray
 
 from palpate._core import CleanRows
 from palpate.errors import RecordingError
+from palpate.tables.cell.decimals import is_plain
 from palpate.tables.cell.kinds import TIME, kind
 from palpate.tables.clean_cells import NumberCells, ShapedCells
 from palpate.tables.packed import opened
 from palpate.tables.table import Cells, Column, Table
 from palpate.tables.text.parsing import Gap, cells_of, delimiter_of, parse
 
-HEADS = (1 << 14, 1 << 16, 1 << 18)
+HEADS = (1 << 13, 1 << 15, 1 << 18)
 """Bytes of the first lines, that the reader of all tables sees; more where so many have too few samples."""
 PART = 1 << 20
 SAMPLES = 200
 """Lines of samples, more than others, with which the lines in the middle are samples."""
-MOST_BELOW = 100  # lines after the clean ones
+MOST_BELOW = 50  # lines after the clean ones
 _LOOKED_AT = 20  # lines, to find the columns
-_PLAIN = re.compile(r"[+-]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?")
 _DIGIT = re.compile("[0-9]")
 
 
@@ -195,6 +195,6 @@ def _begun(path: Path, head: bytes) -> _Clean | None:
 
 def _shape(cell: str) -> str | None:
     """Return "" for a plain number, the shape of a date or time, None for other cells."""
-    if _PLAIN.fullmatch(cell):
+    if is_plain(cell):
         return ""
     return _DIGIT.sub("0", cell) if kind(cell) == TIME and cell[0].isdecimal() else None

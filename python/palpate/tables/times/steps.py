@@ -26,16 +26,18 @@ def typical_step(times: Floats) -> float:
     5.0
     """
     window = max(2, min(_WINDOW, (len(times) - 1) // 4)) if len(times) > 2 else 1
-    spans = times[window:] - times[:-window]
-    later = spans[spans > _LEAST]
-    return float(np.median(later)) / window if len(later) else 0.0
+    return _median_above(times[window:] - times[:-window]) / window
 
 
 def median_step(times: Floats) -> float:
     """Return the median of the steps above 0; 0 if there is none."""
-    steps = np.diff(times)
-    later = steps[steps > _LEAST]
-    return float(np.median(later)) if len(later) else 0.0
+    return _median_above(np.diff(times))
+
+
+def _median_above(steps: Floats) -> float:
+    later = steps > _LEAST
+    above = steps if later.all() else steps[later]
+    return float(np.median(above, overwrite_input=True)) if len(above) else 0.0
 
 
 @dataclass(frozen=True)
