@@ -86,8 +86,10 @@ def _of_array(table: Table, column: int, cells: NDArray[Any]) -> Array:
 
 
 def _in_range(values: Array) -> Array:
-    ends = np.fmin.reduce(values, initial=0.0), np.fmax.reduce(values, initial=0.0)
-    return np.where(np.abs(values) >= OVERLOAD, math.nan, values) if np.max(np.abs(ends)) >= OVERLOAD else values
+    if len(values) and -OVERLOAD < values.min() and values.max() < OVERLOAD:  # none is nan
+        return values
+    over = np.abs(values) >= OVERLOAD
+    return np.where(over, math.nan, values) if over.any() else values
 
 
 def _clean(table: Table, column: int, cells: list[str], decimal: str | None) -> Array | None:

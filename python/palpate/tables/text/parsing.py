@@ -61,7 +61,9 @@ def parse(path: Path, raw: bytes, gap: Gap = WHOLE) -> Table:
     delimiter = delimiter_of(lines)
     if _named_delimiter(lines[0]):
         lines[0] = ""
-    rows = [(gap.number(line), cells) for line, cells in _rows(path, lines, delimiter)]
+    rows = _rows(path, lines, delimiter)
+    if gap.lines:
+        rows = [(gap.number(line), cells) for line, cells in rows]
 
     def split_name(line: int, width: int) -> list[str] | None:
         other = delimiter is None or delimiter not in lines[line - 1]
