@@ -92,15 +92,26 @@ array for each column.
 
 A number that is the one of the line before in another spelling is not clean: so equal bits are equal texts.)";
 
-char character(const py::dict& given, const char* name, const std::string& allowed) {
-  const auto text = given.contains(name) ? given[name].cast<std::string>() : std::string("?");
+/// The one character that `settings` has under this name, which is taken out of it; '\0' for an empty text.
+char take_character(py::dict& settings, const char* name, const std::string& allowed) {
+  const auto text = settings.attr("pop")(name, "?").cast<std::string>();
   if (text.size() > 1 || allowed.find(text.c_str()[0]) == std::string::npos) {
-    throw py::value_error(std::string(name) + ": got '" + text + "', allowed: one character of '" + allowed + "'");
+    throw py::value_error(std::string(name) + ": got '" + text + "', allowed: one character of '" + allowed.c_str() +
+                          "'");
   }
   return text.c_str()[0];
 }
 
 PyCleanRows made(const methods::Given& given) {
+  methods::Given others = given;
+  const bool is_said = given.settings.contains("delimiter") && given.settings.contains("decimal");
+  if (!is_said) {
+    methods::refuse_others(given, "shapes, delimiter, decimal");
+    throw py::type_error("CleanRows: got no delimiter, or no decimal, allowed: both");
+  }
+  const char delimiter = take_character(others.settings, "delimiter", std::string("\t;|,\0", 5));
+  const char decimal = take_character(others.settings, "decimal", ".,");
+  methods::refuse_others(others, "shapes, delimiter, decimal");
   std::vector<CleanColumn> columns;
   for (const auto& shape : given.first ? given.first.cast<std::vector<std::string>>() : std::vector<std::string>()) {
     columns.push_back({shape});
@@ -108,8 +119,7 @@ PyCleanRows made(const methods::Given& given) {
   if (columns.empty()) {
     throw py::value_error("shapes: got none, allowed: one for each column");
   }
-  return {character(given.settings, "delimiter", std::string("\t;|,\0", 5)), character(given.settings, "decimal", ".,"),
-          std::move(columns)};
+  return {delimiter, decimal, std::move(columns)};
 }
 
 void refuse_pickle(py::handle, py::handle) { throw py::type_error("cannot pickle a CleanRows: it is inside a file"); }

@@ -1,6 +1,7 @@
 """A clean table is read natively, and as by the reader of all tables: same numbers, notes, and refusals."""
 
 import gzip
+import math
 from dataclasses import replace
 from pathlib import Path
 from random import Random
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 from effort import NIGHTLY, random_of
 from palpate import RecordingError, read
+from palpate._core import CleanRows
+from palpate.tables.cell.decimals import is_plain
 from palpate.tables.table import Table
 from palpate.tables.text import clean
 from random_tables import dialect, written  # tests/tools
@@ -141,6 +144,31 @@ def test_a_decimal_mark_that_is_open_is_asked_for(
         assert "'6,001' in column 2 (C1), a decimal comma or a thousands separator?" in natively[1]
 
 
+def test_numbers_are_those_of_float() -> None:
+    random = random_of("clean numbers")
+    cells = ["".join(random.choice("0123456789.-+eE") for _ in range(random.randint(1, 9))) for _ in range(COUNT * 50)]
+    cells += [
+        f"{random.gauss(0, 1) * 10 ** random.randint(-300, 300):.{random.randint(0, 17)}e}" for _ in range(COUNT * 20)
+    ]
+    for mark in ".,":
+        for cell in cells:
+            rows = CleanRows(["", ""], delimiter=";", decimal="." if mark == "." else ",")
+            used, (_, numbers) = rows.read(f"0.5;{cell}\n".replace(".", mark).encode())
+            if used:
+                assert numbers[0] == float(cell)
+            else:
+                assert not is_plain(cell) or abs(float(cell)) in (0.0, math.inf)  # beyond the range of a double
+
+
+@pytest.mark.parametrize(
+    ("shapes", "delimiter", "decimal", "message"),
+    [([], ",", ".", "shapes: got none"), ([""], "x", ".", "delimiter: got 'x'"), ([""], ",", "", "decimal: got ''")],
+)
+def test_what_no_table_can_be_is_refused(shapes: list[str], delimiter: str, decimal: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        CleanRows(shapes, delimiter=delimiter, decimal=decimal)
+
+
 def test_texts_are_those_of_the_file(tables: list[bytes], tmp_path: Path) -> None:
     path = tmp_path / "table.csv"
     path.write_bytes(tables[0] + b"99,5.50,5.5\n# end\n")
@@ -163,4 +191,24 @@ def test_a_value_written_in_two_ways_is_not_clean(tmp_path: Path, monkeypatch: p
     path.write_text("time,C1,C2\n" + "".join(rows))
     natively, slowly, was_native = both(path, monkeypatch)
     assert natively == slowly
+    assert not was_native
+
+
+def test_a_file_that_changes_while_it_is_read_is_refused(tables: list[bytes], tmp_path: Path) -> None:
+    path = tmp_path / "table.csv"
+    path.write_bytes(tables[0])
+    with path.open("rb") as file:
+        table = clean.clean_table(path, file)
+    assert table is not None
+    path.write_bytes(tables[0][:5000])
+    with pytest.raises(RecordingError, match="has changed while it was read"):
+        table.columns[0].cells[-1]
+
+
+def test_many_lines_above_the_table_are_not_looked_through(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "table.csv"
+    path.write_bytes(b"a\n" * 3000 + b"1.5,2.5\n" * 1300)
+    natively, slowly, was_native = both(path, monkeypatch)
+    assert natively == slowly
+    assert "not a recording: no row of numbers" in natively[1]
     assert not was_native

@@ -86,10 +86,15 @@ def _of_array(table: Table, column: int, cells: NDArray[Any]) -> Array:
 
 
 def _in_range(values: Array) -> Array:
-    if len(values) and -OVERLOAD < values.min() and values.max() < OVERLOAD:  # none is nan
+    if are_below(values, OVERLOAD):
         return values
     over = np.abs(values) >= OVERLOAD
     return np.where(over, math.nan, values) if over.any() else values
+
+
+def are_below(values: NDArray[Any], limit: float) -> bool:
+    """Return whether all values are numbers of a magnitude below a limit."""
+    return not len(values) or bool(-limit < values.min() and values.max() < limit)  # nan is not
 
 
 def _clean(table: Table, column: int, cells: list[str], decimal: str | None) -> Array | None:

@@ -7,9 +7,11 @@ not clean, there is no clean table.
 
 import re
 from array import array
+from bisect import bisect_right
 from dataclasses import dataclass, field, replace
+from operator import itemgetter
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +24,7 @@ from palpate.tables.clean_cells import NumberCells, ShapedCells
 from palpate.tables.packed import opened
 from palpate.tables.table import Cells, Column, Table
 from palpate.tables.text.parsing import Gap, cells_of, delimiter_of, parse
+from palpate.tables.text.rows import MOST_HEADER_ROWS
 
 HEADS = (1 << 13, 1 << 15, 1 << 18)
 """Bytes of the first lines, that the reader of all tables sees; more where so many have too few samples."""
@@ -29,6 +32,7 @@ PART = 1 << 20
 SAMPLES = 200
 """Lines of samples, more than others, with which the lines in the middle are samples."""
 MOST_BELOW = 50  # lines after the clean ones
+Mark = Literal[".", ","]
 _LOOKED_AT = 20  # lines, to find the columns
 _DIGIT = re.compile("[0-9]")
 
@@ -59,10 +63,8 @@ class _Clean:
 
     path: Path
     delimiter: str | None
-    decimal: str
+    decimal: Mark
     shapes: list[str]
-    begin: int
-    """Where the first one is in the file."""
     end: int
     """Where the first lines end."""
     others: int
@@ -144,11 +146,14 @@ class _Clean:
 
     def cell(self, row: int, column: int) -> str:
         """Return the text of a cell, both from 0."""
-        number = int(np.searchsorted([first for _, _, first in self.blocks], row, side="right")) - 1
+        number = bisect_right(self.blocks, row, key=itemgetter(2)) - 1
+        block = self.blocks[number]
         if self._shown[0] != number:
-            block = self.blocks[number]
             self._shown = number, self.last if block[0] < 0 else self._lines(block)
-        return self._shown[1][row - self.blocks[number][2]][column]
+        try:
+            return self._shown[1][row - block[2]][column]
+        except IndexError:
+            raise RecordingError(self.path, "has changed while it was read: read it again") from None
 
     def _lines(self, block: tuple[int, int, int]) -> list[list[str]]:
         """Return the cells of the lines of a block, from the file."""
@@ -165,32 +170,39 @@ class _Clean:
 def _begun(path: Path, head: bytes) -> _Clean | None:
     """Return the clean lines at the end of the first bytes of a file; None: there are none, or it is open what they are."""
     end = head.rfind(b"\n") + 1
-    lines = head[:end].splitlines()[-_LOOKED_AT:]
-    try:
-        sample = [line.decode("ascii") for line in lines]
-        first = head[:end].split(b"\n", 1)[0].decode("ascii", "replace")
-        delimiter = delimiter_of([first, *sample])
-    except (UnicodeDecodeError, IndexError):
+    found = _understood(head[:end].splitlines())
+    if found is None:
         return None
+    delimiter, decimal, shapes = found
+    at = 0
+    for _ in range(MOST_HEADER_ROWS):
+        others = head[:at].replace(b"\r\n", b"\n").replace(b"\r", b"\n").count(b"\n")
+        rows = CleanRows(shapes, delimiter=delimiter or "", decimal=decimal)
+        clean = _Clean(path, delimiter, decimal, shapes, end, others, rows)
+        at += clean.add(at, head[at:end])
+        if at == end:
+            clean.samples = clean.count
+            return clean if clean.samples else None
+        at = head.index(b"\n", at) + 1
+    return None
+
+
+def _understood(lines: list[bytes]) -> tuple[str | None, Mark, list[str]] | None:
+    """Return the delimiter, the decimal mark and the shapes of the cells of the last lines; None: it is open."""
+    try:
+        sample = [line.decode("ascii") for line in lines[-_LOOKED_AT:]]
+    except UnicodeDecodeError:
+        return None
+    if not sample:
+        return None
+    delimiter = delimiter_of([lines[0].decode("ascii", "replace"), *sample])
     cells = [cells_of(line, delimiter) for line in sample]
     shapes = [_shape(cell) for cell in cells[-1]]
     if len(shapes) < 2 or None in shapes or "" not in shapes:
         return None
-    numbers = [row for row, shape in enumerate(shapes) if shape == ""]
+    numbers = [column for column, shape in enumerate(shapes) if shape == ""]
     comma = any("," in row[column] for row in cells for column in numbers if column < len(row))
-    at = 0
-    while at < end:
-        clean = _Clean(
-            path, delimiter, "," if comma else ".", [shape or "" for shape in shapes], at, end,
-            head[:at].replace(b"\r\n", b"\n").replace(b"\r", b"\n").count(b"\n"),
-            CleanRows([shape or "" for shape in shapes], delimiter=delimiter or "", decimal="," if comma else "."),
-        )  # fmt: skip
-        used = clean.add(at, head[at:end])
-        if at + used == end:
-            clean.samples = clean.count
-            return clean
-        at = head.index(b"\n", at + used) + 1
-    return None
+    return delimiter, "," if comma else ".", [shape or "" for shape in shapes]
 
 
 def _shape(cell: str) -> str | None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from palpate.errors import RecordingError, quoted
 from palpate.tables.cell.clock import DAY_NS, clock
 from palpate.tables.cell.kinds import NUMBER, kind
-from palpate.tables.cell.numbers import OVERLOAD, numbers
+from palpate.tables.cell.numbers import OVERLOAD, are_below, numbers
 from palpate.tables.clean_cells import NumberCells, are_clean
 from palpate.tables.table import Table
 from palpate.tables.times.steps import Coarse, coarse, continued, counted
@@ -171,7 +171,8 @@ def _of_numbers(table: Table, column: int, unit: str | None, decimal: str | None
     """Return the times of a column of numbers."""
     cells: Any = table.columns[column].cells
     values = cells if isinstance(cells, np.ndarray) and cells.dtype.kind in "iu" else numbers(table, column, decimal)
-    _refuse(table, column, ~(np.abs(np.asarray(values, float)) < OVERLOAD), "no time")
+    if not are_below(values, OVERLOAD):
+        _refuse(table, column, ~(np.abs(np.asarray(values, float)) < OVERLOAD), "no time")
     kind = time_unit(table, column, np.asarray(values, float), unit)
     if kind.epoch:
         first_ns = kind.date_ns(values[0])
@@ -192,7 +193,8 @@ def _turned(table: Table, turn: float, unit: str, rows: list[int]) -> list[str]:
 
 
 def _require_range(table: Table, column: int, seconds: NDArray[np.float64]) -> None:
-    _refuse(table, column, np.abs(seconds) >= _LATEST_S, _TOO_LATE)
+    if not are_below(seconds, _LATEST_S):
+        _refuse(table, column, np.abs(seconds) >= _LATEST_S, _TOO_LATE)
 
 
 def _require_fine(table: Table, column: int, seconds: NDArray[np.float64]) -> None:
