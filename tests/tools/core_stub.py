@@ -13,6 +13,7 @@ from palpate import _core
 
 HEAD = """\
 # Written by tests/tools/core_stub.py from the compiled module: to change it, change that.
+from collections.abc import Sequence
 from typing import Any, ClassVar, Literal, Self, SupportsIndex, TypeAlias, TypedDict, Unpack, overload
 
 import numpy as np
@@ -28,6 +29,8 @@ NUMBER, COUNT, FLAG = "float", "int", "bool"
 PARAMETERS = {
     "capacity": "int",
     "count": "int",
+    "decimal": 'Literal[".", ","]',
+    "delimiter": "str",
     "force": "bool",
     "hard": "ArrayLike",
     "memo": "dict[int, Any]",
@@ -37,11 +40,13 @@ PARAMETERS = {
     "regressor": "ArrayLike",
     "sample": "tuple[Any, ...]",
     "samples": "NDArray[np.void]",
+    "shapes": "Sequence[str]",
     "soft": "ArrayLike",
     "state": "tuple[Any, ...]",
     "streams": "int",
     "t_hard": "ArrayLike",
     "t_soft": "ArrayLike",
+    "text": "bytes",
 }
 """Others are settings, numbers."""
 METHODS = {
@@ -64,6 +69,7 @@ METHODS = {
     "push": "bool",
     "row": "tuple[int, int, int, int, int, float, float, int, int]",
     "push_many": "int",
+    "read": "tuple[int, list[NDArray[Any]]]",
     "revisions_since": "list[int]",
     "reset": "None",
     "take": "None",
@@ -87,6 +93,7 @@ PROPERTIES = {
     "first_standard_error": "float",
     "flags": "tuple[str, ...]",
     "innovation": NUMBER,
+    "marked": "tuple[bool, ...]",
     "offset_ratio": "float",
     "offset_standard_error": "float",
     "ratio": NUMBER,
@@ -106,6 +113,7 @@ PROPERTIES = {
     "start_s": "float",
     "state": 'Literal["baseline", "waiting", "contact", "done"]',
     "statistic": NUMBER,
+    "sure": "tuple[bool, ...]",
     "streams": "int",
     "touch_count": "int",
     "touches": "list[Touch]",

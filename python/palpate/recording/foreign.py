@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from palpate.tables.table import Table
 
 RATE = "pairs a second, for a table without times; or name the column of times with time=COL"
 """What is allowed as the rate of a table without times."""
+_ROWS = 1 << 16  # of a block
 GAP = "as a column of the table says"
 """What happened at a gap of a recording that became a data frame."""
 OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s", "soft_time": "t_soft_s"}
@@ -97,16 +99,23 @@ class Foreign:
         return known | ({"stamps": "host"} if self.host_stamps else {})
 
     def blocks(self) -> Iterator[Block]:
-        """Yield all samples, a new block after each gap; without times, samples are 1 ms apart."""
+        """Yield all samples, in parts, a new one after each gap; without times, samples are 1 ms apart."""
+        self.survey = Survey(marked=self.tares)
+        rows = len(self.recording.hard)
+        for begin, end in pairwise(sorted({*range(0, rows, _ROWS), *self.recording.gap_rows, rows})):
+            block = self._block(slice(begin, end))
+            self.survey.add(block)
+            yield block
+
+    def _block(self, rows: slice) -> Block:
         recording = self.recording
-        block = blank(len(recording.hard))
-        block["hard"], block["soft"] = recording.hard, recording.soft
-        for name, seconds in (("t_hard_ns", recording.t_hard_s), ("t_soft_ns", recording.t_soft_s)):
+        block = blank(rows.stop - rows.start)
+        block["seq"] += rows.start
+        block["hard"], block["soft"] = recording.hard[rows], recording.soft[rows]
+        for name, seconds in (("t_hard_ns", recording.t_hard_s[rows]), ("t_soft_ns", recording.t_soft_s[rows])):
             ns = seconds * 1e9  # halves away from zero, as the tracker rounds seconds
             block[name] = np.trunc(ns + np.copysign(0.5, ns)) if self.timed else block["seq"] * 1_000_000
-        self.survey = Survey(marked=self.tares)
-        self.survey.add(block)
-        yield from np.split(block, recording.gap_rows)
+        return block
 
 
 def _recording(table: Table, asked: Asked, known: Sequence[Logger]) -> tuple[Recording, list[str]]:

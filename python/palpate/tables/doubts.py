@@ -45,17 +45,22 @@ def absent(name: str, values: Array) -> tuple[Array, list[str]]:
 
 def _lonely_end(values: Array) -> float | None:
     """Return the smallest or the largest value, the one that is farther from the others, if it is far from them."""
-    finite = values[np.isfinite(values)]
+    finite = _finite(values)
     ends = (float(finite.min()), float(finite.max())) if len(finite) else ()
-    for end in sorted(ends, key=lambda each: -abs(each - float(np.median(finite)))):
+    often = [end for end in ends if _SAME <= np.count_nonzero(finite == end) <= _MOST * len(finite)]
+    for end in sorted(often, key=lambda each: -abs(each - float(np.median(finite)))):
         others = finite[finite != end]
-        same = len(finite) - len(others)
-        if _SAME <= same <= _MOST * len(finite) and len(others) >= _FEWEST:
+        if len(others) >= _FEWEST:
             low, high = np.quantile(others, [_TAIL, 1 - _TAIL])
             spread = float(np.std(np.clip(others, low, high)))
             if spread > 0 and np.abs(others - end).min() > _APART * spread:
                 return end
     return None
+
+
+def _finite(values: Array) -> Array:
+    finite = np.isfinite(values)
+    return values if finite.all() else values[finite]
 
 
 def clipped(name: str, values: Array) -> list[str]:
@@ -68,7 +73,10 @@ def clipped(name: str, values: Array) -> list[str]:
     >>> clipped("hard", np.linspace(0, 8, 400))
     []
     """
-    found, counts = np.unique(values[np.isfinite(values)], return_counts=True)
+    finite = _finite(values)
+    if not len(finite) or max(np.count_nonzero(finite == end) for end in (finite.min(), finite.max())) < _FEWEST:
+        return []
+    found, counts = np.unique(finite, return_counts=True)
     if len(found) < _FEWEST:
         return []
     notes = []
@@ -91,7 +99,10 @@ def frozen(name: str, values: Array, other: Array) -> list[str]:
     >>> frozen("soft", np.round(np.linspace(4, 5, 430), 1), rising)
     []
     """
-    edges = np.r_[-1, np.flatnonzero(np.diff(values) != 0), len(values) - 1]  # nan differs from all
+    few = (values[1:] == values[:-1])[:: _FEWEST // 3]
+    if not (few[2:] & few[1:-1] & few[:-2]).any():
+        return []
+    edges = np.r_[-1, np.flatnonzero(values[1:] != values[:-1]), len(values) - 1]  # nan differs from all
     lengths = np.diff(edges)
     at = int(np.argmax(lengths)) if len(values) else 0
     if not len(values) or lengths[at] < _FEWEST or np.isnan(other).all():

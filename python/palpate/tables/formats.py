@@ -7,9 +7,10 @@ from pathlib import Path
 
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
-from palpate.tables.packed import contents, unpacked_name
+from palpate.tables.packed import contents, opened, unpacked_name
 from palpate.tables.table import Table
 from palpate.tables.text import parsing
+from palpate.tables.text.clean import clean_table
 
 Reader = Callable[[Path, bytes, Asked], Table]
 
@@ -62,6 +63,7 @@ FORMATS = (
            (b"BZh", b"\xfd7zXZ\0", b"\x28\xb5\x2f\xfd", b"7z\xbc\xaf\x27\x1c", b"Rar!", b"\x1f\x8b"), advice=_UNPACK),
 )  # fmt: skip
 """All formats but text, which begins with anything."""
+_LONGEST_BEGIN = max(len(begin) for each in FORMATS for begin in each.begins)
 _TEXT = Format("text", (".csv", ".txt", ".tsv", ".dat", ".asc"), ())
 
 
@@ -96,20 +98,31 @@ def read_table(path: Path, asked: Asked | None = None) -> Table:
         A package that reads this format is not installed.
     """
     try:
-        data = contents(path)
+        with opened(path) as file:
+            known = format_of(file.read(_LONGEST_BEGIN))
+        table = _clean(path) if known is _TEXT else None
+        data = b"" if table else contents(path)
     except OSError as error:
         raise RecordingError(path, f"cannot be read: {error.strerror}") from error
-    if not data:
-        raise RecordingError(path, "is empty")
-    known = format_of(data)
-    if known.advice:
-        raise RecordingError(path, f"is {known.name}, which palpate cannot read: {known.advice}")
-    table = parsing.parse(path, data) if known is _TEXT else _reader(known)(path, data, asked or Asked())
+    table = table or _read(path, data, known, asked or Asked())
     suffix = Path(unpacked_name(path)).suffix.lower()
     named = next((each for each in (_TEXT, *FORMATS) if suffix in each.suffixes), known)
     if named is not known:
         table.notes.append(f"the name says {named.name}, but it is {known.name}: read as that")
     return table
+
+
+def _clean(path: Path) -> Table | None:
+    with opened(path) as file:
+        return clean_table(path, file)
+
+
+def _read(path: Path, data: bytes, known: Format, asked: Asked) -> Table:
+    if not data:
+        raise RecordingError(path, "is empty")
+    if known.advice:
+        raise RecordingError(path, f"is {known.name}, which palpate cannot read: {known.advice}")
+    return parsing.parse(path, data) if known is _TEXT else _reader(known)(path, data, asked)
 
 
 def format_of(data: bytes) -> Format:

@@ -9,6 +9,7 @@ import numpy as np
 from palpate.tables.cell.clock_layout import is_time
 from palpate.tables.cell.kinds import NUMBER, kind
 from palpate.tables.cell.numbers import NO_VALUE
+from palpate.tables.clean_cells import are_clean
 from palpate.tables.table import Cells, Table
 from palpate.tables.units import bare_name
 
@@ -63,9 +64,10 @@ def _text(cell: Any) -> str:
 def _fits(table: Table, column: int, *, numbers: bool) -> bool:
     """Return whether a column holds 2 to 100 names: texts, or whole numbers where they are allowed."""
     few: set[str] = set()
-    if table.columns[column].kind not in _NAMES:
+    cells = table.columns[column].cells
+    if table.columns[column].kind not in _NAMES or (are_clean(cells) and not numbers):
         return False
-    for cell in table.columns[column].cells:
+    for cell in cells:
         few.add(_text(cell))
         if len(few) > _MOST:
             return False

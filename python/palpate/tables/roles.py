@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from palpate.errors import listed, quoted
 from palpate.tables.asked import Asked
 from palpate.tables.cell.clock_layout import is_time
+from palpate.tables.clean_cells import NumberCells
 from palpate.tables.long import id_column, id_columns, spread
 from palpate.tables.names import PAIRS, SOFT_TIMES, named, named_channel, simple_name, time_columns
 from palpate.tables.proposals import proposed, values_of
@@ -106,7 +107,9 @@ def _dates(table: Table) -> list[int]:
 
 
 def _is_dated(cells: Any) -> bool:
-    return bool(len(cells)) and is_time(cells[0] or "") and is_time(cells[-1] or "")
+    return (
+        not isinstance(cells, NumberCells) and bool(len(cells)) and is_time(cells[0] or "") and is_time(cells[-1] or "")
+    )
 
 
 def _alone(
@@ -192,7 +195,7 @@ def dated(table: Table) -> Table:
     date, clock = table.columns[dates[0]], table.columns[clocks[0]]
     if (date.kind, clock.kind) != ("T", "T"):
         return table
-    if not any(":" in (cell or "") for cell in clock.cells[:3]):
+    if isinstance(clock.cells, NumberCells) or not any(":" in (cell or "") for cell in clock.cells[:3]):
         return table
     cells = [
         f"{day} {time}" if day and time else day or time for day, time in zip(date.cells, clock.cells, strict=True)

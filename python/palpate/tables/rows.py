@@ -6,6 +6,7 @@ from operator import eq
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.tables.clean_cells import NumberCells, ShapedCells
 from palpate.tables.roles import Side
 from palpate.tables.table import Column, Table
 
@@ -39,7 +40,7 @@ def _kept(table: Table, times: Collection[int]) -> tuple[Table, list[str]]:
     repeats = int(np.count_nonzero(equal))
     if repeats == same_time:
         kept = np.flatnonzero(np.r_[True, ~equal])
-        return table.take(kept), [f"{repeats} rows repeat the row before: left out"]
+        return table.take(kept, repeats=True), [f"{repeats} rows repeat the row before: left out"]
     said = f"{same_time} of {len(table)} rows have the time of the row before, and other values"
     return table, [f"{said}: rows that came at once, or two measurements in one file?"]
 
@@ -47,6 +48,8 @@ def _kept(table: Table, times: Collection[int]) -> tuple[Table, list[str]]:
 def _repeats(column: Column) -> NDArray[np.bool_]:
     """Return for each row but the first whether its cell is that of the row before."""
     cells = column.cells
+    if isinstance(cells, NumberCells | ShapedCells):
+        return cells.same_as_before()
     if isinstance(cells, np.ndarray):
         before, after = cells[:-1], cells[1:]
         same: NDArray[np.bool_] = before == after

@@ -1,5 +1,6 @@
 """A table with named columns, of any format."""
 
+from array import array
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import listed, nearest, quoted, shortened
+from palpate.tables.clean_cells import NumberCells, ShapedCells
 from palpate.tables.units import bare_name, unit_in
 
 Cells = Sequence[str | None] | NDArray[Any]
@@ -39,10 +41,14 @@ class Column:
         """That of the numpy dtype of the cells, as "f", "M" or "m"; "T" for text, "O" for what no column can be."""
         return self.cells.dtype.kind if isinstance(self.cells, np.ndarray) else "T"
 
-    def take(self, rows: NDArray[np.intp], at: list[int]) -> "Column":
-        """Return the column of some rows, given as an array and as a list."""
+    def take(self, rows: NDArray[np.intp], *, repeats: bool = False) -> "Column":
+        """Return the column of some rows; `repeats`: the others repeat them."""
         cells = self.cells
-        return replace(self, cells=cells[rows] if isinstance(cells, np.ndarray) else [cells[row] for row in at])
+        if isinstance(cells, np.ndarray):
+            return replace(self, cells=cells[rows])
+        if isinstance(cells, NumberCells | ShapedCells):
+            return replace(self, cells=cells.take(rows, repeats=repeats))
+        return replace(self, cells=[cells[row] for row in rows.tolist()])
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,12 +89,11 @@ class Table:
         """The number of columns."""
         return len(self.columns)
 
-    def take(self, rows: NDArray[np.intp]) -> "Table":
-        """Return the table of some rows (from 0), with the numbers of their lines."""
-        at = rows.tolist()
-        return replace(
-            self, columns=[column.take(rows, at) for column in self.columns], lines=[self.lines[row] for row in at]
-        )
+    def take(self, rows: NDArray[np.intp], *, repeats: bool = False) -> "Table":
+        """Return the table of some rows (from 0), with the numbers of their lines; `repeats`: the others repeat them."""
+        lines = np.asarray(self.lines, np.int64)[rows] if len(rows) else ()
+        columns = [column.take(rows, repeats=repeats) for column in self.columns]
+        return replace(self, columns=columns, lines=array("q", lines))
 
     def names(self, column: int) -> tuple[str, ...]:
         """Return all names of a column (from 0)."""

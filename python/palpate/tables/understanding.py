@@ -82,9 +82,10 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     by_row = hard.table is soft.table or asked.rate is not None or not any(each.said for each in stamps)
     arrays, apart = (_by_row if by_row else _by_time)(hard, soft, stamps, values)
     line = [_said_times(stamps), f"hard = {hard.name}, {hard_unit}", f"soft = {soft.name}, {soft_unit}"]
-    line += [pace(arrays[0]), f"{len(arrays[0])} rows"]
+    rate = rate_of(arrays[0])
+    line += [pace(rate), f"{len(arrays[0])} rows"]
     tables = [table] if soft_table is None else [table, soft_table]
-    notes = [*left_out, *turns, *remarks(arrays), *lost, *also_lost, *apart, *told]
+    notes = [*left_out, *turns, *remarks(arrays, rate), *lost, *also_lost, *apart, *told]
     notes += [note for each in stamps for note in each.notes]
     notes += [note for each in tables for note in each.notes]
     if table.header_rate and UNTIMED in notes:
@@ -169,30 +170,29 @@ _LIKELY = 5.0, 2000.0  # pairs a second of a probe
 _FEWEST = 50  # rows that show a pace
 
 
-def pace(t: Array) -> str:
-    """Return the pairs a second of some times, s, as text."""
-    rate = _rate(t)
+def pace(rate: float) -> str:
+    """Return the pairs a second as text."""
     return f"{rate:.4g} pairs a second" if rate else "rate unknown"
 
 
-def _rate(t: Array) -> float:
-    """Return the pairs a second; 0: unknown."""
+def rate_of(t: Array) -> float:
+    """Return the pairs a second of some times, s; 0: unknown."""
     steps = np.diff(t)
-    steps = steps[steps > 0]
+    rise = steps > 0
+    steps = steps if rise.all() else steps[rise]
     if not len(steps):
         return 0.0
-    usual = steps[steps <= 10 * np.median(steps)]
+    even = steps.max() <= 10 * steps.min()  # then so are all to the median
+    usual = steps if even else steps[steps <= 10 * np.median(steps)]
     return (len(t) - 1) / len(steps) / float(usual.mean())
 
 
-def remarks(arrays: _Arrays) -> list[str]:
+def remarks(arrays: _Arrays, rate: float) -> list[str]:
     """Return notes on missing values and on times: `arrays` as the first four of `Channels`."""
     time_s, _, hard, soft = arrays
     missing = int(np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft))))
-    back = int(np.count_nonzero(np.diff(time_s) < 0))
-    rate, odd = _rate(time_s), False
-    if rate and len(time_s) >= _FEWEST:
-        odd = not _LIKELY[0] <= rate <= _LIKELY[1]
+    back = int(np.count_nonzero(time_s[1:] < time_s[:-1]))
+    odd = bool(rate) and len(time_s) >= _FEWEST and not _LIKELY[0] <= rate <= _LIKELY[1]
     notes = {
         f"{rate:.4g} pairs a second are unusual for a probe: is the unit of the times right (--time-unit)?": odd,
         f"{missing} of {len(hard)} rows have no value in a channel: left out": missing,

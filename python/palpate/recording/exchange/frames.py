@@ -20,7 +20,7 @@ from palpate.tables.cell.numbers import numbers
 from palpate.tables.table import Table
 from palpate.tables.times.steps import typical_step
 from palpate.tables.times.times import Times, times
-from palpate.tables.understanding import pace, remarks
+from palpate.tables.understanding import pace, rate_of, remarks
 
 _ARRAYS = {"t_hard_s": "t_hard_s", "t_soft_s": "t_soft_s", "hard": "hard_pF", "soft": "soft_pF"}
 _UNITS = {"t_hard_s": "s", "t_soft_s": "s", "hard_pF": "pF", "soft_pF": "pF", "full_scale_pF": "pF"}
@@ -75,7 +75,8 @@ def own_frame(table: Table) -> Recording | None:
     full_scale = _full_scale(table, names)
     stamps, seconds = _stamps(table, ("t_hard_ns", "t_soft_ns") if rows else ("t_hard_s", "t_soft_s"))
     readings = _readings(table, names, full_scale)
-    notes = [*remarks((*seconds, *readings)), *table.notes, *(note for each in stamps for note in each.notes)]
+    rate = rate_of(seconds[0])
+    notes = [*remarks((*seconds, *readings), rate), *table.notes, *(note for each in stamps for note in each.notes)]
     gaps = np.flatnonzero(_flags(table, "gap")).tolist() if "gap" in names else []
     known = stamps[0].zero_utc_ns if stamps else None
     return Recording(
@@ -86,7 +87,7 @@ def own_frame(table: Table) -> Recording | None:
         host_stamps="host_stamps" in names and bool(_only(_flags(table, "host_stamps"))),
         gap_rows=tuple(row for row in gaps if row),
         zero_utc_ns=_zero(table, seconds[0]) if "utc" in names else known,
-        understood=f"a recording of palpate as a data frame; {pace(seconds[0])}; {len(table)} rows",
+        understood=f"a recording of palpate as a data frame; {pace(rate)}; {len(table)} rows",
     )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from palpate.errors import RecordingError, quoted
 from palpate.tables.cell.clock_layout import LONGEST, Layout, layout_of
 from palpate.tables.cell.date_order import Order, order_of
+from palpate.tables.clean_cells import ShapedCells
 from palpate.tables.table import Table
 
 DAY_NS = 86_400_000_000_000
@@ -142,7 +143,10 @@ def _layout(table: Table, column: int, row: int, shape: str) -> Layout:
 
 def _characters(table: Table, column: int, rows: range) -> NDArray[np.uint8]:
     """Return the characters of some cells, shape (rows, longest cell)."""
-    cells: Any = table.columns[column].cells[rows.start : rows.stop]
+    whole: Any = table.columns[column].cells
+    if isinstance(whole, ShapedCells) and whole.characters.itemsize <= LONGEST:
+        return _as_bytes(whole.characters[rows.start : rows.stop])
+    cells = whole[rows.start : rows.stop]
     try:
         fits = min(map(len, cells)) > 0 and max(map(len, cells)) <= LONGEST
         array = np.array(cells if fits else [], dtype="S")
@@ -153,6 +157,10 @@ def _characters(table: Table, column: int, rows: range) -> NDArray[np.uint8]:
             row for row, cell in zip(rows, cells, strict=True) if not cell or not cell.isascii() or len(cell) > LONGEST
         )
         raise _error(table, column, row, "is neither a number nor a time")
+    return _as_bytes(array)
+
+
+def _as_bytes(array: NDArray[np.bytes_]) -> NDArray[np.uint8]:
     return array.view(np.uint8).reshape(len(array), -1)
 
 

@@ -11,6 +11,7 @@ MARKS = {"point": ".", "comma": ","}
 _NUMBER = re.compile(
     r"([+-]?+)([0-9][0-9.,'\u2019\u00a0\u2009\u202f ]*+|[.,][0-9]++)((?:[eE][+-]?+[0-9]++)?+)[\u00a0\u202f ]?+([A-Za-zµμ%]{0,3}+)"
 )
+_UNGROUPED = re.compile(r"[+-]?+(?:[0-9]++[.,]?+[0-9]*+|[.,][0-9]++)(?:[eE][+-]?+[0-9]++)?+")
 _SEPARATOR = re.compile(r"[^0-9]")
 _DOUBTFUL = re.compile(r"[+-]?+[1-9][0-9]{0,2}+[.,][0-9]{3}")
 _CLOCK_FRACTION = re.compile(r":[0-9][0-9]([.,])[0-9]")
@@ -66,6 +67,17 @@ def written(cell: str) -> Written | None:
     only = {",": point, ".": comma}
     groups = next((mark for mark, value in only.items() if mark in body and value is not None), "")
     return Written(point, comma, groups if point is None or comma is None else "", unit)
+
+
+def is_plain(cell: str) -> bool:
+    """Return whether a cell is a number without groups of digits and unit, in ASCII.
+
+    Examples
+    --------
+    >>> is_plain("-6,1e3"), is_plain("6.1 pF"), is_plain("1.234,5")
+    (True, False, False)
+    """
+    return _UNGROUPED.fullmatch(cell) is not None
 
 
 def plain(cell: str) -> str:

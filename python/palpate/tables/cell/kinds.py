@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from palpate.tables.cell.clock_layout import is_time
-from palpate.tables.cell.decimals import written
+from palpate.tables.cell.decimals import is_plain, written
 from palpate.tables.cell.numbers import NO_VALUE, UNITS
 from palpate.tables.units import unit_in
 
@@ -20,6 +20,8 @@ def kind(cell: str) -> str:
     >>> [kind(cell) for cell in ("6.123 pF", "12:00:00.5", "OL", "6.1x3")]
     ['number', 'time', 'none', 'text']
     """
+    if is_plain(cell):
+        return NUMBER
     if cell.upper() in NO_VALUE:
         return NONE
     number = written(cell)

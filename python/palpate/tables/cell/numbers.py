@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, quoted
 from palpate.tables.cell.decimals import MARKS, Written, plain, sure_marks, written
+from palpate.tables.clean_cells import NumberCells, ShapedCells
 from palpate.tables.table import Table
 from palpate.tables.units import PICOFARADS, SECONDS, unit_in
 
@@ -56,6 +57,10 @@ def numbers(table: Table, column: int, decimal: str | None = None) -> Array:
     cells = table.columns[column].cells
     if isinstance(cells, np.ndarray):
         return _of_array(table, column, cells)
+    if isinstance(cells, NumberCells) and cells.known and not (cells.mark and decimal not in (None, cells.mark)):
+        if cells.mark and decimal is None:
+            _check_mark(table, column, cells, cells.mark)
+        return _in_range(cells.values)
     if None in cells:
         reason = f"the row ends before column {column + 1} ({table.name(column)})"
         raise RecordingError(table.path, reason, table.lines[cells.index(None)])
@@ -77,9 +82,19 @@ def _of_array(table: Table, column: int, cells: NDArray[Any]) -> Array:
         )
     if cells.dtype.kind in "mM":
         raise RecordingError(table.path, f"column {column + 1} ({table.name(column)}): got times, allowed: numbers")
-    values = np.asarray(cells, float)
+    return _in_range(np.asarray(cells, float))
+
+
+def _in_range(values: Array) -> Array:
+    if are_below(values, OVERLOAD):
+        return values
     over = np.abs(values) >= OVERLOAD
     return np.where(over, math.nan, values) if over.any() else values
+
+
+def are_below(values: NDArray[Any], limit: float) -> bool:
+    """Return whether all values are numbers of a magnitude below a limit."""
+    return not len(values) or bool(-limit < values.min() and values.max() < limit)  # nan is not
 
 
 def _clean(table: Table, column: int, cells: list[str], decimal: str | None) -> Array | None:
@@ -100,7 +115,7 @@ def _clean(table: Table, column: int, cells: list[str], decimal: str | None) -> 
 
 def _check_mark(table: Table, column: int, cells: Sequence[str], mark: str) -> None:
     """Refuse cells that can all be whole numbers with groups of digits, unless other columns settle it."""
-    if sure_marks(cells):
+    if _sure_marks(cells):
         return
     doubtful = next((cell for cell in cells if MARKS[mark] in cell), None)
     if doubtful is None:
@@ -108,12 +123,20 @@ def _check_mark(table: Table, column: int, cells: Sequence[str], mark: str) -> N
     others: set[str] = set()
     for other in table.columns:
         if other.kind == "T" and other is not table.columns[column]:
-            others |= sure_marks(other.cells)
+            others |= _sure_marks(other.cells)
     if others != {mark} and (others or mark == "comma"):
         raise ValueError(
             f"decimal: got {quoted(doubtful)} in column {column + 1} ({table.name(column)}), a decimal {mark} or a "
             'thousands separator? allowed: decimal "point" or "comma" (--decimal)'
         )
+
+
+def _sure_marks(cells: Any) -> set[str]:
+    if isinstance(cells, ShapedCells):
+        return sure_marks(cells[:1])  # the shape says it
+    if isinstance(cells, NumberCells) and cells.known:
+        return {cells.mark} if cells.sure else set()
+    return sure_marks(cells)
 
 
 def _each(table: Table, column: int, cells: list[str], decimal: str | None) -> Array:

@@ -2,7 +2,9 @@
 
 import csv
 import re
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from palpate.errors import RecordingError
 from palpate.tables.cell.kinds import NUMBER, TEXT, kind
@@ -22,8 +24,31 @@ _COLUMN_GAP = re.compile(r"\t|  +")
 _BRACKET = re.compile(r" (?=[(\[])")
 
 
-def parse(path: Path, raw: bytes) -> Table:
+class Gap(NamedTuple):
+    """Lines of a file that are not given: how many, and after which line."""
+
+    after: int
+    lines: int
+
+    def number(self, line: int) -> int:
+        """Return the number that a given line has in the file."""
+        return line if line <= self.after else line + self.lines
+
+
+WHOLE = Gap(0, 0)
+"""No lines are left out."""
+
+
+def parse(path: Path, raw: bytes, gap: Gap = WHOLE) -> Table:
     """Read the contents of a text file as a table.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        For messages.
+    raw : bytes
+    gap : Gap, optional
+        Lines of samples that are not in `raw`.
 
     Raises
     ------
@@ -32,15 +57,13 @@ def parse(path: Path, raw: bytes) -> Table:
     """
     text = decoded(path, raw).replace("\r\n", "\n").replace("\r", "\n")
     lines = _closed(text.split("\n")) if '"' in text else text.split("\n")
-    torn = len(lines) if lines[-1] else None
-    named = _named_delimiter(lines[0])
-    if named:
+    torn = gap.number(len(lines)) if lines[-1] else None
+    delimiter = delimiter_of(lines)
+    if _named_delimiter(lines[0]):
         lines[0] = ""
-    filled = [line for line in lines if line.strip()]
-    delimiter = named or _delimiter(filled)
-    if delimiter == "," and filled and has_decimal_commas(filled[0], filled[len(filled) // 2 :][:_SAMPLE]):
-        delimiter = "\t"
     rows = _rows(path, lines, delimiter)
+    if gap.lines:
+        rows = [(gap.number(line), cells) for line, cells in rows]
 
     def split_name(line: int, width: int) -> list[str] | None:
         other = delimiter is None or delimiter not in lines[line - 1]
@@ -50,6 +73,16 @@ def parse(path: Path, raw: bytes) -> Table:
     if delimiter == "," and not table.header_fits:
         check_marks(table)
     return table
+
+
+def delimiter_of(lines: Sequence[str]) -> str | None:
+    """Return the delimiter of the lines of a table: a tab where each is one number with a decimal comma; None for blanks."""
+    if named := _named_delimiter(lines[0]):
+        return named
+    filled = [line for line in lines if line.strip()]
+    delimiter = _delimiter(filled)
+    decimal = delimiter == "," and filled and has_decimal_commas(filled[0], filled[len(filled) // 2 :][:_SAMPLE])
+    return "\t" if decimal else delimiter
 
 
 def _closed(lines: list[str]) -> list[str]:
@@ -70,7 +103,7 @@ def _rows(path: Path, lines: list[str], delimiter: str | None) -> Rows:
         if len(line) > LONGEST:
             raise RecordingError(path, f"got a line of {len(line):,} characters, allowed: {LONGEST:,}", number)
         try:
-            cells = _cells(line, delimiter)
+            cells = cells_of(line, delimiter)
         except csv.Error as error:
             raise RecordingError(path, f"{error}: not a table", number) from error
         if len(cells) > MOST_COLUMNS:
@@ -91,7 +124,7 @@ def _delimiter(lines: list[str]) -> str | None:
 
     def understood(candidate: str | None) -> float:
         try:
-            return sum(_share(_cells(line[:LONGEST], candidate)[:MOST_COLUMNS]) for line in body)
+            return sum(_share(cells_of(line[:LONGEST], candidate)[:MOST_COLUMNS]) for line in body)
         except csv.Error:
             return 0
 
@@ -105,7 +138,8 @@ def _share(cells: list[str]) -> float:
     return 1 - kinds.count(TEXT) / len(kinds) if NUMBER in kinds and len(kinds) > 1 else 0
 
 
-def _cells(line: str, delimiter: str | None) -> list[str]:
+def cells_of(line: str, delimiter: str | None) -> list[str]:
+    """Return the cells of a line, without blanks around them."""
     if '"' in line:
         line = line if delimiter else " ".join(line.split())
         return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter or " "), [])]

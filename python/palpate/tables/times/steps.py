@@ -26,16 +26,18 @@ def typical_step(times: Floats) -> float:
     5.0
     """
     window = max(2, min(_WINDOW, (len(times) - 1) // 4)) if len(times) > 2 else 1
-    spans = times[window:] - times[:-window]
-    later = spans[spans > _LEAST]
-    return float(np.median(later)) / window if len(later) else 0.0
+    return _median_above(times[window:] - times[:-window]) / window
 
 
 def median_step(times: Floats) -> float:
     """Return the median of the steps above 0; 0 if there is none."""
-    steps = np.diff(times)
-    later = steps[steps > _LEAST]
-    return float(np.median(later)) if len(later) else 0.0
+    return _median_above(np.diff(times))
+
+
+def _median_above(steps: Floats) -> float:
+    later = steps > _LEAST
+    above = steps if later.all() else steps[later]
+    return float(np.median(above, overwrite_input=True)) if len(above) else 0.0
 
 
 @dataclass(frozen=True)
@@ -63,9 +65,10 @@ def coarse(times: Floats) -> Coarse | None:
     Coarse(unit=1.0, rows=10.0)
     """
     steps = np.diff(times)
-    later = steps[steps > _LEAST]
-    if len(times) < _FEWEST or 2 * len(later) >= len(steps):
+    is_later = steps > _LEAST
+    if len(times) < _FEWEST or 2 * np.count_nonzero(is_later) >= len(steps):
         return None
+    later = steps[is_later]
     if not len(later):
         return Coarse(0.0, None)
     unit = float(later.min())
@@ -113,11 +116,12 @@ def continued(times: Floats, turns: Mapping[float, float]) -> tuple[Floats, floa
     ([86398.0, 86399.0, 86400.0, 86401.0], 86400, [2])
     """
     steps = np.diff(times)
-    pause = max(typical_step(times), median_step(times)) * _PAUSE_ROWS
-    for turn, longest in turns.items():
-        back = np.flatnonzero(steps < -turn / 2)
+    large = [turn for turn in turns if len(steps) and steps.min() < -turn / 2]
+    pause = max(typical_step(times), median_step(times)) * _PAUSE_ROWS if large else 0.0
+    for turn in large:
+        back, longest = np.flatnonzero(steps < -turn / 2), turns[turn]
         over = steps[back] + turn
-        if len(back) and np.ptp(times) < turn and (over <= max(pause, longest)).all():
+        if np.ptp(times) < turn and (over <= max(pause, longest)).all():
             begun = np.zeros(len(times))
             begun[back + 1] = turn
             return times + np.cumsum(begun), turn, (back + 1).tolist()

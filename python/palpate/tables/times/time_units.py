@@ -168,8 +168,7 @@ def _within(rate: float, limits: tuple[float, float]) -> bool:
 def _require_no_better(
     table: Table, column: int, named: str, values: NDArray[np.float64], rates: dict[str, float]
 ) -> None:
-    sure = _sure(values, rates, _SURE)
-    if sure and not _within(rates[named], _POSSIBLE):
+    if not _within(rates[named], _POSSIBLE) and (sure := _sure(values, rates, _SURE)):
         raise ValueError(
             f"time_unit: got {named} in the name of {_place(table, column)}, but a median step of {typical_step(values):.3g}: "
             f"{_rate(rates[named])} if {named}, {_rate(rates[sure[0]])} if {sure[0]}; "

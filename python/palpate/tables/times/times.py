@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from palpate.errors import RecordingError, quoted
 from palpate.tables.cell.clock import DAY_NS, clock
 from palpate.tables.cell.kinds import NUMBER, kind
-from palpate.tables.cell.numbers import OVERLOAD, numbers
+from palpate.tables.cell.numbers import OVERLOAD, are_below, numbers
+from palpate.tables.clean_cells import NumberCells, are_clean
 from palpate.tables.table import Table
 from palpate.tables.times.steps import Coarse, coarse, continued, counted
 from palpate.tables.times.time_units import time_unit
@@ -114,7 +115,7 @@ def coarse_times(table: Table, column: int, unit: str | None = None, decimal: st
     cells: Any = table.columns[column].cells
     if isinstance(cells, np.ndarray) and cells.dtype.kind in "mM":
         found = _of_spans(table, column, cells)
-    elif isinstance(cells, np.ndarray) or kind(cells[0] or "") == NUMBER:
+    elif isinstance(cells, np.ndarray | NumberCells) or kind(cells[0] or "") == NUMBER:
         found = _of_numbers(table, column, unit, decimal)
     else:
         found = _of_clock(table, column)
@@ -126,6 +127,8 @@ def coarse_times(table: Table, column: int, unit: str | None = None, decimal: st
 def _require_cells(table: Table, column: int, unit: str | None, decimal: str | None) -> None:
     """Refuse a column that is blank in most rows, with the rate counted."""
     cells = table.columns[column].cells
+    if are_clean(cells):
+        return
     given = np.flatnonzero([cell != "" for cell in cells]) if table.columns[column].kind == "T" else ()
     if not 2 < len(given) < len(table) / 2:
         return
@@ -168,7 +171,8 @@ def _of_numbers(table: Table, column: int, unit: str | None, decimal: str | None
     """Return the times of a column of numbers."""
     cells: Any = table.columns[column].cells
     values = cells if isinstance(cells, np.ndarray) and cells.dtype.kind in "iu" else numbers(table, column, decimal)
-    _refuse(table, column, ~(np.abs(np.asarray(values, float)) < OVERLOAD), "no time")
+    if not are_below(values, OVERLOAD):
+        _refuse(table, column, ~(np.abs(np.asarray(values, float)) < OVERLOAD), "no time")
     kind = time_unit(table, column, np.asarray(values, float), unit)
     if kind.epoch:
         first_ns = kind.date_ns(values[0])
@@ -189,7 +193,8 @@ def _turned(table: Table, turn: float, unit: str, rows: list[int]) -> list[str]:
 
 
 def _require_range(table: Table, column: int, seconds: NDArray[np.float64]) -> None:
-    _refuse(table, column, np.abs(seconds) >= _LATEST_S, _TOO_LATE)
+    if not are_below(seconds, _LATEST_S):
+        _refuse(table, column, np.abs(seconds) >= _LATEST_S, _TOO_LATE)
 
 
 def _require_fine(table: Table, column: int, seconds: NDArray[np.float64]) -> None:
@@ -213,6 +218,8 @@ def _unit_of(found: Coarse) -> str:
 def _require_forward(table: Table, column: int, seconds: NDArray[np.float64]) -> None:
     """Allow jitter of host stamps; refuse a restarted logger, a reversed file, numbers that are no times."""
     steps = np.diff(seconds)
+    if (steps >= 0).all():
+        return
     back = steps < 0
     count = int(np.count_nonzero(back))
     little = -steps[back].sum() <= _LITTLE_BACK * steps[~back].sum()

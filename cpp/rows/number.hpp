@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Decimal numbers in text, as Python's float() reads them and repr() writes them: the nearest double, and the shortest
+// text that gives it back. Nothing here throws, allocates, reads the locale, or looks at or past `end`.
+
+#include <cfloat>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace palpate::rows {
+
+// Some standard libraries have no floating-point std::from_chars: there PALPATE_EXACT_ELSEWHERE is defined, and whoever
+// includes this has to define both functions.
+#if !defined(__cpp_lib_to_chars) || __cpp_lib_to_chars < 201611L
+#define PALPATE_EXACT_ELSEWHERE
+#endif
+
+/// The double nearest to a number without a sign, that is all of [begin, end); false where the double is 0 or infinite.
+bool nearest(const char* begin, const char* end, double& value) noexcept;
+
+/// Write a finite number without a sign as repr does, at most 23 characters; their end.
+char* format_finite(char* to, double value) noexcept;
+
+inline bool is_digit(char c) noexcept { return static_cast<unsigned char>(c - '0') < 10; }
+
+/// Append the digits at `at` to a number; more than 19 in all wrap around.
+inline std::uint64_t append_digits(const char*& at, const char* end, std::uint64_t number) noexcept {
+  for (; at != end && is_digit(*at); ++at) {
+    number = number * 10 + static_cast<std::uint64_t>(*at - '0');
+  }
+  return number;
+}
+
+/// An exponent at `at`, if a whole one is there: 0 and nothing is skipped otherwise. Beyond 9999 it stays there.
+inline int take_exponent(const char*& at, const char* end) noexcept {
+  const char* next = at;
+  if (next == end || (*next != 'e' && *next != 'E')) {
+    return 0;
+  }
+  ++next;
+  const bool negative = next != end && *next == '-';
+  next += next != end && (*next == '-' || *next == '+');
+  if (next == end || !is_digit(*next)) {
+    return 0;
+  }
+  int exponent = 0;
+  for (; next != end && is_digit(*next); ++next) {
+    exponent = exponent < 1000 ? exponent * 10 + (*next - '0') : 9999;
+  }
+  at = next;
+  return negative ? -exponent : exponent;
+}
+
+/// digits * 10^exponent where both are doubles, so that one rounding is all (Clinger, PLDI 1990); else false.
+inline bool exact_quotient(std::uint64_t digits, int exponent, double& value) noexcept {
+  constexpr double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                               1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+  if (digits == 0) {
+    value = 0;
+    return true;
+  }
+  if (FLT_EVAL_METHOD != 0 || digits > (std::uint64_t{1} << 53) || exponent < -22 || exponent > 22) {
+    return false;
+  }
+  const auto number = static_cast<double>(digits);
+  value = exponent < 0 ? number / powers[-exponent] : number * powers[exponent];
+  return true;
+}
+
+/// What a number without its sign is made of: digits * 10^exponent; `count` digits were read, leading zeros too.
+struct Decimal {
+  std::uint64_t digits;
+  int exponent;
+  std::ptrdiff_t count;
+};
+
+/// The decimal number at `at`, which moves behind it; count 0: there is none.
+inline Decimal take_decimal(const char*& at, const char* end) noexcept {
+  const char* const begin = at;
+  Decimal number{append_digits(at, end, 0), 0, at - begin};
+  if (at != end && *at == '.') {
+    const char* const fraction = ++at;
+    number.digits = append_digits(at, end, number.digits);
+    number.count += at - fraction;
+    number.exponent = static_cast<int>(fraction - at);
+  }
+  if (number.count != 0) {
+    number.exponent += take_exponent(at, end);
+  }
+  return number;
+}
+
+/// Read a plain decimal number, [+-]d.d[e[+-]d] with a digit before or after the point, and move `at` behind it. False,
+/// with `at` as it was: no such number is there, or the nearest double is infinite, or 0 though a digit is not.
+/// Blanks, underscores, nan, inf and hexadecimal numbers are none.
+inline bool parse_real(const char*& at, const char* end, double& value) noexcept {
+  const char* next = at;
+  const bool negative = next != end && *next == '-';
+  next += next != end && (*next == '-' || *next == '+');
+  const char* const begin = next;
+  const Decimal number = take_decimal(next, end);
+  const bool all_kept = number.count <= 19;  // 10^19 < 2^64
+  const bool found = number.count != 0 && ((all_kept && exact_quotient(number.digits, number.exponent, value)) ||
+                                           nearest(begin, next, value));
+  if (found) {
+    value = negative ? -value : value;
+    at = next;
+  }
+  return found;
+}
+
+inline char* append(char* to, const char* from, int count) noexcept {
+  std::memcpy(to, from, static_cast<std::size_t>(count));
+  return to + count;
+}
+
+inline char* append_zeros(char* to, int count) noexcept {
+  std::memset(to, '0', static_cast<std::size_t>(count));
+  return to + count;
+}
+
+/// 1.25e-05 for the digits 125 and the exponent -5: two digits of it at least.
+inline char* with_exponent(char* to, const char* digits, int count, int exponent) noexcept {
+  *to++ = digits[0];
+  if (count > 1) {
+    *to++ = '.';
+    to = append(to, digits + 1, count - 1);
+  }
+  *to++ = 'e';
+  *to++ = exponent < 0 ? '-' : '+';
+  const int size = exponent < 0 ? -exponent : exponent;
+  if (size < 10) {
+    *to++ = '0';
+  }
+  return std::to_chars(to, to + 3, size).ptr;
+}
+
+/// The digits d.ddd * 10^exponent, as repr lays them out.
+inline char* lay_out(char* to, const char* digits, int count, int exponent) noexcept {
+  if (exponent < -4 || exponent >= 16) {
+    return with_exponent(to, digits, count, exponent);
+  }
+  if (exponent < 0) {
+    to = append(to, "0.", 2);
+    return append(append_zeros(to, -exponent - 1), digits, count);
+  }
+  const int whole = exponent + 1;
+  if (count <= whole) {
+    to = append_zeros(append(to, digits, count), whole - count);
+    return append(to, ".0", 2);
+  }
+  to = append(to, digits, whole);
+  *to++ = '.';
+  return append(to, digits + whole, count - whole);
+}
+
+#ifndef PALPATE_EXACT_ELSEWHERE
+inline bool nearest(const char* begin, const char* end, double& value) noexcept {
+  const auto found = std::from_chars(begin, end, value);
+  return found.ec == std::errc() && found.ptr == end;
+}
+
+inline char* format_finite(char* to, double value) noexcept {
+  char text[24], digits[24];
+  const char* const end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific).ptr;
+  const char* at = text;
+  int count = 0;
+  for (; at != end && *at != 'e'; ++at) {
+    if (*at != '.') {
+      digits[count++] = *at;
+    }
+  }
+  return lay_out(to, digits, count, take_exponent(at, end));
+}
+#endif
+
+/// Write a number as Python's repr does, at most 24 characters: nan, -inf, 0.25, 1e+16. Returns the end.
+inline char* format_real(char* to, double value) noexcept {
+  if (value != value) {
+    return append(to, "nan", 3);
+  }
+  if (std::signbit(value)) {
+    *to++ = '-';
+    value = -value;
+  }
+  if (value > DBL_MAX) {
+    return append(to, "inf", 3);
+  }
+  return format_finite(to, value);
+}
+
+}  // namespace palpate::rows
