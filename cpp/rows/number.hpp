@@ -27,12 +27,51 @@ char* format_finite(char* to, double value) noexcept;
 
 inline bool is_digit(char c) noexcept { return static_cast<unsigned char>(c - '0') < 10; }
 
-/// Append the digits at `at` to a number; more than 19 in all wrap around.
-inline std::uint64_t append_digits(const char*& at, const char* end, std::uint64_t number) noexcept {
+#if defined(_WIN32) || (defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__)
+constexpr bool eight_at_once = true;
+#else
+constexpr bool eight_at_once = false;
+#endif
+
+/// Eight characters, the first one in the lowest byte.
+inline std::uint64_t eight(const char* at) noexcept {
+  std::uint64_t characters;
+  std::memcpy(&characters, at, sizeof characters);
+  return characters;
+}
+
+/// Whether the next eight characters are digits: 0x30 to 0x39, and no carry past the lower half of a byte from adding 6.
+inline bool eight_digits(const char* at, const char* end) noexcept {
+  if (!eight_at_once || end - at < 8) {
+    return false;
+  }
+  const std::uint64_t characters = eight(at);
+  return (((characters & 0xF0F0F0F0F0F0F0F0) | (((characters + 0x0606060606060606) & 0xF0F0F0F0F0F0F0F0) >> 4))) ==
+         0x3333333333333333;
+}
+
+/// The number of eight digits: pairs, then fours, then all.
+inline std::uint64_t number_of(std::uint64_t characters) noexcept {
+  std::uint64_t digits = characters - 0x3030303030303030;
+  digits = (digits * 10 + (digits >> 8)) & 0x00FF00FF00FF00FF;
+  digits = (digits * 100 + (digits >> 16)) & 0x0000FFFF0000FFFF;
+  return (digits * 10000 + (digits >> 32)) & 0xFFFFFFFF;
+}
+
+/// Append the digits at `at` to a number; more than 19 in all wrap around. The loop is predicted well where most are few.
+inline std::uint64_t append_few(const char*& at, const char* end, std::uint64_t number) noexcept {
   for (; at != end && is_digit(*at); ++at) {
     number = number * 10 + static_cast<std::uint64_t>(*at - '0');
   }
   return number;
+}
+
+/// The same, faster where there are many.
+inline std::uint64_t append_digits(const char*& at, const char* end, std::uint64_t number) noexcept {
+  for (; eight_digits(at, end); at += 8) {
+    number = number * 100'000'000 + number_of(eight(at));
+  }
+  return append_few(at, end, number);
 }
 
 /// An exponent at `at`, if a whole one is there: 0 and nothing is skipped otherwise. Beyond 9999 it stays there.
@@ -81,7 +120,8 @@ struct Decimal {
 /// The decimal number at `at`, which moves behind it; count 0: there is none.
 inline Decimal take_decimal(const char*& at, const char* end) noexcept {
   const char* const begin = at;
-  Decimal number{append_digits(at, end, 0), 0, at - begin};
+  Decimal number{append_few(at, end, 0), 0, 0};
+  number.count = at - begin;
   if (at != end && *at == '.') {
     const char* const fraction = ++at;
     number.digits = append_digits(at, end, number.digits);
@@ -121,6 +161,18 @@ inline char* append(char* to, const char* from, int count) noexcept {
 inline char* append_zeros(char* to, int count) noexcept {
   std::memset(to, '0', static_cast<std::size_t>(count));
   return to + count;
+}
+
+/// Write a number below 10^count with that many digits, two at a time.
+template <int count>
+void format_digits(char* to, std::uint64_t number) noexcept {
+  static_assert(count % 2 == 0);
+  constexpr char pairs[] =
+      "0001020304050607080910111213141516171819202122232425262728293031323334353637383940414243444546474849"
+      "5051525354555657585960616263646566676869707172737475767778798081828384858687888990919293949596979899";
+  for (int place = count - 2; place >= 0; place -= 2, number /= 100) {
+    std::memcpy(to + place, pairs + 2 * (number % 100), 2);
+  }
 }
 
 /// 1.25e-05 for the digits 125 and the exponent -5: two digits of it at least.
@@ -178,6 +230,29 @@ inline char* format_finite(char* to, double value) noexcept {
 }
 #endif
 
+/// A number from 0.0001 to 10 with at most 15 digits and 14 decimals, as integer * 10^-14; else 0. Of such numbers no two
+/// have the same nearest double (15 = DBL_DIG), so one that divides back to `value` has the digits that repr writes.
+inline std::uint64_t as_decimal(double value) noexcept {
+  if (FLT_EVAL_METHOD != 0 || !(value >= 0.0001 && value < 9.99)) {
+    return 0;
+  }
+  const auto number = static_cast<std::uint64_t>(value * 1e14 + 0.5);
+  return static_cast<double>(number) / 1e14 == value ? number : 0;
+}
+
+/// Write number * 10^-14 without zeros at its end, but for one after the point.
+inline char* format_decimal(char* to, std::uint64_t number) noexcept {
+  constexpr std::uint64_t one = 100'000'000'000'000;
+  *to++ = static_cast<char>('0' + number / one);
+  *to++ = '.';
+  format_digits<14>(to, number % one);
+  char* end = to + 14;
+  while (end[-1] == '0' && end != to + 1) {
+    --end;
+  }
+  return end;
+}
+
 /// Write a number as Python's repr does, at most 24 characters: nan, -inf, 0.25, 1e+16. Returns the end.
 inline char* format_real(char* to, double value) noexcept {
   if (value != value) {
@@ -190,7 +265,8 @@ inline char* format_real(char* to, double value) noexcept {
   if (value > DBL_MAX) {
     return append(to, "inf", 3);
   }
-  return format_finite(to, value);
+  const std::uint64_t number = as_decimal(value);
+  return number != 0 ? format_decimal(to, number) : format_finite(to, value);
 }
 
 }  // namespace palpate::rows
