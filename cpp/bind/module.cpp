@@ -11,4 +11,5 @@ PYBIND11_MODULE(_core, module) {
   bind_tracker(module);
   bind_ring(module);
   bind_banks(module);
+  bind_rows(module);
 }

@@ -28,31 +28,40 @@ char* format_finite(char* to, double value) noexcept;
 inline bool is_digit(char c) noexcept { return static_cast<unsigned char>(c - '0') < 10; }
 
 #if defined(_WIN32) || (defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__)
-constexpr bool eight_at_once = true;
+constexpr bool whole_words = true;
 #else
-constexpr bool eight_at_once = false;
+constexpr bool whole_words = false;
 #endif
 
-/// Eight characters, the first one in the lowest byte.
-inline std::uint64_t eight(const char* at) noexcept {
-  std::uint64_t characters;
-  std::memcpy(&characters, at, sizeof characters);
-  return characters;
+/// Four or eight characters as an integer, the first one in its lowest byte.
+template <class Integer>
+Integer characters(const char* at) noexcept {
+  Integer found;
+  std::memcpy(&found, at, sizeof found);
+  return found;
 }
 
-/// Whether the next eight characters are digits: 0x30 to 0x39, and no carry past the lower half of a byte from adding 6.
-inline bool eight_digits(const char* at, const char* end) noexcept {
-  if (!eight_at_once || end - at < 8) {
+/// Whether the next four or eight characters are digits: 0x30 to 0x39, which adding 6 leaves below 0x40.
+template <class Integer>
+bool all_digits(const char* at, const char* end) noexcept {
+  constexpr Integer each = static_cast<Integer>(~Integer{0}) / 255;
+  if (!whole_words || end - at < static_cast<std::ptrdiff_t>(sizeof(Integer))) {
     return false;
   }
-  const std::uint64_t characters = eight(at);
-  return (((characters & 0xF0F0F0F0F0F0F0F0) | (((characters + 0x0606060606060606) & 0xF0F0F0F0F0F0F0F0) >> 4))) ==
-         0x3333333333333333;
+  const auto found = characters<Integer>(at);
+  return ((found & each * 0xF0) | (((found + each * 6) & each * 0xF0) >> 4)) == each * 0x33;
 }
 
-/// The number of eight digits: pairs, then fours, then all.
-inline std::uint64_t number_of(std::uint64_t characters) noexcept {
-  std::uint64_t digits = characters - 0x3030303030303030;
+/// The number of four digits: pairs, then both.
+inline std::uint32_t number_of(std::uint32_t four) noexcept {
+  std::uint32_t digits = four - 0x30303030;
+  digits = (digits * 10 + (digits >> 8)) & 0x00FF00FF;
+  return (digits * 100 + (digits >> 16)) & 0xFFFF;
+}
+
+/// The number of eight digits: pairs, then fours, then both.
+inline std::uint64_t number_of(std::uint64_t eight) noexcept {
+  std::uint64_t digits = eight - 0x3030303030303030;
   digits = (digits * 10 + (digits >> 8)) & 0x00FF00FF00FF00FF;
   digits = (digits * 100 + (digits >> 16)) & 0x0000FFFF0000FFFF;
   return (digits * 10000 + (digits >> 32)) & 0xFFFFFFFF;
@@ -68,8 +77,12 @@ inline std::uint64_t append_few(const char*& at, const char* end, std::uint64_t 
 
 /// The same, faster where there are many.
 inline std::uint64_t append_digits(const char*& at, const char* end, std::uint64_t number) noexcept {
-  for (; eight_digits(at, end); at += 8) {
-    number = number * 100'000'000 + number_of(eight(at));
+  for (; all_digits<std::uint64_t>(at, end); at += 8) {
+    number = number * 100'000'000 + number_of(characters<std::uint64_t>(at));
+  }
+  if (all_digits<std::uint32_t>(at, end)) {
+    number = number * 10'000 + number_of(characters<std::uint32_t>(at));
+    at += 4;
   }
   return append_few(at, end, number);
 }

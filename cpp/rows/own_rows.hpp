@@ -55,10 +55,12 @@ class Cells {
   /// A time in s with at most 9 decimals, as ns.
   std::int64_t nanoseconds() noexcept {
     const bool negative = skip('-');
-    std::uint64_t number = digits(10);
+    const char* begin = at_;
+    std::uint64_t number = append_few(at_, end_, 0);
+    plain_ = plain_ && at_ != begin && at_ - begin <= 10;
     int missing = 9;
     if (skip('.')) {
-      const char* const begin = at_;
+      begin = at_;
       number = append_digits(at_, end_, number);
       missing -= static_cast<int>(at_ - begin < 10 ? at_ - begin : 10);
     }

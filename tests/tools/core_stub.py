@@ -37,11 +37,14 @@ PARAMETERS = {
     "regressor": "ArrayLike",
     "sample": "tuple[Any, ...]",
     "samples": "NDArray[np.void]",
+    "scale": "tuple[int, float] | None",
     "soft": "ArrayLike",
     "state": "tuple[Any, ...]",
     "streams": "int",
     "t_hard": "ArrayLike",
     "t_soft": "ArrayLike",
+    "text": "bytes",
+    "uncertainty": "bool",
 }
 """Others are settings, numbers."""
 METHODS = {
@@ -58,8 +61,10 @@ METHODS = {
     "close": "None",
     "copy": "Self",
     "feed": "Touch | None",
+    "format": "bytes",
     "finish": "Touch | None",
     "gap": "None",
+    "parse": "NDArray[np.void] | None",
     "pop_many": "int",
     "push": "bool",
     "row": "tuple[int, int, int, int, int, float, float, int, int]",
