@@ -67,33 +67,35 @@ inline std::uint64_t number_of(std::uint64_t eight) noexcept {
   return (digits * 10000 + (digits >> 32)) & 0xFFFFFFFF;
 }
 
-/// Append the digits at `at` to a number; more than 19 in all wrap around. The loop is predicted well where most are few.
-inline std::uint64_t append_few(const char*& at, const char* end, std::uint64_t number) noexcept {
-  for (; at != end && is_digit(*at); ++at) {
-    number = number * 10 + static_cast<std::uint64_t>(*at - '0');
+/// A place in text, and the number that the digits before it make; more than 19 of them wrap around.
+struct Run {
+  const char* at;
+  std::uint64_t number;
+};
+
+/// Append the digits that come next. The loop is predicted well where there are always equally many.
+inline Run append_few(Run run, const char* end) noexcept {
+  for (; run.at != end && is_digit(*run.at); ++run.at) {
+    run.number = run.number * 10 + static_cast<std::uint64_t>(*run.at - '0');
   }
-  return number;
+  return run;
 }
 
 /// The same, faster where there are many.
-inline std::uint64_t append_digits(const char*& at, const char* end, std::uint64_t number) noexcept {
-  for (; all_digits<std::uint64_t>(at, end); at += 8) {
-    number = number * 100'000'000 + number_of(characters<std::uint64_t>(at));
+inline Run append_digits(Run run, const char* end) noexcept {
+  for (; all_digits<std::uint64_t>(run.at, end); run.at += 8) {
+    run.number = run.number * 100'000'000 + number_of(characters<std::uint64_t>(run.at));
   }
-  if (all_digits<std::uint32_t>(at, end)) {
-    number = number * 10'000 + number_of(characters<std::uint32_t>(at));
-    at += 4;
+  if (all_digits<std::uint32_t>(run.at, end)) {
+    run.number = run.number * 10'000 + number_of(characters<std::uint32_t>(run.at));
+    run.at += 4;
   }
-  return append_few(at, end, number);
+  return append_few(run, end);
 }
 
-/// An exponent at `at`, if a whole one is there: 0 and nothing is skipped otherwise. Beyond 9999 it stays there.
+/// The exponent after the letter at `at`, which moves behind it; 0, and `at` stays, where no digit follows. It ends at 9999.
 inline int take_exponent(const char*& at, const char* end) noexcept {
-  const char* next = at;
-  if (next == end || (*next != 'e' && *next != 'E')) {
-    return 0;
-  }
-  ++next;
+  const char* next = at + 1;
   const bool negative = next != end && *next == '-';
   next += next != end && (*next == '-' || *next == '+');
   if (next == end || !is_digit(*next)) {
@@ -125,26 +127,27 @@ inline bool exact_quotient(std::uint64_t digits, int exponent, double& value) no
 
 /// What a number without its sign is made of: digits * 10^exponent; `count` digits were read, leading zeros too.
 struct Decimal {
+  const char* end;
   std::uint64_t digits;
   int exponent;
   std::ptrdiff_t count;
 };
 
-/// The decimal number at `at`, which moves behind it; count 0: there is none.
-inline Decimal take_decimal(const char*& at, const char* end) noexcept {
-  const char* const begin = at;
-  Decimal number{append_few(at, end, 0), 0, 0};
-  number.count = at - begin;
-  if (at != end && *at == '.') {
-    const char* const fraction = ++at;
-    number.digits = append_digits(at, end, number.digits);
-    number.count += at - fraction;
-    number.exponent = static_cast<int>(fraction - at);
+/// The decimal number at `at`; count 0: there is none.
+inline Decimal take_decimal(const char* at, const char* end) noexcept {
+  Run run = append_few({at, 0}, end);
+  auto count = run.at - at;
+  int exponent = 0;
+  if (run.at != end && *run.at == '.') {
+    const char* const fraction = run.at + 1;
+    run = append_digits({fraction, run.number}, end);
+    count += run.at - fraction;
+    exponent = static_cast<int>(fraction - run.at);
   }
-  if (number.count != 0) {
-    number.exponent += take_exponent(at, end);
+  if (count != 0 && run.at != end && (*run.at == 'e' || *run.at == 'E')) {
+    exponent += take_exponent(run.at, end);
   }
-  return number;
+  return {run.at, run.number, exponent, count};
 }
 
 /// Read a plain decimal number, [+-]d.d[e[+-]d] with a digit before or after the point, and move `at` behind it. False,
@@ -154,14 +157,13 @@ inline bool parse_real(const char*& at, const char* end, double& value) noexcept
   const char* next = at;
   const bool negative = next != end && *next == '-';
   next += next != end && (*next == '-' || *next == '+');
-  const char* const begin = next;
   const Decimal number = take_decimal(next, end);
   const bool all_kept = number.count <= 19;  // 10^19 < 2^64
   const bool found = number.count != 0 && ((all_kept && exact_quotient(number.digits, number.exponent, value)) ||
-                                           nearest(begin, next, value));
+                                           nearest(next, number.end, value));
   if (found) {
     value = negative ? -value : value;
-    at = next;
+    at = number.end;
   }
   return found;
 }

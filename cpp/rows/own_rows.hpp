@@ -55,28 +55,30 @@ class Cells {
   /// A time in s with at most 9 decimals, as ns.
   std::int64_t nanoseconds() noexcept {
     const bool negative = skip('-');
-    const char* begin = at_;
-    std::uint64_t number = append_few(at_, end_, 0);
-    plain_ = plain_ && at_ != begin && at_ - begin <= 10;
-    int missing = 9;
-    if (skip('.')) {
-      begin = at_;
-      number = append_digits(at_, end_, number);
-      missing -= static_cast<int>(at_ - begin < 10 ? at_ - begin : 10);
+    Run run = append_few({at_, 0}, end_);
+    plain_ = plain_ && run.at != at_ && run.at - at_ <= 10;
+    std::ptrdiff_t missing = 9;
+    if (run.at != end_ && *run.at == '.') {
+      const char* const fraction = run.at + 1;
+      run = append_digits({fraction, run.number}, end_);
+      missing -= run.at - fraction;
     }
     for (; missing > 0; --missing) {
-      number *= 10;
+      run.number *= 10;
     }
-    plain_ = plain_ && missing == 0 && number <= static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-    const auto ns = static_cast<std::int64_t>(number);
-    return negative ? -ns : ns;
+    constexpr auto latest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+    plain_ = plain_ && missing == 0 && run.number <= latest;
+    at_ = run.at;
+    return static_cast<std::int64_t>(negative ? 0 - run.number : run.number);
   }
 
   /// A number, nan, or nothing, which is nan, too.
   double real() noexcept {
     double value = std::numeric_limits<double>::quiet_NaN();
     if (!blank() && !nan()) {
-      plain_ = plain_ && parse_real(at_, end_, value);
+      const char* at = at_;
+      plain_ = plain_ && parse_real(at, end_, value);
+      at_ = at;
     }
     return value;
   }
@@ -85,7 +87,9 @@ class Cells {
   void skip_real() noexcept {
     if (!blank() && !nan()) {
       skip('-');
-      plain_ = plain_ && take_decimal(at_, end_).count != 0;
+      const Decimal number = take_decimal(at_, end_);
+      plain_ = plain_ && number.count != 0;
+      at_ = number.end;
     }
   }
 
@@ -109,10 +113,10 @@ class Cells {
   static constexpr std::uint64_t most = std::numeric_limits<std::int32_t>::max();
 
   std::uint64_t digits(std::ptrdiff_t longest) noexcept {
-    const char* const begin = at_;
-    const std::uint64_t number = append_digits(at_, end_, 0);
-    plain_ = plain_ && at_ != begin && at_ - begin <= longest;
-    return number;
+    const Run run = append_digits({at_, 0}, end_);
+    plain_ = plain_ && run.at != at_ && run.at - at_ <= longest;
+    at_ = run.at;
+    return run.number;
   }
 
   bool blank() const noexcept { return at_ != end_ && *at_ == ','; }
@@ -161,6 +165,7 @@ inline bool parse_row(const char*& at, const char* end, const Form& form, Row& r
     cells.pass(',');
   }
   row.status = cells.status();
+  std::memset(row.padding, 0, sizeof row.padding);
   cells.pass_line_end();
   at = cells.plain() ? cells.at() : at;
   return cells.plain();
