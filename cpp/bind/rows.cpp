@@ -81,7 +81,10 @@ OwnRows made(const methods::Given& given) {
     form.zero = scale[0].cast<std::int64_t>();
     form.per_pF = scale[1].cast<double>();
   }
-  form.uncertainty = !given.settings.contains("uncertainty") || given.settings["uncertainty"].cast<bool>();
+  if (given.settings.contains("uncertainty")) {
+    form.uncertainty = given.settings.attr("pop")("uncertainty").cast<bool>();
+  }
+  methods::refuse_others(given, "scale, uncertainty");
   return OwnRows(form);
 }
 
