@@ -6,8 +6,8 @@
 #include <optional>
 #include <palpate/ring.hpp>
 
-#include "arrays.hpp"
 #include "constructors.hpp"
+#include "sample_rows.hpp"
 
 namespace {
 
@@ -69,23 +69,8 @@ double real(PyObject* value, const char* name) {
   throw py::type_error(std::string(name) + ": got " + quoted(value) + ", allowed: a real number, pF");
 }
 
-/// palpate.Sample as the ring carries it. The padding is a member, so that equal samples have equal bytes.
-struct SampleRow {
-  std::int64_t seq, t_hard_ns, t_soft_ns;
-  std::int32_t hard_raw, soft_raw;
-  double hard, soft;
-  std::uint8_t status;
-  unsigned char padding[3];
-  std::int32_t t_uncertainty_us;
-
-  static py::dtype dtype() {
-    return dtype_of<SampleRow>({PALPATE_COLUMN(SampleRow, seq), PALPATE_COLUMN(SampleRow, t_hard_ns),
-                                PALPATE_COLUMN(SampleRow, t_soft_ns), PALPATE_COLUMN(SampleRow, hard_raw),
-                                PALPATE_COLUMN(SampleRow, soft_raw), PALPATE_COLUMN(SampleRow, hard),
-                                PALPATE_COLUMN(SampleRow, soft), PALPATE_COLUMN(SampleRow, status),
-                                PALPATE_COLUMN(SampleRow, t_uncertainty_us)});
-  }
-
+/// A row, and how it comes from Python.
+struct SampleRow : palpate::rows::Row {
   /// Every field is checked against the ranges of a recording: a row that was counted can also be stored.
   static SampleRow of(py::handle sample) {
     if (!py::isinstance<py::tuple>(sample)) {
@@ -96,16 +81,16 @@ struct SampleRow {
     }
     const auto field = [&](py::ssize_t place) { return PyTuple_GET_ITEM(sample.ptr(), place); };
     using Time = std::numeric_limits<std::int64_t>;
-    return {whole<std::int64_t>(field(0), "seq", 0, Time::max()),
-            whole<std::int64_t>(field(1), "t_hard_ns", Time::min(), Time::max()),
-            whole<std::int64_t>(field(2), "t_soft_ns", Time::min(), Time::max()),
-            whole<std::int32_t>(field(3), "hard_raw", no_code, last_code),
-            whole<std::int32_t>(field(4), "soft_raw", no_code, last_code),
-            real(field(5), "hard"),
-            real(field(6), "soft"),
-            whole<std::uint8_t>(field(7), "status", 0, last_status),
-            {},
-            whole<std::int32_t>(field(8), "t_uncertainty_us", unknown, std::numeric_limits<std::int32_t>::max())};
+    return {{whole<std::int64_t>(field(0), "seq", 0, Time::max()),
+             whole<std::int64_t>(field(1), "t_hard_ns", Time::min(), Time::max()),
+             whole<std::int64_t>(field(2), "t_soft_ns", Time::min(), Time::max()),
+             whole<std::int32_t>(field(3), "hard_raw", no_code, last_code),
+             whole<std::int32_t>(field(4), "soft_raw", no_code, last_code),
+             real(field(5), "hard"),
+             real(field(6), "soft"),
+             whole<std::uint8_t>(field(7), "status", 0, last_status),
+             {},
+             whole<std::int32_t>(field(8), "t_uncertainty_us", unknown, std::numeric_limits<std::int32_t>::max())}};
   }
 
   py::tuple fields() const {
@@ -113,7 +98,6 @@ struct SampleRow {
   }
 
   static constexpr std::int32_t no_code = -1, last_code = std::numeric_limits<std::int32_t>::max(), unknown = -1;
-  static constexpr std::uint8_t last_status = 8;
 };
 
 class HeapStorage {
@@ -163,7 +147,7 @@ class PyRing {
   }
   void close() { closed_ = true; }
 
-  py::object dtype() const { return once<&SampleRow::dtype>(); }
+  py::object dtype() const { return once<&sample_dtype>(); }
   std::size_t capacity() const { return ring_->capacity(); }
   std::size_t dropped() const { return ring_->dropped(); }
   std::optional<std::size_t> first_dropped() const {
@@ -184,25 +168,8 @@ class PyRing {
   }
 
   static View<SampleRow> rows_of(py::handle value, const char* name, int flags) {
-    const py::dtype& dtype = once<&SampleRow::dtype>();
-    if (const auto rows = dense_view<SampleRow>(value, dtype, flags); rows.size >= 0) {
-      return rows;
-    }
-    if (!py::isinstance<py::array>(value) ||
-        !py::array(py::reinterpret_borrow<py::array>(value)).dtype().equal(dtype)) {
-      const py::object got = py::getattr(value, "dtype", py::type::of(value));
-      throw py::type_error(std::string(name) + ": got " + py::str(got).cast<std::string>() +
-                           ", allowed: a numpy array of SampleRing.dtype");
-    }
-    const auto array = py::reinterpret_borrow<py::array>(value);
-    require_shape(array, name, {-1});
-    const int needed = flags | aligned | py::array::c_style;
-    if ((array.flags() & needed) != needed) {
-      throw py::value_error(std::string(name) +
-                            ": got a strided, unaligned or read-only array, allowed: a contiguous one" +
-                            (flags ? " that may be written" : ""));
-    }
-    return View<SampleRow>::of(array);
+    const auto rows = sample_rows(value, name, flags);
+    return {rows.data, rows.stride, rows.size};
   }
 
   std::unique_ptr<SampleRing> ring_;  // aligned to cache lines, which pybind11 does not do

@@ -27,21 +27,75 @@ char* format_finite(char* to, double value) noexcept;
 
 inline bool is_digit(char c) noexcept { return static_cast<unsigned char>(c - '0') < 10; }
 
-/// Append the digits at `at` to a number; more than 19 in all wrap around.
-inline std::uint64_t append_digits(const char*& at, const char* end, std::uint64_t number) noexcept {
-  for (; at != end && is_digit(*at); ++at) {
-    number = number * 10 + static_cast<std::uint64_t>(*at - '0');
-  }
-  return number;
+#if defined(_WIN32) || (defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__)
+constexpr bool whole_words = true;
+#else
+constexpr bool whole_words = false;
+#endif
+
+/// Four or eight characters as an integer, the first one in its lowest byte.
+template <class Integer>
+Integer characters(const char* at) noexcept {
+  Integer found;
+  std::memcpy(&found, at, sizeof found);
+  return found;
 }
 
-/// An exponent at `at`, if a whole one is there: 0 and nothing is skipped otherwise. Beyond 9999 it stays there.
-inline int take_exponent(const char*& at, const char* end) noexcept {
-  const char* next = at;
-  if (next == end || (*next != 'e' && *next != 'E')) {
-    return 0;
+/// Whether the next four or eight characters are digits: 0x30 to 0x39, which adding 6 leaves below 0x40.
+template <class Integer>
+bool all_digits(const char* at, const char* end) noexcept {
+  constexpr Integer each = static_cast<Integer>(~Integer{0}) / 255;
+  if (!whole_words || end - at < static_cast<std::ptrdiff_t>(sizeof(Integer))) {
+    return false;
   }
-  ++next;
+  const auto found = characters<Integer>(at);
+  return ((found & each * 0xF0) | (((found + each * 6) & each * 0xF0) >> 4)) == each * 0x33;
+}
+
+/// The number of four digits: pairs, then both.
+inline std::uint32_t number_of(std::uint32_t four) noexcept {
+  std::uint32_t digits = four - 0x30303030;
+  digits = (digits * 10 + (digits >> 8)) & 0x00FF00FF;
+  return (digits * 100 + (digits >> 16)) & 0xFFFF;
+}
+
+/// The number of eight digits: pairs, then fours, then both.
+inline std::uint64_t number_of(std::uint64_t eight) noexcept {
+  std::uint64_t digits = eight - 0x3030303030303030;
+  digits = (digits * 10 + (digits >> 8)) & 0x00FF00FF00FF00FF;
+  digits = (digits * 100 + (digits >> 16)) & 0x0000FFFF0000FFFF;
+  return (digits * 10000 + (digits >> 32)) & 0xFFFFFFFF;
+}
+
+/// A place in text, and the number that the digits before it make; more than 19 of them wrap around.
+struct Run {
+  const char* at;
+  std::uint64_t number;
+};
+
+/// Append the digits that come next. The loop is predicted well where there are always equally many.
+inline Run append_few(Run run, const char* end) noexcept {
+  for (; run.at != end && is_digit(*run.at); ++run.at) {
+    run.number = run.number * 10 + static_cast<std::uint64_t>(*run.at - '0');
+  }
+  return run;
+}
+
+/// The same, faster where there are many.
+inline Run append_digits(Run run, const char* end) noexcept {
+  for (; all_digits<std::uint64_t>(run.at, end); run.at += 8) {
+    run.number = run.number * 100'000'000 + number_of(characters<std::uint64_t>(run.at));
+  }
+  if (all_digits<std::uint32_t>(run.at, end)) {
+    run.number = run.number * 10'000 + number_of(characters<std::uint32_t>(run.at));
+    run.at += 4;
+  }
+  return append_few(run, end);
+}
+
+/// The exponent after the letter at `at`, which moves behind it; 0, and `at` stays, where no digit follows. It ends at 9999.
+inline int take_exponent(const char*& at, const char* end) noexcept {
+  const char* next = at + 1;
   const bool negative = next != end && *next == '-';
   next += next != end && (*next == '-' || *next == '+');
   if (next == end || !is_digit(*next)) {
@@ -73,25 +127,27 @@ inline bool exact_quotient(std::uint64_t digits, int exponent, double& value) no
 
 /// What a number without its sign is made of: digits * 10^exponent; `count` digits were read, leading zeros too.
 struct Decimal {
+  const char* end;
   std::uint64_t digits;
   int exponent;
   std::ptrdiff_t count;
 };
 
-/// The decimal number at `at`, which moves behind it; count 0: there is none.
-inline Decimal take_decimal(const char*& at, const char* end) noexcept {
-  const char* const begin = at;
-  Decimal number{append_digits(at, end, 0), 0, at - begin};
-  if (at != end && *at == '.') {
-    const char* const fraction = ++at;
-    number.digits = append_digits(at, end, number.digits);
-    number.count += at - fraction;
-    number.exponent = static_cast<int>(fraction - at);
+/// The decimal number at `at`; count 0: there is none.
+inline Decimal take_decimal(const char* at, const char* end) noexcept {
+  Run run = append_few({at, 0}, end);
+  auto count = run.at - at;
+  int exponent = 0;
+  if (run.at != end && *run.at == '.') {
+    const char* const fraction = run.at + 1;
+    run = append_digits({fraction, run.number}, end);
+    count += run.at - fraction;
+    exponent = static_cast<int>(fraction - run.at);
   }
-  if (number.count != 0) {
-    number.exponent += take_exponent(at, end);
+  if (count != 0 && run.at != end && (*run.at == 'e' || *run.at == 'E')) {
+    exponent += take_exponent(run.at, end);
   }
-  return number;
+  return {run.at, run.number, exponent, count};
 }
 
 /// Read a plain decimal number, [+-]d.d[e[+-]d] with a digit before or after the point, and move `at` behind it. False,
@@ -101,14 +157,13 @@ inline bool parse_real(const char*& at, const char* end, double& value) noexcept
   const char* next = at;
   const bool negative = next != end && *next == '-';
   next += next != end && (*next == '-' || *next == '+');
-  const char* const begin = next;
   const Decimal number = take_decimal(next, end);
   const bool all_kept = number.count <= 19;  // 10^19 < 2^64
   const bool found = number.count != 0 && ((all_kept && exact_quotient(number.digits, number.exponent, value)) ||
-                                           nearest(begin, next, value));
+                                           nearest(next, number.end, value));
   if (found) {
     value = negative ? -value : value;
-    at = next;
+    at = number.end;
   }
   return found;
 }
@@ -121,6 +176,18 @@ inline char* append(char* to, const char* from, int count) noexcept {
 inline char* append_zeros(char* to, int count) noexcept {
   std::memset(to, '0', static_cast<std::size_t>(count));
   return to + count;
+}
+
+/// Write a number below 10^count with that many digits, two at a time.
+template <int count>
+void format_digits(char* to, std::uint64_t number) noexcept {
+  static_assert(count % 2 == 0);
+  constexpr char pairs[] =
+      "0001020304050607080910111213141516171819202122232425262728293031323334353637383940414243444546474849"
+      "5051525354555657585960616263646566676869707172737475767778798081828384858687888990919293949596979899";
+  for (int place = count - 2; place >= 0; place -= 2, number /= 100) {
+    std::memcpy(to + place, pairs + 2 * (number % 100), 2);
+  }
 }
 
 /// 1.25e-05 for the digits 125 and the exponent -5: two digits of it at least.
@@ -178,6 +245,29 @@ inline char* format_finite(char* to, double value) noexcept {
 }
 #endif
 
+/// A number from 0.0001 to 10 with at most 15 digits and 14 decimals, as integer * 10^-14; else 0. Of such numbers no two
+/// have the same nearest double (15 = DBL_DIG), so one that divides back to `value` has the digits that repr writes.
+inline std::uint64_t as_decimal(double value) noexcept {
+  if (FLT_EVAL_METHOD != 0 || !(value >= 0.0001 && value < 9.99)) {
+    return 0;
+  }
+  const auto number = static_cast<std::uint64_t>(value * 1e14 + 0.5);
+  return static_cast<double>(number) / 1e14 == value ? number : 0;
+}
+
+/// Write number * 10^-14 without zeros at its end, but for one after the point.
+inline char* format_decimal(char* to, std::uint64_t number) noexcept {
+  constexpr std::uint64_t one = 100'000'000'000'000;
+  *to++ = static_cast<char>('0' + number / one);
+  *to++ = '.';
+  format_digits<14>(to, number % one);
+  char* end = to + 14;
+  while (end[-1] == '0' && end != to + 1) {
+    --end;
+  }
+  return end;
+}
+
 /// Write a number as Python's repr does, at most 24 characters: nan, -inf, 0.25, 1e+16. Returns the end.
 inline char* format_real(char* to, double value) noexcept {
   if (value != value) {
@@ -190,7 +280,8 @@ inline char* format_real(char* to, double value) noexcept {
   if (value > DBL_MAX) {
     return append(to, "inf", 3);
   }
-  return format_finite(to, value);
+  const std::uint64_t number = as_decimal(value);
+  return number != 0 ? format_decimal(to, number) : format_finite(to, value);
 }
 
 }  // namespace palpate::rows

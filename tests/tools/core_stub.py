@@ -41,12 +41,14 @@ PARAMETERS = {
     "sample": "tuple[Any, ...]",
     "samples": "NDArray[np.void]",
     "shapes": "Sequence[str]",
+    "scale": "tuple[int, float] | None",
     "soft": "ArrayLike",
     "state": "tuple[Any, ...]",
     "streams": "int",
     "t_hard": "ArrayLike",
     "t_soft": "ArrayLike",
     "text": "bytes",
+    "uncertainty": "bool",
 }
 """Others are settings, numbers."""
 METHODS = {
@@ -63,8 +65,10 @@ METHODS = {
     "close": "None",
     "copy": "Self",
     "feed": "Touch | None",
+    "format": "bytes",
     "finish": "Touch | None",
     "gap": "None",
+    "parse": "NDArray[np.void] | None",
     "pop_many": "int",
     "push": "bool",
     "row": "tuple[int, int, int, int, int, float, float, int, int]",

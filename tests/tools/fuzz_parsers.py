@@ -49,9 +49,9 @@ with _instrumented():
     from palpate.recording import sidecar
     from palpate.recording.exchange.binary_data import BinaryData, is_binary_data
     from palpate.recording.foreign import recorded
-    from palpate.recording.rows import HEADER, format_rows, parse_rows
+    from palpate.recording.rows import HEADER, RowError, format_rows, parse_any_rows, parse_rows
     from palpate.recording.verification import check
-    from palpate.samples import Status, block_of
+    from palpate.samples import Block, Status, block_of
     from palpate.sources.options import split
     from palpate.sources.serial.source import SerialSource
     from serial_lines import ChunkedPort
@@ -65,8 +65,16 @@ def _file(name: str, data: bytes) -> Path:
     return path
 
 
+def _rows(read: Callable[[bytes], Block], data: bytes) -> bytes | tuple[int, str]:
+    try:
+        return bytes(read(data).tobytes())
+    except RowError as error:
+        return error.number, str(error)
+
+
 def own_file(data: bytes) -> None:
-    """Parse rows of a recording by palpate; written again, they have the same bits."""
+    """Parse rows of a recording by palpate, alike in the core and in Python; written again, they have the same bits."""
+    assert _rows(parse_rows, data) == _rows(parse_any_rows, data)
     path = _file("own.csv", HEADER.encode() + data)
     with suppress(RecordingError):
         report = check(path)

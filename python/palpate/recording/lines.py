@@ -6,12 +6,15 @@ from itertools import chain, groupby
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from palpate.errors import RecordingError
 from palpate.recording.rows import COLUMNS, unreadable
 from palpate.tables.packed import opened
 
 LONGEST_ROW = 256
 """Bytes; the longest row that palpate writes has some 150."""
+_END = ord("\n")
 _KEPT = 4096  # bytes of a line without an end that are kept: no row is that long
 
 
@@ -79,6 +82,7 @@ class Pass:
         self._marked = marked
         self.size = self.checksum = self.joined_checksum = self.filled = self.tail_offset = 0
         self.marked_checksum: int | None = None
+        self._returns = False
         self.tail, self.tail_line = b"", 1
         self.complete = False
 
@@ -86,11 +90,13 @@ class Pass:
         """Yield the lines of the file that have an end, in order."""
         left_out = 0
         for data in self._chunks(chunk):
-            lines, end, rest = (self.tail + data).rpartition(b"\n")
+            end = data.rfind(b"\n") + 1
+            rest = data[end:] if end else self.tail + data
             if end:
-                yield Piece(lines + end, self.tail_offset, self.tail_line, left_out)
-                self.tail_offset += len(lines) + 1 + left_out
-                self.tail_line += lines.count(b"\n") + 1
+                lines = b"".join((self.tail, memoryview(data)[:end]))  # one copy
+                yield Piece(lines, self.tail_offset, self.tail_line, left_out)
+                self.tail_offset += len(lines) + left_out
+                self.tail_line += int(np.count_nonzero(np.frombuffer(lines, np.uint8) == _END))
                 left_out = 0
             self.tail = rest[:_KEPT]
             left_out += len(rest) - len(self.tail)
@@ -111,7 +117,9 @@ class Pass:
         if 0 <= to_mark <= len(data):
             self.marked_checksum = zlib.crc32(data[:to_mark], self.checksum)
         self.checksum = zlib.crc32(data, self.checksum)
-        self.joined_checksum = zlib.crc32(data.replace(b"\r", b""), self.joined_checksum)
+        self._returns = self._returns or b"\r" in data
+        joined = zlib.crc32(data.replace(b"\r", b""), self.joined_checksum) if self._returns else self.checksum
+        self.joined_checksum = joined
         if filled := len(data.rstrip(b"\0")):
             self.filled = self.size + filled
         self.size += len(data)

@@ -192,7 +192,7 @@ class Recorded:
         tares = sorted(self.tares)
         for block in self._parsed(self.seen, _CHUNK, damage):
             self.survey.add(block)
-            cuts = np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1
+            cuts = np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1 if tares else np.zeros(0, np.int64)
             yield from np.split(block, cuts)
 
     def _likely_codes(self) -> Codes | None:

@@ -7,6 +7,7 @@ from decimal import Decimal, InvalidOperation
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate._core import OwnRows
 from palpate.errors import quoted
 from palpate.recording.codes import MOST, Codes
 from palpate.samples import DTYPE, Block, Status
@@ -19,6 +20,7 @@ LARGEST_CODE, LARGEST_STATUS = MOST, int(Status.LOST)
 """The status is the last column and has one digit: so an incomplete line is always recognised."""
 
 _AD7746 = Codes()
+_OWN = OwnRows()
 # Two roundings of 2**-53 each: below this time rounding to the nearest ns is exact.
 _EXACT_S = 2**51 / 1e9
 _LATEST_S = 1e10  # a little more than 64-bit nanoseconds can hold (292 years)
@@ -59,15 +61,7 @@ def format_rows(block: Block) -> bytes:
     >>> format_rows(block_of([Sample(7, 26_000_123, 39_000_000, 8388608, -1, 0.0, 2.5, 0)]))
     b'7,0.026000123,0.039000000,8388608,-1,0.0,2.5,-1,0\n'
     """
-    return "".join(
-        f"{seq},{_seconds(t_hard)},{_seconds(t_soft)},{hard_raw},{soft_raw},{hard!r},{soft!r},{uncertainty},{status}\n"
-        for seq, t_hard, t_soft, hard_raw, soft_raw, hard, soft, status, uncertainty in block.tolist()
-    ).encode()
-
-
-def _seconds(ns: int) -> str:
-    whole, rest = divmod(abs(ns), 1_000_000_000)
-    return f"{'-' if ns < 0 else ''}{whole}.{rest:09d}"
+    return _OWN.format(np.ascontiguousarray(block))
 
 
 def lines_of(data: bytes) -> list[bytes]:
@@ -120,6 +114,13 @@ def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | N
     >>> block["t_hard_ns"], block["hard"], block["soft"]
     (array([26000123]), array([0.512]), array([2.5]))
     """
+    own = OwnRows(None if scale is None else (scale.zero, scale.per_pF), uncertainty=columns == COLUMNS)
+    plain = own.parse(data)
+    return parse_any_rows(data, columns, scale) if plain is None else plain
+
+
+def parse_any_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | None = _AD7746) -> Block:
+    """Return lines as samples as `parse_rows`, also those that palpate never writes, and say what is wrong with others."""
     if not data:
         return np.zeros(0, DTYPE)
     # numpy takes more bytes for blanks than `unreadable`

@@ -122,7 +122,8 @@ class Survey:
         times = np.append(np.array([self.last_ns] if self.rows else [], np.int64), block["t_hard_ns"])
         steps = np.diff(times / 1e9)  # a difference of integers can overflow
         if len(steps):
-            steps[np.isin(seqs[:-1], list(self.marked))] = 0.0
+            if self.marked:
+                steps[np.isin(seqs[:-1], list(self.marked))] = 0.0
             at = int(np.argmax(steps))
             if steps[at] > self.pause[0]:  # of equal ones the first, however the file is cut
                 self.pause = float(steps[at]), int(seqs[at])

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Arrays of samples, of the dtype that SampleRing.dtype is.
+
+#include "../rows/row.hpp"
+#include "arrays.hpp"
+
+inline py::dtype sample_dtype() {
+  using palpate::rows::Row;
+  return dtype_of<Row>({PALPATE_COLUMN(Row, seq), PALPATE_COLUMN(Row, t_hard_ns), PALPATE_COLUMN(Row, t_soft_ns),
+                        PALPATE_COLUMN(Row, hard_raw), PALPATE_COLUMN(Row, soft_raw), PALPATE_COLUMN(Row, hard),
+                        PALPATE_COLUMN(Row, soft), PALPATE_COLUMN(Row, status), PALPATE_COLUMN(Row, t_uncertainty_us)});
+}
+
+/// The items of an array of samples, shape (n,), contiguous and aligned.
+inline View<palpate::rows::Row> sample_rows(py::handle value, const char* name, int flags) {
+  const py::dtype& dtype = once<&sample_dtype>();
+  if (const auto rows = dense_view<palpate::rows::Row>(value, dtype, flags); rows.size >= 0) {
+    return rows;
+  }
+  if (!py::isinstance<py::array>(value) || !py::array(py::reinterpret_borrow<py::array>(value)).dtype().equal(dtype)) {
+    const py::object got = py::getattr(value, "dtype", py::type::of(value));
+    throw py::type_error(std::string(name) + ": got " + py::str(got).cast<std::string>() +
+                         ", allowed: a numpy array of SampleRing.dtype");
+  }
+  const auto array = py::reinterpret_borrow<py::array>(value);
+  require_shape(array, name, {-1});
+  const int needed = flags | aligned | py::array::c_style;
+  if ((array.flags() & needed) != needed) {
+    throw py::value_error(std::string(name) +
+                          ": got a strided, unaligned or read-only array, allowed: a contiguous one" +
+                          (flags ? " that may be written" : ""));
+  }
+  return View<palpate::rows::Row>::of(array);
+}
