@@ -170,14 +170,19 @@ class Tracker : public Settings,
   // variance has above half of it. An error of a baseline changes the ratio by this error divided by the mean
   // regressor, sqrt(R / W), W being the count.
   constexpr Real error_of(Real shared, Real open) const noexcept {
+    if (counts_.samples == 0) {
+      return std::numeric_limits<Real>::quiet_NaN();
+    }
     const Real readings = of_ratio(product(hard_baseline.noise(), hard_baseline.noise()),
                                    product(soft_baseline.noise(), soft_baseline.noise()));
-    const Real excess = estimator.innovation_variance() - readings / 2;
-    const Real seen = estimator.settled() ? estimator.long_run_variance() : readings + (excess > 0 ? 4 * excess : 0);
+    const Real seen = estimator.settled() ? estimator.long_run_variance() : early_variance(readings);
     const Real own = product(seen > readings ? seen : readings, estimator.leverage());
     const Real square = own + product(shared, estimator.count()) / estimator.information() + open;
-    return counts_.samples > 0 && square > 0 && is_finite(square) ? square_root(square)
-                                                                  : std::numeric_limits<Real>::quiet_NaN();
+    return square > 0 && is_finite(square) ? square_root(square) : std::numeric_limits<Real>::quiet_NaN();
+  }
+  constexpr Real early_variance(Real readings) const noexcept {
+    const Real excess = estimator.innovation_variance() - readings / 2;
+    return readings + (excess > 0 ? 4 * excess : 0);
   }
 
   constexpr bool too_large(Real value) const noexcept {

@@ -95,11 +95,13 @@ class LastReadings {
     hard.reset();
   }
 
-  /// The newest hard reading between the two soft ones in the middle; -1: there is none.
+  /// The newest hard reading after the older one of the two soft ones in the middle, and not after the newer one; -1:
+  /// there is none.
   constexpr int middle() const noexcept {
-    const Ticks from = soft.time(half), to = soft.time(half - 1);
+    using Unsigned = std::make_unsigned_t<Ticks>;
+    const auto from = static_cast<Unsigned>(soft.time(half)), span = static_cast<Unsigned>(soft.time(half - 1)) - from;
     for (int i = 0; i < hard.filled() && i <= half; ++i) {
-      if (ticks_between(hard.time(i), from) > 0 && !(ticks_between(hard.time(i), to) > 0)) {
+      if (static_cast<Unsigned>(hard.time(i)) - from - 1 < span) {  // an unsigned difference below 0 is large
         return i;
       }
     }
