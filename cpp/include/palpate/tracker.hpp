@@ -76,8 +76,9 @@ class Tracker : public Settings,
 
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
-    const bool high = too_large(hard), large = too_large(soft), saturated = high || large;
-    const bool both = is_finite(hard) && is_finite(soft);
+    const bool usual = in_range(hard) && in_range(soft);  // neither is missing, infinite or saturated
+    const bool high = !usual && too_large(hard), large = !usual && too_large(soft), saturated = high || large;
+    const bool both = usual || (is_finite(hard) && is_finite(soft));
     const bool revised = follow(both ? Channels::take(hard_time, hard, soft, running_)
                                      : Channels::take_one(high ? nan : hard, large ? nan : soft));
     const auto pair = align.feed(hard_time, soft_time, saturated ? nan : hard, saturated ? nan : soft);
@@ -185,9 +186,8 @@ class Tracker : public Settings,
     return readings + (excess > 0 ? 4 * excess : 0);
   }
 
-  constexpr bool too_large(Real value) const noexcept {
-    return is_finite(value) && !(magnitude(value) < settings.full_scale);
-  }
+  constexpr bool in_range(Real value) const noexcept { return magnitude(value) < settings.full_scale; }
+  constexpr bool too_large(Real value) const noexcept { return is_finite(value) && !in_range(value); }
 
   /// Variance of hard - ratio * soft.
   constexpr Real of_ratio(Real hard, Real soft) const noexcept {
