@@ -42,22 +42,43 @@ constexpr bool instrument_gives_way() noexcept {
 }
 static_assert(instrument_gives_way());
 
+template <class Cusum>
+constexpr SidesInTurn<double> sides_of(const Cusum& cusum) noexcept {
+  if constexpr (std::is_same_v<Cusum, SidesInTurn<double>>) {
+    return cusum;
+  } else {
+    return cusum.in_turn();
+  }
+}
+
 // The sums are those since the side was last 0, without the first `guard` samples; the other side stays at 0.
+template <class Cusum>
 constexpr bool cusum_knows_when(int guard) noexcept {
-  TwoSidedCusum<double> cusum;
+  Cusum cusum;
   for (int i = 0; i < 5; ++i) {
     cusum.add(-0.5, 0.75, guard, {1.0, 7.0, 1.0});
   }
-  const bool calm = cusum.statistic() == 0 && cusum.up.sums.count == 0 && cusum.down.sums.information == 0;
+  const auto idle = sides_of(cusum);
+  bool right = cusum.statistic() == 0 && idle.up.sums.count == 0 && idle.down.sums.information == 0;
   for (int i = 0; i < 4; ++i) {
+    const double next = cusum.next_statistic(2.75, 0.75);
     cusum.add(2.75, 0.75, guard, {2.0, i < guard ? 99.0 : 10.0, 3.0});
+    right = right && next == cusum.statistic();
   }
-  const auto& up = cusum.larger();
+  const auto up = cusum.larger();
   const int n = guard < 4 ? 4 - guard : 0;
-  return calm && cusum.statistic() == 8 && cusum.down.statistic == 0 && up.weighted_output == 20 * n &&
+  return right && cusum.statistic() == 8 && sides_of(cusum).down.statistic == 0 && up.weighted_output == 20 * n &&
          up.sums.information == 6 * n && up.sums.squares == 4 * n && up.sums.count == n && up.age == 4;
 }
-static_assert(cusum_knows_when(0) && cusum_knows_when(2) && cusum_knows_when(7));
+constexpr bool cusums_know_when() noexcept {
+  bool right = true;
+  const int guards[] = {0, 2, 7};
+  for (const int guard : guards) {
+    right = right && cusum_knows_when<TwoSidedCusum<double>>(guard) && cusum_knows_when<SidesInTurn<double>>(guard);
+  }
+  return right;
+}
+static_assert(cusums_know_when());
 
 // A hand-over leaves out the first `guard` samples since the CUSUM was 0, and takes the last one if none is left.
 constexpr bool handover_keeps_its_guard(double guard) noexcept {
@@ -136,7 +157,7 @@ static_assert(noise_skips_an_outlier());
 
 // The same again at run time, where a flipped operator is noticed.
 int main() {
-  return instrument_is_the_mean() && instrument_gives_way() && cusum_knows_when(2) && handover_keeps_its_guard(2) &&
+  return instrument_is_the_mean() && instrument_gives_way() && cusums_know_when() && handover_keeps_its_guard(2) &&
                  noise_learns_a_correlation() && noise_sees_an_offset() && noise_skips_an_outlier()
              ? 0
              : 1;

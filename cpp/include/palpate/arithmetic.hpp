@@ -12,12 +12,22 @@
 #error "palpate needs float and double evaluated in their own precision: on 32-bit x86 add -msse2 -mfpmath=sse"
 #endif
 
+// Whether what is usual may have code of its own beside the code for everything: not where code is to be small. Without
+// speculation it has no advantage, and neither has a call for what is rare, which needs a stack frame.
+#if !defined(PALPATE_HOT_PATHS)
+#if defined(__OPTIMIZE_SIZE__) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
+#define PALPATE_HOT_PATHS 0
+#else
+#define PALPATE_HOT_PATHS 1
+#endif
+#endif
+
 #if defined(__GNUC__) || defined(__clang__)
 #define PALPATE_RESTRICT __restrict__
-#if defined(__OPTIMIZE_SIZE__) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
-#define PALPATE_COLD  // a call needs a stack frame, and without speculation it has no advantage
-#else
+#if PALPATE_HOT_PATHS
 #define PALPATE_COLD [[gnu::cold, gnu::noinline]]
+#else
+#define PALPATE_COLD
 #endif
 #define PALPATE_UNLIKELY(condition) __builtin_expect(static_cast<bool>(condition), 0)
 #elif defined(_MSC_VER)

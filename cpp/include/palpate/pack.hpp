@@ -18,6 +18,15 @@
 #define PALPATE_HAS_PACKS 0
 #endif
 
+// Whether two numbers in one register are faster than one after the other. (The vectors of 32-bit ARM have no doubles.)
+#if !defined(PALPATE_HAS_LANES)
+#if PALPATE_HAS_PACKS && (defined(__SSE2__) || defined(__aarch64__))
+#define PALPATE_HAS_LANES 1
+#else
+#define PALPATE_HAS_LANES 0
+#endif
+#endif
+
 namespace palpate {
 
 #if PALPATE_HAS_PACKS
@@ -27,10 +36,18 @@ template <class Real>
 struct PackOf {
   typedef Real Values __attribute__((vector_size(PALPATE_PACK_BYTES)));
 };
+template <class Real>
+struct TwoLanesOf {
+  typedef Real Values __attribute__((vector_size(2 * sizeof(Real))));
+};
 }  // namespace detail
 
 template <class Real>
 using Pack = typename detail::PackOf<Real>::Values;
+
+/// Two numbers, in half a register if need be.
+template <class Real>
+using TwoLanes = typename detail::TwoLanesOf<Real>::Values;
 
 template <class Value, class Real>
 Value load(const Real* from) noexcept {

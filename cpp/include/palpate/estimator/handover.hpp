@@ -64,28 +64,25 @@ class Handover : public Parameters {
 
   constexpr Step<Real> update(Real output, Real regressor) noexcept {
     const Real innovation = output - product(regressor, ratio_);
-    if (PALPATE_UNLIKELY(!(in_range(output) && in_range(regressor) && in_range(innovation)))) {
-      return refusal(ratio_, innovation, alarm());
+    // The short way of an ordinary sample: nothing is selected in it, so no number waits for a condition.
+    if constexpr (PALPATE_HOT_PATHS) {
+      const WeightedSample<Real> sample{instrument_.weight(regressor), output, regressor};
+      const Real whitened = noise_.whitened(innovation), scale = scale_of(output), z = whitened / scale;
+      const Estimate next = followed(sample, innovation, false);
+      const bool usable = in_range(output) && in_range(regressor) && in_range(innovation) && is_finite(next.ratio);
+      const bool outlier = magnitude(whitened) > product(settings.clip, scale);
+      const bool rare = !usable || seen_ < warm_up || alarm() || noise_.drifts() || outlier ||
+                        cusum_.next_statistic(z, settings.drift) > settings.threshold;
+      if (!PALPATE_UNLIKELY(rare)) {
+        ratio_ = next.ratio;
+        sums_ = next.sums;
+        cusum_.add(z, settings.drift, settings.guard, sample);
+        learn(innovation, {whitened, scale, true, false}, false);
+        instrument_.add(regressor, seen_, settings.smoothing);
+        return {next.ratio, innovation, next.gain, false, true};
+      }
     }
-    const WeightedSample<Real> sample{instrument_.weight(regressor), output, regressor};
-    const Judged judged = judge(innovation, output);
-    const TwoSidedCusum<Real> cusum = watch(judged, sample);
-    const bool change = cusum.statistic() > settings.threshold;
-    // An outlier does not change the ratio. But if the ratio drifts, it may be real: it counts as far as noise could go.
-    const bool drifts = noise_.drifts();
-    const Real counted = judged.outlier ? noise_.limited_innovation(judged.clipped) : innovation;
-    const Estimate next = change                      ? handed_over(cusum.larger(), sample)
-                          : judged.outlier && !drifts ? same()
-                                                      : followed(sample, counted, drifts);
-    if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
-      return refusal(ratio_, innovation, alarm());
-    }
-    ratio_ = next.ratio;
-    sums_ = next.sums;
-    cusum_ = cusum;
-    learn(innovation, judged, change);
-    instrument_.add(regressor, seen_, settings.smoothing);
-    return {next.ratio, innovation, next.gain, change, true, judged.outlier};
+    return update_any(output, regressor, innovation);
   }
 
   constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {
@@ -145,6 +142,32 @@ class Handover : public Parameters {
     Real gain;
   };
 
+  /// The whole update, for every sample.
+  PALPATE_COLD constexpr Step<Real> update_any(Real output, Real regressor, Real innovation) noexcept {
+    if (PALPATE_UNLIKELY(!(in_range(output) && in_range(regressor) && in_range(innovation)))) {
+      return refusal(ratio_, innovation, alarm());
+    }
+    const WeightedSample<Real> sample{instrument_.weight(regressor), output, regressor};
+    const Judged judged = judge(innovation, output);
+    const TwoSidedCusum<Real> cusum = watch(judged, sample);
+    const bool change = cusum.statistic() > settings.threshold;
+    // An outlier does not change the ratio. But if the ratio drifts, it may be real: it counts as far as noise could go.
+    const bool drifts = noise_.drifts();
+    const Real counted = judged.outlier ? noise_.limited_innovation(judged.clipped) : innovation;
+    const Estimate next = change                      ? handed_over(cusum.larger(), sample)
+                          : judged.outlier && !drifts ? same()
+                                                      : followed(sample, counted, drifts);
+    if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
+      return refusal(ratio_, innovation, alarm());
+    }
+    ratio_ = next.ratio;
+    sums_ = next.sums;
+    cusum_ = cusum;
+    learn(innovation, judged, change);
+    instrument_.add(regressor, seen_, settings.smoothing);
+    return {next.ratio, innovation, next.gain, change, true, judged.outlier};
+  }
+
   // Each update rounds the ratio: an error of variance u^2 / 12, u <= eps r, which is forgotten as the samples are. Of n
   // samples with lambda = 1 the sum of (j / n)^2 is left, n / 3; in the long run the sum of lambda^2j, half the count.
   constexpr Real rounding() const noexcept {
@@ -170,9 +193,10 @@ class Handover : public Parameters {
     return PALPATE_UNLIKELY(seen_ < 64 && seen_ >= warm_up) ? 1 + 3 / (seen_ - (transient - 1)) : Real(1);
   }
 
+  constexpr Real scale_of(Real output) const noexcept { return least_scale(product(noise_.scale(), doubt()), output); }
+
   constexpr Judged judge(Real innovation, Real output) const noexcept {
-    const Real whitened = noise_.whitened(innovation);
-    const Real scale = least_scale(product(noise_.scale(), doubt()), output);
+    const Real whitened = noise_.whitened(innovation), scale = scale_of(output);
     const bool watched = seen_ >= warm_up;
     const Real limit = product(settings.clip, scale);
     const Real clipped = !watched ? whitened : whitened > limit ? limit : whitened < -limit ? -limit : whitened;
@@ -224,7 +248,7 @@ class Handover : public Parameters {
       if (judged.outlier) {
         noise_.skip(judged.clipped);
       } else {
-        noise_.add(innovation, seen_ < 32 ? 1 : 8);
+        noise_.add(innovation, seen_ < 32);
       }
     }
     if (PALPATE_UNLIKELY(change)) {

@@ -32,8 +32,8 @@ class InnovationNoise {
     mean_magnitude_ += product(mean_share(n, Real(0.02)), magnitude(clipped) - mean_magnitude_);
   }
 
-  /// Add an innovation; rho is estimated again after every `interval` innovations.
-  constexpr void add(Real innovation, Real interval) noexcept {
+  /// Add an innovation; rho is estimated again after each of the `first` ones, then after every 8th.
+  constexpr void add(Real innovation, bool first) noexcept {
     follow_offset(innovation);
     lag0_ = product(memory, lag0_) + product(innovation, innovation);
     lag1_ = product(memory, lag1_) + product(innovation, before_);
@@ -42,7 +42,7 @@ class InnovationNoise {
     remember(innovation);
     until_forecast_ -= 1;
     if (PALPATE_UNLIKELY(!(until_forecast_ > 0))) {
-      until_forecast_ = interval;
+      until_forecast_ = first ? Real(1) : Real(8);
       rho_ = corrected(correlation(lag1_));
     }
   }

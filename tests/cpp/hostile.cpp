@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// Prints a hash of every state and step of Handover over hostile data: the same in lanes and in turn, with the short way
+// of an ordinary sample and without it, under every compiler and flag.
+
+#include <cinttypes>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <palpate/estimator/handover.hpp>
+
+namespace {
+
+using palpate::product;
+
+std::uint64_t hash;
+
+template <class Real>
+void add(Real value) {
+  if (value != value) {
+    value = std::numeric_limits<Real>::quiet_NaN();  // which NaN is not promised
+  }
+  unsigned char bytes[sizeof(Real)];
+  std::memcpy(bytes, &value, sizeof(Real));
+  for (const unsigned char byte : bytes) {
+    hash = (hash ^ byte) * 1099511628211u;
+  }
+}
+
+std::uint64_t state;
+std::uint64_t next() {
+  state = state * 6364136223846793005u + 1442695040888963407u;
+  return state >> 33;
+}
+
+/// A number from -1 to 1, of 24 bits.
+template <class Real>
+Real noise() {
+  return static_cast<Real>(static_cast<std::int32_t>(next() >> 6) - (1 << 24)) / Real(1 << 24);
+}
+
+/// What no converter measures.
+template <class Real>
+Real strange() {
+  using Limits = std::numeric_limits<Real>;
+  constexpr Real large = sizeof(Real) == 4 ? Real(1e15) : Real(1e139);
+  const Real all[] = {Limits::quiet_NaN(),
+                      Limits::infinity(),
+                      -Limits::infinity(),
+                      Limits::max(),
+                      Limits::lowest(),
+                      Limits::denorm_min(),
+                      -Limits::denorm_min(),
+                      Limits::min(),
+                      Real(0),
+                      -Real(0),
+                      large,
+                      -large,
+                      Real(1) / large,
+                      Real(1),
+                      Real(-1),
+                      Limits::epsilon()};
+  return all[next() % (sizeof(all) / sizeof(all[0]))];
+}
+
+/// Presses with noise, steps and drifts of the ratio, outliers, regressors about 0, and strange numbers, all in `kind`.
+template <class Real>
+void run(std::uint64_t kind, int samples, const palpate::HandoverSettings<Real>& settings) {
+  palpate::Handover<Real> estimator({settings});
+  Real ratio = Real(2.5), press = Real(0.25);
+  const Real scatter = kind & 1 ? Real(0) : kind & 2 ? Real(0.0625) : Real(1) / 16384;
+  for (int i = 0; i < samples; ++i) {
+    if (kind & 4 && next() % 64 == 0) {
+      ratio = 4 * noise<Real>();
+    }
+    if (kind & 8) {
+      ratio += Real(1) / 1024;
+    }
+    if (kind & 16 && next() % 8 == 0) {
+      press = noise<Real>();
+    }
+    Real x = press + product(scatter, noise<Real>());
+    Real y = product(ratio, press) + product(scatter, noise<Real>());
+    if (next() % 32 == 0) {
+      y += product(Real(64), scatter);
+    }
+    if (kind & 32 && next() % 16 == 0) {
+      (next() % 2 ? x : y) = strange<Real>();
+    }
+    if (kind & 64 && i % 512 > 500) {
+      x = y = strange<Real>();
+    }
+    if (kind & 128 && next() % 300 == 0) {
+      estimator.reset(strange<Real>(), Real(1e10));
+    }
+    const auto step = estimator.update(y, x);
+    add(step.ratio);
+    add(step.innovation);
+    add(step.gain);
+    add(static_cast<Real>(step.alarm + 2 * step.accepted + 4 * step.outlier));
+    estimator.visit_state([](Real& value) { add(value); });
+  }
+}
+
+template <class Real>
+void print(const char* name) {
+  for (std::uint64_t kind = 0; kind < 256; ++kind) {
+    hash = 14695981039346656037u;
+    state = kind;
+    palpate::HandoverSettings<Real> settings;
+    run<Real>(kind, 1000, settings);
+    settings.guard = 0;
+    settings.threshold = 2;  // an alarm every few samples
+    settings.min_information = 0;
+    run<Real>(kind, 1000, settings);
+    settings.steady = Real(0.9);
+    settings.smoothing = 1;
+    settings.clip = 1;
+    settings.drift = 0;
+    run<Real>(kind, 1000, settings);
+    std::printf("%s %" PRIu64 " %016" PRIx64 "\n", name, kind, hash);
+  }
+}
+
+}  // namespace
+
+int main() {
+  print<double>("double");
+  print<float>("float");
+}
