@@ -28,7 +28,7 @@ struct AlignSettings {
   }
 };
 
-/// The polynomial through Order soft values around a hard one, with their real times; Order 2, 4 or 6. The
+/// Lagrange interpolation through Order soft values around a hard one, with their real times; Order 2, 4 or 6. The
 /// delay is Order / 2 - 1 pairs (one more if the soft channel is read first). For Order 4 the relative error of a sine
 /// whose phase changes by a between two soft values is 1 - (9 cos(a / 2) - cos(3 a / 2)) / 8: 5 % at 8 Hz and 26 ms.
 template <class Real, class Ticks, int Order = 4, class Settings = Kept<AlignSettings<Ticks>>>

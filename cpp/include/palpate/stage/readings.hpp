@@ -111,37 +111,35 @@ class LastReadings {
   /// Ticks from one soft reading in the middle to the other.
   constexpr auto gap() const noexcept { return ticks_between(soft.time(half - 1), soft.time(half)); }
 
-  /// The soft channel at a time: the polynomial through all Order values, by Newton's divided differences.
+  /// The soft channel at a time: Lagrange interpolation through all Order values.
   constexpr Real soft_at(Ticks time) const noexcept {
-    return interpolated(time, std::make_integer_sequence<int, Order>(), std::make_integer_sequence<int, Order - 1>());
+    return interpolated(time, std::make_integer_sequence<int, Order>());
   }
 
  private:
-  // In units of 2^24 ticks: this scaling is exact, and near 1 for milliseconds in nanoseconds, so that differences of
-  // the fifth order stay in the range of float.
+  // In units of 2^24 ticks: this scaling is exact, and near 1 for milliseconds in nanoseconds, so that products of five
+  // stay in the range of float.
   static constexpr Real difference(Ticks later, Ticks earlier) noexcept {
     return product(static_cast<Real>(ticks_between(later, earlier)), Real(1) / Real(16777216));
   }
 
-  // Folds over a sequence are unrolled by every compiler; loops would take three times as long. The oldest first. Of the
-  // values, those of index K and above become differences of order K, one order after the other.
-  template <int... I, int... K>
-  constexpr Real interpolated(Ticks time, std::integer_sequence<int, I...>,
-                              std::integer_sequence<int, K...>) const noexcept {
+  // Folds over the sequence I are unrolled by every compiler; loops would take three times as long. The oldest first.
+  // (Divided differences need fewer operations, but they lose digits where two readings are close together.)
+  template <int... I>
+  constexpr Real interpolated(Ticks time, std::integer_sequence<int, I...> all) const noexcept {
     const Real node[] = {difference(soft.time(Order - 1 - I), time)...};
-    Real value[] = {soft[Order - 1 - I]...};
-    (divide<K + 1>(value, node, std::make_integer_sequence<int, Order - 1 - K>()), ...);
-    Real sum = value[Order - 1];
-    ((sum = value[Order - 2 - K] - product(node[Order - 2 - K], sum)), ...);
+    Real sum = 0;
+    ((sum = I % 2 == 0 ? sum + term<I>(node, all) : sum - term<I>(node, all)), ...);
     return sum;
   }
 
-  template <int K, int... I>
-  static constexpr void divide(Real (&value)[Order], const Real (&node)[Order],
-                               std::integer_sequence<int, I...>) noexcept {
-    ((value[Order - 1 - I] =
-          (value[Order - 1 - I] - value[Order - 2 - I]) / (node[Order - 1 - I] - node[Order - 1 - I - K])),
-     ...);
+  // Without the sign (-1)^I: each difference is that of the later node, and serves two terms.
+  template <int I, int... J>
+  constexpr Real term(const Real (&node)[Order], std::integer_sequence<int, J...>) const noexcept {
+    Real above = 1, below = 1;
+    ((above = J == I ? above : product(above, node[J])), ...);
+    ((below = J == I ? below : product(below, J < I ? node[I] - node[J] : node[J] - node[I])), ...);
+    return product(soft[Order - 1 - I], above / below);
   }
 };
 
