@@ -76,8 +76,9 @@ class Tracker : public Settings,
 
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
-    const bool high = too_large(hard), large = too_large(soft), saturated = high || large;
-    const bool both = is_finite(hard) && is_finite(soft);
+    const bool usual = in_range(hard) && in_range(soft);  // neither is missing, infinite or saturated
+    const bool high = !usual && too_large(hard), large = !usual && too_large(soft), saturated = high || large;
+    const bool both = usual || (is_finite(hard) && is_finite(soft));
     const bool revised = follow(both ? Channels::take(hard_time, hard, soft, running_)
                                      : Channels::take_one(high ? nan : hard, large ? nan : soft));
     const auto pair = align.feed(hard_time, soft_time, saturated ? nan : hard, saturated ? nan : soft);
@@ -170,19 +171,23 @@ class Tracker : public Settings,
   // variance has above half of it. An error of a baseline changes the ratio by this error divided by the mean
   // regressor, sqrt(R / W), W being the count.
   constexpr Real error_of(Real shared, Real open) const noexcept {
+    if (counts_.samples == 0) {
+      return std::numeric_limits<Real>::quiet_NaN();
+    }
     const Real readings = of_ratio(product(hard_baseline.noise(), hard_baseline.noise()),
                                    product(soft_baseline.noise(), soft_baseline.noise()));
-    const Real excess = estimator.innovation_variance() - readings / 2;
-    const Real seen = estimator.settled() ? estimator.long_run_variance() : readings + (excess > 0 ? 4 * excess : 0);
+    const Real seen = estimator.settled() ? estimator.long_run_variance() : early_variance(readings);
     const Real own = product(seen > readings ? seen : readings, estimator.leverage());
     const Real square = own + product(shared, estimator.count()) / estimator.information() + open;
-    return counts_.samples > 0 && square > 0 && is_finite(square) ? square_root(square)
-                                                                  : std::numeric_limits<Real>::quiet_NaN();
+    return square > 0 && is_finite(square) ? square_root(square) : std::numeric_limits<Real>::quiet_NaN();
+  }
+  constexpr Real early_variance(Real readings) const noexcept {
+    const Real excess = estimator.innovation_variance() - readings / 2;
+    return readings + (excess > 0 ? 4 * excess : 0);
   }
 
-  constexpr bool too_large(Real value) const noexcept {
-    return is_finite(value) && !(magnitude(value) < settings.full_scale);
-  }
+  constexpr bool in_range(Real value) const noexcept { return magnitude(value) < settings.full_scale; }
+  constexpr bool too_large(Real value) const noexcept { return is_finite(value) && !in_range(value); }
 
   /// Variance of hard - ratio * soft.
   constexpr Real of_ratio(Real hard, Real soft) const noexcept {

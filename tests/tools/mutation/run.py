@@ -29,7 +29,7 @@ HEADERS = (
     "estimator/rls estimator/two_sided_cusum policy/bound policy/detector policy/forgetting stage/align stage/baseline "
     "stage/contact"
 )
-NATIVE = "stages touch bank ring handover"
+NATIVE = "stages touch bank ring handover square_root"
 TESTS = (
     "core/handover_reference core/against_reference binding/ring binding/bank binding/estimators binding/tracker "
     "core/touches core/handheld binding/calls binding/pickle core/properties core/extremes"

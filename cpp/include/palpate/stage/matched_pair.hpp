@@ -89,9 +89,12 @@ class MatchedPair : public Settings {
                deviation(soft.time(0), period + half)},
               period,
               false};
-    const auto near = [limit](Signed ticks) { return (ticks < limit) & (ticks > -limit); };
-    grid.even = near(grid.hard_before) & near(grid.hard_after) & near(grid.soft[0]) & near(grid.soft[1]) &
-                near(grid.soft[2]) & near(grid.soft[3]) & (period <= static_cast<Signed>(settings.slow_longest));
+    // -limit < ticks < limit, as an unsigned difference below 0 is large.
+    const auto least = static_cast<Unsigned>(limit) - 1, span = least + static_cast<Unsigned>(limit);
+    const auto near = [least, span](Signed ticks) { return static_cast<Unsigned>(ticks) + least < span; };
+    grid.even = limit > 0 && period <= static_cast<Signed>(settings.slow_longest) && near(grid.hard_before) &&
+                near(grid.hard_after) && near(grid.soft[0]) && near(grid.soft[1]) && near(grid.soft[2]) &&
+                near(grid.soft[3]);
     return grid;
   }
 

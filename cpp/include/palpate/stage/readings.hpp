@@ -95,11 +95,13 @@ class LastReadings {
     hard.reset();
   }
 
-  /// The newest hard reading between the two soft ones in the middle; -1: there is none.
+  /// The newest hard reading after the older one of the two soft ones in the middle, and not after the newer one; -1:
+  /// there is none.
   constexpr int middle() const noexcept {
-    const Ticks from = soft.time(half), to = soft.time(half - 1);
+    using Unsigned = std::make_unsigned_t<Ticks>;
+    const auto from = static_cast<Unsigned>(soft.time(half)), span = static_cast<Unsigned>(soft.time(half - 1)) - from;
     for (int i = 0; i < hard.filled() && i <= half; ++i) {
-      if (ticks_between(hard.time(i), from) > 0 && !(ticks_between(hard.time(i), to) > 0)) {
+      if (static_cast<Unsigned>(hard.time(i)) - from - 1 < span) {  // an unsigned difference below 0 is large
         return i;
       }
     }
@@ -122,22 +124,22 @@ class LastReadings {
   }
 
   // Folds over the sequence I are unrolled by every compiler; loops would take three times as long. The oldest first.
+  // (Divided differences need fewer operations, but they lose digits where two readings are close together.)
   template <int... I>
   constexpr Real interpolated(Ticks time, std::integer_sequence<int, I...> all) const noexcept {
-    const Ticks middle = soft.time(half - 1);
-    const Real node[] = {difference(soft.time(Order - 1 - I), middle)...};
-    const Real at = difference(time, middle);
+    const Real node[] = {difference(soft.time(Order - 1 - I), time)...};
     Real sum = 0;
-    ((sum += term<I>(node, at, all)), ...);
+    ((sum = I % 2 == 0 ? sum + term<I>(node, all) : sum - term<I>(node, all)), ...);
     return sum;
   }
 
+  // Without the sign (-1)^I: each difference is that of the later node, and serves two terms.
   template <int I, int... J>
-  constexpr Real term(const Real (&node)[Order], Real at, std::integer_sequence<int, J...>) const noexcept {
-    Real above = soft[Order - 1 - I], below = 1;
-    ((above = J == I ? above : product(above, at - node[J])), ...);
-    ((below = J == I ? below : product(below, node[I] - node[J])), ...);
-    return above / below;
+  constexpr Real term(const Real (&node)[Order], std::integer_sequence<int, J...>) const noexcept {
+    Real above = 1, below = 1;
+    ((above = J == I ? above : product(above, node[J])), ...);
+    ((below = J == I ? below : product(below, J < I ? node[I] - node[J] : node[J] - node[I])), ...);
+    return product(soft[Order - 1 - I], above / below);
   }
 };
 
