@@ -87,10 +87,22 @@ def split(block: Block, dice: random.Random) -> list[Block]:
 def result(source: Scripted, path: Path, messages: list[str], **how: Any) -> tuple[Any, ...]:
     """Return all that a measurement leaves: rows, touches, counters, messages, file, and marks."""
     with Stream(source, record=path, notify=messages.append, **how) as stream:
-        rows = np.concatenate([batch.rows for batch in stream.batches()])
+        batches = list(stream.batches())
+    rows = np.concatenate([batch.rows for batch in batches])
+    ended = [(batch.first + k, touch.as_dict()) for batch in batches for k, touch in enumerate(batch.touches)]
+    ended += [(number, touch.as_dict()) for batch in batches for number, touch in batch.revised]
     marks: list[Mark] = (load(path) or {}).get("marks", [])
     touches = [touch.as_dict() for touch in stream.touches]
-    return rows.tobytes(), touches, stream.counters, sorted(messages), stream.out_of_range, path.read_bytes(), marks
+    return (
+        rows.tobytes(),
+        touches,
+        ended,
+        stream.counters,
+        sorted(messages),
+        stream.out_of_range,
+        path.read_bytes(),
+        marks,
+    )
 
 
 @pytest.mark.parametrize("live", [False, True])
@@ -106,7 +118,7 @@ def test_any_split_gives_the_same(live: bool, tmp_path: Path, monkeypatch: pytes
         assert found == expected, f"schedule {number}"
         replayed = palpate.touches(recorded(tmp_path / f"{number}-blocks.csv"))
         assert [touch.as_dict() for touch in replayed] == expected[1]
-        said += len(expected[3])
+        said += len(expected[4])
         tally.count("splits of a measurement into blocks")
     assert said > 0
 

@@ -1,21 +1,22 @@
 """The consumer's side of a stream: sends samples to the tracker, and counts them."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from threading import RLock
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate._core import Tracker
-from palpate.samples import DTYPE, RETAKEN, Block, Sample, feed, refused, samples_of, saturated
+from palpate._core import Touch, Tracker
+from palpate.samples import DTYPE, RETAKEN, Block, Sample, columns_for, feed, refused, samples_of, saturated
 from palpate.sources.base import Gap
 from palpate.stream.estimate import Batch
 from palpate.stream.range_watch import RangeWatch
 from palpate.stream.waiting import Waiting
 
 _BATCH = 1024  # samples at a time, at most
+_PART = 32  # samples: the baseline after a touch takes as many, so a touch is not revised in the part in which it ends
 
 
 class Feeding:
@@ -51,7 +52,9 @@ class Feeding:
         self._tracker, self._notify = tracker, notify
         self._touches, self._revisions = tracker.touch_count, tracker.revision_count  # in batches so far
         self._retaken = self._told = tracker.retaken
-        self._ended = False
+        self._ended: list[Touch] = []
+        self._revised: list[tuple[int, Touch]] = []
+        self._finished = False
 
     @property
     def dropped(self) -> int:
@@ -91,23 +94,45 @@ class Feeding:
 
     def _feed(self, block: Block) -> NDArray[Any]:
         """Send samples to the tracker; each gap comes directly before its sample, so that a replay has the same bits."""
-        rows, begin = list[NDArray[Any]](), 0
+        parts, begin = list[NDArray[Any]](), 0
         while self._gaps and self._gaps[0].seq <= block["seq"][-1]:
             gap = self._gaps.popleft()
             at = max(begin, int(np.searchsorted(block["seq"], gap.seq)))
-            rows.append(feed(self._tracker, block[begin:at]))
+            parts += self._parts(block[begin:at])
             self._tracker.gap()
             begin = at
             self._notify(f"{gap.text}: the baseline is measured again: touch nothing")
-        last = feed(self._tracker, block[begin:])
-        return np.concatenate([*rows, last]) if rows else last
+        parts += self._parts(block[begin:])
+        if len(parts) == 1:
+            return parts[0]
+        rows = np.empty(len(block), parts[0].dtype)
+        begin = 0
+        for part in parts:
+            rows[begin : begin + len(part)] = part
+            begin += len(part)
+        return rows
+
+    def _parts(self, block: Block) -> Iterator[NDArray[Any]]:
+        """Send samples, few at a time; note each touch as it is at its end, before it is revised."""
+        t_hard, t_soft, hard, soft = map(np.ascontiguousarray, columns_for(self._tracker, block))
+        for begin in range(0, len(block), _PART):
+            end = begin + _PART
+            yield self._tracker.process(t_hard[begin:end], t_soft[begin:end], hard[begin:end], soft[begin:end])
+            self._note_touches()
+
+    def _note_touches(self) -> None:
+        touches, numbers = self._tracker.touches_since(self._touches), self._tracker.revisions_since(self._revisions)
+        self._touches += len(touches)
+        self._revisions += len(numbers)
+        self._ended += touches
+        self._revised += [(n, self._tracker.touches_since(n - 1)[0]) for n in numbers]
 
     def finish(self) -> Batch | None:
         """End a touch that is still running; return the last batch, None if nothing ended."""
         with self.lock:
-            if self._ended:
+            if self._finished:
                 return None
-            self._ended = True
+            self._finished = True
             self._tracker.finish()
             if self._tracker.touch_count == self._touches:
                 return None
@@ -116,8 +141,7 @@ class Feeding:
 
     def _batch(self, block: Block, rows: NDArray[Any]) -> Batch:
         """Return a batch with the touches that ended, and those that were revised, since the last one."""
-        tracker, first = self._tracker, self._touches + 1
-        touches, numbers = tracker.touches_since(self._touches), tracker.revisions_since(self._revisions)
-        self._touches += len(touches)
-        self._revisions += len(numbers)
-        return Batch(block, rows, touches, first, [(n, tracker.touches_since(n - 1)[0]) for n in numbers])
+        self._note_touches()
+        ended, self._ended = self._ended, []
+        revised, self._revised = self._revised, []
+        return Batch(block, rows, ended, self._touches - len(ended) + 1, revised)

@@ -42,7 +42,8 @@ class Waiting:
     def push(self, sample: Sample) -> None:
         """Add a sample, or drop it, and wake the consumer."""
         self.ring.push(sample)
-        self._arrived.set()
+        if not self._arrived.is_set():  # for each sample again, the two threads would wait for the lock of the event
+            self._arrived.set()
 
     def push_many(self, block: Block) -> None:
         """Add samples, drop those that have no room, and wake the consumer."""
