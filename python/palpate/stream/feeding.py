@@ -1,31 +1,33 @@
 """The consumer's side of a stream: sends samples to the tracker, and counts them."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from threading import RLock
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate._core import SampleRing, Tracker
-from palpate.samples import DTYPE, RETAKEN, Block, Sample, feed, refused, samples_of, saturated
+from palpate._core import Touch, Tracker
+from palpate.samples import DTYPE, RETAKEN, Block, Sample, columns_for, feed, refused, samples_of, saturated
 from palpate.sources.base import Gap
 from palpate.stream.estimate import Batch
 from palpate.stream.range_watch import RangeWatch
+from palpate.stream.waiting import Waiting
 
-_BATCH = 256  # samples at a time, at most
+_BATCH = 1024  # samples at a time, at most
+_PART = 32  # samples: the baseline after a touch takes as many, so a touch is not revised in the part in which it ends
 
 
 class Feeding:
-    """Sends the samples of a ring to a tracker.
+    """Sends the samples that wait to a tracker.
 
     Parameters
     ----------
-    ring : SampleRing
+    waiting : Waiting
     tracker : Tracker
     gaps : deque of Gap
-        Those that the samples in the ring have not yet passed: at each the baseline is measured again.
+        Those that the samples that wait have not yet passed: at each the baseline is measured again.
     notify : callable
         Called with a message at a gap, when the baseline is found to be wrong, and when the range is left without a touch.
 
@@ -37,24 +39,27 @@ class Feeding:
         The last sample that was sent.
     range : RangeWatch
     lock : RLock
-        Held while samples go from the ring to the tracker: one thread may iterate while another one closes.
+        Held while samples go to the tracker: one thread may iterate while another one closes.
     """
 
-    def __init__(self, ring: SampleRing, tracker: Tracker, gaps: deque[Gap], notify: Callable[[str], None]) -> None:
+    def __init__(self, waiting: Waiting, tracker: Tracker, gaps: deque[Gap], notify: Callable[[str], None]) -> None:
         self.lock: RLock = RLock()
-        self.range: RangeWatch = RangeWatch(tracker.settings["full_scale"])
-        self._ring, self._gaps = ring, gaps
+        settings = tracker.settings
+        self.range: RangeWatch = RangeWatch(settings["full_scale"], settings["initial_ratio"])
+        self._waiting, self._gaps = waiting, gaps
         self.delivered = self.refused = self.saturated = 0
         self.last: Sample | None = None
         self._tracker, self._notify = tracker, notify
         self._touches, self._revisions = tracker.touch_count, tracker.revision_count  # in batches so far
         self._retaken = self._told = tracker.retaken
-        self._ended = False
+        self._ended: list[Touch] = []
+        self._revised: list[tuple[int, Touch]] = []
+        self._finished = False
 
     @property
     def dropped(self) -> int:
-        """Samples that the ring had no room for."""
-        return self._ring.dropped
+        """Samples that had no room."""
+        return self._waiting.ring.dropped
 
     @property
     def retaken(self) -> int:
@@ -62,11 +67,10 @@ class Feeding:
         return self._tracker.retaken - self._retaken
 
     def take(self) -> Batch | None:
-        """Send the samples that wait, some hundred at most, to the tracker; None: none waits."""
-        waiting = np.empty(_BATCH, DTYPE)
+        """Send the samples that wait, a thousand at most, to the tracker; None: none waits."""
         with self.lock:
-            count = self._ring.pop_many(waiting)
-            return self._send(waiting[:count]) if count else None
+            block = self._waiting.take(_BATCH)
+            return self._send(block) if len(block) else None
 
     def drain(self) -> None:
         """Send all samples that wait, and end a touch that is still running."""
@@ -79,37 +83,56 @@ class Feeding:
         rows = self._feed(block)
         self.last = samples_of(block[-1:])[0]
         self.refused += int(np.count_nonzero(refused(block)))
-        self.saturated += int(np.count_nonzero(saturated(block)))
-        if self._tracker.retaken > self._told:
-            self._told = self._tracker.retaken
+        if block["status"].any():
+            self.saturated += int(np.count_nonzero(saturated(block)))
+        while self._told < self._tracker.retaken:
+            self._told += 1
             self._notify(RETAKEN)
-        if message := self.range.follow(block, pressed=self._is_pressed(rows)):
+        for message in self.range.follow(block, rows):
             self._notify(message)
         return self._batch(block, rows)
 
-    def _is_pressed(self, rows: NDArray[Any]) -> bool:
-        """Return whether there is a touch with samples: a channel that left its range begins one without any."""
-        begun = self._tracker.state in ("contact", "done")
-        return begun and bool(rows["ratio"][-1] != self._tracker.settings["initial_ratio"])
-
     def _feed(self, block: Block) -> NDArray[Any]:
         """Send samples to the tracker; each gap comes directly before its sample, so that a replay has the same bits."""
-        rows, begin = [], 0
+        parts, begin = list[NDArray[Any]](), 0
         while self._gaps and self._gaps[0].seq <= block["seq"][-1]:
             gap = self._gaps.popleft()
             at = max(begin, int(np.searchsorted(block["seq"], gap.seq)))
-            rows.append(feed(self._tracker, block[begin:at]))
+            parts += self._parts(block[begin:at])
             self._tracker.gap()
             begin = at
             self._notify(f"{gap.text}: the baseline is measured again: touch nothing")
-        return np.concatenate([*rows, feed(self._tracker, block[begin:])])
+        parts += self._parts(block[begin:])
+        if len(parts) == 1:
+            return parts[0]
+        rows = np.empty(len(block), parts[0].dtype)
+        begin = 0
+        for part in parts:
+            rows[begin : begin + len(part)] = part
+            begin += len(part)
+        return rows
+
+    def _parts(self, block: Block) -> Iterator[NDArray[Any]]:
+        """Send samples, few at a time; note each touch as it is at its end, before it is revised."""
+        t_hard, t_soft, hard, soft = map(np.ascontiguousarray, columns_for(self._tracker, block))
+        for begin in range(0, len(block), _PART):
+            end = begin + _PART
+            yield self._tracker.process(t_hard[begin:end], t_soft[begin:end], hard[begin:end], soft[begin:end])
+            self._note_touches()
+
+    def _note_touches(self) -> None:
+        touches, numbers = self._tracker.touches_since(self._touches), self._tracker.revisions_since(self._revisions)
+        self._touches += len(touches)
+        self._revisions += len(numbers)
+        self._ended += touches
+        self._revised += [(n, self._tracker.touches_since(n - 1)[0]) for n in numbers]
 
     def finish(self) -> Batch | None:
         """End a touch that is still running; return the last batch, None if nothing ended."""
         with self.lock:
-            if self._ended:
+            if self._finished:
                 return None
-            self._ended = True
+            self._finished = True
             self._tracker.finish()
             if self._tracker.touch_count == self._touches:
                 return None
@@ -118,8 +141,7 @@ class Feeding:
 
     def _batch(self, block: Block, rows: NDArray[Any]) -> Batch:
         """Return a batch with the touches that ended, and those that were revised, since the last one."""
-        tracker, first = self._tracker, self._touches + 1
-        touches, numbers = tracker.touches_since(self._touches), tracker.revisions_since(self._revisions)
-        self._touches += len(touches)
-        self._revisions += len(numbers)
-        return Batch(block, rows, touches, first, [(n, tracker.touches_since(n - 1)[0]) for n in numbers])
+        self._note_touches()
+        ended, self._ended = self._ended, []
+        revised, self._revised = self._revised, []
+        return Batch(block, rows, ended, self._touches - len(ended) + 1, revised)
