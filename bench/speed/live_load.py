@@ -61,10 +61,35 @@ def run_server(rate: float) -> None:
     session.close()
 
 
-def cpu_s(pid: int) -> float:
-    """Return the processor time of a process, s."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+class Processes:
+    """A process with all that it has started.
+
+    Parameters
+    ----------
+    pid : int
+    """
+
+    def __init__(self, pid: int) -> None:
+        self._pid = pid
+
+    def cpu_s(self) -> float:
+        """Return their processor time, s."""
+        return sum(int(field) for stat in self._stats() for field in stat[11:13]) / os.sysconf("SC_CLK_TCK")
+
+    def resident_MB(self) -> float:
+        """Return their resident memory, MB; shared pages count in each."""
+        return sum(int(stat[21]) for stat in self._stats()) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+    def _stats(self) -> list[list[str]]:
+        """Return the fields of /proc/PID/stat from the state on."""
+        stats = {}
+        for path in Path("/proc").glob("[0-9]*/stat"):
+            with suppress(OSError):  # it has ended
+                stats[int(path.parent.name)] = path.read_text().rsplit(")", 1)[1].split()
+        ours = [self._pid]
+        for parent in ours:
+            ours += [pid for pid, stat in stats.items() if int(stat[1]) == parent]
+        return [stats[pid] for pid in ours if pid in stats]
 
 
 def watch(page: ClientConnection | None, seconds: float) -> tuple[int, dict[str, dict[str, int]]]:
@@ -90,9 +115,10 @@ def measure(rate: float, seconds: float, *, watched: bool) -> dict[str, float]:
     address = server.stdout.readline().strip().rstrip("/")
     with connect(f"{address.replace('http', 'ws')}/ws", origin=Origin(address)) if watched else nullcontext() as page:
         watch(page, 3)
-        begun, cpu = time.monotonic(), cpu_s(server.pid)
+        process = Processes(server.pid)
+        begun, cpu = time.monotonic(), process.cpu_s()
         frames, state = watch(page, seconds)
-        passed, share = time.monotonic() - begun, cpu_s(server.pid) - cpu
+        passed, share = time.monotonic() - begun, process.cpu_s() - cpu
     server.send_signal(2)
     server.wait()
     return {
