@@ -52,7 +52,7 @@ def test_any_schedule(incidents: list[str], seed: int, tally: Tally) -> None:
     counters = stream.counters
     assert counters.read == counters.delivered
     assert counters.dropped == counters.waiting == 0
-    last = stream._begun().last
+    last = stream._begun().intake.last
     assert counters.read + counters.lost == (last.seq + 1 if last else 0)
     assert source.driver.counters.pairs + source.driver.counters.lost >= counters.read + counters.lost
     numbers = [sample.seq for sample in seen]

@@ -23,7 +23,7 @@ def settled(stream: Stream, path: Path, what: str, tally: Tally) -> StreamCounte
     report = check(path)
     assert report.clean
     assert report.survey.rows == counters.recorded
-    last = stream._begun().last
+    last = stream._begun().intake.last
     assert counters.read + counters.lost == (last.seq + 1 if last else 0)
     tally.fault(what, counters.read, counters.read - counters.recorded)
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("palpate")]

@@ -7,7 +7,7 @@ checkpoint of what is synced goes to the sidecar: so a recording without an end 
 import os
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from threading import Event, Thread
 from typing import Any
@@ -19,10 +19,11 @@ from palpate.epoch import at
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.writer import Writer, unwritable
-from palpate.samples import DTYPE, Sample
+from palpate.samples import DTYPE, Block, Sample, samples_of
 
 FLUSH_S, SYNC_S = 0.1, 1.0
-CAPACITY = 32768  # samples: a disk may hang for 3 s at 10,000 pairs a second, for 14 minutes at 38
+CAPACITY = 32768  # samples: a disk may hang for 14 minutes at 38 pairs a second
+_HANGS_S, _MOST = 3.0, 2**20  # a disk may hang so long at any rate that the instrument says, if that are not more samples
 
 
 class Recorder:
@@ -50,6 +51,8 @@ class Recorder:
     conditions : list of dict
         What the source measured beside the samples so far; a longer list takes its place. It goes to the sidecar with
         each checkpoint, and at the end.
+    popped : callable
+        Called, in the thread that writes, when there is room again.
 
     Raises
     ------
@@ -83,7 +86,8 @@ class Recorder:
         self._clock: dict[str, int] = document["clock"]
         self.conditions: list[dict[str, float]] = []
         self._find_zero: Callable[[], int | None] | None = zero_ns
-        self._ring = SampleRing(CAPACITY)
+        self.popped: Callable[[], None] = _nobody
+        self._ring = SampleRing(capacity_for(device))
         self._last: Sample | None = None  # in the ring
         self._gaps: deque[dict[str, Any]] = deque()
         self._wake, self._closing = Event(), False
@@ -112,19 +116,29 @@ class Recorder:
         return self._ring.dropped + self._writer.missing + (len(self._ring) if self._writer.stopped else 0)
 
     @property
+    def room(self) -> int:
+        """Samples that a source that can wait may push now: half of what there is place for, any number after an error."""
+        return self._ring.capacity // 2 - len(self._ring) if self.error is None else self._ring.capacity
+
+    @property
     def is_behind(self) -> bool:
         """Whether a source that can wait should wait for the disk."""
-        return self.error is None and 2 * len(self._ring) > CAPACITY
+        return self.room <= 0
 
     def push(self, sample: Sample) -> bool:
         """Add a sample; return whether there was room. To be called from one thread only."""
-        if self._find_zero:
-            self._begin_clock(self._find_zero())
-            self._find_zero = None
+        self._begin_clock()
         taken = self._ring.push(sample)
         self._last = sample if taken else self._last
-        if self.is_behind:
-            self._wake.set()
+        self._wake_writer()
+        return taken
+
+    def push_many(self, block: Block) -> int:
+        """Add consecutive samples; return for how many, the first ones, there was room. From the thread of `push`."""
+        self._begin_clock()
+        taken = self._ring.push_many(block)
+        self._last = samples_of(block[taken - 1 : taken])[0] if taken else self._last
+        self._wake_writer()
         return taken
 
     def gap(self, text: str) -> None:
@@ -181,9 +195,15 @@ class Recorder:
     def _entries(self) -> dict[str, Any]:
         return {"clock": self._clock, **({"conditions": self.conditions} if self.conditions else {})}
 
-    def _begin_clock(self, zero_ns: int | None) -> None:
-        if zero_ns is not None:
+    def _begin_clock(self) -> None:
+        """At the first sample: its clock is known now."""
+        if self._find_zero and (zero_ns := self._find_zero()) is not None:
             self._clock = {**self._clock, "zero_monotonic_ns": zero_ns, "zero_utc_ns": at(zero_ns).utc_ns}
+        self._find_zero = None
+
+    def _wake_writer(self) -> None:
+        if self.is_behind:
+            self._wake.set()
 
     def _add(self, where: str, what: Any) -> None:
         try:
@@ -192,11 +212,12 @@ class Recorder:
             raise unwritable(self.path, error) from error
 
     def _run(self) -> None:
-        waiting = np.empty(CAPACITY, DTYPE)
+        waiting = np.empty(self._ring.capacity, DTYPE)
         synced, closing = time.monotonic(), False
         while not closing and not self._writer.stopped:
             closing = self._closing
             count = self._ring.pop_many(waiting)
+            self.popped()
             while self._gaps:
                 self._writer.mark(self._gaps.popleft())
             self._writer.write(waiting[:count])
@@ -206,6 +227,22 @@ class Recorder:
             if not closing:
                 self._wake.wait(FLUSH_S)
                 self._wake.clear()
+        self.popped()  # after an error nothing waits for this disk
+
+
+def capacity_for(device: Mapping[str, Any]) -> int:
+    """Return the room for the samples of an instrument: those of 3 s, at least 32768.
+
+    Examples
+    --------
+    >>> capacity_for({}), capacity_for({"period_s": 1e-5})
+    (32768, 300000)
+    """
+    return min(max(CAPACITY, round(_HANGS_S / float(device.get("period_s", _HANGS_S)))), _MOST)
+
+
+def _nobody() -> None:
+    """Wake nobody."""
 
 
 def _mark(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:

@@ -2,17 +2,21 @@
 
 import time
 from collections.abc import Generator, Iterator, Mapping
+from contextlib import suppress
 from threading import Event
 from typing import Any
 
+import numpy as np
+
 from palpate.errors import RecordingError
 from palpate.recording.foreign import RATE, AnyRecording, recorded
-from palpate.samples import Block, Sample, samples_of
+from palpate.samples import DTYPE, Block, Sample, samples_of
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, choice, number
 from palpate.tables.asked import DECIMALS, parsed_map
 from palpate.tables.units import PICOFARADS, SECONDS
 
+_NOTHING = np.empty(0, DTYPE)
 UNREAD = "not read to its end: its rows are not verified"
 """Message of a source that was stopped before the end of its file, where the checksum is compared."""
 
@@ -50,33 +54,57 @@ class FileSource(Source):
         self.real_time: bool = False
         self._speed = speed
         self._stopped = Event()
+        self._reading: Generator[Block] | None = None
         self._gaps = [Gap(seq + 1, text) for seq, text in self.gap_marks]
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the samples, from the first one; raises RecordingError after the last one if a checksum differs."""
+        for block in self._blocks():
+            for sample in samples_of(block):
+                if self._stopped.is_set():
+                    return
+                yield sample
+
+    def read_block(self) -> Block:
+        """Return the next samples, with `speed` those that are due; empty at the end. Errors as of the iteration."""
+        self._reading = self._reading or self._blocks()
+        return next(self._reading, _NOTHING)
+
+    def _blocks(self) -> Generator[Block]:
         whole = False
         if self.recording.understood:
             self.notify(f"{self.recording.path}: {self.recording.understood}")
         try:
-            whole = yield from self._samples()
+            whole = yield from self._due(self._speed) if self._speed else self._all()
         finally:  # also if the reader wants no more
             if not whole:
                 self.notify(f"{self.recording.path}: {UNREAD}")
         if whole:
             self._tell()
 
-    def _samples(self) -> Generator[Sample, None, bool]:
+    def _all(self) -> Generator[Block, None, bool]:
         """Yield the samples; return whether all of them."""
-        begun, first = time.monotonic(), None
         for block in self.recording.blocks():
-            for sample in samples_of(block):
-                if self._speed:
-                    first = sample.t_hard_ns if first is None else first
-                    due = begun + (sample.t_hard_ns - first) / 1e9 / self._speed
-                    self._stopped.wait(max(due - time.monotonic(), 0))
+            if self._stopped.is_set():
+                return False
+            yield block
+        return True
+
+    def _due(self, speed: float) -> Generator[Block, None, bool]:
+        """Yield the samples at their times; return whether all of them."""
+        begun, first_ns = time.monotonic(), None
+        for block in self.recording.blocks():
+            first_ns = block["t_hard_ns"][0] if first_ns is None else first_ns
+            due = begun + (block["t_hard_ns"] - first_ns) / 1e9 / speed
+            begin = 0
+            while begin < len(block):
+                self._stopped.wait(max(due[begin] - time.monotonic(), 0))
                 if self._stopped.is_set():
                     return False
-                yield sample
+                later = due[begin:] > time.monotonic()
+                end = begin + max(int(later.argmax()), 1) if later.any() else len(block)
+                yield block[begin:end]
+                begin = end
         return True
 
     def _tell(self) -> None:
@@ -94,6 +122,12 @@ class FileSource(Source):
     def interrupt(self) -> None:
         """Stop the iteration."""
         self._stopped.set()
+
+    def close(self) -> None:
+        """End the reading in blocks."""
+        if self._reading:
+            with suppress(ValueError):  # another thread is in it, and was interrupted before
+                self._reading.close()
 
     @property
     def full_scale_pF(self) -> float:

@@ -4,18 +4,18 @@ from palpate.recording.recorder import Recorder
 from palpate.stream.estimate import StreamCounters
 from palpate.stream.feeding import Feeding
 from palpate.stream.instrument import Instrument
-from palpate.stream.reader import Reader
+from palpate.stream.intake import Intake
 
 
-def counters_of(reader: Reader, feeding: Feeding, recorder: Recorder | None, instrument: Instrument) -> StreamCounters:
+def counters_of(intake: Intake, feeding: Feeding, recorder: Recorder | None, instrument: Instrument) -> StreamCounters:
     """Return the counters; from any thread."""
     errors, reconnects = instrument.counts()
     delivered, dropped = feeding.delivered, feeding.dropped
-    read = reader.read  # read last: so `waiting` cannot be negative
+    read = intake.read  # read last: so `waiting` cannot be negative
     return StreamCounters(
         read=read,
-        lost=reader.lost,
-        late=reader.late,
+        lost=intake.lost,
+        late=intake.late,
         delivered=delivered,
         dropped=dropped,
         waiting=read - delivered - dropped,

@@ -8,24 +8,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate._core import SampleRing, Tracker
+from palpate._core import Tracker
 from palpate.samples import DTYPE, RETAKEN, Block, Sample, feed, refused, samples_of, saturated
 from palpate.sources.base import Gap
 from palpate.stream.estimate import Batch
 from palpate.stream.range_watch import RangeWatch
+from palpate.stream.waiting import Waiting
 
-_BATCH = 256  # samples at a time, at most
+_BATCH = 1024  # samples at a time, at most
 
 
 class Feeding:
-    """Sends the samples of a ring to a tracker.
+    """Sends the samples that wait to a tracker.
 
     Parameters
     ----------
-    ring : SampleRing
+    waiting : Waiting
     tracker : Tracker
     gaps : deque of Gap
-        Those that the samples in the ring have not yet passed: at each the baseline is measured again.
+        Those that the samples that wait have not yet passed: at each the baseline is measured again.
     notify : callable
         Called with a message at a gap, when the baseline is found to be wrong, and when the range is left without a touch.
 
@@ -37,13 +38,14 @@ class Feeding:
         The last sample that was sent.
     range : RangeWatch
     lock : RLock
-        Held while samples go from the ring to the tracker: one thread may iterate while another one closes.
+        Held while samples go to the tracker: one thread may iterate while another one closes.
     """
 
-    def __init__(self, ring: SampleRing, tracker: Tracker, gaps: deque[Gap], notify: Callable[[str], None]) -> None:
+    def __init__(self, waiting: Waiting, tracker: Tracker, gaps: deque[Gap], notify: Callable[[str], None]) -> None:
         self.lock: RLock = RLock()
         self.range: RangeWatch = RangeWatch(tracker.settings["full_scale"])
-        self._ring, self._gaps = ring, gaps
+        self._initial_ratio = tracker.settings["initial_ratio"]
+        self._waiting, self._gaps = waiting, gaps
         self.delivered = self.refused = self.saturated = 0
         self.last: Sample | None = None
         self._tracker, self._notify = tracker, notify
@@ -53,8 +55,8 @@ class Feeding:
 
     @property
     def dropped(self) -> int:
-        """Samples that the ring had no room for."""
-        return self._ring.dropped
+        """Samples that had no room."""
+        return self._waiting.ring.dropped
 
     @property
     def retaken(self) -> int:
@@ -62,11 +64,10 @@ class Feeding:
         return self._tracker.retaken - self._retaken
 
     def take(self) -> Batch | None:
-        """Send the samples that wait, some hundred at most, to the tracker; None: none waits."""
-        waiting = np.empty(_BATCH, DTYPE)
+        """Send the samples that wait, a thousand at most, to the tracker; None: none waits."""
         with self.lock:
-            count = self._ring.pop_many(waiting)
-            return self._send(waiting[:count]) if count else None
+            block = self._waiting.take(_BATCH)
+            return self._send(block) if len(block) else None
 
     def drain(self) -> None:
         """Send all samples that wait, and end a touch that is still running."""
@@ -80,17 +81,14 @@ class Feeding:
         self.last = samples_of(block[-1:])[0]
         self.refused += int(np.count_nonzero(refused(block)))
         self.saturated += int(np.count_nonzero(saturated(block)))
-        if self._tracker.retaken > self._told:
-            self._told = self._tracker.retaken
+        while self._told < self._tracker.retaken:
+            self._told += 1
             self._notify(RETAKEN)
-        if message := self.range.follow(block, pressed=self._is_pressed(rows)):
+        # A channel that left its range begins a touch without any samples.
+        pressed = rows["contact"] & (rows["ratio"] != self._initial_ratio)
+        for message in self.range.follow(block, pressed):
             self._notify(message)
         return self._batch(block, rows)
-
-    def _is_pressed(self, rows: NDArray[Any]) -> bool:
-        """Return whether there is a touch with samples: a channel that left its range begins one without any."""
-        begun = self._tracker.state in ("contact", "done")
-        return begun and bool(rows["ratio"][-1] != self._tracker.settings["initial_ratio"])
 
     def _feed(self, block: Block) -> NDArray[Any]:
         """Send samples to the tracker; each gap comes directly before its sample, so that a replay has the same bits."""

@@ -1,6 +1,9 @@
 """Notices a channel that is outside the range of the converter while nothing is touched."""
 
+import math
+
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.samples import Block, Status
 
@@ -10,7 +13,7 @@ _CHANNELS = (("hard", Status.HARD_SATURATED), ("soft", Status.SOFT_SATURATED))
 
 
 class RangeWatch:
-    """Follows which channels are saturated, and for how long.
+    """Follows which channels are saturated, and for how long; the same for samples one by one and in blocks.
 
     Parameters
     ----------
@@ -26,37 +29,54 @@ class RangeWatch:
     def __init__(self, full_scale_pF: float) -> None:
         self.channels: tuple[str, ...] = ()
         self._full_scale_pF = full_scale_pF
-        self._since_ns: dict[str, int] = {}
+        self._since_ns: dict[str, float] = {}
 
-    def follow(self, block: Block, *, pressed: bool) -> str:
-        """Take the next samples; return a message, "" for none.
+    def follow(self, block: Block, pressed: NDArray[np.bool_]) -> list[str]:
+        """Take the next samples; return messages.
 
         Parameters
         ----------
         block : numpy.ndarray, shape (n,)
             Samples, at least one.
-        pressed : bool
-            Whether after them a touch is running that has samples, or such a touch was not yet released.
+        pressed : numpy.ndarray of bool, shape (n,)
+            Whether after each of them there is a touch that has samples, or such a touch was not yet released.
         """
-        longest = PRESSED_S if pressed else IDLE_S
-        now = int(block["t_hard_ns"][-1])
-        for name, flag in _CHANNELS:
-            self._look(block, name, flag)
-        before = self.channels
-        self.channels = tuple(name for name, since in self._since_ns.items() if now - since >= longest * 1e9)
-        if not set(self.channels) - set(before):
-            return ""
-        return (
-            f"{' and '.join(self.channels)}: outside the range of the converter for {longest:g} s, and nothing is measured: "
-            "lift the probe; if it stays so, the range has to be set again, without contact (Stream.centre; record --recentre)"
-        )
+        outside = {name: self._outside(block, name, flag) for name, flag in _CHANNELS}
+        if not self._since_ns and not any(each.any() for each in outside.values()):
+            return []
+        times, longest_s = block["t_hard_ns"].astype(float), np.where(pressed, PRESSED_S, IDLE_S)
+        told = np.empty((len(block) + 1, len(_CHANNELS)), bool)  # before the first sample, and after each one
+        for column, (name, _) in zip(told.T, _CHANNELS, strict=True):
+            column[0] = name in self.channels
+            column[1:] = times - self._since(block, name, outside[name]) >= longest_s * 1e9
+        self.channels = _named(told[-1])
+        newly = np.flatnonzero((told[1:] & ~told[:-1]).any(axis=1))
+        return [_message(_named(told[row + 1]), longest_s[row]) for row in newly]
 
-    def _look(self, block: Block, name: str, flag: int) -> None:
+    def _outside(self, block: Block, name: str, flag: int) -> NDArray[np.bool_]:
         outside = ((block["status"] & int(flag)) != 0) | (np.abs(block[name]) >= self._full_scale_pF)
-        inside = np.flatnonzero(np.isfinite(block[name]) & ~outside)
-        if len(inside):
-            self._since_ns.pop(name, None)
-        following = np.flatnonzero(outside[inside[-1] + 1 if len(inside) else 0 :])
-        if len(following) and name not in self._since_ns:
-            first = following[0] + (inside[-1] + 1 if len(inside) else 0)
-            self._since_ns[name] = int(block["t_hard_ns"][first])
+        return np.asarray(outside)
+
+    def _since(self, block: Block, name: str, outside: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """Return since when the channel is outside, ns, at each sample; nan: it is inside. A lost reading changes nothing."""
+        known, before = outside | np.isfinite(block[name]), self._since_ns.pop(name, math.nan)
+        out, times = outside[known], block["t_hard_ns"][known].astype(float)
+        if not math.isnan(before):
+            times[:1] = before
+        last_inside = np.maximum.accumulate(np.where(out, -1, np.arange(len(out))))
+        begins = np.where(out, times[np.minimum(last_inside + 1, len(out) - 1)], math.nan)
+        since: NDArray[np.float64] = np.concatenate([[before], begins])[np.cumsum(known)]
+        if not math.isnan(since[-1]):
+            self._since_ns[name] = float(since[-1])
+        return since
+
+
+def _named(told: NDArray[np.bool_]) -> tuple[str, ...]:
+    return tuple(name for (name, _), holds in zip(_CHANNELS, told, strict=True) if holds)
+
+
+def _message(channels: tuple[str, ...], longest_s: float) -> str:
+    return (
+        f"{' and '.join(channels)}: outside the range of the converter for {longest_s:g} s, and nothing is measured: "
+        "lift the probe; if it stays so, the range has to be set again, without contact (Stream.centre; record --recentre)"
+    )

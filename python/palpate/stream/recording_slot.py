@@ -9,7 +9,7 @@ from palpate.recording.sidecar import BEGUN
 from palpate.sources import Source
 from palpate.sources.claims import described
 from palpate.stream.estimate import StreamCounters
-from palpate.stream.reader import Reader
+from palpate.stream.intake import Intake
 
 _LONGEST = 2000  # characters of an error in the sidecar
 
@@ -56,22 +56,22 @@ class RecordingSlot:
         if path is not None:
             self.recorder = self._new(path, notes)
 
-    def begin(self, reader: Reader, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
-        """Record from the next sample of the reader on."""
-        begun = [f"{BEGUN}{reader.read} pairs; a replay has no baseline from them"] if reader.read else []
+    def begin(self, intake: Intake, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
+        """Record from the next sample on."""
+        begun = [f"{BEGUN}{intake.read} pairs; a replay has no baseline from them"] if intake.read else []
         recorder = self._new(path, [*notes, *begun])
-        with reader.lock:
+        with intake.lock:
             self._before = self._counters()
-            self.recorder = reader.recorder = recorder
+            self.recorder = intake.recorder = recorder
         return recorder
 
-    def end(self, reader: Reader) -> Recorder | None:
+    def end(self, intake: Intake) -> Recorder | None:
         """Close the recording and continue the measurement; None: there was no recording."""
         recorder = self.recorder
         if recorder is None:
             return None
-        with reader.lock:
-            reader.recorder, counters = None, self._counters()
+        with intake.lock:
+            intake.recorder, counters = None, self._counters()
         recorder.close(lambda: self._counted(counters, recorder))
         self.recorder = None
         if recorder.error:

@@ -9,12 +9,12 @@ from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
-from palpate._core import SampleRing, Touch, Tracker
+from palpate._core import Touch, Tracker
 from palpate.epoch import Epoch, at
 from palpate.recording.codes import codes_of
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import sidecar_path
-from palpate.samples import settings_for
+from palpate.samples import Sample, settings_for
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.sources.base import Gap
@@ -23,14 +23,16 @@ from palpate.stream.counting import counters_of
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.feeding import Feeding
 from palpate.stream.instrument import Instrument
+from palpate.stream.intake import Intake
 from palpate.stream.reader import Reader
 from palpate.stream.recording_slot import RecordingSlot
+from palpate.stream.waiting import Waiting, capacity_for
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
 
 STOP_S = 0.5
-_POLL_S = 0.1
+_POLL_S = 0.1  # on Windows a wait hears Ctrl-C at its end only
 
 
 class Stream:
@@ -46,8 +48,9 @@ class Stream:
     scene : str
     record : path-like, optional
         NAME.csv: every sample is written there, also if the consumer is too slow. NAME.json has the description.
-    capacity : int
-        Most samples that wait for the consumer; more are dropped and counted. A file waits for the consumer.
+    capacity : int, optional
+        Most samples that wait for the consumer; more are dropped and counted. A file waits for the consumer. Default:
+        those of a second, at least 4096.
     notes : list of str, optional
         Notes in the recording.
     notify : callable, optional
@@ -88,7 +91,7 @@ class Stream:
         *,
         scene: "_Scene" = "handheld",
         record: str | os.PathLike[str] | None = None,
-        capacity: int = 4096,
+        capacity: int | None = None,
         notes: list[str] | None = None,
         notify: Callable[[str], None] | None = None,
         **settings: Unpack["_AnySettings"],
@@ -104,24 +107,27 @@ class Stream:
             self.tracker: Tracker = tracker or Tracker(scene, **given)
             if record is not None:
                 sidecar_path(Path(record))
-            self._ring = SampleRing(capacity)
+            waiting = None if capacity is None else Waiting(capacity)
             if isinstance(source, str):
                 source = open_source(source)
                 on_failure.callback(Instrument(source).close)
             self.source = source
             if notify:
                 self.source.notify = notify
+            device = described(self.source)
             if tracker is None:
-                self.tracker = Tracker(scene, **{**settings_for(scene, described(self.source)), **given})
+                self.tracker = Tracker(scene, **{**settings_for(scene, device), **given})
+            self._waiting = waiting or Waiting(capacity_for(device))
             on_failure.pop_all()
         self._reader: Reader | None = None
         self._gaps: deque[Gap] = deque()
         self._recordings = RecordingSlot(
             self.source, self.tracker, lambda: self.counters, record, notes or [], lambda: self._zero_ns
         )
-        self._feeding = Feeding(self._ring, self.tracker, self._gaps, self.source.notify)
+        self._feeding = Feeding(self._waiting, self.tracker, self._gaps, self.source.notify)
         self._instrument = Instrument(self.source)
         self._recording = RLock()  # held while a recording begins or ends
+        self._seen: Sample | None = None  # by the caller, of a source that waits for the caller
         self._closed = self._raised = self._begins = self._stop_asked = False
 
     def __repr__(self) -> str:
@@ -144,7 +150,8 @@ class Stream:
             self._begins = True  # from here on there may be a recording to close
             self._recordings.first()
             period_s, codes = float(device.get("period_s", math.nan)), codes_of(device)
-            self._reader = Reader(self.source, self._ring, self._gaps, self.recorder, period_s, codes)
+            intake = Intake(self.source, self._waiting, self._gaps, self.recorder, period_s, codes)
+            self._reader = Reader(self.source, intake, self._waiting)
             self._reader.start()
             if self._stop_asked:
                 self._reader.stop()
@@ -160,12 +167,15 @@ class Stream:
     def __iter__(self) -> Iterator[Estimate]:
         """Return an estimate after each sample."""
         for batch in self.batches():
-            yield from batch.estimates()
+            for estimate in batch.estimates():
+                self._seen = estimate.sample
+                yield estimate
 
     def batches(self) -> Iterator[Batch]:
         """Return samples and estimates as arrays: each batch has all samples that wait, or the next ones."""
         reader = self._begun()
-        while (batch := self._next(reader)) is not None:
+        while (batch := self._next()) is not None:
+            self._seen = self._feeding.last
             yield batch
         if last := self._feeding.finish():
             yield last
@@ -188,7 +198,7 @@ class Stream:
         """Numbers of samples so far; may be read from any thread."""
         if self._reader is None:
             return StreamCounters()
-        return counters_of(self._reader, self._feeding, self.recorder, self._instrument)
+        return counters_of(self._reader.intake, self._feeding, self.recorder, self._instrument)
 
     @property
     def epoch(self) -> Epoch | None:
@@ -197,7 +207,7 @@ class Stream:
 
     @property
     def _zero_ns(self) -> int | None:
-        return self._reader.zero_ns if self._reader else None
+        return self._reader.intake.zero_ns if self._reader else None
 
     def start_recording(self, record: str | os.PathLike[str], notes: list[str] | None = None) -> Recorder:
         """Record to NAME.csv from the next sample on; from any thread.
@@ -213,7 +223,7 @@ class Stream:
         with self._recording:
             if self._closed or self.recorder:
                 raise ValueError("record: already recording, or the stream has ended; allowed: one recording at a time")
-            return self._recordings.begin(reader, record, notes or [])
+            return self._recordings.begin(reader.intake, record, notes or [])
 
     def stop_recording(self) -> Recorder | None:
         """Close the recording and continue the measurement; from any thread. None: there was no recording.
@@ -225,7 +235,7 @@ class Stream:
         """
         reader = self._begun()
         with self._recording:
-            return None if self._closed else self._recordings.end(reader)
+            return None if self._closed else self._recordings.end(reader.intake)
 
     def note(self, text: str) -> None:
         """Add a note to the recording."""
@@ -233,9 +243,10 @@ class Stream:
             self.recorder.note(text)
 
     def mark(self, text: str) -> None:
-        """Add a mark to the recording, at the last sample that was read."""
+        """Add a mark to the recording, at the last sample that was read; of a file, at the one that the caller has."""
         if self.recorder:
-            self.recorder.mark(text, self._begun().last)
+            seen = None if self.source.live else self._seen
+            self.recorder.mark(text, seen or self._begun().intake.last)
 
     def tare(self, *, force: bool = False) -> None:
         """Measure the baseline again, and mark it in the recording; from the thread that iterates.
@@ -337,13 +348,12 @@ class Stream:
             raise ValueError("stream: not started, allowed: with palpate.Stream(...) as stream")
         return self._reader
 
-    def _next(self, reader: Reader) -> Batch | None:
+    def _next(self) -> Batch | None:
         """Return the next batch; None: there will be no more."""
         while True:
-            closed = self._ring.closed
+            closed = self._waiting.ring.closed
             if batch := self._feeding.take():
                 return batch
             if closed or self._closed:
                 return None
-            reader.ready.wait(_POLL_S)
-            reader.ready.clear()
+            self._waiting.wait_for_samples(_POLL_S)
