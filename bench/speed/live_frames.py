@@ -7,8 +7,9 @@ page; the source notes when that reading was converted, the server when it sends
 come and when uPlot has drawn it. "board" is the simulated board in real time, read by the real driver: the conversion
 is that of the pair's second channel. A number is a source with so many pairs per second.
 
-drawn: the canvas has the sample, within its animation frame. next frame: the animation frame after that begins; about
-then the drawn one is on the screen. All times are of this machine's clock. Needs Linux, chromium and chromedriver.
+drawn: the canvas has the sample, in its animation frame. shown: Chromium has presented that frame, by the element timing
+of a mark that changes with each drawing; Chromium rounds it to 4 ms. All times are of one clock. Needs Linux, chromium
+and chromedriver. On a busy machine: `chrt -r 5 python -m ...`, so that others do not add their time.
 """
 
 import argparse
@@ -25,12 +26,19 @@ from selenium import webdriver
 
 from bench.speed.live_load import Processes
 
-LEGS = ("to the ring", "to the socket", "to the page", "to the drawn frame", "together", "with the next frame")
+LEGS = (
+    "to the ring",
+    "to the socket",
+    "to the page",
+    "to the drawn frame",
+    "conversion to drawn",
+    "conversion to shown",
+)
 SETTLING_S = 4.0
 PROBE = """
 const clock = () => performance.timeOrigin + performance.now();
-const noted = { come: [], drawn: [], next: [] };
-let newest = 0;
+const noted = { come: [], drawn: [], shown: [] };
+let newest = 0, mark;
 window.noted = noted;
 window.WebSocket = class extends WebSocket {
   constructor(...given) {
@@ -46,8 +54,18 @@ const draw = (plot) => {
   const t = newest;
   if (!t || t === noted.drawn.at(-1)?.[1]) return;
   noted.drawn.push([clock(), t]);
-  requestAnimationFrame(() => noted.next.push([clock(), t]));
+  mark?.remove();
+  mark = document.createElement("i");
+  mark.style = "position: fixed; left: 0; top: 0";
+  mark.setAttribute("elementtiming", t);
+  mark.textContent = "x";
+  document.body.append(mark);
 };
+new PerformanceObserver((list) => {
+  for (const { identifier, renderTime } of list.getEntries()) {
+    noted.shown.push([performance.timeOrigin + renderTime, Number(identifier)]);
+  }
+}).observe({ type: "element" });
 let made;
 Object.defineProperty(window, "uPlot", {
   get: () => made,
@@ -92,9 +110,9 @@ def legs_of(server: Path, page: dict[str, Any]) -> NDArray[np.float64]:
     """Return the legs of all samples that were drawn after the first seconds, ms."""
     made, sent = np.load(server / "made.npy"), np.load(server / "sent.npy")
     made = made[np.searchsorted(made[:, 0], page["drawn"][0][1]) :]
-    times = made[:, 0] + 0.0
+    times = made[:, 0]
     passed = [made[:, 1], made[:, 2], first_since(times, sent)]
-    passed += [first_since(times, page[name]) for name in ("come", "drawn", "next")]
+    passed += [first_since(times, page[name]) for name in ("come", "drawn", "shown")]
     legs = np.diff(np.array(passed), axis=0)
     every = np.vstack([legs[:4], legs[:4].sum(axis=0), legs.sum(axis=0)]).T
     every = every[made[:, 1] > made[0, 1] + 1e3 * SETTLING_S]
@@ -156,7 +174,7 @@ def measure(rate: str, seconds: float) -> Run:
             server.wait()
         legs = legs_of(Path(folder), page)
     drawn, come = (np.array(page[name])[:, 0] for name in ("drawn", "come"))
-    late = begun_ms(drawn, seconds)
+    late = drawn[-1] - 1e3 * seconds
     return Run(
         legs,
         np.count_nonzero(drawn > late) / seconds,
@@ -169,19 +187,18 @@ def measure(rate: str, seconds: float) -> Run:
     )
 
 
-def begun_ms(moments: NDArray[np.float64], seconds: float) -> float:
-    """Return the moment so many seconds before the last one."""
-    return float(moments[-1]) - 1e3 * seconds
-
-
 def table(rate: str, run: Run) -> str:
     """Return the rows of a run."""
-    rows = [f"{rate}: {len(run.legs)} samples, {run.frames_per_s:.1f} frames and {run.messages_per_s:.1f} messages a second"]
+    rows = [
+        f"{rate}: {len(run.legs)} samples, {run.frames_per_s:.1f} frames and {run.messages_per_s:.1f} messages a second"
+    ]
     for name, leg in zip(LEGS, run.legs.T, strict=True):
         low, median, high = np.percentile(leg, [5, 50, 95])
         rows.append(f"  {name:22} 5 % {low:6.1f}   median {median:6.1f}   95 % {high:6.1f} ms")
     server, browser, heap = run.grown_MB
-    rows.append(f"  share of a core: server {run.server:.1%}, browser {run.browser:.1%}; {run.dropped} dropped, {run.lost} missed")
+    rows.append(
+        f"  share of a core: server {run.server:.1%}, browser {run.browser:.1%}; {run.dropped} dropped, {run.lost} missed"
+    )
     rows.append(f"  memory grown by: server {server:.1f}, browser {browser:.1f}, script {heap:.1f} MB")
     return "\n".join(rows)
 

@@ -8,10 +8,11 @@ import time
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import palpate
+from numpy.typing import NDArray
 from palpate import Sample, Source
 from palpate.live.feed import HEADER
 from palpate.live.recordings import Recordings
@@ -24,23 +25,24 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from bench.speed.live_load import HOST, Held
 
+MOST = 1_000_000  # samples of a run
 BOARD = "sim:four-specimens?seed=1&speed=1"
 
 
 class Made(Source):
-    """A source with the moment of each conversion.
-
-    Attributes
-    ----------
-    moments : list of (float, float, float)
-        Time of the sample, s; moments of its conversion, and at which it was given, ms since 1970.
-    """
+    """A source that notes the moment of each conversion, in memory that does not grow."""
 
     def __init__(self, rate: str) -> None:
         self._inner: Any = palpate.open(BOARD) if rate == "board" else Held(float(rate))
-        self.moments: list[tuple[float, float, float]] = []
+        self._moments, self._count = np.full((MOST, 3), np.nan), 0
 
-    def __enter__(self) -> "Made":
+    @property
+    def moments(self) -> NDArray[np.float64]:
+        """Time of each sample, s; moments of its conversion, and at which it was given, ms since 1970."""
+        return self._moments[: self._count]
+
+    def __enter__(self) -> Self:
+        """Begin."""
         self._inner.__enter__()
         return self
 
@@ -53,7 +55,9 @@ class Made(Source):
         begun = time.time_ns()
         for sample in self._inner:
             given = time.time_ns()
-            self.moments.append((sample.t_hard_ns * 1e-9, (given - self._age(sample, given - begun)) / 1e6, given / 1e6))
+            converted = given - self._age(sample, given - begun)
+            self._moments[self._count] = sample.t_hard_ns * 1e-9, converted / 1e6, given / 1e6
+            self._count += 1
             yield sample
 
     def _age(self, sample: Sample, now_ns: int) -> int:
