@@ -207,7 +207,9 @@ def feed(tracker: Tracker, block: Block) -> NDArray[Any]:
     numpy.ndarray, shape (n,)
         State of the tracker after each sample.
     """
-    hard, soft = usable(block, tracker.settings["full_scale"])
+    hard, soft = block["hard"], block["soft"]
+    if block["status"].any():
+        hard, soft = usable(block, tracker.settings["full_scale"])
     return tracker.process(block["t_hard_ns"], block["t_soft_ns"], hard, soft)
 
 

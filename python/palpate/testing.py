@@ -15,6 +15,7 @@ from palpate.recording.codes import codes_of
 from palpate.samples import Sample, Status
 from palpate.sources import Gap, Source
 from palpate.sources import open as open_source
+from palpate.sources.blocks import samples_from
 from palpate.sources.claims import Conditions, conditions_of, counted, described, is_source, zero_of
 
 BEGIN_S, INTERRUPT_S, CLOSE_S = 30.0, 0.3, 2.0
@@ -30,7 +31,7 @@ def check_source(
 ) -> list[Sample]:
     """Run a source, and raise if it is not what `palpate.Source` asks for.
 
-    It is begun and read in one thread, and interrupted, closed, and closed again in another one. Checked are: types,
+    It is begun and read in one thread, by `read_block` if it has that, and interrupted, closed, and closed again in another one. Checked are: types,
     order, times, status and codes of the samples; description, period, counters and gaps; that an interruption ends the
     iteration within 0.3 s; that errors are of `palpate.PalpateError`; that no thread is left, and no sample comes after
     the end; and, for a name, that an unknown option is refused.
@@ -169,7 +170,7 @@ class _Trial:
             source.__enter__()
             self._begun_s = time.monotonic()
             self._entered.set()
-            for sample in source:
+            for sample in samples_from(source):
                 self._take(source, sample)
                 if self._over:
                     break

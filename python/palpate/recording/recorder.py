@@ -23,7 +23,10 @@ from palpate.samples import DTYPE, Block, Sample, samples_of
 
 FLUSH_S, SYNC_S = 0.1, 1.0
 CAPACITY = 32768  # samples: a disk may hang for 14 minutes at 38 pairs a second
-_HANGS_S, _MOST = 3.0, 2**20  # a disk may hang so long at any rate that the instrument says, if that are not more samples
+_HANGS_S, _MOST = (
+    3.0,
+    2**20,
+)  # a disk may hang so long at any rate that the instrument says, if that are not more samples
 
 
 class Recorder:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from palpate.errors import ProtocolError
-from palpate.samples import DTYPE, Block
+from palpate.samples import DTYPE, Block, Sample, samples_of
 from palpate.sources.base import Source
 
 
@@ -42,13 +42,28 @@ def blocks_of(source: Source) -> Iterator[Block] | None:
     return None
 
 
+def samples_from(source: Source) -> Iterator[Sample]:
+    """Return the samples of a source as a stream gets them; errors as of `blocks_of`."""
+    blocks = blocks_of(source)
+    return iter(source) if blocks is None else (sample for block in blocks for sample in samples_of(block))
+
+
 def _blocks(read: Callable[[], Any]) -> Iterator[Block]:
     while len(block := _checked(read())):
         yield block
 
 
 def _checked(given: Any) -> Block:
-    if isinstance(given, np.ndarray) and given.dtype == DTYPE and given.ndim == 1:
-        return np.ascontiguousarray(given)
-    got = f"{given.dtype}, shape {given.shape}" if isinstance(given, np.ndarray) else type(given).__name__
-    raise ProtocolError(f"source: read_block(): got {got:.100}, allowed: an array of SampleRing.dtype, shape (n,)")
+    """Return a block as it is pushed: dense, and with the padding that numpy takes out when it joins arrays."""
+    if not isinstance(given, np.ndarray):
+        raise _wrong(type(given).__name__)
+    if given.dtype.names != DTYPE.names or not np.can_cast(given.dtype, DTYPE, "equiv"):
+        raise _wrong(f"dtype {given.dtype}")
+    if given.ndim != 1:
+        raise _wrong(f"shape {given.shape}")
+    return np.ascontiguousarray(given, DTYPE)
+
+
+def _wrong(got: str) -> ProtocolError:
+    allowed = "an array of SampleRing.dtype, shape (n,)"
+    return ProtocolError(f"source: read_block(): got {got:.60}, allowed: {allowed}")

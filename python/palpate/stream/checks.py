@@ -70,7 +70,7 @@ def all_good(block: Block, last: int | None, codes: Codes) -> bool:
     good = good and uncertainty.min() >= -1 and block["status"].max() <= int(Status.LOST)
     for name in ("hard", "soft"):
         raw, times, values = block[f"{name}_raw"], block[f"t_{name}_ns"], block[name]
-        good = good and -1 <= raw.min() and raw.max() <= codes.largest
-        good = good and -_FARTHEST_NS < times.min() and times.max() < _FARTHEST_NS
+        good = good and raw.min() >= -1 and raw.max() <= codes.largest
+        good = good and times.min() > -_FARTHEST_NS and times.max() < _FARTHEST_NS
         good = good and np.array_equal(capacitances(raw, values, codes), values, equal_nan=True)
     return bool(good)

@@ -43,8 +43,8 @@ class Feeding:
 
     def __init__(self, waiting: Waiting, tracker: Tracker, gaps: deque[Gap], notify: Callable[[str], None]) -> None:
         self.lock: RLock = RLock()
-        self.range: RangeWatch = RangeWatch(tracker.settings["full_scale"])
-        self._initial_ratio = tracker.settings["initial_ratio"]
+        settings = tracker.settings
+        self.range: RangeWatch = RangeWatch(settings["full_scale"], settings["initial_ratio"])
         self._waiting, self._gaps = waiting, gaps
         self.delivered = self.refused = self.saturated = 0
         self.last: Sample | None = None
@@ -80,19 +80,18 @@ class Feeding:
         rows = self._feed(block)
         self.last = samples_of(block[-1:])[0]
         self.refused += int(np.count_nonzero(refused(block)))
-        self.saturated += int(np.count_nonzero(saturated(block)))
+        if block["status"].any():
+            self.saturated += int(np.count_nonzero(saturated(block)))
         while self._told < self._tracker.retaken:
             self._told += 1
             self._notify(RETAKEN)
-        # A channel that left its range begins a touch without any samples.
-        pressed = rows["contact"] & (rows["ratio"] != self._initial_ratio)
-        for message in self.range.follow(block, pressed):
+        for message in self.range.follow(block, rows):
             self._notify(message)
         return self._batch(block, rows)
 
     def _feed(self, block: Block) -> NDArray[Any]:
         """Send samples to the tracker; each gap comes directly before its sample, so that a replay has the same bits."""
-        rows, begin = [], 0
+        rows, begin = list[NDArray[Any]](), 0
         while self._gaps and self._gaps[0].seq <= block["seq"][-1]:
             gap = self._gaps.popleft()
             at = max(begin, int(np.searchsorted(block["seq"], gap.seq)))
@@ -100,7 +99,8 @@ class Feeding:
             self._tracker.gap()
             begin = at
             self._notify(f"{gap.text}: the baseline is measured again: touch nothing")
-        return np.concatenate([*rows, feed(self._tracker, block[begin:])])
+        last = feed(self._tracker, block[begin:])
+        return np.concatenate([*rows, last]) if rows else last
 
     def finish(self) -> Batch | None:
         """End a touch that is still running; return the last batch, None if nothing ended."""

@@ -1,6 +1,7 @@
 """Notices a channel that is outside the range of the converter while nothing is touched."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ class RangeWatch:
     ----------
     full_scale_pF : float
         Readings from this size on are saturated.
+    initial_ratio : float
+        That of the tracker.
 
     Attributes
     ----------
@@ -26,36 +29,41 @@ class RangeWatch:
         Those of "hard" and "soft" that are outside the range, and not because of a touch.
     """
 
-    def __init__(self, full_scale_pF: float) -> None:
+    def __init__(self, full_scale_pF: float, initial_ratio: float) -> None:
         self.channels: tuple[str, ...] = ()
-        self._full_scale_pF = full_scale_pF
+        self._full_scale_pF, self._initial_ratio = full_scale_pF, initial_ratio
         self._since_ns: dict[str, float] = {}
 
-    def follow(self, block: Block, pressed: NDArray[np.bool_]) -> list[str]:
+    def follow(self, block: Block, rows: NDArray[Any]) -> list[str]:
         """Take the next samples; return messages.
 
         Parameters
         ----------
         block : numpy.ndarray, shape (n,)
             Samples, at least one.
-        pressed : numpy.ndarray of bool, shape (n,)
-            Whether after each of them there is a touch that has samples, or such a touch was not yet released.
+        rows : numpy.ndarray, shape (n,)
+            Of `Tracker.process`.
         """
-        outside = {name: self._outside(block, name, flag) for name, flag in _CHANNELS}
-        if not self._since_ns and not any(each.any() for each in outside.values()):
+        if (
+            not self._since_ns
+            and not block["status"].any()
+            and not any(self._large(block[name]).any() for name, _ in _CHANNELS)
+        ):
             return []
+        # A channel that left its range begins a touch without any samples.
+        pressed = rows["contact"] & (rows["ratio"] != self._initial_ratio)
         times, longest_s = block["t_hard_ns"].astype(float), np.where(pressed, PRESSED_S, IDLE_S)
         told = np.empty((len(block) + 1, len(_CHANNELS)), bool)  # before the first sample, and after each one
-        for column, (name, _) in zip(told.T, _CHANNELS, strict=True):
+        for column, (name, flag) in zip(told.T, _CHANNELS, strict=True):
+            outside = ((block["status"] & int(flag)) != 0) | self._large(block[name])
             column[0] = name in self.channels
-            column[1:] = times - self._since(block, name, outside[name]) >= longest_s * 1e9
+            column[1:] = times - self._since(block, name, outside) >= longest_s * 1e9
         self.channels = _named(told[-1])
         newly = np.flatnonzero((told[1:] & ~told[:-1]).any(axis=1))
         return [_message(_named(told[row + 1]), longest_s[row]) for row in newly]
 
-    def _outside(self, block: Block, name: str, flag: int) -> NDArray[np.bool_]:
-        outside = ((block["status"] & int(flag)) != 0) | (np.abs(block[name]) >= self._full_scale_pF)
-        return np.asarray(outside)
+    def _large(self, readings: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return np.asarray(np.abs(readings) >= self._full_scale_pF)
 
     def _since(self, block: Block, name: str, outside: NDArray[np.bool_]) -> NDArray[np.float64]:
         """Return since when the channel is outside, ns, at each sample; nan: it is inside. A lost reading changes nothing."""

@@ -1,7 +1,9 @@
 """The thread that reads a source, independent of the disk and of the consumer."""
 
+from collections.abc import Callable
 from contextlib import suppress
 from threading import Thread, current_thread
+from typing import Any
 
 from palpate.errors import ProtocolError, SourceTimeout
 from palpate.sources import Source
@@ -85,8 +87,8 @@ class Reader:
 
     def _read(self) -> None:
         blocks = blocks_of(self._source)
-        take, given = (self.intake.take, self._source) if blocks is None else (self.intake.take_block, blocks)
-        for each in given:
+        take: Callable[[Any], None] = self.intake.take if blocks is None else self.intake.take_block
+        for each in self._source if blocks is None else blocks:
             take(each)
             if self.intake.stopping.is_set():
                 return

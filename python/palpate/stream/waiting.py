@@ -17,7 +17,7 @@ class Waiting:
     """Samples on their way from the thread that reads to the consumer.
 
     Each end sets the event of the other one after its change of the ring; the other one clears its event before it looks
-    at the ring: so no change is missed, and neither end has to look again and again.
+    at the ring, first whether it is closed: so no change is missed, and neither end has to look again and again.
 
     Parameters
     ----------
