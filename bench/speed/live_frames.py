@@ -133,7 +133,7 @@ def opened(address: str) -> webdriver.Chrome:
 
 def offset_ms(driver: webdriver.Chrome) -> float:
     """Return by how much the page's clock is surely off from this process's one: 0 if a question can explain it."""
-    surely = []
+    surely: list[float] = []
     for _ in range(20):
         before = time.time() * 1e3
         there = driver.execute_script("return performance.timeOrigin + performance.now()")

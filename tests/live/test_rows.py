@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from live_browser import browser
 from palpate import Sample, Source
 from palpate.live import hub as hubs
-from palpate.live.feed import BINS_PER_S, FIELDS, HEADER, ROW, Rows, pack, thinned
+from palpate.live.feed import BINS_PER_S, FIELDS, HEADER, ROW, History, Rows, pack, thinned
 from palpate.live.hub import AHEAD, ROWS, Hub, Page
 from palpate.live.recordings import Recordings
 from palpate.live.server import page_files
@@ -131,6 +131,7 @@ class One(Source):
         return {"period_s": 0.026}
 
     def __iter__(self) -> Iterator[Sample]:
+        """Wait, and return it."""
         self.may.wait()
         yield Sample(0, 0, 0, -1, -1, 1.0, 1.0)
         self._ended.wait()
@@ -175,6 +176,7 @@ class Fast(Source):
         return {"period_s": 1 / self.RATE}
 
     def __iter__(self) -> Iterator[Sample]:
+        """Return noise without contact."""
         begun, draw = time.monotonic(), np.random.default_rng(1)
         signal = 1 + 1e-3 * draw.normal(size=self._pairs)
         for n, value in enumerate(signal.tolist()):
@@ -212,7 +214,7 @@ def test_ten_thousand_pairs_a_second(tmp_path: Path) -> None:
 
 def test_a_page_that_confirms_every_fourth_frame_gets_all() -> None:
     async def run() -> tuple[int, int]:
-        socket, history = Noting(), hubs.History()
+        socket, history = Noting(), History()
         page = Page(socket)
         page.begin(history)
         sending = asyncio.create_task(page.send())
