@@ -77,8 +77,8 @@ def thinned(rows: Rows) -> Rows:
     >>> rows = np.zeros(1000, ROW)
     >>> rows["t_s"], rows["hard"] = np.arange(1000) / 1e5, np.sin(np.arange(1000))
     >>> kept = thinned(rows)
-    >>> len(kept), kept["hard"].min() == rows["hard"].min(), kept["hard"].max() == rows["hard"].max()
-    (10, True, True)
+    >>> len(kept), bool(np.ptp(kept["hard"]) == np.ptp(rows["hard"]))
+    (10, True)
     """
     bins = np.floor(rows["t_s"] * BINS_PER_S)
     begins = np.flatnonzero(np.diff(bins, prepend=np.nan))
