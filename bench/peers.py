@@ -95,6 +95,28 @@ def awtls(output: Any, regressor: Any, output_noise: float, regressor_noise: flo
     return best * scale, np.zeros(len(x), bool)
 
 
+def simdkalman_streams(output: Any, regressor: Any, forgetting: float = 0.995, initial: float = 1.0) -> Any:
+    """Estimate many streams, arrays of (rows, streams), with simdkalman's steps; fading memory as its process noise."""
+    from simdkalman import primitives
+
+    one, ratio = np.ones((1, 1)), np.empty(output.shape)
+    mean = np.full((output.shape[1], 1, 1), initial)
+    covariance = np.full(mean.shape, COVARIANCE)
+    for k, (y, x) in enumerate(zip(output, regressor, strict=True)):
+        mean, covariance = primitives.predict(mean, covariance, one, covariance * (1 / forgetting - 1))
+        mean, covariance = primitives.update(mean, covariance, x[:, None, None], one, y[:, None, None])
+        ratio[k] = mean[:, 0, 0]
+    return ratio, np.zeros(output.shape, bool)
+
+
+def spline_block(t_hard: Any, hard: Any, t_soft: Any, soft: Any) -> float:
+    """Return one ratio for a whole press, offline: least squares on a cubic spline through the second channel."""
+    from scipy.interpolate import CubicSpline
+
+    regressor = CubicSpline(t_soft, soft)(t_hard)
+    return float(hard @ regressor / (regressor @ regressor))
+
+
 def spline_ratio(run: Any, *, after: bool) -> float:
     """Return the ratio of one press, offline: least squares on a cubic spline through all readings of the soft channel.
 
@@ -133,6 +155,26 @@ def numba_step() -> Any:
         return float(state[0])
 
     return step
+
+
+def numba_block() -> Any:
+    """Return `numba_step` over a block, as the other libraries: (output, regressor) -> (ratio, alarm)."""
+    from numba import njit
+
+    step = numba_step()
+
+    @njit  # type: ignore[untyped-decorator, unused-ignore]
+    def loop(state: Any, output: Any, regressor: Any, ratio: Any, alarm: Any) -> None:
+        for k in range(len(output)):
+            ratio[k] = step(state, output[k], regressor[k])
+            alarm[k] = state[2] < 0
+
+    def estimate(output: Any, regressor: Any) -> Any:
+        ratio, alarm = np.empty(len(output)), np.empty(len(output), bool)
+        loop(np.array([1.0, 1e-12, 0.0]), output, regressor, ratio, alarm)
+        return ratio, alarm
+
+    return estimate
 
 
 PEERS = {"padasip": padasip_rls, "river": river_regression, "filterpy": filterpy_kalman}

@@ -37,15 +37,21 @@ def _handover(**settings: float) -> Estimate:
 
 
 def stage_costs(compiler: str) -> dict[str, dict[str, float]]:
-    """Build and run bench/speed/stages.cpp."""
+    """Build and run bench/speed/stages.cpp; return what a first pass over new readings takes."""
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / "stages"
         flags = ["-O3", "-std=c++17", f"-I{palpate.get_include()}"]
         subprocess.run([compiler, *flags, str(BENCH / "speed" / "stages.cpp"), "-o", str(program)], check=True)
-        found: dict[str, dict[str, float]] = json.loads(
-            subprocess.run([program], capture_output=True, check=True).stdout
-        )
-        return found
+        found = json.loads(subprocess.run([program], capture_output=True, check=True).stdout)
+    names = [name.removeprefix("bytes, ") for name in found if name.startswith("bytes, ")]
+    return {
+        name: {
+            "min_ns": found[name]["min"],
+            "median_ns": found[name]["median"],
+            "state_bytes": found[f"bytes, {name}"],
+        }
+        for name in names
+    }
 
 
 def stage_table(costs: dict[str, dict[str, float]]) -> str:

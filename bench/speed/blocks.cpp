@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// One stream in blocks, and many streams: ns for each sample, with the error of the result. Prints JSON.
+// One stream in blocks, a whole scene, and many streams: ns for each sample, with the error of the result. Prints JSON.
 
 #include <cstdlib>
 #include <memory>
 #include <palpate/bank.hpp>
-#include <palpate/estimator/handover.hpp>
+#include <palpate/palpate.hpp>
 
 #include "cache_lines.hpp"
+#include "feeds.hpp"
 #include "literal.hpp"
 #include "timing.hpp"
 
@@ -14,27 +15,10 @@ namespace {
 
 using namespace palpate;
 
-constexpr double truth = 2.5;
+constexpr std::size_t chunk = 2000, chunks = 640;
 
-struct Data {
-  std::vector<double> output, regressor;
-
-  // A held press with tremor and converter noise. flicker: bursts that turn the alarm of the paper on and off.
-  Data(std::size_t size, bool flicker = false, bool idle = false) {
-    std::uint32_t state = 1;
-    for (std::size_t i = 0; i < size; ++i) {
-      state = state * 1664525u + 1013904223u;
-      const double noise = (static_cast<double>(state >> 8) / 16777216 - 0.5) * 1.4e-4;
-      const double burst = flicker && i / 4 % 2 ? (state >> 20 & 1 ? 0.03 : -0.03) : 0.0;
-      const double x = idle ? 0.0 : 0.25 * (1 + 0.03 * std::sin(1.3 * static_cast<double>(i)));
-      regressor.push_back(x);
-      output.push_back(truth * x + noise + burst);
-    }
-  }
-};
-
-template <class Estimator>
-__attribute__((noinline)) void block(Estimator& estimator, const double* output, const double* regressor, double* ratio,
+template <class Estimator, class Real>
+__attribute__((noinline)) void block(Estimator& estimator, const Real* output, const Real* regressor, Real* ratio,
                                      std::size_t size) {
   Estimator local = estimator;
   for (std::size_t i = 0; i < size; ++i) {
@@ -45,20 +29,61 @@ __attribute__((noinline)) void block(Estimator& estimator, const double* output,
 }
 
 /// rms of ratio / truth - 1 over the second half.
-double error_of(const std::vector<double>& ratio) {
+template <class Real>
+double error_of(const std::vector<Real>& ratio) {
   double sum = 0;
   for (std::size_t i = ratio.size() / 2; i < ratio.size(); ++i) {
-    sum += (ratio[i] / truth - 1) * (ratio[i] / truth - 1);
+    const double error = static_cast<double>(ratio[i]) / truth - 1;
+    sum += error * error;
   }
   return std::sqrt(sum / (static_cast<double>(ratio.size()) / 2));
 }
 
+/// The two numbers of each sample, as Real. easy: all estimators can be equally accurate.
+template <class Real>
+struct Pairs {
+  std::vector<Real> output, regressor;
+  bool easy;
+  explicit Pairs(const Series& from, bool easy_ = true)
+      : output(from.output.begin(), from.output.end()),
+        regressor(from.regressor.begin(), from.regressor.end()),
+        easy(easy_) {}
+};
+
 template <class Estimator>
-void add_block(Bench& bench, const char* name, const Data& data, std::vector<double>& ratio) {
-  bench.add(name, static_cast<double>(ratio.size()), [&data, &ratio] {
+struct Block {
+  using Real = typename Estimator::real_type;
+  const Pairs<Real>& data;
+  std::vector<Real> ratio;
+  Cursor cursor;
+
+  Block(const Pairs<Real>& data_, std::size_t size) : data(data_), ratio(size), cursor(size, data.output.size()) {}
+  void work() {
     Estimator estimator;
-    block(estimator, data.output.data(), data.regressor.data(), ratio.data(), ratio.size());
-  });
+    const auto at = cursor.at();
+    block(estimator, data.output.data() + at, data.regressor.data() + at, ratio.data(), ratio.size());
+  }
+};
+
+/// The errors of the rows, to be printed after their times.
+std::vector<std::pair<std::string, double>> errors;
+
+template <class Estimator, class Real>
+void add_block(Bench& bench, const char* name, const Pairs<Real>& data, std::size_t size = chunk) {
+  const auto row = std::make_shared<Block<Estimator>>(data, size);
+  row->work();
+  if (data.easy) {
+    errors.emplace_back(name, error_of(row->ratio));
+  }
+  bench.add(
+      name, static_cast<double>(size), [row] { row->work(); },
+      [row] { row->cursor.renew(row->data.output, row->data.regressor); });
+}
+
+template <class Tracker>
+void add_feed(Bench& bench, const char* name, const Readings& readings, bool with_error = false) {
+  const auto row = std::make_shared<Feed<Tracker>>(readings, chunk, with_error);
+  bench.add(name, static_cast<double>(chunk), [row] { row->work(); }, [row] { row->renew(); });
 }
 
 template <class Core>
@@ -78,7 +103,7 @@ struct Streams {
         information(streams),
         statistic(streams),
         rejected(streams) {
-    const Data data(streams * frames);
+    const Series data(streams * frames);
     output.assign(data.output.begin(), data.output.end());
     regressor.assign(data.regressor.begin(), data.regressor.end());
   }
@@ -105,24 +130,34 @@ void triad(const Numbers& a, const Numbers& b, Numbers& c) {
   }
 }
 
+template <class Fit>
+using Handheld =
+    Tracker<double, MatchedPair<double, std::int64_t>, Baseline<double>, Contact<double>, Handover<double>, Fit>;
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  const char* const prefix = argc > 1 ? argv[1] : "";
+  const std::string prefix = argc > 1 ? argv[1] : "";
   const int rounds = argc > 2 ? std::atoi(argv[2]) : 100;
   const double multiply = multiply_ns();
-  const Data calm(10000), flicker(10000, true), idle(10000, false, true), touch(250);
-  std::vector<double> ratio(10000), short_ratio(250);
+  const Pairs<double> calm(Series(chunk * chunks)), flicker(Series(chunk * chunks, true), false),
+      idle(Series(chunk * chunks, false, true), false);
+  const Pairs<float> single(Series(chunk * chunks));
+  const Readings readings(chunk * 320);
 
   Bench bench;
-  add_block<Literal>(bench, "the paper's form literally", calm, ratio);
-  add_block<FixedRls<double>>(bench, "Rls", calm, ratio);
-  add_block<AdaptiveRls<double>>(bench, "AdaptiveRls", calm, ratio);
-  add_block<AdaptiveRls<double>>(bench, "AdaptiveRls, alarm flickering", flicker, ratio);
-  add_block<AdaptiveRls<double>>(bench, "AdaptiveRls, idle", idle, ratio);
-  add_block<Handover<double>>(bench, "HandoverRls", calm, ratio);
-  add_block<Rls<double>>(bench, "Rls, null policies", calm, ratio);
-  add_block<AdaptiveRls<double>>(bench, "AdaptiveRls, 250 samples", touch, short_ratio);
+  add_block<Literal>(bench, "the paper's form literally", calm);
+  add_block<FixedRls<double>>(bench, "Rls", calm);
+  add_block<AdaptiveRls<double>>(bench, "AdaptiveRls", calm);
+  add_block<AdaptiveRls<double>>(bench, "AdaptiveRls, alarm flickering", flicker);
+  add_block<AdaptiveRls<double>>(bench, "AdaptiveRls, idle", idle);
+  add_block<Handover<double>>(bench, "HandoverRls", calm);
+  add_block<Handover<float>>(bench, "HandoverRls, float", single);
+  add_block<Rls<double>>(bench, "Rls, null policies", calm);
+  add_block<AdaptiveRls<double>>(bench, "AdaptiveRls, 250 samples", calm, 250);
+  add_feed<Handheld<NoFit<double>>>(bench, "handheld without fit", readings);
+  add_feed<HandheldTracker<double>>(bench, "handheld", readings);
+  add_feed<HandheldTracker<double>>(bench, "handheld, standard error a row", readings, true);
   Streams<AdaptiveRls<double>> some(64, 250), many(65536, 16);
   Streams<AdaptiveRls<float>> some32(64, 250);
   add_streams(bench, "bank of 64", some);
@@ -138,16 +173,8 @@ int main(int argc, char** argv) {
   std::printf("{\n");
   bench.print(prefix);
   large.print(prefix);
-  block(*std::make_unique<Literal>(), calm.output.data(), calm.regressor.data(), ratio.data(), ratio.size());
-  std::printf("  \"%serror, the paper's form literally\": %.3e,\n", prefix, error_of(ratio));
-  FixedRls<double> fixed;
-  block(fixed, calm.output.data(), calm.regressor.data(), ratio.data(), ratio.size());
-  std::printf("  \"%serror, Rls\": %.3e,\n", prefix, error_of(ratio));
-  AdaptiveRls<double> adaptive;
-  block(adaptive, calm.output.data(), calm.regressor.data(), ratio.data(), ratio.size());
-  std::printf("  \"%serror, AdaptiveRls\": %.3e,\n", prefix, error_of(ratio));
-  Handover<double> handover;
-  block(handover, calm.output.data(), calm.regressor.data(), ratio.data(), ratio.size());
-  std::printf("  \"%serror, HandoverRls\": %.3e,\n", prefix, error_of(ratio));
-  std::printf("  \"%scycle\": %.4f\n}\n", prefix, multiply / 3);
+  for (const auto& [name, error] : errors) {
+    std::printf("  \"%serror, %s\": %.3e,\n", prefix.c_str(), name.c_str(), error);
+  }
+  std::printf("  \"%scycle\": %.4f\n}\n", prefix.c_str(), multiply / 3);
 }

@@ -6,6 +6,7 @@
 
 /// The equations of the paper as printed, with the alarm of its text.
 struct Literal {
+  using real_type = double;
   double r = 1, p = 1e12, g = 0;
   bool alarm = false;
 

@@ -1,10 +1,8 @@
-"""The Python part of `python -m bench.speed`: calls, blocks and the ring, and the same with other libraries."""
+"""The Python part of `python -m bench.speed`: calls, blocks, trackers and the ring."""
 
 import math
-import time
 from collections import deque
-from collections.abc import Callable, Iterable
-from importlib.util import find_spec
+from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
 
@@ -12,24 +10,8 @@ import numpy as np
 import palpate
 from numpy.typing import NDArray
 
-from bench.peers import PEERS, lfilter_ratio, numba_step, numpy_loop
-
-TRUTH = 2.5
-Array = NDArray[np.float64]
-Work = tuple[str, int, Callable[[], Any]]
-
-
-def press(size: int) -> tuple[Array, Array]:
-    """Return a held press with tremor and converter noise, as in blocks.cpp."""
-    regressor = 0.25 * (1 + 0.03 * np.sin(1.3 * np.arange(size)))
-    noise = np.random.default_rng(1).uniform(-0.7e-4, 0.7e-4, size)
-    return TRUTH * regressor + noise, regressor
-
-
-def error_of(ratio: Any) -> float:
-    """Return the rms of ratio / truth - 1 over the second half."""
-    half = np.asarray(ratio)[len(ratio) // 2 :]
-    return float(np.sqrt(np.mean((half / TRUTH - 1) ** 2)))
+from bench.speed.python_peers import peer_work
+from bench.speed.works import CHUNKS, TRUTH, Chunks, Errors, Work, error_of, press, timed
 
 
 def repeated(call: Callable[[float, float], Any], count: int = 2000) -> Callable[[], None]:
@@ -40,18 +22,6 @@ def repeated(call: Callable[[float, float], Any], count: int = 2000) -> Callable
         for _ in range(count // 10):
             call(a, b), call(a, b), call(a, b), call(a, b), call(a, b)
             call(a, b), call(a, b), call(a, b), call(a, b), call(a, b)
-
-    return loop
-
-
-def numba_loop(step: Any, state: Array) -> Callable[[], None]:
-    """Return the same loop for a function with its state as arguments."""
-
-    def loop() -> None:
-        a, b = 0.625, 0.25
-        for _ in range(200):
-            step(state, a, b), step(state, a, b), step(state, a, b), step(state, a, b), step(state, a, b)
-            step(state, a, b), step(state, a, b), step(state, a, b), step(state, a, b), step(state, a, b)
 
     return loop
 
@@ -82,94 +52,84 @@ def ring_work() -> list[Work]:
         work()
         assert np.array_equal(out["seq"], rows["seq"])
     return [
-        ("Python ring, 250", 250, by_ring),
-        ("Python deque, 250", 250, by_deque),
-        ("Python SimpleQueue, 250", 250, by_simple_queue),
+        Work("Python ring, 250", 250, by_ring),
+        Work("Python deque, 250", 250, by_deque),
+        Work("Python SimpleQueue, 250", 250, by_simple_queue),
     ]
 
 
-def block_work() -> tuple[list[Work], dict[str, float]]:
+def block_work() -> tuple[list[Work], Errors]:
     """Return functions that process blocks with the estimators, and the error of each."""
-    (y, x), (y250, x250) = press(10000), press(250)
-    out, out250, rows = np.empty(10000), np.empty(250), palpate.AdaptiveRls().trace(y, x)
-    adaptive, fixed, handover, bank = (
-        palpate.AdaptiveRls(),
-        palpate.Rls(),
-        palpate.HandoverRls(),
-        palpate.AdaptiveRlsBank(64),
+    y, x = press(2000 * CHUNKS)
+    work, errors = [], {}
+
+    def add(name: str, estimator: Any, size: int) -> None:
+        chunks, out = Chunks(size, y, x), np.empty(size)
+        work.append(Work(name, size, lambda: estimator.process(*chunks.now, out), chunks.renew))
+        errors[f"error, {name}"] = error_of(type(estimator)().process(y[:size], x[:size]))
+
+    add("Python process, 2000", palpate.AdaptiveRls(), 2000)
+    add("Python process, 250", palpate.AdaptiveRls(), 250)
+    add("Python Rls process, 2000", palpate.Rls(), 2000)
+    add("Python HandoverRls process, 2000", palpate.HandoverRls(), 2000)
+    for name, traced in (
+        ("Python trace, 2000", palpate.AdaptiveRls()),
+        ("Python HandoverRls trace, 2000", palpate.HandoverRls()),
+    ):
+        work.append(trace_work(name, traced, Chunks(2000, y, x)))
+    for name, bank in (
+        ("AdaptiveRlsBank", palpate.AdaptiveRlsBank(64)),
+        ("HandoverRlsBank", palpate.HandoverRlsBank(64)),
+    ):
+        named = f"Python {name}(64), 156 rows"
+        work.append(bank_work(named, bank, Chunks(156 * 64, y, x)))
+        many = (a[: 156 * 64].reshape(156, 64) for a in (y, x))
+        errors[f"error, {named}"] = error_of(type(bank)(64).process(*many))
+    return work, errors
+
+
+def trace_work(name: str, estimator: Any, chunks: Chunks) -> Work:
+    """Return a function that computes a trace: HandoverRls's has standard errors."""
+    rows = estimator.trace(*chunks.now)
+    return Work(name, 2000, lambda: estimator.trace(*chunks.now, rows), chunks.renew)
+
+
+def bank_work(name: str, bank: Any, chunks: Chunks) -> Work:
+    """Return a function that updates 64 streams by 156 rows."""
+    out = np.empty((156, 64))
+    return Work(name, 156 * 64, lambda: bank.process(*(a.reshape(156, 64) for a in chunks.now), out), chunks.renew)
+
+
+def readings(size: int) -> tuple[NDArray[Any], ...]:
+    """Return times, ns, and readings of a long hold, pF, as in series.hpp."""
+    k = np.arange(size)
+    t_hard = 26_000_000 * k + k % 7 * 50_000
+    t_soft = t_hard + 13_000_000
+    noise = np.random.default_rng(1).uniform(-0.7e-4, 0.7e-4, (2, size))
+    hard, soft = (
+        np.where(k < 60, 0.0, 0.25 * (1 + 0.03 * np.sin(50e-9 * t) + 0.01 * np.sin(27e-9 * t)))
+        for t in (t_hard, t_soft)
     )
-    many_y, many_x = (a[:9984].reshape(156, 64) for a in (y, x))
-    many_out = np.empty_like(many_y)
-    work: list[Work] = [
-        ("Python process, 10000", 10000, lambda: adaptive.process(y, x, out)),
-        ("Python process, 250", 250, lambda: adaptive.process(y250, x250, out250)),
-        ("Python trace, 10000", 10000, lambda: adaptive.trace(y, x, rows)),
-        ("Python Rls process, 10000", 10000, lambda: fixed.process(y, x, out)),
-        ("Python HandoverRls process, 10000", 10000, lambda: handover.process(y, x, out)),
-        ("Python HandoverRls trace, 10000", 10000, handover_trace(y, x)),
-        ("Python AdaptiveRlsBank(64), 156 rows", 9984, lambda: bank.process(many_y, many_x, many_out)),
-    ]
-    errors = {
-        "error, Python process, 10000": error_of(palpate.AdaptiveRls().process(y, x)),
-        "error, Python Rls process, 10000": error_of(palpate.Rls().process(y, x)),
-        "error, Python HandoverRls process, 10000": error_of(palpate.HandoverRls().process(y, x)),
-        "error, Python AdaptiveRlsBank(64), 156 rows": error_of(palpate.AdaptiveRlsBank(64).process(many_y, many_x)),
-    }
-    return work, errors
+    return t_hard, t_soft, 0.6 + TRUTH * hard + noise[0], soft - 0.4 + noise[1]
 
 
-def handover_trace(y: Array, x: Array) -> Callable[[], Any]:
-    """Return a function that computes a trace with standard errors."""
-    estimator = palpate.HandoverRls()
-    rows = estimator.trace(y, x)
-    return lambda: estimator.trace(y, x, rows)
+def tracker_work() -> list[Work]:
+    """Return functions that process the readings of one long touch: all of them are seen once."""
+    tracker = palpate.Tracker("handheld", samples=None, seconds=None)
+    chunks = Chunks(2000, *readings(2000 * 600))
+    return [Work("Python Tracker.process, 2000", 2000, lambda: tracker.process(*chunks.now), chunks.renew, passes=1)]
 
 
-def peer_work() -> tuple[list[Work], dict[str, float]]:
-    """Return functions for the same task with other installed libraries, and the error of each."""
-    y, x = press(500)
-    work: list[Work] = [("numpy loop", 500, lambda: numpy_loop(y, x))]
-    errors = {"error, numpy loop": error_of(numpy_loop(y, x)[0])}
-    for name in (n for n in PEERS if find_spec(n)):
-        work.append((name, 500, lambda estimate=PEERS[name]: estimate(y, x)))  # type: ignore[misc]
-        errors[f"error, {name}"] = error_of(PEERS[name](y, x)[0])
-    long_y, long_x = press(10000)
-    if find_spec("scipy"):
-        work.append(("scipy lfilter", 10000, lambda: lfilter_ratio(long_y, long_x)))
-        errors["error, scipy lfilter"] = error_of(lfilter_ratio(long_y, long_x)[0])
-    if find_spec("numba"):
-        step, state = numba_step(), np.array([1.0, 1e-12, 0.0])
-        found = [step(state, a, b) for a, b in zip(y.tolist(), x.tolist(), strict=True)]
-        errors["error, numba, a call"] = error_of(found)
-        work.append(("numba, a call", 2000, numba_loop(step, state)))
-    return work, errors
-
-
-def call_work() -> tuple[list[Work], dict[str, float]]:
+def call_work() -> tuple[list[Work], Errors]:
     """Return functions with single calls."""
     y, x = press(500)
     estimators = {"Python update": palpate.AdaptiveRls, "Python HandoverRls update": palpate.HandoverRls}
-    work: list[Work] = [(name, 2000, repeated(make().update)) for name, make in estimators.items()]
+    work = [Work(name, 2000, repeated(make().update)) for name, make in estimators.items()]
     errors = {}
     for name, make in estimators.items():
         update = make().update
         errors[f"error, {name}"] = error_of([update(a, b) for a, b in zip(y.tolist(), x.tolist(), strict=True)])
-    return [*work, ("math.hypot", 2000, repeated(math.hypot))], errors
-
-
-def timed(work: Iterable[Work], rounds: int) -> dict[str, dict[str, float]]:
-    """Time all functions alternately; return minimum, 10th percentile and median, ns for each item."""
-    pieces = list(work)
-    found: dict[str, list[float]] = {name: [] for name, _, _ in pieces}
-    for _ in range(rounds):
-        for name, items, call in pieces:
-            call()
-            for _ in range(3):
-                start = time.perf_counter_ns()
-                call()
-                found[name].append((time.perf_counter_ns() - start) / items)
-    quantiles = {name: np.quantile(ns, [0, 0.1, 0.5]) for name, ns in found.items()}
-    return {name: dict(zip(("min", "p10", "median"), map(float, q), strict=True)) for name, q in quantiles.items()}
+    return [*work, Work("math.hypot", 2000, repeated(math.hypot))], errors
 
 
 def measure_python(rounds: int) -> dict[str, Any]:
@@ -178,4 +138,5 @@ def measure_python(rounds: int) -> dict[str, Any]:
     calls, call_errors = call_work()
     peers, peer_errors = peer_work()
     slow = timed(peers, max(3, rounds // 10))
-    return timed([*calls, *blocks, *ring_work()], rounds) | slow | block_errors | call_errors | peer_errors
+    fast = timed([*calls, *blocks, *tracker_work(), *ring_work()], rounds)
+    return fast | slow | block_errors | call_errors | peer_errors

@@ -1,90 +1,72 @@
 // SPDX-License-Identifier: MIT
-// Cost of each stage: ns for each reading and bytes of state, measured alternately in one run. Prints JSON.
+// Cost of each stage on readings that are seen once: ns for each reading and bytes of state. Prints JSON.
 
-#include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <cstdio>
+#include <limits>
+#include <memory>
 #include <palpate/palpate.hpp>
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "feeds.hpp"
 #include "literal.hpp"
+#include "timing.hpp"
 
 namespace {
 
 using Real = double;
-using Clock = std::chrono::steady_clock;
 using namespace palpate;
 
-constexpr int size = 10000;
+constexpr std::size_t chunk = 2000;
 
-struct Recorded {
-  std::vector<std::int64_t> t_hard, t_soft;
-  std::vector<Real> hard, soft;
+/// An estimator alone, on channels whose baselines are known, behind the interface of a tracker.
+template <class Estimator>
+struct Alone {
+  struct {
+    std::uint32_t samples = 0;
+    Real seconds = 0;
+  } settings;
+  struct Ratio {
+    Real ratio;
+  };
+  Estimator estimator;
 
-  // A long hold with tremor and noise, after 60 readings of idle.
-  Recorded() {
-    std::uint32_t state = 1;
-    const auto noise = [&] {
-      state = state * 1664525u + 1013904223u;
-      return (static_cast<Real>(state >> 8) / 16777216 - 0.5) * 1.4e-4;
-    };
-    for (int i = 0; i < size; ++i) {
-      const std::int64_t t = 26000000LL * i + static_cast<std::int64_t>(i % 7) * 50000;
-      const auto press = [&](std::int64_t at) {
-        const Real s = static_cast<Real>(at) * 1e-9;
-        return i < 60 ? 0.0 : 0.25 * (1 + 0.03 * std::sin(50 * s) + 0.01 * std::sin(27 * s));
-      };
-      t_hard.push_back(t);
-      t_soft.push_back(t + 13000000);
-      hard.push_back(0.6 + 2.5 * press(t) + noise());
-      soft.push_back(press(t + 13000000) - 0.4 + noise());
-    }
+  Ratio feed(std::int64_t, std::int64_t, Real hard, Real soft) {
+    estimator.update(hard - 0.6, soft + 0.4);
+    return {estimator.ratio()};
   }
+  Real standard_error() const { return std::numeric_limits<Real>::quiet_NaN(); }
 };
 
-template <class Work>
-void time(const char* name, std::size_t bytes, Work work, bool last = false) {
-  std::vector<double> ns;
-  for (int i = 0; i < 200; ++i) {
-    const auto start = Clock::now();
-    work();
-    ns.push_back(std::chrono::duration<double, std::nano>(Clock::now() - start).count() / size);
+class Stages {
+ public:
+  template <class Subject>
+  void add(const char* name, bool with_error = false, std::size_t bytes = sizeof(Subject)) {
+    const auto feed = std::make_shared<Feed<Subject>>(readings_, chunk, with_error);
+    bench_.add(name, static_cast<double>(chunk), [feed] { feed->work(); }, [feed] { feed->renew(); });
+    bytes_.emplace_back(name, bytes);
   }
-  std::sort(ns.begin(), ns.end());
-  std::printf("  \"%s\": {\"min_ns\": %.3f, \"median_ns\": %.3f, \"state_bytes\": %zu}%s\n", name, ns.front(), ns[100],
-              bytes, last ? "" : ",");
-}
+  template <class Estimator>
+  void add_alone(const char* name) {
+    add<Alone<Estimator>>(name, false, sizeof(Estimator));
+  }
 
-volatile Real sink;
-
-template <class Estimator>
-auto estimator(const Recorded& in) {
-  return [&in] {
-    Estimator e;
-    for (std::size_t i = 0; i < size; ++i) {
-      e.update(in.hard[i] - 0.6, in.soft[i] + 0.4);
+  void print(int rounds) {
+    bench_.run(rounds);
+    std::printf("{\n");
+    bench_.print("");
+    for (const auto& [name, bytes] : bytes_) {
+      std::printf("  \"bytes, %s\": %zu%s\n", name.c_str(), bytes, name == bytes_.back().first ? "" : ",");
     }
-    sink = e.ratio();
-  };
-}
+    std::printf("}\n");
+  }
 
-template <class Scene>
-auto scene(const Recorded& in, bool with_error = false) {
-  return [&in, with_error] {
-    Scene tracker;
-    tracker.settings.samples = 0;  // one touch, whatever the scene's length
-    tracker.settings.seconds = 0;
-    Real sum = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-      sum += tracker.feed(in.t_hard[i], in.t_soft[i], in.hard[i], in.soft[i]).ratio;
-      if (with_error) {
-        sum += tracker.standard_error();
-      }
-    }
-    sink = sum;
-  };
-}
+ private:
+  Readings readings_{chunk * 201};
+  Bench bench_;
+  std::vector<std::pair<std::string, std::size_t>> bytes_;
+};
 
 template <int Order>
 using Aligned = Align<Real, std::int64_t, Order>;
@@ -97,28 +79,21 @@ using Hand = Handover<Real>;
 }  // namespace
 
 int main() {
-  const Recorded in;
-  std::printf("{\n");
-  time("the paper's form literally", sizeof(Literal), estimator<Literal>(in));
-  time("Rls", sizeof(FixedRls<Real>), estimator<FixedRls<Real>>(in));
-  time("AdaptiveRls", sizeof(AdaptiveRls<Real>), estimator<AdaptiveRls<Real>>(in));
-  time("HandoverRls", sizeof(Hand), estimator<Hand>(in));
-  time("scene fixed", sizeof(FixedTracker<Real>), scene<FixedTracker<Real>>(in));
-  time("scene paper", sizeof(PaperTracker<Real>), scene<PaperTracker<Real>>(in));
-  time("scene handheld", sizeof(HandheldTracker<Real>), scene<HandheldTracker<Real>>(in));
-  time("handheld, standard error after every reading", sizeof(HandheldTracker<Real>),
-       scene<HandheldTracker<Real>>(in, true));
-  using F0 = Tracker<Real, Matched, Base, Gate, Hand>;
-  time("handheld without fit", sizeof(F0), scene<F0>(in));
-  using A0 = Tracker<Real, Unaligned, Base, Gate, Hand, Fit<Real>>;
-  time("handheld without align", sizeof(A0), scene<A0>(in));
-  using A4 = Tracker<Real, Aligned<4>, Base, Gate, Hand, Fit<Real>>;
-  time("handheld, align by 4 points", sizeof(A4), scene<A4>(in));
-  using A6 = Tracker<Real, Aligned<6>, Base, Gate, Hand, Fit<Real>>;
-  time("handheld, align by 6 points", sizeof(A6), scene<A6>(in));
-  using B0 = Tracker<Real, Matched, NoBaseline<Real>, AlwaysContact<Real>, Hand>;
-  time("handheld without baseline, contact and fit", sizeof(B0), scene<B0>(in));
-  using E0 = Tracker<Real, Matched, Base, Gate, AdaptiveRls<Real>>;
-  time("handheld with AdaptiveRls, without fit", sizeof(E0), scene<E0>(in), true);
-  std::printf("}\n");
+  Stages stages;
+  stages.add_alone<Literal>("the paper's form literally");
+  stages.add_alone<FixedRls<Real>>("Rls");
+  stages.add_alone<AdaptiveRls<Real>>("AdaptiveRls");
+  stages.add_alone<Hand>("HandoverRls");
+  stages.add<FixedTracker<Real>>("scene fixed");
+  stages.add<PaperTracker<Real>>("scene paper");
+  stages.add<HandheldTracker<Real>>("scene handheld");
+  stages.add<HandheldTracker<Real>>("handheld, standard error after every reading", true);
+  stages.add<Tracker<Real, Matched, Base, Gate, Hand>>("handheld without fit");
+  stages.add<Tracker<Real, Unaligned, Base, Gate, Hand, Fit<Real>>>("handheld without align");
+  stages.add<Tracker<Real, Aligned<4>, Base, Gate, Hand, Fit<Real>>>("handheld, align by 4 points");
+  stages.add<Tracker<Real, Aligned<6>, Base, Gate, Hand, Fit<Real>>>("handheld, align by 6 points");
+  stages.add<Tracker<Real, Matched, NoBaseline<Real>, AlwaysContact<Real>, Hand>>(
+      "handheld without baseline, contact and fit");
+  stages.add<Tracker<Real, Matched, Base, Gate, AdaptiveRls<Real>>>("handheld with AdaptiveRls, without fit");
+  stages.print(100);
 }
