@@ -1,4 +1,4 @@
-"""Cost of the live page: the server's share of a core, and frames per second, at 100 and 1,000 pairs per second.
+"""Cost of the live page: the server's share of a core, and frames per second, at 40, 1,000 and 10,000 pairs per second.
 
     python -m bench.speed.live_load [--seconds 10]
 
@@ -27,6 +27,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 HOST = "127.0.0.1"
+CONFIRMED = 4  # as the page does: every fourth frame
 
 
 class Held(Source):
@@ -61,10 +62,35 @@ def run_server(rate: float) -> None:
     session.close()
 
 
-def cpu_s(pid: int) -> float:
-    """Return the processor time of a process, s."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+class Processes:
+    """A process with all that it has started.
+
+    Parameters
+    ----------
+    pid : int
+    """
+
+    def __init__(self, pid: int) -> None:
+        self._pid = pid
+
+    def cpu_s(self) -> float:
+        """Return their processor time, s."""
+        return sum(int(field) for stat in self._stats() for field in stat[11:13]) / os.sysconf("SC_CLK_TCK")
+
+    def resident_MB(self) -> float:
+        """Return their resident memory, MB; shared pages count in each."""
+        return sum(int(stat[21]) for stat in self._stats()) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+    def _stats(self) -> list[list[str]]:
+        """Return the fields of /proc/PID/stat from the state on."""
+        stats = {}
+        for path in Path("/proc").glob("[0-9]*/stat"):
+            with suppress(OSError):  # it has ended
+                stats[int(path.parent.name)] = path.read_text().rsplit(")", 1)[1].split()
+        ours = [self._pid]
+        for parent in ours:
+            ours += [pid for pid, stat in stats.items() if int(stat[1]) == parent]
+        return [stats[pid] for pid in ours if pid in stats]
 
 
 def watch(page: ClientConnection | None, seconds: float) -> tuple[int, dict[str, dict[str, int]]]:
@@ -77,6 +103,8 @@ def watch(page: ClientConnection | None, seconds: float) -> tuple[int, dict[str,
         message = page.recv()
         if isinstance(message, bytes):
             frames += 1
+            if frames % CONFIRMED:
+                continue
             page.send(json.dumps({"do": "seen", "frame": int.from_bytes(message[4:8], "little")}))
         elif '"type": "state"' in message:
             state = json.loads(message)
@@ -90,9 +118,10 @@ def measure(rate: float, seconds: float, *, watched: bool) -> dict[str, float]:
     address = server.stdout.readline().strip().rstrip("/")
     with connect(f"{address.replace('http', 'ws')}/ws", origin=Origin(address)) if watched else nullcontext() as page:
         watch(page, 3)
-        begun, cpu = time.monotonic(), cpu_s(server.pid)
+        process = Processes(server.pid)
+        begun, cpu = time.monotonic(), process.cpu_s()
         frames, state = watch(page, seconds)
-        passed, share = time.monotonic() - begun, cpu_s(server.pid) - cpu
+        passed, share = time.monotonic() - begun, process.cpu_s() - cpu
     server.send_signal(2)
     server.wait()
     return {
@@ -113,7 +142,7 @@ def main() -> int:
         run_server(arguments.serve)
         return 0
     print("pairs a second  page   share of a core  frames a second  samples dropped  frames lost")
-    for rate in (100, 1000):
+    for rate in (40, 1000, 10000):
         for watched in (False, True):
             cost = measure(rate, arguments.seconds, watched=watched)
             told = f"{cost['frames']:15.1f}  {cost['dropped']:15.0f}  {cost['lost']:11.0f}" if watched else ""

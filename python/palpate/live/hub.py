@@ -1,8 +1,9 @@
-"""Sends the measurement to the pages: 30 frames per second, fewer and larger ones to a page that reads slowly."""
+"""Sends the measurement to the pages as soon as there are rows; fewer and larger frames to a page that reads slowly."""
 
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from typing import Protocol
 
 from palpate.live.feed import History, joined, pack
@@ -10,7 +11,6 @@ from palpate.live.protocol import told
 from palpate.live.session import Session
 from palpate.live.summary import Summary
 
-FRAMES_PER_S = 30
 AHEAD = 30  # sent frames that a page has not confirmed; more would only fill buffers and be shown late
 ROWS = 1024
 """Rows of a frame; a page that was asleep gets what it missed in several frames."""
@@ -29,8 +29,8 @@ class Sending(Protocol):
 class Page:
     """One open page: how far it has read the history, and the newest message of each kind.
 
-    A page that confirms nothing, asleep or on a slow line, gets nothing more; afterwards it continues where it stopped,
-    so that it draws no hole. If the history no longer has those rows, it begins again.
+    The page confirms every fourth frame. One that confirms nothing, asleep or on a slow line, gets nothing more;
+    afterwards it continues where it stopped, so that it draws no hole. If the history no longer has those rows, it begins again.
 
     Attributes
     ----------
@@ -133,16 +133,18 @@ class Hub:
         self.pages.add(page)
 
     async def run(self) -> None:
-        """Send frames and states, until cancelled."""
+        """Send rows when they come, and states, until cancelled."""
         loop = asyncio.get_running_loop()
-        due, tick = loop.time(), 0
+
+        def take() -> None:
+            with suppress(RuntimeError):  # the server has ended
+                loop.call_soon_threadsafe(self._take)
+
+        self._session.on_rows = take
         while True:
             self._take()
-            if tick % (FRAMES_PER_S // _STATES_PER_S) == 0:
-                self.send_state()
-            tick += 1
-            due = max(due + 1 / FRAMES_PER_S, loop.time())
-            await asyncio.sleep(due - loop.time())
+            self.send_state()
+            await asyncio.sleep(1 / _STATES_PER_S)
 
     def send_state(self) -> None:
         """Send the state to every page, and the touches and marks if they have changed."""

@@ -29,7 +29,7 @@ STRANGERS = Limit(20, 20)
 PAGES_OPENED = Limit(3, 32)
 """Web sockets opened."""
 BYTES = Limit(3000, 8192)
-"""Bytes on a web socket: a page sends 30 confirmations of 40 bytes a second."""
+"""Bytes on a web socket: a page confirms every fourth of 120 frames a second, with 40 bytes."""
 MESSAGES = Limit(45, 90)
 """Messages on a web socket."""
 COMMANDS = Limit(4, 12)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from palpate._core import Touch
 from palpate.errors import PalpateError, RecordingError
-from palpate.live.feed import Rows, rows_of
+from palpate.live.feed import Rows, rows_of, thinned
 from palpate.live.protocol import Command, Refused
 from palpate.live.recordings import Recordings
 from palpate.lsl import Outlets
@@ -17,8 +17,9 @@ from palpate.sources import Source
 from palpate.stream import Stream
 from palpate.stream.estimate import Batch, StreamCounters
 
-_PAUSE_S = 1 / 60  # between two batches: a page is drawn at half this rate
-_UNREAD = 4096  # batches: covers a minute in which the server does not read
+_PAUSE_S = 1 / 120  # after a batch: the next pair of a slow source comes later, those of a fast one come together
+_BEHIND = 256  # pairs that wait: no pause
+_UNREAD = 8192  # batches: covers a minute in which the server does not read
 _MESSAGES = 8
 
 
@@ -54,6 +55,8 @@ class Session:
     touches : list of Touch
         The completed touches; a revised one in place of its first result.
     moment : Moment
+    on_rows : callable
+        Called in the thread of the measurement when there are rows to take.
     error : str
         The error that ended the measurement; empty without an error.
     failed : bool
@@ -78,6 +81,7 @@ class Session:
         self.marks: list[tuple[float, str]] = []
         self.messages: list[str] = []
         self.moment: Moment = Moment()
+        self.on_rows: Callable[[], None] = lambda: None
         self.error: str = ""
         self.failed: bool = False
         self._open, self._how, self._tell = open_source, how, tell
@@ -265,7 +269,9 @@ class Session:
             if tared:
                 self._measure_baseline(stream)
             self._take(batch, stream, changed=tared or bool(batch.touches or batch.revised))
-            time.sleep(_PAUSE_S)
+            self.on_rows()
+            if stream.counters.waiting < _BEHIND:
+                time.sleep(_PAUSE_S)
 
     def _measure_baseline(self, stream: Stream) -> None:
         self._tare.clear()
@@ -281,7 +287,7 @@ class Session:
     def _take(self, batch: Batch, stream: Stream, *, changed: bool) -> None:
         rows = rows_of(batch)
         with self._batches:
-            self._unread = [*self._unread, rows][-_UNREAD:]
+            self._unread = [*self._unread, thinned(rows)][-_UNREAD:]
             tracker, alarm = stream.tracker, bool(batch.rows["alarm"].any())
             self.moment = Moment(tracker.state, tracker.ratio, tracker.standard_error, alarm)
             if len(rows):

@@ -52,19 +52,18 @@ export class Charts {
   }
 
   draw(store, seconds) {
-    const [first, end] = store.last(seconds);
-    const { t, hard, soft, ratio, error, statistic } = store.columns;
-    const size = end - first, origin = store.origin ?? 0;
+    const { size, columns, flags } = store.thinned(seconds, seconds / this.plots[0].bbox.width);
+    const { t, hard, soft, ratio, error, statistic } = columns, origin = store.origin ?? 0;
     const [x, h, s, r, low, high, g, limit] = Array.from({ length: 8 }, () => new Array(size));
     this.alarms = [];
     for (let i = 0; i < size; i++) {
-      const k = first + i, gap = i > 0 && t[k] - t[k - 1] > GAP_S;
+      const gap = i > 0 && t[i] - t[i - 1] > GAP_S;
       const known = (value) => (gap || Number.isNaN(value) ? null : value);
-      x[i] = t[k] - origin;
-      h[i] = known(hard[k]); s[i] = known(soft[k]); r[i] = known(ratio[k]); g[i] = known(statistic[k]);
-      low[i] = known(ratio[k] - error[k]); high[i] = known(ratio[k] + error[k]);
+      x[i] = t[i] - origin;
+      h[i] = known(hard[i]); s[i] = known(soft[i]); r[i] = known(ratio[i]); g[i] = known(statistic[i]);
+      low[i] = known(ratio[i] - error[i]); high[i] = known(ratio[i] + error[i]);
       limit[i] = this.threshold;
-      if (store.flags[k] & ALARM) this.addAlarm(x[i], i ? x[i - 1] : x[i], gap);
+      if (flags[i] & ALARM) this.addAlarm(x[i], i ? x[i - 1] : x[i], gap);
     }
     this.ratioRange = middle(r, low);
     const until = Math.max(store.now - origin, seconds);

@@ -8,14 +8,16 @@ import { bySource, counted, modulusOf, plusMinus, touchRow } from "./formatting.
 const $ = (id) => document.getElementById(id);
 const store = new Store();
 const charts = new Charts({ changes: $("changes"), ratios: $("ratios"), statistics: $("statistics") });
+const CONFIRMED = 4; // every fourth frame; the server sends 30 more at most
 let hello = {}, state = {}, changed = false, past = [];
 
 const connection = new Connection({
   up: () => setLink(true, "connected"),
   down: (what, advice) => setLink(false, what, advice),
   frame: (buffer) => {
-    connection.say({ do: "seen", frame: store.take(buffer) });
-    changed = true;
+    const frame = store.take(buffer);
+    if (frame % CONFIRMED === 0) connection.say({ do: "seen", frame });
+    redraw();
   },
   text: (message) => tell[message.type]?.(message),
 });
@@ -30,7 +32,7 @@ const tell = {
     $("touches").classList.toggle("calibrated", hello.calibrated);
     charts.threshold = hello.threshold;
     past = [];
-    changed = true;
+    redraw();
   },
   state: (message) => {
     state = message;
@@ -48,7 +50,7 @@ const tell = {
   },
   marks: ({ rows }) => {
     charts.marks = rows.map(({ t_s, text }) => ({ at: t_s - (store.origin ?? t_s), text }));
-    changed = true;
+    redraw();
   },
   done: ({ message }) => say(message),
   refused: ({ message }) => {
@@ -171,7 +173,7 @@ function dress() {
   document.documentElement.dataset.theme = name === "system" ? (system.matches ? "dark" : "light") : name;
   $("theme").textContent = `Theme: ${name}`;
   charts.build();
-  changed = true;
+  redraw();
 }
 // In a frame, a browser may forbid storage.
 function remembered() {
@@ -194,14 +196,15 @@ $("theme").addEventListener("click", () => {
   dress();
 });
 system.addEventListener("change", dress);
-$("seconds").addEventListener("change", () => (changed = true));
+$("seconds").addEventListener("change", redraw);
 
+// Draws in the next animation frame, once.
+function redraw() {
+  if (!changed) requestAnimationFrame(paint);
+  changed = true;
+}
 function paint() {
-  if (changed) {
-    changed = false;
-    charts.draw(store, Number($("seconds").value));
-  }
-  requestAnimationFrame(paint);
+  changed = false;
+  charts.draw(store, Number($("seconds").value));
 }
 dress();
-requestAnimationFrame(paint);

@@ -1,14 +1,15 @@
-// The samples of the page: one typed array of fixed size for each column, the newest sample last.
+// The rows of the page: one typed array of fixed size for each column, the newest row last.
 
 export const FIELDS = ["t", "hard", "soft", "ratio", "error", "statistic"];
 export const MEASURED = 2, ALARM = 4;
 const KEPT = 16384; // 160 s at 100 pairs per second, 16 s at 1,000
-const HEADER = 16, VERSION = 1;
+const HEADER = 16, VERSION = 2;
 
 export class Store {
   constructor() {
-    this.columns = Object.fromEntries(FIELDS.map((name) => [name, new Float64Array(2 * KEPT)]));
+    this.columns = columnsOf(2 * KEPT);
     this.flags = new Uint8Array(2 * KEPT);
+    this.thin = { size: 0, columns: columnsOf(KEPT), flags: new Uint8Array(KEPT) };
     this.clear();
   }
 
@@ -44,6 +45,47 @@ export class Store {
     return this.used ? this.columns.t[this.used - 1] : 0;
   }
 
+  // The rows of the last `seconds`; where more than two are within `bin` seconds, their lowest and highest values, as
+  // live/feed.py does. The result is valid until the next call.
+  thinned(seconds, bin) {
+    const [first, end] = this.last(seconds), { t } = this.columns;
+    this.thin.size = 0;
+    for (let from = first, to; from < end; from = to) {
+      const number = Math.floor(t[from] / bin);
+      for (to = from + 1; to < end && Math.floor(t[to] / bin) === number; to++);
+      if (to - from > 2) this.addExtremes(from, to);
+      else for (let k = from; k < to; k++) this.add(k);
+    }
+    return this.thin;
+  }
+
+  add(k) {
+    const { columns, flags, size } = this.thin;
+    for (const name of FIELDS) columns[name][size] = this.columns[name][k];
+    flags[size] = this.flags[k];
+    this.thin.size++;
+  }
+
+  addExtremes(from, to) {
+    const { columns, flags, size } = this.thin;
+    this.add(from);
+    this.add(to - 1);
+    for (const name of FIELDS.slice(1)) {
+      const values = this.columns[name];
+      let low = Infinity, high = -Infinity;
+      for (let k = from; k < to; k++) {
+        if (values[k] < low) low = values[k];
+        if (values[k] > high) high = values[k];
+      }
+      if (high < low) low = high = NaN;
+      const falls = values[to - 1] < values[from];
+      columns[name][size] = falls || name === "error" ? high : low;
+      columns[name][size + 1] = falls && name !== "error" ? low : high;
+    }
+    for (let k = from; k < to; k++) flags[size] |= this.flags[k];
+    flags[size + 1] = flags[size];
+  }
+
   // Indices [first, end) of the last `seconds`.
   last(seconds) {
     const t = this.columns.t, end = this.used, oldest = Math.max(end - KEPT, 0);
@@ -55,4 +97,8 @@ export class Store {
     }
     return [low, end];
   }
+}
+
+function columnsOf(size) {
+  return Object.fromEntries(FIELDS.map((name) => [name, new Float64Array(size)]));
 }
