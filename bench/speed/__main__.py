@@ -15,12 +15,12 @@ import sys
 import tempfile
 from pathlib import Path
 from shutil import which
-from typing import Any
 
 import palpate
 from palpate import _core
 
 from bench.results_age import headers_hash
+from bench.speed.limits import Figures, limits
 from bench.speed.python_calls import measure_python
 
 HERE = Path(__file__).parent
@@ -29,50 +29,8 @@ RESULTS = ROOT / "bench" / "results" / "speed.json"
 
 MARK, END = "<!-- python -m bench.speed --table -->", "<!-- end -->"
 
-Figures = dict[str, Any]
-
-LIMITS: list[tuple[str, str, str, float]] = [
-    ("HandoverRls block / AdaptiveRls block", "HandoverRls", "AdaptiveRls", 4.5),
-    ("the same, clang", "clang: HandoverRls", "clang: AdaptiveRls", 5.5),
-    ("handheld feed without fit / the paper literally", "handheld without fit", "the paper's form literally", 4.0),
-    (
-        "Tracker.process, standard error a row / literally",
-        "Python Tracker.process, 2000",
-        "the paper's form literally",
-        6.0,
-    ),
-    ("block, AdaptiveRls / the paper's form literally", "AdaptiveRls", "the paper's form literally", 0.33),
-    ("alarm flickering / calm", "AdaptiveRls, alarm flickering", "AdaptiveRls", 1.15),
-    ("idle (regressor 0) / normal", "AdaptiveRls, idle", "AdaptiveRls", 1.1),
-    ("adaptive / fixed forgetting", "AdaptiveRls", "Rls", 1.15),
-    ("Python trace(out=) / process(out=)", "Python trace, 2000", "Python process, 2000", 1.3),
-    ("Python process(out=), n = 2,000 / native block", "Python process, 2000", "AdaptiveRls", 1.05),
-    ("Python process(out=), n = 250 / native block", "Python process, 250", "AdaptiveRls, 250 samples", 1.2),
-    ("estimator.update(a, b) / math.hypot(a, b)", "Python update", "math.hypot", 0.65),
-    ("bank of 64, AVX2: a stream / single block", "avx2: bank of 64", "AdaptiveRls", 0.17),
-    ("bank of 65,536, AVX2 / triad", "avx2: bank of 65536", "avx2: triad over the same arrays", 2.2),
-    ("ring, round trip / two flags", "ring, round trip", "two flags, round trip", 1.3),
-    (
-        "ring, push and pop / mutex queue",
-        "ring, push and pop on one thread",
-        "mutex queue, push and pop on one thread",
-        0.1,
-    ),
-    ("SampleRing, 250 from and to numpy: an item / deque", "Python ring, 250", "Python deque, 250", 0.02),
-    ("AdaptiveRls.update / padasip", "Python update", "padasip", 0.01),
-    ("AdaptiveRls.update / river", "Python update", "river", 0.01),
-    ("AdaptiveRls.update / filterpy", "Python update", "filterpy", 0.01),
-    ("AdaptiveRls.update / numba, a call", "Python update", "numba, a call", 0.2),
-    ("Python AdaptiveRls.process / numba, block", "Python process, 2000", "numba, block", 1.0),
-    ("Python Rls.process / scipy lfilter, block", "Python Rls process, 2000", "scipy lfilter", 1.0),
-    (
-        "AdaptiveRlsBank(64) / simdkalman, 64 streams",
-        "Python AdaptiveRlsBank(64), 156 rows",
-        "simdkalman, 64 streams",
-        0.01,
-    ),
-]
-"""Comparisons: a name, two figures, and the wanted upper limit of their quotient."""
+SETS = ["baseline", "avx2", "avx512"]
+"""Instruction sets of the banks, each with those before it."""
 
 
 def run(*command: str | Path) -> str:
@@ -87,22 +45,19 @@ def configure(build: Path, *options: str) -> None:
     run("cmake", "--build", build, "--parallel", "2")
 
 
-def measure_native(rounds: int) -> Figures:
-    """Build bench/speed/CMakeLists.txt and run its programs."""
-    found: Figures = {}
-    with tempfile.TemporaryDirectory() as folder:
-        build = Path(folder) / "build"
-        configure(build)
-        found["compiler"] = (build / "compiler.txt").read_text().strip()
-        programs = {"blocks": "", "blocks_avx2": "avx2: "}
-        natives = [(build / name, prefix) for name, prefix in programs.items() if (build / name).exists()]
-        if (clang := which("clang++")) and not found["compiler"].startswith("Clang"):
-            configure(Path(folder) / "clang", f"-DCMAKE_CXX_COMPILER={clang}")
-            natives.append((Path(folder) / "clang" / "blocks", "clang: "))
-        for program, prefix in natives:
-            found |= json.loads(run(program, prefix, str(rounds)))
-        found |= json.loads(run(build / "rings", str(max(3, rounds // 3))))
-    return found
+def measure_native(rounds: int, folder: Path) -> Figures:
+    """Build bench/speed/CMakeLists.txt in a folder and run its programs."""
+    build = folder / "build"
+    configure(build)
+    found: Figures = {"compiler": (build / "compiler.txt").read_text().strip()}
+    natives = [(build / "blocks", "")]
+    natives += [(build / f"blocks_{name}", f"{name}: ") for name in SETS[1 : SETS.index(_core.simd) + 1]]
+    if (clang := which("clang++")) and not found["compiler"].startswith("Clang"):
+        configure(folder / "clang", f"-DCMAKE_CXX_COMPILER={clang}")
+        natives.append((folder / "clang" / "blocks", "clang: "))
+    for program, prefix in natives:
+        found |= json.loads(run(program, prefix, str(rounds)))
+    return found | json.loads(run(build / "rings", str(max(3, rounds // 3))))
 
 
 def processor() -> str:
@@ -133,20 +88,6 @@ def table(figures: Figures) -> str:
             lines.append(
                 f"{name:58} {ns['min']:9.2f} {ns['p10']:9.2f} {ns['median']:9.2f} {ns['min'] / cycle:8.1f}  {shown}"
             )
-    return "\n".join(lines)
-
-
-def limits(figures: Figures) -> str:
-    """Print the quotients of minima and of medians, and the wanted limits."""
-    lines = [f"{'quotient':62} {'of minima':>9} {'medians':>9} {'at most':>8}"]
-    again = [(f"first pass / later passes: {n}", n, f"{n}, again", 1.05) for n in figures if f"{n}, again" in figures]
-    for name, one, other, limit in [*LIMITS, *again]:
-        if one in figures and other in figures:
-            low, middle = (figures[one][key] / figures[other][key] for key in ("min", "median"))
-            verdict = "ok" if low <= limit else "above"
-            lines.append(f"{name:62} {low:9.3f} {middle:9.3f} {limit:8.2f}  {verdict}")
-        else:
-            lines.append(f"{name:62} {'not measured here':>19} {limit:8.2f}")
     return "\n".join(lines)
 
 
@@ -186,6 +127,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--rounds", type=int, default=100, help="repeats of everything")
     parser.add_argument("--out", type=Path, default=RESULTS, help="where the figures go")
+    parser.add_argument("--build", type=Path, help="where the native programs are built; it stays")
     parser.add_argument("--table", action="store_true", help="print the table of docs/speed.md from the file")
     options = parser.parse_args()
     if options.table:
@@ -199,7 +141,9 @@ def main() -> None:
         "simd": _core.simd,
         "headers": headers_hash(),
     }
-    figures = {**about, **measure_native(options.rounds), **measure_python(options.rounds)}
+    with tempfile.TemporaryDirectory() as folder:
+        native = measure_native(options.rounds, options.build or Path(folder))
+    figures = {**about, **native, **measure_python(options.rounds)}
     print(f"{figures['machine']}; {figures['compiler']}; Python {figures['python']}; commit {figures['commit']}")
     print(table(figures), limits(figures), sep="\n\n")
     options.out.write_text(json.dumps(figures, indent=1) + "\n")

@@ -3,10 +3,9 @@
 
 #include <cstdlib>
 #include <memory>
-#include <palpate/bank.hpp>
 #include <palpate/palpate.hpp>
 
-#include "cache_lines.hpp"
+#include "banks.hpp"
 #include "feeds.hpp"
 #include "literal.hpp"
 #include "timing.hpp"
@@ -86,50 +85,6 @@ void add_feed(Bench& bench, const char* name, const Readings& readings, bool wit
   bench.add(name, static_cast<double>(chunk), [row] { row->work(); }, [row] { row->renew(); });
 }
 
-template <class Core>
-struct Streams {
-  using Real = typename Core::real_type;
-  using Numbers = LineVector<Real>;
-  std::size_t streams, frames;
-  Numbers output, regressor, ratios, ratio, information, statistic;
-  std::vector<std::uint64_t> rejected;
-  Lanes<Core> lanes;
-
-  Streams(std::size_t streams_, std::size_t frames_)
-      : streams(streams_),
-        frames(frames_),
-        ratios(streams * frames),
-        ratio(streams),
-        information(streams),
-        statistic(streams),
-        rejected(streams) {
-    const Series data(streams * frames);
-    output.assign(data.output.begin(), data.output.end());
-    regressor.assign(data.regressor.begin(), data.regressor.end());
-  }
-
-  void run() {
-    const Core core;
-    std::fill(ratio.begin(), ratio.end(), core.ratio());
-    std::fill(information.begin(), information.end(), core.information());
-    std::fill(statistic.begin(), statistic.end(), Real(0));
-    lanes.process({ratio.data(), information.data(), statistic.data(), rejected.data()}, output.data(),
-                  regressor.data(), ratios.data(), streams, frames);
-  }
-};
-
-template <class Core>
-void add_streams(Bench& bench, const char* name, Streams<Core>& s) {
-  bench.add(name, static_cast<double>(s.streams * s.frames), [&s] { s.run(); });
-}
-
-template <class Numbers>
-void triad(const Numbers& a, const Numbers& b, Numbers& c) {
-  for (std::size_t i = 0; i < c.size(); ++i) {
-    c[i] = a[i] + 0.5 * b[i];
-  }
-}
-
 template <class Fit>
 using Handheld =
     Tracker<double, MatchedPair<double, std::int64_t>, Baseline<double>, Contact<double>, Handover<double>, Fit>;
@@ -158,16 +113,16 @@ int main(int argc, char** argv) {
   add_feed<Handheld<NoFit<double>>>(bench, "handheld without fit", readings);
   add_feed<HandheldTracker<double>>(bench, "handheld", readings);
   add_feed<HandheldTracker<double>>(bench, "handheld, standard error a row", readings, true);
-  Streams<AdaptiveRls<double>> some(64, 250), many(65536, 16);
-  Streams<AdaptiveRls<float>> some32(64, 250);
-  add_streams(bench, "bank of 64", some);
-  add_streams(bench, "bank of 64, float", some32);
+  add_streams<AdaptiveRls<double>>(bench, "bank of 64", 64, 250);
+  add_streams<AdaptiveRls<float>>(bench, "bank of 64, float", 64, 250);
+  add_streams<Handover<double>>(bench, "HandoverRlsBank(64)", 64, 1000);
+  add_streams<Handover<float>>(bench, "HandoverRlsBank(64), float", 64, 1000);
+  add_streams<Handover<double>>(bench, "HandoverRlsBank(64), touches of 250", 64, 250);
   bench.run(rounds);
 
   Bench large;
-  add_streams(large, "bank of 65536", many);
-  large.add("triad over the same arrays", static_cast<double>(many.ratios.size()),
-            [&] { triad(many.output, many.regressor, many.ratios); });
+  add_large<AdaptiveRls<double>>(large, "bank of 65536, 16 rows", 16);
+  add_large<AdaptiveRls<double>>(large, "bank of 65536, 64 rows", 64);
   large.run(std::max(3, rounds / 10));
 
   std::printf("{\n");

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from kept import kept_folder
 from project import ROOT, need
 
 
@@ -19,7 +20,8 @@ def test_speed_measures_and_prints(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{need('c++').rpartition('/')[0]}", prepend=":")
     need("cmake")
     out = tmp_path / "speed.json"
-    text = bench("-m", "bench.speed", "--rounds", "3", "--out", str(out))
+    with kept_folder("speed", need("c++")) as build:
+        text = bench("-m", "bench.speed", "--rounds", "3", "--out", str(out), "--build", str(build))
     figures = json.loads(out.read_text())
     for name in ("AdaptiveRls", "bank of 64", "ring, round trip", "Python update", "Python ring, 250"):
         assert 0 < figures[name]["min"] <= figures[name]["median"]
