@@ -19,7 +19,8 @@ from palpate.samples import Block, block_of, samples_of
 from palpate.sources.base import Gap
 from palpate.sources.blocks import blocks_of
 from palpate.sources.files import UNREAD
-from palpate.stream import StreamCounters, feeding
+from palpate.stream import StreamCounters
+from palpate.stream import stream as stream_module
 from palpate.stream.waiting import Waiting
 from palpate.testing import check_source
 from recording_bench import Scripted, record, sample
@@ -111,9 +112,9 @@ def test_any_split_gives_the_same(live: bool, tmp_path: Path, monkeypatch: pytes
     for number in range(200 if NIGHTLY else 10):
         block, gaps = session(dice)
         described: dict[str, Any] = {"period_s": 0.026, "full_scale_pF": 4.0, "live": live, "gaps": gaps}
-        monkeypatch.setattr(feeding, "_BATCH", 1)
+        monkeypatch.setattr(stream_module, "_BATCH", 1)
         expected = result(Singles(samples_of(block), **described), tmp_path / f"{number}.csv", [])
-        monkeypatch.setattr(feeding, "_BATCH", dice.choice([7, 1024]))
+        monkeypatch.setattr(stream_module, "_BATCH", dice.choice([7, 1024]))
         found = result(Blocks(split(block, dice), **described), tmp_path / f"{number}-blocks.csv", [])
         assert found == expected, f"schedule {number}"
         replayed = palpate.touches(recorded(tmp_path / f"{number}-blocks.csv"))

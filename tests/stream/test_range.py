@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from palpate import Sample, Stream
 from palpate.cli import main
 from palpate.recording.foreign import recorded
-from palpate.stream import feeding
+from palpate.stream import stream as stream_module
 from recording_bench import Scripted
 from streaming import four
 
@@ -24,7 +24,7 @@ def jumped(jump_pF: float, at: int = 400) -> list[Any]:
 
 
 def test_a_channel_that_leaves_the_range_without_a_touch_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(feeding, "_BATCH", 100)
+    monkeypatch.setattr(stream_module, "_BATCH", 100)
     messages: list[str] = []
     with Stream(Scripted(jumped(6.0), full_scale_pF=4.0), notify=messages.append) as stream:
         outside = [stream.out_of_range for _ in stream.batches()]

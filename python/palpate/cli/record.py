@@ -154,14 +154,13 @@ class _Session:
                 if self._outlets:
                     self._outlets.send(batch)
                 self._count(batch)
-                self._print_new(cut=not len(batch.samples))  # without samples: what the end of the stream ended
-                for number, touch in batch.revised:
-                    self._print(number, touch)
+                self._print_batch(batch)
                 self._centre()
                 self._progress.show(self._line)
                 if self._enough():
                     break
-        self._print_new(cut=True)  # they ran when the measurement was stopped
+        for touch in self._stream.tracker.touches_since(self._printed):
+            self._print_ended(touch, cut=True)  # it ran when the measurement was stopped
 
     def report(self, file: Path, as_json: bool, failure: PalpateError | None) -> None:
         """Print the number of rows and of missing samples."""
@@ -213,11 +212,19 @@ class _Session:
         [last] = tracker.touches_since(self._touches - 1)[:1]
         return last.revised or not last.effects or self._elapsed_s - self._all_s >= _REVISED_S
 
-    def _print_new(self, *, cut: bool) -> None:
-        for touch in self._stream.tracker.touches_since(self._printed):
-            self._printed += 1
-            self._cut += cut
-            self._print(self._printed, touch, cut=cut)
+    def _print_batch(self, batch: "Batch") -> None:
+        """Print each touch as it ended, then as it was revised, then the next one."""
+        revised = dict(batch.revised)
+        for number in sorted({*revised, *range(batch.first, batch.first + len(batch.touches))}):
+            if number >= batch.first:
+                self._print_ended(batch.touches[number - batch.first], cut=not len(batch.samples))
+            if number in revised:
+                self._print(number, revised[number])
+
+    def _print_ended(self, touch: "Touch", *, cut: bool) -> None:
+        self._printed += 1
+        self._cut += cut
+        self._print(self._printed, touch, cut=cut)
 
     def _print(self, number: int, touch: "Touch", *, cut: bool = False) -> None:
         if self._quiet:

@@ -15,7 +15,6 @@ from palpate.stream.estimate import Batch
 from palpate.stream.range_watch import RangeWatch
 from palpate.stream.waiting import Waiting
 
-_BATCH = 1024  # samples at a time, at most
 _PART = 32  # samples: the baseline after a touch takes as many, so a touch is not revised in the part in which it ends
 
 
@@ -66,10 +65,10 @@ class Feeding:
         """How often the baseline was found to be wrong, and measured again."""
         return self._tracker.retaken - self._retaken
 
-    def take(self) -> Batch | None:
-        """Send the samples that wait, a thousand at most, to the tracker; None: none waits."""
+    def take(self, most: int = 1024) -> Batch | None:
+        """Send the samples that wait, so many at most, to the tracker; None: none waits."""
         with self.lock:
-            block = self._waiting.take(_BATCH)
+            block = self._waiting.take(most)
             return self._send(block) if len(block) else None
 
     def drain(self) -> None:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
 
 STOP_S = 0.5
+_BATCH, _FEW = 1024, 32  # samples at a time, at most; of a file, for a caller of single estimates, who may tare there
 _POLL_S = 0.1  # on Windows a wait hears Ctrl-C at its end only
 
 
@@ -166,15 +167,18 @@ class Stream:
 
     def __iter__(self) -> Iterator[Estimate]:
         """Return an estimate after each sample."""
-        for batch in self.batches():
+        for batch in self._batches(_BATCH if self.source.live else _FEW):
             for estimate in batch.estimates():
                 self._seen = estimate.sample
                 yield estimate
 
     def batches(self) -> Iterator[Batch]:
         """Return samples and estimates as arrays: each batch has all samples that wait, or the next ones."""
+        return self._batches(_BATCH)
+
+    def _batches(self, most: int) -> Iterator[Batch]:
         reader = self._begun()
-        while (batch := self._next()) is not None:
+        while (batch := self._next(most)) is not None:
             self._seen = self._feeding.last
             yield batch
         if last := self._feeding.finish():
@@ -348,11 +352,11 @@ class Stream:
             raise ValueError("stream: not started, allowed: with palpate.Stream(...) as stream")
         return self._reader
 
-    def _next(self) -> Batch | None:
+    def _next(self, most: int) -> Batch | None:
         """Return the next batch; None: there will be no more."""
         while True:
             closed = self._waiting.ring.closed
-            if batch := self._feeding.take():
+            if batch := self._feeding.take(most):
                 return batch
             if closed or self._closed:
                 return None
