@@ -57,7 +57,8 @@ def measure_native(rounds: int, folder: Path) -> Figures:
         natives.append((folder / "clang" / "blocks", "clang: "))
     for program, prefix in natives:
         found |= json.loads(run(program, prefix, str(rounds)))
-    return found | json.loads(run(build / "rings", str(max(3, rounds // 3))))
+    found |= json.loads(run(build / "rings", str(max(3, rounds // 3))))
+    return found
 
 
 def processor() -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from building import STRICT, run
-from effort import TIMES, random_of
+from effort import draws, random_of
 from project import ROOT, need
 from tally import Tally
 
@@ -53,7 +53,7 @@ def expected(text: str) -> str:
 def test_the_nearest_double_and_the_shortest_text(flags: tuple[str, ...], tmp_path: Path, tally: Tally) -> None:
     program = tmp_path / "numbers"
     run(need("c++"), *STRICT, "-O2", *flags, ROOT / "tests" / "cpp" / "numbers.cpp", "-o", program)
-    given = [*SHORT_OR_LONG, *NONE, *drawn(1500 * TIMES)]
+    given = [*SHORT_OR_LONG, *NONE, *drawn(draws(1500))]
     if not flags:  # at a power of two the nearest text with as many digits is not always one that gives it back
         given += [repr(math.ldexp(1, exponent)) for exponent in range(-1074, 1024)]
         given += [repr(number * SMALLEST) for number in range(1, 500)]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
-from effort import NIGHTLY, random_of
+from effort import NIGHTLY, draws, random_of
 from hostile import bad, good
 from palpate import ProtocolError, Sample, SampleRing, Status, Stream, check
 from palpate.recording.foreign import recorded
@@ -109,7 +109,7 @@ def result(source: Scripted, path: Path, messages: list[str], **how: Any) -> tup
 @pytest.mark.parametrize("live", [False, True])
 def test_any_split_gives_the_same(live: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tally: Tally) -> None:
     dice, said = random_of(f"splits {live}"), 0
-    for number in range(200 if NIGHTLY else 10):
+    for number in range(draws(10, 200, at_least=3)):
         block, gaps = session(dice)
         described: dict[str, Any] = {"period_s": 0.026, "full_scale_pF": 4.0, "live": live, "gaps": gaps}
         monkeypatch.setattr(stream_module, "_BATCH", 1)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from effort import NIGHTLY, random_of
+from effort import draws, random_of
 from palpate import RecordingError, read
 from palpate._core import CleanRows
 from palpate.tables.cell.decimals import is_plain
@@ -17,7 +17,7 @@ from palpate.tables.table import Table
 from palpate.tables.text import clean
 from random_tables import dialect, written  # tests/tools
 
-COUNT = 600 if NIGHTLY else 40
+COUNT = draws(40, 600)
 SIGNS = ' \t\n\r,;.|"#%+-eE_0195xµ\x00\x1a:/'
 PLACES = ("head", "middle", "end")
 

@@ -41,7 +41,7 @@ class Source(Protocol):
     A source that gets several samples at a time, as from a buffer or a file, may also define ``read_block()``: it returns
     the next samples, all that are there, as an array of `SampleRing.dtype` with shape (n,); it waits for the first one, and
     returns an empty array at the end. Errors are raised by the call after the samples before them. A stream uses it in
-    place of the iteration, and single samples are 20 times as expensive.
+    place of the iteration, and single samples are many times as expensive.
     `palpate.testing.check_source` tests whether a source keeps what is promised here.
 
     Attributes
