@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.recording.codes import Codes
 from palpate.samples import Block, Status, refused
@@ -89,10 +90,15 @@ class Survey:
             return
         if self.first_seq is None:
             self.first_seq, self.first_ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
-        self._add_order(block)
+        seqs, times = (
+            np.append(np.array([last] if self.rows else [], np.int64), block[name])
+            for last, name in ((self.last_seq, "seq"), (self.last_ns, "t_hard_ns"))
+        )
+        self._add_order(seqs)
+        self._add_times(seqs, times)
         self._add_values(block)
         self.rows += len(block)
-        self.last_seq, self.last_ns = int(block["seq"][-1]), int(block["t_hard_ns"][-1])
+        self.last_seq, self.last_ns = int(seqs[-1]), int(times[-1])
 
     @property
     def seconds(self) -> float:
@@ -105,22 +111,17 @@ class Survey:
         pairs = self.rows - 1 + self.lost
         return self.seconds / pairs if pairs > 0 else float("nan")
 
-    def _add_order(self, block: Block) -> None:
-        steps = np.diff(np.append(np.array([self.last_seq] if self.rows else [], np.int64), block["seq"]))
-        gaps = steps[steps > 1].tolist()
+    def _add_order(self, seqs: NDArray[np.int64]) -> None:
+        steps = np.diff(seqs)
+        others = steps[steps != 1]
+        gaps = others[others > 1].tolist()
         self.gaps += len(gaps)
         self.lost += sum(gaps) - len(gaps)
-        self._add_pause(block)
-        self.disordered += int(np.count_nonzero(steps < 1))
-        times = np.append(np.array([self.last_ns] if self.rows else [], np.int64), block["t_hard_ns"])
-        self.backward += int(
-            np.count_nonzero(times[1:] < times[:-1])
-        )  # compared, not subtracted: the difference can overflow 64 bits
+        self.disordered += len(others) - len(gaps)
 
-    def _add_pause(self, block: Block) -> None:
-        seqs = np.append(np.array([self.last_seq] if self.rows else [], np.int64), block["seq"])
-        times = np.append(np.array([self.last_ns] if self.rows else [], np.int64), block["t_hard_ns"])
-        steps = np.diff(times / 1e9)  # a difference of integers can overflow
+    def _add_times(self, seqs: NDArray[np.int64], times: NDArray[np.int64]) -> None:
+        self.backward += int(np.count_nonzero(times[1:] < times[:-1]))  # a difference of integers can overflow
+        steps = np.diff(times / 1e9)
         if len(steps):
             if self.marked:
                 steps[np.isin(seqs[:-1], list(self.marked))] = 0.0
@@ -129,15 +130,21 @@ class Survey:
                 self.pause = float(steps[at]), int(seqs[at])
 
     def _add_values(self, block: Block) -> None:
+        spans = [(name, values.min(), values.max()) for name in ("hard", "soft") for values in [block[name]]]
+        if block["status"].any() or not np.isfinite([span[1:] for span in spans]).all():
+            spans = self._add_faults(block)
+        for name, low, high in spans:
+            known = self.spans_pF.get(name, (np.inf, -np.inf))
+            self.spans_pF[name] = (min(known[0], float(low)), max(known[1], float(high)))
+        if max(block["hard_raw"].max(), block["soft_raw"].max()) > self.largest_code:
+            above = (block["hard_raw"] > self.largest_code) | (block["soft_raw"] > self.largest_code)
+            self.miscoded += int(np.count_nonzero(above))
+
+    def _add_faults(self, block: Block) -> list[tuple[str, np.float64, np.float64]]:
         status = block["status"]
         self.refused += int(np.count_nonzero(refused(block)))
         self.excitation += int(np.count_nonzero(status & Status.EXCITATION))
         self.hard_saturated += int(np.count_nonzero(status & Status.HARD_SATURATED))
         self.soft_saturated += int(np.count_nonzero(status & Status.SOFT_SATURATED))
-        above = (block["hard_raw"] > self.largest_code) | (block["soft_raw"] > self.largest_code)
-        self.miscoded += int(np.count_nonzero(above))
-        for name in ("hard", "soft"):
-            values = block[name][np.isfinite(block[name])]
-            if len(values):
-                known = self.spans_pF.get(name, (np.inf, -np.inf))
-                self.spans_pF[name] = (min(known[0], float(values.min())), max(known[1], float(values.max())))
+        finite = ((name, block[name][np.isfinite(block[name])]) for name in ("hard", "soft"))
+        return [(name, values.min(), values.max()) for name, values in finite if len(values)]
