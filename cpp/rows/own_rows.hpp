@@ -88,6 +88,20 @@ class Batch {
   const char* at_ = text_;
 };
 
+/// Number of line ends.
+inline std::size_t count_lines(const char* at, const char* end) noexcept {
+  std::size_t count = 0;
+  while (at != end) {
+    const char* const stop = at + std::min<std::ptrdiff_t>(end - at, 255);
+    unsigned char few = 0;  // so that the compiler counts in bytes, 16 and more of them at a time
+    for (; at != stop; ++at) {
+      few = static_cast<unsigned char>(few + (*at == '\n'));
+    }
+    count += few;
+  }
+  return count;
+}
+
 /// Read the rows of [begin, end) to `rows`, which has room for every line; how many there are before the first that is
 /// not plain. `begin` moves there.
 inline std::size_t parse_rows(const char*& begin, const char* end, const Form& form, Row* rows) noexcept {

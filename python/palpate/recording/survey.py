@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate._core import OwnRows
 from palpate.recording.codes import Codes
 from palpate.samples import Block, Status, refused
 
@@ -90,6 +91,26 @@ class Survey:
             return
         if self.first_seq is None:
             self.first_seq, self.first_ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
+        if not self._is_ordinary(block):
+            self._add_any(block)
+        self.rows += len(block)
+        self.last_seq, self.last_ns = int(block["seq"][-1]), int(block["t_hard_ns"][-1])
+
+    def _is_ordinary(self, block: Block) -> bool:
+        """Add a block without anything to count, all but its number of rows, in one pass; False: it is another one."""
+        found = None if self.marked else _OWN.ordinary(np.ascontiguousarray(block), self.largest_code)
+        seq, ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
+        if found is None or (self.last_seq is not None and (seq != self.last_seq + 1 or ns < self.last_ns)):
+            return False
+        pause_s, before, hard, soft = found
+        if self.last_seq is not None:
+            self._add_pause(ns / 1e9 - self.last_ns / 1e9, self.last_seq)
+        self._add_pause(pause_s, seq + before)
+        self._add_span("hard", *hard)
+        self._add_span("soft", *soft)
+        return True
+
+    def _add_any(self, block: Block) -> None:
         seqs, times = (
             np.append(np.array([last] if self.rows else [], np.int64), block[name])
             for last, name in ((self.last_seq, "seq"), (self.last_ns, "t_hard_ns"))
@@ -97,8 +118,14 @@ class Survey:
         self._add_order(seqs)
         self._add_times(seqs, times)
         self._add_values(block)
-        self.rows += len(block)
-        self.last_seq, self.last_ns = int(seqs[-1]), int(times[-1])
+
+    def _add_pause(self, seconds: float, seq: int) -> None:
+        if seconds > self.pause[0]:  # of equal ones the first, however the file is cut
+            self.pause = seconds, seq
+
+    def _add_span(self, name: str, low: float, high: float) -> None:
+        known = self.spans_pF.get(name, (np.inf, -np.inf))
+        self.spans_pF[name] = (min(known[0], low), max(known[1], high))
 
     @property
     def seconds(self) -> float:
@@ -113,11 +140,10 @@ class Survey:
 
     def _add_order(self, seqs: NDArray[np.int64]) -> None:
         steps = np.diff(seqs)
-        others = steps[steps != 1]
-        gaps = others[others > 1].tolist()
+        gaps = steps[steps > 1].tolist()
         self.gaps += len(gaps)
         self.lost += sum(gaps) - len(gaps)
-        self.disordered += len(others) - len(gaps)
+        self.disordered += int(np.count_nonzero(steps < 1))
 
     def _add_times(self, seqs: NDArray[np.int64], times: NDArray[np.int64]) -> None:
         self.backward += int(np.count_nonzero(times[1:] < times[:-1]))  # a difference of integers can overflow
@@ -126,25 +152,20 @@ class Survey:
             if self.marked:
                 steps[np.isin(seqs[:-1], list(self.marked))] = 0.0
             at = int(np.argmax(steps))
-            if steps[at] > self.pause[0]:  # of equal ones the first, however the file is cut
-                self.pause = float(steps[at]), int(seqs[at])
+            self._add_pause(float(steps[at]), int(seqs[at]))
 
     def _add_values(self, block: Block) -> None:
-        spans = [(name, values.min(), values.max()) for name in ("hard", "soft") for values in [block[name]]]
-        if block["status"].any() or not np.isfinite([span[1:] for span in spans]).all():
-            spans = self._add_faults(block)
-        for name, low, high in spans:
-            known = self.spans_pF.get(name, (np.inf, -np.inf))
-            self.spans_pF[name] = (min(known[0], float(low)), max(known[1], float(high)))
-        if max(block["hard_raw"].max(), block["soft_raw"].max()) > self.largest_code:
-            above = (block["hard_raw"] > self.largest_code) | (block["soft_raw"] > self.largest_code)
-            self.miscoded += int(np.count_nonzero(above))
-
-    def _add_faults(self, block: Block) -> list[tuple[str, np.float64, np.float64]]:
         status = block["status"]
         self.refused += int(np.count_nonzero(refused(block)))
         self.excitation += int(np.count_nonzero(status & Status.EXCITATION))
         self.hard_saturated += int(np.count_nonzero(status & Status.HARD_SATURATED))
         self.soft_saturated += int(np.count_nonzero(status & Status.SOFT_SATURATED))
-        finite = ((name, block[name][np.isfinite(block[name])]) for name in ("hard", "soft"))
-        return [(name, values.min(), values.max()) for name, values in finite if len(values)]
+        above = (block["hard_raw"] > self.largest_code) | (block["soft_raw"] > self.largest_code)
+        self.miscoded += int(np.count_nonzero(above))
+        for name in ("hard", "soft"):
+            values = block[name][np.isfinite(block[name])]
+            if len(values):
+                self._add_span(name, float(values.min()), float(values.max()))
+
+
+_OWN = OwnRows()
