@@ -26,19 +26,23 @@
 #define PALPATE_RESTRICT __restrict__
 #if PALPATE_HOT_PATHS
 #define PALPATE_COLD [[gnu::cold, gnu::noinline]]
+#define PALPATE_ORDINARY PALPATE_COLD
 #else
 #define PALPATE_COLD
+#define PALPATE_ORDINARY [[gnu::always_inline]] inline
 #endif
 #define PALPATE_UNLIKELY(condition) __builtin_expect(static_cast<bool>(condition), 0)
 #define PALPATE_INLINE [[gnu::always_inline]] inline
 #elif defined(_MSC_VER)
 #define PALPATE_RESTRICT __restrict
 #define PALPATE_COLD __declspec(noinline)
+#define PALPATE_ORDINARY PALPATE_COLD
 #define PALPATE_UNLIKELY(condition) (condition)
 #define PALPATE_INLINE inline
 #else
 #define PALPATE_RESTRICT
 #define PALPATE_COLD
+#define PALPATE_ORDINARY
 #define PALPATE_UNLIKELY(condition) (condition)
 #define PALPATE_INLINE inline
 #endif

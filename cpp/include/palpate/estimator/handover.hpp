@@ -143,26 +143,27 @@ class Handover : public Parameters {
   };
 
   /// The whole update, for every sample.
-  PALPATE_COLD constexpr Step<Real> update_any(Real output, Real regressor, Real innovation) noexcept {
+  PALPATE_ORDINARY constexpr Step<Real> update_any(Real output, Real regressor, Real innovation) noexcept {
     if (PALPATE_UNLIKELY(!(in_range(output) && in_range(regressor) && in_range(innovation)))) {
       return refusal(ratio_, innovation, alarm());
     }
     const WeightedSample<Real> sample{instrument_.weight(regressor), output, regressor};
     const Judged judged = judge(innovation, output);
-    const TwoSidedCusum<Real> cusum = watch(judged, sample);
-    const bool change = cusum.statistic() > settings.threshold;
+    const TwoSidedCusum<Real> before = cusum_;
+    watch(judged, sample);
+    const bool change = alarm();
     // An outlier does not change the ratio. But if the ratio drifts, it may be real: it counts as far as noise could go.
     const bool drifts = noise_.drifts();
     const Real counted = judged.outlier ? noise_.limited_innovation(judged.clipped) : innovation;
-    const Estimate next = change                      ? handed_over(cusum.larger(), sample)
+    const Estimate next = change                      ? handed_over(cusum_.larger(), sample)
                           : judged.outlier && !drifts ? same()
                                                       : followed(sample, counted, drifts);
     if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
+      cusum_ = before;
       return refusal(ratio_, innovation, alarm());
     }
     ratio_ = next.ratio;
     sums_ = next.sums;
-    cusum_ = cusum;
     learn(innovation, judged, change);
     instrument_.add(regressor, seen_, settings.smoothing);
     return {next.ratio, innovation, next.gain, change, true, judged.outlier};
@@ -197,19 +198,19 @@ class Handover : public Parameters {
 
   constexpr Judged judge(Real innovation, Real output) const noexcept {
     const Real whitened = noise_.whitened(innovation), scale = scale_of(output);
-    const bool watched = seen_ >= warm_up;
     const Real limit = product(settings.clip, scale);
-    const Real clipped = !watched ? whitened : whitened > limit ? limit : whitened < -limit ? -limit : whitened;
-    return {clipped, scale, watched, watched && magnitude(whitened) > limit};
+    const bool watched = seen_ >= warm_up, outlier = watched && magnitude(whitened) > limit;
+    return {!outlier ? whitened : whitened > 0 ? limit : -limit, scale, watched, outlier};
   }
 
-  /// The detector after this sample. It starts again after an alarm.
-  constexpr TwoSidedCusum<Real> watch(Judged judged, WeightedSample<Real> sample) const noexcept {
-    TwoSidedCusum<Real> cusum = alarm() ? TwoSidedCusum<Real>() : cusum_;
-    if (judged.watched) {
-      cusum.add(judged.clipped / judged.scale, settings.drift, settings.guard, sample);
+  /// The detector. It starts again after an alarm.
+  constexpr void watch(const Judged& judged, const WeightedSample<Real>& sample) noexcept {
+    if (PALPATE_UNLIKELY(alarm())) {
+      cusum_ = {};
     }
-    return cusum;
+    if (judged.watched) {
+      cusum_.add(judged.clipped / judged.scale, settings.drift, settings.guard, sample);
+    }
   }
 
   constexpr Estimate same() const noexcept { return {ratio_, sums_, Real(0)}; }
