@@ -85,8 +85,11 @@ class Tracker : public Settings,
     bool alarm = false;
     if (open_) {
       counts_.saturated += saturated;
-      counts_.refused += !saturated && !pair.valid;
-      alarm = pair.valid && estimate(pair);
+      if (pair.valid) {
+        alarm = estimate(pair);
+      } else {
+        counts_.refused += !saturated;
+      }
     } else {
       before_ = hard_time;
     }

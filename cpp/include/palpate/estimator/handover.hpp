@@ -62,7 +62,7 @@ class Handover : public Parameters {
                               Real covariance = default_covariance) noexcept
       : Parameters(parameters), ratio_(ratio), sums_{Real(1) / covariance} {}
 
-  constexpr Step<Real> update(Real output, Real regressor) noexcept {
+  PALPATE_ONCE constexpr Step<Real> update(Real output, Real regressor) noexcept {
     const Real innovation = output - product(regressor, ratio_);
     // The short way of an ordinary sample: nothing is selected in it, so no number waits for a condition.
     if constexpr (PALPATE_HOT_PATHS) {
@@ -143,7 +143,7 @@ class Handover : public Parameters {
   };
 
   /// The whole update, for every sample.
-  PALPATE_ORDINARY constexpr Step<Real> update_any(Real output, Real regressor, Real innovation) noexcept {
+  PALPATE_COLD PALPATE_ONCE constexpr Step<Real> update_any(Real output, Real regressor, Real innovation) noexcept {
     if (PALPATE_UNLIKELY(!(in_range(output) && in_range(regressor) && in_range(innovation)))) {
       return refusal(ratio_, innovation, alarm());
     }
@@ -242,7 +242,7 @@ class Handover : public Parameters {
   }
 
   /// Update the noise model.
-  constexpr void learn(Real innovation, const Judged& judged, bool change) noexcept {
+  PALPATE_ONCE constexpr void learn(Real innovation, const Judged& judged, bool change) noexcept {
     seen_ += 1;
     if (seen_ > transient) {
       noise_.add_magnitude(judged.clipped, seen_ - transient);

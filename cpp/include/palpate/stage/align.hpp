@@ -40,7 +40,7 @@ class Align : public Settings {
   using Settings::settings;
 
   /// Takes one reading of each channel; NaN: a missing reading. Returns the pair that is complete with it.
-  constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft) noexcept {
+  PALPATE_ONCE constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft) noexcept {
     if (!readings_.add(hard_time, soft_time, hard, soft)) {
       return {hard, soft, false};
     }

@@ -50,10 +50,7 @@ struct Level {
 
   template <class Visit>
   constexpr void visit(Visit&& visit_number) noexcept {
-    Real* own[] = {&mean, &noise, &count, &squares};
-    for (Real* number : own) {
-      visit_number(*number);
-    }
+    visit_number(mean), visit_number(noise), visit_number(count), visit_number(squares);
   }
 };
 template <class Real>
@@ -63,10 +60,7 @@ struct Level<Real, true> : Level<Real, false> {
   template <class Visit>
   constexpr void visit(Visit&& visit_number) noexcept {
     Level<Real, false>::visit(visit_number);
-    Real* own[] = {&age, &fast, &slow};
-    for (Real* number : own) {
-      visit_number(*number);
-    }
+    visit_number(age), visit_number(fast), visit_number(slow);
   }
 };
 
