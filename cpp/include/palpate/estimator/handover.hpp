@@ -190,11 +190,13 @@ class Handover : public Parameters {
 
   // The scale is the mean of few magnitudes at first, and may be much too small. With 3 / n the first 64 samples have as
   // few false alarms as palpate.design.cusum promises: bench.accuracy.error_vs_time.
-  constexpr Real doubt() const noexcept {
-    return PALPATE_UNLIKELY(seen_ < 64 && seen_ >= warm_up) ? 1 + 3 / (seen_ - (transient - 1)) : Real(1);
+  constexpr Real scale_of(Real output) const noexcept {
+    Real scale = noise_.scale();
+    if (PALPATE_UNLIKELY(seen_ < 64 && seen_ >= warm_up)) {
+      scale = product(scale, 1 + 3 / (seen_ - (transient - 1)));
+    }
+    return least_scale(scale, output);
   }
-
-  constexpr Real scale_of(Real output) const noexcept { return least_scale(product(noise_.scale(), doubt()), output); }
 
   constexpr Judged judge(Real innovation, Real output) const noexcept {
     const Real whitened = noise_.whitened(innovation), scale = scale_of(output);

@@ -49,20 +49,24 @@ struct CusumSide {
   Sums<Value> sums;            // of the samples after the first `guard` of them
 
   // Selects for a pack: the sign of noise cannot be predicted. The compilers make branches of the selects of one Real.
-  constexpr void add(Value step, Value guard, const Terms<Value>& terms) noexcept {
+  PALPATE_ONCE constexpr void add(Value step, Value guard, const Terms<Value>& terms) noexcept {
     const Value sum = statistic + step, zero = {};
     if constexpr (is_real<Value>) {
       statistic = positive_part(sum);
-      age = sum > 0 ? age + 1 : zero;
-      if (!(age > guard)) {
+      if (sum > 0) {
+        age += 1;
+      } else {
+        age = zero;
+      }
+      if (age > guard) {
+        weighted_output += terms.weighted_output;
+        sums.information += terms.information;
+        sums.squares += terms.square;
+        sums.count += 1;
+      } else {
         weighted_output = zero;
         sums = {};
-        return;
       }
-      weighted_output += terms.weighted_output;
-      sums.information += terms.information;
-      sums.squares += terms.square;
-      sums.count += 1;
       return;
     }
     const auto keep = sum > zero;
