@@ -81,7 +81,10 @@ class Tracker : public Settings,
     const bool both = usual || (is_finite(hard) && is_finite(soft));
     const bool revised = follow(both ? Channels::take(hard_time, hard, soft, running_)
                                      : Channels::take_one(high ? nan : hard, large ? nan : soft));
-    const auto pair = align.feed(hard_time, soft_time, saturated ? nan : hard, saturated ? nan : soft);
+    if (PALPATE_UNLIKELY(saturated)) {
+      hard = soft = nan;
+    }
+    const auto pair = align.feed(hard_time, soft_time, hard, soft, open_);
     bool alarm = false;
     if (open_) {
       counts_.saturated += saturated;
@@ -251,7 +254,7 @@ class Tracker : public Settings,
     }
   }
 
-  constexpr bool estimate(const Pair<Real>& pair) noexcept {
+  PALPATE_ONCE constexpr bool estimate(const Pair<Real>& pair) noexcept {
     const Real hard = pair.hard - hard_baseline.level(), soft = pair.soft - soft_baseline.level();
     [[maybe_unused]] const Real before = estimator.ratio();
     const auto step = estimator.update(hard, soft);

@@ -8,11 +8,12 @@
 
 namespace palpate {
 
-/// The null stage: both values unchanged.
+/// The null stage: both values unchanged. In every stage, feed's `wanted` says whether the pair is used: the readings are
+/// kept anyway.
 template <class Real, class Ticks>
 struct NoAlign {
   using ticks_type = Ticks;
-  constexpr Pair<Real> feed(Ticks, Ticks, Real hard, Real soft) noexcept {
+  constexpr Pair<Real> feed(Ticks, Ticks, Real hard, Real soft, bool = true) noexcept {
     return {hard, soft, is_finite(hard) && is_finite(soft)};
   }
   constexpr void reset() noexcept {}
@@ -40,8 +41,9 @@ class Align : public Settings {
   using Settings::settings;
 
   /// Takes one reading of each channel; NaN: a missing reading. Returns the pair that is complete with it.
-  PALPATE_ONCE constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft) noexcept {
-    if (!readings_.add(hard_time, soft_time, hard, soft)) {
+  PALPATE_ONCE constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft,
+                                         bool wanted = true) noexcept {
+    if (!readings_.add(hard_time, soft_time, hard, soft) || !wanted) {
       return {hard, soft, false};
     }
     const int i = readings_.middle();

@@ -49,8 +49,8 @@ struct Level {
   Real mean = 0, noise = 0, count = 0, squares = 0;
 
   template <class Visit>
-  constexpr void visit(Visit&& visit_number) noexcept {
-    visit_number(mean), visit_number(noise), visit_number(count), visit_number(squares);
+  constexpr void visit(Visit&& visit_numbers) noexcept {
+    visit_numbers(mean, noise, count, squares);
   }
 };
 template <class Real>
@@ -58,9 +58,8 @@ struct Level<Real, true> : Level<Real, false> {
   Real age = 0, fast = 0, slow = 0;
 
   template <class Visit>
-  constexpr void visit(Visit&& visit_number) noexcept {
-    Level<Real, false>::visit(visit_number);
-    visit_number(age), visit_number(fast), visit_number(slow);
+  constexpr void visit(Visit&& visit_numbers) noexcept {
+    visit_numbers(this->mean, this->noise, this->count, this->squares, age, fast, slow);
   }
 };
 
@@ -114,11 +113,11 @@ class Baseline : public Settings {
   /// Only if ready().
   constexpr void mark() noexcept {
     int i = noise_floor;
-    now_.visit([&](Real& number) { halves_.value(++i) = number; });
+    now_.visit([&](auto&... numbers) { ((halves_.value(++i) = numbers), ...); });
   }
   constexpr void rewind() noexcept {
     int i = noise_floor;
-    now_.visit([&](Real& number) { number = halves_.value(++i); });
+    now_.visit([&](auto&... numbers) { ((numbers = halves_.value(++i)), ...); });
     judge_drift();
   }
 
