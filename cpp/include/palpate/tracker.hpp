@@ -258,20 +258,20 @@ class Tracker : public Settings,
     const Real hard = pair.hard - hard_baseline.level(), soft = pair.soft - soft_baseline.level();
     [[maybe_unused]] const Real before = estimator.ratio();
     const auto step = estimator.update(hard, soft);
-    counts_.samples += step.accepted;
-    counts_.refused += !step.accepted;
-    const bool alarm = step.alarm && step.accepted;
-    counts_.alarms += alarm;
+    if (PALPATE_UNLIKELY(!step.accepted)) {
+      counts_.refused += 1;
+      return step.alarm;
+    }
+    counts_.samples += 1;
+    counts_.alarms += step.alarm;
     if constexpr (fits) {
-      if (step.accepted) {
-        const bool counts = step.gain != 0;  // in the sums
-        Extra::reviser.follow(readings_, estimator.count(), alarm, counts);
-        if (PALPATE_UNLIKELY(alarm)) {
-          Extra::fit.restart(step.ratio / before - 1);
-        }
-        if (pair.matched && counts && !step.outlier) {
-          Extra::fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
-        }
+      const bool counts = step.gain != 0;  // in the sums
+      Extra::reviser.follow(readings_, estimator.count(), step.alarm, counts);
+      if (PALPATE_UNLIKELY(step.alarm)) {
+        Extra::fit.restart(step.ratio / before - 1);
+      }
+      if (pair.matched && counts && !step.outlier) {
+        Extra::fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
       }
     }
     return step.alarm;

@@ -206,7 +206,7 @@ class Handover : public Parameters {
   }
 
   /// The detector. It starts again after an alarm.
-  constexpr void watch(const Judged& judged, const WeightedSample<Real>& sample) noexcept {
+  PALPATE_ONCE constexpr void watch(const Judged& judged, const WeightedSample<Real>& sample) noexcept {
     if (PALPATE_UNLIKELY(alarm())) {
       cusum_ = {};
     }

@@ -93,7 +93,7 @@ template <class Real>
 struct SidesInTurn {
   CusumSide<Real> up, down;
 
-  constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
+  PALPATE_ONCE constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
     const Terms<Real> terms = terms_of(sample);
     up.add(z - drift, guard, terms);
     down.add(-z - drift, guard, terms);
