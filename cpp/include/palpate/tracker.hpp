@@ -76,18 +76,20 @@ class Tracker : public Settings,
 
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
-    const bool usual = in_range(hard) && in_range(soft);  // neither is missing, infinite or saturated
-    const bool high = !usual && too_large(hard), large = !usual && too_large(soft), saturated = high || large;
-    const bool both = usual || (is_finite(hard) && is_finite(soft));
+    bool high = false, large = false, both = true;
+    if (PALPATE_UNLIKELY(!(in_range(hard) && in_range(soft)))) {  // one is missing, infinite or saturated
+      high = too_large(hard), large = too_large(soft), both = is_finite(hard) && is_finite(soft);
+    }
+    const bool saturated = high || large;
     const bool revised = follow(both ? Channels::take(hard_time, hard, soft, running_)
                                      : Channels::take_one(high ? nan : hard, large ? nan : soft));
     if (PALPATE_UNLIKELY(saturated)) {
+      counts_.saturated += open_;
       hard = soft = nan;
     }
     const auto pair = align.feed(hard_time, soft_time, hard, soft, open_);
     bool alarm = false;
     if (open_) {
-      counts_.saturated += saturated;
       if (pair.valid) {
         alarm = estimate(pair);
       } else {

@@ -78,14 +78,14 @@ class LastReadings {
   /// Takes one reading of each channel; NaN: a missing reading. Returns whether there is a soft one, and all Order.
   constexpr bool add(Ticks hard_time, Ticks soft_time, Real hard_value, Real soft_value) noexcept {
     const bool any = is_finite(soft_value);
-    if (any) {
-      if (soft.filled() > 0 && !(ticks_between(soft_time, soft.time(0)) > 0)) {
-        reset();  // the time decreased, or did not change: start again
-      }
-      soft.push(soft_time, soft_value);
+    if (any && soft.filled() > 0 && !(ticks_between(soft_time, soft.time(0)) > 0)) {
+      reset();  // the time decreased, or did not change: start again
     }
     if (is_finite(hard_value)) {
       hard.push(hard_time, hard_value);
+    }
+    if (any) {
+      soft.push(soft_time, soft_value);
     }
     return any && soft.filled() >= Order;
   }
