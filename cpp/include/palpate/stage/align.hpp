@@ -43,14 +43,16 @@ class Align : public Settings {
   /// Takes one reading of each channel; NaN: a missing reading. Returns the pair that is complete with it.
   PALPATE_ONCE constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft,
                                          bool wanted = true) noexcept {
-    if (!readings_.add(hard_time, soft_time, hard, soft) || !wanted) {
-      return {hard, soft, false};
+    Pair<Real> pair{hard, soft, false};
+    if (readings_.add(hard_time, soft_time, hard, soft) && wanted) {
+      const int i = readings_.middle();
+      if (i >= 0 && readings_.gap() <= static_cast<std::make_signed_t<Ticks>>(settings.max_gap)) {
+        pair.hard = readings_.hard[i];
+        pair.soft = readings_.soft_at(readings_.hard.time(i));
+        pair.valid = true;
+      }
     }
-    const int i = readings_.middle();
-    if (i < 0 || readings_.gap() > static_cast<std::make_signed_t<Ticks>>(settings.max_gap)) {
-      return {readings_.hard[0], readings_.soft[0], false};
-    }
-    return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), true};
+    return pair;
   }
 
   constexpr void reset() noexcept { readings_.reset(); }
