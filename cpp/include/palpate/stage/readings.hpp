@@ -50,7 +50,9 @@ class Channel {
     newest_ = static_cast<std::uint8_t>((newest_ + 1) % size);
     time_[newest_] = time;
     value_[newest_] = value;
-    filled_ = static_cast<std::uint8_t>(filled_ + (filled_ < size));
+    if (PALPATE_UNLIKELY(filled_ < size)) {
+      filled_ += 1;
+    }
   }
   constexpr void reset() noexcept { filled_ = 0; }
   constexpr int filled() const noexcept { return filled_; }
