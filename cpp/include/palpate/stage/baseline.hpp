@@ -130,7 +130,7 @@ class Baseline : public Settings {
   }
   constexpr bool ready() const noexcept { return filled_ == Size; }
   /// Capacitance without contact, for the changes of a touch that begins now.
-  constexpr Real level() const noexcept { return drifts_ ? expected() : now_.mean; }
+  constexpr Real level() const noexcept { return drifts() ? expected() : now_.mean; }
   /// The next value, if the present drift continues.
   constexpr Real expected() const noexcept {
     if constexpr (Drifts) {
@@ -146,12 +146,14 @@ class Baseline : public Settings {
   /// Variance of the level: that of the noise times the sum of the squared weights of the values; 5 / 4 share for
   /// 2 fast - slow.
   constexpr Real variance() const noexcept {
-    return product(product(now_.noise, now_.noise), drifts_ ? Real(1.25) * share : now_.squares);
+    return product(product(now_.noise, now_.noise), drifts() ? Real(1.25) * share : now_.squares);
   }
   /// Mean age of the values of the level, in values.
-  constexpr Real age() const noexcept { return drifts_ ? Real(0) : now_.age; }
+  constexpr Real age() const noexcept { return drifts() ? Real(0) : now_.age; }
 
  private:
+  constexpr bool drifts() const noexcept { return Drifts && drifts_; }
+
   constexpr void establish() noexcept {
     const auto found = halves_.summary(settings.clip, settings.least_noise);
     now_.noise = found.noise;
