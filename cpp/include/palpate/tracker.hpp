@@ -88,19 +88,19 @@ class Tracker : public Settings,
       hard = soft = nan;
     }
     const auto pair = align.feed(hard_time, soft_time, hard, soft, open_);
-    bool alarm = false;
+    bool alarm = false, ended = true;
     if (open_) {
       if (pair.valid) {
         alarm = estimate(pair);
       } else {
         counts_.refused += !saturated;
       }
+      ended = full_ = is_full(hard_time);
     } else {
       before_ = hard_time;
     }
     readings_ += 1;
-    full_ = full_ || (open_ && is_full(hard_time));
-    const bool finished = running_ && (!open_ || full_) && finish();
+    const bool finished = ended && finish();
     return {estimator.ratio(), alarm, gate.contact(), finished, revised};
   }
 
@@ -265,13 +265,15 @@ class Tracker : public Settings,
       return step.alarm;
     }
     counts_.samples += 1;
-    counts_.alarms += step.alarm;
+    if (PALPATE_UNLIKELY(step.alarm)) {
+      counts_.alarms += 1;
+      if constexpr (fits) {
+        Extra::fit.restart(step.ratio / before - 1);
+      }
+    }
     if constexpr (fits) {
       const bool counts = step.gain != 0;  // in the sums
       Extra::reviser.follow(readings_, estimator.count(), step.alarm, counts);
-      if (PALPATE_UNLIKELY(step.alarm)) {
-        Extra::fit.restart(step.ratio / before - 1);
-      }
       if (pair.matched && counts && !step.outlier) {
         Extra::fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
       }
