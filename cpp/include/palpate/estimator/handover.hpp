@@ -77,7 +77,7 @@ class Handover : public Parameters {
         ratio_ = next.ratio;
         sums_ = next.sums;
         cusum_.add(z, settings.drift, settings.guard, sample);
-        learn(innovation, {whitened, scale, true, false}, false);
+        learn(innovation, {whitened, scale, true, false});
         instrument_.add(regressor, seen_, settings.smoothing);
         return {next.ratio, innovation, next.gain, false, true};
       }
@@ -164,8 +164,11 @@ class Handover : public Parameters {
     }
     ratio_ = next.ratio;
     sums_ = next.sums;
-    learn(innovation, judged, change);
+    learn(innovation, judged);
     instrument_.add(regressor, seen_, settings.smoothing);
+    if (PALPATE_UNLIKELY(change)) {
+      noise_.restart();
+    }
     return {next.ratio, innovation, next.gain, change, true, judged.outlier};
   }
 
@@ -244,7 +247,7 @@ class Handover : public Parameters {
   }
 
   /// Update the noise model.
-  PALPATE_ONCE constexpr void learn(Real innovation, const Judged& judged, bool change) noexcept {
+  PALPATE_ONCE constexpr void learn(Real innovation, const Judged& judged) noexcept {
     seen_ += 1;
     if (seen_ > transient) {
       noise_.add_magnitude(judged.clipped, seen_ - transient);
@@ -253,9 +256,6 @@ class Handover : public Parameters {
       } else {
         noise_.add(innovation, seen_ < 32);
       }
-    }
-    if (PALPATE_UNLIKELY(change)) {
-      noise_.restart();
     }
   }
 
