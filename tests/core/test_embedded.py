@@ -69,15 +69,15 @@ def test_what_handheld_may_cost_on_a_cortex_m4f() -> None:
     """The lean scene, and the full one with the matched pair, the fit and the revision."""
     lean, full = (table("m4f")["subjects"][name] for name in ("Handheld", "HandheldFull"))
     assert lean["state"] <= 548
-    assert lean["text"]["-Os"] <= 5600
-    assert lean["mean"] <= 640
-    assert lean["worst"] <= 850
-    assert lean["stack"] <= 304
+    assert lean["text"]["-Os"] <= 5200
+    assert lean["mean"] <= 440
+    assert lean["worst"] <= 640
+    assert lean["stack"] <= 208
     assert full["state"] <= 832
-    assert full["text"]["-Os"] <= 11400
-    assert full["worst"] <= 13000  # once, at the end of a touch: the flags
-    assert full["mean"] <= 1080
-    assert full["stack"] <= 672
+    assert full["text"]["-Os"] <= 10700
+    assert full["worst"] <= 12500  # once, at the end of a touch: the flags
+    assert full["mean"] <= 840
+    assert full["stack"] <= 712
 
 
 def test_what_paper_may_cost_without_an_fpu() -> None:

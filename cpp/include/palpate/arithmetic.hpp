@@ -22,23 +22,29 @@
 #endif
 #endif
 
+// PALPATE_ONCE: a part of a longer function, called once in it. Where code is to be small, the compilers call it all the
+// same, and pass its result through memory.
 #if defined(__GNUC__) || defined(__clang__)
 #define PALPATE_RESTRICT __restrict__
 #if PALPATE_HOT_PATHS
 #define PALPATE_COLD [[gnu::cold, gnu::noinline]]
+#define PALPATE_ONCE
 #else
 #define PALPATE_COLD
+#define PALPATE_ONCE [[gnu::always_inline]]
 #endif
 #define PALPATE_UNLIKELY(condition) __builtin_expect(static_cast<bool>(condition), 0)
 #define PALPATE_INLINE [[gnu::always_inline]] inline
 #elif defined(_MSC_VER)
 #define PALPATE_RESTRICT __restrict
 #define PALPATE_COLD __declspec(noinline)
+#define PALPATE_ONCE
 #define PALPATE_UNLIKELY(condition) (condition)
 #define PALPATE_INLINE inline
 #else
 #define PALPATE_RESTRICT
 #define PALPATE_COLD
+#define PALPATE_ONCE
 #define PALPATE_UNLIKELY(condition) (condition)
 #define PALPATE_INLINE inline
 #endif

@@ -76,23 +76,31 @@ class Tracker : public Settings,
 
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
-    const bool usual = in_range(hard) && in_range(soft);  // neither is missing, infinite or saturated
-    const bool high = !usual && too_large(hard), large = !usual && too_large(soft), saturated = high || large;
-    const bool both = usual || (is_finite(hard) && is_finite(soft));
+    bool high = false, large = false, both = true;
+    if (PALPATE_UNLIKELY(!(in_range(hard) && in_range(soft)))) {  // one is missing, infinite or saturated
+      high = too_large(hard), large = too_large(soft), both = is_finite(hard) && is_finite(soft);
+    }
+    const bool saturated = high || large;
     const bool revised = follow(both ? Channels::take(hard_time, hard, soft, running_)
                                      : Channels::take_one(high ? nan : hard, large ? nan : soft));
-    const auto pair = align.feed(hard_time, soft_time, saturated ? nan : hard, saturated ? nan : soft);
-    bool alarm = false;
+    if (PALPATE_UNLIKELY(saturated)) {
+      counts_.saturated += open_;
+      hard = soft = nan;
+    }
+    const auto pair = align.feed(hard_time, soft_time, hard, soft, open_);
+    bool alarm = false, ended = true;
     if (open_) {
-      counts_.saturated += saturated;
-      counts_.refused += !saturated && !pair.valid;
-      alarm = pair.valid && estimate(pair);
+      if (pair.valid) {
+        alarm = estimate(pair);
+      } else {
+        counts_.refused += !saturated;
+      }
+      ended = full_ = is_full(hard_time);
     } else {
       before_ = hard_time;
     }
     readings_ += 1;
-    full_ = full_ || (open_ && is_full(hard_time));
-    const bool finished = running_ && (!open_ || full_) && finish();
+    const bool finished = ended && finish();
     return {estimator.ratio(), alarm, gate.contact(), finished, revised};
   }
 
@@ -248,24 +256,26 @@ class Tracker : public Settings,
     }
   }
 
-  constexpr bool estimate(const Pair<Real>& pair) noexcept {
+  PALPATE_ONCE constexpr bool estimate(const Pair<Real>& pair) noexcept {
     const Real hard = pair.hard - hard_baseline.level(), soft = pair.soft - soft_baseline.level();
     [[maybe_unused]] const Real before = estimator.ratio();
     const auto step = estimator.update(hard, soft);
-    counts_.samples += step.accepted;
-    counts_.refused += !step.accepted;
-    const bool alarm = step.alarm && step.accepted;
-    counts_.alarms += alarm;
+    if (PALPATE_UNLIKELY(!step.accepted)) {
+      counts_.refused += 1;
+      return step.alarm;
+    }
+    counts_.samples += 1;
+    if (PALPATE_UNLIKELY(step.alarm)) {
+      counts_.alarms += 1;
+      if constexpr (fits) {
+        Extra::fit.restart(step.ratio / before - 1);
+      }
+    }
     if constexpr (fits) {
-      if (step.accepted) {
-        const bool counts = step.gain != 0;  // in the sums
-        Extra::reviser.follow(readings_, estimator.count(), alarm, counts);
-        if (PALPATE_UNLIKELY(alarm)) {
-          Extra::fit.restart(step.ratio / before - 1);
-        }
-        if (pair.matched && counts && !step.outlier) {
-          Extra::fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
-        }
+      const bool counts = step.gain != 0;  // in the sums
+      Extra::reviser.follow(readings_, estimator.count(), step.alarm, counts);
+      if (pair.matched && counts && !step.outlier) {
+        Extra::fit.add(hard, soft, static_cast<std::uint32_t>(readings_));
       }
     }
     return step.alarm;

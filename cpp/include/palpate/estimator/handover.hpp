@@ -62,7 +62,7 @@ class Handover : public Parameters {
                               Real covariance = default_covariance) noexcept
       : Parameters(parameters), ratio_(ratio), sums_{Real(1) / covariance} {}
 
-  constexpr Step<Real> update(Real output, Real regressor) noexcept {
+  PALPATE_ONCE constexpr Step<Real> update(Real output, Real regressor) noexcept {
     const Real innovation = output - product(regressor, ratio_);
     // The short way of an ordinary sample: nothing is selected in it, so no number waits for a condition.
     if constexpr (PALPATE_HOT_PATHS) {
@@ -77,7 +77,7 @@ class Handover : public Parameters {
         ratio_ = next.ratio;
         sums_ = next.sums;
         cusum_.add(z, settings.drift, settings.guard, sample);
-        learn(innovation, {whitened, scale, true, false}, false);
+        learn(innovation, {whitened, scale, true, false});
         instrument_.add(regressor, seen_, settings.smoothing);
         return {next.ratio, innovation, next.gain, false, true};
       }
@@ -143,28 +143,32 @@ class Handover : public Parameters {
   };
 
   /// The whole update, for every sample.
-  PALPATE_COLD constexpr Step<Real> update_any(Real output, Real regressor, Real innovation) noexcept {
+  PALPATE_COLD PALPATE_ONCE constexpr Step<Real> update_any(Real output, Real regressor, Real innovation) noexcept {
     if (PALPATE_UNLIKELY(!(in_range(output) && in_range(regressor) && in_range(innovation)))) {
       return refusal(ratio_, innovation, alarm());
     }
     const WeightedSample<Real> sample{instrument_.weight(regressor), output, regressor};
     const Judged judged = judge(innovation, output);
-    const TwoSidedCusum<Real> cusum = watch(judged, sample);
-    const bool change = cusum.statistic() > settings.threshold;
+    const TwoSidedCusum<Real> before = cusum_;
+    watch(judged, sample);
+    const bool change = alarm();
     // An outlier does not change the ratio. But if the ratio drifts, it may be real: it counts as far as noise could go.
     const bool drifts = noise_.drifts();
     const Real counted = judged.outlier ? noise_.limited_innovation(judged.clipped) : innovation;
-    const Estimate next = change                      ? handed_over(cusum.larger(), sample)
+    const Estimate next = change                      ? handed_over(cusum_.larger(), sample)
                           : judged.outlier && !drifts ? same()
                                                       : followed(sample, counted, drifts);
     if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
+      cusum_ = before;
       return refusal(ratio_, innovation, alarm());
     }
     ratio_ = next.ratio;
     sums_ = next.sums;
-    cusum_ = cusum;
-    learn(innovation, judged, change);
+    learn(innovation, judged);
     instrument_.add(regressor, seen_, settings.smoothing);
+    if (PALPATE_UNLIKELY(change)) {
+      noise_.restart();
+    }
     return {next.ratio, innovation, next.gain, change, true, judged.outlier};
   }
 
@@ -189,27 +193,29 @@ class Handover : public Parameters {
 
   // The scale is the mean of few magnitudes at first, and may be much too small. With 3 / n the first 64 samples have as
   // few false alarms as palpate.design.cusum promises: bench.accuracy.error_vs_time.
-  constexpr Real doubt() const noexcept {
-    return PALPATE_UNLIKELY(seen_ < 64 && seen_ >= warm_up) ? 1 + 3 / (seen_ - (transient - 1)) : Real(1);
+  constexpr Real scale_of(Real output) const noexcept {
+    Real scale = noise_.scale();
+    if (PALPATE_UNLIKELY(seen_ < 64 && seen_ >= warm_up)) {
+      scale = product(scale, 1 + 3 / (seen_ - (transient - 1)));
+    }
+    return least_scale(scale, output);
   }
-
-  constexpr Real scale_of(Real output) const noexcept { return least_scale(product(noise_.scale(), doubt()), output); }
 
   constexpr Judged judge(Real innovation, Real output) const noexcept {
     const Real whitened = noise_.whitened(innovation), scale = scale_of(output);
-    const bool watched = seen_ >= warm_up;
     const Real limit = product(settings.clip, scale);
-    const Real clipped = !watched ? whitened : whitened > limit ? limit : whitened < -limit ? -limit : whitened;
-    return {clipped, scale, watched, watched && magnitude(whitened) > limit};
+    const bool watched = seen_ >= warm_up, outlier = watched && magnitude(whitened) > limit;
+    return {!outlier ? whitened : whitened > 0 ? limit : -limit, scale, watched, outlier};
   }
 
-  /// The detector after this sample. It starts again after an alarm.
-  constexpr TwoSidedCusum<Real> watch(Judged judged, WeightedSample<Real> sample) const noexcept {
-    TwoSidedCusum<Real> cusum = alarm() ? TwoSidedCusum<Real>() : cusum_;
-    if (judged.watched) {
-      cusum.add(judged.clipped / judged.scale, settings.drift, settings.guard, sample);
+  /// The detector. It starts again after an alarm.
+  PALPATE_ONCE constexpr void watch(const Judged& judged, const WeightedSample<Real>& sample) noexcept {
+    if (PALPATE_UNLIKELY(alarm())) {
+      cusum_ = {};
     }
-    return cusum;
+    if (judged.watched) {
+      cusum_.add(judged.clipped / judged.scale, settings.drift, settings.guard, sample);
+    }
   }
 
   constexpr Estimate same() const noexcept { return {ratio_, sums_, Real(0)}; }
@@ -241,7 +247,7 @@ class Handover : public Parameters {
   }
 
   /// Update the noise model.
-  constexpr void learn(Real innovation, const Judged& judged, bool change) noexcept {
+  PALPATE_ONCE constexpr void learn(Real innovation, const Judged& judged) noexcept {
     seen_ += 1;
     if (seen_ > transient) {
       noise_.add_magnitude(judged.clipped, seen_ - transient);
@@ -250,9 +256,6 @@ class Handover : public Parameters {
       } else {
         noise_.add(innovation, seen_ < 32);
       }
-    }
-    if (PALPATE_UNLIKELY(change)) {
-      noise_.restart();
     }
   }
 

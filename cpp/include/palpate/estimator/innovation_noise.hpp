@@ -117,7 +117,7 @@ class InnovationNoise {
   static constexpr Real fewest_offset = 16;
   static constexpr Real memory = Real(0.995);  // of the sums
 
-  constexpr void follow_offset(Real innovation) noexcept {
+  PALPATE_ONCE constexpr void follow_offset(Real innovation) noexcept {
     offset_ += product(innovation - offset_, Real(0.0625));
     roughness_ += product(magnitude(innovation - before_) - roughness_, Real(0.03125));
   }

@@ -48,9 +48,36 @@ struct CusumSide {
   Value weighted_output = {};  // sum of w y
   Sums<Value> sums;            // of the samples after the first `guard` of them
 
-  // Selects, not a branch: the sign of noise cannot be predicted.
-  constexpr void add(Value step, Value guard, const Terms<Value>& terms) noexcept {
-    const Value sum = statistic + step, zero = {};
+  PALPATE_ONCE constexpr void add(Value step, Value guard, const Terms<Value>& terms) noexcept {
+    if constexpr (is_real<Value>) {
+      add_with_branches(statistic + step, guard, terms);
+    } else {
+      add_with_selects(statistic + step, guard, terms);
+    }
+  }
+
+  // The compilers make branches of the selects of one Real.
+  PALPATE_ONCE constexpr void add_with_branches(Value sum, Value guard, const Terms<Value>& terms) noexcept {
+    statistic = positive_part(sum);
+    if (sum > 0) {
+      age += 1;
+    } else {
+      age = 0;
+    }
+    if (age > guard) {
+      weighted_output += terms.weighted_output;
+      sums.information += terms.information;
+      sums.squares += terms.square;
+      sums.count += 1;
+    } else {
+      weighted_output = 0;
+      sums = {};
+    }
+  }
+
+  // The sign of noise cannot be predicted.
+  constexpr void add_with_selects(Value sum, Value guard, const Terms<Value>& terms) noexcept {
+    const Value zero = {};
     const auto keep = sum > zero;
     statistic = select(keep, sum, zero);
     age = select(keep, age + 1, zero);
@@ -75,7 +102,7 @@ template <class Real>
 struct SidesInTurn {
   CusumSide<Real> up, down;
 
-  constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
+  PALPATE_ONCE constexpr void add(Real z, Real drift, Real guard, const WeightedSample<Real>& sample) noexcept {
     const Terms<Real> terms = terms_of(sample);
     up.add(z - drift, guard, terms);
     down.add(-z - drift, guard, terms);

@@ -8,11 +8,12 @@
 
 namespace palpate {
 
-/// The null stage: both values unchanged.
+/// The null stage: both values unchanged. In every stage, feed's `wanted` says whether the pair is used: the readings are
+/// kept anyway.
 template <class Real, class Ticks>
 struct NoAlign {
   using ticks_type = Ticks;
-  constexpr Pair<Real> feed(Ticks, Ticks, Real hard, Real soft) noexcept {
+  constexpr Pair<Real> feed(Ticks, Ticks, Real hard, Real soft, bool = true) noexcept {
     return {hard, soft, is_finite(hard) && is_finite(soft)};
   }
   constexpr void reset() noexcept {}
@@ -40,15 +41,18 @@ class Align : public Settings {
   using Settings::settings;
 
   /// Takes one reading of each channel; NaN: a missing reading. Returns the pair that is complete with it.
-  constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft) noexcept {
-    if (!readings_.add(hard_time, soft_time, hard, soft)) {
-      return {hard, soft, false};
+  PALPATE_ONCE constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft,
+                                         bool wanted = true) noexcept {
+    Pair<Real> pair{hard, soft, false};
+    if (readings_.add(hard_time, soft_time, hard, soft) && wanted) {
+      const int i = readings_.middle();
+      if (i >= 0 && readings_.gap() <= static_cast<std::make_signed_t<Ticks>>(settings.max_gap)) {
+        pair.hard = readings_.hard[i];
+        pair.soft = readings_.soft_at(readings_.hard.time(i));
+        pair.valid = true;
+      }
     }
-    const int i = readings_.middle();
-    if (i < 0 || readings_.gap() > static_cast<std::make_signed_t<Ticks>>(settings.max_gap)) {
-      return {readings_.hard[0], readings_.soft[0], false};
-    }
-    return {readings_.hard[i], readings_.soft_at(readings_.hard.time(i)), true};
+    return pair;
   }
 
   constexpr void reset() noexcept { readings_.reset(); }

@@ -49,11 +49,8 @@ struct Level {
   Real mean = 0, noise = 0, count = 0, squares = 0;
 
   template <class Visit>
-  constexpr void visit(Visit&& visit_number) noexcept {
-    Real* own[] = {&mean, &noise, &count, &squares};
-    for (Real* number : own) {
-      visit_number(*number);
-    }
+  constexpr void visit(Visit&& visit_numbers) noexcept {
+    visit_numbers(mean, noise, count, squares);
   }
 };
 template <class Real>
@@ -61,12 +58,8 @@ struct Level<Real, true> : Level<Real, false> {
   Real age = 0, fast = 0, slow = 0;
 
   template <class Visit>
-  constexpr void visit(Visit&& visit_number) noexcept {
-    Level<Real, false>::visit(visit_number);
-    Real* own[] = {&age, &fast, &slow};
-    for (Real* number : own) {
-      visit_number(*number);
-    }
+  constexpr void visit(Visit&& visit_numbers) noexcept {
+    visit_numbers(this->mean, this->noise, this->count, this->squares, age, fast, slow);
   }
 };
 
@@ -120,11 +113,11 @@ class Baseline : public Settings {
   /// Only if ready().
   constexpr void mark() noexcept {
     int i = noise_floor;
-    now_.visit([&](Real& number) { halves_.value(++i) = number; });
+    now_.visit([&](auto&... numbers) { ((halves_.value(++i) = numbers), ...); });
   }
   constexpr void rewind() noexcept {
     int i = noise_floor;
-    now_.visit([&](Real& number) { number = halves_.value(++i); });
+    now_.visit([&](auto&... numbers) { ((numbers = halves_.value(++i)), ...); });
     judge_drift();
   }
 
@@ -137,7 +130,7 @@ class Baseline : public Settings {
   }
   constexpr bool ready() const noexcept { return filled_ == Size; }
   /// Capacitance without contact, for the changes of a touch that begins now.
-  constexpr Real level() const noexcept { return drifts_ ? expected() : now_.mean; }
+  constexpr Real level() const noexcept { return drifts() ? expected() : now_.mean; }
   /// The next value, if the present drift continues.
   constexpr Real expected() const noexcept {
     if constexpr (Drifts) {
@@ -153,12 +146,14 @@ class Baseline : public Settings {
   /// Variance of the level: that of the noise times the sum of the squared weights of the values; 5 / 4 share for
   /// 2 fast - slow.
   constexpr Real variance() const noexcept {
-    return product(product(now_.noise, now_.noise), drifts_ ? Real(1.25) * share : now_.squares);
+    return product(product(now_.noise, now_.noise), drifts() ? Real(1.25) * share : now_.squares);
   }
   /// Mean age of the values of the level, in values.
-  constexpr Real age() const noexcept { return drifts_ ? Real(0) : now_.age; }
+  constexpr Real age() const noexcept { return drifts() ? Real(0) : now_.age; }
 
  private:
+  constexpr bool drifts() const noexcept { return Drifts && drifts_; }
+
   constexpr void establish() noexcept {
     const auto found = halves_.summary(settings.clip, settings.least_noise);
     now_.noise = found.noise;

@@ -23,12 +23,12 @@ class Halves {
 
   /// Add the value with this index, from 0.
   constexpr void add(int index, Real value) noexcept {
-    const int begin = index < half ? 0 : half;
-    int i = index;
-    for (; i > begin && values_[i - 1] > value; --i) {
-      values_[i] = values_[i - 1];
+    const Real* const begin = values_ + (index < half ? 0 : half);
+    Real* place = values_ + index;
+    for (; place != begin && place[-1] > value; --place) {
+      *place = place[-1];
     }
-    values_[i] = value;
+    *place = value;
   }
 
   constexpr Summary summary(Real clip, Real least_noise) const noexcept {

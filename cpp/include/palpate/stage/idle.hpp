@@ -36,7 +36,7 @@ class Idle {
   /// Takes one reading; `running`: a touch takes samples.
   constexpr Event take(Ticks time, Real hard, Real soft, bool running) noexcept {
     const Real moved = change(hard, soft), spread = noise();
-    if (!ready()) {
+    if (!(hard_baseline.ready() && soft_baseline.ready())) {
       return begins_between(moved, spread) ? Event::begun : collect(time, hard, soft);
     }
     const bool was_idle = gate.idle(), was_in_contact = gate.contact();

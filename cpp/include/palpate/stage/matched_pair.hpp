@@ -39,7 +39,7 @@ class MatchedPair : public Settings {
   using ticks_type = Ticks;
   using Settings::settings;
 
-  constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft) noexcept {
+  constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft, bool wanted = true) noexcept {
     if (!readings_.add(hard_time, soft_time, hard, soft)) {
       return {hard, soft, false};
     }
@@ -54,7 +54,7 @@ class MatchedPair : public Settings {
       const Grid grid = fitted(i);
       if (grid.even) {
         uneven_ = 0;
-        return filtered(i, grid);
+        return wanted ? filtered(i, grid) : Pair<Real>{hard, soft, false};
       }
     }
     return interpolated(i);

@@ -50,7 +50,9 @@ class Channel {
     newest_ = static_cast<std::uint8_t>((newest_ + 1) % size);
     time_[newest_] = time;
     value_[newest_] = value;
-    filled_ = static_cast<std::uint8_t>(filled_ + (filled_ < size));
+    if (PALPATE_UNLIKELY(filled_ < size)) {
+      filled_ += 1;
+    }
   }
   constexpr void reset() noexcept { filled_ = 0; }
   constexpr int filled() const noexcept { return filled_; }
@@ -78,14 +80,14 @@ class LastReadings {
   /// Takes one reading of each channel; NaN: a missing reading. Returns whether there is a soft one, and all Order.
   constexpr bool add(Ticks hard_time, Ticks soft_time, Real hard_value, Real soft_value) noexcept {
     const bool any = is_finite(soft_value);
-    if (any) {
-      if (soft.filled() > 0 && !(ticks_between(soft_time, soft.time(0)) > 0)) {
-        reset();  // the time decreased, or did not change: start again
-      }
-      soft.push(soft_time, soft_value);
+    if (any && soft.filled() > 0 && !(ticks_between(soft_time, soft.time(0)) > 0)) {
+      reset();  // the time decreased, or did not change: start again
     }
     if (is_finite(hard_value)) {
       hard.push(hard_time, hard_value);
+    }
+    if (any) {
+      soft.push(soft_time, soft_value);
     }
     return any && soft.filled() >= Order;
   }
