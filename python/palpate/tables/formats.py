@@ -7,10 +7,11 @@ from pathlib import Path
 
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
+from palpate.tables.flat import Stream
 from palpate.tables.packed import contents, opened, unpacked_name
 from palpate.tables.table import Table
 from palpate.tables.text import parsing
-from palpate.tables.text.clean import clean_table
+from palpate.tables.text.clean import clean_stream, clean_table
 
 Reader = Callable[[Path, bytes, Asked], Table]
 
@@ -40,6 +41,8 @@ class Format:
     advice: str = ""
 
 
+LONG = 1 << 17
+"""Rows of a table that is read in parts."""
 _SAVE = "save its table as CSV, and use that"
 _UNPACK = "unpack it, and use what is in it"
 FORMATS = (
@@ -105,11 +108,35 @@ def read_table(path: Path, asked: Asked | None = None) -> Table:
     except OSError as error:
         raise RecordingError(path, f"cannot be read: {error.strerror}") from error
     table = table or _read(path, data, known, asked or Asked())
+    _note_name(table, path, known)
+    return table
+
+
+def long_table(path: Path) -> Stream | None:
+    """Return a file as a table that is read in parts; None: it is short, or can only be read as a whole.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read.
+    """
+    with opened(path) as file:
+        known = format_of(file.read(_LONGEST_BEGIN))
+    if known is not _TEXT:
+        return None
+    with opened(path) as file:
+        stream = clean_stream(path, file)
+    if stream is None or stream.rows < LONG:
+        return None
+    _note_name(stream.first, path, known)
+    return stream
+
+
+def _note_name(table: Table, path: Path, known: Format) -> None:
     suffix = Path(unpacked_name(path)).suffix.lower()
     named = next((each for each in (_TEXT, *FORMATS) if suffix in each.suffixes), known)
     if named is not known:
         table.notes.append(f"the name says {named.name}, but it is {known.name}: read as that")
-    return table
 
 
 def _clean(path: Path) -> Table | None:
