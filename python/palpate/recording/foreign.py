@@ -103,6 +103,11 @@ class Foreign:
         self.understood: str = begin.understood
         self._told: tuple[str, ...] = begin.notes
 
+    @property
+    def in_parts(self) -> bool:
+        """Whether it is read in parts."""
+        return self._parts is not None
+
     @cached_property
     def recording(self) -> Recording:
         """The whole table."""

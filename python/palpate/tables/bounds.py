@@ -70,14 +70,18 @@ def _bins_at(counts: NDArray[np.int64], part: float) -> tuple[int, int]:
 class Steps:
     """Times that rise from row to row, with bounds of their steps.
 
+    Parameters
+    ----------
+    window : int
+        Rows in a window of `typical_step`.
+
     Attributes
     ----------
     first, last : float
     """
 
-    _WINDOW = 256  # as in `typical_step` of a long table
-
-    def __init__(self) -> None:
+    def __init__(self, window: int) -> None:
+        self._window = window
         self.first = self.last = np.nan
         self._tail = np.empty(0)
         self._single, self._windows = Bins(8), Bins(8)
@@ -87,8 +91,8 @@ class Steps:
         self.first = float(times[0]) if np.isnan(self.first) else self.first
         joined = np.concatenate([self._tail, times])
         self._single.add(np.diff(joined[-len(times) - 1 :]))
-        self._windows.add(joined[self._WINDOW :] - joined[: -self._WINDOW])
-        self._tail, self.last = joined[-self._WINDOW :], float(times[-1])
+        self._windows.add(joined[self._window :] - joined[: -self._window])
+        self._tail, self.last = joined[-self._window :], float(times[-1])
 
     @property
     def least(self) -> float:
@@ -98,7 +102,7 @@ class Steps:
     def typical(self) -> tuple[float, float]:
         """Return bounds of `typical_step`."""
         low, high = self._median(self._windows)
-        return low / self._WINDOW, high / self._WINDOW
+        return low / self._window, high / self._window
 
     def median(self) -> tuple[float, float]:
         """Return bounds of `median_step`."""

@@ -23,7 +23,7 @@ from palpate.tables.long import IDS
 from palpate.tables.roles import Side, sides
 from palpate.tables.scales import are_of_one_size, units
 from palpate.tables.table import Table
-from palpate.tables.times.steps import median_step, typical_step
+from palpate.tables.times.steps import median_step, typical_step, window_of
 from palpate.tables.times.time_units import GUESSED, LONGEST_S, POSSIBLE, TimeUnit, named_unit, time_unit
 from palpate.tables.times.time_units import LIKELY as LIKELY_RATES
 from palpate.tables.times.times import LATEST_S
@@ -114,7 +114,7 @@ def _flat(stream: Stream, asked: Asked) -> Flat | None:
     raw = [numbers(table, column, asked.decimal) for column in columns]
     found = units(side, soft, (raw[0], raw[1]), asked)[:2]
     scale = PICOFARADS[found[0]], PICOFARADS[found[1]]
-    readings, steps = (Readings(), Readings()), Steps()
+    readings, steps = (Readings(), Readings()), Steps(window_of(stream.rows))
     for part in stream.parts(columns):
         for known, values in zip(readings, _scaled(part, scale), strict=True):
             known.add(values)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from io import SEEK_END
 from pathlib import Path
 
 from palpate.errors import RecordingError
@@ -42,7 +43,8 @@ class Format:
 
 
 LONG = 1 << 17
-"""Rows of a table that is read in parts."""
+"""Rows of a table that is read in parts, at least."""
+_SHORTEST = len("0,1\n")
 _SAVE = "save its table as CSV, and use that"
 _UNPACK = "unpack it, and use what is in it"
 FORMATS = (
@@ -122,7 +124,8 @@ def long_table(path: Path) -> Stream | None:
     """
     with opened(path) as file:
         known = format_of(file.read(_LONGEST_BEGIN))
-    if known is not _TEXT:
+        is_short = file.seekable() and file.seek(0, SEEK_END) < LONG * _SHORTEST
+    if known is not _TEXT or is_short:
         return None
     with opened(path) as file:
         stream = clean_stream(path, file)
