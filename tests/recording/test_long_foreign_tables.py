@@ -150,8 +150,9 @@ def changed(change: Callable[[list[Floats]], None], tmp_path: Path, **how: Any) 
     """Return a table after a change."""
     columns = [*presses()]
     change(columns)
+    t, hard, soft = columns
     path = tmp_path / "table.csv"
-    path.write_bytes(table(*columns, **how))
+    path.write_bytes(table(t, hard, soft, **how))
     return path
 
 

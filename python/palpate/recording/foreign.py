@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import SATURATED_PF
+from palpate.errors import PalpateError
 from palpate.recording.exchange.binary_data import BinaryData, is_binary_data
 from palpate.recording.exchange.columns_in import own_recording
 from palpate.recording.own_file import Recorded
@@ -166,12 +167,12 @@ def _in_parts(path: Path, asked: Asked, known: Sequence[Logger]) -> _Parts | Non
         return None
     try:
         stream = long_table(path)
-    except OSError:
+        if stream is None or (not asked.given and own_frame(stream.first) is not None):
+            return None
+        how = _how(stream.first, asked, known)
+        found = flat(stream, how.asked)
+    except (OSError, PalpateError, ValueError):
         return None  # the reader of the whole says why
-    if stream is None or (not asked.given and own_frame(stream.first) is not None):
-        return None
-    how = _how(stream.first, asked, known)
-    found = flat(stream, how.asked)
     return None if found is None else _Parts(how.recording(found.first), found.first.unused, found)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.tables.doubts import APART, FEWEST, PILE, SAME, TAIL
+from palpate.tables.doubts import APART, FEWEST, MOVED, PILE, SAME, TAIL
 
 Array = NDArray[np.float64]
 _WIDEST = 1 << 18  # bins
@@ -125,35 +125,48 @@ class Steps:
 
 @dataclass
 class Readings:
-    """Readings of a channel that are above zero, and change.
+    """Readings of a channel that are above zero.
 
     Attributes
     ----------
     low, high : dict
         The smallest and the largest values, those farthest out first, with their counts; `high` with the sign changed.
+    moved : float
+        The largest change of the other channel while this one had the same reading for long, as in `frozen`.
     """
 
     low: dict[float, int] = field(default_factory=dict)
     high: dict[float, int] = field(default_factory=dict)
     _bins: Bins = field(default_factory=lambda: Bins(12))
-    _tail: Array = field(default_factory=lambda: np.empty(0))
+    moved: float = 0.0
+    _run: tuple[float, int, float, float] = (np.nan, 0, np.inf, -np.inf)
+    """The latest reading, in how many rows so far, and the smallest and largest of the other channel in them."""
 
-    def add(self, values: Array) -> None:
-        """Add the readings of the next rows; raises Doubtful if one is not above zero, or they rest at a value."""
+    def add(self, values: Array, other: Array) -> None:
+        """Add the readings of the next rows, of this channel and the other one; raises Doubtful if one is not above zero."""
         self._bins.add(values)
+        self._add_runs(values, other)
         self.low, self.high = _smallest(self.low, values), _smallest(self.high, -values)
-        joined = np.concatenate([self._tail, values])
-        changes = np.flatnonzero(joined[1:] != joined[:-1])
-        require(int(np.diff(changes, prepend=-1, append=len(joined) - 1).max()) < FEWEST)
-        self._tail = joined[-FEWEST:]
+
+    def _add_runs(self, values: Array, other: Array) -> None:
+        begins = np.concatenate([[0], np.flatnonzero(values[1:] != values[:-1]) + 1])
+        rows = np.diff(begins, append=len(values))
+        least, most = np.minimum.reduceat(other, begins), np.maximum.reduceat(other, begins)
+        latest, count, low, high = self._run
+        if values[0] == latest:
+            rows[0] += count
+            least[0], most[0] = min(least[0], low), max(most[0], high)
+        self.moved = float(np.max((most - least)[rows >= FEWEST], initial=self.moved))
+        self._run = float(values[-1]), int(rows[-1]), float(least[-1]), float(most[-1])
 
     @property
     def span(self) -> Array:
         """The smallest reading and the largest one."""
         return np.array([next(iter(self.low)), -next(iter(self.high))])
 
-    def require_plain(self) -> None:
-        """Raise Doubtful unless `absent` and `clipped` surely say nothing."""
+    def require_plain(self, other: Array) -> None:
+        """Raise Doubtful unless `absent`, `clipped` and `frozen` surely say nothing; `other`: span of the other channel."""
+        require(self.moved <= MOVED * (other[1] - other[0]))
         for end in (self.low, self.high):
             (at, count), *others = end.items()
             require(len(others) == _NEAR)

@@ -10,7 +10,7 @@ PILE = 5  # times as many as have the next values
 SAME = 3  # equal readings that are no chance
 _MOST = 0.2  # of the readings: a channel that rests at a value has it more often
 APART = 5  # standard deviations of the other readings
-_MOVED = 0.05  # of its range: a channel that changes
+MOVED = 0.05  # of its range: a channel that changes
 TAIL = 0.005  # of the other readings at each end: single wrong ones
 
 Array = NDArray[np.float64]
@@ -111,7 +111,7 @@ def frozen(name: str, values: Array, other: Array) -> list[str]:
     coarse = len(values) - lengths[at] > 2 * (len(lengths) - 1)  # elsewhere, too, most readings equal the one before
     meanwhile = other[first:end]
     moved = np.nanmax(meanwhile) - np.nanmin(meanwhile) if not np.isnan(meanwhile).all() else 0.0
-    still = moved <= _MOVED * (np.nanmax(other) - np.nanmin(other))
+    still = moved <= MOVED * (np.nanmax(other) - np.nanmin(other))
     if coarse or still or values[first] in (np.nanmin(values), np.nanmax(values)):
         return []
     said = f"{name}: rows {first + 1} to {end} of the samples have exactly {values[first]:.6g}, while the other channel changes"

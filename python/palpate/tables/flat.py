@@ -116,8 +116,9 @@ def _flat(stream: Stream, asked: Asked) -> Flat | None:
     scale = PICOFARADS[found[0]], PICOFARADS[found[1]]
     readings, steps = (Readings(), Readings()), Steps(window_of(stream.rows))
     for part in stream.parts(columns):
-        for known, values in zip(readings, _scaled(part, scale), strict=True):
-            known.add(values)
+        hard_pF, soft_pF = _scaled(part, scale)
+        readings[0].add(hard_pF, soft_pF)
+        readings[1].add(soft_pF, hard_pF)
         if timed:
             steps.add(part[2])
     _require_plain(side, soft, readings, found, asked)
@@ -142,8 +143,8 @@ def _require_plain(
     side: Side, soft: Side, readings: tuple[Readings, Readings], found: tuple[str, str], asked: Asked
 ) -> None:
     """Raise Doubtful unless no value is odd, and the units are those of the first rows."""
-    for each in readings:
-        each.require_plain()
+    readings[0].require_plain(readings[1].span)
+    readings[1].require_plain(readings[0].span)
     spans = readings[0].span / PICOFARADS[found[0]], readings[1].span / PICOFARADS[found[1]]
     require(max(float(span[1]) for span in spans) < OVERLOAD / 2)
     require(asked.unit is not None or are_of_one_size(side, soft, spans, found))

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from importlib import import_module
 from io import SEEK_END
 from pathlib import Path
+from typing import Any
 
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
 from palpate.tables.flat import Stream
-from palpate.tables.packed import contents, opened, unpacked_name
+from palpate.tables.packed import contents, is_packed, opened, unpacked_name
 from palpate.tables.table import Table
 from palpate.tables.text import parsing
 from palpate.tables.text.clean import clean_stream, clean_table
@@ -31,6 +32,8 @@ class Format:
         The first bytes of such a file.
     reader : str
         MODULE:FUNCTION, imported when it is used: gives the table in the bytes of a file.
+    stream : str
+        MODULE:FUNCTION, too: gives the table in a file that is read in parts, or None.
     advice : str
         What to do with a format that has no reader.
     """
@@ -39,6 +42,7 @@ class Format:
     suffixes: tuple[str, ...]
     begins: tuple[bytes, ...]
     reader: str = ""
+    stream: str = ""
     advice: str = ""
 
 
@@ -50,8 +54,10 @@ _UNPACK = "unpack it, and use what is in it"
 FORMATS = (
     Format("an Excel workbook", (".xlsx", ".xlsm"), (b"PK\3\4", b"PK\5\6"), reader="palpate.tables.readers.excel:parse"),
     Format("an XDF file", (".xdf",), (b"XDF:",), reader="palpate.tables.readers.xdf:parse"),
-    Format("a Parquet table", (".parquet",), (b"PAR1",), reader="palpate.tables.readers.arrow:parse"),
-    Format("an Arrow file", (".arrow", ".feather"), (b"ARROW1\0\0",), reader="palpate.tables.readers.arrow:parse"),
+    Format("a Parquet table", (".parquet",), (b"PAR1",), reader="palpate.tables.readers.arrow:parse",
+           stream="palpate.tables.readers.arrow_stream:stream"),
+    Format("an Arrow file", (".arrow", ".feather"), (b"ARROW1\0\0",), reader="palpate.tables.readers.arrow:parse",
+           stream="palpate.tables.readers.arrow_stream:stream"),
     Format("an old Excel workbook, or one with a password", (".xls",), (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",),
            advice="save it as .xlsx without a password, or as CSV"),
     Format("an HDF5 or MATLAB 7.3 file", (".h5", ".hdf5", ".mat"), (b"\x89HDF\r\n\x1a\n",), advice=_SAVE),
@@ -121,18 +127,27 @@ def long_table(path: Path) -> Stream | None:
     ------
     OSError
         The file cannot be read.
+    RecordingError, MissingExtra
+        As `read_table`.
     """
     with opened(path) as file:
         known = format_of(file.read(_LONGEST_BEGIN))
         is_short = file.seekable() and file.seek(0, SEEK_END) < LONG * _SHORTEST
-    if known is not _TEXT or is_short:
-        return None
-    with opened(path) as file:
-        stream = clean_stream(path, file)
+    stream = None if is_short else _stream(path, known)
     if stream is None or stream.rows < LONG:
         return None
     _note_name(stream.first, path, known)
     return stream
+
+
+def _stream(path: Path, known: Format) -> Stream | None:
+    if known is _TEXT:
+        with opened(path) as file:
+            return clean_stream(path, file)
+    if not known.stream or is_packed(path):
+        return None
+    found: Stream | None = _named(known.stream)(path)
+    return found
 
 
 def _note_name(table: Table, path: Path, known: Format) -> None:
@@ -152,7 +167,10 @@ def _read(path: Path, data: bytes, known: Format, asked: Asked) -> Table:
         raise RecordingError(path, "is empty")
     if known.advice:
         raise RecordingError(path, f"is {known.name}, which palpate cannot read: {known.advice}")
-    return parsing.parse(path, data) if known is _TEXT else _reader(known)(path, data, asked)
+    if known is _TEXT:
+        return parsing.parse(path, data)
+    reader: Reader = _named(known.reader)
+    return reader(path, data, asked)
 
 
 def format_of(data: bytes) -> Format:
@@ -166,7 +184,6 @@ def format_of(data: bytes) -> Format:
     return next((each for each in FORMATS if data.startswith(each.begins)), _TEXT)
 
 
-def _reader(known: Format) -> Reader:
-    module, _, name = known.reader.partition(":")
-    reader: Reader = getattr(import_module(module), name)
-    return reader
+def _named(function: str) -> Any:
+    module, _, name = function.partition(":")
+    return getattr(import_module(module), name)
