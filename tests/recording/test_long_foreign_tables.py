@@ -156,6 +156,14 @@ def changed(change: Callable[[list[Floats]], None], tmp_path: Path, **how: Any) 
     return path
 
 
+def test_what_is_odd_in_the_first_rows_only_is_not_said(tmp_path: Path) -> None:
+    path = changed(_nothing, tmp_path, form="%.3f")
+    assert require_alike(path)
+    path = tmp_path / "few.csv"
+    path.write_bytes(table(*presses(400), form="%.3f"))
+    assert "clipped" in str(Foreign(path, whole=True).notes)
+
+
 @pytest.mark.parametrize("odd", ODD)
 def test_what_is_odd_after_the_first_rows_is_said_as_of_a_whole_table(odd: str, tmp_path: Path) -> None:
     change, said = ODD[odd]
@@ -165,9 +173,10 @@ def test_what_is_odd_after_the_first_rows_is_said_as_of_a_whole_table(odd: str, 
 
 
 @pytest.mark.parametrize("even", EVEN)
+@pytest.mark.parametrize("form", ["%.4f", "%.9f"])
 @pytest.mark.parametrize("head", ["time (s),C1 (pF),C2 (pF)\n", "time,C1,C2\n", "x,C1 (fF),C2 (fF)\n", ""])
-def test_what_is_not_odd_is_read_in_parts(even: str, head: str, tmp_path: Path) -> None:
-    path = changed(EVEN[even], tmp_path, head=head)
+def test_what_is_not_odd_is_read_in_parts(even: str, head: str, form: str, tmp_path: Path) -> None:
+    path = changed(EVEN[even], tmp_path, head=head, form=form)
     columns = {} if head else {"columns": {"hard": 2, "soft": 3, "time": 1}}
     assert require_alike(path, **columns)
 
@@ -182,6 +191,24 @@ def test_a_rate_is_asked_for_where_there_are_no_times(tmp_path: Path) -> None:
     assert require_alike(path)
     assert require_alike(path, rate=100.0)
     assert not require_alike(changed(_nothing, tmp_path), rate=38.4)  # beside times
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".arrow"])
+def test_arrow_columns_are_read_alike(suffix: str, tmp_path: Path) -> None:
+    arrow = pytest.importorskip("pyarrow")
+    t, hard, soft = presses(200_000)
+    path = tmp_path / f"table{suffix}"
+    for last, is_sure in ((4.0, True), (None, False), (np.inf, False), (-4.0, False)):
+        names = {"time": t, "C1": hard, "C2": [*soft[:-1].tolist(), last], "status": np.zeros(len(t), np.int8)}
+        _save(arrow.table(names), path)
+        assert require_alike(path) == is_sure
+
+
+def _save(columns: Any, path: Path) -> None:
+    if path.suffix == ".parquet":
+        pytest.importorskip("pyarrow.parquet").write_table(columns, path)
+    else:
+        pytest.importorskip("pyarrow.feather").write_feather(columns, path)
 
 
 def test_the_recording_of_a_table_in_parts_is_the_whole(tmp_path: Path) -> None:

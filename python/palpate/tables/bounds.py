@@ -142,13 +142,13 @@ class Readings:
     _run: tuple[float, int, float, float] = (np.nan, 0, np.inf, -np.inf)
     """The latest reading, in how many rows so far, and the smallest and largest of the other channel in them."""
 
-    def add(self, values: Array, other: Array) -> None:
-        """Add the readings of the next rows, of this channel and the other one; raises Doubtful if one is not above zero."""
+    def add(self, values: Array) -> None:
+        """Add the readings of the next rows; raises Doubtful if one is not above zero."""
         self._bins.add(values)
-        self._add_runs(values, other)
         self.low, self.high = _smallest(self.low, values), _smallest(self.high, -values)
 
-    def _add_runs(self, values: Array, other: Array) -> None:
+    def add_runs(self, values: Array, other: Array) -> None:
+        """Add finite readings of the next rows, of this channel and the other one, for `moved`."""
         begins = np.concatenate([[0], np.flatnonzero(values[1:] != values[:-1]) + 1])
         rows = np.diff(begins, append=len(values))
         least, most = np.minimum.reduceat(other, begins), np.maximum.reduceat(other, begins)

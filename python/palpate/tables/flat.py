@@ -9,7 +9,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
 from palpate.tables.bounds import Doubtful, Readings, Steps, require
+from palpate.tables.cell.decimals import MARKS
 from palpate.tables.cell.numbers import OVERLOAD, numbers
 from palpate.tables.clean_cells import NumberCells
 from palpate.tables.long import IDS
 from palpate.tables.roles import Side, sides
 from palpate.tables.scales import are_of_one_size, units
-from palpate.tables.table import Table
+from palpate.tables.table import Stream, Table
 from palpate.tables.times.steps import median_step, typical_step, window_of
 from palpate.tables.times.time_units import GUESSED, LONGEST_S, POSSIBLE, TimeUnit, named_unit, time_unit
 from palpate.tables.times.time_units import LIKELY as LIKELY_RATES
@@ -34,30 +35,9 @@ Array = NDArray[np.float64]
 _Seconds = Callable[[int, list[Array]], Array]
 """Of a row (from 0), and a part of the columns that begins there: the times, s."""
 _SAFE = 1e-9  # of 1: more than all roundings of a mean
+_FEW = 100  # cells
 _FINEST = 1e-13  # of the latest time; steps below it are lost when seconds are rounded
 _FINE_S = 1e-6  # steps of dates, which are rounded to ns
-
-
-class Stream(Protocol):
-    """A table that is read in parts, as often as wanted.
-
-    Attributes
-    ----------
-    first : Table
-        Its first rows; its notes are on all rows.
-    rows : int
-    """
-
-    @property
-    def first(self) -> Table:
-        """Its first rows."""
-
-    @property
-    def rows(self) -> int:
-        """All rows."""
-
-    def parts(self, columns: list[int]) -> Iterator[list[Array]]:
-        """Yield the numbers of some columns (from 0), of all rows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +89,7 @@ def _flat(stream: Stream, asked: Asked) -> Flat | None:
         return None
     columns = [side.value, soft.value, *side.times]
     first = channels(table, asked)
-    if not first.plain or not all(_is_sure(table, column, asked) for column in columns):
+    if not all(_is_sure(table, column, asked) for column in columns):
         return None
     raw = [numbers(table, column, asked.decimal) for column in columns]
     found = units(side, soft, (raw[0], raw[1]), asked)[:2]
@@ -117,14 +97,16 @@ def _flat(stream: Stream, asked: Asked) -> Flat | None:
     readings, steps = (Readings(), Readings()), Steps(window_of(stream.rows))
     for part in stream.parts(columns):
         hard_pF, soft_pF = _scaled(part, scale)
-        readings[0].add(hard_pF, soft_pF)
-        readings[1].add(soft_pF, hard_pF)
+        readings[0].add(hard_pF)
+        readings[1].add(soft_pF)
+        readings[0].add_runs(hard_pF, soft_pF)
+        readings[1].add_runs(soft_pF, hard_pF)
         if timed:
             steps.add(part[2])
     _require_plain(side, soft, readings, found, asked)
     seconds, step_s = _times(side, asked, raw[2:], steps)
     said = "; ".join([*first.said.split("; ")[:-2], _pace(step_s), f"{stream.rows} rows"])
-    return Flat(replace(first, said=said), stream, columns, scale, seconds)
+    return Flat(replace(first, said=said, notes=first.lasting), stream, columns, scale, seconds)
 
 
 def _scaled(part: list[Array], scale: tuple[float, float]) -> list[Array]:
@@ -134,9 +116,12 @@ def _scaled(part: list[Array], scale: tuple[float, float]) -> list[Array]:
 def _is_sure(table: Table, column: int, asked: Asked) -> bool:
     """Return whether the cells of a column are numbers, of which nothing is open in any row."""
     cells: Any = table.columns[column].cells
-    if isinstance(cells, NumberCells):
-        return cells.known and (not cells.mark or asked.decimal == cells.mark or (cells.sure and not asked.decimal))
-    return isinstance(cells, np.ndarray) and cells.dtype == np.float64
+    if not isinstance(cells, NumberCells):
+        return isinstance(cells, np.ndarray) and cells.dtype == np.float64
+    if not cells.mark or cells.mark == asked.decimal:
+        return cells.known
+    is_checked = cells.sure or any(MARKS[cells.mark] in cell for cell in cells[:_FEW])
+    return cells.known and asked.decimal is None and is_checked
 
 
 def _require_plain(
@@ -162,20 +147,19 @@ def _times(side: Side, asked: Asked, first: list[Array], steps: Steps) -> tuple[
     require(steps.first == first[0][0] and size < OVERLOAD and size * unit_s < LATEST_S / 2)
     require(steps.least > _FINEST * size and (not kind.epoch or steps.least * unit_s > _FINE_S))
     named = asked.time_unit or named_unit(side.table, side.times[0])
-    if not named:
-        latest = abs(float(first[0][-1])), size
-        require(all(len({end * SECONDS[unit] < LONGEST_S for end in latest}) == 1 for unit in SECONDS))
-        _require_one_pace(steps.median(), median_step(first[0]), {*GUESSED, *LIKELY_RATES, *POSSIBLE})
-        _require_one_pace(steps.typical(), typical_step(first[0]), {*GUESSED, *LIKELY_RATES, *POSSIBLE})
+    if not named:  # a later last time leaves fewer units, if any
+        _require_one_pace(steps.median(), median_step(first[0]))
+        _require_one_pace(steps.typical(), typical_step(first[0]))
+        require(size * unit_s < LONGEST_S / 2 or kind.epoch is not None)
     elif not asked.time_unit:
         require(all(POSSIBLE[0] < 1 / (step * unit_s) < POSSIBLE[1] for step in steps.typical()))
     rounded_s = 2e-9 if kind.epoch else 1e-15 * size * unit_s
     return lambda _, part: _seconds(kind, steps.first, part[2]), (steps.usual() * unit_s, rounded_s)
 
 
-def _require_one_pace(bounds: tuple[float, float], step: float, limits: set[float]) -> None:
-    """Raise Doubtful unless steps within these bounds are on the same side of all limits (a second) as another one."""
-    places = sorted(limits)
+def _require_one_pace(bounds: tuple[float, float], step: float) -> None:
+    """Raise Doubtful unless steps within these bounds are on the same side of all limits as that of the first rows."""
+    places = sorted({*GUESSED, *LIKELY_RATES, *POSSIBLE})
     low, high = bounds[0] * (1 - _SAFE), bounds[1] * (1 + _SAFE)
     for unit_s in SECONDS.values():
         require(len({bisect_left(places, 1 / (each * unit_s)) for each in (low, step, high)}) == 1)

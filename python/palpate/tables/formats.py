@@ -9,9 +9,8 @@ from typing import Any
 
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
-from palpate.tables.flat import Stream
 from palpate.tables.packed import contents, is_packed, opened, unpacked_name
-from palpate.tables.table import Table
+from palpate.tables.table import Stream, Table
 from palpate.tables.text import parsing
 from palpate.tables.text.clean import clean_stream, clean_table
 

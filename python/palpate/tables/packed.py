@@ -3,7 +3,9 @@
 import errno
 import gzip
 import io
+import os
 import sys
+import tempfile
 import zlib
 from functools import lru_cache
 from pathlib import Path
@@ -27,7 +29,7 @@ def opened(path: Path) -> BinaryIO:
     OSError
         As `palpate.files.open_regular`; or, also while it is read: a damaged .gz, or more than `LARGEST` bytes in it.
     """
-    file = io.BytesIO(_standard_input()) if path == STANDARD_INPUT else open_regular(path)
+    file = io.BufferedReader(_Shared(_standard_input())) if path == STANDARD_INPUT else open_regular(path)
     begin = file.read(len(GZIP))
     file.seek(0)
     return cast(BinaryIO, io.BufferedReader(_Unpacked(file))) if begin == GZIP else file
@@ -77,7 +79,7 @@ def _too_large() -> OSError:
     return OSError(errno.EFBIG, f"larger than {LARGEST:,} bytes, the most that such a file may have")
 
 
-def _standard_input() -> bytes:
+def _standard_input() -> BinaryIO:
     if sys.stdin is None or not hasattr(sys.stdin, "buffer"):
         raise OSError(errno.EBADF, "there is no standard input")
     if sys.stdin.isatty():
@@ -86,9 +88,37 @@ def _standard_input() -> bytes:
 
 
 @lru_cache(maxsize=1)
-def _read_once(stream: Any) -> bytes:
-    """Return all bytes of a stream. It can be read only once, and a recording is read more than once."""
-    return _limited(stream.buffer)
+def _read_once(stream: Any) -> BinaryIO:
+    """Return a temporary file with all bytes of a stream: it can be read only once, and a recording is read more often."""
+    file = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the stream is known
+    while part := stream.buffer.read(_PART):
+        file.write(part)
+        if file.tell() > LARGEST:
+            raise _too_large()
+    return cast(BinaryIO, file)
+
+
+class _Shared(io.RawIOBase):
+    """A file that several read, each from its own place."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file, self._at = file, 0
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        self._at = self._file.seek(offset + (self._at if whence == os.SEEK_CUR else 0), 0 if whence == 1 else whence)
+        return self._at
+
+    def readinto(self, buffer: Any) -> int:
+        self._file.seek(self._at)
+        count = int(self._file.readinto(buffer))  # type: ignore[attr-defined]
+        self._at += count
+        return count
 
 
 class _Unpacked(io.RawIOBase):

@@ -43,8 +43,8 @@ class Channels:
     zero_utc_ns : int or None
     unused : list of str
         Names of the other columns of the table.
-    plain : bool
-        Whether no row is left out, and none looks wrong.
+    lasting : tuple of str
+        The notes that are not on rows: they hold for a longer table, too.
     """
 
     t_hard_s: Array
@@ -55,7 +55,7 @@ class Channels:
     notes: tuple[str, ...]
     zero_utc_ns: int | None
     unused: list[str]
-    plain: bool
+    lasting: tuple[str, ...]
 
 
 def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Channels:
@@ -93,16 +93,16 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     notes = [*odd, *told, *of_times, *(note for each in tables for note in each.notes)]
     if table.header_rate and UNTIMED in notes:
         notes.append(f"the header says {table.header_rate} samples a second: --rate {table.header_rate}?")
-    stuck: list[str] = []
+    lasting = [note for note in notes if note == UNTIMED or note not in {*odd, *of_times}]
     for name, each, other in (("hard", *arrays[2:]), ("soft", *arrays[:1:-1])):
-        stuck += [*clipped(name, each), *frozen(name, each, other)]
+        notes += [*clipped(name, each), *frozen(name, each, other)]
     return Channels(
         *arrays,
         "; ".join(filter(None, line)),
-        tuple(dict.fromkeys([*notes, *stuck])),
+        tuple(dict.fromkeys(notes)),
         stamps[0].zero_utc_ns,
         _unused(hard, soft),
-        not {*odd, *of_times, *stuck} - {UNTIMED},
+        tuple(dict.fromkeys(lasting)),
     )
 
 
