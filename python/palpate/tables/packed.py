@@ -6,6 +6,7 @@ import io
 import os
 import sys
 import tempfile
+import weakref
 import zlib
 from functools import lru_cache
 from pathlib import Path
@@ -79,7 +80,7 @@ def _too_large() -> OSError:
     return OSError(errno.EFBIG, f"larger than {LARGEST:,} bytes, the most that such a file may have")
 
 
-def _standard_input() -> BinaryIO:
+def _standard_input() -> "_Spool":
     if sys.stdin is None or not hasattr(sys.stdin, "buffer"):
         raise OSError(errno.EBADF, "there is no standard input")
     if sys.stdin.isatty():
@@ -88,21 +89,28 @@ def _standard_input() -> BinaryIO:
 
 
 @lru_cache(maxsize=1)
-def _read_once(stream: Any) -> BinaryIO:
-    """Return a temporary file with all bytes of a stream: it can be read only once, and a recording is read more often."""
-    file = tempfile.TemporaryFile()  # noqa: SIM115 - open as long as the stream is known
-    while part := stream.buffer.read(_PART):
-        file.write(part)
-        if file.tell() > LARGEST:
-            raise _too_large()
-    return cast(BinaryIO, file)
+def _read_once(stream: Any) -> "_Spool":
+    """Return all bytes of a stream. It can be read only once, and a recording is read more than once."""
+    return _Spool(stream.buffer)
+
+
+class _Spool:
+    """The bytes of a stream in a temporary file, which is closed when nobody reads it any more."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self.file = tempfile.TemporaryFile()  # noqa: SIM115 - the finalizer closes it
+        weakref.finalize(self, self.file.close)
+        while part := stream.read(_PART):
+            self.file.write(part)
+            if self.file.tell() > LARGEST:
+                raise _too_large()
 
 
 class _Shared(io.RawIOBase):
     """A file that several read, each from its own place."""
 
-    def __init__(self, file: BinaryIO) -> None:
-        self._file, self._at = file, 0
+    def __init__(self, spool: _Spool) -> None:
+        self._spool, self._at = spool, 0
 
     def readable(self) -> bool:
         return True
@@ -111,12 +119,13 @@ class _Shared(io.RawIOBase):
         return True
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        self._at = self._file.seek(offset + (self._at if whence == os.SEEK_CUR else 0), 0 if whence == 1 else whence)
+        offset += self._at if whence == os.SEEK_CUR else 0
+        self._at = self._spool.file.seek(offset, os.SEEK_END if whence == os.SEEK_END else os.SEEK_SET)
         return self._at
 
     def readinto(self, buffer: Any) -> int:
-        self._file.seek(self._at)
-        count = int(self._file.readinto(buffer))  # type: ignore[attr-defined]
+        self._spool.file.seek(self._at)
+        count = self._spool.file.readinto(buffer)
         self._at += count
         return count
 
