@@ -6,11 +6,11 @@ import subprocess
 import sys
 
 import pytest
-from effort import NIGHTLY
+from effort import ALL, NIGHTLY
 from project import ROOT
 from tally import Tally
 
-STEP = 1 if NIGHTLY else 20
+STEP = 1 if NIGHTLY else 20 if ALL else 60
 
 
 def test_hostile_files_end_as_documented(tally: Tally) -> None:

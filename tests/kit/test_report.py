@@ -96,8 +96,8 @@ def test_too_much_is_refused(report: Report, tmp_path: Path) -> None:
 
 def test_changed_bytes_are_read_or_refused(report: Report, tmp_path: Path) -> None:
     random, data, path = random_of("kit report"), report.text().encode(), tmp_path / "report.json"
-    refused = 0
-    for _ in range(draws(300)):
+    refused, count = 0, draws(300)
+    for _ in range(count):
         path.write_bytes(_changed(data, random))
         try:
             found = load(path)
@@ -105,7 +105,7 @@ def test_changed_bytes_are_read_or_refused(report: Report, tmp_path: Path) -> No
             refused += 1
             continue
         assert all(line.isprintable() for step in found.steps for line in step.lines())
-    assert refused > 100
+    assert refused > count / 3
 
 
 def _changed(data: bytes, random: Random) -> bytes:

@@ -17,7 +17,7 @@ from palpate.tables.table import Table
 from palpate.tables.text import clean
 from random_tables import dialect, written  # tests/tools
 
-COUNT = draws(40, 600)
+COUNT = draws(40, 600, at_least=20)
 SIGNS = ' \t\n\r,;.|"#%+-eE_0195xµ\x00\x1a:/'
 PLACES = ("head", "middle", "end")
 

@@ -36,12 +36,15 @@ class Source(Protocol):
     """A source of samples: hardware, a simulated board, or a file.
 
     It is a context manager and an iterable. One thread may iterate and another one close it; the latter calls
-    `interrupt` first. A stream calls both in a thread of their own, and waits 0.5 s and 2 s at most. To write a source, derive from this class and define `__iter__` and `describe`. To register its
-    scheme, add an entry point of the group ``palpate.sources``: a function of address and options.
+    `interrupt` first. A stream calls both in a thread of their own, and waits 0.5 s and 2 s at most. To write a source,
+    derive from this class and define `__iter__` and `describe`. To register its scheme, add an entry point of the group
+    ``palpate.sources``: a function of address and options.
+
     A source that gets several samples at a time, as from a buffer or a file, may also define ``read_block()``: it returns
     the next samples, all that are there, as an array of `SampleRing.dtype` with shape (n,); it waits for the first one, and
     returns an empty array at the end. Errors are raised by the call after the samples before them. A stream uses it in
     place of the iteration, and single samples are many times as expensive.
+
     `palpate.testing.check_source` tests whether a source keeps what is promised here.
 
     Attributes

@@ -32,7 +32,7 @@ def blocks_of(source: Source) -> Iterator[Block] | None:
     --------
     >>> from palpate import open
     >>> sum(map(len, blocks_of(open("tests/data/four-specimens.csv")))), blocks_of(open("sim:"))
-    (1442, None)
+    (1411, None)
     """
     for kind in type(source).__mro__:
         if "read_block" in vars(kind):
