@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
+#include <utility>
 #include <vector>
 
+#include "../rows/ordinary.hpp"
 #include "../rows/own_rows.hpp"
 #include "constructors.hpp"
 #include "sample_rows.hpp"
@@ -16,17 +17,32 @@ class OwnRows {
   explicit OwnRows(const Form& form) : form_(form) {}
 
   py::object parse(py::handle text) const {
-    if (!PyBytes_Check(text.ptr())) {
-      throw py::type_error("text: got " + py::str(py::type::of(text)).cast<std::string>() + ", allowed: bytes");
-    }
-    const char* const begin = PyBytes_AS_STRING(text.ptr());
-    const char* const end = begin + PyBytes_GET_SIZE(text.ptr());
-    const py::ssize_t lines = std::count(begin, end, '\n') + (begin != end && end[-1] != '\n');
+    const auto [begin, end] = bytes_of(text);
+    const auto lines =
+        static_cast<py::ssize_t>(palpate::rows::count_lines(begin, end)) + (begin != end && end[-1] != '\n');
     const py::array found(once<&sample_dtype>(), py::array::ShapeContainer{lines});
     auto* const rows = View<Row>::of(found).items();
     const char* at = begin;
     run_block(lines, [&] { palpate::rows::parse_rows(at, end, form_, rows); }, least);
     return at == end ? py::object(found) : py::none();
+  }
+
+  static std::size_t count_lines(OwnRows&, py::handle text) {
+    const auto [begin, end] = bytes_of(text);
+    return palpate::rows::count_lines(begin, end);
+  }
+
+  static py::object ordinary(OwnRows&, py::handle samples, py::handle largest_code) {
+    const auto rows = sample_rows(samples, "samples", 0);
+    const auto largest = largest_code.cast<std::int64_t>();
+    if (rows.size == 0) {
+      return py::none();
+    }
+    const palpate::rows::Ordinary found(rows.items(), static_cast<std::size_t>(rows.size), largest);
+    const auto [holds, pause_s, before, hard, soft] = found;
+    return !holds ? py::object(py::none())
+                  : py::make_tuple(pause_s, before, py::make_tuple(hard.low, hard.high),
+                                   py::make_tuple(soft.low, soft.high));
   }
 
   static py::bytes format(OwnRows&, py::handle samples) {
@@ -43,6 +59,14 @@ class OwnRows {
   }
 
  private:
+  static std::pair<const char*, const char*> bytes_of(py::handle text) {
+    if (!PyBytes_Check(text.ptr())) {
+      throw py::type_error("text: got " + py::str(py::type::of(text)).cast<std::string>() + ", allowed: bytes");
+    }
+    const char* const begin = PyBytes_AS_STRING(text.ptr());
+    return {begin, begin + PyBytes_GET_SIZE(text.ptr())};
+  }
+
   static constexpr py::ssize_t least = 512;  // rows: some 50 us
 
   Form form_;
@@ -67,6 +91,19 @@ constexpr auto parse_doc = R"(parse($self, text, /)
 
 Return whole lines, bytes, as an array of `SampleRing.dtype`; None where a line is not plain: with blanks, a plus, more
 than 9 decimals of a time, or no row.)";
+
+constexpr auto lines_doc = R"(count_lines($self, text, /)
+--
+
+Return the number of line ends in bytes.)";
+
+constexpr auto ordinary_doc = R"(ordinary($self, samples, largest_code, /)
+--
+
+Return the longest time from sample to sample, s, the sample before it, and (lowest, highest) of both channels, pF.
+
+None where a sample is not ordinary: not the next one by its number, earlier than the one before, with a status, without
+a value, or with a code above the largest one. `samples` is an array of `SampleRing.dtype`, contiguous.)";
 
 constexpr auto format_doc = R"(format($self, samples, /)
 --
@@ -95,6 +132,8 @@ void refuse_pickle(py::handle, py::handle) { throw py::type_error("cannot pickle
 void bind_rows(py::module_& module) {
   auto type = methods::define_class<&made>(module, "OwnRows", "(scale=None, *, uncertainty=True)", rows_doc);
   methods::define<&OwnRows::parse>(type, parse_doc);
+  methods::define<&OwnRows::count_lines>(type, lines_doc);
+  methods::define<&OwnRows::ordinary>(type, ordinary_doc);
   methods::define<&OwnRows::format>(type, format_doc);
   methods::define<&refuse_pickle>(type, "__reduce_ex__($self, protocol, /)\n--\n\n");
 }

@@ -59,13 +59,14 @@ inline std::uint32_t number_of(std::uint32_t four) noexcept {
   return (digits * 100 + (digits >> 16)) & 0xFFFF;
 }
 
-/// The number of eight digits: pairs, then fours, then both.
-inline std::uint64_t number_of(std::uint64_t eight) noexcept {
-  std::uint64_t digits = eight - 0x3030303030303030;
+/// The number of eight digits, bytes from 0 to 9: pairs, then fours, then both.
+inline std::uint64_t number_of_digits(std::uint64_t digits) noexcept {
   digits = (digits * 10 + (digits >> 8)) & 0x00FF00FF00FF00FF;
   digits = (digits * 100 + (digits >> 16)) & 0x0000FFFF0000FFFF;
   return (digits * 10000 + (digits >> 32)) & 0xFFFFFFFF;
 }
+
+inline std::uint64_t number_of(std::uint64_t eight) noexcept { return number_of_digits(eight - 0x3030303030303030); }
 
 /// A place in text, and the number that the digits before it make; more than 19 of them wrap around.
 struct Run {

@@ -4,9 +4,9 @@
 // The rows of a recording as palpate writes them, read and written; python/palpate/recording/rows.py has the format, and
 // reads every row that is not plain: with blanks, a plus, more digits than a nanosecond, or a mistake.
 
-#include <limits>
+#include <algorithm>
 
-#include "number.hpp"
+#include "cells.hpp"
 #include "row.hpp"
 
 namespace palpate::rows {
@@ -21,162 +21,97 @@ struct Form {
   double capacitance(std::int32_t code) const noexcept { return static_cast<double>(code - zero) / per_pF; }
 };
 
-/// Reads cells one after the other. What is not plain is remembered; then nothing more is worth reading.
-class Cells {
- public:
-  Cells(const char* at, const char* end) noexcept : at_(at), end_(end) {}
-
-  const char* at() const noexcept { return at_; }
-  bool plain() const noexcept { return plain_; }
-
-  /// The character that has to be next.
-  void pass(char c) noexcept {
-    plain_ = plain_ && at_ != end_ && *at_ == c;
-    at_ += plain_;
-  }
-
-  bool skip(char c) noexcept {
-    const bool found = at_ != end_ && *at_ == c;
-    at_ += found;
-    return found;
-  }
-
-  /// An integer from 0, with at most 18 digits.
-  std::int64_t whole() noexcept { return static_cast<std::int64_t>(digits(18)); }
-
-  /// An integer from -1 to 2^31 - 1.
-  std::int32_t code() noexcept {
-    const bool none = skip('-');
-    const std::uint64_t number = digits(10);
-    plain_ = plain_ && (none ? number == 1 : number <= most);
-    return none ? -1 : static_cast<std::int32_t>(number);
-  }
-
-  /// A time in s with at most 9 decimals, as ns.
-  std::int64_t nanoseconds() noexcept {
-    const bool negative = skip('-');
-    Run run = append_few({at_, 0}, end_);
-    plain_ = plain_ && run.at != at_ && run.at - at_ <= 10;
-    std::ptrdiff_t missing = 9;
-    if (run.at != end_ && *run.at == '.') {
-      const char* const fraction = run.at + 1;
-      run = append_digits({fraction, run.number}, end_);
-      missing -= run.at - fraction;
-    }
-    for (; missing > 0; --missing) {
-      run.number *= 10;
-    }
-    constexpr auto latest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-    plain_ = plain_ && missing == 0 && run.number <= latest;
-    at_ = run.at;
-    return static_cast<std::int64_t>(negative ? 0 - run.number : run.number);
-  }
-
-  /// A number, nan, or nothing, which is nan, too.
-  double real() noexcept {
-    double value = std::numeric_limits<double>::quiet_NaN();
-    if (!blank() && !nan()) {
-      const char* at = at_;
-      plain_ = plain_ && parse_real(at, end_, value);
-      at_ = at;
-    }
-    return value;
-  }
-
-  /// The same, where its value does not matter.
-  void skip_real() noexcept {
-    if (!blank() && !nan()) {
-      skip('-');
-      const Decimal number = take_decimal(at_, end_);
-      plain_ = plain_ && number.count != 0;
-      at_ = number.end;
-    }
-  }
-
-  /// One digit.
-  std::uint8_t status() noexcept {
-    const auto number = static_cast<unsigned char>(at_ == end_ ? 255 : *at_ - '0');
-    plain_ = plain_ && number <= Row::last_status;
-    at_ += plain_;
-    return number;
-  }
-
-  /// A line end, of Windows, too; or the end of all.
-  void pass_line_end() noexcept {
-    if (at_ != end_) {
-      skip('\r');
-      pass('\n');
-    }
-  }
-
- private:
-  static constexpr std::uint64_t most = std::numeric_limits<std::int32_t>::max();
-
-  std::uint64_t digits(std::ptrdiff_t longest) noexcept {
-    const Run run = append_digits({at_, 0}, end_);
-    plain_ = plain_ && run.at != at_ && run.at - at_ <= longest;
-    at_ = run.at;
-    return run.number;
-  }
-
-  bool blank() const noexcept { return at_ != end_ && *at_ == ','; }
-
-  bool nan() noexcept {
-    const bool found = end_ - at_ >= 3 && at_[0] == 'n' && at_[1] == 'a' && at_[2] == 'n';
-    at_ += found ? 3 : 0;
-    return found;
-  }
-
-  const char* at_;
-  const char* end_;
-  bool plain_ = true;
-};
-
-/// The capacitance in the next cell, or of the code, which then is left out of the row where its scale is not known.
-inline double capacitance(Cells& cells, const Form& form, std::int32_t& code) noexcept {
+/// The capacitance in a cell, or of the code, which then is left out of the row where its scale is not known.
+inline double capacitance(Cells& cells, const Form& form, Cell cell, std::int32_t& code) noexcept {
   if (code >= 0 && form.codes) {
-    cells.skip_real();
+    cells.skip_real(cell);
     return form.capacitance(code);
   }
   code = -1;
-  return cells.real();
+  return cells.real(cell);
 }
 
-/// Read one row, and move `at` behind its line end; false, with `at` as it was: it is not plain.
-inline bool parse_row(const char*& at, const char* end, const Form& form, Row& row) noexcept {
-  Cells cells(at, end);
-  row.seq = cells.whole();
-  cells.pass(',');
-  row.t_hard_ns = cells.nanoseconds();
-  cells.pass(',');
-  row.t_soft_ns = cells.nanoseconds();
-  cells.pass(',');
-  row.hard_raw = cells.code();
-  cells.pass(',');
-  row.soft_raw = cells.code();
-  cells.pass(',');
-  row.hard = capacitance(cells, form, row.hard_raw);
-  cells.pass(',');
-  row.soft = capacitance(cells, form, row.soft_raw);
-  cells.pass(',');
-  row.t_uncertainty_us = -1;
-  if (form.uncertainty) {
-    row.t_uncertainty_us = cells.code();
-    cells.pass(',');
+/// A copy of some text, with room to read behind it, and the rows in it.
+class Batch {
+ public:
+  /// As much of [begin, end) as there is room for; the last line of all may lack its end.
+  Batch(const char* begin, const char* end) noexcept {
+    const auto size = std::min(end - begin, most);
+    char* last = append(text_, begin, static_cast<int>(size));
+    std::memset(last, 0, behind);
+    if (size == end - begin && last[-1] != '\n' && last[-1] != '\r') {
+      *last++ = '\n';
+    }
+    last_ = find_commas(text_, last, places_);
   }
-  row.status = cells.status();
-  std::memset(row.padding, 0, sizeof row.padding);
-  cells.pass_line_end();
-  at = cells.plain() ? cells.at() : at;
-  return cells.plain();
+
+  /// Where the rows so far end, from the begin of the text.
+  std::ptrdiff_t read() const noexcept { return at_ - text_; }
+
+  /// Read the next row; false: there is no whole one, or it is not plain.
+  bool next(const Form& form, Row& row) noexcept {
+    if (last_ - place_ < (form.uncertainty ? 8 : 7)) {
+      return false;
+    }
+    Cells cells;
+    row.seq = static_cast<std::int64_t>(cells.whole(cell(cells)));
+    row.t_hard_ns = cells.nanoseconds(cell(cells));
+    row.t_soft_ns = cells.nanoseconds(cell(cells));
+    row.hard_raw = cells.code(cell(cells));
+    row.soft_raw = cells.code(cell(cells));
+    row.hard = capacitance(cells, form, cell(cells), row.hard_raw);
+    row.soft = capacitance(cells, form, cell(cells), row.soft_raw);
+    row.t_uncertainty_us = form.uncertainty ? cells.code(cell(cells)) : -1;
+    row.status = cells.digit(at_);
+    cells.require(row.status <= Row::last_status);
+    std::memset(row.padding, 0, sizeof row.padding);
+    at_ += 1 + (at_[1] == '\r');
+    cells.require(*at_++ == '\n');
+    return cells.plain();
+  }
+
+ private:
+  static constexpr std::ptrdiff_t most = 4096, behind = 80;
+
+  /// The next cell, up to a comma.
+  Cell cell(Cells& cells) noexcept {
+    const Cell found{at_, text_ + *place_++};
+    cells.require(*found.end == ',');
+    at_ = found.end + 1;
+    return found;
+  }
+
+  char text_[most + behind];
+  std::uint16_t places_[most + behind];
+  const std::uint16_t* place_ = places_;
+  const std::uint16_t* last_;
+  const char* at_ = text_;
+};
+
+/// Number of line ends.
+inline std::size_t count_lines(const char* at, const char* end) noexcept {
+  std::size_t count = 0;
+  while (at != end) {
+    const char* const stop = at + std::min<std::ptrdiff_t>(end - at, 255);
+    unsigned char few = 0;  // so that the compiler counts in bytes, 16 and more of them at a time
+    for (; at != stop; ++at) {
+      few = static_cast<unsigned char>(few + (*at == '\n'));
+    }
+    count += few;
+  }
+  return count;
 }
 
 /// Read the rows of [begin, end) to `rows`, which has room for every line; how many there are before the first that is
 /// not plain. `begin` moves there.
 inline std::size_t parse_rows(const char*& begin, const char* end, const Form& form, Row* rows) noexcept {
   std::size_t count = 0;
-  while (begin != end && parse_row(begin, end, form, rows[count])) {
-    ++count;
+  for (std::ptrdiff_t read = 1; read != 0 && begin != end; begin += read) {
+    Batch batch(begin, end);
+    for (read = 0; batch.next(form, rows[count]); ++count) {
+      read = batch.read();
+    }
+    read = std::min(read, end - begin);  // a line end was added
   }
   return count;
 }

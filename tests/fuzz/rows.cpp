@@ -2,6 +2,7 @@
 // libFuzzer: bytes as rows of a recording. The first byte chooses the form; the others are read from memory that ends
 // where they end. Rows that are plain come back from their own text with the same bits.
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <vector>
@@ -19,7 +20,8 @@ void require(bool holds) {
 }
 
 std::vector<Row> parsed(const std::vector<char>& text, const Form& form) {
-  std::vector<Row> rows(text.size() + 1);
+  const auto ends = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+  std::vector<Row> rows(ends + (!text.empty() && text.back() != '\n'));  // as many as there are lines
   const char* at = text.data();
   const char* const end = at + text.size();
   rows.resize(parse_rows(at, end, form, rows.data()));

@@ -6,6 +6,7 @@ import random
 import numpy as np
 import pytest
 from effort import draws, random_of
+from palpate._core import OwnRows
 from palpate.recording.codes import Codes
 from palpate.recording.rows import COLUMNS, EARLIER, RowError, format_rows, parse_any_rows, parse_rows
 from palpate.samples import DTYPE, Block
@@ -118,3 +119,34 @@ def test_lines_of_a_piece_however_it_is_cut() -> None:
     for length in range(len(data) + 1):
         expected = outcome(parse_any_rows, data[:length], COLUMNS, Codes())
         assert outcome(parse_rows, data[:length], COLUMNS, Codes()) == expected
+
+
+def test_rows_of_every_length_follow_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The core reads a block in parts, which end anywhere in a row, and one row that is not plain anywhere in it."""
+    monkeypatch.setattr("palpate.recording.rows.parse_any_rows", lambda *_: None)
+    rng = random_of("long blocks")
+    for _ in range(draws(40)):
+        block = drawn(rng, rng.randint(100, 300))
+        for name in ("hard", "soft"):
+            block[name] = np.round(rng.uniform(-9, 9), rng.randint(1, 16))
+        for end in (b"\n", b"\r\n"):
+            data = written(block).replace(b"\n", end)
+            assert parse_rows(data, COLUMNS, None).tolist() == uncoded(block).tolist()
+            at = rng.randrange(len(data) - 1)
+            changed = data[:at] + b"\0" + data[at + 1 :]
+            assert OwnRows(None).parse(changed) is None
+
+
+def uncoded(block: Block) -> Block:
+    """Return samples without codes."""
+    found = block.copy()
+    found["hard_raw"] = found["soft_raw"] = -1
+    return found
+
+
+def test_lines_are_counted() -> None:
+    for size in (0, 1, 254, 255, 256, 1000):
+        data = bytes(random.Random(size).choices(b"\n\r9", k=size))
+        assert OwnRows().count_lines(data) == data.count(b"\n")
+    with pytest.raises(TypeError, match="text: got <class 'str'>, allowed: bytes"):
+        OwnRows().count_lines("9")  # type: ignore[arg-type]

@@ -6,15 +6,14 @@ from itertools import chain, groupby
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
+from palpate._core import OwnRows
 from palpate.errors import RecordingError
 from palpate.recording.rows import COLUMNS, unreadable
 from palpate.tables.packed import opened
 
 LONGEST_ROW = 256
 """Bytes; the longest row that palpate writes has some 150."""
-_END = ord("\n")
+_OWN = OwnRows()
 _KEPT = 4096  # bytes of a line without an end that are kept: no row is that long
 
 
@@ -96,7 +95,7 @@ class Pass:
                 lines = b"".join((self.tail, memoryview(data)[:end]))  # one copy
                 yield Piece(lines, self.tail_offset, self.tail_line, left_out)
                 self.tail_offset += len(lines) + left_out
-                self.tail_line += int(np.count_nonzero(np.frombuffer(lines, np.uint8) == _END))
+                self.tail_line += _OWN.count_lines(lines)
                 left_out = 0
             self.tail = rest[:_KEPT]
             left_out += len(rest) - len(self.tail)

@@ -18,7 +18,7 @@ from palpate.recording.rows import COLUMNS, EARLIER, HEADER, RowError, columns_o
 from palpate.recording.survey import Survey
 from palpate.samples import Block
 
-_CHUNK = 1 << 20  # bytes: some 10,000 rows
+_CHUNK = 1 << 18  # bytes, some 3,000 rows: more would not stay in the cache, and be new pages for each block
 _MOST_TOLD = 5  # gaps
 _NONE = Integrity((), (), (), 0)
 

@@ -3,7 +3,9 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
+from palpate._core import OwnRows
 from palpate.recording.codes import Codes
 from palpate.samples import Block, Status, refused
 
@@ -89,10 +91,41 @@ class Survey:
             return
         if self.first_seq is None:
             self.first_seq, self.first_ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
-        self._add_order(block)
-        self._add_values(block)
+        if not self._is_ordinary(block):
+            self._add_any(block)
         self.rows += len(block)
         self.last_seq, self.last_ns = int(block["seq"][-1]), int(block["t_hard_ns"][-1])
+
+    def _is_ordinary(self, block: Block) -> bool:
+        """Add a block without anything to count, all but its number of rows, in one pass; False: it is another one."""
+        found = None if self.marked else _OWN.ordinary(np.ascontiguousarray(block), self.largest_code)
+        seq, ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
+        if found is None or (self.last_seq is not None and (seq != self.last_seq + 1 or ns < self.last_ns)):
+            return False
+        pause_s, before, hard, soft = found
+        if self.last_seq is not None:
+            self._add_pause(ns / 1e9 - self.last_ns / 1e9, self.last_seq)
+        self._add_pause(pause_s, seq + before)
+        self._add_span("hard", *hard)
+        self._add_span("soft", *soft)
+        return True
+
+    def _add_any(self, block: Block) -> None:
+        seqs, times = (
+            np.append(np.array([last] if self.rows else [], np.int64), block[name])
+            for last, name in ((self.last_seq, "seq"), (self.last_ns, "t_hard_ns"))
+        )
+        self._add_order(seqs)
+        self._add_times(seqs, times)
+        self._add_values(block)
+
+    def _add_pause(self, seconds: float, seq: int) -> None:
+        if seconds > self.pause[0]:  # of equal ones the first, however the file is cut
+            self.pause = seconds, seq
+
+    def _add_span(self, name: str, low: float, high: float) -> None:
+        known = self.spans_pF.get(name, (np.inf, -np.inf))
+        self.spans_pF[name] = (min(known[0], low), max(known[1], high))
 
     @property
     def seconds(self) -> float:
@@ -105,28 +138,21 @@ class Survey:
         pairs = self.rows - 1 + self.lost
         return self.seconds / pairs if pairs > 0 else float("nan")
 
-    def _add_order(self, block: Block) -> None:
-        steps = np.diff(np.append(np.array([self.last_seq] if self.rows else [], np.int64), block["seq"]))
+    def _add_order(self, seqs: NDArray[np.int64]) -> None:
+        steps = np.diff(seqs)
         gaps = steps[steps > 1].tolist()
         self.gaps += len(gaps)
         self.lost += sum(gaps) - len(gaps)
-        self._add_pause(block)
         self.disordered += int(np.count_nonzero(steps < 1))
-        times = np.append(np.array([self.last_ns] if self.rows else [], np.int64), block["t_hard_ns"])
-        self.backward += int(
-            np.count_nonzero(times[1:] < times[:-1])
-        )  # compared, not subtracted: the difference can overflow 64 bits
 
-    def _add_pause(self, block: Block) -> None:
-        seqs = np.append(np.array([self.last_seq] if self.rows else [], np.int64), block["seq"])
-        times = np.append(np.array([self.last_ns] if self.rows else [], np.int64), block["t_hard_ns"])
-        steps = np.diff(times / 1e9)  # a difference of integers can overflow
+    def _add_times(self, seqs: NDArray[np.int64], times: NDArray[np.int64]) -> None:
+        self.backward += int(np.count_nonzero(times[1:] < times[:-1]))  # a difference of integers can overflow
+        steps = np.diff(times / 1e9)
         if len(steps):
             if self.marked:
                 steps[np.isin(seqs[:-1], list(self.marked))] = 0.0
             at = int(np.argmax(steps))
-            if steps[at] > self.pause[0]:  # of equal ones the first, however the file is cut
-                self.pause = float(steps[at]), int(seqs[at])
+            self._add_pause(float(steps[at]), int(seqs[at]))
 
     def _add_values(self, block: Block) -> None:
         status = block["status"]
@@ -139,5 +165,7 @@ class Survey:
         for name in ("hard", "soft"):
             values = block[name][np.isfinite(block[name])]
             if len(values):
-                known = self.spans_pF.get(name, (np.inf, -np.inf))
-                self.spans_pF[name] = (min(known[0], float(values.min())), max(known[1], float(values.max())))
+                self._add_span(name, float(values.min()), float(values.max()))
+
+
+_OWN = OwnRows()
