@@ -50,7 +50,7 @@ def plot(
     try:
         require_free([output], [file], force=force)
         plots.check(output)
-        recording = recorded(file, **asked)
+        recording = recorded(file, whole=True, **asked)
         how: dict[str, Any] = {"scene": scene} if scene else {"scene": "handheld"} | recording.settings
         found, retaken, _ = tracked(recording, **how | tracking(touch_seconds, samples, settings))
         plots.save(in_memory(recording), found, output)

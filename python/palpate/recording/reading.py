@@ -70,7 +70,7 @@ def read(
     if not isinstance(source, str | os.PathLike):
         table = frame(source)
         return Foreign(table.path, table=table, **given, soft=soft, part=part).recording
-    return in_memory(recorded(source, **given, soft=soft, part=part))
+    return in_memory(recorded(source, whole=True, **given, soft=soft, part=part))
 
 
 def in_memory(source: AnyRecording) -> Recording:

@@ -5,13 +5,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-_FEWEST = 20  # readings at the end of a range that are no chance
-_PILE = 5  # times as many as have the next values
-_SAME = 3  # equal readings that are no chance
+FEWEST = 20  # readings at the end of a range that are no chance
+PILE = 5  # times as many as have the next values
+SAME = 3  # equal readings that are no chance
 _MOST = 0.2  # of the readings: a channel that rests at a value has it more often
-_APART = 5  # standard deviations of the other readings
-_MOVED = 0.05  # of its range: a channel that changes
-_TAIL = 0.005  # of the other readings at each end: single wrong ones
+APART = 5  # standard deviations of the other readings
+MOVED = 0.05  # of its range: a channel that changes
+TAIL = 0.005  # of the other readings at each end: single wrong ones
 
 Array = NDArray[np.float64]
 
@@ -47,13 +47,13 @@ def _lonely_end(values: Array) -> float | None:
     """Return the smallest or the largest value, the one that is farther from the others, if it is far from them."""
     finite = _finite(values)
     ends = (float(finite.min()), float(finite.max())) if len(finite) else ()
-    often = [end for end in ends if _SAME <= np.count_nonzero(finite == end) <= _MOST * len(finite)]
+    often = [end for end in ends if SAME <= np.count_nonzero(finite == end) <= _MOST * len(finite)]
     for end in sorted(often, key=lambda each: -abs(each - float(np.median(finite)))):
         others = finite[finite != end]
-        if len(others) >= _FEWEST:
-            low, high = np.quantile(others, [_TAIL, 1 - _TAIL])
+        if len(others) >= FEWEST:
+            low, high = np.quantile(others, [TAIL, 1 - TAIL])
             spread = float(np.std(np.clip(others, low, high)))
-            if spread > 0 and np.abs(others - end).min() > _APART * spread:
+            if spread > 0 and np.abs(others - end).min() > APART * spread:
                 return end
     return None
 
@@ -74,14 +74,14 @@ def clipped(name: str, values: Array) -> list[str]:
     []
     """
     finite = _finite(values)
-    if not len(finite) or max(np.count_nonzero(finite == end) for end in (finite.min(), finite.max())) < _FEWEST:
+    if not len(finite) or max(np.count_nonzero(finite == end) for end in (finite.min(), finite.max())) < FEWEST:
         return []
     found, counts = np.unique(finite, return_counts=True)
-    if len(found) < _FEWEST:
+    if len(found) < FEWEST:
         return []
     notes = []
     for side, at, near in (("largest", -1, slice(-6, -1)), ("smallest", 0, slice(1, 6))):
-        if counts[at] >= _FEWEST and counts[at] > _PILE * counts[near].max():
+        if counts[at] >= FEWEST and counts[at] > PILE * counts[near].max():
             notes.append(
                 f"{name}: {counts[at]} readings have exactly the {side} value, {found[at]:.6g}: is the channel clipped there?"
             )
@@ -99,19 +99,19 @@ def frozen(name: str, values: Array, other: Array) -> list[str]:
     >>> frozen("soft", np.round(np.linspace(4, 5, 430), 1), rising)
     []
     """
-    few = (values[1:] == values[:-1])[:: _FEWEST // 3]
+    few = (values[1:] == values[:-1])[:: FEWEST // 3]
     if not (few[2:] & few[1:-1] & few[:-2]).any():
         return []
     edges = np.r_[-1, np.flatnonzero(values[1:] != values[:-1]), len(values) - 1]  # nan differs from all
     lengths = np.diff(edges)
     at = int(np.argmax(lengths)) if len(values) else 0
-    if not len(values) or lengths[at] < _FEWEST or np.isnan(other).all():
+    if not len(values) or lengths[at] < FEWEST or np.isnan(other).all():
         return []
     first, end = int(edges[at]) + 1, int(edges[at + 1]) + 1
     coarse = len(values) - lengths[at] > 2 * (len(lengths) - 1)  # elsewhere, too, most readings equal the one before
     meanwhile = other[first:end]
     moved = np.nanmax(meanwhile) - np.nanmin(meanwhile) if not np.isnan(meanwhile).all() else 0.0
-    still = moved <= _MOVED * (np.nanmax(other) - np.nanmin(other))
+    still = moved <= MOVED * (np.nanmax(other) - np.nanmin(other))
     if coarse or still or values[first] in (np.nanmin(values), np.nanmax(values)):
         return []
     said = f"{name}: rows {first + 1} to {end} of the samples have exactly {values[first]:.6g}, while the other channel changes"

@@ -3,14 +3,16 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from io import SEEK_END
 from pathlib import Path
+from typing import Any
 
 from palpate.errors import RecordingError
 from palpate.tables.asked import Asked
-from palpate.tables.packed import contents, opened, unpacked_name
-from palpate.tables.table import Table
+from palpate.tables.packed import contents, is_packed, opened, unpacked_name
+from palpate.tables.table import Stream, Table
 from palpate.tables.text import parsing
-from palpate.tables.text.clean import clean_table
+from palpate.tables.text.clean import clean_stream, clean_table
 
 Reader = Callable[[Path, bytes, Asked], Table]
 
@@ -29,6 +31,8 @@ class Format:
         The first bytes of such a file.
     reader : str
         MODULE:FUNCTION, imported when it is used: gives the table in the bytes of a file.
+    stream : str
+        MODULE:FUNCTION, too: gives the table in a file that is read in parts, or None.
     advice : str
         What to do with a format that has no reader.
     """
@@ -37,16 +41,22 @@ class Format:
     suffixes: tuple[str, ...]
     begins: tuple[bytes, ...]
     reader: str = ""
+    stream: str = ""
     advice: str = ""
 
 
+LONG = 1 << 17
+"""Rows of a table that is read in parts, at least."""
+_SHORTEST = len("0,1\n")
 _SAVE = "save its table as CSV, and use that"
 _UNPACK = "unpack it, and use what is in it"
 FORMATS = (
     Format("an Excel workbook", (".xlsx", ".xlsm"), (b"PK\3\4", b"PK\5\6"), reader="palpate.tables.readers.excel:parse"),
     Format("an XDF file", (".xdf",), (b"XDF:",), reader="palpate.tables.readers.xdf:parse"),
-    Format("a Parquet table", (".parquet",), (b"PAR1",), reader="palpate.tables.readers.arrow:parse"),
-    Format("an Arrow file", (".arrow", ".feather"), (b"ARROW1\0\0",), reader="palpate.tables.readers.arrow:parse"),
+    Format("a Parquet table", (".parquet",), (b"PAR1",), reader="palpate.tables.readers.arrow:parse",
+           stream="palpate.tables.readers.arrow_stream:stream"),
+    Format("an Arrow file", (".arrow", ".feather"), (b"ARROW1\0\0",), reader="palpate.tables.readers.arrow:parse",
+           stream="palpate.tables.readers.arrow_stream:stream"),
     Format("an old Excel workbook, or one with a password", (".xls",), (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",),
            advice="save it as .xlsx without a password, or as CSV"),
     Format("an HDF5 or MATLAB 7.3 file", (".h5", ".hdf5", ".mat"), (b"\x89HDF\r\n\x1a\n",), advice=_SAVE),
@@ -105,11 +115,45 @@ def read_table(path: Path, asked: Asked | None = None) -> Table:
     except OSError as error:
         raise RecordingError(path, f"cannot be read: {error.strerror}") from error
     table = table or _read(path, data, known, asked or Asked())
+    _note_name(table, path, known)
+    return table
+
+
+def long_table(path: Path) -> Stream | None:
+    """Return a file as a table that is read in parts; None: it is short, or can only be read as a whole.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read.
+    RecordingError, MissingExtra
+        As `read_table`.
+    """
+    with opened(path) as file:
+        known = format_of(file.read(_LONGEST_BEGIN))
+        is_short = file.seekable() and file.seek(0, SEEK_END) < LONG * _SHORTEST
+    stream = None if is_short else _stream(path, known)
+    if stream is None or stream.rows < LONG:
+        return None
+    _note_name(stream.first, path, known)
+    return stream
+
+
+def _stream(path: Path, known: Format) -> Stream | None:
+    if known is _TEXT:
+        with opened(path) as file:
+            return clean_stream(path, file)
+    if not known.stream or is_packed(path):
+        return None
+    found: Stream | None = _named(known.stream)(path)
+    return found
+
+
+def _note_name(table: Table, path: Path, known: Format) -> None:
     suffix = Path(unpacked_name(path)).suffix.lower()
     named = next((each for each in (_TEXT, *FORMATS) if suffix in each.suffixes), known)
     if named is not known:
         table.notes.append(f"the name says {named.name}, but it is {known.name}: read as that")
-    return table
 
 
 def _clean(path: Path) -> Table | None:
@@ -122,7 +166,10 @@ def _read(path: Path, data: bytes, known: Format, asked: Asked) -> Table:
         raise RecordingError(path, "is empty")
     if known.advice:
         raise RecordingError(path, f"is {known.name}, which palpate cannot read: {known.advice}")
-    return parsing.parse(path, data) if known is _TEXT else _reader(known)(path, data, asked)
+    if known is _TEXT:
+        return parsing.parse(path, data)
+    reader: Reader = _named(known.reader)
+    return reader(path, data, asked)
 
 
 def format_of(data: bytes) -> Format:
@@ -136,7 +183,6 @@ def format_of(data: bytes) -> Format:
     return next((each for each in FORMATS if data.startswith(each.begins)), _TEXT)
 
 
-def _reader(known: Format) -> Reader:
-    module, _, name = known.reader.partition(":")
-    reader: Reader = getattr(import_module(module), name)
-    return reader
+def _named(function: str) -> Any:
+    module, _, name = function.partition(":")
+    return getattr(import_module(module), name)

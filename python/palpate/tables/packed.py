@@ -3,7 +3,10 @@
 import errno
 import gzip
 import io
+import os
 import sys
+import tempfile
+import weakref
 import zlib
 from functools import lru_cache
 from pathlib import Path
@@ -27,7 +30,7 @@ def opened(path: Path) -> BinaryIO:
     OSError
         As `palpate.files.open_regular`; or, also while it is read: a damaged .gz, or more than `LARGEST` bytes in it.
     """
-    file = io.BytesIO(_standard_input()) if path == STANDARD_INPUT else open_regular(path)
+    file = io.BufferedReader(_Shared(_standard_input())) if path == STANDARD_INPUT else open_regular(path)
     begin = file.read(len(GZIP))
     file.seek(0)
     return cast(BinaryIO, io.BufferedReader(_Unpacked(file))) if begin == GZIP else file
@@ -77,7 +80,7 @@ def _too_large() -> OSError:
     return OSError(errno.EFBIG, f"larger than {LARGEST:,} bytes, the most that such a file may have")
 
 
-def _standard_input() -> bytes:
+def _standard_input() -> "_Spool":
     if sys.stdin is None or not hasattr(sys.stdin, "buffer"):
         raise OSError(errno.EBADF, "there is no standard input")
     if sys.stdin.isatty():
@@ -86,9 +89,45 @@ def _standard_input() -> bytes:
 
 
 @lru_cache(maxsize=1)
-def _read_once(stream: Any) -> bytes:
+def _read_once(stream: Any) -> "_Spool":
     """Return all bytes of a stream. It can be read only once, and a recording is read more than once."""
-    return _limited(stream.buffer)
+    return _Spool(stream.buffer)
+
+
+class _Spool:
+    """The bytes of a stream in a temporary file, which is closed when nobody reads it any more."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self.file = tempfile.TemporaryFile()  # noqa: SIM115 - the finalizer closes it
+        weakref.finalize(self, self.file.close)
+        while part := stream.read(_PART):
+            self.file.write(part)
+            if self.file.tell() > LARGEST:
+                raise _too_large()
+
+
+class _Shared(io.RawIOBase):
+    """A file that several read, each from its own place."""
+
+    def __init__(self, spool: _Spool) -> None:
+        self._spool, self._at = spool, 0
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        offset += self._at if whence == os.SEEK_CUR else 0
+        self._at = self._spool.file.seek(offset, os.SEEK_END if whence == os.SEEK_END else os.SEEK_SET)
+        return self._at
+
+    def readinto(self, buffer: Any) -> int:
+        self._spool.file.seek(self._at)
+        count = self._spool.file.readinto(buffer)
+        self._at += count
+        return count
 
 
 class _Unpacked(io.RawIOBase):

@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 _SURE = {"pF": (0.05, 100.0), "F": (0.05e-12, 100e-12)}
 """Sizes that leave no doubt about a unit: gauges have some pF, and change by some tenths."""
 _COUNTS = ("counts", "count", "cnt", "cnts", "raw", "lsb", "adc", "digits", "codes")
+_ROUNDED = 1e-9  # of 1
 _FAR = 100.0  # the two gauges of a probe differ by less
 
 
@@ -113,6 +114,16 @@ def _are_surely_alike(values: tuple[Array, Array], found: tuple[str, str]) -> bo
         for low, high in [(float(each.min()), float(each.max()))]
     ]
     return len(ends) == 2 and all(most < _FAR / 2 * least for (_, most), (least, _) in (ends, ends[::-1]))
+
+
+def are_of_one_size(hard: Side, soft: Side, spans: tuple[Array, Array], found: tuple[str, str]) -> bool:
+    """Return whether `units` surely finds these units: `spans` are the smallest and the largest value of each channel."""
+    if not _are_surely_alike(spans, found):
+        return False
+    if _in_header(hard) or _in_header(soft):
+        return True
+    low, high = _SURE[found[0]]
+    return all(low * (1 + _ROUNDED) < each.min() and each.max() < high * (1 - _ROUNDED) for each in spans)
 
 
 def _require_alike(hard: Side, soft: Side, values: tuple[Array, Array], found: tuple[str, str]) -> None:

@@ -1,11 +1,11 @@
 """A table with named columns, of any format."""
 
 from array import array
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -186,3 +186,18 @@ class Table:
 
 _SIMPLER: tuple[Callable[[str], str], ...] = (str.strip, bare_name)
 """A name is compared as it is, then as its bare name."""
+
+
+class Stream(Protocol):
+    """A table that is read in parts, as often as wanted."""
+
+    @property
+    def first(self) -> Table:
+        """Its first rows; its notes are on all rows."""
+
+    @property
+    def rows(self) -> int:
+        """All rows."""
+
+    def parts(self, columns: list[int]) -> Iterator[list[NDArray[np.float64]]]:
+        """Yield the numbers of some columns (from 0), of all rows."""

@@ -43,6 +43,8 @@ class Channels:
     zero_utc_ns : int or None
     unused : list of str
         Names of the other columns of the table.
+    lasting : tuple of str
+        The notes that are not on rows: they hold for a longer table, too.
     """
 
     t_hard_s: Array
@@ -53,6 +55,7 @@ class Channels:
     notes: tuple[str, ...]
     zero_utc_ns: int | None
     unused: list[str]
+    lasting: tuple[str, ...]
 
 
 def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Channels:
@@ -85,15 +88,21 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
     rate = rate_of(arrays[0])
     line += [pace(rate), f"{len(arrays[0])} rows"]
     tables = [table] if soft_table is None else [table, soft_table]
-    notes = [*left_out, *turns, *remarks(arrays, rate), *lost, *also_lost, *apart, *told]
-    notes += [note for each in stamps for note in each.notes]
-    notes += [note for each in tables for note in each.notes]
+    odd = [*left_out, *turns, *remarks(arrays, rate), *lost, *also_lost, *apart]
+    of_times = [note for each in stamps for note in each.notes]
+    notes = [*odd, *told, *of_times, *(note for each in tables for note in each.notes)]
     if table.header_rate and UNTIMED in notes:
         notes.append(f"the header says {table.header_rate} samples a second: --rate {table.header_rate}?")
+    lasting = [note for note in notes if note == UNTIMED or note not in {*odd, *of_times}]
     for name, each, other in (("hard", *arrays[2:]), ("soft", *arrays[:1:-1])):
         notes += [*clipped(name, each), *frozen(name, each, other)]
     return Channels(
-        *arrays, "; ".join(filter(None, line)), tuple(dict.fromkeys(notes)), stamps[0].zero_utc_ns, _unused(hard, soft)
+        *arrays,
+        "; ".join(filter(None, line)),
+        tuple(dict.fromkeys(notes)),
+        stamps[0].zero_utc_ns,
+        _unused(hard, soft),
+        tuple(dict.fromkeys(lasting)),
     )
 
 
@@ -166,7 +175,7 @@ def _said_times(stamps: tuple[Times, Times]) -> str:
     return f"time = {' and '.join(names)}" if names else ""
 
 
-_LIKELY = 5.0, 2000.0  # pairs a second of a probe
+LIKELY = 5.0, 2000.0  # pairs a second of a probe
 _FEWEST = 50  # rows that show a pace
 
 
@@ -192,7 +201,7 @@ def remarks(arrays: _Arrays, rate: float) -> list[str]:
     time_s, _, hard, soft = arrays
     missing = int(np.count_nonzero(~(np.isfinite(hard) & np.isfinite(soft))))
     back = int(np.count_nonzero(time_s[1:] < time_s[:-1]))
-    odd = bool(rate) and len(time_s) >= _FEWEST and not _LIKELY[0] <= rate <= _LIKELY[1]
+    odd = bool(rate) and len(time_s) >= _FEWEST and not LIKELY[0] <= rate <= LIKELY[1]
     notes = {
         f"{rate:.4g} pairs a second are unusual for a probe: is the unit of the times right (--time-unit)?": odd,
         f"{missing} of {len(hard)} rows have no value in a channel: left out": missing,

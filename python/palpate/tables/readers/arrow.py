@@ -17,6 +17,7 @@ LARGEST = 500_000_000
 """Bytes of a column, at most, after decompression."""
 _ROWS = 1 << 16
 _NUMBER = 8  # bytes
+_IN_PARTS: dict[str, Any] = {"pre_buffer": False, "buffer_size": 1 << 16}  # else row groups are in memory as a whole
 _PARQUET, _ARROW = b"PAR1", b"ARROW1\0\0"
 
 
@@ -238,10 +239,10 @@ class ArrowFile:
 class _Parquet:
     def __init__(self, raw: BinaryIO) -> None:
         parquet = need("pyarrow.parquet", "export")
-        first = parquet.ParquetFile(raw)
+        first = parquet.ParquetFile(raw, pre_buffer=False)
         self.schema = first.schema_arrow
         words = [field.name for field in self.schema if str(field.type) in ("string", "large_string")]
-        self._file = parquet.ParquetFile(raw, metadata=first.metadata, read_dictionary=words)
+        self._file = parquet.ParquetFile(raw, metadata=first.metadata, read_dictionary=words, **_IN_PARTS)
         self.metadata = first.metadata.metadata or {}
         self.rows = first.metadata.num_rows
 
@@ -253,7 +254,7 @@ class _Parquet:
             yield batch.column(same.index(index))
 
     def parts(self, names: list[str], rows: int) -> Iterator[Any]:
-        yield from self._file.iter_batches(batch_size=rows, columns=names)
+        yield from self._file.iter_batches(batch_size=rows, columns=names, use_threads=False)
 
 
 class _Ipc:

@@ -8,7 +8,9 @@ not clean, there is no clean table.
 import re
 from array import array
 from bisect import bisect_right
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
@@ -29,10 +31,13 @@ from palpate.tables.text.rows import MOST_HEADER_ROWS
 HEADS = (1 << 13, 1 << 15, 1 << 18)
 """Bytes of the first lines, that the reader of all tables sees; more where so many have too few samples."""
 PART = 1 << 20
+FIRST = 1 << 15
+"""Rows of a long table that are understood."""
 SAMPLES = 200
 """Lines of samples, more than others, with which the lines in the middle are samples."""
 MOST_BELOW = 50  # lines after the clean ones
 Mark = Literal[".", ","]
+_CHANGED = "has changed while it was read: read it again"
 _LOOKED_AT = 20  # lines, to find the columns
 _DIGIT = re.compile("[0-9]")
 
@@ -47,13 +52,31 @@ def clean_table(path: Path, file: BinaryIO) -> Table | None:
     OSError
         As `palpate.tables.packed.opened`.
     """
+    found = _read(path, file, None)
+    return None if found is None else found[1]
+
+
+def clean_stream(path: Path, file: BinaryIO) -> "CleanStream | None":
+    """Return such a table as `clean_table` does, but only its first rows, and the way to all rows.
+
+    Raises
+    ------
+    OSError
+        As `palpate.tables.packed.opened`.
+    """
+    found = _read(path, file, FIRST)
+    return None if found is None else CleanStream(found[1], found[0])
+
+
+def _read(path: Path, file: BinaryIO, keep: int | None) -> "tuple[_Clean, Table] | None":
     head = b""
     for size in HEADS:
         head += file.read(size - len(head))
-        begun = _begun(path, head) if len(head) == size else None
+        begun = _begun(path, head, keep) if len(head) == size else None
         if begun is not None and begun.samples >= begun.others + SAMPLES + MOST_BELOW:
             tail = begun.read_on(head[begun.end :], file)
-            return None if tail is None else begun.table(head, tail)
+            table = None if tail is None else begun.table(head, tail)
+            return None if table is None else (begun, table)
     return None
 
 
@@ -70,7 +93,11 @@ class _Clean:
     others: int
     """Lines above the first one."""
     rows: CleanRows
+    keep: int | None
+    """Rows of which the numbers are kept, and those of their block; None: all."""
     samples: int = 0
+    count: int = 0
+    """Rows so far."""
     blocks: list[tuple[int, int, int]] = field(default_factory=list)
     """Of each block of lines, its place in the file, its size, and the number of its first row."""
     parts: list[list[NDArray[Any]]] = field(default_factory=list)
@@ -83,13 +110,10 @@ class _Clean:
         used, arrays = self.rows.read(data)
         if used:
             self.blocks.append((begin, used, self.count))
-            self.parts.append(arrays)
+            if self.keep is None or self.count < self.keep:
+                self.parts.append(arrays)
+            self.count += len(arrays[0])
         return used
-
-    @property
-    def count(self) -> int:
-        """Rows so far."""
-        return self.blocks[-1][2] + len(self.parts[-1][0]) if self.blocks else 0
 
     def read_on(self, data: bytes, file: BinaryIO) -> bytes | None:
         """Read the lines that follow the first ones, up to the last ones, which are returned; None: they are too many."""
@@ -115,11 +139,13 @@ class _Clean:
             return None
         if not (fits and below):
             return None
+        cells = [self._cells(column) for column in range(len(self.shapes))]
         lines: range | array[int] = range(self.others + 1, self.others + self.count - len(self.last) + 1)
-        if self.last:
+        if self.keep is not None:
+            lines = lines[: len(cells[0])]
+        elif self.last:
             lines = array("q", lines)
             lines.extend(seen.lines[self.samples :])
-        cells = [self._cells(column) for column in range(len(self.shapes))]
         columns = [Column(column.names, each) for column, each in zip(seen.columns, cells, strict=True)]
         return replace(seen, columns=columns, lines=lines)
 
@@ -132,8 +158,28 @@ class _Clean:
     def _add_last(self, rows: list[list[str | None]]) -> bool:
         """Add the samples below the clean lines; return whether they are clean, too."""
         self.last = [[cell or "" for cell in row] for row in rows]
-        data = "".join((self.delimiter or " ").join(row) + "\n" for row in self.last).encode("ascii")
+        data = self._last_lines()
         return self.add(-1, data) == len(data) if data else True
+
+    def _last_lines(self) -> bytes:
+        return "".join((self.delimiter or " ").join(row) + "\n" for row in self.last).encode("ascii")
+
+    def again(self) -> Iterator[list[NDArray[Any]]]:
+        """Yield the cells of all columns, block by block, from the file.
+
+        Raises
+        ------
+        RecordingError
+            The file has changed.
+        """
+        rows = CleanRows(self.shapes, delimiter=self.delimiter or "", decimal=self.decimal)
+        with opened(self.path) as file:
+            _skip(file, self.blocks[0][0])
+            for (begin, size, row), (_, _, end) in pairwise([*self.blocks, (0, 0, self.count)]):
+                used, arrays = rows.read(self._last_lines() if begin < 0 else file.read(size))
+                if (used, len(arrays[0])) != (size, end - row):
+                    raise RecordingError(self.path, _CHANGED)
+                yield arrays
 
     def _cells(self, column: int) -> Cells:
         values = np.concatenate([part[column] for part in self.parts])
@@ -153,21 +199,51 @@ class _Clean:
         try:
             return self._shown[1][row - block[2]][column]
         except IndexError:
-            raise RecordingError(self.path, "has changed while it was read: read it again") from None
+            raise RecordingError(self.path, _CHANGED) from None
 
     def _lines(self, block: tuple[int, int, int]) -> list[list[str]]:
         """Return the cells of the lines of a block, from the file."""
         begin, size, _ = block
         with opened(self.path) as file:
-            if file.seekable():
-                file.seek(begin)
-            for left in range(0 if file.seekable() else begin, 0, -PART):
-                file.read(min(left, PART))
+            _skip(file, begin)
             data = file.read(size).decode("ascii", "replace")
         return [cells_of(line, self.delimiter) for line in data.splitlines()]
 
 
-def _begun(path: Path, head: bytes) -> _Clean | None:
+@dataclass(frozen=True, eq=False)
+class CleanStream:
+    """A clean table that is read in parts.
+
+    Attributes
+    ----------
+    first : Table
+        Its first rows; its notes are on all rows.
+    """
+
+    first: Table
+    _clean: _Clean
+
+    @property
+    def rows(self) -> int:
+        """All rows."""
+        return self._clean.count
+
+    def parts(self, columns: list[int]) -> Iterator[list[NDArray[Any]]]:
+        """Yield the numbers of some columns (from 0), of all rows."""
+        for arrays in self._clean.again():
+            yield [arrays[column] for column in columns]
+
+
+def _skip(file: BinaryIO, size: int) -> None:
+    """Go to a place in a file that is open at its beginning."""
+    if file.seekable():
+        file.seek(size)
+        return
+    for left in range(size, 0, -PART):
+        file.read(min(left, PART))
+
+
+def _begun(path: Path, head: bytes, keep: int | None) -> _Clean | None:
     """Return the clean lines at the end of the first bytes of a file; None: there are none, or it is open what they are."""
     end = head.rfind(b"\n") + 1
     found = _understood(head[:end].splitlines())
@@ -178,7 +254,7 @@ def _begun(path: Path, head: bytes) -> _Clean | None:
     for _ in range(MOST_HEADER_ROWS):
         others = head[:at].replace(b"\r\n", b"\n").replace(b"\r", b"\n").count(b"\n")
         rows = CleanRows(shapes, delimiter=delimiter or "", decimal=decimal)
-        clean = _Clean(path, delimiter, decimal, shapes, end, others, rows)
+        clean = _Clean(path, delimiter, decimal, shapes, end, others, rows, keep)
         at += clean.add(at, head[at:end])
         if at == end:
             clean.samples = clean.count

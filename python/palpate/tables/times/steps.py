@@ -25,8 +25,13 @@ def typical_step(times: Floats) -> float:
     >>> typical_step(np.array([0, 1, 10, 11, 20, 21, 30, 31, 40, 41.0]))
     5.0
     """
-    window = max(2, min(_WINDOW, (len(times) - 1) // 4)) if len(times) > 2 else 1
+    window = window_of(len(times))
     return _median_above(times[window:] - times[:-window]) / window
+
+
+def window_of(rows: int) -> int:
+    """Return the rows in a window of `typical_step`."""
+    return max(2, min(_WINDOW, (rows - 1) // 4)) if rows > 2 else 1
 
 
 def median_step(times: Floats) -> float:

@@ -26,11 +26,11 @@ _WORDS = {
 _UNITS = {word: unit for unit, words in _WORDS.items() for word in words.split()} | {"lsl_timestamp": "s"}
 _LAST_WORD = re.compile(r"([A-Za-z]{1,16})[)\]]?$")
 
-_GUESSED = (9.9, 499.0)  # pairs a second, of a unit that nobody named; hundredths of a second look like 500
+GUESSED = (9.9, 499.0)  # pairs a second, of a unit that nobody named; hundredths of a second look like 500
 _SURE = (4.0, 1000.0)  # of one unit only
-_LIKELY = (2.0, 2000.0)
-_POSSIBLE = (0.2, 20_000.0)
-_LONGEST_S = 10 * 365.25 * 86400  # a logger that counts from its start
+LIKELY = (2.0, 2000.0)
+POSSIBLE = (0.2, 20_000.0)
+LONGEST_S = 10 * 365.25 * 86400  # a logger that counts from its start
 
 _DAY_NS = 86_400_000_000_000
 
@@ -108,7 +108,7 @@ def time_unit(table: Table, column: int, values: NDArray[np.float64], asked: str
     """
     step = typical_step(values)
     rates = {unit: 1 / (step * SECONDS[unit]) for unit in SECONDS} if step else {}
-    named = asked or _named(table, column)
+    named = asked or named_unit(table, column)
     if named:
         if not asked and rates:
             _require_no_better(table, column, named, values, rates)
@@ -119,13 +119,13 @@ def time_unit(table: Table, column: int, values: NDArray[np.float64], asked: str
         return TimeUnit(epoch.unit, epoch.said, epoch)
     if not rates:
         return TimeUnit("s", "s")  # one row, or one stamp: no unit changes anything
-    sure = _sure(values, rates, _GUESSED)
+    sure = _sure(values, rates, GUESSED)
     if len(sure) != 1:
         raise ValueError(f"time_unit: got a median step of {step:.3g} in {_place(table, column)}: {_fits(rates)}")
     return TimeUnit(sure[0], f"{sure[0]} (by its steps)")
 
 
-def _named(table: Table, column: int) -> str | None:
+def named_unit(table: Table, column: int) -> str | None:
     """Return the unit in the names of a column, or that of the format."""
     unit = table.unit(column, SECONDS)
     if unit in SECONDS:
@@ -142,7 +142,7 @@ def _epoch(values: NDArray[np.float64], units: tuple[str, ...], rates: dict[str,
     """Return the way to count dates of which the first value and the pace make sense."""
     first = float(values[0])
     for epoch in _EPOCHS:
-        paced = not rates or _within(rates[epoch.unit], _POSSIBLE if epoch.utc else _LIKELY)
+        paced = not rates or _within(rates[epoch.unit], POSSIBLE if epoch.utc else LIKELY)
         if paced and epoch.unit in units and epoch.first <= first < epoch.last:
             return epoch
     return None
@@ -156,8 +156,8 @@ def _sure(values: NDArray[np.float64], rates: dict[str, float], limits: tuple[fl
         unit
         for unit in CANDIDATES
         if limits[0] < rates[unit] < limits[1]
-        and (not single or _within(1 / (single * SECONDS[unit]), _LIKELY))
-        and size * SECONDS[unit] < _LONGEST_S
+        and (not single or _within(1 / (single * SECONDS[unit]), LIKELY))
+        and size * SECONDS[unit] < LONGEST_S
     ]
 
 
@@ -168,7 +168,7 @@ def _within(rate: float, limits: tuple[float, float]) -> bool:
 def _require_no_better(
     table: Table, column: int, named: str, values: NDArray[np.float64], rates: dict[str, float]
 ) -> None:
-    if not _within(rates[named], _POSSIBLE) and (sure := _sure(values, rates, _SURE)):
+    if not _within(rates[named], POSSIBLE) and (sure := _sure(values, rates, _SURE)):
         raise ValueError(
             f"time_unit: got {named} in the name of {_place(table, column)}, but a median step of {typical_step(values):.3g}: "
             f"{_rate(rates[named])} if {named}, {_rate(rates[sure[0]])} if {sure[0]}; "

@@ -15,7 +15,7 @@ from palpate.tables.table import Table
 from palpate.tables.times.steps import Coarse, coarse, continued, counted
 from palpate.tables.times.time_units import time_unit
 
-_LATEST_S = 2**63 / 1e9
+LATEST_S = 2**63 / 1e9
 _TOO_LATE = "this time is more than 292 years after the first one: too large for 64-bit nanoseconds"
 _JITTER_S = 1.0  # host stamps go back by less than this
 _FEW_BACK = 0.02  # of the rows
@@ -159,7 +159,7 @@ def _of_clock(table: Table, column: int) -> Times:
     found = clock(table, column)
     if found.days is not None:
         days = found.days - found.days[0]
-        _refuse(table, column, np.abs(days) * 86400.0 >= _LATEST_S, _TOO_LATE)
+        _refuse(table, column, np.abs(days) * 86400.0 >= LATEST_S, _TOO_LATE)
         seconds = (days * DAY_NS + found.ns - found.ns[0]) / 1e9
         first_ns = int(found.days[0]) * DAY_NS + int(found.ns[0])
         return Times(seconds, found.said, first_ns if found.zoned else None, found.notes, first_ns)
@@ -193,8 +193,8 @@ def _turned(table: Table, turn: float, unit: str, rows: list[int]) -> list[str]:
 
 
 def _require_range(table: Table, column: int, seconds: NDArray[np.float64]) -> None:
-    if not are_below(seconds, _LATEST_S):
-        _refuse(table, column, np.abs(seconds) >= _LATEST_S, _TOO_LATE)
+    if not are_below(seconds, LATEST_S):
+        _refuse(table, column, np.abs(seconds) >= LATEST_S, _TOO_LATE)
 
 
 def _require_fine(table: Table, column: int, seconds: NDArray[np.float64]) -> None:
