@@ -23,7 +23,8 @@ bool is_here(const InstructionSet& set) {
 }
 
 const InstructionSet& chosen() {
-  const char* const given = std::getenv("PALPATE_SIMD");
+  const char* const set_to = std::getenv("PALPATE_SIMD");
+  const std::string given = set_to == nullptr ? "" : set_to;
   std::string names;
   for (const InstructionSet* set : {
 #if defined(PALPATE_X86_LOOPS)
@@ -31,13 +32,13 @@ const InstructionSet& chosen() {
 #endif
            &baseline_loops}) {
     if (is_here(*set)) {
-      if (given == nullptr || std::string(given) == set->name) {
+      if (given.empty() || given == set->name) {
         return *set;
       }
       names += (names.empty() ? "" : ", ") + std::string(set->name);
     }
   }
-  throw std::invalid_argument("environment variable PALPATE_SIMD: got '" + std::string(given) + "', allowed: " + names);
+  throw std::invalid_argument("environment variable PALPATE_SIMD: got '" + given + "', allowed: " + names);
 }
 
 }  // namespace

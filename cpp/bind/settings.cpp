@@ -29,6 +29,8 @@ double real_of(const char* name, py::handle value) {
   }
   if (is_samples(name)) {
     require(real >= 1 && real <= 4e9 && real == std::floor(real), name, real, "a whole number >= 1, or None");
+  } else if (is_length(name)) {
+    require(real > 0 && real <= 9e9, name, real, "0 < seconds <= 9e9, or None");
   }
   return real;
 }

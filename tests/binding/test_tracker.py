@@ -101,6 +101,9 @@ def test_the_fixed_scene_is_rls_on_changes() -> None:
     ("scene", "settings", "message"),
     [
         ("moon", {}, "scene: got 'moon', allowed: fixed, paper, handheld, sliding"),
+        ("handheld", {"seconds": -1.0}, "seconds: got -1.0, allowed: 0 < seconds <= 9e9, or None"),
+        ("sliding", {"seconds": 0}, "seconds: got 0.0, allowed: 0 < seconds"),
+        ("paper", {"seconds": float("nan")}, "seconds: got nan, allowed: 0 < seconds"),
         ("handheld", {"samples": 2.5}, "samples: got 2.5, allowed: a whole number >= 1, or None"),
         ("handheld", {"samples": 0}, "samples: got 0.0"),
         ("handheld", {"release": 1.0}, "release: got 1.0"),

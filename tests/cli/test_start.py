@@ -32,6 +32,11 @@ print(*sorted(set(sys.modules) - before), file=sys.stderr)
     return set(done.stderr.splitlines()[-1].split())
 
 
+def test_an_empty_instruction_set_is_none() -> None:
+    environment = {**os.environ, "PALPATE_SIMD": ""}
+    subprocess.run([*PALPATE, "--version"], capture_output=True, check=True, env=environment)
+
+
 def test_the_version_needs_the_core_and_nothing_else() -> None:
     found = imported("--version")
     assert {name for name in found if name.startswith("palpate")} == {

@@ -3,6 +3,7 @@
 import importlib.metadata
 import importlib.resources
 import re
+import subprocess
 from pathlib import Path
 
 import palpate
@@ -66,6 +67,24 @@ def test_every_block_of_the_header_reference_compiles(tmp_path: Path, compiler: 
     assert len(found) > 5
     for block in found:
         compiles(compiler, block if "#include" in block else f"#include <palpate/palpate.hpp>\n{block}", tmp_path)
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_one_include_has_everything(tmp_path: Path, compiler: str) -> None:
+    text = """#include <palpate/palpate.hpp>
+palpate::Bank<palpate::Handover<double>, 64> bank;
+void sample(const double* output, const double* regressor) { bank.update(output, regressor); }
+palpate::HandheldTracker<float> tracker;
+"""
+    compiles(compiler, text, tmp_path)
+
+
+@pytest.mark.parametrize("flag", ["-ffast-math", "-ffinite-math-only", "-fassociative-math", "-freciprocal-math"])
+def test_arithmetic_that_is_not_ieee_is_refused(flag: str) -> None:
+    more = ["-fno-signed-zeros", "-fno-trapping-math", flag, asked("--includes"), "-std=c++17", "-fsyntax-only"]
+    command = [need("g++"), *more, "-x", "c++", "-include", "palpate/palpate.hpp", "/dev/null"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert "palpate needs IEEE arithmetic" in done.stderr
 
 
 def test_the_header_reference_names_every_header() -> None:

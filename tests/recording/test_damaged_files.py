@@ -10,6 +10,7 @@ import pytest
 from damage import killed
 from palpate import RecordingError, Status, check, read
 from palpate.recording import sidecar
+from palpate.recording.foreign import recorded
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER
 from recording_bench import record, sample, tear
@@ -153,8 +154,13 @@ def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:
     lines = path.read_text().splitlines(keepends=True)
     lines[20_001] = "what is this?\n"
     path.write_text("".join(lines))
-    with pytest.raises(RecordingError, match=r"run.csv, line 20002: got 1 cells, allowed: 9: damaged; palpate check"):
+    message = r"run.csv, line 20002: got 1 cells, allowed: 9: damaged; palpate check"
+    with pytest.raises(RecordingError, match=message):
         read(path)
+    parts, rows = recorded(path).blocks(), []
+    with pytest.raises(RecordingError, match=message):
+        rows.extend(len(block) for block in parts)
+    assert sum(rows) == 20_000  # whoever reads in parts has all before it
     report = check(path)
     [place] = report.damaged
     assert (place.line, place.lines, place.bytes, place.rows_before) == (20_002, 1, 14, 20_000)

@@ -218,6 +218,9 @@ class Recorded:
             try:
                 block = self._block(rest, rows, damage)
             except RowError as error:
+                if error.number:  # the rows before it
+                    lines = rest.data.split(b"\n")[: error.number]
+                    yield self._block(rest._replace(data=b"\n".join((*lines, b""))), rows, damage)
                 self._refuse(rest.line + error.number, str(error))
             rows += len(block)
             if len(block):

@@ -5,7 +5,6 @@ import gzip
 import io
 import os
 import sys
-import tempfile
 import weakref
 import zlib
 from functools import lru_cache
@@ -98,6 +97,8 @@ class _Spool:
     """The bytes of a stream in a temporary file, which is closed when nobody reads it any more."""
 
     def __init__(self, stream: BinaryIO) -> None:
+        import tempfile
+
         self.file = tempfile.TemporaryFile()  # noqa: SIM115 - the finalizer closes it
         weakref.finalize(self, self.file.close)
         while part := stream.read(_PART):
