@@ -17,7 +17,9 @@ class OwnRows {
   explicit OwnRows(const Form& form) : form_(form) {}
 
   py::object parse(py::handle text) const {
-    const auto [begin, end] = bytes_of(text);
+    const auto bytes = bytes_of(text);
+    const char* const begin = bytes.first;
+    const char* const end = bytes.second;
     const auto lines =
         static_cast<py::ssize_t>(palpate::rows::count_lines(begin, end)) + (begin != end && end[-1] != '\n');
     const py::array found(once<&sample_dtype>(), py::array::ShapeContainer{lines});

@@ -27,7 +27,7 @@ inline std::uint64_t word(const char* at) noexcept {
 /// A bit for each of 64 characters that is a comma, or one with its highest bit set.
 inline std::uint64_t commas(const char* at) noexcept {
   std::uint64_t found = 0;
-  for (int i = 0; i < 8; ++i) {
+  for (std::size_t i = 0; i < 8; ++i) {
     const std::uint64_t others = ((word(at + 8 * i) ^ each_byte * ',') & each_byte * 0x7F) + each_byte * 0x7F;
     found |= ((~others & each_byte * 0x80) >> 7) * 0x0102040810204080 >> 56 << (8 * i);
   }

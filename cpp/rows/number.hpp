@@ -252,6 +252,7 @@ inline std::uint64_t as_decimal(double value) noexcept {
   if (FLT_EVAL_METHOD != 0 || !(value >= 0.0001 && value < 9.99)) {
     return 0;
   }
+  // NOLINTNEXTLINE(bugprone-incorrect-roundings): a number that is rounded wrongly does not divide back
   const auto number = static_cast<std::uint64_t>(value * 1e14 + 0.5);
   return static_cast<double>(number) / 1e14 == value ? number : 0;
 }
