@@ -45,8 +45,8 @@ class Channel {
 /// The times of a channel: seconds as floats, or nanoseconds as integers.
 class Times {
  public:
-  Times(py::handle given, const char* name, py::ssize_t size) : name_(name) {
-    nanoseconds_ = strided_view<const std::int64_t>(given, once<&py::dtype::of<std::int64_t>>());
+  Times(py::handle given, const char* name, py::ssize_t size)
+      : name_(name), nanoseconds_(strided_view<const std::int64_t>(given, once<&py::dtype::of<std::int64_t>>())) {
     if (nanoseconds_.size != size) {
       nanoseconds_ = {};
       convert(py::array(py::reinterpret_borrow<py::object>(given)), size);
