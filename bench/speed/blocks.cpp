@@ -80,7 +80,7 @@ void add_block(Bench& bench, const char* name, const Pairs<Real>& data, std::siz
 }
 
 template <class Tracker>
-void add_feed(Bench& bench, const char* name, const Readings& readings, bool with_error = false) {
+void add_feed(Bench& bench, const char* name, const HeldReadings& readings, bool with_error = false) {
   const auto row = std::make_shared<Feed<Tracker>>(readings, chunk, with_error);
   bench.add(name, static_cast<double>(chunk), [row] { row->work(); }, [row] { row->renew(); });
 }
@@ -98,7 +98,7 @@ int main(int argc, char** argv) {
   const Pairs<double> calm(Series(chunk * chunks)), flicker(Series(chunk * chunks, true), false),
       idle(Series(chunk * chunks, false, true), false);
   const Pairs<float> single(Series(chunk * chunks));
-  const Readings readings(chunk * 320);
+  const HeldReadings readings(chunk * 320);
 
   Bench bench;
   add_block<Literal>(bench, "the paper's form literally", calm);

@@ -11,8 +11,8 @@
 template <class Tracker>
 class Feed {
  public:
-  Feed(const Readings& readings, std::size_t chunk, bool with_error)
-      : readings_(readings), chunk_(chunk), with_error_(with_error), at_(2 * Readings::idle) {
+  Feed(const HeldReadings& readings, std::size_t chunk, bool with_error)
+      : readings_(readings), chunk_(chunk), with_error_(with_error), at_(2 * HeldReadings::idle) {
     begin();
   }
 
@@ -25,7 +25,7 @@ class Feed {
   void renew() {
     if (at_ + 2 * chunk_ > readings_.hard.size()) {
       begin();
-      at_ = 2 * Readings::idle;
+      at_ = 2 * HeldReadings::idle;
     } else {
       pass(tracker_, at_, at_ + chunk_, false);
       at_ += chunk_;
@@ -39,7 +39,7 @@ class Feed {
 
  private:
   __attribute__((noinline)) double pass(Tracker& tracker, std::size_t from, std::size_t to, bool with_error) const {
-    const Readings& in = readings_;
+    const HeldReadings& in = readings_;
     Tracker local = tracker;
     double sum = 0;
     for (std::size_t i = from; i < to; ++i) {
@@ -56,10 +56,10 @@ class Feed {
     tracker_ = Tracker();
     tracker_.settings.samples = 0;  // one touch, whatever the scene's length
     tracker_.settings.seconds = 0;
-    pass(tracker_, 0, 2 * Readings::idle, false);
+    pass(tracker_, 0, 2 * HeldReadings::idle, false);
   }
 
-  const Readings& readings_;
+  const HeldReadings& readings_;
   std::size_t chunk_;
   bool with_error_;
   std::size_t at_;

@@ -39,13 +39,13 @@ struct Series {
   }
 };
 
-/// Readings: 60 without contact, then a long hold with tremor. The hold goes on in the next chunk.
-struct Readings {
+/// HeldReadings: 60 without contact, then a long hold with tremor. The hold goes on in the next chunk.
+struct HeldReadings {
   static constexpr std::size_t idle = 60;
   std::vector<std::int64_t> t_hard, t_soft;
   std::vector<double> hard, soft;
 
-  explicit Readings(std::size_t size) {
+  explicit HeldReadings(std::size_t size) {
     Noise noise;
     for (std::size_t i = 0; i < size; ++i) {
       const auto t = 26000000 * static_cast<std::int64_t>(i) + static_cast<std::int64_t>(i % 7) * 50000;

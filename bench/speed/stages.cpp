@@ -63,7 +63,7 @@ class Stages {
   }
 
  private:
-  Readings readings_{chunk * 201};
+  HeldReadings readings_{chunk * 201};
   Bench bench_;
   std::vector<std::pair<std::string, std::size_t>> bytes_;
 };

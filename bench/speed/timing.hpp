@@ -36,8 +36,8 @@ inline double multiply_ns() {
   return value == 0 ? 0 : best;
 }
 
-/// Times of one function, ns an item.
-struct Times {
+/// Timings of one function, ns an item.
+struct Timings {
   std::vector<double> ns;
 
   double at(double share) {
@@ -98,7 +98,7 @@ class Bench {
     std::string name;
     double items;
     std::function<void()> work, renew;
-    Times first, again;
+    Timings first, again;
   };
   std::vector<Row> rows_;
 };

@@ -96,6 +96,7 @@ A number that is the one of the line before in another spelling is not clean: so
 char take_character(py::dict& settings, const char* name, const std::string& allowed) {
   const auto text = settings.attr("pop")(name, "?").cast<std::string>();
   if (text.size() > 1 || allowed.find(text.c_str()[0]) == std::string::npos) {
+    // NOLINTNEXTLINE(readability-redundant-string-cstr): up to its NUL, which stands for none
     throw py::value_error(std::string(name) + ": got '" + text + "', allowed: one character of '" + allowed.c_str() +
                           "'");
   }

@@ -143,6 +143,7 @@ constexpr Real magnitude(Real value) noexcept {
 /// left if it is larger than right, otherwise right; also for packs.
 template <class Value>
 constexpr Value larger(Value left, Value right) noexcept {
+  // NOLINTNEXTLINE(bugprone-branch-clone): one name, of another instruction for each size
   PALPATE_INSTRUCTION(max)
   return left > right ? left : right;
 }
@@ -150,6 +151,7 @@ constexpr Value larger(Value left, Value right) noexcept {
 /// left if it is smaller than right, otherwise right; also for packs.
 template <class Value>
 constexpr Value smaller(Value left, Value right) noexcept {
+  // NOLINTNEXTLINE(bugprone-branch-clone): as above
   PALPATE_INSTRUCTION(min)
   return left < right ? left : right;
 }

@@ -140,6 +140,7 @@ class LastReadings {
   constexpr Real term(const Real (&node)[Order], std::integer_sequence<int, J...>) const noexcept {
     Real above = 1, below = 1;
     ((above = J == I ? above : product(above, node[J])), ...);
+    // NOLINTNEXTLINE(bugprone-branch-clone): they differ where J is not I
     ((below = J == I ? below : product(below, J < I ? node[I] - node[J] : node[J] - node[I])), ...);
     return product(soft[Order - 1 - I], above / below);
   }
