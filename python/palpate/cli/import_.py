@@ -48,7 +48,7 @@ def import_(file: Path, asked: dict[str, Any], remember: bool, as_json: bool) ->
       palpate import other.csv
       palpate import other.csv --map hard=2,soft=3 --unit fF --remember
     """  # noqa: D301
-    from palpate.recording.own_file import is_own
+    from palpate.recording.recognition import is_own
 
     if is_own(file):
         raise click.UsageError(f"{file}: is a recording of palpate, allowed: a table of another program")

@@ -13,8 +13,9 @@ from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.codes import Codes, codes_of
 from palpate.recording.integrity import Integrity, Known, judge, known_of
-from palpate.recording.lines import LONGEST_ROW, Damage, Pass, Piece, add, begin_of, sift
-from palpate.recording.rows import COLUMNS, EARLIER, HEADER, RowError, columns_of, is_whole, parse_rows, unreadable
+from palpate.recording.lines import LONGEST_ROW, Damage, Pass, Piece, add, sift
+from palpate.recording.recognition import is_own
+from palpate.recording.rows import COLUMNS, HEADER, RowError, columns_of, is_whole, parse_rows, unreadable
 from palpate.recording.survey import Survey
 from palpate.samples import Block
 
@@ -277,26 +278,5 @@ class Recorded:
         raise RecordingError(self.path, f"{reason}: {advice}", line)
 
 
-_BEGIN = 1 << 16  # bytes
 _ROUNDED_PF = 1e-3
 _MOVED_S = 0.005  # a wall clock that NTP holds moves less in an hour
-_HEADERS = [",".join(columns).encode() for columns in (COLUMNS, EARLIER)]
-
-
-def is_own(path: Path) -> bool:
-    """Return whether a file is a recording made by palpate.
-
-    Its first line is the header. If it has a sidecar, the header may be damaged, as long as there are rows; or it was
-    stopped before its first row.
-    """
-    begin = begin_of(path, _BEGIN)
-    first, *others = begin.split(b"\n")
-    if first.removesuffix(b"\r") in _HEADERS:
-        return True
-    try:
-        if sidecar.load(path) is None:
-            return False
-    except RecordingError:
-        return False
-    stopped = any(header.startswith(begin.rstrip(b"\0")) for header in _HEADERS)
-    return stopped or columns_of([b"", *others]) is not None

@@ -12,7 +12,8 @@ from palpate.recording.codes import Codes
 from palpate.recording.exchange.columns_out import KEY, NAMES, schema
 from palpate.recording.integrity import Known
 from palpate.recording.lines import Damage, Pass, begin_of
-from palpate.recording.own_file import Recorded, is_own
+from palpate.recording.own_file import Recorded
+from palpate.recording.recognition import is_own
 from palpate.recording.rows import HEADER, LARGEST_STATUS, capacitances, format_rows
 from palpate.samples import DTYPE, Block
 from palpate.tables.packed import contents, is_packed
