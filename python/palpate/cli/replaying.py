@@ -13,6 +13,7 @@ from palpate.cli.exit import BAD_DATA, MISSING_EXTRA, NOT_RELIABLE, UNEXPECTED, 
 from palpate.cli.moduli import Moduli
 from palpate.cli.progress import Reading
 from palpate.cli.replayed import How, Replayed, replayed
+from palpate.cli.terminal import whole
 
 
 def replay_all(files: list[Path], how: How, calibration: Path | None, jobs: int, *, as_json: bool) -> int:
@@ -27,8 +28,9 @@ def replay_all(files: list[Path], how: How, calibration: Path | None, jobs: int,
         work = in_order(lambda file: replayed(file, how, progress.begin), files, jobs)
         try:
             for file, result in zip(files, work, strict=True):
-                progress.end(file)
-                report.add(file, result)
+                with whole():  # what is printed is counted
+                    progress.end(file)
+                    report.add(file, result)
         except KeyboardInterrupt:
             work.close()  # waits for the threads
             report.finish()

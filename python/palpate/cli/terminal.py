@@ -36,6 +36,16 @@ def signals(handle: Callable[[int, Any], None], *numbers: int) -> Iterator[None]
             signal.signal(number, handler)
 
 
+@contextmanager
+def whole() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM wait until the block is done, and act then."""
+    came: list[int] = []
+    with signals(lambda number, _: came.append(number), signal.SIGINT, signal.SIGTERM):
+        yield
+    if came:
+        signal.raise_signal(came[0])
+
+
 def _hung_up() -> Callable[[int, Any], None]:
     """Return the handler: what is printed to the closed terminal goes nowhere from then on; a log goes on."""
     terminals = [output for output in (1, 2) if os.isatty(output)]  # asked now: a closed one is no terminal
