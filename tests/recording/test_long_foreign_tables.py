@@ -213,6 +213,17 @@ def _save(columns: Any, path: Path) -> None:
         pytest.importorskip("pyarrow.feather").write_feather(columns, path)
 
 
+@pytest.mark.parametrize("first", [0, 1, 2, 10])
+def test_the_first_batch_of_an_arrow_file_may_be_short(first: int, tmp_path: Path) -> None:
+    arrow = pytest.importorskip("pyarrow")
+    path = tmp_path / "table.arrow"
+    columns = arrow.table(dict(zip(("time", "C1", "C2"), presses(), strict=True)))
+    with arrow.OSFile(str(path), "wb") as file, arrow.ipc.new_file(file, columns.schema) as writer:
+        writer.write_table(columns.slice(0, first))
+        writer.write_batch(columns.slice(first).combine_chunks().to_batches()[0])
+    assert require_alike(path) == (first != 1)
+
+
 def test_the_recording_of_a_table_in_parts_is_the_whole(tmp_path: Path) -> None:
     path = changed(_nothing, tmp_path)
     found = Foreign(path)

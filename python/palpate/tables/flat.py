@@ -159,6 +159,7 @@ def _times(side: Side, asked: Asked, first: list[Array], steps: Steps) -> tuple[
 
 def _require_one_pace(bounds: tuple[float, float], step: float) -> None:
     """Raise Doubtful unless steps within these bounds are on the same side of all limits as that of the first rows."""
+    require(step > 0)  # the first part may have one row
     places = sorted({*GUESSED, *LIKELY_RATES, *POSSIBLE})
     low, high = bounds[0] * (1 - _SAFE), bounds[1] * (1 + _SAFE)
     for unit_s in SECONDS.values():
