@@ -116,10 +116,11 @@ class Cells {
 
   /// The same, where its value does not matter.
   void skip_real(Cell cell) noexcept {
-    skip_minus(cell);
-    if (!has_usual_digits(cell) && !is_nan(cell)) {
-      const Decimal number = take_decimal(cell.begin, cell.end);
-      require(number.count != 0 && number.end == cell.end);
+    Cell digits = cell;
+    skip_minus(digits);
+    if (!has_usual_digits(digits) && !is_nan(cell)) {
+      const Decimal number = take_decimal(digits.begin, digits.end);
+      require(number.count != 0 && number.end == digits.end);
     }
   }
 

@@ -240,8 +240,9 @@ class _Trial:
             return []
 
     def _interrupt(self, source: Source) -> None:
-        if not self.samples and not self.findings and not self._ended.is_set():
-            self.find("no sample came; if the device needs longer, give more seconds")
+        if not self.samples and not self.findings and self._count > 0:
+            more = "the iteration ended, allowed: a sample" if self._ended.is_set() else "if the device needs longer, give more seconds"
+            self.find(f"no sample came; {more}")
         self._call("interrupt", source.interrupt, INTERRUPT_S)
         if not self._ended.wait(INTERRUPT_S * self._patience):
             self.find(f"interrupt: the iteration still runs after {INTERRUPT_S * self._patience:g} s, allowed: it ends")

@@ -247,6 +247,37 @@ def test_a_file_that_changes_while_it_is_read_is_refused(tmp_path: Path) -> None
         list(found.blocks())
 
 
+def test_a_file_that_is_replaced_while_it_is_read_is_refused(tmp_path: Path) -> None:
+    path = changed(_nothing, tmp_path)
+    found = Foreign(path)
+    size = path.stat().st_size
+    changed(_at(LATE, 6.123), tmp_path)
+    assert path.stat().st_size == size
+    with pytest.raises(RecordingError, match="has changed while it was read"):
+        list(found.blocks())
+
+
+def test_a_file_that_grows_while_it_is_read_is_read_as_far_as_it_was(tmp_path: Path) -> None:
+    path = changed(_nothing, tmp_path)
+    found = Foreign(path)
+    with path.open("ab") as file:
+        file.write(table(*presses(900), head=""))
+    assert sum(len(block) for block in found.blocks()) == ROWS
+
+
+@pytest.mark.parametrize("rows", [100_000, 150_000, 200_000])
+def test_an_arrow_file_that_is_replaced_while_it_is_read_is_refused(rows: int, tmp_path: Path) -> None:
+    arrow = pytest.importorskip("pyarrow")
+    path = tmp_path / "table.parquet"
+    columns = arrow.table(dict(zip(("time", "C1", "C2"), presses(150_000), strict=True)))
+    _save(columns, path)
+    found = Foreign(path)
+    assert found.in_parts
+    _save(arrow.concat_tables([columns, columns]).slice(rows - 100_000, rows), path)
+    with pytest.raises(RecordingError, match="has changed while it was read"):
+        list(found.blocks())
+
+
 @pytest.fixture
 def large_parts(small_parts: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(clean, "HEADS", (1 << 13, 1 << 15, 1 << 18))

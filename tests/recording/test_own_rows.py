@@ -100,6 +100,23 @@ def test_a_block_is_read_as_python_reads_it(tally: Tally) -> None:
     assert 0.25 * count < refused < 0.95 * count
 
 
+def test_every_cell_is_read_as_python_reads_it() -> None:
+    cells = ["", "-", "+", ".", "-.", "--1", "- ", "-1", "-01", "-0", "+1", "-2", "5.", ".5", "-.5", "1e", "1e+", "e5", "-1e5",
+             "nan", "-nan", "inf", "-inf", "1e999", "0x1", "1_0", "2147483647", "2147483648", "4294967295", "1" * 10, "1" * 18,
+             "1" * 19, "1" * 20, "9223372036854775807", "9223372036854775808", "18446744073709551616", "0" * 26 + "1",
+             "1.5x", "-1.234567890123", "1.23456789012x", "1.2345678x0123", "1,5", "9223372036.854775807",
+             "9223372036.854775808", "-9223372036.854775808", "-9223372036.854775809", "9999999999.999999999",
+             "00000000000.123456789", "1.1234567890", "1.12345678x", "x.123456789"]  # fmt: skip
+    for code in ("8388608", "-1"):
+        for place in range(len(COLUMNS)):
+            for cell in cells:
+                row = ["7", "0.5", "0.6", code, code, "0.0", "0.5", "150", "0"]
+                row[place] = cell
+                data = ",".join(row).encode()
+                expected = outcome(parse_any_rows, data, COLUMNS, Codes())
+                assert outcome(parse_rows, data, COLUMNS, Codes()) == expected, data
+
+
 def test_what_palpate_writes_never_waits_for_python(monkeypatch: pytest.MonkeyPatch) -> None:
     """All but infinite values and times beyond 2**63 ns: these are read in Python."""
     rng = random_of("plain rows")

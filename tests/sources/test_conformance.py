@@ -151,6 +151,7 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "no begin": (wrong(__enter__=raising(RuntimeError("port"))), "reading: raised RuntimeError: port"),
     "KeyError later": (wrong(__iter__=failing_later), "reading: raised KeyError: 'frame', allowed: a palpate.SourceE"),
     "silent": (wrong(__iter__=lambda self: iter(self.stopped.wait, True)), "no sample came"),
+    "over at once": (wrong(__iter__=lambda _: iter(())), "no sample came; the iteration ended"),
     "a thread is left": (wrong(__iter__=leaking), "threads: a-leak still run"),
     "samples after the end": (wrong(__iter__=never_ending, interrupt=deaf), r"after close\(\): gave seq 0"),
     "counters below 0": (wrong(counters={"errors": -1}), "errors'.*got -1"),

@@ -5,7 +5,7 @@ from pathlib import Path
 import palpate
 import pytest
 from damage import finished, killed
-from palpate import RecordingError, Stream, check
+from palpate import RecordingError, Status, Stream, check
 
 CHANGED = "were changed after they were written"
 
@@ -46,3 +46,16 @@ def test_a_recording_read_as_a_table_says_that_it_is_not_verified(tmp_path: Path
     path.write_bytes(path.read_bytes().replace(b"0.026000001", b"0.026000009"))
     notes = palpate.read(path, columns={"hard": "hard_pF", "soft": "soft_pF"}).notes
     assert notes[0].startswith("a recording of palpate, read as a table of another program: its rows are not verified")
+
+
+@pytest.mark.parametrize("cell", ["", "nan", "inf"])
+@pytest.mark.parametrize("pace", ["", "?speed=1000"])
+def test_a_row_without_a_value_is_lost(cell: str, pace: str, tmp_path: Path) -> None:
+    rows = [f"{i * 0.026:.3f},{cell if i == 50 else 2.5 + i % 3 / 1000},1.5\n" for i in range(200)]
+    (tmp_path / "t.csv").write_text("time_s,hard_pF,soft_pF\n" + "".join(rows))
+    messages: list[str] = []
+    with Stream(f"{tmp_path / 't.csv'}{pace}", notify=messages.append) as stream:
+        found = [estimate.sample for estimate in stream]
+    assert [sample.seq for sample in found if sample.status] == [50]
+    assert found[50].status == Status.LOST
+    assert not any("status" in message for message in messages)

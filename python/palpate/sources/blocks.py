@@ -55,7 +55,7 @@ def _blocks(read: Callable[[], Any]) -> Iterator[Block]:
 
 def _checked(given: Any) -> Block:
     """Return a block as it is pushed: dense, and with the padding that numpy takes out when it joins arrays."""
-    if not isinstance(given, np.ndarray):
+    if not isinstance(given, np.ndarray) or isinstance(given, np.ma.MaskedArray):  # its mask would be lost
         raise _wrong(type(given).__name__)
     if given.dtype.names != DTYPE.names or not np.can_cast(given.dtype, DTYPE, "equiv"):
         raise _wrong(f"dtype {given.dtype}")

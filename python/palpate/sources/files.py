@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate.errors import RecordingError
 from palpate.recording.foreign import RATE, AnyRecording, recorded
-from palpate.samples import DTYPE, Block, Sample, samples_of
+from palpate.samples import DTYPE, Block, Sample, Status, samples_of
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, choice, number
 from palpate.tables.asked import DECIMALS, parsed_map
@@ -87,7 +87,7 @@ class FileSource(Source):
         for block in self.recording.blocks():
             if self._stopped.is_set():
                 return False
-            yield block
+            yield _marked(block)
         return True
 
     def _due(self, speed: float) -> Generator[Block, None, bool]:
@@ -103,7 +103,7 @@ class FileSource(Source):
                     return False
                 later = due[begin:] > time.monotonic()
                 end = begin + max(int(later.argmax()), 1) if later.any() else len(block)
-                yield block[begin:end]
+                yield _marked(block[begin:end])
                 begin = end
         return True
 
@@ -171,6 +171,16 @@ def open_file(address: str, options: Mapping[str, Any]) -> FileSource:
     if "map" in given:
         given["columns"] = parsed_map(str(given.pop("map")))
     return FileSource(address, known=known, **checked("file", given, _ALLOWED))
+
+
+def _marked(block: Block) -> Block:
+    """Return samples with status LOST where a value is missing and the file, as most tables, has no status for it."""
+    known = np.isfinite(block["hard"]) & np.isfinite(block["soft"])
+    unsaid = ~known & (block["status"] == int(Status.OK))
+    if unsaid.any():
+        block = block.copy()
+        block["status"][unsaid] = int(Status.LOST)
+    return block
 
 
 _ALLOWED = {

@@ -12,6 +12,7 @@ from palpate._core import Touch, Tracker
 from palpate.samples import DTYPE, RETAKEN, Block, Sample, columns_for, feed, refused, samples_of, saturated
 from palpate.sources.base import Gap
 from palpate.stream.estimate import Batch
+from palpate.stream.promise_watch import PromiseWatch
 from palpate.stream.range_watch import RangeWatch
 from palpate.stream.waiting import Waiting
 
@@ -28,7 +29,8 @@ class Feeding:
     gaps : deque of Gap
         Those that the samples that wait have not yet passed: at each the baseline is measured again.
     notify : callable
-        Called with a message at a gap, when the baseline is found to be wrong, and when the range is left without a touch.
+        Called with a message at a gap, when the baseline is found to be wrong, when the range is left without a touch,
+        and at the first sample of each kind that no source should give.
 
     Attributes
     ----------
@@ -45,6 +47,7 @@ class Feeding:
         self.lock: RLock = RLock()
         settings = tracker.settings
         self.range: RangeWatch = RangeWatch(settings["full_scale"], settings["initial_ratio"])
+        self._promises = PromiseWatch()
         self._waiting, self._gaps = waiting, gaps
         self.delivered = self.refused = self.saturated = 0
         self.last: Sample | None = None
@@ -79,37 +82,43 @@ class Feeding:
 
     def _send(self, block: Block) -> Batch:
         self.delivered += len(block)
-        rows = self._feed(block)
+        rows, messages = self._feed(block)
         self.last = samples_of(block[-1:])[0]
-        self.refused += int(np.count_nonzero(refused(block)))
+        found = int(np.count_nonzero(refused(block)))
+        self.refused += found
         if block["status"].any():
             self.saturated += int(np.count_nonzero(saturated(block)))
         while self._told < self._tracker.retaken:
             self._told += 1
-            self._notify(RETAKEN)
-        for message in self.range.follow(block, rows):
+            messages.append(RETAKEN)
+        messages += self.range.follow(block, rows)
+        messages += self._promises.follow(block, has_refused=found > 0)
+        for message in messages:  # when all is done: it may raise
             self._notify(message)
         return self._batch(block, rows)
 
-    def _feed(self, block: Block) -> NDArray[Any]:
-        """Send samples to the tracker; each gap comes directly before its sample, so that a replay has the same bits."""
-        parts, begin = list[NDArray[Any]](), 0
+    def _feed(self, block: Block) -> tuple[NDArray[Any], list[str]]:
+        """Send samples to the tracker; return its rows, and messages.
+
+        Each gap comes directly before its sample, so that a replay has the same bits.
+        """
+        parts, messages, begin = list[NDArray[Any]](), list[str](), 0
         while self._gaps and self._gaps[0].seq <= block["seq"][-1]:
             gap = self._gaps.popleft()
             at = max(begin, int(np.searchsorted(block["seq"], gap.seq)))
             parts += self._parts(block[begin:at])
             self._tracker.gap()
             begin = at
-            self._notify(f"{gap.text}: the baseline is measured again: touch nothing")
+            messages.append(f"{gap.text}: the baseline is measured again: touch nothing")
         parts += self._parts(block[begin:])
         if len(parts) == 1:
-            return parts[0]
+            return parts[0], messages
         rows = np.empty(len(block), parts[0].dtype)
         begin = 0
         for part in parts:
             rows[begin : begin + len(part)] = part
             begin += len(part)
-        return rows
+        return rows, messages
 
     def _parts(self, block: Block) -> Iterator[NDArray[Any]]:
         """Send samples, few at a time; note each touch as it is at its end, before it is revised."""

@@ -9,6 +9,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from palpate.tables.clean_cells import NumberCells
 from palpate.tables.long import IDS
 from palpate.tables.roles import Side, sides
 from palpate.tables.scales import are_of_one_size, units
-from palpate.tables.table import Stream, Table
+from palpate.tables.table import CHANGED, Stream, Table
 from palpate.tables.times.steps import median_step, typical_step, window_of
 from palpate.tables.times.time_units import GUESSED, LONGEST_S, POSSIBLE, TimeUnit, named_unit, time_unit
 from palpate.tables.times.time_units import LIKELY as LIKELY_RATES
@@ -55,11 +56,21 @@ class Flat:
     _columns: list[int]
     _scale: tuple[float, float]
     _seconds: _Seconds
+    _sums: list[list[int]]
+    """Of each part, as it was proved."""
 
     def parts(self) -> Iterator[tuple[Array, Array, Array, Array]]:
-        """Yield the times of the hard and the soft readings, s, and the readings, pF, of all rows, part by part."""
+        """Yield the times of the hard and the soft readings, s, and the readings, pF, of all rows, part by part.
+
+        Raises
+        ------
+        RecordingError
+            The file has changed.
+        """
         row = 0
-        for part in self._stream.parts(self._columns):
+        for part, sums in zip_longest(self._stream.parts(self._columns), self._sums):
+            if part is None or sums is None or _sums(part) != sums:
+                raise RecordingError(self._stream.first.path, CHANGED)
             hard, soft = _scaled(part, self._scale)
             seconds = self._seconds(row, part)
             yield seconds, seconds, hard, soft
@@ -95,7 +106,10 @@ def _flat(stream: Stream, asked: Asked) -> Flat | None:
     found = units(side, soft, (raw[0], raw[1]), asked)[:2]
     scale = PICOFARADS[found[0]], PICOFARADS[found[1]]
     readings, steps = (Readings(), Readings()), Steps(window_of(stream.rows))
+    sums: list[list[int]] = []
     for part in stream.parts(columns):
+        require(bool(sums) or all(map(_begins_alike, part, raw)))
+        sums.append(_sums(part))
         hard_pF, soft_pF = _scaled(part, scale)
         readings[0].add(hard_pF)
         readings[1].add(soft_pF)
@@ -106,7 +120,17 @@ def _flat(stream: Stream, asked: Asked) -> Flat | None:
     _require_plain(side, soft, readings, found, asked)
     seconds, step_s = _times(side, asked, raw[2:], steps)
     said = "; ".join([*first.said.split("; ")[:-2], _pace(step_s), f"{stream.rows} rows"])
-    return Flat(replace(first, said=said, notes=first.lasting), stream, columns, scale, seconds)
+    return Flat(replace(first, said=said, notes=first.lasting), stream, columns, scale, seconds, sums)
+
+
+def _sums(part: list[Array]) -> list[int]:
+    """Return the rows of a part, and a checksum of each column: its bits, added up."""
+    return [len(part[0]), *(int(each.view(np.int64).sum()) for each in part)]
+
+
+def _begins_alike(values: Array, known: Array) -> bool:
+    size = min(len(values), len(known))
+    return np.array_equal(values[:size], known[:size])
 
 
 def _scaled(part: list[Array], scale: tuple[float, float]) -> list[Array]:

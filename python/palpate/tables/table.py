@@ -14,6 +14,7 @@ from palpate.errors import listed, nearest, quoted, shortened
 from palpate.tables.clean_cells import NumberCells, ShapedCells
 from palpate.tables.units import bare_name, unit_in
 
+CHANGED = "has changed while it was read: read it again"
 Cells = Sequence[str | None] | NDArray[Any]
 """The cells of a column: text, None where a row is too short; or an array of numbers, datetime64 or timedelta64."""
 

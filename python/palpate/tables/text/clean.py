@@ -24,7 +24,7 @@ from palpate.tables.cell.decimals import is_plain
 from palpate.tables.cell.kinds import TIME, kind
 from palpate.tables.clean_cells import NumberCells, ShapedCells
 from palpate.tables.packed import opened
-from palpate.tables.table import Cells, Column, Table
+from palpate.tables.table import CHANGED, Cells, Column, Table
 from palpate.tables.text.parsing import Gap, cells_of, delimiter_of, parse
 from palpate.tables.text.rows import MOST_HEADER_ROWS
 
@@ -37,7 +37,6 @@ SAMPLES = 200
 """Lines of samples, more than others, with which the lines in the middle are samples."""
 MOST_BELOW = 50  # lines after the clean ones
 Mark = Literal[".", ","]
-_CHANGED = "has changed while it was read: read it again"
 _LOOKED_AT = 20  # lines, to find the columns
 _DIGIT = re.compile("[0-9]")
 
@@ -178,7 +177,7 @@ class _Clean:
             for (begin, size, row), (_, _, end) in pairwise([*self.blocks, (0, 0, self.count)]):
                 used, arrays = rows.read(self._last_lines() if begin < 0 else file.read(size))
                 if (used, len(arrays[0])) != (size, end - row):
-                    raise RecordingError(self.path, _CHANGED)
+                    raise RecordingError(self.path, CHANGED)
                 yield arrays
 
     def _cells(self, column: int) -> Cells:
@@ -199,7 +198,7 @@ class _Clean:
         try:
             return self._shown[1][row - block[2]][column]
         except IndexError:
-            raise RecordingError(self.path, _CHANGED) from None
+            raise RecordingError(self.path, CHANGED) from None
 
     def _lines(self, block: tuple[int, int, int]) -> list[list[str]]:
         """Return the cells of the lines of a block, from the file."""
