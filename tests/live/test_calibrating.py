@@ -147,7 +147,7 @@ def test_ratios_that_do_not_rise_are_an_objection_not_a_failure(
 
 
 def test_what_is_next_and_missing(touches: dict[str, list[Touch]]) -> None:
-    one = touches[list(MODULI)[0]][0]
+    one = touches[next(iter(MODULI))][0]
 
     def known(**counts: int) -> list[Known]:
         moduli = {"soft": 0.1, "middle": 1.0, "hard": 9.0}
