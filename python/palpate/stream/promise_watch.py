@@ -46,7 +46,7 @@ class PromiseWatch:
         for name in _TIMES:
             times = block[name]
             before, self._last[name] = self._last.get(name, times[0]), times[-1]
-            if times[0] < before or (times[1:] < times[:-1]).any():  # a difference of integers can overflow
+            if times[0] < before or np.count_nonzero(times[1:] < times[:-1]):  # a difference of integers can overflow
                 return _fallen(block, name, int(before))
         return ""
 
