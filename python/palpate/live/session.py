@@ -56,7 +56,9 @@ class Session:
         The completed touches; a revised one in place of its first result.
     moment : Moment
     on_rows : callable
-        Called in the thread of the measurement when there are rows to take.
+        Called when there are rows to take or a message came; from any thread.
+    followers : list of callable
+        Each is called in the thread of the measurement with every batch and its stream.
     error : str
         The error that ended the measurement; empty without an error.
     failed : bool
@@ -84,6 +86,7 @@ class Session:
         self.messages: list[str] = []
         self.moment: Moment = Moment()
         self.on_rows: Callable[[], None] = lambda: None
+        self.followers: list[Callable[[Batch, Stream], None]] = []
         self.error: str = ""
         self.failed: bool = False
         self._open, self._how, self._tell = open_source, how, tell
@@ -228,6 +231,7 @@ class Session:
     def _note(self, message: str) -> None:
         self.messages = [*self.messages, message][-_MESSAGES:]
         self._tell(message)
+        self.on_rows()
 
     def _run(self, stream: Stream) -> None:
         failures = [self._attempt(lambda: self._measure(stream)), self._attempt(stream.close)]
@@ -236,6 +240,7 @@ class Session:
             self.error = "; ".join(dict.fromkeys(str(e) or type(e).__name__ for e in failures if e))
             self.failed |= any(isinstance(e, RecordingError) for e in failures)
             self.moment = self.moment._replace(state="ended")
+        self.on_rows()
         if stream.recorder:
             self._closed(stream.recorder)
         if self.error:
@@ -281,6 +286,8 @@ class Session:
 
     def _take(self, batch: Batch, stream: Stream, *, changed: bool) -> None:
         rows = rows_of(batch)
+        for follow in self.followers:
+            follow(batch, stream)
         with self._batches:
             self._unread = [*self._unread, thinned(rows)][-_UNREAD:]
             tracker, alarm = stream.tracker, bool(batch.rows["alarm"].any())
