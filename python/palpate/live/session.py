@@ -38,7 +38,7 @@ class Session:
     Parameters
     ----------
     open_source : callable
-        Opens the source and returns it.
+        Opens the source and returns it; options that were changed come as keywords.
     recordings : Recordings
     how : dict
         Scene and settings of `Stream`.
@@ -73,7 +73,7 @@ class Session:
 
     def __init__(
         self,
-        open_source: Callable[[], Source],
+        open_source: Callable[..., Source],
         recordings: Recordings,
         how: dict[str, Any],
         tell: Callable[[str], object] = lambda _: None,
@@ -90,6 +90,7 @@ class Session:
         self.error: str = ""
         self.failed: bool = False
         self._open, self._how, self._tell = open_source, how, tell
+        self._options: dict[str, Any] = {}
         self.commands: Any = Lock()
         self._batches = Lock()
         self._unread: list[Rows] = []
@@ -108,7 +109,7 @@ class Session:
         """
         record = self.recordings.next() if self.recordings.allowed else None
         try:
-            stream = Stream(self._open(), record=record, notify=self._note, **self._how)
+            stream = Stream(self._open(**self._options), record=record, notify=self._note, **self._how)
             self._send_from(stream)
             stream.__enter__()
         except BaseException:
@@ -132,6 +133,25 @@ class Session:
             self._thread.join()
             if self._outlets:
                 self._outlets.close()
+
+    def reopen(self, options: dict[str, Any], note: str) -> None:
+        """End this measurement, and begin the next one with other options of the source; both recordings get the note.
+
+        Raises
+        ------
+        ValueError, PalpateError
+            As `start`: the measurement has ended then, and the next one has the options from before.
+        """
+        before, self._options = self._options, {**self._options, **options}
+        self.stream.note(note)
+        self.stream.stop()
+        self._thread.join()
+        try:
+            self.start()
+        except BaseException:
+            self._options = before
+            raise
+        self.stream.note(note)
 
     def take(self) -> list[Rows]:
         """Return the rows measured since the last call."""

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from palpate.calibration import Calibration
+from palpate.live.desk.device import Device
 from palpate.live.desk.standing import Standing
 from palpate.live.protocol import Command, Refused
 from palpate.live.session import Session
@@ -46,10 +47,12 @@ class Workbench:
         self._source = source
         self._summary = Summary(session, calibration, scatter)
         self._standing = Standing(session, calibration)
-        self.orders: dict[str, Callable[[Command], str | Document]] = {**session.orders}
+        self._device = Device(session, self._standing, source)
+        self.orders: dict[str, Callable[[Command], str | Document]] = {**session.orders, **self._device.orders}
         self.told: dict[str, Callable[[], Document]] = {
             "touches": self._summary.touches,
             "marks": self._summary.marks,
+            "device": self._device.document,
         }
 
     def hello(self) -> Document:
