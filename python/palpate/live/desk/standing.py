@@ -25,6 +25,8 @@ GAP_S = 3.0
 RATE_S, LATE_S = 2.0, 10.0
 """Times over which pairs a second, and late pairs, are counted."""
 _LOOK_S = 0.1
+_TELLING = ("gap", "baseline", "saturated", "refused")
+"""Of several flags these are the cause of the others."""
 
 
 class Standing:
@@ -175,10 +177,12 @@ class Standing:
         return tuple(self._calibration.accepted) if self._calibration else ()
 
     def _objection(self, _: int, touch: Touch) -> str:
-        """Return the sentences of the flags that exclude a touch."""
+        """Return the sentence of the most telling flag that excludes a touch; empty: none does."""
         excluding = objections(touch, self._accepted)
-        told = (text for text in advice(touch) if text.partition(":")[0] in excluding)
-        return "; ".join(told)
+        if not excluding:
+            return ""
+        flag = next((name for name in _TELLING if name in excluding), excluding[0])
+        return next(text for text in advice(touch) if text.startswith(f"{flag}:"))
 
     def _text(self, touch: Touch) -> str:
         """Return the ratio of a touch, and its modulus if there is a calibration."""

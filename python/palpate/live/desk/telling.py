@@ -9,7 +9,8 @@ from palpate.live.desk.words import Line, Now
 HOLD_S = 3.0
 """A line whose cause may come and go stays for this time after it."""
 SETTLED_S = 1.0
-"""What stays for this time is announced; a fault at once."""
+"""What stays for this time is announced; a fault, and the end of a touch, at once."""
+_SETTLED_S = {"done": 0.0, "left out": 0.0, "after": 3.0}
 _COMES_AND_GOES = {"slow", "silent", "wiring", "constant", "unwired", "range"}
 
 
@@ -69,7 +70,8 @@ class Teller:
         heard = _Heard(now.word, line.what, f"{result.number}: {result.text}" if result and not result.why else "")
         if heard != self._pending:
             self._pending, self._since_s = heard, at_s
-        settled = at_s - self._since_s >= SETTLED_S or line.level == "fault"
+        least_s = 0.0 if line.level == "fault" else _SETTLED_S.get(line.what, SETTLED_S)
+        settled = at_s - self._since_s >= least_s
         if heard == self._heard or not settled:
             return
         told = []

@@ -116,7 +116,7 @@ def _done(facts: Facts) -> tuple[Now, Line]:
     now = Now("Lift", f"kept; then {_next(facts)}" if facts.next else "the touch is complete", "good", 1.0)
     if facts.seen.done_s > LONG_S:
         return now, Line("left in contact", "note", "Lift the probe.", f"{kept} The next touch needs a new contact.")
-    return now, Line("done", "quiet", "", kept)
+    return now, Line("done", "quiet", "", kept, "Complete.")
 
 
 def _measuring(facts: Facts) -> tuple[Now, Line]:
@@ -140,7 +140,7 @@ def _ready(facts: Facts) -> tuple[Now, Line]:
     told = f"Noise {1e3 * noise:.2g} fF." if math.isfinite(noise) else ""
     text = " ".join(part for part in ("Ready.", _kept(facts), told, facts.about) if part)
     sub = f"{_next(facts)}: press, and hold" if facts.next else "press, and hold"
-    return Now("Touch", sub), Line("ready", "quiet", "", text, f"Ready. {_kept(facts)}".strip())
+    return Now("Touch", sub), Line("ready", "quiet", "", text, "Ready.")
 
 
 _CALM: dict[str, Callable[[Facts], tuple[Now, Line]]] = {

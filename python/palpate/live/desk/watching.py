@@ -16,7 +16,8 @@ from palpate.stream.estimate import Batch
 CHANNELS = ("hard", "soft")
 PRESSED = ("contact", "done")
 _SATURATED = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
-_NOISE_SAMPLES = 64  # mean of the noise
+_MEDIAN_STEP = 0.954  # of the absolute difference of two samples, in standard deviations of the noise
+_ADAPTS, _MOST = 0.03, 32  # change of the noise with each sample, relative; of so many samples of a batch at most
 _BELOW_PF, _BELOW_NOISE = 0.02, 30  # below the baseline by this, and by so many times the noise
 _SAME_SAMPLES = 8  # two codes of a converter are rarely the same
 
@@ -127,7 +128,7 @@ class Watch:
             t_s=t_s,
             readings=(hard.reading, soft.reading),
             noise_pF=(hard.noise_pF, soft.noise_pF),
-            share=1.0 if state == "done" else share,
+            share=1.0 if state == "done" else share if share is None else round(share, 3),
             left_s=left_s,
             contact_s=t_s - self._contact_s,
             done_s=t_s - self._done_s,
@@ -204,12 +205,14 @@ class _Channel:
             self.limit_s += float(passed_s[limited].sum())
 
     def _follow_noise(self, steps: NDArray[np.float64], state: str) -> None:
-        """Noise from the differences of neighbours: their mean square is twice the variance."""
-        known = steps[np.isfinite(steps)]
-        if state == "waiting" and len(known):
-            found, part = float(np.mean(known**2)) / 2, min(len(known) / _NOISE_SAMPLES, 1.0)
-            before = found if math.isnan(self.noise_pF) else self.noise_pF**2
-            self.noise_pF = math.sqrt(before + part * (found - before))
+        """Noise from the median step between neighbours, so that the begin of a touch counts as a few samples."""
+        sizes = np.abs(steps[np.isfinite(steps)]) / _MEDIAN_STEP
+        if state in PRESSED or not len(sizes):
+            return
+        if not self.noise_pF > 0:
+            self.noise_pF = float(np.median(sizes))
+        more = 2 * float(np.mean(sizes > self.noise_pF)) - 1
+        self.noise_pF *= math.exp(_ADAPTS * min(len(sizes), _MOST) * more)
 
     def _follow_baseline(
         self, change: NDArray[np.float64], limited: NDArray[Any], t_s: NDArray[np.float64], state: str
