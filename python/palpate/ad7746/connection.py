@@ -39,6 +39,8 @@ class Connection:
     ----------
     gains : bytes
         Registers CAP_GAIN and VOLT_GAIN; empty before `set_up`.
+    away : str
+        While `wait` waits for the device: a sentence that says so; else empty.
     """
 
     def __init__(
@@ -50,6 +52,7 @@ class Connection:
         check: Callable[[], None],
     ) -> None:
         self.gains: bytes = b""
+        self.away: str = ""
         self._bus, self._converter, self._clock = bus, converter, clock
         self._notify, self._check = notify, check
         self._due_ns = 0
@@ -96,6 +99,13 @@ class Connection:
 
     def wait(self, gone: DeviceNotFound, longest_s: float) -> str:
         """Wait until an unplugged device is back; return as `set_up`. Raises the error of the last try."""
+        self.away = f"The board is gone: plug it in again. It is waited for, up to {longest_s:g} s."
+        try:
+            return self._wait(gone, longest_s)
+        finally:
+            self.away = ""
+
+    def _wait(self, gone: DeviceNotFound, longest_s: float) -> str:
         self._notify(f"{gone} Waiting for it, up to {longest_s:g} s.")
         deadline = self._clock.now_ns() + longest_s * 1e9
         told = False
@@ -111,7 +121,8 @@ class Connection:
                     raise DeviceRefused(str(error)) from error
                 if not told:
                     told = True
-                    self._notify(f"{error}. Waiting for a program that loads it.")
+                    self.away = f"{error}. Waiting for a program that loads it."
+                    self._notify(self.away)
             except SourceError:
                 if self._clock.now_ns() > deadline:
                     raise

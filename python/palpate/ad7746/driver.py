@@ -128,6 +128,11 @@ class Ad7746:
         """`time.monotonic_ns()` at t = 0; None: the clock is not that of the computer."""
         return self._start_ns if isinstance(self._clock, RealClock) and self._clock.speed == 1 else None
 
+    @property
+    def away(self) -> str:
+        """While the driver waits for an unplugged device: a sentence that says so; else empty."""
+        return self._connection.away
+
     def start(self) -> None:
         """Reset and configure the chip, and begin to count time."""
         self._connection.set_up()

@@ -25,6 +25,7 @@ class _Channel:
         self.suspicion = ""
         self.since_ns = 0
         self.told = ""
+        self.text = ""
         self.code = -1
         self.same = 0
 
@@ -45,6 +46,11 @@ class WiringWatch:
     def __init__(self, look: Looking) -> None:
         self._look = look
         self._channels = (_Channel(), _Channel())
+
+    @property
+    def present(self) -> str:
+        """What is wrong now; empty: nothing."""
+        return "; ".join(channel.text for channel in self._channels if channel.text)
 
     def take(self, sample: Sample, configuration: Configuration) -> list[str]:
         """Return what has changed with this sample, one text for each channel; empty: nothing.
@@ -77,7 +83,8 @@ class WiringWatch:
             return ""
         channel.since_ns = sample.t_hard_ns + round((_AGAIN_S - CONFIRM_S) * 1e9)
         text = self._confirmed(number, configuration)
-        channel.told = channel.suspicion if text else channel.told
+        if text:
+            channel.told, channel.text = channel.suspicion, text
         return text
 
     def _suspicion(self, number: int, sample: Sample, configuration: Configuration) -> str:
@@ -111,5 +118,5 @@ class WiringWatch:
         return f"{NAMES[number]} bump: CIN{plus} has {levels}: its wire is off: look at CIN{plus} and EXC{pins[0]}"
 
     def _back(self, number: int) -> str:
-        self._channels[number].told = ""
+        self._channels[number].told = self._channels[number].text = ""
         return f"{NAMES[number]} bump: it is measured again"

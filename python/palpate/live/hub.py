@@ -167,6 +167,8 @@ class Hub:
         if len(rows := joined(parts)):
             self._history.add(rows)
             self._for_all(Page.wake)
+        if self._bench.is_news():
+            self.send_state()
 
     def _for_all(self, do: Callable[[Page], None]) -> None:
         for page in self.pages:

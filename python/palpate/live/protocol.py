@@ -146,7 +146,7 @@ COMMANDS: dict[str, dict[str, Check]] = {
     "mark text": {"id": _ID, "text": _MAYBE},
     "note": {"text": _NAME},
     "centre": {},
-    "device": {"capf?": _whole(0, 3), "excitation?": _NAME},
+    "device": {"capf?": _whole(0, 7), "excitation?": _NAME},
     "plan": {
         "text": _text(LONGEST_PLAN, 0, lines=True),
         "wanted": _whole(1, 99),

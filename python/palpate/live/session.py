@@ -38,7 +38,7 @@ class Session:
     Parameters
     ----------
     open_source : callable
-        Opens the source and returns it.
+        Opens the source and returns it; options that were changed come as keywords.
     recordings : Recordings
     how : dict
         Scene and settings of `Stream`.
@@ -56,7 +56,9 @@ class Session:
         The completed touches; a revised one in place of its first result.
     moment : Moment
     on_rows : callable
-        Called in the thread of the measurement when there are rows to take.
+        Called when there are rows to take or a message came; from any thread.
+    followers : list of callable
+        Each is called in the thread of the measurement with every batch and its stream.
     error : str
         The error that ended the measurement; empty without an error.
     failed : bool
@@ -71,7 +73,7 @@ class Session:
 
     def __init__(
         self,
-        open_source: Callable[[], Source],
+        open_source: Callable[..., Source],
         recordings: Recordings,
         how: dict[str, Any],
         tell: Callable[[str], object] = lambda _: None,
@@ -84,9 +86,11 @@ class Session:
         self.messages: list[str] = []
         self.moment: Moment = Moment()
         self.on_rows: Callable[[], None] = lambda: None
+        self.followers: list[Callable[[Batch, Stream], None]] = []
         self.error: str = ""
         self.failed: bool = False
         self._open, self._how, self._tell = open_source, how, tell
+        self._options: dict[str, Any] = {}
         self.commands: Any = Lock()
         self._batches = Lock()
         self._unread: list[Rows] = []
@@ -105,7 +109,7 @@ class Session:
         """
         record = self.recordings.next() if self.recordings.allowed else None
         try:
-            stream = Stream(self._open(), record=record, notify=self._note, **self._how)
+            stream = Stream(self._open(**self._options), record=record, notify=self._note, **self._how)
             self._send_from(stream)
             stream.__enter__()
         except BaseException:
@@ -129,6 +133,25 @@ class Session:
             self._thread.join()
             if self._outlets:
                 self._outlets.close()
+
+    def reopen(self, options: dict[str, Any], note: str) -> None:
+        """End this measurement, and begin the next one with other options of the source; both recordings get the note.
+
+        Raises
+        ------
+        ValueError, PalpateError
+            As `start`: the measurement has ended then, and the next one has the options from before.
+        """
+        before, self._options = self._options, {**self._options, **options}
+        self.stream.note(note)
+        self.stream.stop()
+        self._thread.join()
+        try:
+            self.start()
+        except BaseException:
+            self._options = before
+            raise
+        self.stream.note(note)
 
     def take(self) -> list[Rows]:
         """Return the rows measured since the last call."""
@@ -228,6 +251,7 @@ class Session:
     def _note(self, message: str) -> None:
         self.messages = [*self.messages, message][-_MESSAGES:]
         self._tell(message)
+        self.on_rows()
 
     def _run(self, stream: Stream) -> None:
         failures = [self._attempt(lambda: self._measure(stream)), self._attempt(stream.close)]
@@ -236,6 +260,7 @@ class Session:
             self.error = "; ".join(dict.fromkeys(str(e) or type(e).__name__ for e in failures if e))
             self.failed |= any(isinstance(e, RecordingError) for e in failures)
             self.moment = self.moment._replace(state="ended")
+        self.on_rows()
         if stream.recorder:
             self._closed(stream.recorder)
         if self.error:
@@ -281,6 +306,8 @@ class Session:
 
     def _take(self, batch: Batch, stream: Stream, *, changed: bool) -> None:
         rows = rows_of(batch)
+        for follow in self.followers:
+            follow(batch, stream)
         with self._batches:
             self._unread = [*self._unread, thinned(rows)][-_UNREAD:]
             tracker, alarm = stream.tracker, bool(batch.rows["alarm"].any())

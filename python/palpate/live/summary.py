@@ -7,7 +7,7 @@ from typing import Any
 
 from palpate._core import Touch
 from palpate.calibration import Calibration
-from palpate.live.session import Moment, Session
+from palpate.live.session import Session
 from palpate.sentences import advice
 from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
 
@@ -59,7 +59,7 @@ class Summary:
         ratio, error = (moment.ratio, moment.standard_error) if measured else (math.nan, math.nan)
         self._begin_again()
         return {
-            "state": self._state(moment),
+            "state": page_state(session),
             "ratio": ratio,
             "standard_error": error,
             "uncertainty": self._uncertainty(ratio, error),
@@ -94,12 +94,6 @@ class Summary:
             self._measurement = self._session.number
             self._reads.clear()
             self._rows = []
-
-    def _state(self, moment: Moment) -> str:
-        if moment.state != "contact":
-            return STATES[moment.state]
-        knows = self._session.stream.tracker.scene in ("handheld", "sliding")
-        return "adapting" if moment.alarm or (knows and math.isnan(moment.standard_error)) else "contact"
 
     def _row(self, number: int, touch: Touch) -> dict[str, Any]:
         ratio, error = touch.ratio, touch.standard_error
@@ -147,6 +141,15 @@ class Summary:
             self._reads.popleft()
         then, before = self._reads[0]
         return (read - before) / (now - then) if now > then else math.nan
+
+
+def page_state(session: Session) -> str:
+    """Return the state of a measurement as the page names it."""
+    moment = session.moment
+    if moment.state != "contact":
+        return STATES[moment.state]
+    knows = session.stream.tracker.scene in ("handheld", "sliding")
+    return "adapting" if moment.alarm or (knows and math.isnan(moment.standard_error)) else "contact"
 
 
 def _name(device: dict[str, Any]) -> str:

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from typing import Any
 
 from palpate.calibration import Calibration
+from palpate.live.desk.device import Device
+from palpate.live.desk.standing import Standing
 from palpate.live.protocol import Command, Refused
 from palpate.live.session import Session
 from palpate.live.summary import Summary
@@ -44,10 +46,13 @@ class Workbench:
         self.session = session
         self._source = source
         self._summary = Summary(session, calibration, scatter)
-        self.orders: dict[str, Callable[[Command], str | Document]] = {**session.orders}
+        self._standing = Standing(session, calibration)
+        self._device = Device(session, self._standing, source)
+        self.orders: dict[str, Callable[[Command], str | Document]] = {**session.orders, **self._device.orders}
         self.told: dict[str, Callable[[], Document]] = {
             "touches": self._summary.touches,
             "marks": self._summary.marks,
+            "device": self._device.document,
         }
 
     def hello(self) -> Document:
@@ -56,7 +61,11 @@ class Workbench:
 
     def state(self) -> Document:
         """Return the values that change during a measurement."""
-        return self._summary.now()
+        return self._summary.now() | self._standing.document()
+
+    def is_news(self) -> bool:
+        """Return whether the word or the line has changed since the last state."""
+        return self._standing.is_news()
 
     def do(self, command: Command) -> Document:
         """Obey a command of a page; return the answer. May wait for the disk.

@@ -120,6 +120,15 @@ class Source(Protocol):
         return ()
 
     @property
+    def troubles(self) -> Mapping[str, str]:
+        """What is wrong at present, from any thread: kind -> sentence; empty: nothing.
+
+        Kinds: "unplugged", while the device is waited for; "wiring", while readings show a fault of the wires; "hint", a
+        doubt about the wiring that does not prevent a measurement.
+        """
+        return {}
+
+    @property
     def zero_ns(self) -> int | None:
         """`time.monotonic_ns()` at t = 0 of the samples; None: unknown, then the arrival of the first one tells."""
         return None

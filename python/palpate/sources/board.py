@@ -108,6 +108,7 @@ class BoardSource(Source):
         )
         self._watch = WiringWatch(self.driver.look)
         self._kit = kit
+        self._hint = ""
         self._conditions: tuple[dict[str, float], ...] = ()
         self._due_ns = 0
         self._started = False
@@ -164,6 +165,7 @@ class BoardSource(Source):
         mistakes = Wiring(self.driver.look, self.driver.configuration, kit=self._kit).mistakes()
         if fatal := [str(mistake) for mistake in mistakes if mistake.fatal]:
             raise DeviceRefused("; ".join(fatal))
+        self._hint = "; ".join(map(str, mistakes))
         for mistake in mistakes:
             self.notify(str(mistake))
 
@@ -176,6 +178,12 @@ class BoardSource(Source):
     def gaps(self) -> list[Gap]:
         """Gaps of the driver, and those from wires that came off or were put on."""
         return [Gap(*gap) for gap in self.driver.gaps]
+
+    @property
+    def troubles(self) -> Mapping[str, str]:
+        """An unplugged board; a wire that came off, or a short; a doubt about the wiring from the begin."""
+        found = {"unplugged": self.driver.away, "wiring": self._watch.present, "hint": self._hint}
+        return {kind: text for kind, text in found.items() if text}
 
     @property
     def counters(self) -> dict[str, int]:
