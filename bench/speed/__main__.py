@@ -51,7 +51,7 @@ def measure_native(rounds: int, folder: Path) -> Figures:
     configure(build)
     found: Figures = {"compiler": (build / "compiler.txt").read_text().strip()}
     natives = [(build / "blocks", "")]
-    natives += [(build / f"blocks_{name}", f"{name}: ") for name in SETS[1 : SETS.index(_core.simd) + 1]]
+    natives += [(build / f"blocks_{name}", f"{name}: ") for name in SETS[1 : SETS.index(_core.simd()) + 1]]
     if (clang := which("clang++")) and not found["compiler"].startswith("Clang"):
         configure(folder / "clang", f"-DCMAKE_CXX_COMPILER={clang}")
         natives.append((folder / "clang" / "blocks", "clang: "))
@@ -139,7 +139,7 @@ def main() -> None:
         "python": sys.version.split()[0],
         "palpate": palpate.__version__,
         "commit": commit(),
-        "simd": _core.simd,
+        "simd": _core.simd(),
         "headers": headers_hash(),
     }
     with tempfile.TemporaryDirectory() as folder:

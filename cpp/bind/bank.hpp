@@ -99,7 +99,9 @@ class PyBank {
   using Real = typename Core::real_type;
 
   PyBank(const Settings& settings, py::ssize_t streams)
-      : settings_(settings), states_(settings, checked(streams)), rejected_(states_.size()) {}
+      : settings_(settings), states_(settings, checked(streams)), rejected_(states_.size()) {
+    instruction_set();  // throws here, and not in the first block
+  }
 
   /// dimensions 1: one sample of each stream; 2: a block of them.
   template <int dimensions>

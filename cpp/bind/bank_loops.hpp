@@ -59,7 +59,8 @@ extern const InstructionSet avx2_loops;
 extern const InstructionSet avx512_loops;
 #endif
 
-/// The widest one that this processor has, or the one that the environment variable PALPATE_SIMD names.
+/// The widest one that this processor has, or the one that the environment variable PALPATE_SIMD names; throws
+/// std::invalid_argument if that is not one of them.
 const InstructionSet& instruction_set();
 
 template <class Real>

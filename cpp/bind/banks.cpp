@@ -131,5 +131,7 @@ void bind_banks(py::module_& module) {
   bind<AdaptiveKind<float>, LaneStates>(module, "AdaptiveRlsBank32");
   bind<HandoverKind<double>, GroupStates>(module, "HandoverRlsBank");
   bind<HandoverKind<float>, GroupStates>(module, "HandoverRlsBank32");
-  module.attr("simd") = instruction_set().name;
+  module.def(
+      "simd", [] { return instruction_set().name; },
+      "Return the instructions of the banks; raises ValueError if the environment variable PALPATE_SIMD is wrong.");
 }

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __version__: str
-simd: str
 scenes: tuple[str, ...]
+
+def simd() -> str: ...
 
 _Scene: TypeAlias = Literal["fixed", "paper", "handheld", "sliding"]
 

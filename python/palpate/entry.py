@@ -2,11 +2,18 @@
 
 import sys
 
-from palpate._core import __version__
+from palpate._core import __version__, simd
 
 
 def main() -> None:
     """Run the command of `sys.argv`."""
+    try:
+        simd()
+    except ValueError as error:
+        from click import echo
+
+        echo(f"Error: {error}", err=True)
+        sys.exit(2)
     if sys.argv[1:] == ["--version"] and _told(f"palpate, version {__version__}\n"):
         return
     from palpate.cli import main as command

@@ -177,7 +177,7 @@ for bank_type, _ in PAIRS:
         found.update(bank.process(*samples(300, streams, 4, dtype_of(bank_type))).tobytes())
         state = bank.__getstate__()[1]
         found.update(state[1].tobytes() + state[2].tobytes())
-print(_core.simd, found.hexdigest())
+print(_core.simd(), found.hexdigest())
 """
 
 
@@ -189,7 +189,7 @@ def with_simd(name: str) -> tuple[str, str]:
 
 
 def test_all_instruction_sets_give_the_same_bits() -> None:
-    assert _core.simd in ("baseline", "avx2", "avx512")
+    assert _core.simd() in ("baseline", "avx2", "avx512")
     _, error = with_simd("sse9")
     assert "environment variable PALPATE_SIMD: got 'sse9', allowed: " in error
     names = error.strip().rpartition(": ")[2].split(", ")

@@ -37,6 +37,15 @@ def test_an_empty_instruction_set_is_none() -> None:
     subprocess.run([*PALPATE, "--version"], capture_output=True, check=True, env=environment)
 
 
+@pytest.mark.parametrize("words", [["--version"], ["doctor"], ["replay", str(FOUR)]])
+def test_a_wrong_instruction_set_is_one_line(words: list[str]) -> None:
+    environment = {**os.environ, "PALPATE_SIMD": "sse9"}
+    done = subprocess.run([*PALPATE, *words], capture_output=True, text=True, check=False, env=environment)
+    assert (done.returncode, done.stdout) == (2, "")
+    [line] = done.stderr.splitlines()
+    assert line.startswith("Error: environment variable PALPATE_SIMD: got 'sse9', allowed: ")
+
+
 def test_the_version_needs_the_core_and_nothing_else() -> None:
     found = imported("--version")
     assert {name for name in found if name.startswith("palpate")} == {
@@ -64,6 +73,12 @@ def test_the_version_is_that_of_the_command_line() -> None:
     )
     longer = subprocess.run([*PALPATE, "--version", "replay"], capture_output=True, text=True, check=True)
     assert longer.stdout == at_once.stdout
+
+
+def test_the_version_has_no_options() -> None:
+    found = CliRunner().invoke(main, ["--version", "--json"], prog_name="palpate")
+    assert (found.exit_code, found.stdout) == (2, "")
+    assert found.stderr == "Error: No such option: --json; see palpate --help\n"
 
 
 def test_a_version_that_cannot_be_printed_ends_as_any_output(tmp_path: Path) -> None:

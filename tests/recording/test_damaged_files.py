@@ -1,6 +1,7 @@
 """`check` tells the truth about a file, and `read` opens whatever is left of one."""
 
 import json
+from codecs import BOM_UTF8
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -147,6 +148,16 @@ def test_a_broken_sidecar_does_not_keep_the_rows_back(tmp_path: Path, text: str,
     assert len(recording.hard) == 5
     assert recording.full_scale_pF == pytest.approx(4.0958, abs=1e-4)
     assert any(message in note for note in recording.notes)
+
+
+def test_a_byte_order_mark_is_named(tmp_path: Path) -> None:
+    path = record(tmp_path / "run.csv", [sample(i) for i in range(5)])
+    path.write_bytes(BOM_UTF8 + path.read_bytes())
+    told = "begins with a byte order mark, put there by another program"
+    with pytest.raises(RecordingError, match=f"run.csv, line 1: {told}: damaged; palpate check"):
+        read(path)
+    [place] = check(path).damaged
+    assert (place.line, place.reason) == (1, told)
 
 
 def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:

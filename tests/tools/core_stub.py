@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __version__: str
-simd: str
 scenes: tuple[str, ...]
+
+def simd() -> str: ...
 """
 NUMBER, COUNT, FLAG = "float", "int", "bool"
 """Of a bank an array of them, one a stream."""

@@ -1,6 +1,7 @@
 """Samples as text, one line for each sample, and back: without any loss of digits."""
 
 import re
+from codecs import BOM_UTF8
 from contextlib import suppress
 from decimal import Decimal, InvalidOperation
 
@@ -196,9 +197,13 @@ def unreadable(line: bytes, columns: tuple[str, ...] = COLUMNS) -> str | None:
     --------
     >>> unreadable(b"7,0.026,0.039,8388608,8388608,0.0,0.0,150,0"), unreadable(b"7,0.026,0.0")
     (None, 'got 3 cells, allowed: 9')
+    >>> unreadable(BOM_UTF8 + HEADER.encode())
+    'begins with a byte order mark, put there by another program'
     """
     if zeros := line.count(b"\0"):
         return f"got {zeros} zero bytes, allowed: text"
+    if line.startswith(BOM_UTF8):
+        return "begins with a byte order mark, put there by another program"
     if (cells := line.count(b",") + 1) != len(columns):
         return f"got {cells} cells, allowed: {len(columns)}"
     for name, cell in zip(columns, line.decode("latin-1").split(","), strict=True):
