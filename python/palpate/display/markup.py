@@ -13,7 +13,7 @@ class Markup(str):
 def element(tag: str, *children: object, **attributes: object) -> Markup:
     """Return an element; children and attributes are escaped, but for children that are elements.
 
-    An attribute None is left out; an underscore in its name is a hyphen.
+    An attribute None is left out; an underscore in its name is a hyphen, one at its end (as in `class_`) is left out.
 
     Examples
     --------
@@ -21,7 +21,7 @@ def element(tag: str, *children: object, **attributes: object) -> Markup:
     '<p aria-label="&quot;">a &lt; b <b>&amp;</b></p>'
     """
     given = "".join(
-        f' {name.replace("_", "-")}="{escape(str(value))}"' for name, value in attributes.items() if value is not None
+        f' {name.rstrip("_").replace("_", "-")}="{escape(str(value))}"' for name, value in attributes.items() if value is not None
     )
     inner = "".join(child if isinstance(child, Markup) else escape(str(child)) for child in children)
     return Markup(f"<{tag}{given}>{inner}</{tag}>")
