@@ -1,6 +1,7 @@
 """HTML and SVG elements: all text in them is escaped, nothing is fetched, no script runs."""
 
-from html import escape
+import re
+from html import escape, unescape
 from typing import Any
 
 
@@ -25,6 +26,17 @@ def element(tag: str, *children: object, **attributes: object) -> Markup:
     )
     inner = "".join(child if isinstance(child, Markup) else escape(str(child)) for child in children)
     return Markup(f"<{tag}{given}>{inner}</{tag}>")
+
+
+def plain(markup: Markup) -> str:
+    """Return the text of an element without tags.
+
+    Examples
+    --------
+    >>> plain(element("p", "a < b ", element("b", "&")))
+    'a < b &'
+    """
+    return unescape(re.sub(r"<[^<>]*>", "", markup))
 
 
 def card(title: str, facts: dict[str, object], *below: object, said: Any = ()) -> Markup:

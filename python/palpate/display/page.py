@@ -102,7 +102,8 @@ def _after(cell: object) -> str:
 
 def _pointed(cell: object, longest: int) -> Markup:
     """Return a number with as much that is not seen behind it that its point is in line with those of the column."""
-    missing = longest - len(_after(cell))
     text = str(cell) if isinstance(cell, Markup) else escape(str(cell))
+    missing = 0 if any(map(str.isalpha, text)) else longest - len(_after(cell))
     unseen = ".0000000000000000"[-missing:] if 0 < missing < longest else ".0000000000000000"[:missing]
-    return Markup(text + (element("span", unseen, class_="pad", aria_hidden="true") if missing else ""))
+    signed = f"−{text[1:]}" if text[:1] == "-" and text[1:] else text
+    return Markup(signed + (element("span", unseen, class_="pad", aria_hidden="true") if missing else ""))
