@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from palpate.calibration.calibration import Calibration
 from palpate.calibration.curve_fit import curve
 from palpate.calibration.interval import Measured, allowance
 from palpate.display import chart
-from palpate.display.markup import Markup
+from palpate.display.markup import MINUS, Markup
 
 Array = NDArray[np.float64]
 _WIDTH, _HEIGHT, _LEFT, _RIGHT, _TOP, _SPLIT, _FOOT = 450, 290, 42, 442, 12, 180, 248
@@ -56,7 +57,7 @@ class _Picture:
         self._of = calibration
         low, high = calibration.range
         self._span = low / 2, high * 4
-        self._log_E = np.linspace(*np.log(self._span), _POINTS)
+        self._log_E = np.linspace(log(low / 2), log(high * 4), _POINTS)
         self._curve = curve(calibration.fitted.parameters, self._log_E)
         self._reach = allowance(calibration.fitted, Measured(1.0), self._log_E)
         data = calibration.ratios
@@ -72,7 +73,7 @@ class _Picture:
         """Return the whole."""
         x, y = self._x(self._log_E), self._y
         band = chart.area(x, y(self._curve - self._reach), y(self._curve + self._reach), "band")
-        rigid = float(y(np.float64(self._of.probe.rigid_ratio)))
+        rigid = float(y(np.array(self._of.probe.rigid_ratio)))
         error = float(self._of.fitted.covariance[0, 0]) ** 0.5
         told = f"rigid object: {digits.plus_minus(self._of.probe.rigid_ratio, error)}"
         return chart.picture(
@@ -93,21 +94,21 @@ class _Picture:
                 chart.label(x, _FOOT + 15, f"{modulus:g}", "middle"),
             ]
         for ratio in chart.ticks(self._bottom, self._top):
-            found += self._level(float(self._y(np.float64(ratio))), f"{ratio:g}")
+            found += self._level(float(self._y(np.array(ratio))), f"{ratio:g}")
         for distance in chart.ticks(-self._far, self._far, 4):
-            found += self._level(float(self._z(np.float64(distance))), f"{distance:+g}".replace("+0", "0"), distance == 0)
+            found += self._level(float(self._z(np.array(distance))), f"{distance:+g}".replace("+0", "0"), distance == 0)
         return found
 
     def _level(self, y: float, text: str, zero: bool = False) -> list[Markup]:
         return [
             chart.ruler((_LEFT, _RIGHT), (y, y), "zero" if zero else "grid"),
-            chart.label(_LEFT - 6, y + 4, text.replace("-", "−"), "end"),
+            chart.label(_LEFT - 6, y + 4, text.replace("-", MINUS), "end"),
         ]
 
     def _across(self, modulus: float) -> float:
         """Return the pixel of a modulus; 0 and inf are at the edges."""
         low, high = self._span
-        return float(self._x(np.log(np.float64(min(max(modulus, low), high)))))
+        return float(self._x(np.array(log(min(max(modulus, low), high)))))
 
     def _data(self) -> list[Markup]:
         across = [self._across(modulus) for modulus in self._of.moduli.tolist()]
@@ -118,7 +119,11 @@ class _Picture:
         ]
 
     def _object(self, one: Seen) -> list[Markup]:
-        x, y = self._across(one.modulus), float(self._y(np.float64(one.ratio)))
+        x, y = self._across(one.modulus), float(self._y(np.array(one.ratio)))
         bar = chart.ruler((self._across(one.low), self._across(one.high)), (y, y), "bar")
         left = x > (_LEFT + _RIGHT) / 2
-        return [bar, chart.dot(x, y, "ring", 4), chart.label(x - 8 if left else x + 8, y - 6 if left else y + 14, one.name, "end" if left else "start")]
+        return [
+            bar,
+            chart.dot(x, y, "ring", 4),
+            chart.label(x - 8 if left else x + 8, y - 6 if left else y + 14, one.name, "end" if left else "start"),
+        ]

@@ -128,7 +128,7 @@ def fitted(calibration: Calibration, seen: Sequence[Seen] = ()) -> Markup:
 
 
 EQUATION = Markup(
-    "Eq. (2): <i>E</i> = <i>E</i><sub>½</sub> (<i>r</i> − <i>r</i><sub>0</sub>) / (<i>r</i><sub>∞</sub> − <i>r</i>). "
+    "Eq. (2): <i>E</i> = <i>E</i><sub>½</sub> (<i>r</i> \N{MINUS SIGN} <i>r</i><sub>0</sub>) / (<i>r</i><sub>∞</sub> \N{MINUS SIGN} <i>r</i>). "
     "<i>r</i>: ratio; <i>r</i><sub>∞</sub>: rigid_ratio; <i>E</i><sub>½</sub>: half_modulus; <i>r</i><sub>0</sub>: soft_ratio."
 )
 
@@ -140,7 +140,15 @@ def _distances(calibration: Calibration) -> Markup:
          digits.number(r.fitted, r.standard_error), percent(r), f"{r.standardised:+.1f}", _values(calibration, r.modulus))
         for r in calibration.residuals
     ]  # fmt: skip
-    columns = {"MPa": "", "Touches": "", "Ratio": "", "Curve": "", "Distance, %": "", "In std. errors": "", "Values": "w"}
+    columns = {
+        "MPa": "",
+        "Touches": "",
+        "Ratio": "",
+        "Curve": "",
+        "Distance, %": "",
+        "In std. errors": "",
+        "Values": "w",
+    }
     return page.table(columns, rows)
 
 

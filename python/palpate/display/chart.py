@@ -81,4 +81,6 @@ def label(x: float, y: float, text: str, anchor: str = "start", style: str | Non
 
 def picture(width: float, height: float, name: str, *drawn: Markup) -> Markup:
     """Return the picture, with a name for those who hear the page."""
-    return element("svg", *drawn, width=width, height=height, viewBox=f"0 0 {width} {height}", role="img", aria_label=name)
+    return element(
+        "svg", *drawn, width=width, height=height, viewBox=f"0 0 {width} {height}", role="img", aria_label=name
+    )

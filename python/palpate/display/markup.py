@@ -4,6 +4,9 @@ import re
 from html import escape, unescape
 from typing import Any
 
+MINUS, NONE, LEFT_OUT = "\N{MINUS SIGN}", "\N{EN DASH}", "\N{MULTIPLICATION SIGN}"
+"""Before a number; in the place of one that is not known; beside what does not count."""
+
 
 class Markup(str):
     """Text that is HTML already."""
@@ -22,7 +25,9 @@ def element(tag: str, *children: object, **attributes: object) -> Markup:
     '<p aria-label="&quot;">a &lt; b <b>&amp;</b></p>'
     """
     given = "".join(
-        f' {name.rstrip("_").replace("_", "-")}="{escape(str(value))}"' for name, value in attributes.items() if value is not None
+        f' {name.rstrip("_").replace("_", "-")}="{escape(str(value))}"'
+        for name, value in attributes.items()
+        if value is not None
     )
     inner = "".join(child if isinstance(child, Markup) else escape(str(child)) for child in children)
     return Markup(f"<{tag}{given}>{inner}</{tag}>")

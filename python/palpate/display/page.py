@@ -5,7 +5,7 @@ from html import escape
 from pathlib import Path
 from string import Template
 
-from palpate.display.markup import Markup, element
+from palpate.display.markup import MINUS, Markup, element
 
 _PAGE = Template("""<!doctype html>
 <html lang="en">
@@ -51,16 +51,21 @@ def _quoted(text: str) -> str:
 
 def section(title: str, *children: object) -> Markup:
     """Return a heading and what is below it."""
-    return Markup("\n".join([element("h2", title), *(str(child) for child in children if child)]))
+    shown = (child if isinstance(child, Markup) else escape(str(child)) for child in children if child)
+    return Markup("\n".join([element("h2", title), *shown]))
 
 
 def facts(named: Mapping[str, object]) -> Markup:
     """Return names and values, one a line; values of nothing ("" or None) are left out."""
     kept = {name: value for name, value in named.items() if value not in ("", None)}
-    return element("dl", *(part for name, value in kept.items() for part in (element("dt", name), element("dd", value))))
+    return element(
+        "dl", *(part for name, value in kept.items() for part in (element("dt", name), element("dd", value)))
+    )
 
 
-def table(columns: Mapping[str, str], rows: Sequence[Sequence[object]], marks: Sequence[str] = (), *, kind: str = "") -> Markup:
+def table(
+    columns: Mapping[str, str], rows: Sequence[Sequence[object]], marks: Sequence[str] = (), *, kind: str = ""
+) -> Markup:
     """Return a table that scrolls by itself where it is too wide.
 
     Parameters
@@ -97,7 +102,9 @@ def _fraction(cells: Iterable[object]) -> int:
 
 def _after(cell: object) -> str:
     whole, point, rest = str(cell).partition(".")
-    return point + rest if rest.isdigit() and not isinstance(cell, Markup) and whole.lstrip("+-−").isdigit() else ""
+    return (
+        point + rest if rest.isdigit() and not isinstance(cell, Markup) and whole.lstrip(f"+-{MINUS}").isdigit() else ""
+    )
 
 
 def _pointed(cell: object, longest: int) -> Markup:
@@ -105,5 +112,5 @@ def _pointed(cell: object, longest: int) -> Markup:
     text = str(cell) if isinstance(cell, Markup) else escape(str(cell))
     missing = 0 if any(map(str.isalpha, text)) else longest - len(_after(cell))
     unseen = ".0000000000000000"[-missing:] if 0 < missing < longest else ".0000000000000000"[:missing]
-    signed = f"−{text[1:]}" if text[:1] == "-" and text[1:] else text
+    signed = f"{MINUS}{text[1:]}" if text[:1] == "-" and text[1:] else text
     return Markup(signed + (element("span", unseen, class_="pad", aria_hidden="true") if missing else ""))

@@ -8,7 +8,7 @@ from palpate.calibration.calibration import Calibration
 from palpate.calibration.picture import Seen
 from palpate.calibration.report import fitted
 from palpate.display import page
-from palpate.display.markup import Markup, element
+from palpate.display.markup import NONE, Markup, element
 from palpate.display.text import counted
 from palpate.report.repeatability import Repeatability
 from palpate.report.results import Result, Session, deviations
@@ -81,18 +81,18 @@ _MEAN = (
 def _cells(result: Result) -> dict[str, object]:
     found, modulus = result.agreement, result.modulus
     error = found.standard_error if found else float("nan")
-    value, _, interval = str(modulus).partition(" (") if modulus else ("–", "", "")
+    value, _, interval = str(modulus).partition(" (") if modulus else (NONE, "", "")
     beyond = ", beyond the specimens" if modulus and modulus.extrapolated else ""
     return {
         "Specimen": element("b", result.name),
         "Kept": str(len(result.kept)),
-        "Left out": str(len(result.touches) - len(result.kept) or "–"),
-        "Ratio": digits.number(result.mean, error) if isfinite(result.mean) else "–",
-        "±": digits.error(error) if isfinite(result.mean) else "–",
-        "CV, %": digits.error(100 * result.variation) if isfinite(result.variation) else "–",
-        "MPa": element("b", value.removesuffix(" MPa")) if interval else "–",
-        "95 % interval": (interval.rstrip(")") or (value if modulus else "–")) + beyond,
-        "Known": f"{result.known:g}" if result.known else "–",
+        "Left out": str(len(result.touches) - len(result.kept) or NONE),
+        "Ratio": digits.number(result.mean, error) if isfinite(result.mean) else NONE,
+        "±": digits.error(error) if isfinite(result.mean) else NONE,
+        "CV, %": digits.error(100 * result.variation) if isfinite(result.variation) else NONE,
+        "MPa": element("b", value.removesuffix(" MPa")) if interval else NONE,
+        "95 % interval": (interval.rstrip(")") or (value if modulus else NONE)) + beyond,
+        "Known": f"{result.known:g}" if result.known else NONE,
         "Inside": {True: "yes", False: "no", None: ""}[result.inside],
     }
 
@@ -102,16 +102,21 @@ def repeatability(session: Session) -> Markup:
     found = session.repeatability()
     if found is None or not found.within_freedom:
         return page.section("Repeatability", element("p", "No specimen has two kept touches: it is not known."))
-    rows = [
-        ["From touch to touch (CV)", f"{digits.error(100 * found.error)} %",
-         "One touch differs from the mean of its specimen by this much: the standard deviation of the logarithm of the ratio "
-         f"within specimens, with {found.within_freedom} degrees of freedom."],
-        ["Minimal detectable change", f"{digits.error(100 * found.detectable())} %", _detectable(found)],
-        ["ICC(1,1)", *_correlation(found)],
+    rows: list[tuple[str, str, str]] = [
+        ("From touch to touch (CV)", f"{digits.error(100 * found.error)} %", _scatter(found)),
+        ("Minimal detectable change", f"{digits.error(100 * found.detectable())} %", _detectable(found)),
+        ("ICC(1,1)", *_correlation(found)),
         *_left_out(session),
-    ]  # fmt: skip
+    ]
     cells = [[element("b", name), element("b", value), told] for name, value, told in rows]
     return page.section("Repeatability", page.table({"": "n", " ": "n", "  ": "w"}, cells, kind="stack"))
+
+
+def _scatter(found: Repeatability) -> str:
+    return (
+        "One touch differs from the mean of its specimen by this much: the standard deviation of the logarithm of the ratio "
+        f"within specimens, with {found.within_freedom} degrees of freedom."
+    )
 
 
 def _detectable(found: Repeatability) -> str:
@@ -131,8 +136,10 @@ def _correlation(found: Repeatability) -> tuple[str, str]:
         "one specimen belongs to a touch of another."
     )
     if not isfinite(found.icc):
-        return "–", f"{why} It needs two specimens whose touches are not all the same."
-    about = "" if found.per_specimen == found.touches / found.specimens else " (about, as the numbers of touches differ)"
+        return NONE, f"{why} It needs two specimens whose touches are not all the same."
+    about = (
+        "" if found.per_specimen == found.touches / found.specimens else " (about, as the numbers of touches differ)"
+    )
     value, low, high = digits.between(found.icc, found.low, found.high)
     return value, f"95 % interval {low} to {high}{about}; {found.specimens} specimens. {why} {_RANGE}"
 
@@ -140,11 +147,11 @@ def _correlation(found: Repeatability) -> tuple[str, str]:
 _RANGE = "It depends on how far apart the specimens are: compare it only between sessions on the same ones."
 
 
-def _left_out(session: Session) -> Iterator[list[str]]:
+def _left_out(session: Session) -> Iterator[tuple[str, str, str]]:
     left, every = sum(not one.kept for one in session.touches), session.repeatability(all_touches=True)
     if left and every and every.within_freedom:
         told = f"With all touches that have a ratio the CV is {digits.error(100 * every.error)} %."
-        yield ["Left out", f"{left} of {len(session.touches)}", told]
+        yield "Left out", f"{left} of {len(session.touches)}", told
 
 
 def uncertainty(session: Session) -> Markup:
@@ -158,12 +165,7 @@ _NOT_IN_IT = (
     "layered, or not much larger than the bumps; and the error of the moduli of the specimens of the calibration, for which no "
     "value is known."
 )
-_NAMES: Mapping[str, str] = {
-    "touch": "how the probe is held",
-    "specimen": "specimens around the curve",
-    "curve": "the fitted curve",
-    "noise": "noise of the converter",
-}
+_NAMES: Mapping[str, str] = {"touch": "Holding", "specimen": "Specimens", "curve": "Curve", "noise": "Noise"}
 
 
 def _with(session: Session, calibration: Calibration) -> Iterator[Markup]:
@@ -171,10 +173,11 @@ def _with(session: Session, calibration: Calibration) -> Iterator[Markup]:
     yield element(
         "p",
         "The interval of a modulus is where it lies in 95 of 100 such sessions. It is found from that of the ratio through the "
-        "curve, so it is not symmetric. The parts below are standard deviations of the mean ratio, in % of it. How the probe is "
-        f"held: {digits.error(100 * calibration.touch_spread)} % a touch, by the calibration ({counted(freedom, 'degree')} of "
-        "freedom), divided by the square root of the number of touches. More touches reduce this part alone; longer ones reduce "
-        "only the noise.",
+        "curve, so it is not symmetric. The parts below are standard deviations of the mean ratio, in % of it. Holding, how the "
+        f"probe is held: {digits.error(100 * calibration.touch_spread)} % a touch, by the calibration "
+        f"({counted(freedom, 'degree')} of freedom), divided by the square root of the number of touches; more touches reduce it. "
+        "Specimens: their scatter around the curve beyond that. Curve: the error of the fit. Noise: that of the converter, the "
+        "only part that longer touches reduce.",
     )  # fmt: skip
     rows = []
     for result in session.results:
@@ -183,7 +186,7 @@ def _with(session: Session, calibration: Calibration) -> Iterator[Markup]:
             whole = sqrt(sum(share**2 for share in shares.values()))
             rows.append([element("b", result.name), *(digits.error(100 * shares[name]) for name in _NAMES), digits.error(100 * whole)])  # fmt: skip
     if rows:
-        yield page.table({"Specimen": "name", **{name[0].upper() + name[1:]: "" for name in _NAMES.values()}, "Together": ""}, rows)
+        yield page.table({"Specimen": "name", **dict.fromkeys(_NAMES.values(), ""), "Together": ""}, rows)
 
 
 def _without(session: Session) -> Iterator[Markup]:
@@ -209,7 +212,9 @@ def calibration(session: Session) -> Markup:
         "\n".join(
             [
                 fitted(session.calibration, seen),
-                element("p", f"{session.calibration.verdict} Fitted by palpate {session.calibration.version}; {about}."),
+                element(
+                    "p", f"{session.calibration.verdict} Fitted by palpate {session.calibration.version}; {about}."
+                ),
             ]
         )
     )

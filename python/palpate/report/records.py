@@ -1,22 +1,22 @@
 """What a report says of the recordings: each touch, what happened, device and settings, checksums, and how to do it again."""
 
 import shlex
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
-from math import hypot, isfinite, isnan
+from math import hypot, isfinite, isnan, nan
 from pathlib import Path
 from typing import Any
 
 from palpate import digits
 from palpate._core import __version__
 from palpate.display import page
-from palpate.display.markup import Markup, element
+from palpate.display.markup import LEFT_OUT, NONE, Markup, element
 from palpate.display.text import counted, lasting
 from palpate.errors import shortened
 from palpate.recording import sidecar
 from palpate.report.results import Found, Session
 from palpate.report.runs import Run
-from palpate.report.series import series
+from palpate.report.series import distance, series
 from palpate.several import TOUCH_SCATTER
 
 _LONGEST = 300  # characters of a text from a sidecar
@@ -26,7 +26,15 @@ def touches(session: Session) -> Markup:
     """Return the section with a picture and a row for each touch."""
     if not session.touches:
         return Markup("")
-    columns = {"Touch": "", "Specimen": "name", "Start": "", "Samples": "", "Ratio": "", "Noise, %": "", "From mean, %": ""}
+    columns = {
+        "Touch": "",
+        "Specimen": "name",
+        "Start": "",
+        "Samples": "",
+        "Ratio": "",
+        "Noise, %": "",
+        "From mean, %": "",
+    }
     columns |= {"MPa": ""} if session.calibration else {}
     columns |= {"Alarm, %": "", "Mark": "w"}
     rows: list[list[object]] = []
@@ -34,22 +42,23 @@ def touches(session: Session) -> Markup:
     before = None
     for one in session.touches:
         if one.run is not before and len(session.runs) > 1:
-            rows.append([element("b", one.run.path.name)])
+            rows.append([element("b", one.run.name)])
             marks.append("first")
         before = one.run
-        rows += [list(_cells(session, one)[name] for name in columns), *(["", said] for said in _said(one))]
+        cells = _cells(session, one)
+        rows.append([cells[name] for name in columns])
+        rows += [["", said] for said in _said(one)]
         marks += ["" if one.kept else "out"] * (len(rows) - len(marks))
-    named = [(result.name, result.touches) for result in session.results]
+    named = [(result.name, result.mean, result.touches) for result in session.results]
     unnamed = [one for one in session.touches if not one.specimen]
-    return page.section(
-        "Every touch", series([*named, *([("no specimen", unnamed)] if unnamed else [])]), page.table(columns, rows, marks)
-    )
+    named += [("no specimen", nan, unnamed)] if unnamed else []
+    return page.section("Every touch", series(named), page.table(columns, rows, marks))
 
 
 def _said(one: Found) -> list[str]:
     """Return the sentences below the row of a touch: first why it is left out."""
     others = [said for said in one.said if said not in one.left_out]
-    return [*(f"× left out. {reason}" for reason in one.left_out), *others]
+    return [*(f"{LEFT_OUT} left out. {reason}" for reason in one.left_out), *others]
 
 
 def _cells(session: Session, one: Found) -> dict[str, object]:
@@ -57,16 +66,16 @@ def _cells(session: Session, one: Found) -> dict[str, object]:
     spread = session.calibration.touch_spread if session.calibration else TOUCH_SCATTER
     known = isfinite(touch.standard_error)
     error = hypot(touch.standard_error if known else 0.0, spread * touch.ratio)
-    mean = next((result.mean for result in session.results if result.name == one.specimen), float("nan"))
+    mean = next((result.mean for result in session.results if result.name == one.specimen), nan)
     return {
         "Touch": str(one.number),
-        "Specimen": one.specimen or "–",
+        "Specimen": one.specimen or NONE,
         "Start": clock(touch.start_s - one.run.first_s),
         "Samples": str(touch.samples),
         "Ratio": digits.number(touch.ratio, error),
-        "Noise, %": digits.error(100 * touch.standard_error / abs(touch.ratio)) if known and touch.ratio else "–",
-        "From mean, %": f"{100 * (touch.ratio / mean - 1):+.1f}" if isfinite(mean) else "–",
-        "MPa": _modulus(session, touch.ratio, touch.standard_error) if session.calibration and one.kept else "–",
+        "Noise, %": digits.error(100 * touch.standard_error / abs(touch.ratio)) if known and touch.ratio else NONE,
+        "From mean, %": distance(one, mean) or NONE,
+        "MPa": _modulus(session, touch.ratio, touch.standard_error) if session.calibration and one.kept else NONE,
         "Alarm, %": f"{100 * touch.alarm_share:.0f}",
         "Mark": "; ".join(_marked(one)),
     }
@@ -74,7 +83,11 @@ def _cells(session: Session, one: Found) -> dict[str, object]:
 
 def _modulus(session: Session, ratio: float, error: float) -> str:
     assert session.calibration is not None  # of those that have one
-    return str(session.calibration.modulus(ratio, error if isfinite(error) else None)).partition(" (")[0].removesuffix(" MPa")
+    return (
+        str(session.calibration.modulus(ratio, error if isfinite(error) else None))
+        .partition(" (")[0]
+        .removesuffix(" MPa")
+    )
 
 
 def _marked(one: Found) -> Iterator[str]:
@@ -84,15 +97,15 @@ def _marked(one: Found) -> Iterator[str]:
 
 
 def clock(seconds: float) -> str:
-    """Return a time since the begin of a recording as minutes and seconds; "–": unknown.
+    """Return a time since the begin of a recording as minutes and seconds; `NONE`: unknown.
 
     Examples
     --------
-    >>> clock(104.26), clock(3723.0), clock(float("nan"))
-    ('01:44.3', '1:02:03.0', '–')
+    >>> clock(104.26), clock(3723.0)
+    ('01:44.3', '1:02:03.0')
     """
     if isnan(seconds):
-        return "–"
+        return NONE
     minutes, rest = divmod(round(seconds, 1), 60)
     hours, minutes = divmod(int(minutes), 60)
     return f"{hours}:{minutes:02}:{rest:04.1f}" if hours else f"{minutes:02}:{rest:04.1f}"
@@ -107,7 +120,7 @@ def _happened(run: Run) -> list[tuple[float, str, str]]:
     ]
     found += [(note.t_s, "note", note.text) for note in run.plan.notes]
     found.sort(key=lambda one: (not isnan(one[0]), one[0]))
-    general = [(float("nan"), "note", shortened(str(note), _LONGEST)) for note in run.document.get("notes", [])]
+    general = [(nan, "note", shortened(str(note), _LONGEST)) for note in run.document.get("notes", [])]
     return general + found
 
 
@@ -115,13 +128,15 @@ def recordings(session: Session) -> Markup:
     """Return the section on the recordings: when, how long, whether complete, what happened."""
     columns = {"Recording": "name", "Begin": "n", "Length": "", "Rows": "", "Missing": "n", "Check": "w"}
     rows = [
-        [element("b", run.path.name), begin(run) or "unknown", _length(run), str(run.checked.survey.rows), _missing(run), _checked(run)]
+        [element("b", run.name), begin(run) or "unknown", _length(run), str(run.checked.survey.rows), _missing(run), _checked(run)]
         for run in session.runs
     ]  # fmt: skip
     happened = [
-        [run.path.name, clock(t_s - run.first_s), kind, text] for run in session.runs for t_s, kind, text in _happened(run)
+        [run.name, clock(t_s - run.first_s), kind, text] for run in session.runs for t_s, kind, text in _happened(run)
     ]
-    events = page.table({"Recording": "name", "Time": "", "What": "n", "Text": "w"}, happened) if happened else Markup("")
+    events = (
+        page.table({"Recording": "name", "Time": "", "What": "n", "Text": "w"}, happened) if happened else Markup("")
+    )
     return page.section("Recordings", page.table(columns, rows), events)
 
 
@@ -157,10 +172,10 @@ def begin(run: Run) -> str:
 
 def settings(session: Session) -> Markup:
     """Return the section on devices and settings; equal ones once."""
-    device = _grouped((run.path.name, _flat(run.document.get("device", {}))) for run in session.runs)
-    scene = _grouped((run.path.name, _flat(run.tracking)) for run in session.runs)
-    made = _grouped((run.path.name, _flat(run.document.get("versions", {}))) for run in session.runs)
-    chip = _grouped((run.path.name, _conditions(run)) for run in session.runs)
+    device = _grouped((run.name, _flat(run.document.get("device", {}))) for run in session.runs)
+    scene = _grouped((run.name, _flat(run.tracking)) for run in session.runs)
+    made = _grouped((run.name, _flat(run.document.get("versions", {}))) for run in session.runs)
+    chip = _grouped((run.name, _conditions(run)) for run in session.runs)
     groups = {"Device": device, "Chip": chip, "Estimator": scene, "Recorded by": made}
     every = len(session.runs)
     named = {
@@ -203,13 +218,13 @@ def _conditions(run: Run) -> str:
     return ", ".join(told)
 
 
-def again(session: Session, calibration: Path | None, sums: Mapping[str, str], moduli: Path | None) -> Markup:
-    """Return the section with the checksums, and the commands that redo the report."""
-    files = shlex.join(run.path.name for run in session.runs)
-    options = [f" --calibration {shlex.quote(calibration.name)}"] if calibration else []
-    table = [f" --moduli {shlex.quote(moduli.name)}"] if moduli else []
-    lines = [f"palpate check {files}", f"palpate replay {files}{''.join(options)}",
-             f"palpate report {files}{''.join([*options, *table])}"]  # fmt: skip
+def again(session: Session, sums: Mapping[str, str], options: Sequence[tuple[str, str]]) -> Markup:
+    """Return the section with the checksums, and the commands that redo the report; `options`: those of the report."""
+    files = shlex.join(run.name for run in session.runs)
+    given = [f" --{name} {shlex.quote(value)}" for name, value in options]
+    of_replay = [option for option in given if option.startswith(" --calibration ")]
+    lines = [f"palpate check {files}", f"palpate replay {files}{''.join(of_replay)}",
+             f"palpate report {files}{''.join(given)}"]  # fmt: skip
     return page.section(
         "Sources, and how to do it again",
         page.facts({name: element("code", f"sha256 {found}") for name, found in sums.items()}),
@@ -227,12 +242,16 @@ def head(session: Session, operator: str, notes: Iterable[str], calibration: Pat
     chips = dict.fromkeys(str(device["fingerprint"]) for device in devices if "fingerprint" in device)
     lost = sum(run.checked.survey.lost for run in runs)
     rows = sum(run.checked.survey.rows for run in runs)
-    who = {"Operator": operator, "Begin": when, **{"Note" if not at else f"Note {at + 1}": text for at, text in enumerate(notes)}}
+    who = {
+        "Operator": operator,
+        "Begin": when,
+        **{"Note" if not at else f"Note {at + 1}": text for at, text in enumerate(notes)},
+    }
     probe = {
         "Probe": f"calibration {calibration.name}" if calibration else "not calibrated",
         "Board": ", ".join(dict.fromkeys(filter(None, map(_board, devices)))),
         "Chip": f"fingerprint {', '.join(shortened(chip) for chip in chips)}" if chips else "",
-        "Recordings": f"{runs[0].path.name}" if len(runs) == 1 else counted(len(runs), "recording"),
+        "Recordings": f"{runs[0].name}" if len(runs) == 1 else counted(len(runs), "recording"),
         "Rows": f"{rows:,}, {lost or 'none'} missing",
         "Check": ", ".join(dict.fromkeys(run.checked.verdict for run in runs)),
     }
@@ -247,7 +266,7 @@ def _board(device: Mapping[str, Any]) -> str:
 
 def simulated(session: Session) -> str:
     """Return what to say of simulated data; "": none are."""
-    made = [run.path.name for run in session.runs if _is_simulated(run.document.get("device", {}))]
+    made = [run.name for run in session.runs if _is_simulated(run.document.get("device", {}))]
     if not made:
         return ""
     which = "" if len(made) == len(session.runs) else f" in {', '.join(made)}"

@@ -106,12 +106,16 @@ def repeatability(groups: Sequence[Sequence[float]], level: float = 0.95) -> Rep
     sizes = np.array([len(group) for group in groups if len(group)], float)
     values = np.array([value for group in groups for value in group], float)
     if not len(values) or not np.isfinite(values).all():
-        raise ValueError(f"groups: got {len(values)} values, of which some may not be finite, allowed: finite ones, 1 or more")
+        raise ValueError(
+            f"groups: got {len(values)} values, of which some may not be finite, allowed: finite ones, 1 or more"
+        )
     means = np.array([np.mean(group) for group in groups if len(group)])
     freedom = (len(sizes) - 1, len(values) - len(sizes))
     spread = float(((values - np.repeat(means, sizes.astype(int))) ** 2).sum())
     apart = float(sizes @ (means - values.mean()) ** 2)
-    within, between = (total / free if free else nan for total, free in zip((spread, apart), freedom[::-1], strict=True))
+    within, between = (
+        total / free if free else nan for total, free in zip((spread, apart), freedom[::-1], strict=True)
+    )
     per = float((sizes.sum() - (sizes**2).sum() / sizes.sum()) / freedom[0]) if freedom[0] else float(sizes[0])
     correlation = (_correlation(quotient, per) for quotient in _quotients(within, between, freedom, level))
     return Repeatability(len(sizes), len(values), freedom[1], per, within, between, *correlation)

@@ -156,7 +156,9 @@ def session(runs: Sequence[Run], calibration: Calibration | None, moduli: Mappin
     touches = list(_touches(runs, accept, moduli or {}))
     known = moduli or _moduli(runs)
     names = dict.fromkeys(one.specimen for one in touches if one.specimen)
-    results = [_result(name, known.get(name), [one for one in touches if one.specimen == name], calibration) for name in names]
+    results = [
+        _result(name, known.get(name), [one for one in touches if one.specimen == name], calibration) for name in names
+    ]
     return Session(list(runs), touches, results, calibration)
 
 
@@ -171,7 +173,7 @@ def _touches(runs: Iterable[Run], accept: Collection[str], moduli: Mapping[str, 
             against = objections(touch, accept)
             reasons = [sentence for sentence in said if sentence.partition(":")[0] in against]
             by_hand = [entry.left_out] if entry and entry.left_out else []
-            specimen = (entry and entry.specimen or "") if planned else of_file
+            specimen = ((entry and entry.specimen) or "") if planned else of_file
             yield Found(number, run, touch, trace, specimen, (*by_hand, *reasons), said)
 
 

@@ -2,8 +2,8 @@
 
 import hashlib
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, NamedTuple
+from pathlib import Path, PurePath
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,8 @@ class Run:
     Attributes
     ----------
     path : pathlib.Path
+    name : str
+        What the report calls it: the name of the file, with folders if another one has the same name.
     sums : dict of str
         SHA-256 of the recording and of its sidecar, by the name of the file.
     checked : Verification
@@ -68,6 +70,7 @@ class Run:
     """
 
     path: Path
+    name: str
     sums: dict[str, str]
     checked: Verification
     document: dict[str, Any]
@@ -84,8 +87,14 @@ class Run:
     first_s: float
 
 
-def run(path: Path) -> Run:
+def run(path: Path, name: str) -> Run:
     """Read a recording, check it, and send it through the estimator with the settings of its measurement.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    name : str
+        As in `Run`.
 
     Raises
     ------
@@ -95,7 +104,7 @@ def run(path: Path) -> Run:
     recording = recorded(path)
     checked = verified(recording)
     tracking = {"scene": "handheld"} | recording.settings
-    settings = {name: value for name, value in tracking.items() if name != "scene"}
+    settings: Any = {name: value for name, value in tracking.items() if name != "scene"}
     tracker = tracker_of(recording, tracking["scene"], settings)
     rows = _rows(recording, tracker)
     ended = tracker.touch_count
@@ -107,7 +116,8 @@ def run(path: Path) -> Run:
     period_s = survey.period_s if recording.timed else float("nan")
     return Run(
         path=path,
-        sums={file.name: checksum(file) for file in _files(path)},
+        name=name,
+        sums={PurePath(name).with_name(file.name).as_posix(): checksum(file) for file in _files(path)},
         checked=checked,
         document=document,
         plan=plan,
@@ -149,7 +159,14 @@ def _files(path: Path) -> list[Path]:
     return [path, *(file for file in beside if file.exists())]
 
 
+def _digest(file: BinaryIO) -> str:
+    digest = hashlib.sha256()
+    while block := file.read(1 << 20):
+        digest.update(block)
+    return digest.hexdigest()
+
+
 def checksum(path: Path) -> str:
     """Return the SHA-256 of a file."""
     with open_regular(path) as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+        return _digest(file)

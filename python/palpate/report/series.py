@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.display import chart
 from palpate.display.drawings import envelope
-from palpate.display.markup import Markup, element
+from palpate.display.markup import LEFT_OUT, MINUS, Markup, element
 from palpate.report.results import Found
 from palpate.report.runs import Trace
 
@@ -17,24 +17,25 @@ _SETTLED = 0.2  # share of a touch after which its estimate decides the scale
 _POINTS = 60
 
 
-def series(named: Sequence[tuple[str, Sequence[Found]]]) -> Markup:
+def series(named: Sequence[tuple[str, float, Sequence[Found]]]) -> Markup:
     """Return the pictures of the touches of each specimen, in rows, and a line that says what the scales are.
 
     Parameters
     ----------
-    named : sequence of (str, sequence of Found)
-        Name of the specimen, and its touches.
+    named : sequence of (str, float, sequence of Found)
+        Name of the specimen, the mean ratio of its touches (nan: there is none), and the touches.
     """
-    touches = [one for _, group in named for one in group]
+    touches = [one for _, _, group in named for one in group]
     height = scale([one for one in touches if one.kept] or touches)
     length = max((float(one.trace.t_s[-1]) for one in touches if len(one.trace.t_s)), default=1.0) or 1.0
     rows = [
-        element("div", element("b", name), *(_cell(one, height, length) for one in group), class_="series")
-        for name, group in named
+        element("div", element("b", name), *(_cell(one, mean, height, length) for one in group), class_="series")
+        for name, mean, group in named
     ]
     told = (
         f"The estimate against time, in % from the result of the touch: each picture is ±{height:g} % high and "
-        f"{length:.1f} s long. Band: one standard error. Below it the number of the touch; ×: left out."
+        f"{length:.1f} s long. Band: one standard error. Below it: the number of the touch, its "
+        f"distance from the mean of the specimen, and flags; {LEFT_OUT}: left out."
     )
     return Markup("\n".join([*rows, element("p", told, class_="quiet")]))
 
@@ -51,16 +52,22 @@ def _reach(one: Found) -> float:
     return float(np.quantile(known, 0.9)) if len(known) else 0.0
 
 
-def _deviation(one: Found) -> np.ndarray:
+def _deviation(one: Found) -> chart.Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(100 * (one.trace.ratio / one.touch.ratio - 1))
 
 
-def _cell(one: Found, height: float, length: float) -> Markup:
-    mark = "" if one.kept else " ×"
-    flags = f" {', '.join(one.touch.flags)}" if one.touch.flags else ""
-    name = element("div", element("b", one.number), flags, mark)
+def _cell(one: Found, mean: float, height: float, length: float) -> Markup:
+    mark = "" if one.kept else f" {LEFT_OUT}"
+    told = [distance(one, mean), *one.touch.flags]
+    name = element("div", element("b", one.number), " ", ", ".join(filter(None, told)), mark)
     return element("div", _drawn(one, height, length), name, class_=None if one.kept else "bad")
+
+
+def distance(one: Found, mean: float) -> str:
+    """Return how far a touch is from the mean of its specimen, %; "": unknown."""
+    share = 100 * (one.touch.ratio / mean - 1)
+    return f"{share:+.1f}".replace("-", MINUS) if np.isfinite(share) else ""
 
 
 def _drawn(one: Found, height: float, length: float) -> Markup:

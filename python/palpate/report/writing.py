@@ -90,21 +90,33 @@ def write(
     >>> made.results["touches"], made.path.name
     (4, 'report.html')
     """
-    if not recordings:
-        raise ValueError("recordings: got none, allowed: one or more")
     need("scipy", "science")  # before the recordings are read
     probe, table = (None if given is None else Path(given) for given in (calibration, moduli))
     known = read_moduli(table) if table else None
-    found = session([run(Path(each)) for each in recordings], Calibration.load(probe) if probe else None, known)
-    text = _page(found, probe, table, title or _default_title(found), operator or _operator(found), notes)
+    runs = [run(each, name) for name, each in _named(recordings, table).items()]
+    found = session(runs, Calibration.load(probe) if probe else None, known)
+    given = [("title", title), ("operator", operator), *(("note", note) for note in notes)]
+    text = _page(found, probe, table, [(name, text) for name, text in given if text])
     with replacing(Path(path)) as file:
-        file.write(text.encode())
+        file.write(text.encode(errors="replace"))  # a name of a file may have bytes that are no text
     return Written(Path(path), plain(findings.verdict(found)), tuple(_doubts(found)), as_dict(found))
 
 
-def _page(
-    found: Session, probe: Path | None, table: Path | None, title: str, operator: str, notes: Sequence[str]
-) -> str:
+def _named(recordings: Sequence[_PathLike], table: Path | None) -> dict[str, Path]:
+    """Return the recordings by the names that the report has for them; the table of moduli is none of them."""
+    paths = [Path(each) for each in recordings if not (table and Path(each).resolve() == table.resolve())]
+    if not paths:
+        raise ValueError("recordings: got none, allowed: one or more")
+    alone = len({path.name for path in paths}) == len(paths)
+    named = {path.name if alone else path.as_posix(): path for path in paths}
+    if len({path.resolve() for path in paths}) < len(paths):
+        raise ValueError("recordings: got one twice, allowed: each once")
+    return named
+
+
+def _page(found: Session, probe: Path | None, table: Path | None, given: Sequence[tuple[str, str]]) -> str:
+    files = [("calibration", probe), ("moduli", table)]
+    title, operator = dict(given).get("title") or _default_title(found), dict(given).get("operator") or _operator(found)
     sums = {name: value for each in found.runs for name, value in each.sums.items()}
     sums |= {file.name: checksum(file) for file in (probe, table) if file}
     first = found.runs[0]
@@ -115,7 +127,7 @@ def _page(
         element("p", simulated, class_="box") if simulated else Markup(""),
         *(element("p", f"Results may be wrong: {doubt}", class_="box bad") for doubt in _doubts(found)),
         findings.verdict(found),
-        records.head(found, operator, notes, probe),
+        records.head(found, operator, [text for name, text in given if name == "note"], probe),
         findings.results(found),
         findings.repeatability(found),
         findings.uncertainty(found),
@@ -123,15 +135,15 @@ def _page(
         records.touches(found),
         records.recordings(found),
         records.settings(found),
-        records.again(found, probe, sums, table),
+        records.again(found, sums, [*((name, file.name) for name, file in files if file), *given]),
         element("div", element("span", "measured by, date"), element("span", "checked by, date"), class_="sign"),
-        footer=f"palpate {__version__} · {title} · {first.path.name} · sha256 {first.sums[first.path.name][:8]}…",
+        footer=f"palpate {__version__} · {title} · {first.name} · sha256 {first.sums[first.name][:8]}…",
     )
 
 
 def _doubts(found: Session) -> list[str]:
     """Return why the report is not to be relied on."""
-    doubts = [f"{each.path.name}: {doubt}" for each in found.runs for doubt in each.doubts]
+    doubts = [f"{each.name}: {doubt}" for each in found.runs for doubt in each.doubts]
     if found.calibration and not found.calibration.sound:
         doubts.append(f"calibration: {found.calibration.verdict}")
     if found.calibration and (made_of := found.calibration.about.get("doubts")):
@@ -145,7 +157,7 @@ def _doubts(found: Session) -> list[str]:
 
 def _default_title(found: Session) -> str:
     titles = dict.fromkeys(each.plan.title for each in found.runs if each.plan.title)
-    several = f"{len(found.runs)} recordings" if len(found.runs) > 1 else found.runs[0].path.name
+    several = f"{len(found.runs)} recordings" if len(found.runs) > 1 else found.runs[0].name
     return ", ".join(titles) or f"Report of {several}"
 
 
