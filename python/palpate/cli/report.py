@@ -56,7 +56,9 @@ def report(
     try:
         made = write(path, recordings, calibration, moduli=moduli, title=title, operator=operator, notes=notes)
     except (ValueError, TypeError) as error:
-        raise click.UsageError(str(error).splitlines()[0]) from error
+        said = str(error).splitlines()[0]
+        convert = ": use palpate convert, and report what it writes" if "--map" in said else ""
+        raise click.UsageError(f"{said}{convert}") from error
     for doubt in made.doubts:
         click.echo(f"{path}: results may be wrong: {doubt}", err=True)
     if as_json:

@@ -43,7 +43,7 @@ def _sentences(session: Session) -> Iterator[str]:
     yield f"{kept} of {counted(len(touches), 'touch')} {'is' if kept == 1 else 'are'} kept{reasons}."
     inside = [result.inside for result in session.results if result.inside is not None]
     if inside:
-        yield f"{sum(inside)} of {counted(len(inside), 'specimen')} of known modulus read within their 95 % intervals."
+        yield f"{sum(inside)} of {len(inside)} known moduli {'is' if sum(inside) == 1 else 'are'} in the 95 % interval."
     if session.of_the_fit:
         yield (
             f"{session.of_the_fit} of these touches are data of the calibration itself: for them that is no independent test."

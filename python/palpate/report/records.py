@@ -126,18 +126,16 @@ def _happened(run: Run) -> list[tuple[float, str, str]]:
 
 def recordings(session: Session) -> Markup:
     """Return the section on the recordings: when, how long, whether complete, what happened."""
-    columns = {"Recording": "name", "Begin": "n", "Length": "", "Rows": "", "Missing": "n", "Check": "w"}
-    rows = [
-        [element("b", run.name), begin(run) or "unknown", _length(run), str(run.checked.survey.rows), _missing(run), _checked(run)]
-        for run in session.runs
-    ]  # fmt: skip
+    columns = {"Recording": "name", "Begin": "n", "Length": "", "Rows": "", "Missing": "n"}
+    rows: list[list[object]] = []
+    for run in session.runs:
+        counts = [_length(run), str(run.checked.survey.rows), _missing(run)]
+        rows += [[element("b", run.name), begin(run) or "unknown", *counts], ["", _checked(run)]]
     happened = [
         [run.name, clock(t_s - run.first_s), kind, text] for run in session.runs for t_s, kind, text in _happened(run)
     ]
-    events = (
-        page.table({"Recording": "name", "Time": "", "What": "n", "Text": "w"}, happened) if happened else Markup("")
-    )
-    return page.section("Recordings", page.table(columns, rows), events)
+    events = {"Recording": "name", "Time": "", "What": "n", "Text": "w"}
+    return page.section("Recordings", page.table(columns, rows), page.table(events, happened) if happened else "")
 
 
 def _length(run: Run) -> str:
@@ -155,7 +153,7 @@ def _checked(run: Run) -> str:
     """Return the verdict of the check, and what it found."""
     checked = run.checked
     notes = [note for note in run.notes if note not in checked.findings]
-    again = [f"the baseline was measured again: {run.retaken} times"] if run.retaken else []
+    again = [f"the baseline was measured again ({counted(run.retaken, 'time')})"] if run.retaken else []
     found = [*checked.faults, *checked.findings, *notes, *again]
     return "; ".join(dict.fromkeys([checked.verdict, *filter(None, [checked.understood]), *found]))
 
