@@ -82,7 +82,9 @@ def test_paper_is_white_also_in_the_dark(driver: Any) -> None:
 @pytest.mark.parametrize("width", [320, 390, 768, 1280, 2560])
 def test_no_scrolling_to_the_side(driver: Any, width: int) -> None:
     show(driver, width)
-    inner, whole = driver.execute_script("const page = document.documentElement; return [page.clientWidth, page.scrollWidth]")
+    inner, whole = driver.execute_script(
+        "const page = document.documentElement; return [page.clientWidth, page.scrollWidth]"
+    )
     assert whole == inner > width - 20
     cut = driver.execute_script(
         "return [...document.querySelectorAll('h1, p, dd, dl, pre, figure, .series')]"

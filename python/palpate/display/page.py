@@ -71,8 +71,8 @@ def table(
     Parameters
     ----------
     columns : mapping
-        Header -> class of the column: "" for numbers, which stand with their decimal points in line; "n" for words, "name"
-        for those from outside, "w" for sentences.
+        Header -> class of the column: "" or "strong" for numbers, which stand with their decimal points in line; "n" for
+        words, "name" for those from outside, "w" for sentences. Without a header if all are blank.
     rows : sequence of sequences
         Cells; a row with fewer than columns ends in one that spans the rest.
     marks : sequence of str
@@ -86,13 +86,16 @@ def table(
     body = []
     for row, mark in zip(rows, marks or [""] * len(rows), strict=True):
         cells = [
-            element("td", _pointed(cell, pads[at]) if not styles[at] else cell, class_=styles[at] or None)
+            element("td", _pointed(cell, pads[at]) if styles[at] in _NUMBERS else cell, class_=styles[at] or None)
             for at, cell in enumerate(row[:-1] if len(row) < width else row)
         ]
         rest = [element("td", row[-1], class_="w", colspan=width - len(row) + 1)] if len(row) < width else []
         body.append(element("tr", *cells, *rest, class_=mark or None))
-    parts = [element("thead", element("tr", *head))] if any(columns) else []
+    parts = [element("thead", element("tr", *head))] if any(map(str.strip, columns)) else []
     return element("div", element("table", *parts, element("tbody", *body), class_=kind or None), class_="wide")
+
+
+_NUMBERS = ("", "strong")
 
 
 def _fraction(cells: Iterable[object]) -> int:

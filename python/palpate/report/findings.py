@@ -56,7 +56,7 @@ def results(session: Session) -> Markup:
     """Return the table of the specimens."""
     columns = {"Specimen": "name", "Kept": "", "Left out": "", "Ratio": "", "±": "", "CV, %": ""}
     if session.calibration:
-        columns |= {"MPa": "", "95 % interval": "n"}
+        columns |= {"MPa": "strong", "95 % interval": "n"}
     if any(result.known for result in session.results):
         columns |= {"Known": "", "Inside": "n"} if session.calibration else {"Known": ""}
     rows = [[_cells(result)[name] for name in columns] for result in session.results]
@@ -90,7 +90,7 @@ def _cells(result: Result) -> dict[str, object]:
         "Ratio": digits.number(result.mean, error) if isfinite(result.mean) else NONE,
         "±": digits.error(error) if isfinite(result.mean) else NONE,
         "CV, %": digits.error(100 * result.variation) if isfinite(result.variation) else NONE,
-        "MPa": element("b", value.removesuffix(" MPa")) if interval else NONE,
+        "MPa": value.removesuffix(" MPa") if interval else NONE,
         "95 % interval": (interval.rstrip(")") or (value if modulus else NONE)) + beyond,
         "Known": f"{result.known:g}" if result.known else NONE,
         "Inside": {True: "yes", False: "no", None: ""}[result.inside],
