@@ -34,6 +34,12 @@ def advice(touch: Touch) -> list[str]:
     return [*told, _SWAPPED] if _is_swapped(touch) else told
 
 
+def advice_at_end(touch: Touch, *, cut: bool) -> list[str]:
+    """Return `advice` on a touch; of one that the end of the recording cut, longer would not have helped."""
+    return [_CUT if cut and sentence.startswith("short: ") else sentence for sentence in advice(touch)]
+
+
+_CUT = "short: the recording ended during this touch"
 _SWAPPED = (
     "swapped: the soft channel changed more than the hard one, but the hard bump takes more of the force (eq. 1): "
     "exchange the wires of the two inputs, or the option hard_input (1 or 2); a soft gauge that is far more sensitive "

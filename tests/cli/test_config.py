@@ -175,7 +175,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
 
 
 def test_bash_completes_commands_options_and_sources(tmp_path: Path) -> None:
-    assert complete("palpate re", tmp_path) == ["record", "replay"]
+    assert complete("palpate re", tmp_path) == ["record", "replay", "report"]
     assert "--touches" in complete("palpate record --t", tmp_path)
     assert complete("palpate record s", tmp_path) == ["sim:", "serial:"]
     assert complete("palpate record sim : st", tmp_path) == ["stiff-steady", "step-up", "step-down", "strong-tremor"]

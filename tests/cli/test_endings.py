@@ -76,6 +76,7 @@ JSON = {
     "devices": [],
     "simulate": ["-o", "gel", "--object", "gel=1", "--touches", "1"],
     "calibrate": ["ten", "--moduli", "ten/moduli.csv", "-o", "probe.toml"],
+    "report": [str(FOUR), "-o", "b.html"],
     "figures": ["-o", "figures"],
     "bench": ["--seeds", "1", "--scenario", "step-up"],
     "doctor": [],

@@ -30,6 +30,7 @@ COMMANDS = {
     "convert": ["convert", str(FOUR), "-o", "run.parquet"],
     "simulate": ["simulate", "-o", "ten", "--object", "gel=1.1"],
     "calibrate": ["calibrate", "made", "--moduli", "made/moduli.csv", "-o", "probe.toml"],
+    "report": ["report", str(FOUR), "-o", "r.html"],
     "figures": ["figures", "-o", "figures"],
 }
 SIGNALS = [signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)]
@@ -90,7 +91,7 @@ BLOCKED = {
     "convert": ("pyarrow", ["convert", str(FOUR), "-o", "run.parquet"]),
     "calibrate": ("scipy", ["calibrate", "made", "--moduli", "made/moduli.csv", "-o", "p.toml", "--report", "r.html"]),
     "calibrate --plot": ("matplotlib", ["calibrate", "made", "--moduli", "made/moduli.csv", "-o", "p.toml", "--plot", "p.png"]),
-    "calibrate --report": ("matplotlib", ["calibrate", "made", "--moduli", "made/moduli.csv", "-o", "p.toml", "--report", "r.html"]),
+    "report": ("scipy", ["report", str(FOUR), "-o", "r.html"]),
     "live": ("uvicorn", ["live", "sim:", "--record", "run.csv"]),
     "live --calibration": ("scipy", ["live", "sim:", "--record", "run.csv", "--calibration", "probe.toml"]),
     "record --lsl": ("pylsl", ["record", "sim:step-up", "-o", "run.csv", "--lsl", "lab"]),

@@ -12,6 +12,7 @@ error beside a scatter that is hardly known gives a narrower interval than the s
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,16 +66,43 @@ def _distance(fit: Fit, measured: Measured, x: Array) -> Array:
     return np.asarray((measured.ratio - curve(fit.parameters, x)) / allowance(fit, measured, x))
 
 
-def allowance(fit: Fit, measured: Measured, x: Array) -> Array:
-    """Return t standard deviations of a measured ratio around the curve at x = log(E / MPa)."""
+class Variances(NamedTuple):
+    """The parts of the variance of a measured ratio, which add up.
+
+    Attributes
+    ----------
+    noise : float
+        The square of the standard error: noise of the converter.
+    touch : numpy.ndarray
+        Scatter from touch to touch: how the probe is held; of the mean of the touches.
+    specimen : numpy.ndarray
+        Scatter of specimens around the curve.
+    curve : numpy.ndarray
+        Error of the fitted curve.
+    """
+
+    noise: float
+    touch: Array
+    specimen: Array
+    curve: Array
+
+
+def variances(fit: Fit, measured: Measured, x: Array) -> Variances:
+    """Return the parts of the variance of a measured ratio around the curve at x = log(E / MPa)."""
     level = curve(fit.parameters, x)
     slopes = gradient(fit.parameters, x)
-    touch = fit.touch_variance * level**2 / measured.touches
-    specimen = fit.specimen_variance * level**2
-    fitted = np.einsum("i...,ij,j...->...", slopes, fit.covariance, slopes)
-    total = (
-        measured.standard_error * measured.standard_error + touch + specimen + fitted
-    )  # not **, which raises an error at overflow
+    return Variances(
+        measured.standard_error * measured.standard_error,  # not **, which raises an error at overflow
+        fit.touch_variance * level**2 / measured.touches,
+        fit.specimen_variance * level**2,
+        np.einsum("i...,ij,j...->...", slopes, fit.covariance, slopes),
+    )
+
+
+def allowance(fit: Fit, measured: Measured, x: Array) -> Array:
+    """Return t standard deviations of a measured ratio around the curve at x = log(E / MPa)."""
+    noise, touch, specimen, fitted = variances(fit, measured, x)
+    total = noise + touch + specimen + fitted
     # Terms from the same estimate are fully correlated; the error of the curve comes from both estimates.
     by_specimen = specimen + fit.specimen_share * fitted if fit.touch_freedom else touch + fitted
     by_touch = touch + specimen + fitted - by_specimen

@@ -1,6 +1,5 @@
 """Plot of a calibration: touches, specimens, curve, and the band for the next touch."""
 
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -92,13 +91,3 @@ def save(calibration: Calibration, path: Path) -> None:
         _figure(figure, calibration)
         with replacing(path) as file:
             figure.savefig(file, format=path.suffix[1:])
-
-
-def svg(calibration: Calibration) -> str:
-    """Return the plot as an SVG element for an HTML page."""
-    text = StringIO()
-    with sheet(1.6 * COLUMN_IN, 1.4 * COLUMN_IN) as figure:
-        _figure(figure, calibration)
-        figure.savefig(text, format="svg", metadata={"Date": None})
-    whole = text.getvalue()
-    return whole[whole.index("<svg") :]

@@ -1,16 +1,16 @@
 """Tables of a calibration: for the terminal, as JSON, and as a self-contained HTML page."""
 
 from collections.abc import Sequence
-from html import escape
 from math import isfinite, nan, sqrt
-from string import Template
 from typing import Any
 
 from palpate import digits
 from palpate.calibration.calibration import Calibration
 from palpate.calibration.characterise import Specimen, rises
-from palpate.calibration.plot import svg
+from palpate.calibration.picture import Seen, picture
 from palpate.calibration.verdict import percent
+from palpate.display import page
+from palpate.display.markup import Markup, element
 from palpate.several import objections
 
 RATIOS = {
@@ -81,50 +81,78 @@ def parameter_rows(calibration: Calibration) -> list[tuple[str, str, str]]:
     return rows
 
 
-_PAGE = Template("""<!doctype html>
-<html lang="en"><meta charset="utf-8"><title>palpate: calibration</title>
-<style>
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
-table { border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums; }
-th, td { padding: .2rem .8rem; text-align: right; border-bottom: 1px solid #ddd; }
-th:first-child, td:first-child { text-align: left; }
-svg { max-width: 100%; height: auto; }
-</style>
-<h1>Calibration</h1>
-<p><strong>$verdict</strong></p>
-$plot
-<h2>Parameters of eq. (2)</h2>
-<table><tr><th>parameter<th>value<th>95 % interval</tr>$parameters</table>
-<h2>Specimens</h2>
-<p>Ratios of the touch with the smallest covariance P (the paper's choice), the smallest standard error, the one
-nearest to the mean, and the mean; spread from touch to touch. Last row: does the column rise with the modulus?</p>
-<table><tr>$head</tr>$specimens</table>
-<h2>Distance from the curve</h2>
-<table><tr><th>MPa<th>touches<th>ratio<th>curve<th>distance<th>in std. errors</tr>$residuals</table>
-<p>palpate $version; $about</p>
-</html>
-""")
-
-
 def html(calibration: Calibration, specimens: Sequence[Specimen]) -> str:
     """Return the report as one HTML page without external files."""
     head, *rows = specimen_rows(specimens)
-    residuals = [
-        (f"{r.modulus:g}", str(r.touches), digits.number(r.ratio, r.standard_error),
-         digits.number(r.fitted, r.standard_error), f"{percent(r)} %", f"{r.standardised:+.1f}")
-        for r in calibration.residuals
-    ]  # fmt: skip
-    return _PAGE.substitute(
-        verdict=escape(calibration.verdict),
-        plot=svg(calibration),
-        parameters="".join(_row(row) for row in parameter_rows(calibration)),
-        head="".join(f"<th>{escape(cell)}" for cell in head),
-        specimens="".join(_row(row) for row in rows),
-        residuals="".join(_row(row) for row in residuals),
-        version=escape(calibration.version),
-        about=escape(", ".join(f"{key}: {value}" for key, value in calibration.about.items())),
+    about = ", ".join(f"{key}: {value}" for key, value in calibration.about.items())
+    choices = (
+        "Ratios of the touch with the smallest covariance P (the paper's choice), the smallest standard error, the one "
+        "nearest to the mean, and the mean; spread from touch to touch. Last row: does the column rise with the modulus?"
+    )
+    return page.document(
+        "palpate: calibration",
+        element("h1", "Calibration of a probe"),
+        element("p", element("b", calibration.verdict), class_="verdict"),
+        fitted(calibration),
+        page.section("Specimens", element("p", choices), page.table(dict(zip(head, _STYLES, strict=True)), rows)),
+        element("p", f"palpate {calibration.version}; {about}", class_="quiet"),
+        footer=f"palpate {calibration.version}, calibration",
     )
 
 
-def _row(cells: Sequence[str]) -> str:
-    return "<tr>" + "".join(f"<td>{escape(cell)}" for cell in cells) + "</tr>"
+_STYLES = ["name", "", "", *[""] * len(RATIOS), ""]
+
+
+def fitted(calibration: Calibration, seen: Sequence[Seen] = ()) -> Markup:
+    """Return what a page says of a calibration: its picture, eq. (2), its parameters, its data and their distances.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    seen : sequence of Seen
+        Objects measured with it, for the picture.
+    """
+    low, high = calibration.range
+    rings = " Rings: this session, with the 95 % interval of the modulus." if seen else ""
+    caption = (
+        f"Dots: the data of the fit. Band: 95 % of touches.{rings} Used from {low:g} to {high:g} MPa; outside, a modulus is "
+        "beyond the specimens."
+    )
+    parameters = page.table({"Parameter": "n", "Value": "n", "95 % interval": "n"}, parameter_rows(calibration))
+    return page.section(
+        "Calibration",
+        element("figure", picture(calibration, seen), element("figcaption", EQUATION, element("p", caption))),
+        parameters,
+        _distances(calibration),
+    )
+
+
+EQUATION = Markup(
+    "Eq. (2): <i>E</i> = <i>E</i><sub>½</sub> (<i>r</i> \N{MINUS SIGN} <i>r</i><sub>0</sub>) / (<i>r</i><sub>∞</sub> \N{MINUS SIGN} <i>r</i>). "
+    "<i>r</i>: ratio; <i>r</i><sub>∞</sub>: rigid_ratio; <i>E</i><sub>½</sub>: half_modulus; <i>r</i><sub>0</sub>: soft_ratio."
+)
+
+
+def _distances(calibration: Calibration) -> Markup:
+    """Return the table of the data: each value of a specimen, their mean, and its distance from the curve."""
+    rows = [
+        (f"{r.modulus:g}", str(r.touches), digits.number(r.ratio, r.standard_error),
+         digits.number(r.fitted, r.standard_error), percent(r), f"{r.standardised:+.1f}", _values(calibration, r.modulus))
+        for r in calibration.residuals
+    ]  # fmt: skip
+    columns = {
+        "MPa": "",
+        "Touches": "",
+        "Ratio": "",
+        "Curve": "",
+        "Distance, %": "",
+        "In std. errors": "",
+        "Values": "w",
+    }
+    return page.table(columns, rows)
+
+
+def _values(calibration: Calibration, modulus: float) -> str:
+    """Return the fitted values of a specimen, each to two digits of what it scatters by."""
+    values = calibration.ratios[calibration.moduli == modulus].tolist()
+    return ", ".join(digits.number(value, calibration.touch_spread * value) for value in values)

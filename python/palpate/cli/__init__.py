@@ -24,6 +24,7 @@ COMMANDS = {
     "devices": "List the connected devices.",
     "simulate": "Write simulated recordings of touches on known objects.",
     "calibrate": "Fit a calibration to recordings of touches on known objects.",
+    "report": "Write a report of recordings as one HTML file, which prints on A4.",
     "figures": "Draw the figures of the paper from simulated data.",
     "bench": "Compare estimators on simulated touches: error and run time.",
     "kit": "Check a board: wiring, noise, registers.",

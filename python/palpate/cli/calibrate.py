@@ -74,7 +74,7 @@ def calibrate(
     from palpate.calibration import characterise
 
     require_free(filter(None, [output, plot, report]), [*files, moduli], force=force)
-    for module in ("scipy", "matplotlib") if plot or report else ("scipy",):
+    for module in ("scipy", "matplotlib") if plot else ("scipy",):
         need(module, "science")  # before the touches are measured
     with Reading("calibrate", files) as progress:
         told = _Told([], [], progress)

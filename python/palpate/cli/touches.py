@@ -9,7 +9,6 @@ from palpate import digits
 if TYPE_CHECKING:
     from palpate import Touch
 
-_CUT = "short: the recording ended during this touch"
 HEADER = "touch   start_s  samples     ratio  std. error  covariance  alarm   result  flags"
 
 
@@ -45,26 +44,22 @@ def advised(touches: "Sequence[Touch]", first: int = 1, *, cut: int = 0) -> str:
     cut : int
         How many of the last ones ran when the recording ended.
     """
+    from palpate.sentences import advice_at_end
+
     whole = len(touches) - cut
     return "".join(
         f"touch {first + n}: {sentence}\n"
         for n, touch in enumerate(touches)
-        for sentence in _advice(touch, cut=n >= whole)
+        for sentence in advice_at_end(touch, cut=n >= whole)
     )
 
 
 def records(touches: "Sequence[Touch]", *, cut: int = 0) -> list[dict[str, Any]]:
     """Return touches for JSON: their fields, and `advice`, a sentence for each flag; `cut` as in `advised`."""
+    from palpate.sentences import advice_at_end
+
     whole = len(touches) - cut
-    return [{**touch.as_dict(), "advice": _advice(touch, cut=n >= whole)} for n, touch in enumerate(touches)]
-
-
-def _advice(touch: "Touch", *, cut: bool) -> list[str]:
-    """Return the sentences about a touch; of one that the end of the recording cut, longer would not have helped."""
-    from palpate.sentences import advice
-
-    told = advice(touch)
-    return [_CUT if cut and sentence.startswith("short: ") else sentence for sentence in told]
+    return [{**touch.as_dict(), "advice": advice_at_end(touch, cut=n >= whole)} for n, touch in enumerate(touches)]
 
 
 def notes(retaken: int) -> list[str]:

@@ -29,14 +29,14 @@ def channels(time: Array, hard: Array, soft: Array) -> Markup:
     x = _scale(np.concatenate([line[0] for line in lines]), width, False)
     y = _scale(np.concatenate([line[1] for line in lines]), height, True)
     drawn = [
-        _path(x(line[0]), y(line[1]), stroke="currentColor", stroke_width=wide, stroke_opacity=opaque)
+        path(x(line[0]), y(line[1]), stroke="currentColor", stroke_width=wide, stroke_opacity=opaque)
         for line, wide, opaque in zip(lines, (1.6, 1.1), (1.0, 0.55), strict=True)
     ]
     return _svg(width, height, drawn, "both channels over time")
 
 
-def envelope(x: Array, y: Array) -> tuple[Array, Array]:
-    """Return a line of few points with the same extremes, in any group of neighbours.
+def envelope(x: Array, y: Array, columns: int = _COLUMNS) -> tuple[Array, Array]:
+    """Return a line of few points with the same extremes, in any group of neighbours: two for each column.
 
     Examples
     --------
@@ -44,7 +44,7 @@ def envelope(x: Array, y: Array) -> tuple[Array, Array]:
     >>> len(x), float(y.min()), float(y.max())
     (480, 0.0, 6.0)
     """
-    begins = np.unique(np.linspace(0, len(y), _COLUMNS, endpoint=False).astype(int))
+    begins = np.unique(np.linspace(0, len(y), columns, endpoint=False).astype(int))
     if len(begins) == len(y):
         return x, y
     ends = np.stack([np.fmin.reduceat(y, begins), np.fmax.reduceat(y, begins)])
@@ -59,7 +59,7 @@ def interval(value: float, error: float, span: tuple[float, float]) -> Markup:
     x = _scale(np.array(span), width, False)
     ends = x(np.array([value - _REACH * error, value, value + _REACH * error]))
     middle = height / 2
-    bar = _path(ends[[0, 2]], np.full(2, middle), stroke=ACCENT, stroke_width=2)
+    bar = path(ends[[0, 2]], np.full(2, middle), stroke=ACCENT, stroke_width=2)
     dot = element("circle", cx=f"{ends[1]:.1f}", cy=middle, r=3, fill=ACCENT)
     return _svg(width, height, [bar, dot] if np.isfinite(ends).all() else [], "ratio and two standard errors")
 
@@ -86,7 +86,7 @@ def curve(moduli: Array, ratios: Array, line: tuple[Array, Array]) -> Markup:
         element("circle", cx=f"{across:.1f}", cy=f"{down:.1f}", r=2, fill="currentColor", fill_opacity=0.7)
         for across, down in zip(x(np.log(moduli)), y(ratios), strict=True)
     ]
-    fitted = _path(x(np.log(line[0])), y(line[1]), stroke=ACCENT, stroke_width=2)
+    fitted = path(x(np.log(line[0])), y(line[1]), stroke=ACCENT, stroke_width=2)
     return _svg(width, height, [fitted, *dots], "ratio over modulus")
 
 
@@ -105,7 +105,8 @@ def _scale(values: Array, size: float, up: bool) -> Callable[[Array], Array]:
 _EDGE = 4.0
 
 
-def _path(x: Array, y: Array, **attributes: object) -> Markup:
+def path(x: Array, y: Array, **attributes: object) -> Markup:
+    """Return a line through points in pixels, with a hole where one is not known."""
     points: list[str] = []
     pen = "M"
     for across, down in zip(x.tolist(), y.tolist(), strict=True):

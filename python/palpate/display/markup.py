@@ -1,7 +1,11 @@
 """HTML and SVG elements: all text in them is escaped, nothing is fetched, no script runs."""
 
-from html import escape
+import re
+from html import escape, unescape
 from typing import Any
+
+MINUS, NONE, LEFT_OUT = "\N{MINUS SIGN}", "\N{EN DASH}", "\N{MULTIPLICATION SIGN}"
+"""Before a number; in the place of one that is not known; beside what does not count."""
 
 
 class Markup(str):
@@ -13,7 +17,7 @@ class Markup(str):
 def element(tag: str, *children: object, **attributes: object) -> Markup:
     """Return an element; children and attributes are escaped, but for children that are elements.
 
-    An attribute None is left out; an underscore in its name is a hyphen.
+    An attribute None is left out; an underscore in its name is a hyphen, one at its end (as in `class_`) is left out.
 
     Examples
     --------
@@ -21,10 +25,23 @@ def element(tag: str, *children: object, **attributes: object) -> Markup:
     '<p aria-label="&quot;">a &lt; b <b>&amp;</b></p>'
     """
     given = "".join(
-        f' {name.replace("_", "-")}="{escape(str(value))}"' for name, value in attributes.items() if value is not None
+        f' {name.rstrip("_").replace("_", "-")}="{escape(str(value))}"'
+        for name, value in attributes.items()
+        if value is not None
     )
     inner = "".join(child if isinstance(child, Markup) else escape(str(child)) for child in children)
     return Markup(f"<{tag}{given}>{inner}</{tag}>")
+
+
+def plain(markup: Markup) -> str:
+    """Return the text of an element without tags.
+
+    Examples
+    --------
+    >>> plain(element("p", "a < b ", element("b", "&")))
+    'a < b &'
+    """
+    return unescape(re.sub(r"<[^<>]*>", "", markup))
 
 
 def card(title: str, facts: dict[str, object], *below: object, said: Any = ()) -> Markup:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.recording.foreign import AnyRecording, recorded
+from palpate.recording.integrity import SOURCE_FAILED
 from palpate.recording.lines import Damage
 from palpate.recording.own_file import Recorded
 from palpate.recording.repair import repair as mend
@@ -67,6 +68,28 @@ class Verification:
     changed: bool = False
     timed: bool = True
     understood: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """What became of the recording, in a few words.
+
+        Examples
+        --------
+        >>> check("tests/data/four-specimens.csv").verdict
+        'complete, clean end'
+        """
+        if self.running:
+            return "still being recorded"
+        if self.faults:
+            return "changed" if self.changed else "not complete"
+        if self.repaired:
+            return "repaired"
+        if self.rescued:
+            return "rescued"
+        if self.clean is None:
+            return "readable"
+        failed = any(text.startswith(SOURCE_FAILED) for text in self.findings)
+        return "complete, until the source failed" if failed else "complete, clean end"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the fields as plain values, for JSON."""

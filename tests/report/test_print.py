@@ -1,0 +1,129 @@
+"""The report in headless Chromium: on a phone, in the dark, on paper; readable, and nothing is asked for."""
+
+import base64
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from live_browser import browser
+from palpate import report
+from report_session import calibrated, specimens, with_session
+
+LONG = "of a name that is very long and has_no_place_to_break_at_all" * 2
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Write a report with everything in it, and a name that is too long."""
+    folder = tmp_path_factory.mktemp("print")
+    probe = calibrated(folder)
+    files = [*specimens(folder), with_session(folder / "session.csv", odd=f" {LONG[:60]}")]
+    report.write(folder / "r.html", files, probe, moduli=folder / "ten" / "moduli.csv", title=f"gel {LONG}")
+    return folder / "r.html"
+
+
+@pytest.fixture(scope="module")
+def driver(page: Path) -> Iterator[Any]:
+    with browser(page.parent) as opened:
+        opened.driver.get(page.as_uri())
+        yield opened.driver
+
+
+def show(driver: Any, width: int, height: int = 900, scheme: str = "light", media: str = "") -> None:
+    """Set the size of the window in CSS pixels, the colours that the system asks for, and the medium."""
+    driver.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride",
+        {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600},
+    )
+    features = [{"name": "prefers-color-scheme", "value": scheme}]
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": media, "features": features})
+
+
+COLOURS = """
+const seen = [], parts = text => text.match(/[\\d.]+/g).slice(0, 3).map(Number);
+const ground = getComputedStyle(document.documentElement).backgroundColor;
+for (const one of document.querySelectorAll("h1, h2, p, td, th, dt, dd, code, b, figcaption, svg text")) {
+  const style = getComputedStyle(one);
+  seen.push([one.tagName, parts(one instanceof SVGElement ? style.fill : style.color), parts(ground)]);
+}
+return seen;
+"""
+
+
+def contrast(one: list[float], other: list[float]) -> float:
+    """Return the contrast of two colours, WCAG 2."""
+    linear = [
+        [c / 3294.6 if c <= 10 else ((c / 255 + 0.055) / 1.055) ** 2.4 for c in colour] for colour in (one, other)
+    ]
+    light = sorted(0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in linear)
+    return (light[1] + 0.05) / (light[0] + 0.05)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_each_text_can_be_read(driver: Any, scheme: str) -> None:
+    show(driver, 1280, scheme=scheme)
+    found = driver.execute_script(COLOURS)
+    assert len(found) > 300
+    assert min(contrast(text, ground) for _, text, ground in found) >= 4.5
+    assert (sum(found[0][2]) < 200) == (scheme == "dark")
+
+
+def test_paper_is_white_also_in_the_dark(driver: Any) -> None:
+    show(driver, 794, scheme="dark", media="print")
+    assert (
+        driver.execute_script("return getComputedStyle(document.documentElement).backgroundColor")
+        == "rgb(255, 255, 255)"
+    )
+
+
+@pytest.mark.parametrize("width", [320, 390, 768, 1280, 2560])
+def test_no_scrolling_to_the_side(driver: Any, width: int) -> None:
+    show(driver, width)
+    inner, whole = driver.execute_script(
+        "const page = document.documentElement; return [page.clientWidth, page.scrollWidth]"
+    )
+    assert whole == inner > width - 20
+    cut = driver.execute_script(
+        "return [...document.querySelectorAll('h1, p, dd, dl, pre, figure, .series')]"
+        ".filter(one => one.getBoundingClientRect().right > document.documentElement.clientWidth + 1).map(one => one.className || one.tagName)"
+    )
+    assert cut == []
+
+
+def test_points_stand_in_line(driver: Any) -> None:
+    """Each decimal point of a column has the same place."""
+    show(driver, 1280)
+    places = driver.execute_script("""
+      const rows = [...document.querySelectorAll("table")].find(t => t.textContent.includes("Known")).tBodies[0].rows, found = [];
+      for (const row of rows) {
+        const text = row.cells[3].firstChild, at = text.data.indexOf("."), range = document.createRange();
+        if (at < 0) continue;
+        range.setStart(text, at); range.setEnd(text, at + 1);
+        found.push(range.getBoundingClientRect().left);
+      }
+      return found;""")
+    assert len(places) >= 10
+    assert max(places) - min(places) < 0.5
+
+
+def test_it_prints_on_a4(driver: Any) -> None:
+    show(driver, 1280)
+    printed = driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True, "printBackground": True})
+    data = base64.b64decode(printed["data"])
+    boxes = {tuple(map(round, map(float, box))) for box in re.findall(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", data)}
+    assert boxes == {(595, 842)}  # points
+    assert 3 <= data.count(b"/Type /Page\n") <= 8
+
+
+def test_nothing_is_asked_for(driver: Any, page: Path) -> None:
+    driver.get_log("performance")
+    driver.get_log("browser")
+    driver.get(page.as_uri())
+    sent = [json.loads(entry["message"])["message"] for entry in driver.get_log("performance")]
+    asked = [one["params"]["request"]["url"] for one in sent if one["method"] == "Network.requestWillBeSent"]
+    assert asked == [page.as_uri()]
+    assert driver.get_log("browser") == []
+    assert driver.execute_script("return performance.getEntriesByType('resource').length") == 0

@@ -1,0 +1,69 @@
+"""Recordings for the tests of the report: a session of specimens with marks, and a calibration."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import palpate
+from click.testing import CliRunner, Result
+from palpate.cli import main
+from palpate.recording import sidecar
+from palpate.recording.session import Entry, Note, Plan, Specimen
+
+HOSTILE = "<script>fetch('//x')</script>\"'&</style>"
+"""A text that a page must only show."""
+
+
+def run(*arguments: str | Path) -> Result:
+    """Run a command of palpate."""
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def calibrated(folder: Path) -> Path:
+    """Write ten simulated specimens into folder/ten, a gel of 1.1 MPa into folder/gel, and folder/probe.toml."""
+    for arguments in (["ten"], ["gel", "--object", "gel=1.1", "--seed", "7"]):
+        assert run("simulate", "-o", folder / arguments[0], *arguments[1:]).exit_code == 0
+    made = run("calibrate", *specimens(folder), "--moduli", folder / "ten" / "moduli.csv", "-o", folder / "probe.toml")
+    assert made.exit_code == 0, made.output
+    return folder / "probe.toml"
+
+
+def specimens(folder: Path) -> list[Path]:
+    """Return the recordings of the ten specimens."""
+    return sorted(path for path in (folder / "ten").glob("*.csv") if path.name != "moduli.csv")
+
+
+def change(path: Path, parts: Mapping[str, Any]) -> None:
+    """Replace parts of the sidecar of a recording."""
+    document = sidecar.load(path)
+    assert document is not None
+    sidecar.save(sidecar.sidecar_path(path), {**document, **parts})
+
+
+def with_session(path: Path, *, odd: str = "") -> Path:
+    """Record four touches with a session: 30 OO twice, of which one is discarded, a gel, and a touch of nothing known.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+    odd : str
+        Is in each text that may have it.
+    """
+    assert run("record", "sim:four-specimens", "-o", path, "--note", f"bench 2{odd}").exit_code == 0
+    touches = palpate.touches(palpate.read(path))
+    gel = f"gel{odd}"
+    whats = [("30 OO", ""), ("30 OO", f"discarded{odd}"), (gel, ""), (None, "")]
+    plan = Plan(
+        f"gel series{odd}",
+        f"operator 2{odd}",
+        (Specimen("30 OO", 0.143, 2), Specimen(gel)),
+        tuple(Entry(touch.start_s, *what) for touch, what in zip(touches, whats, strict=True)),
+        (Note(12.0, f"bumps wiped{odd}"),),
+    )
+    marks = [
+        {"t_s": touches[1].start_s + 1, "seq": 0, "text": f"slipped{odd}"},
+        {"t_s": 18.0, "seq": 570, "text": "tare", "tare": True},
+        {"t_s": 27.0, "seq": 860, "text": "unplugged for 2 s", "tare": True, "gap": True},
+    ]
+    change(path, {"session": plan.as_dict(), "marks": marks})
+    return path
