@@ -28,6 +28,7 @@ from page_data import (
     trace_of,
 )
 
+DASH = "\N{EN DASH}"
 TOUCHES = presses()
 RUNNING = TOUCHES[19]
 LIVE = RUNNING.start + 4.05
@@ -62,7 +63,7 @@ def facts(**changed: str) -> list[Document]:
     for name, value in FACTS.items():
         other = changed.get(name.split(",")[0].split()[0])
         share = None if other else SHARES.get(name)
-        told.append({"name": name, "value": other or value, "warn": other not in (None, "–"), "share": share})
+        told.append({"name": name, "value": other or value, "warn": other not in (None, DASH), "share": share})
     return told
 
 
@@ -239,7 +240,7 @@ def unplugged() -> State:
         "share": None,
     }
     text = "The board at USB 1/4 is gone. Touch 20 is cut, and will be repeated. The recording goes on."
-    gone = facts(Board="USB 1/4, gone for 12 s", Pairs="0", Late="3, 495, 0", Temperature="–", Hard="–", Soft="–")
+    gone = facts(Board="USB 1/4, gone for 12 s", Pairs="0", Late="3, 495, 0", Temperature=DASH, Hard=DASH, Soft=DASH)
     said = line("fault", "Unplugged.", text, "unplugged", 12.0)
     return case(LIVE + 12, now, said, touches=[*TOUCHES[:19], part], cut=cut, device=gone, state="no contact")
 
