@@ -22,7 +22,7 @@ from palpate.live.recordings import Recordings
 from palpate.live.serve import address_of, listen, serve
 from palpate.live.server import Server
 from palpate.live.session import Session
-from palpate.live.summary import Summary
+from palpate.live.workbench import Workbench
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
@@ -58,7 +58,7 @@ def run_server(rate: float) -> None:
         session.start()
         print(address_of(listening, HOST), flush=True)
         with suppress(KeyboardInterrupt):
-            serve(Server(session, Summary(session), "made").app(HOST, listening.getsockname()[1]), listening)
+            serve(Server(Workbench(session, "made")).app(HOST, listening.getsockname()[1]), listening)
     session.close()
 
 

@@ -19,7 +19,7 @@ from palpate.live.recordings import Recordings
 from palpate.live.serve import address_of, listen, serve
 from palpate.live.server import Server
 from palpate.live.session import Session
-from palpate.live.summary import Summary
+from palpate.live.workbench import Workbench
 from palpate.sources.sim import SimSource
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -110,7 +110,7 @@ def main() -> int:
     with listen(HOST, 0) as listening:
         session.start()
         print(address_of(listening, HOST), flush=True)
-        app = Noting(Server(session, Summary(session), rate).app(HOST, listening.getsockname()[1]))
+        app = Noting(Server(Workbench(session, rate)).app(HOST, listening.getsockname()[1]))
         with suppress(KeyboardInterrupt):
             serve(app, listening)
     session.close()

@@ -90,14 +90,14 @@ class LivePage:
         height: int,
         how: dict[str, Any],
     ) -> None:
-        from palpate.live.framed import begin
-        from palpate.live.gatekeeper import new_token
+        from palpate.live.access.framed import begin
+        from palpate.live.access.gatekeeper import new_token
         from palpate.live.opening import opener
         from palpate.live.recordings import Recordings
         from palpate.live.serve import address_of, listen
         from palpate.live.server import Server
         from palpate.live.session import Session
-        from palpate.live.summary import Summary
+        from palpate.live.workbench import Workbench
 
         if LivePage._newest:
             LivePage._newest.close()
@@ -108,7 +108,7 @@ class LivePage:
         except BaseException:
             self._listening.close()
             raise
-        self._server = Server(self._session, Summary(self._session, calibration), source)
+        self._server = Server(Workbench(self._session, source, calibration))
         self.address: str = address_of(self._listening, _HOST).removesuffix("/") + begin(self._token)
         self._source, self._height = source, height
         self._closing, self._seen_s = Event(), time.monotonic()

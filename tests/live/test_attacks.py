@@ -11,8 +11,8 @@ from attacks import KINDS, Target, allow_files, fresh
 from effort import NIGHTLY, draws
 from live_attacks import RATES, Attacked, Measured, attacked, row
 from live_sessions import play
-from palpate.live.gatekeeper import new_token
-from palpate.live.limits import PATIENCE_S
+from palpate.live.access.gatekeeper import new_token
+from palpate.live.access.limits import PATIENCE_S
 from tally import Tally
 
 SECONDS = 60.0 if NIGHTLY else 2.0

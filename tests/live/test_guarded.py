@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 import uvicorn
 from attacks import Target, frame
-from palpate.live import guarded
-from palpate.live.limits import BYTES, FRAGMENTS
+from palpate.live.access import guarded
+from palpate.live.access.limits import BYTES, FRAGMENTS
 from uvicorn.server import ServerState
 
 PATIENCE_S = 0.2

@@ -10,9 +10,9 @@ from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from live_bench import HOST, OWN, PORT
-from palpate.live.gatekeeper import Gatekeeper, has_token, new_token
-from palpate.live.guarded import fault
-from palpate.live.limits import HEAD, LINES, Bucket, Limit
+from palpate.live.access.gatekeeper import Gatekeeper, has_token, new_token
+from palpate.live.access.guarded import fault
+from palpate.live.access.limits import HEAD, LINES, Bucket, Limit
 
 TOKEN = "Q4h-Zk_0aBcDeFgHiJkLmNoPqRsTuVwX"
 _WORK_S = 0.005

@@ -22,7 +22,7 @@ from palpate.live.hub import AHEAD, ROWS, Hub, Page
 from palpate.live.recordings import Recordings
 from palpate.live.server import page_files
 from palpate.live.session import Session
-from palpate.live.summary import Summary
+from palpate.live.workbench import Workbench
 from project import need
 
 _PATIENCE_S = 60
@@ -149,7 +149,7 @@ def test_a_row_is_sent_when_it_comes(monkeypatch: pytest.MonkeyPatch) -> None:
     session.start()
 
     async def run() -> None:
-        hub, socket = Hub(session, Summary(session), "one"), Noting()
+        hub, socket = Hub(Workbench(session, "one")), Noting()
         page = Page(socket)
         hub.join(page)
         tasks = [asyncio.create_task(work) for work in (page.send(), hub.run())]

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from live_bench import HOST, ORIGIN, OWN, PORT, begun, client
 from palpate.live.feed import HEADER, KEPT, ROW, History
 from palpate.live.hub import AHEAD, ROWS, Page
-from palpate.live.protocol import Command, Refused, parse
+from palpate.live.protocol import COMMANDS, Command, Refused, parse
 from palpate.live.recordings import Recordings
 from palpate.live.server import Server, page_files
 from palpate.live.session import Session
@@ -43,8 +43,13 @@ def test_any_message_is_a_command_or_refused(message: str | bytes) -> None:
 
 @given(
     st.fixed_dictionaries(
-        {"do": st.sampled_from(["tare", "tare anyway", "mark", "seen", "record", "stop", "again", "", 1])},
-        optional={"text": st.text() | st.integers(), "frame": st.integers() | st.floats(), "more": st.none()},
+        {"do": st.sampled_from([*COMMANDS, "", 1])},
+        optional={
+            **dict.fromkeys(("text", "name", "title", "excitation"), st.text() | st.integers()),
+            **dict.fromkeys(("frame", "id", "touch", "rows", "from_s", "to_s", "capf"), st.integers() | st.floats()),
+            "on": st.booleans() | st.none(),
+            "more": st.none(),
+        },
     )
 )
 def test_what_looks_like_a_command(message: dict[str, Any]) -> None:
@@ -53,12 +58,30 @@ def test_what_looks_like_a_command(message: dict[str, Any]) -> None:
     except Refused:
         return
     assert command.do == message["do"]
-    assert 0 <= command.frame < 2**32
-    assert len(command.text) <= 200
+    assert command.given == {name: _stripped(value) for name, value in message.items() if name != "do"}
+
+
+def _stripped(value: Any) -> Any:
+    return value.strip() if isinstance(value, str) else value
+
+
+def test_every_command_is_parsed() -> None:
+    values = {"rows": 10, "wanted": 4, "capf": 1, "on": True, "from_s": 0.5, "to_s": 2, "text": "a", "name": "b"}
+    for do, names in COMMANDS.items():
+        whole = {
+            name.rstrip("?"): values.get(name.rstrip("?"), 0 if name in ("id", "touch", "frame") else "c")
+            for name in names
+        }
+        assert parse(json.dumps({"do": do, **whole})).given == whole
+        needed = {name: value for name, value in whole.items() if name in names}
+        assert parse(json.dumps({"do": do, **needed})).given == needed
+        for name in needed:
+            with pytest.raises(Refused, match=f"{name}: got None, allowed: "):
+                parse(json.dumps({"do": do, **{other: value for other, value in needed.items() if other != name}}))
 
 
 def test_deep_and_long_messages_are_refused() -> None:
-    for message in ("[" * 4000, "9" * 4000, '{"do": "mark", "text": "' + "x" * 5000 + '"}', '{"do": "tare", "do2": 1}'):
+    for message in ("[" * 4000, "9" * 4000, '{"do": "mark", "text": "' + "x" * 9000 + '"}', '{"do": "tare", "do2": 1}'):
         with pytest.raises(Refused):
             parse(message)
 
@@ -108,7 +131,7 @@ def test_from_elsewhere_a_token_is_needed_once(session: Session) -> None:
 
 def status_of(token: str | None, path: str, query: bytes, headers: list[tuple[bytes, bytes]]) -> int:
     """Ask the application as a server would that lets any bytes through."""
-    app = Server(_Nothing(), _Nothing(), "").app(HOST, PORT, token)  # type: ignore[arg-type]
+    app = Server(_Nothing()).app(HOST, PORT, token)  # type: ignore[arg-type]
     scope = {"type": "http", "method": "GET", "path": path, "raw_path": b"", "query_string": query, "headers": headers}
     told: list[Any] = []
 
@@ -137,8 +160,9 @@ def test_any_request_is_answered(path: str, query: bytes, headers: list[tuple[by
 
 
 class _Nothing:
-    number = 1
-    recordings = Recordings(None)
+    class session:
+        number = 1
+        recordings = Recordings(None)
 
 
 @pytest.mark.parametrize("path", ["/page.py", "/../server.py", "/uplot/../../server.py", "/recording/..%2Fsecret.csv",

@@ -7,9 +7,9 @@ from typing import Any
 
 import palpate
 import pytest
-from live_bench import ORIGIN, OWN, begun, client
+from live_bench import ORIGIN, OWN, begun, client, obey
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.live.protocol import Command, Refused
+from palpate.live.protocol import Refused
 from palpate.live.recordings import Recordings
 from palpate.live.session import Session
 from palpate.live.summary import Summary
@@ -59,15 +59,15 @@ def test_buttons_at_the_wrong_moment(tmp_path: Path) -> None:
     session = begun(tmp_path)
     (tmp_path / "run-2.csv").write_text("precious")
     with pytest.raises(Refused, match="again: the measurement still runs"):
-        session.do(Command("again"))
-    session.do(Command("stop"))
+        obey(session, "again")
+    obey(session, "stop")
     with pytest.raises(Refused, match="stop: no recording is running"):
-        session.do(Command("stop"))
-    assert "run-3.csv" in session.do(Command("record"))
+        obey(session, "stop")
+    assert "run-3.csv" in obey(session, "record")
     session.close()
     for name in ("tare", "tare anyway", "record", "mark"):
         with pytest.raises(Refused, match=f"{name.removesuffix(' anyway')}: the measurement has ended"):
-            session.do(Command(name, text="late"))
+            obey(session, name)
     assert (tmp_path / "run-2.csv").read_text() == "precious"
 
 
@@ -76,29 +76,27 @@ def test_a_recording_that_cannot_begin_takes_no_name(tmp_path: Path, monkeypatch
         raise palpate.RecordingError(path, "disk full")
 
     session = begun(tmp_path)
-    session.do(Command("stop"))
+    obey(session, "stop")
     with monkeypatch.context() as patch:
         patch.setattr(session.stream, "start_recording", fail)
         with pytest.raises(palpate.RecordingError, match="disk full"):
-            session.do(Command("record"))
-    assert session.do(Command("record")).endswith("run-2.csv")
+            obey(session, "record")
+    assert obey(session, "record").endswith("run-2.csv")
     session.close()
 
 
 def test_buttons_in_contact_warn(tmp_path: Path) -> None:
     session = begun(tmp_path)
-    assert session.do(Command("tare")).endswith("do not touch anything.")
-    session.do(Command("stop"))
-    assert session.do(Command("record")).endswith("run-2.csv")
-    session.do(Command("stop"))
+    assert obey(session, "tare").endswith("do not touch anything.")
+    obey(session, "stop")
+    assert obey(session, "record").endswith("run-2.csv")
+    obey(session, "stop")
     while session.moment.state not in ("contact", "adapting", "done"):
         time.sleep(0.005)
-    assert session.do(Command("record")).endswith(
-        "it starts during contact, so a replay has no baseline for this touch"
-    )
+    assert obey(session, "record").endswith("it starts during contact, so a replay has no baseline for this touch")
     with pytest.raises(Refused, match="tare: the probe is in contact; lift it first"):
-        session.do(Command("tare"))
-    assert session.do(Command("tare anyway")).endswith("do not touch anything.")
+        obey(session, "tare")
+    assert obey(session, "tare anyway").endswith("do not touch anything.")
     while session.moment.state != "baseline":
         time.sleep(0.005)
     session.close()
@@ -117,7 +115,7 @@ def test_a_measurement_that_cannot_begin_takes_no_name(tmp_path: Path) -> None:
 def test_nothing_is_recorded_where_the_user_named_no_file(tmp_path: Path) -> None:
     session = begun(tmp_path, record=False)
     with pytest.raises(ValueError, match="--record"):
-        session.do(Command("record"))
+        obey(session, "record")
     session.close()
     assert list(tmp_path.iterdir()) == []
 
@@ -128,7 +126,7 @@ def test_it_measures_what_the_stream_measures_and_again(tmp_path: Path) -> None:
         while session.running:
             time.sleep(0.01)
         found = session.touches
-        session.do(Command("again"))
+        obey(session, "again")
     session.close()
     replayed = palpate.touches(palpate.read(tmp_path / "run.csv"))
     assert [t.ratio.hex() for t in found] == [

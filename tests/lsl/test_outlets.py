@@ -215,8 +215,8 @@ def test_names_that_are_refused(given: list[str], tmp_path: Path) -> None:
 
 def test_tares_and_marks_of_the_page_and_the_next_measurement(name: str, tmp_path: Path) -> None:
     """A receiver stays connected when Measure again is pressed."""
+    from live_bench import obey
     from palpate import sources
-    from palpate.live.protocol import Command
     from palpate.live.recordings import Recordings
     from palpate.live.session import Session
 
@@ -228,13 +228,13 @@ def test_tares_and_marks_of_the_page_and_the_next_measurement(name: str, tmp_pat
     try:
         with listening(name) as found:
             until_sent(session, 5)
-            session.do(Command("mark", "a mark"))
-            session.do(Command("tare"))
+            obey(session, "mark")
+            obey(session, "tare")
             time.sleep(0.3)
             session.stream.stop()
             while session.running:
                 time.sleep(0.01)
-            session.do(Command("again"))
+            obey(session, "again")
             until_sent(session, 5)
     finally:
         session.close()

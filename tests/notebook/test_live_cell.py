@@ -16,8 +16,8 @@ from urllib.parse import urlsplit
 import palpate
 import pytest
 from palpate import notebook
-from palpate.live.framed import FRAMED_HEADERS
-from palpate.live.gatekeeper import HEADERS
+from palpate.live.access.framed import FRAMED_HEADERS
+from palpate.live.access.gatekeeper import HEADERS
 from project import ROOT
 
 PATIENCE_S = 90

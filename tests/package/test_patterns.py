@@ -14,7 +14,10 @@ from project import ROOT
 SOURCES = ROOT / "python" / "palpate"
 METHODS = {"search", "match", "fullmatch", "split", "sub", "findall", "finditer"}
 MADE = {
-    "live/gatekeeper.py": [(r"=([\w-]{32})(?![\w-])", "findall"), (r"(?:^|;)\s*palpate-8746=([^;]*)", "findall")],
+    "live/access/gatekeeper.py": [
+        (r"=([\w-]{32})(?![\w-])", "findall"),
+        (r"(?:^|;)\s*palpate-8746=([^;]*)", "findall"),
+    ],
     "sources/serial/opening.py": [],
     "sources/serial/suggesting.py": [(_PART.pattern, "match"), (pattern_for(["hard 1", "soft 1"])[8:], "fullmatch")],
 }

@@ -24,7 +24,7 @@ from palpate.live.recordings import Recordings
 from palpate.live.serve import address_of, listen, serve
 from palpate.live.server import Server
 from palpate.live.session import Session
-from palpate.live.summary import Summary
+from palpate.live.workbench import Workbench
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 HOST = "127.0.0.1"
@@ -103,7 +103,7 @@ def main() -> int:
     with listen(HOST, 0) as listening:
         session.start()
         print(address_of(listening, HOST, token), flush=True)
-        loop = Loop(Server(session, Summary(session), "polled").app(HOST, listening.getsockname()[1], token))
+        loop = Loop(Server(Workbench(session, "polled")).app(HOST, listening.getsockname()[1], token))
         Thread(target=_answer, args=[session, loop], daemon=True).start()
         with suppress(KeyboardInterrupt), library_logs(debug=False):
             serve(loop, listening, token)

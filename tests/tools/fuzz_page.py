@@ -4,8 +4,8 @@ from collections.abc import Coroutine
 from contextlib import suppress
 from typing import Any
 
-from palpate.live.gatekeeper import Gatekeeper, new_token
-from palpate.live.protocol import LONGEST_TEXT, Command, Refused, parse
+from palpate.live.access.gatekeeper import Gatekeeper, new_token
+from palpate.live.protocol import LARGEST_S, LONGEST_PLAN, Command, Refused, parse
 
 HOST, PORT, TOKEN = "127.0.0.1", 8746, new_token()
 OWN = {f"{name}:{PORT}" for name in (HOST, "localhost", "::1")}
@@ -18,8 +18,8 @@ def message(data: bytes) -> None:
     except Refused as refusal:
         said = str(refusal)
     if isinstance(said, Command):
-        assert len(said.text) <= LONGEST_TEXT
-        assert 0 <= said.frame < 2**32
+        for value in said.given.values():
+            assert len(value) <= LONGEST_PLAN if isinstance(value, str) else abs(value) <= LARGEST_S
     else:
         assert len(said) < 300
 

@@ -3,10 +3,11 @@
 from pathlib import Path
 
 import palpate
+from palpate.live.protocol import Command
 from palpate.live.recordings import Recordings
 from palpate.live.server import Server
 from palpate.live.session import Session
-from palpate.live.summary import Summary
+from palpate.live.workbench import Workbench
 from starlette.testclient import TestClient
 
 HOST, PORT = "127.0.0.1", 8746
@@ -23,5 +24,10 @@ def begun(folder: Path, *, speed: float | None = 1, record: bool = True) -> Sess
 
 
 def client(session: Session, host: str = HOST, token: str | None = None) -> TestClient:
-    app = Server(session, Summary(session), "sim:four-specimens").app(host, PORT, token)
+    app = Server(Workbench(session, "sim:four-specimens")).app(host, PORT, token)
     return TestClient(app, base_url=ORIGIN, follow_redirects=False)
+
+
+def obey(session: Session, do: str, **given: object) -> str:
+    """Let a page order this; return the message."""
+    return str(Workbench(session, "").do(Command(do, given))["message"])

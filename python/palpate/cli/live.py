@@ -89,13 +89,13 @@ def live(
     """  # noqa: D301
     _require()
     require_free(with_sidecar(file) if file else [], force=None)
-    from palpate.live.gatekeeper import new_token
+    from palpate.live.access.gatekeeper import new_token
     from palpate.live.opening import opener
     from palpate.live.recordings import Recordings
     from palpate.live.serve import address_of, listen, serve
     from palpate.live.server import Server
     from palpate.live.session import Session
-    from palpate.live.summary import Summary
+    from palpate.live.workbench import Workbench
 
     token, named = _token(host, no_token=no_token), source
     source = source or _plugged_in()
@@ -116,7 +116,7 @@ def live(
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
     ticket = new_token() if token else None
-    server, port = Server(session, Summary(session, calibrated, scatter), source), listening.getsockname()[1]
+    server, port = Server(Workbench(session, source, calibrated, scatter)), listening.getsockname()[1]
     debug = "palpate.debug" in click.get_current_context().meta
     in_place = not named and source == SIMULATED
     with _ending(session), _arrivals(session) if in_place else nullcontext(), listening, library_logs(debug=debug):
@@ -172,7 +172,7 @@ def _calibration(path: Path, scene: str) -> "Calibration":
 
 
 def _token(host: str, *, no_token: bool) -> str | None:
-    from palpate.live.gatekeeper import is_loopback, new_token
+    from palpate.live.access.gatekeeper import is_loopback, new_token
 
     if is_loopback(host):
         return None if no_token else new_token()

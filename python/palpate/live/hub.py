@@ -8,8 +8,7 @@ from typing import Protocol
 
 from palpate.live.feed import History, joined, pack
 from palpate.live.protocol import told
-from palpate.live.session import Session
-from palpate.live.summary import Summary
+from palpate.live.workbench import Workbench
 
 AHEAD = 30  # sent frames that a page has not confirmed; more would only fill buffers and be shown late
 ROWS = 1024
@@ -107,21 +106,18 @@ class Page:
 
 
 class Hub:
-    """All pages of a session; runs in the event loop of the server.
+    """All pages of a workbench; runs in the event loop of the server.
 
     Parameters
     ----------
-    session : Session
-    summary : Summary
-    source : str
-        Name of the source, as given by the user.
+    bench : Workbench
     """
 
-    def __init__(self, session: Session, summary: Summary, source: str) -> None:
+    def __init__(self, bench: Workbench) -> None:
         self.pages: set[Page] = set()
-        self._session, self._summary, self._source = session, summary, source
+        self._bench, self._session = bench, bench.session
         self._history = History()
-        self._measurement = session.number
+        self._measurement = bench.session.number
         self._told: dict[str, str] = {}
 
     def join(self, page: Page) -> None:
@@ -147,15 +143,15 @@ class Hub:
             await asyncio.sleep(1 / _STATES_PER_S)
 
     def send_state(self) -> None:
-        """Send the state to every page, and the touches and marks if they have changed."""
-        self._announce("touches", told("touches", **self._summary.touches()))
-        self._announce("marks", told("marks", **self._summary.marks()))
-        state = self._summary.now()
+        """Send the state to every page, and each other document that has changed."""
+        for kind, document in self._bench.told.items():
+            self._announce(kind, told(kind, **document()))
+        state = self._bench.state()
         for page in self.pages:
             page.tell("state", told("state", **state, frames={"sent": page.sent, "lost": page.lost}))
 
     def _greet(self, page: Page) -> None:
-        page.tell("hello", told("hello", **self._summary.instrument(self._source)))
+        page.tell("hello", told("hello", **self._bench.hello()))
 
     def _announce(self, kind: str, message: str) -> None:
         if self._told.get(kind) != message:

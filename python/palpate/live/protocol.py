@@ -2,14 +2,16 @@
 
 import json
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
-LONGEST = 4096  # bytes of a message
-LONGEST_TEXT = 200  # characters of a mark
-PLAIN = ("tare", "tare anyway", "record", "stop", "again")
-"""Commands without parameters: measure the baseline again, also in contact; begin and end a recording; start a new
-measurement."""
+LONGEST = 8192  # bytes of a message
+LONGEST_TEXT = 200  # characters of a mark, a name, a note
+LONGEST_PLAN = 4000  # characters of a list of specimens
+ROWS = 4096
+"""Rows of a view, at most."""
+LARGEST_S = 1e12
 
 
 class Refused(ValueError):
@@ -23,16 +25,17 @@ class Command:
     Attributes
     ----------
     do : str
-        One of `PLAIN`, "mark", or "seen".
-    text : str
-        Text of a mark.
-    frame : int
-        Number of the newest frame that the page has received.
+        One of `COMMANDS`.
+    given : dict
+        The values that it needs, checked; those that may be left out are missing then.
     """
 
     do: str
-    text: str = ""
-    frame: int = 0
+    given: dict[str, Any] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a value."""
+        return self.given[name]
 
 
 def parse(message: str | bytes) -> Command:
@@ -45,25 +48,24 @@ def parse(message: str | bytes) -> Command:
 
     Examples
     --------
-    >>> parse('{"do": "mark", "text": "second specimen"}')
-    Command(do='mark', text='second specimen', frame=0)
-    >>> parse('{"do": "format the disk"}')
+    >>> parse('{"do": "note", "text": "second specimen"}')
+    Command(do='note', given={'text': 'second specimen'})
+    >>> parse('{"do": "format the disk"}')  # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    palpate.live.protocol.Refused: do: got 'format the disk', allowed: tare, tare anyway, record, stop, again, mark, seen
+    palpate.live.protocol.Refused: do: got 'format the disk', allowed: tare, tare anyway, ...
     """
     given = _object(message)
     do = given.pop("do", None)
-    if do == "mark":
-        command = Command("mark", text=_text(given.pop("text", None)))
-    elif do == "seen":
-        command = Command("seen", frame=_frame(given.pop("frame", None)))
-    elif do in PLAIN:
-        command = Command(str(do))
-    else:
-        _refuse("do", do, ", ".join((*PLAIN, "mark", "seen")))
+    if not isinstance(do, str) or do not in COMMANDS:
+        _refuse("do", do, ", ".join(COMMANDS))
+    checked: dict[str, Any] = {}
+    for name, check in COMMANDS[do].items():
+        bare = name.rstrip("?")
+        if bare in given or bare == name:
+            checked[bare] = check(bare, given.pop(bare, None))
     if given:
         _refuse("message", min(given), f"no further names for {do}")
-    return command
+    return Command(do, checked)
 
 
 def told(kind: str, **what: Any) -> str:
@@ -91,16 +93,80 @@ def _object(message: str | bytes) -> dict[str, Any]:
     return given
 
 
-def _text(text: Any) -> str:
-    if not isinstance(text, str) or not 0 < len(text.strip()) <= LONGEST_TEXT or not text.isprintable():
-        _refuse("text", text, f"1 to {LONGEST_TEXT} printable characters")
-    return text.strip()
+Check = Callable[[str, Any], Any]
 
 
-def _frame(frame: Any) -> int:
-    if not isinstance(frame, int) or isinstance(frame, bool) or not 0 <= frame < 2**32:
-        _refuse("frame", frame, "a whole number from 0, below 2**32")
-    return frame
+def _text(most: int, least: int = 1, *, lines: bool = False) -> Check:
+    def check(name: str, text: Any) -> str:
+        kind = "characters in lines" if lines else "printable characters"
+        known = isinstance(text, str) and least <= len(text.strip()) <= most
+        if not known or not all(part.isprintable() for part in _parts(text, lines=lines)):
+            _refuse(name, text, f"{least} to {most} {kind}")
+        return str(text).strip()
+
+    return check
+
+
+def _parts(text: str, *, lines: bool) -> list[str]:
+    return text.replace("\t", " ").splitlines() if lines else [text]
+
+
+def _whole(least: int, most: int) -> Check:
+    def check(name: str, value: Any) -> int:
+        if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+            _refuse(name, value, f"a whole number from {least} to {most}")
+        return value
+
+    return check
+
+
+def _seconds(name: str, value: Any) -> float:
+    known = isinstance(value, int | float) and not isinstance(value, bool)
+    if not known or not -LARGEST_S <= value <= LARGEST_S:
+        _refuse(name, value, "a time, s")
+    return float(value)
+
+
+def _flag(name: str, value: Any) -> bool:
+    if not isinstance(value, bool):
+        _refuse(name, value, "true or false")
+    return value
+
+
+_ID = _whole(0, 2**32 - 1)
+_NAME = _text(LONGEST_TEXT)
+_MAYBE = _text(LONGEST_TEXT, 0)
+COMMANDS: dict[str, dict[str, Check]] = {
+    "tare": {},
+    "tare anyway": {},
+    "record": {"name?": _NAME},
+    "stop": {},
+    "again": {},
+    "mark": {},
+    "mark text": {"id": _ID, "text": _MAYBE},
+    "note": {"text": _NAME},
+    "centre": {},
+    "device": {"capf?": _whole(0, 3), "excitation?": _NAME},
+    "plan": {
+        "text": _text(LONGEST_PLAN, 0, lines=True),
+        "wanted": _whole(1, 99),
+        "title?": _MAYBE,
+        "operator?": _MAYBE,
+    },
+    "specimen": {"name": _MAYBE},
+    "assign": {"touch": _ID, "name": _MAYBE},
+    "discard": {"touch": _ID},
+    "keep": {"touch": _ID},
+    "more": {},
+    "calibrating": {"on": _flag},
+    "save calibration": {"name?": _NAME},
+    "report": {},
+    "noise": {"on": _flag},
+    "trace": {"touch": _ID},
+    "view": {"id": _ID, "from_s": _seconds, "to_s": _seconds, "rows": _whole(2, ROWS)},
+    "seen": {"frame": _ID},
+}
+"""The commands of a page, with the values that each needs; with a question mark: may be left out."""
 
 
 def _refuse(name: str, value: Any, allowed: str) -> NoReturn:

@@ -11,9 +11,9 @@ from functools import partial
 import uvicorn
 from starlette.types import ASGIApp
 
-from palpate.live.gatekeeper import has_token
-from palpate.live.guarded import Requests, Sockets
-from palpate.live.lobby import Lobby
+from palpate.live.access.gatekeeper import has_token
+from palpate.live.access.guarded import Requests, Sockets
+from palpate.live.access.lobby import Lobby
 from palpate.live.protocol import LONGEST
 
 _GRACE_S = 1

@@ -6,6 +6,7 @@ from contextlib import asynccontextmanager, suppress
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 from starlette.applications import Starlette
@@ -16,13 +17,20 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from palpate.errors import PalpateError
-from palpate.live.framed import Framed
-from palpate.live.gatekeeper import Gatekeeper
+from palpate.live.access.framed import Framed
+from palpate.live.access.gatekeeper import Gatekeeper
+from palpate.live.access.limits import (
+    COMMANDS,
+    DOWNLOAD_PER_S,
+    DOWNLOADS,
+    DOWNLOADS_ASKED,
+    MESSAGES,
+    PAGES_OPENED,
+    Bucket,
+)
 from palpate.live.hub import PAGES, Hub, Page
-from palpate.live.limits import COMMANDS, DOWNLOAD_PER_S, DOWNLOADS, DOWNLOADS_ASKED, MESSAGES, PAGES_OPENED, Bucket
 from palpate.live.protocol import Command, Refused, parse, told
-from palpate.live.session import Session
-from palpate.live.summary import Summary
+from palpate.live.workbench import Workbench
 
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 _PART = 1 << 16
@@ -44,24 +52,20 @@ def page_files() -> dict[str, tuple[bytes, str]]:
 
 
 class Server:
-    """The web application of one session.
+    """The web application of one workbench.
 
     Parameters
     ----------
-    session : Session
-        A started session; the server does not close it.
-    summary : Summary
-    source : str
-        Name of the source, as given by the user.
+    bench : Workbench
 
     Attributes
     ----------
     hub : Hub
     """
 
-    def __init__(self, session: Session, summary: Summary, source: str) -> None:
-        self._session = session
-        self.hub: Hub = Hub(session, summary, source)
+    def __init__(self, bench: Workbench) -> None:
+        self._bench = bench
+        self.hub: Hub = Hub(bench)
         self._opened, self._commands = Bucket(PAGES_OPENED), Bucket(COMMANDS)
         self._downloads, self._asked = asyncio.Semaphore(DOWNLOADS), 0
 
@@ -88,7 +92,7 @@ class Server:
 
     async def _download(self, request: Request) -> Response:
         name = request.path_params["name"]
-        path = self._session.recordings.find(name)
+        path = self._bench.session.recordings.find(name)
         if path is None or not path.is_file():
             return PlainTextResponse("this run has no such recording\n", 404)
         if self._asked >= DOWNLOADS_ASKED:
@@ -141,18 +145,18 @@ class Server:
         try:
             command = parse(message)
             if command.do == "seen":
-                page.seen(command.frame)
+                page.seen(command["frame"])
                 return
             if not self._commands.take():
                 raise Refused(f"{command.do}: too many commands; wait a second")
-            page.answer(told("done", do=command.do, message=await self._obey(command)))
+            page.answer(told("done", do=command.do, **await self._obey(command)))
         except Refused as refusal:
             page.answer(told("refused", message=str(refusal)))
         except (ValueError, PalpateError) as error:
             page.answer(told("failed", message=str(error)))
 
-    async def _obey(self, command: Command) -> str:
-        answer = await asyncio.to_thread(self._session.do, command)
+    async def _obey(self, command: Command) -> dict[str, Any]:
+        answer = await asyncio.to_thread(self._bench.do, command)
         self.hub.send_state()
         return answer
 

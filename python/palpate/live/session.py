@@ -65,6 +65,8 @@ class Session:
         Messages of the source and of the stream, newest last.
     marks : list of (float, str)
         Time, s, and text.
+    commands : threading.Lock
+        Held while a command runs.
     """
 
     def __init__(
@@ -85,7 +87,8 @@ class Session:
         self.error: str = ""
         self.failed: bool = False
         self._open, self._how, self._tell = open_source, how, tell
-        self._commands, self._batches = Lock(), Lock()
+        self.commands: Any = Lock()
+        self._batches = Lock()
         self._unread: list[Rows] = []
         self._tare, self._forced = Event(), Event()
         self._last_s = 0.0
@@ -121,7 +124,7 @@ class Session:
 
     def close(self) -> None:
         """Stop the measurement and close the recording."""
-        with self._commands:
+        with self.commands:
             self.stream.stop()
             self._thread.join()
             if self._outlets:
@@ -133,25 +136,17 @@ class Session:
             unread, self._unread = self._unread, []
             return unread
 
-    def do(self, command: Command) -> str:
-        """Run a command of the page; return a message. May wait for the disk.
-
-        Raises
-        ------
-        Refused
-            Not possible now; the text says why.
-        ValueError, PalpateError
-            As `Stream` does.
-        """
-        orders = {
-            "tare": self._do_tare,
-            "tare anyway": self._do_force,
-            "record": self._do_record,
-            "stop": self._do_stop,
-            "again": self._do_again,
+    @property
+    def orders(self) -> dict[str, Callable[[Command], str]]:
+        """What a page may order: name of the command -> function; they may wait for the disk."""
+        return {
+            "tare": lambda _: self._do_tare(),
+            "tare anyway": lambda _: self._do_force(),
+            "record": lambda _: self._do_record(),
+            "stop": lambda _: self._do_stop(),
+            "again": lambda _: self._do_again(),
+            "mark": lambda _: self._do_mark("mark"),
         }
-        with self._commands:
-            return self._do_mark(command.text) if command.do == "mark" else orders[command.do]()
 
     @property
     def running(self) -> bool:

@@ -9,8 +9,8 @@ import socket
 from collections.abc import Callable
 from contextlib import suppress
 
-from palpate.live.gatekeeper import HEADERS, NO_TOKEN
-from palpate.live.limits import HEAD, PATIENCE_S, REQUESTS, STRANGERS, WAITING, Bucket
+from palpate.live.access.gatekeeper import HEADERS, NO_TOKEN
+from palpate.live.access.limits import HEAD, PATIENCE_S, REQUESTS, STRANGERS, WAITING, Bucket
 
 _AT_ONCE = 32
 _LATER_S = 0.1

@@ -7,7 +7,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import CloseCode, Frame
 
-from palpate.live.limits import BYTES, FRAGMENTS, HEAD, LINES, OPEN, PATIENCE_S, Bucket
+from palpate.live.access.limits import BYTES, FRAGMENTS, HEAD, LINES, OPEN, PATIENCE_S, Bucket
 
 _END = b"\r\n\r\n"
 

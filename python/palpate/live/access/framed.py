@@ -10,7 +10,7 @@ import secrets
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from palpate.live.gatekeeper import HEADERS, Gatekeeper, refuse, with_headers
+from palpate.live.access.gatekeeper import HEADERS, Gatekeeper, refuse, with_headers
 
 FRAMED_HEADERS = HEADERS | {
     "Content-Security-Policy": HEADERS["Content-Security-Policy"].partition("; frame-ancestors")[0]

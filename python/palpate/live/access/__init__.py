@@ -1,0 +1,1 @@
+"""Who may ask the server of the page, and how much that may cost."""

@@ -1,0 +1,1 @@
+"""What stands around the measurement on the page: plain Python, no web."""

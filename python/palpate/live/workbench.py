@@ -1,0 +1,75 @@
+"""All parts of the workbench together: the measurement, and what stands around it."""
+
+from collections.abc import Callable
+from typing import Any
+
+from palpate.calibration import Calibration
+from palpate.live.protocol import Command, Refused
+from palpate.live.session import Session
+from palpate.live.summary import Summary
+from palpate.several import TOUCH_SCATTER
+
+Document = dict[str, Any]
+
+
+class Workbench:
+    """What a page shows and may order.
+
+    Parameters
+    ----------
+    session : Session
+        A started session; the workbench does not close it.
+    source : str
+        Name of the source, as given by the user.
+    calibration : Calibration, optional
+        To show moduli, and for the scatter from touch to touch.
+    scatter : float
+        Relative scatter from touch to touch without a calibration, for the question whether touches agree.
+
+    Attributes
+    ----------
+    orders : dict
+        Name of a command -> function that obeys it and returns a message, or the values of the answer.
+    told : dict
+        Kind of a message -> function that returns it; a page gets it when it has changed.
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        source: str,
+        calibration: Calibration | None = None,
+        scatter: float = TOUCH_SCATTER,
+    ) -> None:
+        self.session = session
+        self._source = source
+        self._summary = Summary(session, calibration, scatter)
+        self.orders: dict[str, Callable[[Command], str | Document]] = {**session.orders}
+        self.told: dict[str, Callable[[], Document]] = {
+            "touches": self._summary.touches,
+            "marks": self._summary.marks,
+        }
+
+    def hello(self) -> Document:
+        """Return the values that do not change during a measurement."""
+        return self._summary.instrument(self._source)
+
+    def state(self) -> Document:
+        """Return the values that change during a measurement."""
+        return self._summary.now()
+
+    def do(self, command: Command) -> Document:
+        """Obey a command of a page; return the answer. May wait for the disk.
+
+        Raises
+        ------
+        Refused
+            Not possible now, or not here; the text says why.
+        ValueError, PalpateError
+            As `Stream` does.
+        """
+        if command.do not in self.orders:
+            raise Refused(f"{command.do}: not possible with this source")
+        with self.session.commands:
+            answer = self.orders[command.do](command)
+        return answer if isinstance(answer, dict) else {"message": answer}
