@@ -119,7 +119,7 @@ def rows_of(touches: list[Press], now: float, cut: float | None = None) -> Rows:
         soft = one.soft * depth**2 * (3 - 2 * depth)
         rows["soft"] += soft
         rows["hard"] += soft * one.ratio
-        inside = np.flatnonzero((t >= one.start) & (t < one.end))
+        inside = np.flatnonzero((t >= one.start) & (t < one.end + 1 / RATE))
         nth = np.minimum(((t[inside] - one.start) * RATE).astype(int), len(one.trace) - 1)
         for name, column in zip(("ratio", "standard_error", "statistic"), (1, 2, 3), strict=True):
             rows[name][inside] = one.trace[nth, column]

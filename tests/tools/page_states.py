@@ -176,16 +176,15 @@ def opened(page: Browser, server: Canned, name: str, theme: str = "light") -> No
     page.driver.get(server.address)
     word = server.state.told["state"]["now"]["word"]
     page.until(lambda: page.text("word") == word)
-    page.driver.execute_script(
-        "document.documentElement.dataset.theme = arguments[0]; dispatchEvent(new Event('resize'))", theme
-    )
+    while page["theme"].get_attribute("aria-label") != f"Colours: {theme}":
+        page.driver.execute_script("document.getElementById('theme').click()")
     if name == "review":
         page.driver.find_element("css selector", "body").send_keys(" ")
 
 
 def sized(page: Browser, width: int, height: int) -> None:
     """Give the window's inside a size, also one that a window cannot have."""
-    metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 900}
     page.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
 
 

@@ -23,9 +23,9 @@ export class Calibrating {
     const out = (points ?? []).filter(({ kept }) => !kept);
     return [
       ...strong(verdict), ...strong(next), ...(missing ?? []).map((text) => say(text)), ...(error ? [say(error, "bad")] : []),
+      this.buttons(saved, sound),
       ...(parameters?.length ? [table(parameters)] : []), ...(history?.length > 1 ? [spark(history)] : []),
       ...(out.length ? [say(`× left out: ${out.map(({ touch }) => `touch ${touch}`).join(", ")}`, "bad")] : []),
-      this.buttons(saved, sound),
     ];
   }
 
@@ -53,7 +53,7 @@ function table(parameters) {
 function spark(history) {
   const most = Math.max(...history), per = (share) => `${(100 * share).toPrecision(2)} %`;
   const points = history.map((share, i) => `${3 + (144 * i) / (history.length - 1)},${24 - (22 * share) / most}`).join(" ");
-  const words = `± of rigid_ratio, after each touch: ${per(history[0])} to ${per(history.at(-1))}`;
+  const words = `± of rigid_ratio: ${per(history[0])} to ${per(history.at(-1))}`;
   const plot = drawn("svg", { viewBox: "0 0 150 26", role: "img", "aria-label": words }, drawn("polyline", { points, class: "l ratio" }));
   return make("p", { className: "spark" }, plot, words);
 }

@@ -1,12 +1,14 @@
 // Formats numbers and times.
 
-const FEW = 3, MOST_PLACES = 8, LARGEST = 1e9, LARGEST_ROUNDED = 1e6, DOUBLE = 15;
+const FEW = 3, MOST_PLACES = 8, LARGEST = 1e9, LARGEST_ROUNDED = 1e6, SMALLEST = 1e-4, DOUBLE = 15;
 
-// Rounds a value to two digits of its uncertainty; to 3 digits if that is not known. The rule of palpate/digits.py.
+// Rounds a value to two digits of its uncertainty; to 3 digits if that is not known, with a power of ten
+// below 1e-4. The rule of palpate/digits.py.
 export function number(value, uncertainty) {
   if (value === null || value === undefined) return "–";
   const sure = uncertainty > 0 && Number.isFinite(uncertainty);
   const last = sure ? exponent(uncertainty, 1) - 1 : exponent(value, FEW - 1) - FEW + 1;
+  if (!sure && value !== 0 && Math.abs(value) < SMALLEST) return powered(value, last);
   return written(value, last, sure ? Math.max(Math.abs(value), uncertainty) : Math.abs(value));
 }
 
@@ -26,6 +28,10 @@ function written(value, last, top) {
     const text = last > 0 ? String(Math.round(value / 10 ** last) * 10 ** last) : value.toFixed(-last);
     return Number(text) === 0 ? text.replace("-", "") : text;
   }
+  return powered(value, last);
+}
+
+function powered(value, last) {
   const digits = exponent(value, DOUBLE) - last;
   return value === 0 || digits < 0 ? "0" : value.toExponential(Math.min(digits, DOUBLE)).replace("e+", "e");
 }

@@ -19,6 +19,7 @@ import { Theme } from "./theme.js";
 
 const CONFIRMED = 4; // every fourth frame; the server sends 30 more at most
 const KEPT = ["hello", "state", "touches", "events", "session", "calibration", "device"];
+const SILENT = ["trace", "view", "noise", "seen"]; // asked for by the charts, not by a person
 const NOTHING = { touches: { rows: [] }, events: { marks: [] }, session: { specimens: [], notes: [] }, calibration: {}, device: {} };
 const known = { hello: {}, state: {}, looking: null, chosen: null, ...NOTHING };
 
@@ -43,7 +44,7 @@ new Keys({ next: () => session.next(), pause: () => charts.key(known.looking ? "
 
 const ANSWERS = {
   done: (message) => {
-    answer(message.message);
+    if (!SILENT.includes(message.do)) answer(message.message);
     if (message.do === "mark") marks.made(message);
   },
   refused: (message) => {
@@ -92,7 +93,8 @@ function enable(type) {
   $("tare").hidden = ended && !file;
   $("again").hidden = !ended || file;
   $("again").disabled = !up;
-  $("tare").disabled = !measuring || (running(known.state) && known.state.now?.word !== "Tare");
+  $("tare").disabled = !measuring || ((running(known.state) || known.state.now?.tone === "fault") && known.state.now.word !== "Tare");
+  $("pause").disabled = file;
   $("mark").disabled = $("record").disabled = !measuring;
   if (known.state.recording && up) $("record").disabled = false;
   if ($("source").textContent !== sourceOf(known)) $("source").textContent = sourceOf(known);

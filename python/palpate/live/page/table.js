@@ -35,7 +35,7 @@ export class Table {
 
   row(one, chosen) {
     const out = one.kept === false, specimen = chosen ? this.picker(one) : one.specimen ?? "";
-    const row = this.cells(one, specimen, chosen ? [...this.remark(one), this.button(one)] : this.remark(one));
+    const row = this.cells(one, specimen, this.remark(one), chosen ? [this.button(one)] : []);
     row.dataset.touch = one.number;
     row.classList.toggle("out", out);
     row.classList.toggle("chosen", chosen);
@@ -43,7 +43,7 @@ export class Table {
     return row;
   }
 
-  cells(one, specimen, remark) {
+  cells(one, specimen, remark, more = []) {
     const { value, interval } = modulusOf(one.modulus), { ratio, deviation, modulus } = this.widest;
     const nth = make("button", { type: "button", className: "plain", textContent: one.number });
     nth.setAttribute("aria-label", `Touch ${one.number}: show it`);
@@ -53,17 +53,17 @@ export class Table {
       make("td", { className: "num" }, aligned(number(one.ratio, one.uncertainty ?? one.standard_error), ratio)),
       make("td", {}, aligned(away, deviation)),
       make("td", { className: "num" }, aligned(value, modulus)),
-      make("td", { className: "opt", textContent: interval.replace(/ MPa$/, "") }), make("td", { className: "name" }, ...remark),
+      make("td", { className: "opt", textContent: interval.replace(/ MPa$/, "") }), make("td", { className: "name" }, ...more, ...(remark ? [make("div", { className: "remark", textContent: remark, title: remark })] : [])),
     ];
     return make("tr", {}, ...cells);
   }
 
   remark(one) {
-    if (one.kept === false) return ["▲ left out. ", one.why || one.advice.join(". ")];
+    if (one.kept === false) return `▲ left out. ${one.why || one.advice.join(". ")}`;
     const { events, touches } = this.known;
     const marks = events.marks.filter(({ t_s: t, text }) => text && t > one.start_s && t < one.end_s + AFTER_S).map(({ text }) => text);
     const best = one.number === touches.most_reliable ? ["most reliable"] : [];
-    return [[...best, ...one.advice, one.revised ? "revised" : "", ...marks].filter(Boolean).join(". ")];
+    return [...best, ...one.advice, one.revised ? "revised" : "", ...marks].filter(Boolean).join(". ");
   }
 
   showRunning() {
@@ -73,7 +73,7 @@ export class Table {
     if (!on) return;
     const seconds = state.now?.share && hello.seconds ? `, ${(state.now.share * hello.seconds).toFixed(1)} s` : "";
     const one = { ...state, number: (touches.rows.at(-1)?.number ?? 0) + 1, deviation: away(state.ratio, session) };
-    this.live.replaceChildren(...this.cells(one, session.next?.name ?? "", [`measuring${seconds}`]).cells);
+    this.live.replaceChildren(...this.cells(one, session.next?.name ?? "", `measuring${seconds}`).cells);
     this.live.cells[0].textContent = one.number;
   }
 
