@@ -1,6 +1,6 @@
 """What can be measured of the looks of a page: scripts that return what is wrong, as a list."""
 
-SIDEWAYS = "const page = document.scrollingElement; return Math.max(0, page.scrollWidth - innerWidth);"
+SIDEWAYS = "const page = document.scrollingElement; return Math.max(0, page.scrollWidth - page.clientWidth);"
 """How far the page scrolls sideways, px."""
 
 _SHOWN = """
@@ -24,7 +24,7 @@ for (const e of texts) {
     if (style.overflowX !== "hidden") continue;
     if (p === e ? e.scrollWidth > e.clientWidth + 1 || e.scrollHeight > e.clientHeight + 2 : box.right > edge.right + 1 || box.bottom > edge.bottom + 2 || box.left < edge.left - 1 || box.top < edge.top - 2) wrong.push(named(e));
   }
-  if (box.left < -1 || (!scrolls(e) && box.right > innerWidth + 1)) wrong.push(named(e));
+  if (box.left < -1 || (!scrolls(e) && box.right > document.documentElement.clientWidth + 1)) wrong.push(named(e));
 }
 return wrong;"""
 )
@@ -69,7 +69,12 @@ return wrong;"""
 )
 """Texts whose contrast is below 4.5 (3 for large ones), and lines below 3, by WCAG 2."""
 
+CHECKS = {"sideways": SIDEWAYS, "cut": CUT, "faint": FAINT}
+"""What holds at every size."""
+NEWEST = """return [...document.querySelectorAll("#touches tr")].filter((e) => !e.hidden).slice(0, 4)
+  .map((e) => e.getBoundingClientRect().bottom);"""
+"""Lower edges of the head of the table and of the three newest touches, px."""
 PLACES = """
-return Object.fromEntries(["touchplot", "overview", "detail", "rows", "session", "device"].map((id) => document.getElementById(id))
-  .filter((e) => e.checkVisibility()).map((e) => { const box = e.getBoundingClientRect(); return [e.id, [box.left, box.top + scrollY, e.id === "rows" ? 0 : box.width, e.id === "rows" ? 0 : box.height]]; }));"""
-"""Where the charts and tables are: left, top, width, height."""
+const wide = innerWidth >= 1100, always = ["touchplot", "overview", "detail", "touches"], at = ({ left, top, width, height }, id) => [left, top + scrollY, width, id === "touches" && !wide ? 0 : height].map(Math.round);
+return Object.fromEntries([...always, ...(wide ? ["session", "device"] : [])].map((id) => [id, at(document.getElementById(id).getBoundingClientRect(), id)]));"""
+"""Left, top, width and height of the charts and tables, px. In one column the table grows, and what is below it moves."""

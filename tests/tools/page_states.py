@@ -23,6 +23,7 @@ from palpate.live.access.gatekeeper import HEADERS
 from palpate.live.feed import FIELDS, HEADER, Rows
 from palpate.live.server import page_files
 from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.sync.server import Server, ServerConnection, serve
 
@@ -63,7 +64,7 @@ class Canned:
         """Stop."""
         self._server.shutdown()
 
-    def tell(self, kind: str, **document: Any) -> None:
+    def tell(self, kind: str, /, **document: Any) -> None:
         """Send a message to each page."""
         for page in self._pages:
             page.send(json.dumps({"type": kind, **document}))
@@ -96,10 +97,19 @@ class Canned:
         self._pages.append(page)
         self._greet(page)
         try:
-            for text in page:
-                self._hear(page, json.loads(text))
-        finally:
+            while True:
+                self._listen(page)
+        except ConnectionClosed:
             self._pages.remove(page)
+
+    def _listen(self, page: ServerConnection) -> None:
+        """Obey the next command; without one say the state again, since a page takes a silent server for gone."""
+        try:
+            text = page.recv(timeout=1)
+        except TimeoutError:
+            page.send(json.dumps({"type": "state", **self.state.told["state"]}))
+        else:
+            self._hear(page, json.loads(text))
 
     def _greet(self, page: ServerConnection) -> None:
         for kind, document in self.state.told.items():

@@ -9,7 +9,10 @@ const LET_GO_MS = 4000; // an empty field gives the keys back
 export class Marks {
   constructor(say) {
     Object.assign(this, { say, id: null, timers: [] });
-    $("mark").onclick = () => say({ do: "mark" });
+    $("mark").onclick = ({ pointerType }) => {
+      this.typing = pointerType !== "touch"; // a finger would only get a keyboard over the page
+      say({ do: "mark" });
+    };
     $("unmark").onclick = () => this.close();
     $("marking").onsubmit = (event) => this.send(event);
     $("marktext").oninput = () => this.stop();
@@ -40,7 +43,7 @@ export class Marks {
 
   // A mark was stamped.
   made({ id }) {
-    if (id !== undefined) this.open(id, "", matchMedia("(pointer: fine)").matches);
+    if (id !== undefined) this.open(id, "", this.typing);
   }
 
   open(id, text, focus) {

@@ -28,7 +28,7 @@ const line = new Line();
 const answer = (text, bad) => line.answer(text, bad);
 const connection = new Connection({
   up: () => link(null),
-  down: (what, advice) => link({ title: `${what.charAt(0).toUpperCase()}${what.slice(1)}.`, text: advice }),
+  down: (what, advice) => link({ title: sentence(what), text: sentence(advice) }),
   frame: (buffer) => {
     const frame = store.take(buffer);
     if (frame !== undefined && frame % CONFIRMED === 0) connection.say({ do: "seen", frame });
@@ -76,6 +76,10 @@ function say(message) {
   const sent = connection.say(message);
   if (!sent) answer("Not connected: the command was not sent.", true);
   return sent;
+}
+
+function sentence(text) {
+  return `${text.charAt(0).toUpperCase()}${text.slice(1)}.`;
 }
 
 function link(down) {
