@@ -32,7 +32,7 @@ export class Charts {
     this.overview = new Overview(place("overview"), parts);
     this.detail = new Detail(place("detail"), parts);
     this.touchplot = new TouchPlot(place("touchplot"), { subject: () => this.subject(), settings: () => this.settings, redraw });
-    this.multiples = new Multiples(place("multiples"), { touches: () => this.touches, curveOf: (one) => this.curveOf(one), settings: () => this.settings, choose: parts.choose, redraw });
+    this.multiples = new Multiples(place("multiples"), { touches: () => this.tale.all, curveOf: (one) => this.curveOf(one), settings: () => this.settings, choose: parts.choose, redraw });
     this.spectrum = new Spectrum(place("spectrum"), { say, redraw: () => this.redraw("spectrum") });
     this.fitplot = new FitPlot(place("fitplot"), { redraw: () => this.redraw("fit") });
     this.timetitle = place("timetitle");
@@ -80,8 +80,16 @@ export class Charts {
 
   tell_touches({ rows }) {
     this.tale.touches = rows;
+    this.follow();
     this.overview.changed();
     this.redraw("time", "touch");
+  }
+
+  // The specimen of a touch that goes on is the next one of the plan.
+  tell_session({ next }) {
+    this.tale.next = next?.name ?? null;
+    this.follow();
+    this.redraw("touch");
   }
 
   tell_trace(message) {
@@ -114,7 +122,8 @@ export class Charts {
   follow() {
     const { begin, end } = this.rows.extent;
     Object.assign(this.window, { begin, end });
-    this.tale.running = this.window.file ? null : runningOf(this.store, this.tale.touches.at(-1));
+    const running = this.window.file ? null : runningOf(this.store, this.tale.touches.at(-1));
+    this.tale.running = running && { ...running, specimen: this.tale.next };
   }
 
   // The theme or the size is another.
@@ -150,14 +159,9 @@ export class Charts {
     this.cursors.put(which, this.detail.pointer ?? (this.window.from + this.window.to) / 2);
   }
 
-  get touches() {
-    const { touches, running } = this.tale;
-    return running ? [...touches, running] : touches;
-  }
-
   // What the touch chart shows.
   subject() {
-    const touch = (this.chosen !== null && this.tale.touch(this.chosen)) || this.touches.at(-1);
+    const touch = (this.chosen !== null && this.tale.touch(this.chosen)) || this.tale.all.at(-1);
     if (!touch) return null;
     const alike = this.tale.touches.filter((one) => one.kept && one.specimen && one.specimen === touch.specimen && one.number < touch.number);
     const earlier = alike.slice(-EARLIER).map((one) => this.curveOf(one)).filter((curve) => curve.length > 1);

@@ -3,10 +3,13 @@
 import { MEASURED, indexOf } from "./store.js";
 
 const POINTS = 400;
+const ENDING_S = 0.5; // a touch that has just ended is shown on, until the server tells its result
 
 // A touch that goes on: since its first row after the last completed touch. null: none.
 export function runningOf(store, last) {
-  const { block, used } = store, after = last?.end_s ?? -Infinity;
+  const { block, now } = store, after = last?.end_s ?? -Infinity;
+  let used = store.used;
+  while (used > block.first && !(block.flags[used - 1] & MEASURED) && now - block.t[used - 1] < ENDING_S) used--;
   let first = used;
   while (first > block.first && block.flags[first - 1] & MEASURED && block.t[first - 1] > after) first--;
   return used - first < 2 ? null : { number: (last?.number ?? 0) + 1, start_s: block.t[first], end_s: block.t[used - 1], ratio: block.ratio[used - 1], standard_error: block.error[used - 1], kept: true, running: true };

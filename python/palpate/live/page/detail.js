@@ -10,6 +10,7 @@ import { clock, placesOf, stepOf, ticks, timeStep } from "./ticks.js";
 
 const GRIP = 8; // pixels: a cursor is dragged from there
 const LEAST_PF = 0.02; // height of the chart while it follows: the noise alone looks quiet
+const STACKED = 4; // labels one below the other
 const STILL_MS = 120; // then the window stands still, and is drawn exactly
 
 export class Detail {
@@ -98,7 +99,7 @@ export class Detail {
       this.lines(pieces, y);
     });
     this.labels = [...this.touchLabels(from, to), ...this.signs(from, to)];
-    for (const label of this.labels) sheet.text(label.text, label.x, label.y, { colour: label.colour, bold: label.colour === "bad" });
+    for (const label of this.labels) sheet.text(label.text, label.x, label.y, { colour: label.colour, bold: label.colour === "bad", back: !("touch" in label) });
     this.drawCursors();
     if (this.selected) sheet.fill("band", this.selected[0], this.top, this.selected[1] - this.selected[0], this.foot - this.top);
     this.nameIt(from, to, pieces);
@@ -164,16 +165,14 @@ export class Detail {
   }
 
   touches(from, to) {
-    const { running } = this.tale, all = running ? [...this.tale.touches, running] : this.tale.touches;
-    return all.filter(({ start_s, end_s }) => end_s >= from && start_s <= to);
+    return this.tale.all.filter(({ start_s, end_s }) => end_s >= from && start_s <= to);
   }
 
   lines(pieces, y) {
+    const { from, to } = this.looking, { left, right } = this, scale = (right - left) / (to - from), x = (t) => left + (t - from) * scale;
     this.points = 0;
     for (const name of ["soft", "hard"]) {
-      const path = new Path2D();
-      for (const { block, rows } of pieces) this.points += trace(path, block, name, rows, (t) => this.x(t), y);
-      this.sheet.stroke(name, path);
+      for (const { block, rows } of pieces) this.points += trace(this.sheet, name, block, name, rows, x, y);
     }
   }
 
@@ -204,7 +203,7 @@ export class Detail {
       const x = this.x(one.t), room = this.right - this.left - 10;
       const text = shortened(one.text, room, (part) => sheet.measure(part, true)), width = sheet.measure(text, true);
       if (!one.bare) sheet.line(one.colour, x, top, x, foot, { dash: [2, 3] });
-      const rows = Array.from({ length: Math.max(1, Math.floor((foot - top) / height)) }, (_, k) => (one.low ? foot - (k + 0.5) * height : top + (k + 0.5) * height));
+      const rows = Array.from({ length: Math.max(1, Math.min(STACKED, Math.floor((foot - top) / height))) }, (_, k) => (one.low ? foot - (k + 0.5) * height : top + (k + 0.5) * height));
       return { ...one, text, width, height, at: x, places: rows.flatMap((row) => [[x + 5, row], [x - 5 - width, row]]) };
     });
     return placed(wanted, edges, this.taken);
@@ -217,7 +216,7 @@ export class Detail {
       const x = this.x(t);
       sheet.line("ink", x, top - 2, x, foot, { width: 1.5 });
       sheet.fill("ink", x - size / 2, foot - size - 1, size, size);
-      sheet.text("AB"[i], x, foot - size / 2, { colour: "card", bold: true, align: "center", halo: false });
+      sheet.text("AB"[i], x, foot - size / 2, { colour: "card", bold: true, align: "center" });
     });
   }
 

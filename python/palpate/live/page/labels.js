@@ -32,3 +32,14 @@ export function shortened(text, most, measure) {
   }
   return letters.slice(0, low).join("") + ELLIPSIS;
 }
+
+// A text in lines that are no wider than `most`; the last one of them is shortened.
+export function wrapped(text, most, lines, measure) {
+  const found = [""];
+  for (const word of text.split(" ")) {
+    const longer = found.at(-1) ? `${found.at(-1)} ${word}` : word;
+    if (measure(longer) <= most || !found.at(-1) || found.length === lines) found[found.length - 1] = longer;
+    else found.push(word);
+  }
+  return found.map((one) => shortened(one, most, measure));
+}

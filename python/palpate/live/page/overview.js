@@ -2,7 +2,7 @@
 
 import { Hover } from "./hover.js";
 import { placed } from "./labels.js";
-import { extremes, trace } from "./plot.js";
+import { GAP_S, extremes } from "./plot.js";
 import { gestures } from "./pointers.js";
 import { Sheet } from "./sheet.js";
 import { clock } from "./ticks.js";
@@ -18,7 +18,7 @@ export class Overview {
     this.sheet = new Sheet(place, () => this.dress());
     this.strip = document.createElement("canvas");
     this.hover = new Hover(place);
-    this.drawn = { at: -Infinity };
+    this.drawn = { at: -Infinity, of: "" };
     this.labels = [];
     this.selected = null;
     gestures(place, {
@@ -39,7 +39,7 @@ export class Overview {
   }
 
   changed() {
-    this.drawn.at = -Infinity;
+    this.drawn = { at: -Infinity, of: "" };
     this.redraw();
   }
 
@@ -83,7 +83,7 @@ export class Overview {
 
   draw() {
     if (!this.sheet.begin()) return;
-    if (performance.now() - this.drawn.at > EVERY_MS) this.drawStrip();
+    this.renew();
     const { sheet } = this, { width, height } = sheet;
     sheet.context.drawImage(this.strip, 0, 0, width, height);
     const a = Math.max(0, this.x(this.looking.from)), b = Math.max(a + 4, Math.min(width, this.x(this.looking.to)));
@@ -96,9 +96,20 @@ export class Overview {
     if (this.selected) sheet.fill("band", this.selected[0], 0, this.selected[1] - this.selected[0], height);
   }
 
+  // Draws the strip again if it has changed, not too often.
+  renew() {
+    const all = this.rows.views.all, of = `${this.rows.extent.end} ${all?.to} ${all?.rows}`, wait = this.drawn.at + EVERY_MS - performance.now();
+    if (of === this.drawn.of) return;
+    clearTimeout(this.later);
+    if (wait > 0) this.later = setTimeout(this.redraw, wait);
+    else {
+      this.drawn = { at: performance.now(), of };
+      this.drawStrip();
+    }
+  }
+
   drawStrip() {
     const { sheet, rows } = this, { width, height } = sheet, { begin, end, held } = rows.extent;
-    this.drawn.at = performance.now();
     this.since = begin;
     this.until = Math.max(end, begin + 1);
     this.ask(begin, end, held, width);
@@ -114,38 +125,39 @@ export class Overview {
   }
 
   ask(begin, end, held, width) {
-    const all = this.rows.views.kept.find(({ purpose }) => purpose === "all");
+    const { all } = this.rows.views;
     const stale = !all || all.to < held - STALE * (end - begin) || all.rows < width;
     if (held > begin && stale && !this.rows.views.underWay().some(({ purpose }) => purpose === "all")) this.rows.views.ask("all", begin, end, 2 * width);
   }
 
   area(top, foot) {
-    const { sheet } = this, pieces = this.rows.pieces(this.since, this.until), path = new Path2D();
+    const { sheet } = this, pieces = this.rows.pieces(this.since, this.until);
     const range = [0, 0.2];
     for (const { block, rows } of pieces) extremes(block, ["hard"], rows, range);
     const y = (value) => foot - (Math.max(0, value) / (1.08 * range[1])) * (foot - top - 2);
-    this.points = pieces.reduce((sum, { block, rows }) => sum + trace(path, block, "hard", rows, (t) => this.x(t), y), 0);
-    sheet.stroke("past", path, 1);
     sheet.context.fillStyle = sheet.colour("past");
-    for (const { block, rows } of pieces) this.fillUnder(block, rows, y, foot);
+    this.points = pieces.reduce((sum, { block, rows }) => sum + this.fillUnder(block, rows, y, foot), 0);
   }
 
-  // Below the highest value of each pixel.
+  // Below the highest value of each pixel; a gap stays empty. Returns the number of bars.
   fillUnder({ t, hard }, [first, end], y, foot) {
-    let column = NaN, high = 0;
+    const most = Math.max(1, this.x(this.since + GAP_S));
+    let bars = 0, column = NaN, high = 0;
     for (let k = first; k <= end; k++) {
       const here = k < end ? Math.floor(this.x(t[k])) : Infinity;
       if (here !== column) {
-        if (high > 0) this.sheet.context.fillRect(column, y(high), Math.max(1, Math.min(here - column, 0.5 / (this.until - this.since) * this.sheet.width)), foot - y(high));
+        if (high > 0) this.sheet.context.fillRect(column, y(high), Math.min(here - column, most), foot - y(high));
+        bars += high > 0;
         column = here;
         high = 0;
       }
       if (hard[k] > high) high = hard[k];
     }
+    return bars;
   }
 
   blocks(top, foot) {
-    for (const { start_s, end_s, kept } of this.tale.touches) {
+    for (const { start_s, end_s, kept } of this.tale.all) {
       const x = this.x(start_s), width = Math.max(1, this.x(end_s) - x);
       this.sheet.fill(kept ? "fband" : "caution", x, top, width, foot - top, kept ? 1 : 0.55);
     }
@@ -165,7 +177,7 @@ export class Overview {
       const width = sheet.measure(text, colour === "bad"), x = this.x(t) - width / 2;
       return { text, width, height, colour, places: [[Math.max(0, Math.min(sheet.width - width, x)), y]] };
     };
-    const touches = [...tale.touches.filter(({ kept }) => !kept), ...tale.touches.filter(({ kept }) => kept)];
+    const touches = tale.all.toSorted((a, b) => Number(a.kept) - Number(b.kept));
     const numbers = touches.map(({ number, start_s, end_s, kept }) => wanted(String(number), (start_s + end_s) / 2, top / 2, kept ? "ink" : "bad"));
     this.labels = placed([...numbers, ...tale.marks.map(({ t_s }) => wanted("M", t_s, top + height / 2, "ink"))], edges);
   }

@@ -29,6 +29,7 @@ export class Sheet {
   // Colours and sizes as the theme has them now.
   dress() {
     this.colours = new Map();
+    this.widths = new Map();
     this.unit = unit();
     this.font = `${Math.round(12 * this.unit)}px system-ui, sans-serif`;
   }
@@ -48,7 +49,7 @@ export class Sheet {
     this.context.setTransform(dpr, 0, 0, dpr, 0, 0);
     this.context.clearRect(0, 0, width, height);
     this.context.font = this.font;
-    this.context.lineJoin = "round";
+    this.context.lineJoin = "bevel";
     return true;
   }
 
@@ -97,25 +98,25 @@ export class Sheet {
     context.restore();
   }
 
-  // Text with a halo, its left edge at x, its middle at y.
-  text(text, x, y, { colour = "quiet", bold = false, align = "left", halo = true } = {}) {
+  // Text, its left edge (or as `align` says) at x, its middle at y. back: it covers what is behind it.
+  text(text, x, y, { colour = "quiet", bold = false, align = "left", back = false } = {}) {
     const { context } = this;
+    if (back) this.fill("card", x - 1, y - 7 * this.unit, this.measure(text, bold) + 2, 14 * this.unit, 0.72);
     context.font = bold ? `600 ${this.font}` : this.font;
     context.textAlign = align;
     context.textBaseline = "middle";
-    context.lineWidth = 3;
-    context.strokeStyle = this.colour("card");
-    if (halo) context.strokeText(text, x, y);
     context.fillStyle = this.colour(colour);
     context.fillText(text, x, y);
-    context.font = this.font;
   }
 
   // Width of a text, px.
   measure(text, bold = false) {
-    this.context.font = bold ? `600 ${this.font}` : this.font;
-    const { width } = this.context.measureText(text);
-    this.context.font = this.font;
-    return width;
+    const key = `${bold ? "b" : "n"}${text}`;
+    if (this.widths.size > 5000) this.widths.clear();
+    if (!this.widths.has(key)) {
+      this.context.font = bold ? `600 ${this.font}` : this.font;
+      this.widths.set(key, this.context.measureText(text).width);
+    }
+    return this.widths.get(key);
   }
 }

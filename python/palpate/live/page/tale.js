@@ -6,7 +6,8 @@ export class Tale {
   }
 
   clear() {
-    this.touches = [];
+    this.touches = []; // completed ones
+    this.running = this.next = null; // the touch that goes on, the name of the next specimen
     this.traces = new Map(); // touch -> { t, ratio, error, statistic }
     this.events = { marks: [], tares: [], gaps: [], flags: [] };
   }
@@ -23,13 +24,17 @@ export class Tale {
     return this.events.gaps;
   }
 
+  get all() {
+    return this.running ? [...this.touches, this.running] : this.touches;
+  }
+
   touch(number) {
     return this.touches.find((one) => one.number === number) ?? null;
   }
 
   // The touch at a moment, or one that is not further away than `near`.
   touchAt(t, near = 0) {
-    return this.touches.find(({ start_s, end_s }) => start_s <= t && t <= end_s) ?? this.touches.find(({ start_s, end_s }) => start_s - near <= t && t <= end_s + near) ?? null;
+    return this.all.find(({ start_s, end_s }) => start_s <= t && t <= end_s) ?? this.all.find(({ start_s, end_s }) => start_s - near <= t && t <= end_s + near) ?? null;
   }
 
   // Flags that arose in a touch, with their sentences.

@@ -2,7 +2,7 @@
 
 import { number } from "./formatting.js";
 import { hovering } from "./hover.js";
-import { placed, shortened } from "./labels.js";
+import { placed, wrapped } from "./labels.js";
 import { onResize, unit } from "./sheet.js";
 import { Drawing, area, clipped, label, line, measure, ruler } from "./svg.js";
 import { placesOf, signed, ticks, timeStep } from "./ticks.js";
@@ -10,7 +10,7 @@ import { placesOf, signed, ticks, timeStep } from "./ticks.js";
 const SCALES = [0.2, 0.5, 1, 2, 5, 10]; // per cent: steps, so that the eye learns them and nothing creeps
 const BEGIN_S = 0.4; // the first estimates of a touch may be far away: they do not set the scale
 const LONGEST = [2, 5, 7, 10, 15, 20, 30, 60, 120, 300, 600]; // s, where the length of a touch is not known
-const OVER = 1.04, EARLIER = 8;
+const OVER = 1.04, EARLIER = 8, LINES = 3;
 
 export class TouchPlot {
   // subject() -> { touch, curve, earlier: [curve], flags } or null; settings: { threshold, seconds }
@@ -73,17 +73,18 @@ export class TouchPlot {
     return ruler(left, foot, right, foot, "grid0") + limit + under(all) + under(alarm) + label(left - 6, foot - 6, "CUSUM", "", "end");
   }
 
-  // A flag stands where it arises, with its sentence beside it.
+  // A flag stands where it arises, with its sentence beside it (what to do after it is in the table).
   flags(shown) {
     const { k, touch, flags, left, right, base, x } = shown, height = 14 * k, edges = { left, right, top: 0, bottom: base };
     const wanted = flags.map(({ t_s, text, name }) => {
-      const at = Math.max(left, Math.min(right, x(t_s - touch.start_s))), whole = `▲ ${text || name}`;
-      const short = shortened(whole, right - left - 8, (part) => measure(part, k)), width = measure(short, k);
-      const rows = [0, 1, 2].map((row) => (row + 0.6) * height);
-      return { text: short, width, height, at, places: rows.flatMap((row) => [[at + 4, row], [at - 4 - width, row], [Math.max(left, Math.min(right - width, at - width / 2)), row]]) };
+      const at = Math.max(left, Math.min(right, x(t_s - touch.start_s)));
+      const lines = wrapped(`▲ ${(text || name).split(". ")[0]}`, 0.94 * (right - left), LINES, (part) => measure(part, k)), width = Math.max(...lines.map((one) => measure(one, k)));
+      const room = lines.length * height, rows = [base - room / 2 - 2, room / 2]; // most touches come from above
+      return { text: lines.join("\n"), lines, width, height: room, at, places: rows.flatMap((row) => [[at + 4, row], [at - 4 - width, row], [Math.max(left, Math.min(right - width, at - width / 2)), row]]) };
     });
     shown.labels = placed(wanted, edges);
-    return wanted.map(({ at }) => ruler(at, 4, at, base, "flagline")).join("") + shown.labels.map(({ x: a, y, text }) => label(a, y + 4 * k, text, "flagtext")).join("");
+    const texts = shown.labels.flatMap(({ x: a, y, lines }) => lines.map((one, i) => label(a, y + 4 * k + (i - (lines.length - 1) / 2) * height, one, "flagtext")));
+    return wanted.map(({ at }) => ruler(at, 4, at, base, "flagline")).join("") + texts.join("");
   }
 
   value({ k, touch, curve, se, x, y, zero }) {

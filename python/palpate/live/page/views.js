@@ -57,12 +57,17 @@ export class Views {
     this.changed();
   }
 
+  // The view of everything, if it is there.
+  get all() {
+    return this.kept.find((one) => one.purpose === "all") ?? null;
+  }
+
   // The finest view that has all of [from, to]; else that of everything.
   best(from, to) {
     const whole = this.kept.filter((one) => one.from <= from && one.to >= to);
     const found = whole.reduce((best, one) => (best && best.bin <= one.bin ? best : one), null);
     if (found) this.kept.push(this.kept.splice(this.kept.indexOf(found), 1)[0]);
-    return found ?? this.kept.find((one) => one.purpose === "all") ?? null;
+    return found ?? this.all;
   }
 
   // Asks for what a window of so many pixels still needs: first three times as wide, then exactly, once it stands still.
