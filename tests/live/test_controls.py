@@ -68,7 +68,7 @@ def test_keys_that_are_commands(page: Browser, idle: Canned) -> None:
 
 
 def test_keys_of_the_charts(page: Browser, idle: Canned) -> None:
-    window = lambda: run(page, "return document.getElementById('timetitle').textContent")  # noqa: E731
+    window = lambda: run(page, "return document.getElementById('timetitle').textContent")
     live = window()
     press(page, " ")
     page.until(lambda: "Looking back" in page.text("says"))
@@ -221,7 +221,7 @@ def test_a_guided_calibration_is_saved_and_used(page: Browser) -> None:
         opened(page, server, "calibrate")
         assert "Not enough yet." in page.text("fitwords")
         assert "half_modulus" in page.text("fitwords")
-        button = lambda text: next(b for b in page["fitwords"].find_elements(By.TAG_NAME, "button") if b.text == text)  # noqa: E731
+        button = lambda text: next(b for b in page["fitwords"].find_elements(By.TAG_NAME, "button") if b.text == text)
         button("Save the calibration").click()
         heard(page, server, {"do": "save calibration"})
         server.tell("calibration", **(server.state.told["calibration"] | {"saved": "probe.toml", "sound": True}))
@@ -251,7 +251,7 @@ def test_an_ended_measurement_can_begin_again(page: Browser, idle: Canned) -> No
 
 
 def test_signals_at_the_end_of_a_touch_can_be_switched_off(page: Browser, idle: Canned) -> None:
-    given = lambda: int(run(page, "return document.body.dataset.signals ?? 0"))  # noqa: E731
+    given = lambda: int(run(page, "return document.body.dataset.signals ?? 0"))
     press(page, "?", Keys.ESCAPE)  # a browser lets a page sound only then
     assert given() == 0
     idle.change(CASES["lift"]())

@@ -153,7 +153,7 @@ def test_the_screen_reader_hears_what_has_settled(page: Browser) -> None:
     with canned("contact") as server:
         sized(page, *SIZES["desk"])
         opened(page, server, "contact")
-        spoken = lambda name: run(page, f"return document.getElementById('{name}').textContent")  # noqa: E731
+        spoken = lambda name: run(page, f"return document.getElementById('{name}').textContent")
         assert spoken("announced") == "Hold: 2.5 s more"
         assert spoken("alarm") == ""
         run(

@@ -153,7 +153,8 @@ def framed(number: int, rows: Rows, kind: int) -> bytes:
 
 def view_of(all_rows: Rows, *, from_s: float, to_s: float, rows: int, **_: Any) -> Rows:
     """Return at most so many rows of a window: two for each bin, with its lowest and highest values."""
-    inside = all_rows[(all_rows["t_s"] >= from_s) & (all_rows["t_s"] <= to_s)]
+    first, last = np.searchsorted(all_rows["t_s"], (from_s, to_s), "right")
+    inside = all_rows[first:last]
     bins = rows // 2
     if len(inside) <= rows:
         return inside
