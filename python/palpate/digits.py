@@ -1,7 +1,8 @@
 """Numbers as text: a value is rounded to two digits of its uncertainty.
 
 The rule: the uncertainty has two significant digits, and the value as many decimals. Without an uncertainty (nan, inf
-or 0) a value has `FEW` significant digits. live/page/formatting.js has the same rule for the page.
+or 0) a value has `FEW` significant digits, and a power of ten below 1e-4. live/page/formatting.js has the same rule for
+the page.
 """
 
 from math import inf, isfinite, isnan, nan
@@ -10,6 +11,7 @@ FEW = 3
 """Significant digits of a value of unknown uncertainty."""
 _MOST_PLACES = 8  # decimals; more are written with a power of ten, and so is what is larger than the next two
 _LARGEST, _LARGEST_ROUNDED = 1e9, 1e6  # a rounded one ends in zeros that mean nothing
+_SMALLEST = 1e-4  # of unknown uncertainty; a smaller one is mostly zeros
 _SYMMETRIC = 3  # the longer side of an interval over the shorter one
 _DOUBLE = 15  # decimals of a mantissa: what a double has
 
@@ -32,13 +34,16 @@ def number(value: float, uncertainty: float = nan) -> str:
     --------
     >>> number(1.600483, 4.7e-5), number(4.149, 0.12), number(4.149)
     ('1.600483', '4.15', '4.15')
+    >>> number(4.45e-5), number(4.45e-4)
+    ('4.45e-5', '0.000445')
     >>> number(0.0996, 0.012), number(0.3, 120.0), number(2e-12, 3.1e-14)
     ('0.100', '0', '2.000e-12')
     """
     if not isfinite(value):
         return "-" if isnan(value) else "inf" if value > 0 else "-inf"
     if not known(uncertainty):
-        return _written(value, _exponent(value, FEW - 1) - FEW + 1, value)
+        last = _exponent(value, FEW - 1) - FEW + 1
+        return _powered(value, last) if 0 < abs(value) < _SMALLEST else _written(value, last, value)
     return _written(value, _last(uncertainty), max(abs(value), uncertainty))
 
 
@@ -106,6 +111,11 @@ def _written(value: float, last: int, top: float) -> str:
     if last >= -_MOST_PLACES and abs(top) < (_LARGEST if last <= 0 else _LARGEST_ROUNDED):
         text = f"{round(value, -last) if last > 0 else value:.{max(-last, 0)}f}"
         return text.removeprefix("-") if float(text) == 0 else text
+    return _powered(value, last)
+
+
+def _powered(value: float, last: int) -> str:
+    """Return a value with a power of ten, whose last digit has this one."""
     digits = _exponent(value, _DOUBLE) - last
     if value == 0 or digits < 0:
         return "0"

@@ -32,6 +32,8 @@ PAIRS = [
     (1e300, INF, "1.00e300", "1.00e300, uncertainty not known"),
     (4.14902, NAN, "4.15", "4.15, uncertainty not known"),
     (4.14902, 0.0, "4.15", "4.15, uncertainty not known"),
+    (4.45e-5, NAN, "4.45e-5", "4.45e-5, uncertainty not known"),
+    (4.45e-4, NAN, "0.000445", "0.000445, uncertainty not known"),
     (0.0, NAN, "0.00", "0.00, uncertainty not known"),
     (NAN, 0.1, "-", "-, uncertainty not known"),
     (INF, 0.1, "inf", "inf, uncertainty not known"),

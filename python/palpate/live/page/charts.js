@@ -1,130 +1,220 @@
-// Three charts over one time axis: changes, ratio with its standard error, statistic with its threshold.
+// Puts the charts together: what the server tells goes to them, and one animation frame draws those that changed.
 
-import { ALARM } from "./store.js";
+import { fromRows, fromTrace, runningOf } from "./curves.js";
+import { Detail } from "./detail.js";
+import { FitPlot } from "./fitplot.js";
+import { Looking } from "./looking.js";
+import { Multiples } from "./multiples.js";
+import { Overview } from "./overview.js";
+import { Cursors } from "./readout.js";
+import { Rows } from "./rows.js";
+import { Spectrum } from "./spectrum.js";
+import { Tale } from "./tale.js";
+import { clock } from "./ticks.js";
+import { TouchPlot } from "./touch.js";
 
-const uPlot = window.uPlot;
-const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-const HEIGHTS = [128, 176, 112];
-const GAP_S = 0.5; // samples further apart are not joined by a line
+const PAN = 0.2, ZOOM = 0.5, EARLIER = 8; // by a key: a share of the window, a factor; touches behind the shown one
 
 export class Charts {
-  constructor(places) {
-    this.places = places; // { changes, ratios, statistics }: elements
-    this.threshold = null;
-    this.marks = [];
-    this.alarms = []; // [from, to] in seconds
-    this.plots = [];
-    new ResizeObserver(() => this.fit()).observe(places.changes);
+  // document: with the places of the charts; store: Store; say(message): to the server
+  constructor(document, store, say) {
+    Object.assign(this, { document, store, say });
+    const place = (id) => document.getElementById(id), redraw = () => this.redraw("time", "touch");
+    this.dirty = new Set();
+    this.hello = {};
+    this.chosen = null;
+    this.asked = new Set(); // traces that were asked for
+    this.tale = new Tale();
+    this.rows = new Rows(store, say, () => this.redraw("time"));
+    this.window = new Looking(() => this.moved());
+    this.cursors = new Cursors(place("readout"), { rows: this.rows, tale: this.tale, changed: () => this.redraw("time") });
+    const parts = { rows: this.rows, looking: this.window, tale: this.tale, cursors: this.cursors, choose: (n) => this.choose(n), redraw: () => this.redraw("time"), say };
+    this.overview = new Overview(place("overview"), parts);
+    this.detail = new Detail(place("detail"), parts);
+    this.touchplot = new TouchPlot(place("touchplot"), { subject: () => this.subject(), settings: () => this.settings, redraw });
+    this.multiples = new Multiples(place("multiples"), { touches: () => this.tale.all, curveOf: (one) => this.curveOf(one), settings: () => this.settings, choose: parts.choose, redraw });
+    this.spectrum = new Spectrum(place("spectrum"), { say, redraw: () => this.redraw("spectrum") });
+    this.fitplot = new FitPlot(place("fitplot"), { redraw: () => this.redraw("fit") });
+    this.timetitle = place("timetitle");
+    addEventListener("beforeprint", () => this.paint());
   }
 
-  // Builds the charts; again after a change of theme, because a canvas keeps its colours.
-  build() {
-    this.plots.forEach((plot) => plot.destroy());
-    const line = (name, more = {}) => ({ stroke: colour(name), width: 1.6, points: { show: false }, ...more });
-    const edge = { stroke: "transparent", points: { show: false } };
-    const threshold = line("quiet", { width: 1.2, dash: [6, 4] });
-    this.plots = [
-      this.plot(this.places.changes, [line("hard"), line("soft")], { range: spread }),
-      this.plot(this.places.ratios, [edge, edge, line("ratio", { width: 2 })], {
-        range: (_, low, high) => this.ratioRange ?? spread(_, low, high),
-        bands: [{ series: [1, 2], fill: colour("band") }],
-      }),
-      this.plot(this.places.statistics, [line("statistic"), threshold], { range: (_, low, high) => upward(high) }),
-    ];
-    this.fit();
+  // null: the window follows the measurement.
+  get looking() {
+    return this.window.back;
   }
 
-  plot(place, series, { range, bands = [] }) {
-    const axis = { stroke: colour("quiet"), grid: { stroke: colour("grid"), width: 1 }, ticks: { show: false }, font: "12px system-ui, sans-serif" };
-    const options = {
-      width: 300, height: 150, bands, pxAlign: false,
-      cursor: { show: false }, legend: { show: false },
-      scales: { x: { time: false }, y: { range } },
-      axes: [{ ...axis, size: 26, values: (_, ticks) => ticks.map((tick) => `${tick} s`) }, { ...axis, size: 58, space: 26 }],
-      series: [{}, ...series],
-      hooks: { drawClear: [(plot) => this.shade(plot)], draw: [(plot) => this.drawMarks(plot)] },
+  get settings() {
+    const { threshold = null, seconds = null, scatter, probe } = this.hello;
+    return { threshold, seconds, scatter: scatter ?? probe?.scatter ?? null };
+  }
+
+  // A message of the server.
+  tell(type, message) {
+    this[`tell_${type}`]?.(message);
+  }
+
+  tell_hello(message) {
+    if (message.measurement !== this.hello.measurement || message.kind !== this.hello.kind) this.clear(message.kind === "file");
+    this.hello = message;
+    this.rows.told.begin = message.origin_s ?? null;
+    this.overview.changed();
+    this.redraw("time", "touch");
+  }
+
+  clear(file) {
+    this.tale.clear();
+    this.rows.clear();
+    this.window.clear(file);
+    this.cursors.clear();
+    this.asked.clear();
+    this.chosen = null;
+  }
+
+  tell_state({ end_s: end = null }) {
+    if (end === this.rows.told.end) return;
+    this.rows.told.end = end;
+    this.follow();
+    this.redraw("time");
+  }
+
+  tell_touches({ rows }) {
+    this.tale.touches = rows;
+    this.follow();
+    this.overview.changed();
+    this.redraw("time", "touch");
+  }
+
+  // The specimen of a touch that goes on is the next one of the plan.
+  tell_session({ next }) {
+    this.tale.next = next?.name ?? null;
+    this.follow();
+    this.redraw("touch");
+  }
+
+  tell_trace(message) {
+    this.tale.traces.set(message.touch, fromTrace(message));
+    this.redraw("touch");
+  }
+
+  tell_events({ marks = [], tares = [], gaps = [], flags = [] }) {
+    this.tale.events = { marks, tares, gaps, flags };
+    this.overview.changed();
+    this.redraw("time", "touch");
+  }
+
+  tell_calibration(message) {
+    this.fitplot.calibration = message?.points ? message : null;
+    this.redraw("fit");
+  }
+
+  tell_noise(message) {
+    this.spectrum.noise = message?.hz ? message : null;
+    this.redraw("spectrum");
+  }
+
+  // New rows have come.
+  frame() {
+    this.follow();
+    this.redraw("time", "touch");
+  }
+
+  follow() {
+    const { begin, end } = this.rows.extent;
+    Object.assign(this.window, { begin, end });
+    const running = this.window.file ? null : runningOf(this.store, this.tale.touches.at(-1));
+    this.tale.running = running && { ...running, specimen: this.tale.next };
+  }
+
+  // The theme or the size is another.
+  dress() {
+    this.overview.dress();
+    this.detail.dress();
+    this.redraw("time", "touch", "fit", "spectrum");
+  }
+
+  // Shows a touch; null: the running or the newest one.
+  choose(number) {
+    this.chosen = number;
+    this.document.dispatchEvent(new CustomEvent("chosen", { detail: number }));
+    this.redraw("touch");
+  }
+
+  key(name) {
+    const { window: looking, cursors } = this, [from, to] = [looking.from, looking.to];
+    const act = {
+      "left": () => looking.pan(-PAN * (to - from)), "right": () => looking.pan(PAN * (to - from)),
+      "in": () => looking.zoomHere(ZOOM), "out": () => looking.zoomHere(1 / ZOOM),
+      "all": () => looking.live(Infinity), "pause": () => looking.pause(),
+      "live": () => { cursors.clear(); this.choose(null); looking.now(); },
+      "cursor a": () => this.put(0), "cursor b": () => this.put(1), "clear": () => cursors.clear(),
+      "spectrum": () => this.spectrum.toggle(),
+    }[name];
+    act?.();
+    return Boolean(act);
+  }
+
+  // A cursor goes to the pointer, or to the middle of the window.
+  put(which) {
+    this.cursors.put(which, this.detail.pointer ?? (this.window.from + this.window.to) / 2);
+  }
+
+  // What the touch chart shows.
+  subject() {
+    const touch = (this.chosen !== null && this.tale.touch(this.chosen)) || this.tale.all.at(-1);
+    if (!touch) return null;
+    const alike = this.tale.touches.filter((one) => one.kept && one.specimen && one.specimen === touch.specimen && one.number < touch.number);
+    const earlier = alike.slice(-EARLIER).map((one) => this.curveOf(one)).filter((curve) => curve.length > 1);
+    return { touch, curve: this.curveOf(touch), earlier, flags: this.tale.flagsOf(touch.number) };
+  }
+
+  // From the server's trace; else from the rows that are here; else it is asked for.
+  curveOf({ number, start_s: start, end_s: end, running }) {
+    const trace = running ? null : this.tale.traces.get(number);
+    if (trace) return trace;
+    if (start >= this.rows.extent.held && this.store.used) return fromRows(this.store, start, end);
+    if (!this.asked.has(number) && this.say({ do: "trace", touch: number }) !== false) this.asked.add(number);
+    return [];
+  }
+
+  moved() {
+    const back = this.looking, said = JSON.stringify(back);
+    if (said !== this.said) this.document.dispatchEvent(new CustomEvent("looking", { detail: back }));
+    this.said = said;
+    this.redraw("time");
+  }
+
+  // Draws in the next animation frame, once.
+  redraw(...parts) {
+    if (!this.dirty.size) requestAnimationFrame(() => this.paint());
+    for (const part of parts) this.dirty.add(part);
+  }
+
+  paint() {
+    const all = { time: () => this.paintTime(), touch: () => { this.touchplot.draw(); this.multiples.draw(); }, fit: () => this.fitplot.draw(), spectrum: () => this.spectrum.draw() };
+    const dirty = [...this.dirty];
+    this.dirty.clear();
+    for (const part of dirty) all[part]();
+  }
+
+  paintTime() {
+    const { begin, end } = this.rows.extent, { from, to } = this.window;
+    this.overview.draw();
+    this.cursors.draw();
+    this.detail.draw();
+    const text = `Timeline · ${clock(from - begin)} to ${clock(to - begin)} of ${clock(end - begin)}`;
+    if (this.timetitle && this.timetitle.textContent !== text) this.timetitle.textContent = text;
+  }
+
+  // What was drawn, for tests.
+  geometry() {
+    const { window: looking, overview, detail, touchplot, rows } = this;
+    return {
+      from: looking.from, to: looking.to, back: looking.back, extent: rows.extent, requests: rows.views.sent,
+      overview: { labels: overview.labels, points: overview.points, width: overview.sheet.width, height: overview.sheet.height },
+      detail: { labels: detail.labels, points: detail.points, left: detail.left, right: detail.right, top: detail.top, foot: detail.foot, width: detail.sheet.width, height: detail.sheet.height },
+      touch: { labels: touchplot.shown?.labels ?? [], scale: touchplot.shown?.scale ?? null, number: touchplot.shown?.touch.number ?? null, points: touchplot.shown?.curve.length ?? 0 },
+      cursors: this.cursors.values,
     };
-    return new uPlot(options, [[], ...series.map(() => [])], place);
   }
-
-  fit() {
-    this.plots.forEach((plot, i) => plot.setSize({ width: plot.root.parentElement.clientWidth, height: HEIGHTS[i] }));
-  }
-
-  draw(store, seconds) {
-    const { size, columns, flags } = store.thinned(seconds, seconds / this.plots[0].bbox.width);
-    const { t, hard, soft, ratio, error, statistic } = columns, origin = store.origin ?? 0;
-    const [x, h, s, r, low, high, g, limit] = Array.from({ length: 8 }, () => new Array(size));
-    this.alarms = [];
-    for (let i = 0; i < size; i++) {
-      const gap = i > 0 && t[i] - t[i - 1] > GAP_S;
-      const known = (value) => (gap || Number.isNaN(value) ? null : value);
-      x[i] = t[i] - origin;
-      h[i] = known(hard[i]); s[i] = known(soft[i]); r[i] = known(ratio[i]); g[i] = known(statistic[i]);
-      low[i] = known(ratio[i] - error[i]); high[i] = known(ratio[i] + error[i]);
-      limit[i] = this.threshold;
-      if (flags[i] & ALARM) this.addAlarm(x[i], i ? x[i - 1] : x[i], gap);
-    }
-    this.ratioRange = middle(r, low);
-    const until = Math.max(store.now - origin, seconds);
-    this.show([[x, h, s], [x, low, high, r], [x, g, limit]], until - seconds, until);
-  }
-
-  addAlarm(now, before, gap) {
-    const last = this.alarms.at(-1);
-    if (last && last[1] === before && !gap) last[1] = now;
-    else this.alarms.push([before, now]);
-  }
-
-  show(data, min, max) {
-    this.plots.forEach((plot, i) => plot.batch(() => {
-      plot.setData(data[i], false);
-      plot.setScale("x", { min, max });
-    }));
-  }
-
-  shade(plot) {
-    const { left, top, width, height } = plot.bbox;
-    plot.ctx.fillStyle = colour("alarm");
-    for (const [from, to] of this.alarms) {
-      const a = Math.max(plot.valToPos(from, "x", true), left), b = Math.min(plot.valToPos(to, "x", true), left + width);
-      if (b > a) plot.ctx.fillRect(a, top, b - a, height);
-    }
-  }
-
-  drawMarks(plot) {
-    const { left, top, width, height } = plot.bbox, { ctx } = plot;
-    ctx.save();
-    ctx.fillStyle = ctx.strokeStyle = colour("quiet");
-    ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
-    for (const { at, text } of this.marks) {
-      const x = plot.valToPos(at, "x", true);
-      if (x < left || x > left + width) continue;
-      ctx.fillRect(x, top, devicePixelRatio, height);
-      if (plot === this.plots[0]) ctx.fillText(text.slice(0, 24), x + 4 * devicePixelRatio, top + 12 * devicePixelRatio);
-    }
-    ctx.restore();
-  }
-}
-
-function spread(_, low, high) {
-  if (low === null || high === null) return [-0.01, 0.1];
-  const margin = Math.max((high - low) * 0.08, 0.002);
-  return [low - margin, high + margin];
-}
-
-function upward(high) {
-  return [0, Math.max(high ?? 0, 1e-6) * 1.15];
-}
-
-// Range of the ratios with a known standard error, without the lowest and highest 2 %: the first ratios of a touch can
-// be far from all others.
-function middle(ratios, lows) {
-  let kept = ratios.filter((value, i) => value !== null && lows[i] !== null);
-  if (kept.length < 8) kept = ratios.filter((value) => value !== null);
-  if (!kept.length) return null;
-  kept.sort((a, b) => a - b);
-  const low = kept[Math.floor(0.02 * (kept.length - 1))], high = kept[Math.ceil(0.98 * (kept.length - 1))];
-  const margin = Math.max((high - low) * 0.15, Math.abs(high) * 0.01, 1e-6);
-  return [low - margin, high + margin];
 }

@@ -1,12 +1,14 @@
-// Formats numbers and table rows.
+// Formats numbers and times.
 
-const FEW = 3, MOST_PLACES = 8, LARGEST = 1e9, LARGEST_ROUNDED = 1e6, DOUBLE = 15;
+const FEW = 3, MOST_PLACES = 8, LARGEST = 1e9, LARGEST_ROUNDED = 1e6, SMALLEST = 1e-4, DOUBLE = 15;
 
-// Rounds a value to two digits of its uncertainty; to 3 digits if that is not known. The rule of palpate/digits.py.
+// Rounds a value to two digits of its uncertainty; to 3 digits if that is not known, with a power of ten
+// below 1e-4. The rule of palpate/digits.py.
 export function number(value, uncertainty) {
   if (value === null || value === undefined) return "–";
   const sure = uncertainty > 0 && Number.isFinite(uncertainty);
   const last = sure ? exponent(uncertainty, 1) - 1 : exponent(value, FEW - 1) - FEW + 1;
+  if (!sure && value !== 0 && Math.abs(value) < SMALLEST) return powered(value, last);
   return written(value, last, sure ? Math.max(Math.abs(value), uncertainty) : Math.abs(value));
 }
 
@@ -26,47 +28,49 @@ function written(value, last, top) {
     const text = last > 0 ? String(Math.round(value / 10 ** last) * 10 ** last) : value.toFixed(-last);
     return Number(text) === 0 ? text.replace("-", "") : text;
   }
+  return powered(value, last);
+}
+
+function powered(value, last) {
   const digits = exponent(value, DOUBLE) - last;
   return value === 0 || digits < 0 ? "0" : value.toExponential(Math.min(digits, DOUBLE)).replace("e+", "e");
 }
 
-// Returns the headline of a modulus, and its interval.
+// A modulus in parts: its value and its interval, or only what is known of it.
 export function modulusOf(modulus) {
-  if (!modulus) return ["–", ""];
+  if (!modulus) return { value: "–", interval: "", unit: "" };
+  const more = modulus.extrapolated ? ", beyond the calibration" : "";
   const [, value, interval] = modulus.text.match(/^(.*) MPa \((.*)\)$/) ?? [];
-  const more = modulus.extrapolated ? ", extrapolated" : "";
-  return value ? [`${value} MPa`, `${interval} MPa, 95 %${more}`] : ["–", modulus.text + more];
+  return value ? { value, interval: `${interval} MPa`, unit: "MPa", more } : { value: "–", interval: modulus.text, unit: "", more };
 }
 
-export function bySource({ source, device, scene }) {
-  return [source, device, `scene ${scene}`].filter(Boolean).join(" · ");
+// With its sign, and a true minus.
+export function signed(value, decimals) {
+  const text = Math.abs(value).toFixed(decimals);
+  return (Number(text) === 0 ? "" : value < 0 ? "−" : "+") + text;
 }
 
-export function counted({ dropped, lost, refused, late }) {
-  return `${dropped} dropped, ${refused} refused, ${lost} lost, ${late} late`;
+export function clock(seconds) {
+  const whole = Math.max(0, Math.floor(seconds)), two = (n) => String(n).padStart(2, "0");
+  const rest = `${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}`;
+  return whole >= 3600 ? `${Math.floor(whole / 3600)}:${rest}` : rest;
 }
 
-export function touchRow(touch, best) {
-  const row = document.createElement("tr");
-  row.classList.toggle("best", best);
-  const cells = [
-    touch.number,
-    touch.start_s.toFixed(2),
-    touch.samples,
-    number(touch.ratio, touch.standard_error),
-    number(touch.standard_error, touch.standard_error),
-    number(touch.covariance),
-    `${Math.round(100 * touch.alarm_share)} %`,
-    touch.modulus?.text ?? "–",
-    remarks(touch),
-  ];
-  row.append(...cells.map((text) => Object.assign(document.createElement("td"), { textContent: text })));
-  row.cells[7].className = "modulus";
-  row.cells[8].className = "remark";
-  row.cells[8].append(...touch.advice.map((sentence) => Object.assign(document.createElement("p"), { className: "advice", textContent: sentence })));
-  return row;
+export function grouped(count) {
+  return String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
 
-function remarks({ flags, refused, saturated, revised }) {
-  return [...flags, revised ? "revised" : "", refused ? `${refused} refused` : "", saturated ? `${saturated} saturated` : ""].filter(Boolean).join(", ");
+// Digits behind the point, the point not counted.
+export function places(text) {
+  return (String(text).split(".")[1] ?? "").length;
+}
+
+// A number whose point stands under the point above it: its fraction is as wide as the longest of its column.
+export function aligned(text, longest) {
+  const [whole, part] = String(text).split("."), span = document.createElement("span"), fraction = document.createElement("i");
+  span.className = "pt";
+  fraction.textContent = part === undefined ? "" : `.${part}`;
+  fraction.style.width = `${longest ? longest + 0.45 : 0}ch`;
+  span.append(whole, fraction);
+  return span;
 }

@@ -1,210 +1,145 @@
-// Display and buttons of the page. The measurement never waits for the page.
+// Puts the parts of the page together. The measurement never waits for the page.
 
+import { Calibrating } from "./calibration.js";
 import { Charts } from "./charts.js";
 import { Connection } from "./connection.js";
+import { Device } from "./device.js";
+import { $ } from "./dom.js";
+import { Keys } from "./keys.js";
+import { Line } from "./line.js";
+import { Marks } from "./marks.js";
+import { Now, running } from "./now.js";
+import { Plan } from "./plan.js";
+import { Record } from "./record.js";
+import { Session } from "./session.js";
+import { Signals } from "./signals.js";
 import { Store } from "./store.js";
-import { bySource, counted, modulusOf, plusMinus, touchRow } from "./formatting.js";
+import { Table } from "./table.js";
+import { Theme } from "./theme.js";
 
-const $ = (id) => document.getElementById(id);
-const store = new Store();
-const charts = new Charts({ changes: $("changes"), ratios: $("ratios"), statistics: $("statistics") });
 const CONFIRMED = 4; // every fourth frame; the server sends 30 more at most
-let hello = {}, state = {}, changed = false, past = [];
+const KEPT = ["hello", "state", "touches", "events", "session", "calibration", "device"];
+const SILENT = ["trace", "view", "noise", "seen"]; // asked for by the charts, not by a person
+const NOTHING = { touches: { rows: [] }, events: { marks: [] }, session: { specimens: [], notes: [] }, calibration: {}, device: {} };
+const known = { hello: {}, state: {}, looking: null, chosen: null, ...NOTHING };
 
+const store = new Store();
+const line = new Line();
+const answer = (text, bad) => line.answer(text, bad);
 const connection = new Connection({
-  up: () => setLink(true, "connected"),
-  down: (what, advice) => setLink(false, what, advice),
+  up: () => link(null),
+  down: (what, advice) => link({ title: sentence(what), text: sentence(advice) }),
   frame: (buffer) => {
     const frame = store.take(buffer);
-    if (frame % CONFIRMED === 0) connection.say({ do: "seen", frame });
-    redraw();
+    if (frame !== undefined && frame % CONFIRMED === 0) connection.say({ do: "seen", frame });
+    charts.frame();
   },
-  text: (message) => tell[message.type]?.(message),
+  text: hear,
 });
+const charts = new Charts(document, store, (message) => connection.say(message));
+const marks = new Marks(say), session = new Session(say);
+const parts = [line, new Now(), new Table(say, (touch) => charts.choose(touch)), session, new Plan(say, answer), marks, new Device(say), new Calibrating(say), new Record(say), new Signals(), { tell: enable }];
+new Theme(() => charts.dress());
+new Keys({ next: () => session.next(), pause: () => charts.key(known.looking ? "live" : "pause"), close }, (name) => charts.key(name));
 
-const tell = {
-  hello: (message) => {
-    if (hello.measurement !== message.measurement) store.clear();
-    hello = message;
-    $("instrument").textContent = bySource(hello);
-    $("unit").textContent = hello.statistic_unit ? `, ${hello.statistic_unit}` : "";
-    $("modulus-tile").hidden = !hello.calibrated;
-    $("touches").classList.toggle("calibrated", hello.calibrated);
-    charts.threshold = hello.threshold;
-    past = [];
-    redraw();
+const ANSWERS = {
+  done: (message) => {
+    if (!SILENT.includes(message.do)) answer(message.message);
+    if (message.do === "mark") marks.made(message);
   },
-  state: (message) => {
-    state = message;
-    showState();
-    showCounters();
-    showRecording();
+  refused: (message) => {
+    answer(message.message, true);
+    $("anyway").hidden = !message.message.startsWith("tare:") || !running(known.state);
   },
-  touches: ({ rows, most_reliable, together }) => {
-    past = rows;
-    $("rows").replaceChildren(...rows.toReversed().map((touch) => touchRow(touch, touch.number === most_reliable)));
-    $("none").hidden = rows.length > 0;
-    $("together").textContent = together ? together.text + (together.modulus ? `, if all are on one object: ${together.modulus.text}` : "") : "";
-    $("together").dataset.agree = together?.agree === false ? "no" : "yes";
-    showState();
-  },
-  marks: ({ rows }) => {
-    charts.marks = rows.map(({ t_s, text }) => ({ at: t_s - (store.origin ?? t_s), text }));
-    redraw();
-  },
-  done: ({ message }) => say(message),
-  refused: ({ message }) => {
-    say(message, true);
-    $("anyway").hidden = !message.startsWith("tare:") || !PRESSED.includes(state.state);
-  },
-  failed: ({ message }) => say(message, true),
+  failed: (message) => answer(message.message, true),
 };
 
-const PRESSED = ["contact", "adapting", "done"];
-const ADVICE = {
-  "baseline": "measuring the baseline: do not touch anything",
-  "no contact": "press the probe on an object",
-  "contact": "measuring",
-  "adapting": "the ratio changes, or is not known yet",
-  "done": "touch complete: lift the probe",
-};
-
-function showState() {
-  const name = state.state ?? "–", now = state.ratio !== null && state.ratio !== undefined;
-  const last = past.at(-1);
-  $("state").textContent = name;
-  $("state").dataset.state = name;
-  $("advice").textContent = name === "ended" ? state.error || "the source has ended" : ADVICE[name] ?? "";
-  const { ratio = null, standard_error: error = null, uncertainty = null } = (now ? state : last) ?? {};
-  const [value, reach] = plusMinus(ratio, uncertainty);
-  $("ratio").textContent = value;
-  $("ratio").parentElement.classList.toggle("past", !now);
-  $("error").textContent = [ratio === null ? "no touch yet" : error === null ? "standard error not known yet" : `${reach} ${hello.scatter ? `with ${hello.scatter}` : "standard error"}`,
-                            !now && last ? `touch ${last.number}${last.revised ? ", revised" : ""}` : ""].filter(Boolean).join(", ");
-  $("warning").textContent = now ? "" : (last?.advice ?? []).join(". ");
-  const modulus = now ? state.modulus : last?.modulus;
-  [$("modulus").textContent, $("interval").textContent] = modulusOf(modulus);
-}
-
-function showCounters() {
-  $("rate").textContent = state.pairs_per_s === null || state.state === "ended" ? "–" : state.pairs_per_s.toFixed(1);
-  $("counters").textContent = counted(state.counters);
-  $("frames").textContent = `This page: ${state.frames.sent} frames, ${state.frames.lost} samples missed because it slept too long.`;
-  $("told").textContent = state.messages.at(-1) ?? "";
-}
-
-function showRecording() {
-  const running = state.state !== "ended", { recording } = state;
-  $("record").firstChild.textContent = recording ? "Stop recording " : "Record ";
-  $("record").setAttribute("aria-pressed", String(Boolean(recording)));
-  $("record").disabled = !running || !hello.may_record;
-  $("record").title = hello.may_record ? (recording ? `${recording.name}: ${recording.rows} rows` : "") : "Start palpate live with --record NAME.csv to allow it";
-  $("mark").disabled = !running || !recording;
-  $("mark").title = recording ? "" : "Marks are stored in a recording: press Record first";
-  $("tare").disabled = !running;
-  $("anyway").hidden ||= !running || !PRESSED.includes(state.state);
-  $("again").hidden = running;
-  const names = state.recordings.join(" ");
-  if ($("downloads").dataset.names !== names) {
-    $("downloads").dataset.names = names;
-    $("downloads").replaceChildren(...state.recordings.slice(-3).flatMap((name) => [name, name.replace(/\.csv$/i, ".json")]).map(download));
+function hear(message) {
+  const { type } = message;
+  if (type === "hello" && known.hello.measurement !== message.measurement) {
+    Object.assign(known, NOTHING, { chosen: null });
+    store.clear();
   }
-}
-
-function download(name) {
-  const anchor = document.createElement("a");
-  anchor.href = `recording/${encodeURIComponent(name)}`;
-  anchor.download = name;
-  anchor.textContent = `↓ ${name}`;
-  anchor.title = name.endsWith(".json") ? "Download the settings, device and notes" : "Download the samples";
-  return anchor;
-}
-
-const SAID_MS = 15000;
-let saying = 0;
-
-function say(text, bad = false) {
-  $("message").textContent = text;
-  $("message").dataset.bad = bad ? "yes" : "no";
-  clearTimeout(saying);
-  saying = setTimeout(() => ($("message").textContent = ""), SAID_MS);
-}
-
-function setLink(up, text, advice) {
-  $("link").textContent = text;
-  $("link").dataset.up = document.body.dataset.up = up ? "yes" : "no";
-  if (!up) $("advice").textContent = advice;
-  for (const id of ["tare", "anyway", "mark", "record", "again"]) $(id).disabled = !up;
-}
-
-function command(message) {
-  if (!connection.say(message)) say("Not connected: the command was not sent.", true);
-}
-
-const DO = {
-  tare: () => command({ do: "tare" }),
-  anyway: () => command({ do: "tare anyway" }),
-  record: () => command({ do: state.recording ? "stop" : "record" }),
-  again: () => command({ do: "again" }),
-  mark: () => {
-    $("text").value = "";
-    $("marking").returnValue = "";
-    $("marking").showModal();
-  },
-};
-for (const [id, act] of Object.entries(DO)) $(id).addEventListener("click", act);
-$("cancel").addEventListener("click", () => $("marking").close());
-$("marking").addEventListener("close", () => {
-  const text = $("text").value.trim();
-  if ($("marking").returnValue === "mark" && text) command({ do: "mark", text });
-});
-document.addEventListener("keydown", (event) => {
-  const id = { t: "tare", m: "mark", r: "record" }[event.key.toLowerCase()];
-  const elsewhere = event.ctrlKey || event.metaKey || event.altKey || $("marking").open || event.target.closest("input, select");
-  if (!id || elsewhere || $(id).disabled) return;
-  event.preventDefault();
-  DO[id]();
-});
-
-const THEMES = ["system", "light", "dark"], system = matchMedia("(prefers-color-scheme: dark)");
-let theme = THEMES.indexOf(remembered() ?? "system");
-function dress() {
-  const name = THEMES[theme < 0 ? 0 : theme];
-  document.documentElement.dataset.theme = name === "system" ? (system.matches ? "dark" : "light") : name;
-  $("theme").textContent = `Theme: ${name}`;
-  charts.build();
-  redraw();
-}
-// In a frame, a browser may forbid storage.
-function remembered() {
-  try {
-    return localStorage.getItem("theme");
-  } catch {
-    return null;
+  ANSWERS[type]?.(message);
+  if (KEPT.includes(type)) {
+    known[type] = message;
+    tell(type);
   }
+  charts.tell(type, message);
 }
-function remember(name) {
-  try {
-    localStorage.setItem("theme", name);
-  } catch {
-    // it holds until the page is closed
-  }
-}
-$("theme").addEventListener("click", () => {
-  theme = (Math.max(theme, 0) + 1) % THEMES.length;
-  remember(THEMES[theme]);
-  dress();
-});
-system.addEventListener("change", dress);
-$("seconds").addEventListener("change", redraw);
 
-// Draws in the next animation frame, once.
-function redraw() {
-  if (!changed) requestAnimationFrame(paint);
-  changed = true;
+function tell(type) {
+  for (const part of parts) part.tell(type, known);
 }
-function paint() {
-  changed = false;
-  charts.draw(store, Number($("seconds").value));
+
+function say(message) {
+  const sent = connection.say(message);
+  if (!sent) answer("Not connected: the command was not sent.", true);
+  return sent;
 }
-dress();
+
+function sentence(text) {
+  return `${text.charAt(0).toUpperCase()}${text.slice(1)}.`;
+}
+
+function link(down) {
+  line.down = down;
+  document.body.dataset.up = down ? "no" : "yes";
+  line.show(known);
+  enable("state");
+}
+
+// What can be done now.
+function enable(type) {
+  if (type !== "state" && type !== "hello") return;
+  const up = !line.down, file = known.hello.kind === "file", ended = known.state.state === "ended";
+  const measuring = up && !file && !ended;
+  $("tare").hidden = ended && !file;
+  $("again").hidden = !ended || file;
+  $("again").disabled = !up;
+  $("tare").disabled = !measuring || ((running(known.state) || known.state.now?.tone === "fault") && known.state.now.word !== "Tare");
+  $("pause").disabled = file;
+  $("mark").disabled = $("record").disabled = !measuring;
+  if (known.state.recording && up) $("record").disabled = false;
+  if ($("source").textContent !== sourceOf(known)) $("source").textContent = sourceOf(known);
+}
+
+function sourceOf({ hello, state }) {
+  return [hello.file?.name, hello.device || hello.source, hello.scene, state.recording?.name].filter(Boolean).join(" · ");
+}
+
+function close() {
+  if (!$("marking").hidden) return marks.close();
+  document.activeElement?.blur();
+  menu(false);
+  charts.choose(null);
+  charts.key("clear");
+}
+
+function menu(open) {
+  document.body.classList.toggle("menu", open);
+  $("more").setAttribute("aria-expanded", String(open));
+}
+
+for (const [id, message] of [["tare", "tare"], ["anyway", "tare anyway"], ["again", "again"]]) $(id).onclick = () => say({ do: message });
+$("pause").onclick = () => charts.key(known.looking ? "live" : "pause");
+$("more").onclick = () => menu(!document.body.classList.contains("menu"));
+$("menu").onclick = () => menu(false);
+$("closenoise").onclick = () => charts.key("spectrum");
+for (const button of document.querySelectorAll("[data-key]")) button.onclick = () => charts.key(button.dataset.key);
+document.addEventListener("looking", () => {
+  known.looking = charts.looking;
+  document.body.classList.toggle("looking", Boolean(known.looking));
+  $("pause").firstChild.textContent = known.looking ? "Live " : "Pause ";
+  line.show(known);
+});
+document.addEventListener("chosen", ({ detail }) => {
+  known.chosen = detail;
+  tell("chosen");
+});
+document.addEventListener("spectrum", ({ detail }) => {
+  $("noise").hidden = !detail;
+  document.body.classList.toggle("noisy", Boolean(detail));
+  $("opennoise").setAttribute("aria-pressed", String(Boolean(detail)));
+});
+addEventListener("resize", () => charts.dress());

@@ -1,15 +1,15 @@
-// The rows of the page: one typed array of fixed size for each column, the newest row last.
+// The newest rows of the measurement: one typed array of fixed size for each column, the newest row last.
 
 export const FIELDS = ["t", "hard", "soft", "ratio", "error", "statistic"];
 export const MEASURED = 2, ALARM = 4;
 const KEPT = 16384; // 160 s at 100 pairs per second, 16 s at 1,000
-const HEADER = 16, VERSION = 2;
+const HEADER = 16, VERSION = 3, AGAIN = 1, VIEW = 2;
 
 export class Store {
   constructor() {
-    this.columns = columnsOf(2 * KEPT);
+    this.columns = Object.fromEntries(FIELDS.map((name) => [name, new Float64Array(2 * KEPT)]));
     this.flags = new Uint8Array(2 * KEPT);
-    this.thin = { size: 0, columns: columnsOf(KEPT), flags: new Uint8Array(KEPT) };
+    this.view = () => {}; // gets (id, block) of each view that comes
     this.clear();
   }
 
@@ -18,20 +18,24 @@ export class Store {
     this.origin = null; // time of the first sample, s
   }
 
-  // Adds a frame from live/feed.py. Returns its number.
+  // Takes a frame from live/feed.py. Returns its number, if the server waits for its confirmation.
   take(buffer) {
-    const [version, number, size, past] = new Uint32Array(buffer, 0, 4);
+    const [version, number, size, kind] = new Uint32Array(buffer, 0, 4);
     if (version !== VERSION) throw new Error(`frame: got version ${version}, allowed: ${VERSION}; reload the page`);
-    if (past) this.clear();
-    const kept = Math.min(size, KEPT), from = size - kept;
-    this.makeRoom(kept);
-    FIELDS.forEach((name, i) => {
-      this.columns[name].set(new Float64Array(buffer, HEADER + 8 * (i * size + from), kept), this.used);
-    });
-    this.flags.set(new Uint8Array(buffer, HEADER + 8 * FIELDS.length * size + from, kept), this.used);
-    if (this.origin === null && size) this.origin = this.columns.t[this.used];
-    this.used += kept;
+    const block = blockOf(buffer, size);
+    if (kind === VIEW) return void this.view(number, block);
+    if (kind === AGAIN) this.clear();
+    this.add(block);
     return number;
+  }
+
+  add(block) {
+    const kept = Math.min(block.end, KEPT), from = block.end - kept;
+    this.makeRoom(kept);
+    for (const name of FIELDS) this.columns[name].set(block[name].subarray(from), this.used);
+    this.flags.set(block.flags.subarray(from), this.used);
+    if (this.origin === null && kept) this.origin = this.columns.t[this.used];
+    this.used += kept;
   }
 
   makeRoom(size) {
@@ -45,60 +49,25 @@ export class Store {
     return this.used ? this.columns.t[this.used - 1] : 0;
   }
 
-  // The rows of the last `seconds`; where more than two are within `bin` seconds, their lowest and highest values, as
-  // live/feed.py does. The result is valid until the next call.
-  thinned(seconds, bin) {
-    const [first, end] = this.last(seconds), { t } = this.columns;
-    this.thin.size = 0;
-    for (let from = first, to; from < end; from = to) {
-      const number = Math.floor(t[from] / bin);
-      for (to = from + 1; to < end && Math.floor(t[to] / bin) === number; to++);
-      if (to - from > 2) this.addExtremes(from, to);
-      else for (let k = from; k < to; k++) this.add(k);
-    }
-    return this.thin;
-  }
-
-  add(k) {
-    const { columns, flags, size } = this.thin;
-    for (const name of FIELDS) columns[name][size] = this.columns[name][k];
-    flags[size] = this.flags[k];
-    this.thin.size++;
-  }
-
-  addExtremes(from, to) {
-    const { columns, flags, size } = this.thin;
-    this.add(from);
-    this.add(to - 1);
-    for (const name of FIELDS.slice(1)) {
-      const values = this.columns[name];
-      let low = Infinity, high = -Infinity;
-      for (let k = from; k < to; k++) {
-        if (values[k] < low) low = values[k];
-        if (values[k] > high) high = values[k];
-      }
-      if (high < low) low = high = NaN;
-      const falls = values[to - 1] < values[from];
-      columns[name][size] = falls || name === "error" ? high : low;
-      columns[name][size + 1] = falls && name !== "error" ? low : high;
-    }
-    for (let k = from; k < to; k++) flags[size] |= this.flags[k];
-    flags[size + 1] = flags[size];
-  }
-
-  // Indices [first, end) of the last `seconds`.
-  last(seconds) {
-    const t = this.columns.t, end = this.used, oldest = Math.max(end - KEPT, 0);
-    let low = oldest, high = end;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (t[middle] < this.now - seconds) low = middle + 1;
-      else high = middle;
-    }
-    return [low, end];
+  // The kept rows as a block: columns, flags, and the rows [first, end) of them that are valid; bin: 0, all rows are there.
+  get block() {
+    return { ...this.columns, flags: this.flags, first: Math.max(this.used - KEPT, 0), end: this.used, bin: 0 };
   }
 }
 
-function columnsOf(size) {
-  return Object.fromEntries(FIELDS.map((name) => [name, new Float64Array(size)]));
+function blockOf(buffer, size) {
+  const block = { first: 0, end: size, flags: new Uint8Array(buffer, HEADER + 8 * FIELDS.length * size, size) };
+  FIELDS.forEach((name, i) => (block[name] = new Float64Array(buffer, HEADER + 8 * i * size, size)));
+  return block;
+}
+
+// Index of the first row of a block that is not before a time.
+export function indexOf(block, time) {
+  let low = block.first, high = block.end;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (block.t[middle] < time) low = middle + 1;
+    else high = middle;
+  }
+  return low;
 }

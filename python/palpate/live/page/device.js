@@ -1,0 +1,50 @@
+// The device: its facts, and what can be set on it.
+
+import { $, ask, make, put } from "./dom.js";
+
+export class Device {
+  constructor(say) {
+    this.say = say;
+    $("openset").onclick = () => this.open();
+    $("centre").onclick = () => {
+      $("set").close();
+      say({ do: "centre" });
+    };
+  }
+
+  tell(type, { device, hello }) {
+    if (type !== "device" && type !== "hello") return;
+    this.options = Object.entries(device.options ?? {});
+    const facts = device.facts ?? [];
+    put("deviceword", hello.kind === "file" ? "of the recording" : "");
+    $("device").hidden = !facts.length && !this.options.length;
+    $("openset").hidden = !this.options.length && !device.can_centre;
+    $("centre").parentElement.hidden = !device.can_centre;
+    $("facts").replaceChildren(...facts.flatMap(({ name, value, warn, share }) => [make("dt", { textContent: name }), told(value, warn, share)]));
+  }
+
+  open() {
+    this.pickers = this.options.map(([name, { value, allowed, title }]) => {
+      const options = allowed.map((one) => make("option", { textContent: one, selected: one === value }));
+      return { name, value, allowed, title, select: make("select", {}, ...options) };
+    });
+    $("options").replaceChildren(...this.pickers.map(({ title, select }) => make("label", {}, `${title} `, select)));
+    ask($("set"), () => this.send());
+  }
+
+  send() {
+    const changed = this.pickers.map(({ name, value, allowed, select }) => [name, allowed[select.selectedIndex], value]).filter(([, now, before]) => now !== before);
+    if (changed.length) this.say({ do: "device", ...Object.fromEntries(changed.map(([name, now]) => [name, now])) });
+  }
+}
+
+function told(value, warn, share) {
+  const cell = make("dd", { className: warn ? "warn" : "" });
+  if (share === null || share === undefined) cell.append(value);
+  else {
+    const bar = document.createElement("i");
+    bar.style.setProperty("--v", `${100 * share}%`);
+    cell.append(bar, make("em", { textContent: value }));
+  }
+  return cell;
+}

@@ -1,0 +1,92 @@
+// Calibration: ratio against modulus with eq. (2), and below it the distance of each touch from it, on one logarithmic axis.
+
+import { number } from "./formatting.js";
+import { hovering } from "./hover.js";
+import { placed } from "./labels.js";
+import { onResize, unit } from "./sheet.js";
+import { Drawing, area, clipped, escaped, label, line, measure, ruler } from "./svg.js";
+import { signed, stepOf, ticks } from "./ticks.js";
+
+const NEAR = 12; // pixels
+
+export class FitPlot {
+  constructor(place, { redraw }) {
+    this.drawing = new Drawing(place);
+    this.calibration = null;
+    onResize(place, redraw);
+    hovering(place, (x, y) => this.at(x, y));
+  }
+
+  draw() {
+    const [width, height] = this.drawing.size, { calibration } = this;
+    this.dots = [];
+    if (width < 120 || height < 120 || !calibration) return;
+    const points = calibration.points.filter(({ modulus, ratio }) => modulus > 0 && ratio > 0);
+    if (!points.length) return this.drawing.say("No touch of a specimen with a known modulus yet.");
+    const shown = this.layout(width, height, points, calibration);
+    this.drawing.show(this.axes(shown) + this.curve(shown) + this.touches(shown), this.name(shown));
+  }
+
+  layout(width, height, points, { curve, rigid }) {
+    const k = unit(), left = 44 * k, right = width - 8, split = Math.round(0.62 * height), foot = height - 36 * k, top = 10 * k, low = split + 18 * k;
+    const moduli = [...(curve?.modulus ?? []), ...points.map(({ modulus }) => modulus)], e = [Math.min(...moduli), Math.max(...moduli)].map(Math.log10);
+    const pad = 0.04 * Math.max(0.5, e[1] - e[0]), from = e[0] - pad, to = e[1] + pad;
+    const highest = 1.04 * Math.max(...points.map(({ ratio }) => ratio), ...(curve?.ratio ?? []), rigid?.value ?? 0), lowest = Math.min(1, ...points.map(({ ratio }) => ratio));
+    const away = points.map((point) => (point.fitted ? 100 * (point.ratio / point.fitted - 1) : null));
+    const reach = Math.max(2, 1.15 * Math.max(0, ...away.map((d) => Math.abs(d ?? 0))));
+    const x = (modulus) => left + ((Math.log10(modulus) - from) / (to - from)) * (right - left), y = (ratio) => split - ((ratio - lowest) / (highest - lowest)) * (split - top), z = (d) => (low + foot) / 2 - (d / reach) * ((foot - low) / 2);
+    return { k, left, right, split, foot, top, low, from, to, lowest, highest, reach, x, y, z, points, away, curve, rigid };
+  }
+
+  axes({ k, left, right, split, foot, top, low, from, to, lowest, highest, reach, x, y, z }) {
+    const parts = [];
+    for (let e = Math.floor(from); e <= to; e++) {
+      for (const modulus of [1, 3].map((m) => m * 10 ** e)) {
+        if (Math.log10(modulus) >= from && Math.log10(modulus) <= to) parts.push(ruler(x(modulus), top, x(modulus), foot, "grid") + label(x(modulus), foot + 15 * k, Number(modulus.toPrecision(1)), "", "middle"));
+      }
+    }
+    for (const ratio of ticks(lowest, highest, stepOf(highest - lowest, (split - top) / (30 * k)))) parts.push(ruler(left, y(ratio), right, y(ratio), "grid") + label(left - 6, y(ratio) + 4 * k, Number(ratio.toPrecision(4)), "", "end"));
+    const step = stepOf(2 * reach, Math.max(2, (foot - low) / (22 * k)));
+    for (const d of ticks(-reach, reach, step)) parts.push(ruler(left, z(d), right, z(d), d ? "grid" : "grid0") + label(left - 6, z(d) + 4 * k, signed(d, step < 1 ? 1 : 0), "", "end"));
+    const both = "above: ratio · below: distance from eq. (2), %", axis = "modulus, MPa", room = measure(both, k) + measure(axis, k) + 10 < right - left;
+    parts.push(label(right, foot + 31 * k, axis, "", "end") + label(left, foot + 31 * k, room ? both : "below: distance, %"));
+    return parts.join("");
+  }
+
+  curve({ k, left, right, split, top, low, foot, x, y, z, curve, rigid }) {
+    const parts = [];
+    if (curve?.modulus.length) {
+      const { modulus, ratio, low: under, high } = curve, upper = (value, i) => 100 * (value / ratio[i] - 1);
+      const points = (values) => modulus.map((one, i) => [x(one), y(values[i])]), spread = (values) => modulus.map((one, i) => [x(one), z(upper(values[i], i))]);
+      parts.push(clipped(left, top, right - left, split - top, area(points(high), points(under), "fband") + line(points(ratio), "ratio")));
+      parts.push(clipped(left, low, right - left, foot - low, area(spread(high), spread(under), "fband")));
+    }
+    if (rigid) parts.push(ruler(left, y(rigid.value), right, y(rigid.value), "dash") + label(left + 4, y(rigid.value) + 14 * k, `rigid object: ${number(rigid.value, rigid.error)}${rigid.error ? ` ± ${number(rigid.error, rigid.error)}` : ""}`));
+    return parts.join("");
+  }
+
+  touches({ k, points, away, left, right, split, x, y, z }) {
+    const newest = Math.max(...points.map(({ touch }) => touch));
+    const drawn = points.map((point, i) => {
+      const places = [y(point.ratio), ...(away[i] === null ? [] : [z(away[i])])], px = x(point.modulus), now = point.touch === newest;
+      places.forEach((py) => this.dots.push({ x: px, y: py, point, away: away[i] }));
+      return places.map((py) => (point.kept ? `<circle cx="${px.toFixed(1)}" cy="${py.toFixed(1)}" r="${((now ? 5 : 2.8) * k).toFixed(1)}" class="${now ? "newest" : "dot"}"><title>${escaped(`touch ${point.touch}`)}</title></circle>` : label(px, py + 4 * k, "×", "leftout", "middle"))).join("");
+    });
+    const specimens = [...new Map(points.map(({ specimen, modulus }) => [specimen, modulus]))].filter(([name]) => name);
+    const wanted = specimens.map(([text, modulus]) => ({ text, width: measure(text, k), height: 13 * k, places: [[x(modulus) - measure(text, k) / 2, split + 9 * k], [right - measure(text, k), split + 9 * k], [left, split + 9 * k]] }));
+    this.labels = placed(wanted, { left, right, top: split, bottom: split + 18 * k });
+    return drawn.join("") + this.labels.map(({ x: px, y: py, text }) => label(px, py + 4 * k, text)).join("");
+  }
+
+  name({ points, away }) {
+    const kept = points.filter(({ kept: is }) => is), most = Math.max(0, ...away.filter((d, i) => d !== null && points[i].kept).map(Math.abs));
+    return `Calibration: ratio against modulus, and the distance from eq. (2). ${kept.length} touches kept, ${points.length - kept.length} left out, at most ${most.toFixed(1)} % from the curve`;
+  }
+
+  at(px, py) {
+    const found = (this.dots ?? []).map((dot) => ({ ...dot, far: Math.hypot(dot.x - px, dot.y - py) })).sort((a, b) => a.far - b.far)[0];
+    if (!found || found.far > NEAR) return null;
+    const { touch, specimen, modulus, ratio, kept } = found.point, away = found.away === null ? "" : `${signed(found.away, 1)} % from eq. (2)`;
+    return { x: found.x, lines: [`touch ${touch}, ${specimen ?? ""}`, `${number(modulus)} MPa`, `ratio ${number(ratio)}`, away, kept ? "" : "left out"].filter(Boolean) };
+  }
+}

@@ -1,0 +1,53 @@
+// The line: what to know now, in words; answers to commands; what a screen reader says.
+
+import { $, put } from "./dom.js";
+import { clock } from "./formatting.js";
+
+const GLYPHS = { fault: "✕ ", caution: "▲ ", note: "‖ ", quiet: "" };
+const ANSWER_MS = 8000;
+const LOUD = ["fault", "caution"];
+
+export class Line {
+  constructor() {
+    this.down = null; // { title, text } while there is no connection
+    this.waiting = 0;
+  }
+
+  tell(type, known) {
+    if (type === "state" || type === "hello") this.show(known);
+    if (type === "state") put("announced", known.state.announce ?? "");
+  }
+
+  show(known) {
+    const { level, title, text, since_s: since } = this.pick(known);
+    if ($("line").dataset.level !== level) $("line").dataset.level = level;
+    put($("says").children[0], title ? GLYPHS[level] + title : "");
+    put($("says").children[1], text);
+    $("says").title = text;
+    put("since", since ? `for ${clock(since)}` : "");
+    put("alarm", level === "fault" ? `${title} ${text}` : "");
+    const word = this.down ? "No connection" : known.state.now?.word;
+    document.title = [level === "fault" ? `${GLYPHS.fault}${title.replace(/\.$/, "")}` : word, "palpate"].filter(Boolean).join(" · ");
+  }
+
+  pick({ hello, state, looking }) {
+    const said = state.line ?? { level: "quiet", title: "", text: "" };
+    if (this.down) return { level: "fault", ...this.down };
+    if (LOUD.includes(said.level) || !looking || hello.kind === "file") return said;
+    const origin = hello.origin_s ?? 0;
+    const title = `Looking back at ${clock(looking.from_s - origin)} to ${clock(looking.to_s - origin)}.`;
+    return { level: "note", title, text: "Measuring and recording go on: the state below is live. L: back to live." };
+  }
+
+  // The answer to a command, beside the line for some seconds.
+  answer(text, bad = false) {
+    put($("answer").children[0], text);
+    $("answer").dataset.bad = bad ? "yes" : "no";
+    $("answer").dataset.on = text ? "yes" : "no";
+    if (!$("files").open) put("announced", text);
+    else put("filesays", text);
+    $("anyway").hidden = true;
+    clearTimeout(this.waiting);
+    if (text) this.waiting = setTimeout(() => this.answer(""), ANSWER_MS);
+  }
+}

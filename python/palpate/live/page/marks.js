@@ -1,0 +1,82 @@
+// Marks and notes. A mark is stamped when its key is pressed; its text comes in the field that appears, later, or never.
+
+import { $, make, put } from "./dom.js";
+import { clock } from "./formatting.js";
+
+const OPEN_MS = 8000; // an empty field goes by itself
+const LET_GO_MS = 4000; // an empty field gives the keys back
+
+export class Marks {
+  constructor(say) {
+    Object.assign(this, { say, id: null, timers: [] });
+    $("mark").onclick = ({ pointerType }) => {
+      this.typing = pointerType !== "touch"; // a finger would only get a keyboard over the page
+      say({ do: "mark" });
+    };
+    $("unmark").onclick = () => this.close();
+    $("marking").onsubmit = (event) => this.send(event);
+    $("marktext").oninput = () => this.stop();
+    $("noting").onsubmit = (event) => this.note(event);
+    $("marks").addEventListener("click", (event) => {
+      const id = event.target.closest("button")?.dataset.id;
+      if (id) this.open(Number(id), this.known.events.marks.find((mark) => mark.id === Number(id))?.text, true);
+    });
+  }
+
+  tell(type, known) {
+    this.known = known;
+    if (["events", "session", "hello"].includes(type)) this.show(known);
+  }
+
+  show({ events, session, hello }) {
+    const origin = hello.origin_s ?? 0;
+    const all = [...events.marks.map((mark) => ({ ...mark, mark: true })), ...(session.notes ?? [])].sort((a, b) => b.t_s - a.t_s);
+    const shown = JSON.stringify([all, origin]);
+    if (shown === this.shown) return;
+    this.shown = shown;
+    $("marks").replaceChildren(...all.map((one) => {
+      const words = one.mark && hello.kind !== "file" ? make("button", { type: "button", className: "plain", textContent: one.text || "mark: add a text" }) : make("span", { textContent: one.text || "mark" });
+      if (one.mark) words.dataset.id = one.id;
+      return make("li", {}, make("time", { textContent: clock(one.t_s - origin) }), words);
+    }));
+  }
+
+  // A mark was stamped.
+  made({ id }) {
+    if (id !== undefined) this.open(id, "", this.typing);
+  }
+
+  open(id, text, focus) {
+    this.stop();
+    this.id = id;
+    const at = this.known?.events.marks.find((mark) => mark.id === id)?.t_s;
+    put(document.querySelector("#marking label"), at === undefined ? "Mark is stamped." : `Mark at ${clock(at - (this.known.hello.origin_s ?? 0))}`);
+    $("marktext").value = text ?? "";
+    $("marking").hidden = false;
+    if (focus) $("marktext").focus();
+    if (!text) this.timers = [setTimeout(() => $("marktext").blur(), LET_GO_MS), setTimeout(() => this.close(), OPEN_MS)];
+  }
+
+  stop() {
+    this.timers.forEach(clearTimeout);
+  }
+
+  close() {
+    this.stop();
+    $("marktext").blur();
+    $("marking").hidden = true;
+  }
+
+  send(event) {
+    event.preventDefault();
+    this.say({ do: "mark text", id: this.id, text: $("marktext").value.trim() });
+    this.close();
+  }
+
+  note(event) {
+    event.preventDefault();
+    const text = $("note").value.trim();
+    if (text && this.say({ do: "note", text })) $("note").value = "";
+    $("note").blur();
+  }
+}

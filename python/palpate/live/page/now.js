@@ -1,0 +1,107 @@
+// Now: the word, how far the touch is, the number, and what is touched next.
+
+import { $, make, put } from "./dom.js";
+import { modulusOf, plusMinus, signed } from "./formatting.js";
+
+const HEARD = ["hello", "state", "touches", "session", "calibration", "chosen"];
+const SLOTS = 8; // more touches of a specimen are only counted
+
+export class Now {
+  tell(type, known) {
+    if (!HEARD.includes(type)) return;
+    this.showState(known.state.now);
+    this.showNumbers(known);
+    this.showNext(known);
+  }
+
+  showState(now) {
+    if (!now) return;
+    if ($("state").dataset.tone !== now.tone) $("state").dataset.tone = now.tone;
+    put("word", now.word);
+    put("sub", now.sub);
+    $("bar").firstChild.style.width = `${100 * (now.share ?? 0)}%`;
+    $("state").classList.toggle("still", now.share === null);
+  }
+
+  showNumbers(known) {
+    const one = subject(known), fit = known.calibration.on ? pointOf(known.calibration, one) : null;
+    const ratio = one && plusMinus(one.ratio, one.uncertainty ?? one.standard_error);
+    const error = ratio?.[1] ? ratio[1] + (known.hello.scatter ? "" : ", noise only") : "uncertainty not known yet";
+    const byModulus = known.hello.calibrated && !known.calibration.on;
+    for (const id of ["main", "second"]) $(id).className = one?.kind ?? "void";
+    $("second").hidden = !byModulus && !fit;
+    const name = byModulus ? "Modulus" : "Ratio";
+    put("mainname", one ? `${name}, ${one.title}` : name);
+    put("unit", "");
+    if (!one) return empty();
+    if (byModulus) return this.showModulus(one, ratio[0], error);
+    put("number", ratio[0]);
+    put("range", error);
+    if (!fit) return;
+    put("secondname", "From eq. (2)");
+    put("number2", `${signed(100 * (fit.ratio / fit.fitted - 1), 1)} %`);
+    put("range2", known.hello.scatter ? `scatter ${(100 * known.hello.scatter).toFixed(1)} %` : "");
+  }
+
+  showModulus(one, ratio, error) {
+    const { value, interval, unit, more } = modulusOf(one.modulus);
+    put("number", value);
+    put("unit", unit);
+    put("range", unit ? `${interval}, 95 %${more}` : interval + (more ?? ""));
+    put("secondname", "Ratio");
+    put("number2", ratio);
+    put("range2", error);
+  }
+
+  showNext({ hello, state, touches, session }) {
+    const next = session.next, rows = touches.rows, file = hello.kind === "file";
+    put("nexthead", file ? "Recorded" : "Next");
+    const small = next
+      ? [`touch ${next.nth}${next.of ? ` of ${next.of}` : ""}`, next.modulus ? `${next.modulus} MPa` : ""].filter(Boolean).join(" · ")
+      : file ? `${rows.filter((one) => one.kept === false).length} of them left out` : "P: name the specimens";
+    const large = next?.name ?? (file ? `${rows.length} ${rows.length === 1 ? "touch" : "touches"}` : `Touch ${(rows.at(-1)?.number ?? 0) + 1}`);
+    const again = state.now?.tone === "caution" && state.now.word === "Repeat";
+    const shown = JSON.stringify([large, small, next, again]);
+    if (shown === this.shown) return;
+    this.shown = shown;
+    $("nextname").replaceChildren(make("span", { textContent: large }), make("small", { textContent: small }));
+    $("slots").replaceChildren(...slots(next, again));
+  }
+}
+
+// The running touch, else the newest one; none while nothing can be measured.
+function subject({ hello, state, touches, chosen }) {
+  const last = touches.rows.at(-1), picked = touches.rows.find((one) => one.number === chosen);
+  if (state.now?.tone === "fault") return null;
+  if (running(state)) return { ...state, title: `touch ${(last?.number ?? 0) + 1}`, kind: "" };
+  const one = hello.kind === "file" ? picked ?? last : last;
+  if (!one) return null;
+  if (one.kept === false) return { ...one, title: `touch ${one.number}, left out`, kind: "left" };
+  const old = hello.kind !== "file" && state.now?.share === null;
+  return { ...one, title: old ? `of touch ${one.number}${one.specimen ? `: ${one.specimen}` : ""}` : `touch ${one.number}`, kind: old ? "old" : "" };
+}
+
+export function running(state) {
+  return ["contact", "adapting"].includes(state.state) && state.ratio !== null;
+}
+
+function empty() {
+  put("number", "–");
+  put("number2", "–");
+  put("range", "no touch is measured");
+  put("range2", "");
+  put("secondname", $("second").hidden ? "" : "Ratio");
+}
+
+function pointOf(calibration, one) {
+  const point = calibration.points?.find((p) => p.touch === one?.number) ?? calibration.points?.at(-1);
+  return point?.fitted ? point : null;
+}
+
+function slots(next, again) {
+  if (!next?.of || next.of > SLOTS) return [];
+  return Array.from({ length: next.of }, (_, i) => {
+    const nth = i + 1, bad = again && nth === next.nth, done = nth < next.nth;
+    return make("li", { className: bad ? "bad" : done ? "done" : nth === next.nth ? "here" : "", textContent: bad ? "▲" : done ? "✓" : nth });
+  });
+}

@@ -1,0 +1,68 @@
+// Record, always there; the names of recordings; all downloads in one place.
+
+import { $, ask, make, put } from "./dom.js";
+import { clock, grouped } from "./formatting.js";
+import { asText } from "./sheets.js";
+
+const KINDS = { recording: "samples", settings: "settings, marks and notes", calibration: "calibration", report: "report" };
+
+export class Record {
+  constructor(say) {
+    this.say = say;
+    $("record").onclick = () => this.toggle();
+    $("openfiles").onclick = () => ask($("files"));
+    $("proposed").oninput = () => (this.typed = $("proposed").value.trim());
+    $("report").onclick = () => say({ do: "report" });
+    $("copy").onclick = () => this.copy();
+    $("csv").onclick = () => this.save();
+  }
+
+  tell(type, known) {
+    this.known = known;
+    if (type === "state" || type === "hello") this.show(known);
+  }
+
+  show({ hello, state }) {
+    const { recording } = state, [word, more, end] = $("record").children, file = hello.kind === "file";
+    $("record").classList.toggle("on", Boolean(recording));
+    put(word, recording ? "Recording" : "Record");
+    put(more, recording ? `${clock(recording.seconds ?? 0)} · ${grouped(recording.rows)} rows` : file ? "· needs a board" : "· nothing is kept yet");
+    put(end, recording ? "End" : "");
+    $("record").title = recording ? recording.name : state.proposed ?? "";
+    if (!this.typed && $("proposed").value !== state.proposed) $("proposed").value = state.proposed ?? "";
+    $("proposed").disabled = file;
+    this.list(state.files ?? []);
+  }
+
+  list(files) {
+    const shown = JSON.stringify(files);
+    if (shown === this.shown) return;
+    this.shown = shown;
+    $("downloads").replaceChildren(...files.toReversed().map(({ name, kind }) => {
+      const link = make("a", { href: `recording/${encodeURIComponent(name)}`, download: name, textContent: name });
+      return make("li", {}, link, make("small", { textContent: KINDS[kind] ?? kind }));
+    }));
+    if (!files.length) $("downloads").replaceChildren(make("li", { textContent: "Nothing is recorded yet." }));
+  }
+
+  toggle() {
+    if (this.known.state.recording) this.say({ do: "stop" });
+    else if (this.say(this.typed ? { do: "record", name: this.typed } : { do: "record" })) this.typed = "";
+  }
+
+  async copy() {
+    const text = asText(this.known.touches.rows, "\t");
+    try {
+      await navigator.clipboard.writeText(text);
+    } catch {
+      return put("filesays", "The browser does not allow to copy here: save the table as CSV.");
+    }
+    put("filesays", `${this.known.touches.rows.length} touches are copied.`);
+  }
+
+  save() {
+    const address = URL.createObjectURL(new Blob([asText(this.known.touches.rows, ",")], { type: "text/csv" }));
+    make("a", { href: address, download: "touches.csv" }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 1000);
+  }
+}

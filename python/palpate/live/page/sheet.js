@@ -1,0 +1,122 @@
+// A canvas that fills its place, sharp on every screen, in the colours of the theme.
+
+const observed = new WeakMap();
+const observer = new ResizeObserver((entries) => entries.forEach(({ target }) => observed.get(target)?.()));
+
+// Calls back when an element gets another size.
+export function onResize(place, call) {
+  observed.set(place, call);
+  observer.observe(place);
+}
+
+// Charts grow with the text: 1 at 15 px.
+export function unit() {
+  return parseFloat(getComputedStyle(document.documentElement).fontSize) / 15;
+}
+
+export class Sheet {
+  constructor(place, resized) {
+    this.canvas = document.createElement("canvas");
+    this.canvas.setAttribute("role", "img");
+    this.context = this.canvas.getContext("2d");
+    this.place = place;
+    place.classList.add("plot");
+    place.append(this.canvas);
+    onResize(place, resized);
+    this.dress();
+  }
+
+  // Colours and sizes as the theme has them now.
+  dress() {
+    this.colours = new Map();
+    this.widths = new Map();
+    this.unit = unit();
+    this.font = `${Math.round(12 * this.unit)}px system-ui, sans-serif`;
+  }
+
+  colour(name) {
+    if (!this.colours.has(name)) this.colours.set(name, getComputedStyle(this.place).getPropertyValue(`--${name}`).trim());
+    return this.colours.get(name);
+  }
+
+  // Empties the sheet; false if it has no room.
+  begin() {
+    const { clientWidth: width, clientHeight: height } = this.place, dpr = devicePixelRatio;
+    if (width < 40 || height < 20) return false;
+    const [w, h] = [Math.round(width * dpr), Math.round(height * dpr)];
+    if (this.canvas.width !== w || this.canvas.height !== h) Object.assign(this.canvas, { width: w, height: h });
+    Object.assign(this, { width, height });
+    this.context.setTransform(dpr, 0, 0, dpr, 0, 0);
+    this.context.clearRect(0, 0, width, height);
+    this.context.font = this.font;
+    this.context.lineJoin = "bevel";
+    return true;
+  }
+
+  set name(text) {
+    if (this.named !== text) this.canvas.setAttribute("aria-label", (this.named = text));
+  }
+
+  fill(name, x, y, width, height, opacity = 1) {
+    this.context.globalAlpha = opacity;
+    this.context.fillStyle = this.colour(name);
+    this.context.fillRect(x, y, width, height);
+    this.context.globalAlpha = 1;
+  }
+
+  line(name, x1, y1, x2, y2, { dash = [], width = 1 } = {}) {
+    const { context } = this, sharp = width === 1 ? (v) => Math.round(v) + 0.5 : (v) => v;
+    context.strokeStyle = this.colour(name);
+    context.lineWidth = width;
+    context.setLineDash(dash);
+    context.beginPath();
+    context.moveTo(sharp(x1), sharp(y1));
+    context.lineTo(sharp(x2), sharp(y2));
+    context.stroke();
+    context.setLineDash([]);
+  }
+
+  stroke(name, path, width = 1.6) {
+    this.context.strokeStyle = this.colour(name);
+    this.context.lineWidth = width;
+    this.context.stroke(path);
+  }
+
+  // Hatched, as a gap is.
+  hatch(x, y, width, height) {
+    const { context } = this, path = new Path2D();
+    context.save();
+    context.beginPath();
+    context.rect(x, y, width, height);
+    context.clip();
+    const first = Math.floor((x - height) / 7) * 7; // lines stand still while the gap moves by whole steps
+    for (let k = first; k < x + width; k += 7) {
+      path.moveTo(k, y + height);
+      path.lineTo(k + height, y);
+    }
+    this.stroke("quiet", path, 1.5);
+    context.restore();
+  }
+
+  // Text, its left edge (or as `align` says) at x, its middle at y. back: it covers what is behind it.
+  text(text, x, y, { colour = "quiet", bold = false, align = "left", back = false } = {}) {
+    const { context } = this;
+    if (back) this.fill("card", x - 1, y - 7 * this.unit, this.measure(text, bold) + 2, 14 * this.unit, 0.72);
+    context.font = bold ? `600 ${this.font}` : this.font;
+    context.textAlign = align;
+    context.textBaseline = "middle";
+    context.fillStyle = this.colour(colour);
+    context.fillText(text, x, y);
+  }
+
+  // Width of a text, px.
+  measure(text, bold = false) {
+    const key = `${bold ? "b" : "n"}${text}`;
+    if (this.widths.size > 5000) this.widths.clear();
+    if (!this.widths.has(key)) {
+      this.context.font = bold ? `600 ${this.font}` : this.font;
+      this.widths.set(key, this.context.measureText(text).width);
+    }
+    return this.widths.get(key);
+  }
+}

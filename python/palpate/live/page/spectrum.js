@@ -1,0 +1,88 @@
+// Noise of both channels: rms and spectrum, asked for while the panel is open.
+
+import { number } from "./formatting.js";
+import { hovering } from "./hover.js";
+import { placed } from "./labels.js";
+import { onResize, unit } from "./sheet.js";
+import { Drawing, clipped, label, line, measure, ruler } from "./svg.js";
+
+const FLOOR = 1e-3; // of the highest value: what is below is not drawn
+
+export class Spectrum {
+  // say(message): to the server
+  constructor(place, { say, redraw }) {
+    Object.assign(this, { place, say });
+    this.drawing = new Drawing(place);
+    this.noise = null;
+    place.hidden = true;
+    onResize(place, redraw);
+    hovering(place, (x) => this.at(x));
+  }
+
+  get on() {
+    return !this.place.hidden;
+  }
+
+  toggle(on = !this.on) {
+    this.place.hidden = !on;
+    this.noise = null;
+    this.say({ do: "noise", on });
+    document.dispatchEvent(new CustomEvent("spectrum", { detail: on }));
+    this.draw();
+  }
+
+  draw() {
+    const [width, height] = this.drawing.size, { noise } = this;
+    this.shown = null;
+    if (!this.on || width < 80 || height < 60) return;
+    if (!noise?.hz.length) return this.drawing.say(noise?.text || "The noise is being measured. Do not touch anything.");
+    const k = unit(), left = 52 * k, top = 32 * k, foot = height - 18 * k, right = width - 8;
+    const { hz } = noise, values = [...noise.hard, ...noise.soft].filter((value) => value > 0);
+    const f = [Math.log10(Math.min(...hz.filter((one) => one > 0))), Math.log10(Math.max(...hz))], most = Math.max(...values);
+    const v = [Math.floor(Math.log10(Math.max(Math.min(...values), FLOOR * most))), Math.ceil(Math.log10(most) + 0.05)];
+    const x = (one) => left + ((Math.log10(one) - f[0]) / Math.max(1e-9, f[1] - f[0])) * (right - left), y = (one) => foot - ((Math.log10(Math.max(one, 1e-30)) - v[0]) / (v[1] - v[0])) * (foot - top);
+    this.shown = { x, left, right };
+    const curve = (name) => line(hz.map((one, i) => [one, noise[name][i]]).filter(([one, value]) => one > 0 && value > 0).map(([one, value]) => [x(one), y(value)]), name);
+    const inner = this.axes({ f, v, x, y, k, left, right, top, foot, height }) + clipped(left, top, right - left, foot - top, curve("soft") + curve("hard")) + this.peaks({ x, y, k, left, right, top, foot });
+    this.drawing.show(label(0, 12 * k, this.sentence(), "ink") + inner, `Noise spectrum. ${this.sentence()} ${noise.text}`);
+  }
+
+  sentence() {
+    const { hard_aF: hard, soft_aF: soft, seconds } = this.noise;
+    return `hard ${number(hard)} aF rms, soft ${number(soft)} aF rms in ${number(seconds)} s`;
+  }
+
+  axes({ f, v, x, y, k, left, right, top, foot, height }) {
+    const parts = [label(0, 27 * k, "aF/√Hz")];
+    for (let e = v[0]; e <= v[1]; e++) parts.push(ruler(left, y(10 ** e), right, y(10 ** e), "grid") + label(left - 6, y(10 ** e) + 4 * k, number(10 ** e).replace(/\.0+$/, ""), "", "end"));
+    for (let e = Math.floor(f[0]); e <= f[1]; e++) {
+      for (const one of [1, 2, 5].map((m) => m * 10 ** e)) {
+        if (Math.log10(one) < f[0] || Math.log10(one) > f[1]) continue;
+        const last = x(one) > right - 30 * k;
+        parts.push(ruler(x(one), top, x(one), foot, "grid") + label(last ? right : x(one), height - 4, `${Number(one.toPrecision(1))} Hz`, "", last ? "end" : "middle"));
+      }
+    }
+    return parts.join("");
+  }
+
+  // The peaks that stand out, named where they are.
+  peaks({ x, y, k, left, right, top, foot }) {
+    const wanted = this.noise.peaks.map(({ hz, channel, aF }) => {
+      const text = `${number(hz)} Hz, ${number(aF)} aF`, width = measure(text, k), at = x(hz), i = nearest(this.noise.hz, hz);
+      const level = Math.max(top + 8 * k, y(this.noise[channel]?.[i] ?? 0) - 9 * k);
+      return { text, at, width, height: 13 * k, places: [level, level + 15 * k, level + 30 * k].flatMap((row) => [[at + 5, row], [at - 5 - width, row]]) };
+    });
+    this.labels = placed(wanted, { left, right, top, bottom: foot });
+    return wanted.map(({ at }) => ruler(at, top, at, foot, "mark")).join("") + this.labels.map(({ x: a, y: b, text }) => label(a, b + 4 * k, text, "ink")).join("");
+  }
+
+  at(px) {
+    if (!this.shown || px < this.shown.left || px > this.shown.right) return null;
+    const { hz, hard, soft } = this.noise, { x } = this.shown, i = nearest(hz.map((one) => (one > 0 ? x(one) : -1e9)), px);
+    return { x: x(hz[i]), lines: [`${number(hz[i])} Hz`, `hard ${number(hard[i])} aF/√Hz`, `soft ${number(soft[i])} aF/√Hz`] };
+  }
+}
+
+function nearest(values, value) {
+  return values.reduce((best, one, i) => (Math.abs(one - value) < Math.abs(values[best] - value) ? i : best), 0);
+}

@@ -1,0 +1,61 @@
+// Charts of few points as SVG text: they take the colours of the theme by their classes, and print sharply.
+
+const ruler_ = document.createElement("canvas").getContext("2d");
+
+export function escaped(text) {
+  return String(text).replace(/[&<>"']/g, (sign) => `&#${sign.charCodeAt(0)};`);
+}
+
+const path = (points) => `M${points.map(([x, y]) => `${x.toFixed(1)} ${y.toFixed(1)}`).join("L")}`;
+
+export const line = (points, name) => (points.length > 1 ? `<path d="${path(points)}" class="l ${name}"/>` : "");
+
+export function area(upper, lower, name) {
+  return upper.length > 1 ? `<path d="${path([...upper, ...lower.toReversed()])}Z" class="${name}"/>` : "";
+}
+
+export function label(x, y, text, name = "", anchor = "start") {
+  return `<text x="${x.toFixed(1)}" y="${y.toFixed(1)}" class="${name}" text-anchor="${anchor}">${escaped(text)}</text>`;
+}
+
+export function ruler(x1, y1, x2, y2, name) {
+  return `<line x1="${x1.toFixed(1)}" y1="${y1.toFixed(1)}" x2="${x2.toFixed(1)}" y2="${y2.toFixed(1)}" class="${name}"/>`;
+}
+
+export function box(x, y, width, height, name, more = "") {
+  return `<rect x="${x.toFixed(1)}" y="${y.toFixed(1)}" width="${Math.max(0, width).toFixed(1)}" height="${Math.max(0, height).toFixed(1)}" class="${name}" ${more}/>`;
+}
+
+// What is outside of the box is not drawn.
+export function clipped(x, y, width, height, inner) {
+  return `<svg x="${x}" y="${y}" width="${Math.max(0, width)}" height="${Math.max(0, height)}" viewBox="${x} ${y} ${Math.max(1, width)} ${Math.max(1, height)}">${inner}</svg>`;
+}
+
+// Width of a text of the charts, px.
+export function measure(text, unit) {
+  ruler_.font = `600 ${12 * unit}px system-ui, sans-serif`;
+  return ruler_.measureText(text).width;
+}
+
+// The element that holds the drawing, first in its place: what lies over it stays.
+export class Drawing {
+  constructor(place) {
+    this.place = place;
+    this.holder = document.createElement("div");
+    place.classList.add("plot");
+    place.prepend(this.holder);
+  }
+
+  get size() {
+    return [this.place.clientWidth, this.place.clientHeight];
+  }
+
+  show(inner, name) {
+    const [w, h] = this.size;
+    this.holder.innerHTML = `<svg width="${w}" height="${h}" viewBox="0 0 ${w} ${h}" role="img" aria-label="${escaped(name)}">${inner}</svg>`;
+  }
+
+  say(sentence) {
+    this.holder.replaceChildren(Object.assign(document.createElement("p"), { className: "empty", textContent: sentence }));
+  }
+}

@@ -1,0 +1,30 @@
+// Colours: as the system has them, light, or dark.
+
+import { $, remember, remembered } from "./dom.js";
+
+const THEMES = ["system", "light", "dark"];
+
+export class Theme {
+  constructor(dressed) {
+    this.dressed = dressed;
+    this.system = matchMedia("(prefers-color-scheme: dark)");
+    this.name = THEMES.includes(remembered("theme")) ? remembered("theme") : "system";
+    $("theme").onclick = () => this.next();
+    this.system.onchange = () => this.dress();
+    this.dress();
+  }
+
+  next() {
+    this.name = THEMES[(THEMES.indexOf(this.name) + 1) % THEMES.length];
+    remember("theme", this.name);
+    this.dress();
+  }
+
+  dress() {
+    const dark = this.name === "system" ? this.system.matches : this.name === "dark";
+    document.documentElement.dataset.theme = dark ? "dark" : "light";
+    $("theme").title = `Colours: ${this.name}`;
+    $("theme").setAttribute("aria-label", `Colours: ${this.name}`);
+    this.dressed();
+  }
+}

@@ -1,0 +1,80 @@
+"""What can be measured of the looks of a page: scripts that return what is wrong, as a list."""
+
+SIDEWAYS = "const page = document.scrollingElement; return Math.max(0, page.scrollWidth - page.clientWidth);"
+"""How far the page scrolls sideways, px."""
+
+_SHOWN = """
+const shown = (e) => e.checkVisibility({ visibilityProperty: true }) && e.getClientRects().length > 0 && !e.closest(".spoken, dialog:not([open])");
+const named = (e) => (e.id ? "#" + e.id : e.tagName.toLowerCase() + "." + e.className) + ": " + e.textContent.trim().slice(0, 40);
+const scrolls = (e) => { for (let p = e.parentElement; p; p = p.parentElement) if (/auto|scroll/.test(getComputedStyle(p).overflowY)) return true; return false; };
+const texts = [...document.body.querySelectorAll("*")].filter((e) => shown(e) && !e.closest("svg") && [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim()));
+"""
+
+CUT = (
+    _SHOWN
+    + """
+const allowed = "#source, #source *, .remark, #nextname span, .plot *, #multiples *";
+const wrong = [];
+for (const e of texts) {
+  if (e.matches(allowed)) continue;
+  const box = e.getBoundingClientRect();
+  for (let p = e; p && p !== document.body; p = p.parentElement) {
+    const style = getComputedStyle(p), edge = p.getBoundingClientRect();
+    if (p !== e && /auto|scroll/.test(style.overflowY)) break;
+    if (style.overflowX !== "hidden") continue;
+    if (p === e ? e.scrollWidth > e.clientWidth + 1 || e.scrollHeight > e.clientHeight + 2 : box.right > edge.right + 1 || box.bottom > edge.bottom + 2 || box.left < edge.left - 1 || box.top < edge.top - 2) wrong.push(named(e));
+  }
+  if (box.left < -1 || (!scrolls(e) && box.right > document.documentElement.clientWidth + 1)) wrong.push(named(e));
+}
+return wrong;"""
+)
+"""Texts that are cut by an edge: of a box, or of the window."""
+
+SMALL = (
+    _SHOWN
+    + """
+return [...document.querySelectorAll("button, a, input, select, textarea")].filter(shown).map((e) => [e, e.getBoundingClientRect()])
+  .filter(([, box]) => box.width < 43.5 || box.height < 43.5).map(([e, box]) => `${named(e)} ${box.width.toFixed(0)} x ${box.height.toFixed(0)}`);"""
+)
+"""What can be pressed and is smaller than 44 px."""
+
+FAINT = (
+    _SHOWN
+    + """
+const parts = (colour) => { const [r, g, b, a = 1] = colour.match(/[\\d.]+/g).map(Number); return [r, g, b, a]; };
+const over = ([r, g, b, a], [R, G, B]) => [r * a + R * (1 - a), g * a + G * (1 - a), b * a + B * (1 - a), 1];
+const ground = (e) => {
+  const layers = [];
+  for (let p = e; p; p = p.parentElement) { const c = parts(getComputedStyle(p).backgroundColor); if (c[3] > 0) layers.push(c); if (c[3] === 1) break; }
+  return layers.reverse().reduce((under, c) => over(c, under), [255, 255, 255, 1]);
+};
+const light = (c) => { const [r, g, b] = c.slice(0, 3).map((v) => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
+const contrast = (a, b) => { const [low, high] = [light(a), light(b)].sort((x, y) => x - y); return (high + 0.05) / (low + 0.05); };
+const seen = [...texts.map((e) => [e, getComputedStyle(e).color]), ...[...document.querySelectorAll("svg text")].filter(shown).map((e) => [e, getComputedStyle(e).fill])];
+const wrong = [];
+for (const [e, colour] of seen) {
+  const size = parseFloat(getComputedStyle(e).fontSize), bold = Number(getComputedStyle(e).fontWeight) >= 700;
+  const under = ground(e), found = contrast(over(parts(colour), under), under), least = size >= 24 || (bold && size >= 18.66) ? 3 : 4.5;
+  if (found < least) wrong.push(`${named(e)} ${found.toFixed(2)}`);
+}
+const root = getComputedStyle(document.documentElement), card = document.getElementById("touch").hidden ? document.getElementById("fit") : document.getElementById("touch");
+for (const name of ["hard", "soft", "ratio", "past", "bad", "edge"]) {
+  const probe = document.body.appendChild(document.createElement("i"));
+  probe.style.color = `var(--${name})`;
+  const found = contrast(parts(getComputedStyle(probe).color), ground(card));
+  probe.remove();
+  if (found < 3) wrong.push(`line ${name} ${found.toFixed(2)}`);
+}
+return wrong;"""
+)
+"""Texts whose contrast is below 4.5 (3 for large ones), and lines below 3, by WCAG 2."""
+
+CHECKS = {"sideways": SIDEWAYS, "cut": CUT, "faint": FAINT}
+"""What holds at every size."""
+NEWEST = """return [...document.querySelectorAll("#touches tr")].filter((e) => !e.hidden).slice(0, 4)
+  .map((e) => e.getBoundingClientRect().bottom);"""
+"""Lower edges of the head of the table and of the three newest touches, px."""
+PLACES = """
+const wide = innerWidth >= 1100, always = ["touchplot", "overview", "detail", "touches"], at = ({ left, top, width, height }, id) => [left, top + scrollY, width, id === "touches" && !wide ? 0 : height].map(Math.round);
+return Object.fromEntries([...always, ...(wide ? ["session", "device"] : [])].map((id) => [id, at(document.getElementById(id).getBoundingClientRect(), id)]));"""
+"""Left, top, width and height of the charts and tables, px. In one column the table grows, and what is below it moves."""
