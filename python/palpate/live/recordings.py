@@ -1,72 +1,64 @@
-"""Names of the recordings: the name from the user, then the same name with a number. No other file is written."""
+"""Names of the files that a page may write: in one folder, of one form, and never over another file."""
 
+import re
+from datetime import date
 from pathlib import Path
+from typing import Any
 
+from palpate.errors import quoted
 from palpate.recording.sidecar import sidecar_path
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]{0,99}\.csv")
 
 
 class Recordings:
-    """The recordings of one run of `palpate live`.
+    """x."""
 
-    Parameters
-    ----------
-    first : path-like or None
-        NAME.csv; the next ones are NAME-2.csv, NAME-3.csv, ... None: recording is not allowed.
-
-    Raises
-    ------
-    ValueError
-        The name does not end in ".csv".
-
-    Examples
-    --------
-    >>> recordings = Recordings("run.csv")
-    >>> recordings.next().name, recordings.next().name
-    ('run.csv', 'run-2.csv')
-    >>> recordings.find("run-2.json") == Path("run-2.json"), recordings.find("../run.csv")
-    (True, None)
-    """
-
-    def __init__(self, first: Path | str | None) -> None:
+    def __init__(self, first: Path | str | None = None, folder: Path | str | None = None) -> None:
         self._first = None if first is None else Path(first)
         if self._first:
             sidecar_path(self._first)
-        self._made: list[Path] = []
+        self._folder = Path(folder) if folder else (self._first.parent if self._first else Path())
+        self._made: list[tuple[Path, str]] = []
 
     @property
-    def allowed(self) -> bool:
-        """Whether recording is allowed: the user has given a name."""
+    def named(self) -> bool:
+        """Whether the user has named the first recording."""
         return self._first is not None
 
-    @property
-    def names(self) -> list[str]:
-        """Names of the recordings made, in order of time."""
-        return [path.name for path in self._made]
-
-    def next(self) -> Path:
-        """Return the next free name, and remember it. The first is the given name, even if that file exists.
-
-        Raises
-        ------
-        ValueError
-            The user has not given a name.
-        """
-        if self._first is None:
-            raise ValueError("record: no file name; start palpate live with --record NAME.csv to allow it")
-        path, number = self._first, len(self._made) + 1
-        while number > 1:
-            path = self._first.with_name(f"{self._first.stem}-{number}{self._first.suffix}")
-            if not (path.exists() or sidecar_path(path).exists()):
-                break
+    def proposed(self) -> str:
+        """Return the name of the next recording."""
+        if self._first and not self._made:
+            return self._first.name
+        stem = self._first.stem if self._first else f"palpate-{date.today().isoformat()}"
+        number = 2 if self._first else 1
+        while self._is_taken(self._folder / f"{stem}-{number}.csv"):
             number += 1
-        self._made.append(path)
+        return f"{stem}-{number}.csv"
+
+    def _is_taken(self, path: Path) -> bool:
+        return path.exists() or sidecar_path(path).exists() or any(path == known for known, _ in self._made)
+
+    def next(self, name: str | None = None) -> Path:
+        """Return the path."""
+        path = self._folder / (name or self.proposed())
+        if name and not _NAME.fullmatch(name):
+            raise ValueError(f"name: got {quoted(name)}, allowed: letters, digits ... that ends in .csv")
+        if name and self._is_taken(path):
+            raise ValueError(f"name: got {quoted(name)}, which exists, allowed: a new name")
+        self.made(path, "recording")
+        self.made(sidecar_path(path), "settings")
         return path
 
+    def made(self, path: Path, kind: str) -> None:
+        self._made.append((path, kind))
+
     def forget(self, path: Path) -> None:
-        """Remove a name: its recording was not made."""
-        self._made.remove(path)
+        self._made = [each for each in self._made if each[0] not in (path, sidecar_path(path))]
+
+    @property
+    def files(self) -> list[dict[str, Any]]:
+        return [{"name": path.name, "kind": kind} for path, kind in self._made]
 
     def find(self, name: str) -> Path | None:
-        """Return the path of a recording of this run, or of its sidecar; None for any other name."""
-        files = {file.name: file for path in self._made for file in (path, sidecar_path(path))}
-        return files.get(name)
+        return next((path for path, _ in self._made if path.name == name), None)

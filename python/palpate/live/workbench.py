@@ -4,6 +4,10 @@ from collections.abc import Callable
 from typing import Any
 
 from palpate.calibration import Calibration
+from palpate.live.desk.marks import Marks
+from palpate.live.desk.plan import Plan
+from palpate.live.desk.record import Record
+from palpate.live.desk.tare import Tare
 from palpate.live.protocol import Command, Refused
 from palpate.live.session import Session
 from palpate.live.summary import Summary
@@ -32,6 +36,7 @@ class Workbench:
         Name of a command -> function that obeys it and returns a message, or the values of the answer.
     told : dict
         Kind of a message -> function that returns it; a page gets it when it has changed.
+    plan : Plan
     """
 
     def __init__(
@@ -43,11 +48,22 @@ class Workbench:
     ) -> None:
         self.session = session
         self._source = source
-        self._summary = Summary(session, calibration, scatter)
-        self.orders: dict[str, Callable[[Command], str | Document]] = {**session.orders}
+        self._summary = summary = Summary(session, calibration, scatter)
+        self.plan: Plan = Plan(session, lambda: summary.accepted)
+        summary.known = self.plan.rows
+        self._record, tare = Record(session), Tare(session)
+        marks = Marks(session, tare)
+        self.orders: dict[str, Callable[[Command], str | Document]] = {
+            **session.orders,
+            **tare.orders,
+            **self._record.orders,
+            **marks.orders,
+            **self.plan.orders,
+        }
         self.told: dict[str, Callable[[], Document]] = {
-            "touches": self._summary.touches,
-            "marks": self._summary.marks,
+            "touches": summary.touches,
+            "events": marks.document,
+            "session": self.plan.document,
         }
 
     def hello(self) -> Document:
@@ -56,7 +72,7 @@ class Workbench:
 
     def state(self) -> Document:
         """Return the values that change during a measurement."""
-        return self._summary.now()
+        return {**self._summary.now(), **self._record.document()}
 
     def do(self, command: Command) -> Document:
         """Obey a command of a page; return the answer. May wait for the disk.

@@ -2,11 +2,12 @@
 
 from collections import deque
 from collections.abc import Callable, Collection
-from math import isfinite
+from math import inf, isfinite
 from threading import RLock
 from typing import Any
 
 from palpate._core import Touch
+from palpate.errors import PalpateError
 from palpate.live.desk import plan_document
 from palpate.live.desk.growth import Known
 from palpate.live.desk.progress import Done, Progress
@@ -14,6 +15,7 @@ from palpate.live.desk.specimens import specimens_of
 from palpate.live.protocol import Command, Refused
 from palpate.live.session import Session
 from palpate.recording import session as stored
+from palpate.recording.recorder import Recorder
 from palpate.several import objections
 
 Document = dict[str, Any]
@@ -54,8 +56,9 @@ class Plan:
         self._seen: tuple[int, list[Touch], Collection[str]] = (session.number, [], frozenset())
         self._document: Document = {}
         self._rows: list[Document] = []
+        self._stored_in: Recorder | None = None
         session.followers.append(lambda batch, _: self._catch_up() if batch.touches or batch.revised else None)
-        session.plan = self._stored
+        session.begun.append(self._store)
         self._changed()
 
     def document(self) -> Document:
@@ -97,24 +100,35 @@ class Plan:
             "notes": [{"t_s": note.t_s, "text": note.text} for note in self._notes],
         }
         self._rows = plan_document.rows(self._progress)
-        self._session.store()
+        if recorder := self._session.recorder:
+            self._store(recorder)
 
-    def _stored(self, first_s: float) -> stored.Plan:
-        """Return the session for a recording whose first row has this time, s."""
+    def _store(self, recorder: Recorder) -> None:
+        """Give a recording the session as it is now: what is within it."""
         with self._lock:
-            progress, most = self._progress, stored.MOST_TOUCHES
-            entries = (
-                stored.Entry(done.touch.start_s, done.specimen, progress.why[done.number][: stored.LONGEST_NAME])
-                for done in progress.present[-most:]
-                if isfinite(done.touch.start_s) and done.touch.start_s >= first_s
-            )
-            return stored.Plan(
-                self._head["title"],
-                self._head["operator"],
-                tuple(progress.specimens),
-                tuple(entry for entry in entries if entry.specimen or entry.left_out),
-                tuple(note for note in self._notes if note.t_s >= first_s),
-            )
+            plan = self._within(-inf if recorder.first_s is None else recorder.first_s)
+            if plan == stored.Plan() and recorder is not self._stored_in:
+                return
+            try:
+                recorder.session(plan)
+                self._stored_in = recorder
+            except (ValueError, PalpateError) as error:  # no room for it, or closed at this moment
+                self._session.say(str(error))
+
+    def _within(self, first_s: float) -> stored.Plan:
+        progress, newest = self._progress, self._progress.present[-stored.MOST_TOUCHES :]
+        entries = (
+            stored.Entry(done.touch.start_s, done.specimen, progress.why[done.number][: stored.LONGEST_NAME])
+            for done in newest
+            if isfinite(done.touch.start_s) and done.touch.start_s >= first_s
+        )
+        return stored.Plan(
+            self._head["title"],
+            self._head["operator"],
+            tuple(progress.specimens),
+            tuple(entry for entry in entries if entry.specimen or entry.left_out),
+            tuple(note for note in self._notes if note.t_s >= first_s),
+        )
 
     def _do_plan(self, command: Command) -> str:
         specimens, given = specimens_of(command["text"], command["wanted"]), command.given
@@ -179,7 +193,7 @@ class Plan:
 
     def _done(self, command: Command) -> Done:
         self._catch_up()
-        present, number = self._progress.present, command["touch"]
+        present, number = self._progress.present, int(command["touch"])
         if not 1 <= number <= len(present):
             raise Refused(f"touch: got {number}, allowed: a touch of this measurement, 1 to {len(present)}")
         return present[number - 1]

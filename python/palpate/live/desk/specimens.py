@@ -17,7 +17,7 @@ _FORM = "a line for each specimen: its name, or its name, a semicolon and its mo
 
 
 def specimens_of(text: str, wanted: int) -> list[Specimen]:
-    """Return the specimens of a list: one in each line, "name" or "name; modulus in MPa"; also with a tab or a comma.
+    r"""Return the specimens of a list: one in each line, "name" or "name; modulus in MPa"; also with a tab or a comma.
 
     The decimal point may be a comma. A first line with the names of the columns is left out, and so are empty lines.
 
@@ -34,9 +34,9 @@ def specimens_of(text: str, wanted: int) -> list[Specimen]:
 
     Examples
     --------
-    >>> [(one.name, one.modulus_MPa) for one in specimens_of("30 OO; 0,143\\ngel 7\\n70 A\\t8.68", 4)]
+    >>> [(one.name, one.modulus_MPa) for one in specimens_of("30 OO; 0,143\ngel 7\n70 A\t8.68", 4)]
     [('30 OO', 0.143), ('gel 7', None), ('70 A', 8.68)]
-    >>> specimens_of("30 OO\\n30 OO", 4)
+    >>> specimens_of("30 OO\n30 OO", 4)
     Traceback (most recent call last):
     palpate.live.protocol.Refused: line 2: got '30 OO' again, which is in line 1, allowed: each name once
     """
