@@ -90,8 +90,10 @@ def _follows(place: Place, block: Block, recorded: int) -> bool:
 
 def _exact(block: Block, kept: Kept, places: Places, tracker: Tracker) -> Iterator[Place]:
     """Yield the places from which a replay has the same state."""
-    if kept.has_all:
+    if kept.has_all and len(block):
         yield Place(0, "with the measurement")
+    if tracker.scene == "fixed":  # it has no baseline, and is always in contact: a touch begins with the first row
+        return
     gaps = {mark["seq"] for mark in kept.marks if mark.get("gap")}
     for seq in {mark["seq"] for mark in kept.marks}:
         at = _position(block, seq)

@@ -39,6 +39,8 @@ class Intake:
         Scale of the codes: a reading has to be the one that a replay computes from its code.
     kept : Kept, optional
         Gets the samples and gaps, too.
+    outlives : bool
+        Go on when the recording has failed, without it; else its error ends the source.
 
     Attributes
     ----------
@@ -62,6 +64,8 @@ class Intake:
         period_s: float = math.nan,
         codes: Codes = Codes(),  # noqa: B008  it cannot be changed
         kept: Kept | None = None,
+        *,
+        outlives: bool = False,
     ) -> None:
         self.read: int = 0
         self.lost: int = 0
@@ -77,7 +81,7 @@ class Intake:
         self._conditions = Conditions([], 0)
         self._late_ns = _LATE * period_s * 1e9
         self._codes = codes
-        self._kept = kept
+        self._kept, self._outlives = kept, outlives
         self.recorder = recorder
 
     @property
@@ -144,11 +148,13 @@ class Intake:
         return self.last.seq if self.last else None
 
     def _is_over(self) -> bool:
-        """Return whether the end was requested; raise the error of the recording."""
+        """Return whether the end was requested; raise the error of the recording, or leave it."""
         if self.stopping.is_set():
             return True
         if self._recorder and self._recorder.error:
-            raise self._recorder.error
+            if not self._outlives:
+                raise self._recorder.error
+            self._recorder = None
         return False
 
     def _store(self, block: Block) -> None:

@@ -26,7 +26,6 @@ class RecordingStream:
 
     source: Source
     tracker: Tracker
-    _reader: Reader | None
     _feeding: Feeding
     _recordings: RecordingSlot
     _memory: Memory | None
@@ -34,7 +33,8 @@ class RecordingStream:
     def __init__(self) -> None:
         self._recording = RLock()  # held while a recording begins or ends
         self._seen: Sample | None = None  # by the caller, of a source that waits for the caller
-        self._closed = False
+        self._reader: Reader | None = None
+        self._closed = self._raised = False
 
     @property
     def recorder(self) -> Recorder | None:
@@ -163,3 +163,7 @@ class RecordingStream:
     def _close_recording(self, error: BaseException | None) -> None:
         with self._recording:
             self._recordings.close(error or (self._reader.error if self._reader else None))
+
+    def _raise_unrecorded(self) -> None:
+        if self.recorder and self.recorder.error and not self._raised:
+            raise self.recorder.error

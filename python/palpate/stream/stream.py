@@ -55,6 +55,9 @@ class Stream(RecordingStream):
     keep : int, optional
         How many of the newest samples are kept in memory, 1024 to 2**24, so that a recording that is started later can
         begin with them: see `start_recording`. Default: none.
+    outlives_recording : bool
+        Go on without a recording that fails, for example on a full disk; `stop_recording` then raises its error. Default:
+        its error ends the measurement.
     notes : list of str, optional
         Notes in the recording.
     notify : callable, optional
@@ -97,6 +100,7 @@ class Stream(RecordingStream):
         record: str | os.PathLike[str] | None = None,
         capacity: int | None = None,
         keep: int | None = None,
+        outlives_recording: bool = False,
         notes: list[str] | None = None,
         notify: Callable[[str], None] | None = None,
         **settings: Unpack["_AnySettings"],
@@ -113,7 +117,7 @@ class Stream(RecordingStream):
             if record is not None:
                 sidecar_path(Path(record))
             waiting = None if capacity is None else Waiting(capacity)
-            self._memory = None if keep is None else Memory(keep)
+            self._memory, self._outlives = None if keep is None else Memory(keep), outlives_recording
             if isinstance(source, str):
                 source = open_source(source)
                 on_failure.callback(Instrument(source).close)
@@ -125,7 +129,6 @@ class Stream(RecordingStream):
                 self.tracker = Tracker(scene, **{**settings_for(scene, device), **given})
             self._waiting = waiting or Waiting(capacity_for(device))
             on_failure.pop_all()
-        self._reader: Reader | None = None
         self._gaps: deque[Gap] = deque()
         self._recordings = RecordingSlot(
             self.source, self.tracker, lambda: self.counters, record, notes or [], lambda: self._zero_ns
@@ -134,7 +137,7 @@ class Stream(RecordingStream):
         self._feeding = Feeding(self._waiting, self.tracker, self._gaps, self.source.notify, places)
         self._instrument = Instrument(self.source)
         super().__init__()
-        self._raised = self._begins = self._stop_asked = False
+        self._begins = self._stop_asked = False
 
     def __repr__(self) -> str:
         """Return the state of the measurement, in one line."""
@@ -157,7 +160,9 @@ class Stream(RecordingStream):
             self._recordings.first()
             period_s, codes = float(device.get("period_s", math.nan)), codes_of(device)
             kept = self._memory.kept if self._memory else None
-            intake = Intake(self.source, self._waiting, self._gaps, self.recorder, period_s, codes, kept)
+            intake = Intake(
+                self.source, self._waiting, self._gaps, self.recorder, period_s, codes, kept, outlives=self._outlives
+            )
             self._reader = Reader(self.source, intake, self._waiting)
             self._reader.start()
             if self._stop_asked:
@@ -282,10 +287,6 @@ class Stream(RecordingStream):
     def _close_source(self) -> None:
         if self._reader is None or self._reader.join(0):
             self._instrument.close()
-
-    def _raise_unrecorded(self) -> None:
-        if self.recorder and self.recorder.error and not self._raised:
-            raise self.recorder.error
 
     def _next(self, most: int) -> Batch | None:
         """Return the next batch; None: there will be no more."""
