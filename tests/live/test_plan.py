@@ -38,7 +38,9 @@ class Recorder:
 def moved(touch: Touch, start_s: float, ratio: float | None = None, **changed: Any) -> Any:
     """Return a touch that began at another time."""
     values = {name: getattr(touch, name) for name in dir(touch) if not name.startswith("_") and name != "as_dict"}
-    return SimpleNamespace(**{**values, "start_s": start_s, "ratio": touch.ratio if ratio is None else ratio, **changed})
+    return SimpleNamespace(
+        **{**values, "start_s": start_s, "ratio": touch.ratio if ratio is None else ratio, **changed}
+    )
 
 
 class Bench:
@@ -59,7 +61,9 @@ class Bench:
     def do(self, do: str, /, **given: Any) -> str:
         return self.plan.orders[do](Command(do, given))
 
-    def touch(self, start_s: float, kind: Touch = GOOD, ratio: float | None = None, until_s: float | None = None) -> None:
+    def touch(
+        self, start_s: float, kind: Touch = GOOD, ratio: float | None = None, until_s: float | None = None
+    ) -> None:
         """Complete a touch that began at this time."""
         self.touches = [*self.touches, moved(kind, start_s, ratio)]
         self.last_s = start_s + 6 if until_s is None else until_s

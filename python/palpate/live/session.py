@@ -98,7 +98,7 @@ class Session:
         self.on_rows: Callable[[], None] = lambda: None
         self.followers: list[Callable[[Batch, Stream], None]] = []
         self.begun: list[Callable[[Recorder], None]] = []
-        self.records: bool = recordings.named
+        self.records: bool = recordings.allowed
         self.error: str = ""
         self.failed: bool = False
         self.outlets: Outlets | None = None
@@ -118,7 +118,9 @@ class Session:
         """
         record = self.recordings.next() if self.records else None
         try:
-            stream = Stream(self._open(), record=record, keep=KEPT, notify=self.say, **self._how)
+            stream = Stream(
+                self._open(), record=record, keep=KEPT, outlives_recording=True, notify=self.say, **self._how
+            )
             self._send_from(stream)
             stream.__enter__()
         except BaseException:

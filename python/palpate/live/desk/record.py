@@ -42,7 +42,7 @@ class Record:
         recorder, recordings = session.recorder, session.recordings
         return {
             "recording": self._now(recorder) if recorder else None,
-            "proposed": recordings.proposed(),
+            "proposed": recordings.proposed,
             "files": recordings.files,
         }
 
@@ -56,7 +56,7 @@ class Record:
         session.require_running("record")
         if session.stream.recorder:
             raise Refused("record: a recording is already running; stop it first")
-        if sum(file["kind"] == "recording" for file in session.recordings.files) >= MOST:
+        if len(session.recordings.names) >= MOST:
             raise Refused(f"record: got {MOST} recordings, allowed: no more; start palpate live again")
         path = session.recordings.next(command.given.get("name"))
         try:
