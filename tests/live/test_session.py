@@ -1,18 +1,21 @@
 """The measurement behind the live page: what the buttons do, what is recorded, what its touches say."""
 
 import json
+import re
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import palpate
 import pytest
-from live_bench import ORIGIN, OWN, begun, client, obey
+from live_bench import ORIGIN, OWN, answer, begun, bench_of, client, obey
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.live.protocol import Refused
 from palpate.live.recordings import Recordings
 from palpate.live.session import Session
 from palpate.live.summary import Summary
+from palpate.recording.session import plan_of
 
 
 def heard(socket: Any, kind: str) -> dict[str, Any]:
@@ -22,6 +25,14 @@ def heard(socket: Any, kind: str) -> dict[str, Any]:
         if message.get("text") and (told := json.loads(message["text"]))["type"] == kind:
             return dict(told)
     raise AssertionError(f"no {kind} among 500 messages")
+
+
+def until(holds: Callable[[], object]) -> None:
+    """Wait for it."""
+    end = time.monotonic() + 60
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.005)
 
 
 def test_the_buttons_over_a_web_socket(tmp_path: Path) -> None:
@@ -34,15 +45,26 @@ def test_the_buttons_over_a_web_socket(tmp_path: Path) -> None:
         assert "allowed: JSON" in heard(socket, "refused")["message"]
         socket.send_text('{"do": "record"}')
         assert "already running" in heard(socket, "refused")["message"]
-        socket.send_text('{"do": "mark", "text": "here"}')
-        assert heard(socket, "marks")["rows"][0]["text"] == "here"
+        socket.send_text('{"do": "mark"}')
+        assert heard(socket, "events")["marks"][0]["text"] == ""
+        number = heard(socket, "done")["id"]
+        socket.send_text(json.dumps({"do": "mark text", "id": number, "text": "here"}))
+        assert heard(socket, "events")["marks"][0]["text"] == "here"
         assert heard(socket, "done")["message"] == "Marked: here"
         socket.send_text('{"do": "tare"}')
         assert "do not touch anything" in heard(socket, "done")["message"]
+        while not (tares := heard(socket, "events")["tares"]):
+            pass
         socket.send_text('{"do": "stop"}')
         assert "closed" in heard(socket, "done")["message"]
-        socket.send_text('{"do": "mark", "text": "nowhere"}')
-        assert "no recording is running" in heard(socket, "refused")["message"]
+        socket.send_text('{"do": "mark"}')
+        assert heard(socket, "done")["message"] == "Marked; nothing is recorded yet."
+        state = heard(socket, "state")
+        assert (state["recording"], state["proposed"]) == (None, "run-2.csv")
+        assert state["files"] == [
+            {"name": "run.csv", "kind": "recording"},
+            {"name": "run.json", "kind": "settings"},
+        ]
         socket.send_text('{"do": "record"}')
         assert "run-2.csv" in heard(socket, "done")["message"]
         got = page.get("/recording/run.csv")
@@ -51,8 +73,11 @@ def test_the_buttons_over_a_web_socket(tmp_path: Path) -> None:
     for name in ("run.csv", "run-2.csv"):
         report = palpate.check(tmp_path / name)
         assert (report.clean, report.faults) == (True, ())
-    [mark] = [m for m in json.loads((tmp_path / "run.json").read_text())["marks"] if m["text"] == "here"]
+    marks = json.loads((tmp_path / "run.json").read_text())["marks"]
+    [mark] = [m for m in marks if m["text"] == "here"]
     assert 0 <= mark["seq"] < palpate.check(tmp_path / "run.csv").survey.rows
+    assert [m["t_s"] for m in marks if m.get("tare")] == pytest.approx(tares)
+    assert "session" not in json.loads((tmp_path / "run.json").read_text())
 
 
 def test_buttons_at_the_wrong_moment(tmp_path: Path) -> None:
@@ -63,6 +88,8 @@ def test_buttons_at_the_wrong_moment(tmp_path: Path) -> None:
     obey(session, "stop")
     with pytest.raises(Refused, match="stop: no recording is running"):
         obey(session, "stop")
+    with pytest.raises(ValueError, match="run-2.csv"):
+        obey(session, "record", name="run-2.csv")
     assert "run-3.csv" in obey(session, "record")
     session.close()
     for name in ("tare", "tare anyway", "record", "mark"):
@@ -72,7 +99,7 @@ def test_buttons_at_the_wrong_moment(tmp_path: Path) -> None:
 
 
 def test_a_recording_that_cannot_begin_takes_no_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(path: Path) -> None:
+    def fail(path: Path, *, earlier: bool) -> None:
         raise palpate.RecordingError(path, "disk full")
 
     session = begun(tmp_path)
@@ -81,24 +108,48 @@ def test_a_recording_that_cannot_begin_takes_no_name(tmp_path: Path, monkeypatch
         patch.setattr(session.stream, "start_recording", fail)
         with pytest.raises(palpate.RecordingError, match="disk full"):
             obey(session, "record")
-    assert obey(session, "record").endswith("run-2.csv")
+    assert "run-2.csv" in obey(session, "record")
+    assert session.running
     session.close()
 
 
-def test_buttons_in_contact_warn(tmp_path: Path) -> None:
-    session = begun(tmp_path)
-    assert obey(session, "tare").endswith("do not touch anything.")
-    obey(session, "stop")
-    assert obey(session, "record").endswith("run-2.csv")
-    obey(session, "stop")
-    while session.moment.state not in ("contact", "adapting", "done"):
-        time.sleep(0.005)
-    assert obey(session, "record").endswith("it starts during contact, so a replay has no baseline for this touch")
+def test_a_recording_that_is_begun_in_a_touch_has_the_whole_touch(tmp_path: Path) -> None:
+    """Marks that were stamped before are in it, too, and so are notes and the specimen of the touch."""
+    session = begun(tmp_path, record=False)
+    assert bench_of(session).state()["proposed"].startswith("palpate-")
+    obey(session, "plan", text="30 OO; 0.143", wanted=2)
+    until(lambda: session.last is not None)
+    marked = answer(session, "mark")["id"]
+    obey(session, "note", text="warm")
+    until(lambda: session.moment.state in ("contact", "adapting", "done"))
     with pytest.raises(Refused, match="tare: the probe is in contact; lift it first"):
         obey(session, "tare")
+    assert re.fullmatch(r"Recording to one\.csv; it begins \d+ s ago", obey(session, "record", name="one.csv"))
+    obey(session, "mark text", id=marked, text="before the touch")
+    until(lambda: len(session.touches) == 1)
+    recording = bench_of(session).state()["recording"]
+    assert recording["name"] == "one.csv"
+    assert recording["seconds"] == pytest.approx(session.last_s, abs=2)
+    obey(session, "stop")
+    assert obey(session, "mark text", id=marked, text="too late").endswith("is closed, and keeps the text it had.")
+    live = session.touches[0]
+    session.close()
+    replayed = palpate.read(tmp_path / "one.csv")
+    [touch] = palpate.touches(replayed)
+    assert touch.ratio.hex() == live.ratio.hex()
+    document = json.loads((tmp_path / "one.json").read_text())
+    assert [mark["text"] for mark in document["marks"]] == ["before the touch"]
+    plan = plan_of(document)
+    assert [entry.specimen for entry in plan.matched([touch])] == ["30 OO"]
+    assert [note.text for note in plan.notes] == ["warm"]
+
+
+def test_tare_anyway_in_contact(tmp_path: Path) -> None:
+    session = begun(tmp_path)
+    assert obey(session, "tare").endswith("do not touch anything.")
+    until(lambda: session.moment.state in ("contact", "adapting", "done"))
     assert obey(session, "tare anyway").endswith("do not touch anything.")
-    while session.moment.state != "baseline":
-        time.sleep(0.005)
+    until(lambda: session.moment.state == "baseline")
     session.close()
 
 
@@ -110,6 +161,25 @@ def test_a_measurement_that_cannot_begin_takes_no_name(tmp_path: Path) -> None:
         session.start()
     assert recordings.next() == tmp_path / "run.csv"
     assert (tmp_path / "run.csv").read_text() == "precious"
+
+
+def test_nothing_is_recorded_before_record_is_pressed(tmp_path: Path) -> None:
+    session = begun(tmp_path, record=False)
+    until(lambda: session.last is not None)
+    session.close()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "name", ["../out.csv", "/tmp/out.csv", ".hidden.csv", "a/b.csv", "run.txt", "a\\b.csv", "x" * 200 + ".csv"]
+)
+def test_a_page_writes_in_one_folder_only(tmp_path: Path, name: str) -> None:
+    session = begun(tmp_path, record=False)
+    with pytest.raises(ValueError, match="allowed: "):
+        obey(session, "record", name=name)
+    assert session.running
+    session.close()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_it_measures_what_the_stream_measures_and_again(tmp_path: Path) -> None:
@@ -155,18 +225,44 @@ def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
     session.close()
 
 
-def test_a_recording_that_is_removed_is_said_on_the_page(tmp_path: Path) -> None:
-    """The measurement ends with the error, as for a full disk, and the rows are in the rescue recording."""
+def test_the_measurement_goes_on_without_a_recording_that_is_removed(tmp_path: Path) -> None:
+    """The rows so far are in the rescue recording; another recording can begin."""
     session = begun(tmp_path)
+    bench_of(session)
     (tmp_path / "run.csv").unlink()
-    until = time.monotonic() + 60
-    while session.running:
-        assert time.monotonic() < until
-        time.sleep(0.02)
+    until(lambda: session.failed)
     rescued = tmp_path / "run.rescued.csv"
-    assert (
-        session.error
-        == f"{tmp_path / 'run.csv'}: was removed while it was recorded; what could be saved is in {rescued}"
+    assert session.messages[-1] == (
+        f"Error: {tmp_path / 'run.csv'}: was removed while it was recorded; what could be saved is in {rescued}"
     )
-    session.close()
+    assert (session.running, session.recorder, session.error) == (True, None, "")
     assert palpate.check(rescued).clean
+    assert "run-2.csv" in obey(session, "record")
+    session.close()
+    assert palpate.check(tmp_path / "run-2.csv").clean
+
+
+def test_another_measurement_is_recorded_as_the_one_before(tmp_path: Path) -> None:
+    session = begun(tmp_path, speed=None, record=False)
+    until(lambda: not session.running)
+    obey(session, "again")
+    until(lambda: not session.running)
+    assert session.recordings.files == []
+    session.records = True
+    obey(session, "again")
+    until(lambda: not session.running)
+    session.close()
+    assert [file["kind"] for file in session.recordings.files] == ["recording", "settings"]
+
+
+def test_marks_of_this_measurement_only_and_so_many(tmp_path: Path) -> None:
+    session = begun(tmp_path, speed=None)
+    bench = bench_of(session)
+    until(lambda: not session.running)
+    with pytest.raises(Refused, match="mark: the measurement has ended"):
+        obey(session, "mark")
+    with pytest.raises(Refused, match="id: got 7, allowed: one of the newest 500 marks"):
+        obey(session, "mark text", id=7, text="x")
+    events = bench.told["events"]()
+    assert {flag["name"] for flag in events["flags"]} == {flag for touch in session.touches for flag in touch.flags}
+    session.close()

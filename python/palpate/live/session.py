@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from math import nan
-from threading import Event, Lock, Thread
+from threading import Lock, Thread
 from typing import Any, NamedTuple
 
 from palpate._core import Touch
@@ -13,10 +13,13 @@ from palpate.live.protocol import Command, Refused
 from palpate.live.recordings import Recordings
 from palpate.lsl import Outlets
 from palpate.recording.recorder import Recorder
+from palpate.samples import Sample, samples_of
 from palpate.sources import Source
 from palpate.stream import Stream
 from palpate.stream.estimate import Batch, StreamCounters
 
+KEPT = 1 << 16
+"""Samples that a later recording begins with, at most: 28 min at 38 pairs a second."""
 _PAUSE_S = 1 / 120  # after a batch: the next pair of a slow source comes later, those of a fast one come together
 _BEHIND = 256  # pairs that wait: no pause
 _UNREAD = 8192  # batches: covers a minute in which the server does not read
@@ -55,18 +58,25 @@ class Session:
     touches : list of Touch
         The completed touches; a revised one in place of its first result.
     moment : Moment
+    last : Sample or None
+        The last sample that was estimated.
     on_rows : callable
         Called when there are rows to take or a message came; from any thread.
     followers : list of callable
-        Each is called in the thread of the measurement with every batch and its stream.
+        Called in the thread of the measurement with each batch and the stream; the last batch comes before the
+        recording is closed.
+    begun : list of callable
+        Called with each recorder when its recording has begun.
+    records : bool
+        Whether this measurement, and so the next one, is recorded.
     error : str
         The error that ended the measurement; empty without an error.
     failed : bool
         Whether a recording failed in any of the measurements: the one written, or a file as the source.
     messages : list of str
         Messages of the source and of the stream, newest last.
-    marks : list of (float, str)
-        Time, s, and text.
+    outlets : Outlets or None
+        To Lab Streaming Layer.
     commands : threading.Lock
         Held while a command runs.
     """
@@ -82,34 +92,41 @@ class Session:
         self.recordings = recordings
         self.number: int = 0
         self.touches: list[Touch] = []
-        self.marks: list[tuple[float, str]] = []
         self.messages: list[str] = []
         self.moment: Moment = Moment()
+        self.last: Sample | None = None
         self.on_rows: Callable[[], None] = lambda: None
         self.followers: list[Callable[[Batch, Stream], None]] = []
+        self.begun: list[Callable[[Recorder], None]] = []
+        self.records: bool = recordings.allowed
         self.error: str = ""
         self.failed: bool = False
-        self._open, self._how, self._tell = open_source, how, tell
+        self.outlets: Outlets | None = None
         self._options: dict[str, Any] = {}
         self.commands: Any = Lock()
+        self._open, self._how, self._tell = open_source, how, tell
         self._batches = Lock()
         self._unread: list[Rows] = []
-        self._tare, self._forced = Event(), Event()
-        self._last_s = 0.0
         self._lsl = lsl
-        self._outlets: Outlets | None = None
 
     def start(self) -> None:
-        """Start to measure and, if recording is allowed, to record.
+        """Start to measure and, if the measurement before was recorded or the user has named a file, to record.
 
         Raises
         ------
         ValueError, PalpateError
             As `Stream` does.
         """
-        record = self.recordings.next() if self.recordings.allowed else None
+        record = self.recordings.next() if self.records else None
         try:
-            stream = Stream(self._open(**self._options), record=record, notify=self._note, **self._how)
+            stream = Stream(
+                self._open(**self._options),
+                record=record,
+                keep=KEPT,
+                outlives_recording=True,
+                notify=self.say,
+                **self._how,
+            )
             self._send_from(stream)
             stream.__enter__()
         except BaseException:
@@ -119,10 +136,10 @@ class Session:
         with self._batches:
             self.stream: Stream = stream
             self.number += 1
-            self.touches, self.marks, self._unread = [], [], []
-            self.moment, self.error = Moment(), ""
-            self._tare.clear()
-            self._forced.clear()
+            self.touches, self._unread = [], []
+            self.moment, self.error, self.last = Moment(), "", None
+        if stream.recorder:
+            self.tell_begun(stream.recorder)
         self._thread = Thread(target=self._run, args=[stream], name="palpate-session", daemon=True)
         self._thread.start()
 
@@ -131,8 +148,8 @@ class Session:
         with self.commands:
             self.stream.stop()
             self._thread.join()
-            if self._outlets:
-                self._outlets.close()
+            if self.outlets:
+                self.outlets.close()
 
     def reopen(self, options: dict[str, Any], note: str) -> None:
         """End this measurement, and begin the next one with other options of the source; both recordings get the note.
@@ -159,17 +176,15 @@ class Session:
             unread, self._unread = self._unread, []
             return unread
 
+    def measured(self) -> tuple[int, list[Touch]]:
+        """Return the number of the measurement and its touches."""
+        with self._batches:
+            return self.number, self.touches
+
     @property
     def orders(self) -> dict[str, Callable[[Command], str]]:
-        """What a page may order: name of the command -> function; they may wait for the disk."""
-        return {
-            "tare": lambda _: self._do_tare(),
-            "tare anyway": lambda _: self._do_force(),
-            "record": lambda _: self._do_record(),
-            "stop": lambda _: self._do_stop(),
-            "again": lambda _: self._do_again(),
-            "mark": lambda _: self._do_mark("mark"),
-        }
+        """What a page may order: name of the command -> function."""
+        return {"again": lambda _: self._do_again()}
 
     @property
     def running(self) -> bool:
@@ -177,69 +192,46 @@ class Session:
         return self.moment.state != "ended"
 
     @property
+    def last_s(self) -> float:
+        """Time of the last sample that was estimated, s; 0 before the first one."""
+        return self.last.t_hard_ns / 1e9 if self.last else 0.0
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """The recorder of the recording that runs; None: there is none."""
+        return self.stream.recorder if self.running else None
+
+    @property
     def counters(self) -> StreamCounters:
         """Numbers of samples read, used, dropped and lost."""
         return self.stream.counters
 
-    def _require_running(self, what: str) -> None:
+    def require_running(self, what: str) -> None:
+        """Raise `Refused` if the measurement has ended."""
         if not self.running:
             raise Refused(f"{what}: the measurement has ended; press Measure again first")
 
-    def _pressed(self) -> bool:
-        return self.moment.state in ("contact", "adapting", "done")
+    def say(self, message: str) -> None:
+        """Show a message on the page, and tell it."""
+        self.messages = [*self.messages, message][-_MESSAGES:]
+        self._tell(message)
+        self.on_rows()
 
-    def _do_tare(self) -> str:
-        self._require_running("tare")
-        if self._pressed():
-            raise Refused("tare: the probe is in contact; lift it first. If nothing is touched, press Tare anyway")
-        self._tare.set()
-        return "Measuring the baseline: do not touch anything."
+    def tell_begun(self, recorder: Recorder) -> None:
+        """Tell those who add to a recording that one has begun."""
+        for add in self.begun:
+            add(recorder)
 
-    def _do_force(self) -> str:
-        self._require_running("tare")
-        self._forced.set()
-        self._tare.set()
-        return "Measuring the baseline: do not touch anything."
-
-    def _do_mark(self, text: str) -> str:
-        self._require_running("mark")
-        if not self.stream.recorder:
-            raise Refused("mark: no recording is running; press Record first")
-        self.stream.mark(text)
-        if self._outlets:
-            self._outlets.mark("mark", text)
-        with self._batches:
-            self.marks = [*self.marks, (self._last_s, text)][-200:]
-        return f"Marked: {text}"
-
-    def _do_record(self) -> str:
-        self._require_running("record")
-        if self.stream.recorder:
-            raise Refused("record: a recording is already running; stop it first")
-        path = self.recordings.next()
-        try:
-            self.stream.start_recording(path)
-        except BaseException:
-            self.recordings.forget(path)
-            raise
-        warning = "; it starts during contact, so a replay has no baseline for this touch" if self._pressed() else ""
-        return f"Recording to {path}{warning}"
-
-    def _do_stop(self) -> str:
-        try:
-            recorder = self.stream.stop_recording()
-        except PalpateError as error:
-            self.failed = True
-            self._tell(f"Error: {error}")
-            raise
-        if recorder is None:
-            raise Refused("stop: no recording is running")
-        return self._closed(recorder)
-
-    def _closed(self, recorder: Recorder) -> str:
+    def tell_closed(self, recorder: Recorder) -> str:
+        """Tell that a recording is closed; return the line."""
         line = f"{recorder.path.name}: {recorder.rows} rows; file closed"
         self._tell(line)
         return line
+
+    def lost(self, error: PalpateError) -> None:
+        """Tell that a recording failed; the measurement goes on."""
+        self.failed, self.records = True, False
+        self.say(f"Error: {error}")
 
     def _do_again(self) -> str:
         if self.running:
@@ -247,11 +239,6 @@ class Session:
         self._thread.join()
         self.start()
         return "A new measurement has started."
-
-    def _note(self, message: str) -> None:
-        self.messages = [*self.messages, message][-_MESSAGES:]
-        self._tell(message)
-        self.on_rows()
 
     def _run(self, stream: Stream) -> None:
         failures = [self._attempt(lambda: self._measure(stream)), self._attempt(stream.close)]
@@ -262,7 +249,7 @@ class Session:
             self.moment = self.moment._replace(state="ended")
         self.on_rows()
         if stream.recorder:
-            self._closed(stream.recorder)
+            self.tell_closed(stream.recorder)
         if self.error:
             self._tell(f"Error: {self.error}")
 
@@ -276,43 +263,29 @@ class Session:
 
     def _send_from(self, stream: Stream) -> None:
         """Send this measurement to Lab Streaming Layer, if that was asked for."""
-        if self._outlets:
-            self._outlets.follow(stream)
+        if self.outlets:
+            self.outlets.follow(stream)
         elif self._lsl is not None:
-            self._outlets = Outlets(stream, self._lsl)
+            self.outlets = Outlets(stream, self._lsl)
 
     def _measure(self, stream: Stream) -> None:
         for batch in stream.batches():
-            if self._outlets:
-                self._outlets.send(batch)
-            tared = self._tare.is_set()
-            if tared:
-                self._measure_baseline(stream)
-            self._take(batch, stream, changed=tared or bool(batch.touches or batch.revised))
+            if self.outlets:
+                self.outlets.send(batch)
+            self._take(batch, stream)
+            for follow in self.followers:
+                follow(batch, stream)
             self.on_rows()
             if stream.counters.waiting < _BEHIND:
                 time.sleep(_PAUSE_S)
 
-    def _measure_baseline(self, stream: Stream) -> None:
-        self._tare.clear()
-        forced = self._forced.is_set()
-        self._forced.clear()
-        try:
-            stream.tare(force=forced)
-            if self._outlets:
-                self._outlets.mark("tare")
-        except RuntimeError as refusal:  # pressed after the command
-            self._note(str(refusal))
-
-    def _take(self, batch: Batch, stream: Stream, *, changed: bool) -> None:
+    def _take(self, batch: Batch, stream: Stream) -> None:
         rows = rows_of(batch)
-        for follow in self.followers:
-            follow(batch, stream)
         with self._batches:
             self._unread = [*self._unread, thinned(rows)][-_UNREAD:]
             tracker, alarm = stream.tracker, bool(batch.rows["alarm"].any())
             self.moment = Moment(tracker.state, tracker.ratio, tracker.standard_error, alarm)
             if len(rows):
-                self._last_s = float(rows["t_s"][-1])
-            if changed:
+                self.last = samples_of(batch.samples[-1:])[0]
+            if batch.touches or batch.revised:
                 self.touches = stream.touches

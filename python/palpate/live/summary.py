@@ -3,6 +3,7 @@
 import math
 import time
 from collections import deque
+from collections.abc import Callable, Collection
 from typing import Any
 
 from palpate._core import Touch
@@ -13,6 +14,7 @@ from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
 
 _RATE_S = 2.0  # pairs per second: mean over this time
 _SHOWN = 200  # the newest touches
+_UNKNOWN = {"specimen": None, "deviation": None, "kept": True, "why": ""}
 STATES = {"baseline": "baseline", "waiting": "no contact", "done": "done", "ended": "ended"}
 
 
@@ -26,15 +28,35 @@ class Summary:
         To show moduli, and for the scatter from touch to touch.
     scatter : float
         Relative scatter from touch to touch without a calibration, for the question whether touches agree.
+
+    Attributes
+    ----------
+    known : callable
+        Returns for each touch its specimen, its deviation, whether it is kept, and why not.
     """
 
     def __init__(
         self, session: Session, calibration: Calibration | None = None, scatter: float = TOUCH_SCATTER
     ) -> None:
+        self.known: Callable[[], list[dict[str, Any]]] = list
         self._session, self._calibration, self._scatter = session, calibration, scatter
         self._reads: deque[tuple[float, int]] = deque()
         self._measurement = 0
         self._rows: list[dict[str, Any]] = []
+
+    @property
+    def calibration(self) -> Calibration | None:
+        """The calibration in use; a new one holds for all touches."""
+        return self._calibration
+
+    @calibration.setter
+    def calibration(self, calibration: Calibration | None) -> None:
+        self._calibration, self._rows = calibration, []
+
+    @property
+    def accepted(self) -> Collection[str]:
+        """Flags that do not exclude a touch."""
+        return self._calibration.accepted if self._calibration else frozenset()
 
     def instrument(self, source: str) -> dict[str, Any]:
         """Return the values that do not change during a measurement."""
@@ -48,13 +70,12 @@ class Summary:
             "statistic_unit": "pF" if tracker.scene == "paper" else "",
             "calibrated": self._calibration is not None,
             "scatter": self._calibration.scatter if self._calibration else None,
-            "may_record": self._session.recordings.allowed,
         }
 
     def now(self) -> dict[str, Any]:
         """Return the values that change during a measurement."""
         session = self._session
-        moment, recorder = session.moment, session.stream.recorder if session.running else None
+        moment = session.moment
         measured = moment.state in ("contact", "done")
         ratio, error = (moment.ratio, moment.standard_error) if measured else (math.nan, math.nan)
         self._begin_again()
@@ -66,8 +87,6 @@ class Summary:
             "modulus": self._modulus(ratio, error),
             "pairs_per_s": self._rate(session.counters.read),
             "counters": session.counters.as_dict(),
-            "recording": {"name": recorder.path.name, "rows": recorder.rows} if recorder else None,
-            "recordings": session.recordings.names,
             "messages": session.messages,
             "error": session.error,
         }
@@ -75,19 +94,18 @@ class Summary:
     def touches(self) -> dict[str, Any]:
         """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do."""
         self._begin_again()
-        found = self._session.touches
+        _, found = self._session.measured()
+        known = self.known()
         for number, touch in enumerate(found):
             if number >= len(self._rows):
                 self._rows.append(self._row(number, touch))
             elif self._rows[number]["revised"] != touch.revised:
                 self._rows[number] = self._row(number, touch)
-        together = self._together(found)
-        best = self._most_reliable(found) if together and together.agree else None
-        return {"rows": self._rows[-_SHOWN:], "most_reliable": best, "together": self._words(together)}
-
-    def marks(self) -> dict[str, Any]:
-        """Return the marks of the recording."""
-        return {"rows": [{"t_s": t_s, "text": text} for t_s, text in self._session.marks]}
+        alike = _on_the_last(found, known)
+        together = self._together(alike)
+        best = found.index(self._most_reliable(alike)) + 1 if together and together.agree else None
+        rows = [{**row, **more} for row, more in zip(self._rows, [*known, *[_UNKNOWN] * len(found)], strict=False)]
+        return {"rows": rows[-_SHOWN:], "most_reliable": best, "together": self._words(together)}
 
     def _begin_again(self) -> None:
         if self._measurement != self._session.number:
@@ -114,10 +132,8 @@ class Summary:
         except ValueError:
             return None
 
-    def _most_reliable(self, touches: list[Touch]) -> int:
-        """Return its number, counted from 1."""
-        accepted = self._calibration.accepted if self._calibration else ()
-        return touches.index(most_reliable(touches, scatter=None, accept=accepted)) + 1
+    def _most_reliable(self, touches: list[Touch]) -> Touch:
+        return most_reliable(touches, scatter=None, accept=self.accepted)
 
     def _words(self, found: Agreement | None) -> dict[str, Any] | None:
         """Return whether two touches or more agree, with the modulus of their mean; None for fewer."""
@@ -150,6 +166,14 @@ def page_state(session: Session) -> str:
         return STATES[moment.state]
     knows = session.stream.tracker.scene in ("handheld", "sliding")
     return "adapting" if moment.alarm or (knows and math.isnan(moment.standard_error)) else "contact"
+
+
+def _on_the_last(touches: list[Touch], known: list[dict[str, Any]]) -> list[Touch]:
+    """Return the touches that are kept, on the same specimen as the last one; all, if nothing else is known."""
+    here = known[: len(touches)]
+    specimen = here[-1]["specimen"] if here else None
+    kept = [touch for touch, row in zip(touches, here, strict=False) if row["kept"] and row["specimen"] == specimen]
+    return kept + touches[len(here) :]
 
 
 def _name(device: dict[str, Any]) -> str:

@@ -4,6 +4,10 @@ from collections.abc import Callable
 from typing import Any
 
 from palpate.calibration import Calibration
+from palpate.live.desk.marks import Marks
+from palpate.live.desk.plan import Plan
+from palpate.live.desk.record import Record
+from palpate.live.desk.tare import Tare
 from palpate.live.desk.device import Device
 from palpate.live.desk.standing import Standing
 from palpate.live.protocol import Command, Refused
@@ -34,6 +38,7 @@ class Workbench:
         Name of a command -> function that obeys it and returns a message, or the values of the answer.
     told : dict
         Kind of a message -> function that returns it; a page gets it when it has changed.
+    plan : Plan
     """
 
     def __init__(
@@ -45,14 +50,26 @@ class Workbench:
     ) -> None:
         self.session = session
         self._source = source
-        self._summary = Summary(session, calibration, scatter)
+        self._summary = summary = Summary(session, calibration, scatter)
+        self.plan: Plan = Plan(session, lambda: summary.accepted)
+        summary.known = self.plan.rows
+        self._record, tare = Record(session), Tare(session)
+        marks = Marks(session, tare)
         self._standing = Standing(session, calibration)
-        self._device = Device(session, self._standing, source)
-        self.orders: dict[str, Callable[[Command], str | Document]] = {**session.orders, **self._device.orders}
+        device = Device(session, self._standing, source)
+        self.orders: dict[str, Callable[[Command], str | Document]] = {
+            **session.orders,
+            **tare.orders,
+            **self._record.orders,
+            **marks.orders,
+            **self.plan.orders,
+            **device.orders,
+        }
         self.told: dict[str, Callable[[], Document]] = {
-            "touches": self._summary.touches,
-            "marks": self._summary.marks,
-            "device": self._device.document,
+            "touches": summary.touches,
+            "events": marks.document,
+            "session": self.plan.document,
+            "device": device.document,
         }
 
     def hello(self) -> Document:
@@ -61,7 +78,7 @@ class Workbench:
 
     def state(self) -> Document:
         """Return the values that change during a measurement."""
-        return self._summary.now() | self._standing.document()
+        return {**self._summary.now(), **self._record.document(), **self._standing.document()}
 
     def is_news(self) -> bool:
         """Return whether the word or the line has changed since the last state."""
