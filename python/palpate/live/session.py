@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 from palpate._core import Touch
 from palpate.errors import PalpateError, RecordingError
-from palpate.live.feed import Rows, rows_of, thinned
+from palpate.live.feed import ends_of, rows_of
+from palpate.live.levels import Levels
 from palpate.live.protocol import Command, Refused
 from palpate.live.recordings import Recordings
 from palpate.lsl import Outlets
@@ -19,7 +20,6 @@ from palpate.stream.estimate import Batch, StreamCounters
 
 _PAUSE_S = 1 / 120  # after a batch: the next pair of a slow source comes later, those of a fast one come together
 _BEHIND = 256  # pairs that wait: no pause
-_UNREAD = 8192  # batches: covers a minute in which the server does not read
 _MESSAGES = 8
 
 
@@ -54,9 +54,13 @@ class Session:
     stream : Stream
     touches : list of Touch
         The completed touches; a revised one in place of its first result.
+    ends : dict
+        Number of a touch -> time of its last sample, s.
+    levels : Levels
+        The rows.
     moment : Moment
     on_rows : callable
-        Called in the thread of the measurement when there are rows to take.
+        Called in the thread of the measurement when there are new rows.
     error : str
         The error that ended the measurement; empty without an error.
     failed : bool
@@ -68,6 +72,10 @@ class Session:
     commands : threading.Lock
         Held while a command runs.
     """
+
+    kind = "live"
+    file: dict[str, Any] | None = None
+    """Of a recording that is opened: what `hello` says of the file."""
 
     def __init__(
         self,
@@ -89,7 +97,8 @@ class Session:
         self._open, self._how, self._tell = open_source, how, tell
         self.commands: Any = Lock()
         self._batches = Lock()
-        self._unread: list[Rows] = []
+        self.ends: dict[int, float] = {}
+        self.levels: Levels = Levels()
         self._tare, self._forced = Event(), Event()
         self._last_s = 0.0
         self._lsl = lsl
@@ -115,7 +124,7 @@ class Session:
         with self._batches:
             self.stream: Stream = stream
             self.number += 1
-            self.touches, self.marks, self._unread = [], [], []
+            self.touches, self.marks, self.ends, self.levels = [], [], {}, Levels()
             self.moment, self.error = Moment(), ""
             self._tare.clear()
             self._forced.clear()
@@ -129,12 +138,6 @@ class Session:
             self._thread.join()
             if self._outlets:
                 self._outlets.close()
-
-    def take(self) -> list[Rows]:
-        """Return the rows measured since the last call."""
-        with self._batches:
-            unread, self._unread = self._unread, []
-            return unread
 
     @property
     def orders(self) -> dict[str, Callable[[Command], str]]:
@@ -152,6 +155,12 @@ class Session:
     def running(self) -> bool:
         """Whether the measurement runs."""
         return self.moment.state != "ended"
+
+    @property
+    def zero_utc_ns(self) -> int | None:
+        """UTC of t = 0, ns since 1970; None: unknown."""
+        epoch = self.stream.epoch
+        return epoch and epoch.utc_ns
 
     @property
     def counters(self) -> StreamCounters:
@@ -282,7 +291,8 @@ class Session:
     def _take(self, batch: Batch, stream: Stream, *, changed: bool) -> None:
         rows = rows_of(batch)
         with self._batches:
-            self._unread = [*self._unread, thinned(rows)][-_UNREAD:]
+            self.levels.add(rows)
+            self.ends |= ends_of(batch)
             tracker, alarm = stream.tracker, bool(batch.rows["alarm"].any())
             self.moment = Moment(tracker.state, tracker.ratio, tracker.standard_error, alarm)
             if len(rows):

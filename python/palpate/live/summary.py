@@ -3,8 +3,10 @@
 import math
 import time
 from collections import deque
+from datetime import UTC, datetime
 from typing import Any
 
+from palpate import __version__
 from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.live.session import Moment, Session
@@ -39,8 +41,16 @@ class Summary:
     def instrument(self, source: str) -> dict[str, Any]:
         """Return the values that do not change during a measurement."""
         tracker, device = self._session.stream.tracker, self._session.stream.source.describe()
+        origin_s = self._session.levels.span and self._session.levels.span[0]
         return {
             "measurement": self._session.number,
+            "kind": self._session.kind,
+            "file": self._session.file,
+            "version": __version__,
+            "origin_s": origin_s,
+            "utc": self._utc(origin_s),
+            "samples": tracker.settings.get("samples"),
+            "seconds": tracker.settings.get("seconds"),
             "source": source,
             "device": _name(device),
             "scene": tracker.scene,
@@ -60,6 +70,7 @@ class Summary:
         self._begin_again()
         return {
             "state": self._state(moment),
+            "end_s": session.levels.span and session.levels.span[1],
             "ratio": ratio,
             "standard_error": error,
             "uncertainty": self._uncertainty(ratio, error),
@@ -95,6 +106,13 @@ class Summary:
             self._reads.clear()
             self._rows = []
 
+    def _utc(self, origin_s: float | None) -> str | None:
+        """Return the time of the first sample by the wall clock, as ISO 8601."""
+        zero_ns = self._session.zero_utc_ns
+        if origin_s is None or zero_ns is None:
+            return None
+        return datetime.fromtimestamp(zero_ns * 1e-9 + origin_s, UTC).isoformat(timespec="milliseconds")
+
     def _state(self, moment: Moment) -> str:
         if moment.state != "contact":
             return STATES[moment.state]
@@ -104,7 +122,8 @@ class Summary:
     def _row(self, number: int, touch: Touch) -> dict[str, Any]:
         ratio, error = touch.ratio, touch.standard_error
         more = {"uncertainty": self._uncertainty(ratio, error), "modulus": self._modulus(ratio, error)}
-        return {"number": number + 1, **touch.as_dict(), **more, "advice": advice(touch)}
+        end_s = self._session.ends.get(number + 1)
+        return {"number": number + 1, **touch.as_dict(), "end_s": end_s, **more, "advice": advice(touch)}
 
     def _uncertainty(self, ratio: float, error: float) -> float | None:
         """Return the standard deviation of a ratio, with the scatter from touch to touch if it is known."""

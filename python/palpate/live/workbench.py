@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 from palpate.calibration import Calibration
+from palpate.live.desk.noise import Noise
 from palpate.live.protocol import Command, Refused
 from palpate.live.session import Session
 from palpate.live.summary import Summary
@@ -32,6 +33,8 @@ class Workbench:
         Name of a command -> function that obeys it and returns a message, or the values of the answer.
     told : dict
         Kind of a message -> function that returns it; a page gets it when it has changed.
+    noise : Noise
+        For the pages that ask for it.
     """
 
     def __init__(
@@ -43,6 +46,7 @@ class Workbench:
     ) -> None:
         self.session = session
         self._source = source
+        self.noise = Noise(lambda: session.levels.newest_rows())
         self._summary = Summary(session, calibration, scatter)
         self.orders: dict[str, Callable[[Command], str | Document]] = {**session.orders}
         self.told: dict[str, Callable[[], Document]] = {

@@ -3,7 +3,7 @@
 export const FIELDS = ["t", "hard", "soft", "ratio", "error", "statistic"];
 export const MEASURED = 2, ALARM = 4;
 const KEPT = 16384; // 160 s at 100 pairs per second, 16 s at 1,000
-const HEADER = 16, VERSION = 2;
+const HEADER = 16, VERSION = 3;
 
 export class Store {
   constructor() {
