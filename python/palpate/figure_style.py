@@ -14,8 +14,8 @@ from palpate.extras import need
 from palpate.files import replacing
 
 COLUMN_IN, PAGE_IN = 3.5, 7.16  # widths of one and of two columns of a journal page, inches
-HARD, SOFT, PAPER, HANDHELD, SLOW, FAST = "#444444", "#999999", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
-"""Colours that colour-blind readers can distinguish (Okabe and Ito, 2008); each has one meaning."""
+HARD, SOFT, PAPER, HANDHELD, SLOW, FAST = "#3A3D40", "#7D848A", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
+"""Those of the live page, which colour-blind readers can distinguish (Okabe and Ito, 2008); each has one meaning."""
 TRUTH: dict[str, Any] = {"color": "black", "linewidth": 0.7, "linestyle": (0, (4, 2))}
 STYLE: dict[str, Any] = {
     "font.size": 8,

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from numpy.typing import NDArray
-from palpate import figures
+from palpate import figure_style, figures
 from palpate.cli import main
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.figures import drawings
 from palpate.figures.traces import FOUR, ONE, PAIR, SETTLED, TREMOR
 from palpate.simulation.scenarios import PROBE
+
+ESTIMATES = (figure_style.PAPER, figure_style.HANDHELD, figure_style.SLOW, figure_style.FAST)
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +51,35 @@ def test_each_is_a_vector_and_a_picture_that_say_what_they_are(folder: Path, num
     assert (width, height) == (round(size[0] * 300), round(size[1] * 300))
     assert b"Simulated data (palpate.simulation, seed 0), not a measurement." in png
     assert f"Fig. {number}. " in (folder / "captions.md").read_text()
+
+
+@pytest.mark.parametrize("number", [6, 7, 9])
+def test_no_estimate_is_hidden_under_the_truth(number: int) -> None:
+    drawing = drawings.FIGURES[number]
+    with figure_style.sheet(*drawing.size_in) as figure:
+        drawing.draw(figure, drawing.data(0))
+        panels = [ax for each in figure.axes for ax in (each, *each.child_axes)]
+        compared = 0
+        for ax in panels:
+            truths = [line for line in ax.lines if line.get_label() == "truth"]
+            estimates = [line for line in ax.lines if line.get_color() in ESTIMATES]
+            compared += len(truths) * len(estimates)
+            assert all(truth.get_zorder() < other.get_zorder() for truth in truths for other in estimates)
+            assert all(truth.get_linewidth() > 2 * other.get_linewidth() for truth in truths for other in estimates)
+    assert compared >= 2
+
+
+def luminance(colour: str) -> float:
+    """Return the relative luminance of "#rrggbb" (WCAG 2.2)."""
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("name", ["HARD", "SOFT", "PAPER", "HANDHELD", "SLOW", "FAST"])
+def test_lines_are_seen_on_white_paper(name: str) -> None:
+    least = 3.0 if name != "FAST" else 2.9  # of Okabe and Ito, the lightest that is used
+    assert 1.05 / (luminance(getattr(figure_style, name)) + 0.05) >= least
 
 
 def test_the_tremor_is_stated_and_the_same_in_all_figures_of_touches() -> None:

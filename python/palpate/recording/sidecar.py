@@ -17,6 +17,7 @@ from palpate._core import __version__
 from palpate.errors import RecordingError, quoted, shortened
 from palpate.files import read_bytes, replacing
 from palpate.recording.codes import codes_of
+from palpate.recording.session import plan_of
 from palpate.tables.packed import unpacked_name
 
 BEGUN = "begun after "
@@ -59,8 +60,8 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
 
     Later `checkpoint` (rows, bytes and crc32 of the rows that are on the disk, from the first byte of the file on) is
     added, and at a clean end `end` takes its place, with the same three. If they are known, `clock` gets the time t = 0
-    (`zero_utc_ns`, `zero_monotonic_ns`, and at the end `zero_utc_ns_at_end`), and there are `session` (`specimens`, a list
-    of names and values) and `conditions` (a list: temperature and supply at times, as the source measured them).
+    (`zero_utc_ns`, `zero_monotonic_ns`, and at the end `zero_utc_ns_at_end`), and there are `session` (as from
+    `session.Plan.as_dict`) and `conditions` (a list: temperature and supply at times, as the source measured them).
     """
     return {
         "schema": SCHEMA,
@@ -191,6 +192,7 @@ def _wrong(document: dict[str, Any]) -> Iterator[str]:
         yield f"full_scale_pF: got {quoted(full_scale)}, allowed: above 0, a number of 64 bits or inf"
     try:
         codes_of(document["device"])
+        plan_of(document)
     except ValueError as error:
         yield str(error)
 

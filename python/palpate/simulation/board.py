@@ -19,6 +19,7 @@ from palpate.simulation.converter import Converter, Stamps
 from palpate.simulation.ranges import stream
 from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import SCENARIOS
+from palpate.simulation.sessions import SESSIONS
 from palpate.simulation.truth import Truth
 
 PARASITIC_PF = (6.3, 5.1)
@@ -47,7 +48,7 @@ def foreign(scenario: Scenario) -> str:
 
 def known() -> list[str]:
     """Return the names of the scenarios that the simulated board can follow."""
-    return [name for name, scenario in SCENARIOS.items() if not foreign(scenario)]
+    return [name for name, scenario in (SCENARIOS | SESSIONS).items() if not foreign(scenario)]
 
 
 def limit_ns(speed: float | None) -> int:

@@ -13,6 +13,7 @@ from palpate.errors import quoted, unlike
 from palpate.samples import Sample
 from palpate.simulation.board import kit_of, known, limit_ns
 from palpate.simulation.scenarios import SCENARIOS
+from palpate.simulation.sessions import SESSIONS
 from palpate.sources.board import CONVERTER, BoardSource
 from palpate.sources.options import Check, checked, choice, number
 
@@ -33,13 +34,13 @@ class SimSource(BoardSource):
     Parameters
     ----------
     name : str
-        Key of `palpate.simulation.scenarios.SCENARIOS` that the board can follow.
+        Key of `palpate.simulation.SCENARIOS`, or of `palpate.simulation.sessions.SESSIONS`, that the board can follow.
     options : mapping
         Checked options: those of `CONVERTER`, and seed, speed, bus_kHz, fault, wiring, idle.
     """
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
-        scenario = SCENARIOS[name]
+        scenario = (SCENARIOS | SESSIONS)[name]
         speed, seed, wiring = options.get("speed"), options.get("seed", 0), options.get("wiring", "guide")
         self.live: bool = speed is not None
         self.real_time: bool = speed == 1

@@ -1,0 +1,257 @@
+"""What was touched: the specimens, which touch is on which of them, which are left out, and notes; from the sidecar."""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import MISSING, asdict, dataclass, fields
+from math import isnan
+from typing import TYPE_CHECKING, Any, TypeGuard
+from unicodedata import category
+
+from palpate.errors import quoted
+
+if TYPE_CHECKING:
+    from palpate._core import Touch
+
+LONGEST_NAME = 200
+"""Characters of a name, a title and a reason, at most."""
+LONGEST_NOTE = 2000
+"""Characters of a note, at most."""
+MOST_SPECIMENS, MOST_TOUCHES, MOST_NOTES = 1000, 10_000, 1000
+MOST_WANTED = 99
+PERIOD_S = 0.026
+"""From pair to pair, s, of an AD7746 with conversions of 11 ms; for the length of a touch whose recording is not known."""
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """An object that is touched.
+
+    Attributes
+    ----------
+    name : str
+        1 to 200 characters.
+    modulus_MPa : float or None
+        Its known modulus; None: unknown.
+    wanted : int
+        How many touches of it are wanted, 1 to 99.
+    """
+
+    name: str
+    modulus_MPa: float | None = None
+    wanted: int = 1
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        _require_text("name", self.name, LONGEST_NAME, least=1)
+        if self.modulus_MPa is not None and not (_is_number(self.modulus_MPa) and self.modulus_MPa > 0):
+            raise ValueError(f"modulus_MPa: got {quoted(self.modulus_MPa)}, allowed: a number above 0, or null")
+        if type(self.wanted) is not int or not 1 <= self.wanted <= MOST_WANTED:
+            raise ValueError(f"wanted: got {quoted(self.wanted)}, allowed: an integer from 1 to {MOST_WANTED}")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What is known of a touch beside its result.
+
+    Attributes
+    ----------
+    start_s : float
+        When it began, on the clock of the recording, s.
+    specimen : str or None
+        Name of what was touched; None: unknown.
+    left_out : str
+        Why it is left out of all results; "": it is kept.
+    """
+
+    start_s: float
+    specimen: str | None = None
+    left_out: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        _require_time("start_s", self.start_s)
+        if self.specimen is not None:
+            _require_text("specimen", self.specimen, LONGEST_NAME, least=1)
+        _require_text("left_out", self.left_out, LONGEST_NAME)
+
+
+@dataclass(frozen=True)
+class Note:
+    """A note: when it was made, on the clock of the recording, s, and its text."""
+
+    t_s: float
+    text: str
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        _require_time("t_s", self.t_s)
+        _require_text("text", self.text, LONGEST_NOTE, lines=True)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The session of a recording: what is to be touched, and what was.
+
+    Attributes
+    ----------
+    title, operator : str
+    specimens : tuple of Specimen
+        Each name once.
+    touches : tuple of Entry
+    notes : tuple of Note
+
+    Raises
+    ------
+    ValueError
+        A field is not of this kind, or there are too many.
+
+    Examples
+    --------
+    >>> plan = Plan(specimens=(Specimen("30 OO", 0.143, wanted=4),), touches=(Entry(12.5, "30 OO"),))
+    >>> plan.as_dict()["specimens"]
+    [{'name': '30 OO', 'modulus_MPa': 0.143, 'wanted': 4}]
+    >>> plan_of({"session": plan.as_dict()}) == plan
+    True
+    """
+
+    title: str = ""
+    operator: str = ""
+    specimens: tuple[Specimen, ...] = ()
+    touches: tuple[Entry, ...] = ()
+    notes: tuple[Note, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        _require_text("title", self.title, LONGEST_NAME)
+        _require_text("operator", self.operator, LONGEST_NAME)
+        for name, most in _MOST.items():
+            if len(getattr(self, name)) > most:
+                raise ValueError(f"{name}: got {len(getattr(self, name))}, allowed: {most} at most")
+        names = [specimen.name for specimen in self.specimens]
+        if len(set(names)) < len(names):
+            twice = next(name for number, name in enumerate(names) if name in names[:number])
+            raise ValueError(f"specimens: got {quoted(twice)} twice, allowed: each name once")
+
+    @property
+    def moduli(self) -> dict[str, float]:
+        """The known moduli, MPa, by the name of the specimen."""
+        return {one.name: one.modulus_MPa for one in self.specimens if one.modulus_MPa is not None}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plan as the entry `session` of a sidecar."""
+        return {name: list(part) if isinstance(part, tuple) else part for name, part in asdict(self).items()}
+
+    def of(self, touch: "Touch", period_s: float = PERIOD_S) -> Entry | None:
+        """Return the entry of a touch: the one whose begin is nearest, within the length of the touch; None: there is none.
+
+        `matched` does the same for all touches of a recording, each entry with one touch at most.
+
+        Parameters
+        ----------
+        touch : Touch
+        period_s : float
+            Time from pair to pair, s: it makes a length of the samples of the touch.
+        """
+        return self.matched([touch], period_s)[0]
+
+    def matched(self, touches: "Sequence[Touch]", period_s: float = PERIOD_S) -> list[Entry | None]:
+        """Return the entry of each touch, as `of`; an entry belongs to the touch that is nearest to it.
+
+        Examples
+        --------
+        >>> import palpate
+        >>> touches = palpate.touches(palpate.read("tests/data/four-specimens.csv"))
+        >>> plan = Plan(touches=(Entry(touches[1].start_s, "70 OO"),))
+        >>> [entry and entry.specimen for entry in plan.matched(touches)]
+        [None, '70 OO', None, None]
+        """
+        found: list[Entry | None] = [None] * len(touches)
+        used = set[int]()
+        for _, at, number in sorted(self._near(touches, period_s)):
+            if found[at] is None and number not in used:
+                found[at] = self.touches[number]
+                used.add(number)
+        return found
+
+    def _near(self, touches: "Sequence[Touch]", period_s: float) -> Iterator[tuple[float, int, int]]:
+        """Yield the distance, s, of each touch and each entry within its length, with their positions."""
+        order = sorted(range(len(self.touches)), key=lambda number: self.touches[number].start_s)
+        starts = [self.touches[number].start_s for number in order]
+        for at, touch in enumerate(touches):
+            begin_s, length_s = touch.start_s, (touch.samples + touch.saturated + touch.refused) * period_s
+            if isnan(begin_s):  # a table without times
+                continue
+            for place in range(bisect_left(starts, begin_s - length_s), bisect_right(starts, begin_s + length_s)):
+                yield abs(starts[place] - begin_s), at, order[place]
+
+
+_MOST = {"specimens": MOST_SPECIMENS, "touches": MOST_TOUCHES, "notes": MOST_NOTES}
+_KINDS: dict[str, type[Specimen | Entry | Note]] = {"specimens": Specimen, "touches": Entry, "notes": Note}
+
+
+def plan_of(document: Mapping[str, Any]) -> Plan:
+    """Return the plan in a sidecar; an empty one without the entry `session`. Entries that are not known are left out.
+
+    Raises
+    ------
+    ValueError
+        A part is not of its kind. `sidecar.load` raises it as RecordingError.
+
+    Examples
+    --------
+    >>> plan_of({"session": {"specimens": [{"name": "gel"}]}}).specimens
+    (Specimen(name='gel', modulus_MPa=None, wanted=1),)
+    >>> plan_of({}) == Plan()
+    True
+    """
+    given = _known("session", document.get("session", {}), Plan)
+    parts = {name: _parts(name, given[name], kind) for name, kind in _KINDS.items() if name in given}
+    try:
+        return Plan(**{**given, **parts})
+    except ValueError as error:
+        raise ValueError(f"session: {error}") from error
+
+
+def _parts(name: str, given: Any, kind: type[Any]) -> tuple[Any, ...]:
+    if not isinstance(given, list):
+        raise ValueError(f"session: {name}: got {quoted(given)}, allowed: a list")  # noqa: TRY004  of a file
+    return tuple(_part(f"{name}, {place}", each, kind) for place, each in enumerate(given, 1))
+
+
+def _part(place: str, given: Any, kind: type[Any]) -> Any:
+    known = _known(f"session: {place}", given, kind)
+    if missing := [each.name for each in fields(kind) if each.default is MISSING and each.name not in known]:
+        raise ValueError(f"session: {place}: got no {missing[0]}, allowed: one in each")
+    try:
+        return kind(**known)
+    except ValueError as error:
+        raise ValueError(f"session: {place}: {error}") from error
+
+
+def _known(place: str, given: Any, kind: type[Any]) -> dict[str, Any]:
+    if not isinstance(given, Mapping):
+        raise ValueError(f"{place}: got {quoted(given)}, allowed: names and values")  # noqa: TRY004  of a file
+    return {each.name: given[each.name] for each in fields(kind) if each.name in given}
+
+
+def _require_text(name: str, text: object, most: int, *, least: int = 0, lines: bool = False) -> None:
+    if not isinstance(text, str) or not least <= len(text) <= most:
+        raise ValueError(f"{name}: got {quoted(text)}, allowed: a text of {least} to {most} characters")
+    if odd := next((mark for mark in text if not _is_shown(mark) and not (lines and mark == "\n")), None):
+        raise ValueError(f"{name}: got the character {odd!a}, allowed: characters that can be shown")
+
+
+def _is_shown(mark: str) -> bool:
+    return category(mark)[0] != "C" and category(mark) not in ("Zl", "Zp")
+
+
+def _require_time(name: str, value: object) -> None:
+    if not _is_number(value):
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: a finite number, s")
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _LARGEST
+
+
+_LARGEST = 1e18  # also false for nan

@@ -1,0 +1,168 @@
+"""Guided calibration: what it says after each touch, and the file at the end."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+import palpate
+import pytest
+from palpate import Calibration, Touch
+from palpate.calibration.characterise import Specimen, calibrate
+from palpate.elasticity import SORBOTHANE_MPA
+from palpate.live.desk.calibrating import Calibrating, Files
+from palpate.live.desk.growth import Known, missing, next_best
+from palpate.live.protocol import Command, Refused
+from palpate.simulation.hand import session
+from palpate.simulation.scenarios import PROBE
+
+MODULI = dict(sorted(SORBOTHANE_MPA.items(), key=lambda item: item[1])[::2])
+WANTED = 2
+
+
+@pytest.fixture(scope="module")
+def touches() -> dict[str, list[Touch]]:
+    runs = session(0, touches=WANTED)
+    return {name: palpate.touches(runs[name]) for name in MODULI}
+
+
+class Bench:
+    """A plan that is touched in order, and a folder."""
+
+    def __init__(self, folder: Path, touches: dict[str, list[Touch]]) -> None:
+        self.order = [(name, touch) for name in MODULI for touch in touches[name]]
+        self.done, self.left_out = 0, set[int]()
+        self.made: list[tuple[str, str]] = []
+        self.used: list[tuple[Calibration, Path]] = []
+        files = Files(
+            propose=lambda name: folder / name,
+            checked=self.checked,
+            made=lambda path, kind: self.made.append((path.name, kind)),
+        )
+        self.folder = folder
+        self.part = Calibrating(self.known, files, lambda found, path: self.used.append((found, path)))
+
+    def checked(self, name: str) -> Path:
+        if (self.folder / name).exists():
+            raise ValueError(f"name: got {name!r}, which exists, allowed: a new name")
+        return self.folder / name
+
+    def known(self) -> list[Known]:
+        numbered = [(name, (n, t, n not in self.left_out)) for n, (name, t) in enumerate(self.order[: self.done], 1)]
+        return [
+            Known(name, modulus, WANTED, tuple(row for of, row in numbered if of == name))
+            for name, modulus in MODULI.items()
+        ]
+
+    def order_of(self, do: str, **given: object) -> Any:
+        return self.part.orders[do](Command(do, given))
+
+    def touch(self, count: int = 1) -> dict[str, Any]:
+        """Return the message when it holds these touches, too."""
+        self.done += count
+        self.part.document()
+        return self.settled()
+
+    def settled(self) -> dict[str, Any]:
+        expected = self.done - len(self.left_out)
+        for _ in range(2000):
+            if (found := self.part.document()).get("touches") == expected and self.part._running is None:
+                return found
+            time.sleep(0.01)
+        raise AssertionError(found)
+
+
+def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
+    bench = Bench(tmp_path, touches)
+    assert bench.part.document() == {"on": False}
+    assert bench.order_of("calibrating", on=True) == f"Calibrating with {len(MODULI)} specimens of known modulus."
+    first = bench.touch()
+    assert "Not enough yet" in first["verdict"]
+    assert (first["curve"], first["history"], len(first["points"])) == (None, [], 1)
+    grown = [bench.touch() for _ in bench.order[1:]]
+    assert [len(each["missing"]) > 0 for each in grown] == [True] * (len(grown) - 1) + [False]
+    last = grown[-1]
+    assert (last["next"], last["error"], last["touches"]) == ("", None, len(bench.order))
+    assert len(last["history"]) == len(bench.order) - 2 * WANTED
+    assert last["history"][-1] < last["history"][1]
+    expected = calibrate([Specimen(name, MODULI[name], touches[name]) for name in MODULI], about={"scene": "handheld"})
+    assert last["verdict"] == expected.verdict
+    assert last["rigid"]["value"] == expected.probe.rigid_ratio
+    for name, (low, high) in expected.parameter_intervals().items():
+        if high > low:
+            assert low < getattr(PROBE, name) < high
+    assert {point["fitted"] for point in last["points"]} == {expected.probe.ratio(E) for E in MODULI.values()}
+
+    answer = bench.order_of("save calibration")
+    assert answer["file"] == "probe.toml"
+    [(used, path)] = bench.used
+    assert (path, used.as_dict()) == (tmp_path / "probe.toml", Calibration.load(path).as_dict())
+    assert used.as_dict() == expected.as_dict()
+    assert bench.made == [("probe.toml", "calibration"), (answer["report"], "report")]
+    assert expected.verdict in (tmp_path / answer["report"]).read_text()
+    assert bench.part.document()["saved"] == "probe.toml"
+    assert bench.order_of("calibrating", on=False).startswith("Calibrating has ended")
+    bench.part.close()
+
+
+def test_a_touch_that_is_left_out_is_shown_and_not_used(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
+    bench = Bench(tmp_path, touches)
+    bench.order_of("calibrating", on=True)
+    whole = bench.touch(len(bench.order))
+    bench.left_out = {3}
+    less = bench.settled()
+    assert [point["touch"] for point in less["points"] if not point["kept"]] == [3]
+    assert less["rigid"] != whole["rigid"]
+    assert less["missing"] == [f"Begun: {list(MODULI)[1]} (1 more)."]
+    assert less["next"] == f"Next: {list(MODULI)[1]}."
+    bench.left_out = set()
+    assert bench.settled() == whole
+    bench.part.close()
+
+
+def test_what_is_not_possible_is_said(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
+    bench = Bench(tmp_path, touches)
+    few = Calibrating(lambda: bench.known()[:2], bench.part._files, lambda *_: None)
+    with pytest.raises(Refused, match="got 2 specimens of known modulus, allowed: 3 or more"):
+        few.orders["calibrating"](Command("calibrating", {"on": True}))
+    with pytest.raises(Refused, match="save calibration: moduli: got 0 specimens"):
+        bench.order_of("save calibration")
+    bench.done = len(bench.order)
+    for name, said in (("probe.csv", "ends in .toml"), ("here.toml", "which exists")):
+        (tmp_path / "here.toml").write_text("precious")
+        with pytest.raises(ValueError, match=said):
+            bench.order_of("save calibration", name=name)
+    assert (tmp_path / "here.toml").read_text() == "precious"
+    assert (bench.made, bench.used) == ([], [])
+
+
+def test_ratios_that_do_not_rise_are_an_objection_not_a_failure(
+    tmp_path: Path, touches: dict[str, list[Touch]]
+) -> None:
+    bench = Bench(tmp_path, {name: touches[list(MODULI)[-1 - i]] for i, name in enumerate(MODULI)})
+    bench.order_of("calibrating", on=True)
+    found = bench.touch(len(bench.order))
+    assert found["error"] or not found["sound"]
+    assert found["verdict"]
+    bench.part.close()
+
+
+def test_what_is_next_and_missing(touches: dict[str, list[Touch]]) -> None:
+    one = touches[next(iter(MODULI))][0]
+
+    def known(**counts: int) -> list[Known]:
+        moduli = {"soft": 0.1, "middle": 1.0, "hard": 9.0}
+        return [
+            Known(name, moduli[name], 2, tuple((n, one, True) for n in range(counts.get(name, 0)))) for name in moduli
+        ]
+
+    assert next_best(known()) == "Next: soft, then hard."
+    assert next_best(known(middle=1)) == "Next: middle, then soft."
+    assert next_best(known(middle=2)) == "Next: soft, then hard. Below 1 MPa no specimen is finished."
+    assert next_best(known(soft=2, middle=2)) == "Next: hard. Above 1 MPa no specimen is finished."
+    assert (next_best(known(soft=2, middle=2, hard=3)), missing(known(soft=2, middle=2, hard=3))) == ("", [])
+    assert missing(known(soft=1)) == [
+        "1 of at least 3 specimens are touched.",
+        "No specimen has two touches: the scatter from touch to touch is not known.",
+        "Begun: soft (1 more).",
+        "Not touched yet: middle, hard.",
+    ]
