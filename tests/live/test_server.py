@@ -67,7 +67,7 @@ def _stripped(value: Any) -> Any:
 
 
 def test_every_command_is_parsed() -> None:
-    values = {"rows": 10, "wanted": 4, "capf": 1, "on": True, "from_s": 0.5, "to_s": 2, "text": "a", "name": "b"}
+    values = {"rows": 20, "wanted": 4, "capf": 1, "on": True, "from_s": 0.5, "to_s": 2, "text": "a", "name": "b"}
     for do, names in COMMANDS.items():
         whole = {
             name.rstrip("?"): values.get(name.rstrip("?"), 0 if name in ("id", "touch", "frame") else "c")

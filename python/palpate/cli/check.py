@@ -102,25 +102,8 @@ def _lines(report: "Verification") -> str:
     size = (
         f"{survey.rows} rows in {survey.seconds:.1f} s{pace}" if report.timed else f"{survey.rows} rows, rate unknown"
     )
-    lines = [f"{report.path}: {_verdict(report)}: {size}"]
+    lines = [f"{report.path}: {report.verdict}: {size}"]
     lines += [f"  {report.understood}"] if report.understood else []
     return "\n".join(
         [*lines, *(f"  fault: {text}" for text in report.faults), *(f"  {text}" for text in report.findings)]
     )
-
-
-def _verdict(report: "Verification") -> str:
-    from palpate.recording.integrity import SOURCE_FAILED
-
-    if report.running:
-        return "still being recorded"
-    if report.faults:
-        return "changed" if report.changed else "not complete"
-    if report.repaired:
-        return "repaired"
-    if report.rescued:
-        return "rescued"
-    if report.clean is None:
-        return "readable"
-    failed = any(text.startswith(SOURCE_FAILED) for text in report.findings)
-    return "complete, until the source failed" if failed else "complete, clean end"

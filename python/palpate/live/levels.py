@@ -31,16 +31,22 @@ _ENOUGH = 8  # times the rows asked for: what the next coarser level would have 
 class Newest:
     """The newest rows, in the order in which they came; at most `most`, and up to a quarter more.
 
+    Parameters
+    ----------
+    most : int
+    room : int
+        Rows for which there is room at once; else it grows.
+
     Attributes
     ----------
     end : int
         Number of rows that were ever added.
     """
 
-    def __init__(self, most: int) -> None:
+    def __init__(self, most: int, room: int = 0) -> None:
         self.end: int = 0
         self._most = most
-        self._rows, self._used = np.empty(0, ROW), 0
+        self._rows, self._used = np.empty(room, ROW), 0
 
     def add(self, rows: Rows) -> None:
         """Add rows. Rows that were returned before do not change."""
@@ -73,8 +79,8 @@ class Newest:
 class _Level(Newest):
     """A level: two rows in each bin; per_s: bins in a second, 0 for the finest one with all rows."""
 
-    def __init__(self, per_s: float, most: int) -> None:
-        super().__init__(most)
+    def __init__(self, per_s: float, most: int, room: int = 0) -> None:
+        super().__init__(most, room)
         self.per_s = per_s
 
     @property
@@ -116,7 +122,7 @@ class Levels:
     def __init__(self, *, whole: bool = False) -> None:
         self.recent = Newest(KEPT)
         self._whole, self._lock = whole, Lock()
-        self._levels = [_Level(0, 2 * WHOLE if whole else FINEST)]
+        self._levels = [_Level(0, 2 * WHOLE, WHOLE) if whole else _Level(0, FINEST)]  # memory is used as rows come
         self._newest, self._count = deque[Rows](), 0
         self._waiting, self._late = list[Rows](), 0  # not yet in the coarser levels
         self._span: tuple[float, float] | None = None
@@ -187,7 +193,7 @@ class Levels:
         per_s, part = self._around(from_s, to_s, most)
         shown = _between(part, per_s, from_s, to_s)
         while len(shown) > most:
-            per_s = per_s / 2 if per_s else _per_s(part, 2)
+            per_s = per_s / 2 if per_s else _per_s(part, 1)
             part = thinned(part, per_s)
             shown = _between(part, per_s, from_s, to_s)
         return per_s, shown

@@ -68,7 +68,7 @@ def parse(message: str | bytes) -> Command:
     return Command(do, checked)
 
 
-def told(kind: str, **what: Any) -> str:
+def told(kind: str, /, **what: Any) -> str:
     """Return a message to a page: JSON, with null for nan and inf.
 
     Examples

@@ -3,12 +3,14 @@
 import math
 import time
 from collections import deque
+from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Any
 
 from palpate import __version__
 from palpate._core import Touch
 from palpate.calibration import Calibration
+from palpate.live.review import Review
 from palpate.live.session import Moment, Session
 from palpate.sentences import advice
 from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
@@ -23,16 +25,22 @@ class Summary:
 
     Parameters
     ----------
-    session : Session
+    session : Session or Review
     calibration : Calibration, optional
         To show moduli, and for the scatter from touch to touch.
     scatter : float
         Relative scatter from touch to touch without a calibration, for the question whether touches agree.
+
+    Attributes
+    ----------
+    known : callable
+        Returns for each touch its specimen, its deviation, whether it is kept, and why not.
     """
 
     def __init__(
-        self, session: Session, calibration: Calibration | None = None, scatter: float = TOUCH_SCATTER
+        self, session: Session | Review, calibration: Calibration | None = None, scatter: float = TOUCH_SCATTER
     ) -> None:
+        self.known: Callable[[], list[dict[str, Any]]] = list
         self._session, self._calibration, self._scatter = session, calibration, scatter
         self._reads: deque[tuple[float, int]] = deque()
         self._measurement = 0
@@ -94,7 +102,9 @@ class Summary:
                 self._rows[number] = self._row(number, touch)
         together = self._together(found)
         best = self._most_reliable(found) if together and together.agree else None
-        return {"rows": self._rows[-_SHOWN:], "most_reliable": best, "together": self._words(together)}
+        known = self.known() or [{}] * len(self._rows)
+        rows = [row | more for row, more in zip(self._rows[-_SHOWN:], known[-_SHOWN:], strict=False)]
+        return {"rows": rows, "most_reliable": best, "together": self._words(together)}
 
     def marks(self) -> dict[str, Any]:
         """Return the marks of the recording."""

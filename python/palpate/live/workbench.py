@@ -5,7 +5,9 @@ from typing import Any
 
 from palpate.calibration import Calibration
 from palpate.live.desk.noise import Noise
+from palpate.live.desk.recorded import Recorded
 from palpate.live.protocol import Command, Refused
+from palpate.live.review import Review
 from palpate.live.session import Session
 from palpate.live.summary import Summary
 from palpate.several import TOUCH_SCATTER
@@ -18,7 +20,7 @@ class Workbench:
 
     Parameters
     ----------
-    session : Session
+    session : Session or Review
         A started session; the workbench does not close it.
     source : str
         Name of the source, as given by the user.
@@ -39,7 +41,7 @@ class Workbench:
 
     def __init__(
         self,
-        session: Session,
+        session: Session | Review,
         source: str,
         calibration: Calibration | None = None,
         scatter: float = TOUCH_SCATTER,
@@ -53,6 +55,10 @@ class Workbench:
             "touches": self._summary.touches,
             "marks": self._summary.marks,
         }
+        if isinstance(session, Review):
+            recorded = Recorded(session, calibration.accepted if calibration else frozenset())
+            self._summary.known = recorded.rows
+            self.told |= recorded.told
 
     def hello(self) -> Document:
         """Return the values that do not change during a measurement."""
@@ -73,7 +79,9 @@ class Workbench:
             As `Stream` does.
         """
         if command.do not in self.orders:
-            raise Refused(f"{command.do}: not possible with this source")
+            is_file = self.session.kind == "file"
+            why = "this is a recording, nothing is measured" if is_file else "not possible with this source"
+            raise Refused(f"{command.do}: {why}")
         with self.session.commands:
             answer = self.orders[command.do](command)
         return answer if isinstance(answer, dict) else {"message": answer}

@@ -129,7 +129,7 @@ def spectrum(level: Array, rate: float) -> tuple[Array, Array]:
     window = np.hanning(level.shape[1] + 1)[:-1]
     power = np.mean(np.abs(np.fft.rfft(level * window)) ** 2, axis=0) * 2 / (rate * float(window @ window))
     hz = np.fft.rfftfreq(level.shape[1], 1 / rate)
-    return hz[1:], np.sqrt(power[1:])
+    return np.asarray(hz[1:], np.float64), np.sqrt(power[1:])
 
 
 def peaks_of(channel: str, hz: Array, amplitude: Array, rate: float) -> list[Peak]:
@@ -176,7 +176,7 @@ def _detrended(level: Array) -> Array:
     """Return segments without mean and slope."""
     at = np.arange(level.shape[1]) - (level.shape[1] - 1) / 2
     level = level - level.mean(axis=1, keepdims=True)
-    return level - (level @ at)[:, None] * at / (at @ at)
+    return np.asarray(level - (level @ at)[:, None] * at / (at @ at))
 
 
 def _said(seconds: float, rms: dict[str, float], peaks: list[Peak], rate: float) -> str:
