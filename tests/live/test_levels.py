@@ -1,16 +1,24 @@
 """The rows at several levels of detail: every view has the extremes of all rows, whatever was forgotten."""
 
+import asyncio
+import json
 import math
+import subprocess
+import sys
+import time
 from typing import Any
 
 import numpy as np
 import pytest
-from effort import examples
+from effort import NIGHTLY, examples
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate.live import levels as module
-from palpate.live.feed import BINS_PER_S, FIELDS, ROW, Rows, thinned
+from palpate.live.access.limits import VIEWS, VIEWS_WAITING
+from palpate.live.feed import BINS_PER_S, FIELDS, HEADER, ROW, Kind, Rows, thinned
 from palpate.live.levels import Levels
+from palpate.live.pages import Page
+from palpate.live.protocol import Command
 
 SMALL = {"FINEST": 600, "COARSER": 400, "WHOLE": 800, "_AT_ONCE": 64, "_SPLIT": 200, "KEPT": 100, "NEWEST": 50}
 
@@ -82,3 +90,66 @@ def test_a_view_has_the_extremes_of_all_rows(
     inside = (finer >= math.floor(low * 2 * per_s)) & (finer <= math.floor(high * 2 * per_s))
     if per_s and count < SMALL["FINEST"]:  # nothing is forgotten: it is the finest that fits
         assert len(thinned(every[inside], 2 * per_s)) > most // 2
+
+
+def test_memory_of_a_long_measurement_is_bounded() -> None:
+    """A day at 1 kHz, in blocks: each level has its rows and a quarter more, and there are as many as quadruplings."""
+    seconds = 86_400 if NIGHTLY else 3600
+    levels, second = Levels(), made(np.arange(1000) / 1000, np.random.default_rng(1))
+    begun = second["t_s"].copy()
+    for number in range(seconds):
+        second["t_s"] = begun + number
+        levels.add(second)
+    rows = [len(level._rows) for level in levels._levels]
+    assert rows[0] <= module.FINEST * 5 // 4
+    assert max(rows[1:]) <= module.COARSER * 5 // 4
+    assert len(rows) <= 2 + math.log(seconds * 1000 / module._SPLIT, module._WIDER)
+    view = levels.view(0, seconds, 4096)
+    assert view["t_s"][0] == 0
+    assert len(view) > 1024
+    assert np.fmax.reduce(view["hard"]) == np.fmax.reduce(second["hard"])
+
+
+class Socket:
+    """A web socket that keeps the views."""
+
+    def __init__(self) -> None:
+        self.views: list[int] = []
+
+    async def send_text(self, data: str) -> None:
+        pass
+
+    async def send_bytes(self, data: bytes) -> None:
+        _, number, _, kind = HEADER.unpack_from(data)
+        if kind == Kind.VIEW:
+            self.views.append(number)
+
+
+def test_of_too_many_views_the_newest_are_sent() -> None:
+    async def run() -> tuple[list[int], float]:
+        socket, begun = Socket(), time.monotonic()
+        page = Page(socket)
+        sending = asyncio.create_task(page.send())
+        for number in range(100):
+            page.look(Command("view", {"id": number, "from_s": 0.0, "to_s": 1.0, "rows": 100}))
+            await asyncio.sleep(0)
+        while socket.views[-1] < 99:
+            await asyncio.sleep(0.01)
+        sending.cancel()
+        return socket.views, time.monotonic() - begun
+
+    views, seconds = asyncio.run(run())
+    assert views == sorted(views)
+    assert views[-VIEWS_WAITING:] == list(range(100 - VIEWS_WAITING, 100))
+    assert len(views) <= VIEWS.at_once + VIEWS.per_s * seconds + 1
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc")
+def test_a_server_at_1_kHz_stays_as_large_as_it_is() -> None:
+    """From the first sixth of the time to its end: less than the levels that fill in 10 minutes, 64k rows of 49 bytes each."""
+    seconds = 600 if NIGHTLY else 12
+    command = [sys.executable, "-m", "bench.speed.live_recording", "--flat", str(seconds)]
+    told = subprocess.run(command, capture_output=True, text=True, check=True)
+    early, late, dropped = json.loads(told.stdout)
+    assert late - early < 20 + 4
+    assert dropped == 0

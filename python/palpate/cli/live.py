@@ -135,7 +135,9 @@ def live(
 def _refuse_measuring(file: Path | None, lsl: str | None) -> None:
     for name, given in {"--record": file, "--lsl": lsl}.items():
         if given is not None:
-            raise click.UsageError(f'{name}: got it with a recording, allowed: with a source that measures, or "FILE?speed=1"')
+            raise click.UsageError(
+                f'{name}: got it with a recording, allowed: with a source that measures, or "FILE?speed=1"'
+            )
 
 
 def _require() -> None:

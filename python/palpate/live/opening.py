@@ -42,5 +42,5 @@ def review(source: str, given_beside: dict[str, Any], how: dict[str, Any], tell:
     """
     opened = sources.open(source, **given_beside)
     if not isinstance(opened, FileSource):
-        raise ValueError(f"source: got {source}, allowed: a file")
+        raise ValueError(f"source: got {source}, allowed: a file")  # noqa: TRY004  of a name
     return Review(opened.recording, how, tell)

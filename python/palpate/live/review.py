@@ -140,7 +140,13 @@ class Review:
         """What `hello` says of the file."""
         found, survey = self.verification, self._recording.survey
         if found is None:
-            return {"name": self._recording.path.name, "rows": 0, "missing": 0, "end": self.error or _READING, "seconds": 0.0}
+            return {
+                "name": self._recording.path.name,
+                "rows": 0,
+                "missing": 0,
+                "end": self.error or _READING,
+                "seconds": 0.0,
+            }
         return {
             "name": self._recording.path.name,
             "rows": survey.rows,
@@ -199,6 +205,8 @@ class Review:
         self.touches = tracker.touches
         found = judged(self._recording, self._opened.damage)
         told = [*found.faults, *found.findings]
+        if width_s := self.levels.finest_s:
+            told.append(f"too long to show every sample: lowest and highest values of each {width_s:.2g} s are shown")
         self.messages = [*self.messages, *told]
         for line in told:
             self._tell(line)

@@ -74,7 +74,16 @@ def noise_of(rows: Rows) -> Document:
     segments = idle(rows)
     if not len(segments):
         text = f"Noise: wait for {FEWEST} samples without contact, one after the other."
-        return {"seconds": 0.0, "hard_aF": None, "soft_aF": None, "hz": [], "hard": [], "soft": [], "peaks": [], "text": text}
+        return {
+            "seconds": 0.0,
+            "hard_aF": None,
+            "soft_aF": None,
+            "hz": [],
+            "hard": [],
+            "soft": [],
+            "peaks": [],
+            "text": text,
+        }
     rate = 1 / float(np.median(np.diff(segments["t_s"], axis=1)))
     spectra: dict[str, Array] = {}
     rms: dict[str, float] = {}
@@ -104,9 +113,7 @@ def idle(rows: Rows) -> Rows:
     cuts = np.flatnonzero(np.concatenate(([True], ~follows, [True]))).tolist() if len(rows) else []
     edge = math.ceil(_EDGE_S / period_s) if period_s > 0 else 0
     runs = [
-        (begin + edge * (begin > 0), end - edge * (end < len(rows)))
-        for begin, end in pairwise(cuts)
-        if usable[begin]
+        (begin + edge * (begin > 0), end - edge * (end < len(rows))) for begin, end in pairwise(cuts) if usable[begin]
     ]
     longest = max((end - begin for begin, end in runs), default=0)
     if longest < FEWEST:
