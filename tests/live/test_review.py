@@ -58,8 +58,12 @@ def test_the_touches_are_those_of_a_replay(tmp_path: Path) -> None:
     lines = [
         f"{t},{hard},{soft}" for t, hard, soft in zip(recording.t_hard_s, recording.hard, recording.soft, strict=True)
     ]
-    table.write_text("\n".join(["time (s),a (pF),b (pF)", *lines]))
-    for path, asked in ((OWN_FILE, {}), (table, {"columns": {"hard": "a (pF)", "soft": "b (pF)"}})):
+    table.write_text("\n".join(["time (s),a (pF),b (pF)", *lines, ""]))
+    kinds: list[tuple[Path, dict[str, Any]]] = [
+        (OWN_FILE, {}),
+        (table, {"columns": {"hard": "a (pF)", "soft": "b (pF)"}}),
+    ]
+    for path, asked in kinds:
         with opened(path, **asked) as found:
             replayed = palpate.touches(recorded(path, **asked))
             assert len(replayed) == 4
@@ -173,7 +177,8 @@ def test_views_and_courses_over_a_web_socket() -> None:
             socket.send_text(json.dumps({"do": "view", "id": 77, "from_s": 5, "to_s": 30, "rows": 200}))
             socket.send_text(json.dumps({"do": "trace", "touch": 2}))
             socket.send_text(json.dumps({"do": "trace", "touch": 9}))
-            traces, frame, refused = [], b"", ""
+            traces: list[dict[str, Any]] = []
+            frame, refused = b"", ""
             while not (frame and refused and len(traces) >= 5):
                 message = socket.receive()
                 told = json.loads(message.get("text") or '{"type": ""}')

@@ -1,6 +1,7 @@
 """An opened recording in place of a measurement: it is tracked as a whole at once, and nothing is measured."""
 
 import math
+import time
 from collections.abc import Callable, Iterator
 from threading import Event, Lock, Thread
 from types import SimpleNamespace
@@ -26,6 +27,7 @@ from palpate.stream.estimate import Batch, StreamCounters
 from palpate.touch import replayed, tracker_of
 
 _READING = "being read"
+_TOUCHES_S = 0.5  # what is told of all touches costs as much as reading them
 _HOLE_S = 0.25  # a hole without a mark is shown from here on; all are counted
 
 
@@ -94,6 +96,7 @@ class Review:
         self.commands: Any = Lock()
         self.orders: dict[str, Callable[[Command], str]] = {}
         self._seq: int | None = None
+        self._due_s = 0.0
         self._marked = dict(recording.gap_marks)
         self._stopping = Event()
         self._thread = Thread(target=self._run, name="palpate-review", daemon=True)
@@ -180,8 +183,9 @@ class Review:
         rows["t_s"] = np.maximum.accumulate(np.maximum(rows["t_s"], last))  # times of a file may go back
         self.levels.add(rows)
         self.ends |= ends_of(batch)
-        if found := self.stream.tracker.touches_since(len(self.touches)):
+        if time.monotonic() >= self._due_s and (found := self.stream.tracker.touches_since(len(self.touches))):
             self.touches = [*self.touches, *found]
+            self._due_s = time.monotonic() + _TOUCHES_S
 
     def _follow(self, block: Block, last_s: float) -> None:
         """Note tares, and gaps: those with a mark, and holes that can be seen."""

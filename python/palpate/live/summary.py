@@ -3,7 +3,7 @@
 import math
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
@@ -40,11 +40,12 @@ class Summary:
     def __init__(
         self, session: Session | Review, calibration: Calibration | None = None, scatter: float = TOUCH_SCATTER
     ) -> None:
-        self.known: Callable[[], list[dict[str, Any]]] = list
+        self.known: Callable[[], Sequence[dict[str, Any]]] = tuple  # the same as long as nothing changes
         self._session, self._calibration, self._scatter = session, calibration, scatter
         self._reads: deque[tuple[float, int]] = deque()
         self._measurement = 0
         self._rows: list[dict[str, Any]] = []
+        self._told: tuple[tuple[Any, ...], dict[str, Any]] | None = None
 
     def instrument(self, source: str) -> dict[str, Any]:
         """Return the values that do not change during a measurement."""
@@ -94,7 +95,13 @@ class Summary:
     def touches(self) -> dict[str, Any]:
         """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do."""
         self._begin_again()
-        found = self._session.touches
+        found, known = self._session.touches, self.known()
+        of = (found, known, self._calibration)
+        if self._told is None or any(one is not other for one, other in zip(self._told[0], of, strict=True)):
+            self._told = of, self._touches_of(found, known)
+        return self._told[1]
+
+    def _touches_of(self, found: list[Touch], known: Sequence[dict[str, Any]]) -> dict[str, Any]:
         for number, touch in enumerate(found):
             if number >= len(self._rows):
                 self._rows.append(self._row(number, touch))
@@ -102,7 +109,7 @@ class Summary:
                 self._rows[number] = self._row(number, touch)
         together = self._together(found)
         best = self._most_reliable(found) if together and together.agree else None
-        known = self.known() or [{}] * len(self._rows)
+        known = known or [{}] * len(self._rows)
         rows = [row | more for row, more in zip(self._rows[-_SHOWN:], known[-_SHOWN:], strict=False)]
         return {"rows": rows, "most_reliable": best, "together": self._words(together)}
 

@@ -10,6 +10,7 @@ from palpate.sentences import advice
 from palpate.several import objections
 
 Document = dict[str, Any]
+_FLAGGED = 1000  # touches
 
 
 class Recorded:
@@ -31,7 +32,7 @@ class Recorded:
         self.told: dict[str, Callable[[], Document]] = {"events": self.events, "session": self.session}
         self._review, self._accepted = review, accepted
         self._touches: list[Touch] = []
-        self._rows: list[Document] = []
+        self._known: tuple[list[Document], list[Document]] = ([], [])
 
     def events(self) -> Document:
         """Return the message `events`."""
@@ -41,20 +42,12 @@ class Recorded:
             "marks": [{"id": number, "t_s": t_s, "text": text} for number, (t_s, text) in enumerate(review.marks, 1)],
             "tares": list(review.tares),
             "gaps": [dict(zip(names, gap, strict=True)) for gap in review.gaps],
-            "flags": [
-                {"t_s": review.ends.get(number, touch.start_s), "touch": number, "name": flag, "text": sentence}
-                for number, touch in enumerate(review.touches, 1)
-                if touch.flags
-                for flag, sentence in zip(touch.flags, advice(touch), strict=False)
-            ],
+            "flags": self._caught_up()[1],
         }
 
     def rows(self) -> list[Document]:
         """Return specimen, deviation from the mean of its kept touches, whether it is kept, and why not, of each touch."""
-        touches = self._review.touches
-        if touches is not self._touches:
-            self._touches, self._rows = touches, self._rows_of(touches)
-        return self._rows
+        return self._caught_up()[0]
 
     def session(self) -> Document:
         """Return the message `session`."""
@@ -85,6 +78,22 @@ class Recorded:
             "notes": [{"t_s": note.t_s, "text": note.text} for note in plan.notes],
             "last": {"touch": len(rows), "kept": rows[-1]["kept"]} if rows else None,
         }
+
+    def _caught_up(self) -> tuple[list[Document], list[Document]]:
+        """Return the rows and the flags, computed again when there are more touches."""
+        touches = self._review.touches
+        if touches is not self._touches:
+            self._touches, self._known = touches, (self._rows_of(touches), self._flags_of(touches))
+        return self._known
+
+    def _flags_of(self, touches: list[Touch]) -> list[Document]:
+        first = max(len(touches) - _FLAGGED, 0)
+        return [
+            {"t_s": self._review.ends.get(number, touch.start_s), "touch": number, "name": flag, "text": sentence}
+            for number, touch in enumerate(touches[first:], first + 1)
+            if touch.flags
+            for flag, sentence in zip(touch.flags, advice(touch), strict=False)
+        ]
 
     def _rows_of(self, touches: list[Touch]) -> list[Document]:
         entries = self._review.plan.matched(touches, self._review.period_s)
