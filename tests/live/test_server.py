@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from live_bench import HOST, ORIGIN, OWN, PORT, begun, client
 from palpate.live.feed import HEADER, ROW
-from palpate.live.levels import KEPT, Levels, Newest
+from palpate.live.levels import KEPT, Levels
+from palpate.live.newest import Newest
 from palpate.live.pages import AHEAD, ROWS, Page
 from palpate.live.protocol import COMMANDS, Command, Refused, parse
 from palpate.live.recordings import Recordings

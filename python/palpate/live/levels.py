@@ -13,6 +13,7 @@ from threading import Lock
 import numpy as np
 
 from palpate.live.feed import BINS_PER_S, ROW, Rows, thinned
+from palpate.live.newest import Newest
 
 KEPT = 16384
 """Rows that are kept for a page that is opened later: 160 s at 100 pairs per second, 16 s at 1,000 and more."""
@@ -25,55 +26,7 @@ WHOLE = 1 << 21
 _AT_ONCE = 4096  # rows that go to the coarser levels together
 _SPLIT = 16384  # rows of the coarsest level, with which a coarser one begins
 _WIDER = 4
-_ENOUGH = 8  # times the rows asked for: what the next coarser level would have at least
-
-
-class Newest:
-    """The newest rows, in the order in which they came; at most `most`, and up to a quarter more.
-
-    Parameters
-    ----------
-    most : int
-    room : int
-        Rows for which there is room at once; else it grows.
-
-    Attributes
-    ----------
-    end : int
-        Number of rows that were ever added.
-    """
-
-    def __init__(self, most: int, room: int = 0) -> None:
-        self.end: int = 0
-        self._most = most
-        self._rows, self._used = np.empty(room, ROW), 0
-
-    def add(self, rows: Rows) -> None:
-        """Add rows. Rows that were returned before do not change."""
-        self.end += len(rows)
-        rows = rows[-self._most :]
-        if self._used + len(rows) > len(self._rows):
-            kept = self._rows[max(self._used - self._most, 0) : self._used]
-            size = len(kept) + len(rows)
-            self._rows, self._used = np.empty(max(size, min(2 * size, self._most * 5 // 4)), ROW), len(kept)
-            self._rows[: len(kept)] = kept
-        self._rows[self._used : self._used + len(rows)] = rows
-        self._used += len(rows)
-
-    @property
-    def begin(self) -> int:
-        """Number of the oldest row that counts."""
-        return max(self.end - self._most, 0)
-
-    @property
-    def rows(self) -> Rows:
-        """All rows that are there; a view."""
-        return self._rows[: self._used]
-
-    def part(self, begin: int, most: int) -> Rows:
-        """Return rows from a number on, at most so many; a view."""
-        first = self._used - (self.end - begin)
-        return self._rows[first : min(first + most, self._used)]
+_ENOUGH = 2 * _WIDER  # times the rows asked for: of more rows the next coarser level has enough, too; of a level _WIDER
 
 
 class _Level(Newest):
@@ -209,7 +162,7 @@ class Levels:
             for level in self._levels:
                 part = _between(level.rows, level.per_s, from_s - more_s, to_s + more_s)
                 remembers = not level.forgets or level.rows["t_s"][0] <= from_s - more_s
-                if remembers and len(part) <= _ENOUGH * most:
+                if remembers and len(part) <= most * (_ENOUGH if level is self._finest else _WIDER):
                     break
             if level is self._finest:
                 return level.per_s, part.copy() if level.per_s else part  # the last bin may still change
