@@ -41,7 +41,9 @@ class Bench:
         self.folder = folder
         self.part = Calibrating(self.known, files, lambda found, path: self.used.append((found, path)))
 
-    def checked(self, name: str) -> Path:
+    def checked(self, name: str, suffix: str) -> Path:
+        if not name.endswith(suffix):
+            raise ValueError(f"name: got {name!r}, allowed: a name that ends in {suffix}")
         if (self.folder / name).exists():
             raise ValueError(f"name: got {name!r}, which exists, allowed: a new name")
         return self.folder / name

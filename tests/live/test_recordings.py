@@ -39,7 +39,7 @@ def test_a_name_of_the_page_is_in_the_folder(named: Recordings, tmp_path: Path) 
      "ü.csv", "~/run.csv", "C:run.csv", "x" * 97 + ".csv", "run.CSV"],
 )  # fmt: skip
 def test_a_name_that_could_be_another_place_is_refused(name: str, named: Recordings) -> None:
-    with pytest.raises(ValueError, match=r"record: got the name .*, allowed: at most 100 of A-Z"):
+    with pytest.raises(ValueError, match=r"name: got .*, allowed: at most 100 of A-Z"):
         named.next(name)
     assert named.files == []
 

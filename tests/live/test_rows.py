@@ -17,8 +17,10 @@ from hypothesis import strategies as st
 from live_browser import browser
 from palpate import Sample, Source
 from palpate.live import hub as hubs
-from palpate.live.feed import BINS_PER_S, FIELDS, HEADER, ROW, History, Rows, pack, thinned
-from palpate.live.hub import AHEAD, ROWS, Hub, Page
+from palpate.live.feed import BINS_PER_S, FIELDS, HEADER, ROW, Rows, pack, thinned
+from palpate.live.hub import Hub
+from palpate.live.levels import Levels
+from palpate.live.pages import AHEAD, ROWS, Page
 from palpate.live.recordings import Recordings
 from palpate.live.server import page_files
 from palpate.live.session import Session
@@ -199,11 +201,15 @@ def test_ten_thousand_pairs_a_second(tmp_path: Path) -> None:
     session.on_rows = lambda: batches.append(1)
     session.start()
     parts: list[Rows] = []
-    while session.running:
-        parts += session.take()
+    end = 0
+    while session.running or end < session.levels.recent.end:
+        missed, part = session.levels.following(end, 1 << 20)
+        assert missed == 0
+        parts.append(part)
+        end += len(part)
         time.sleep(0.01)
     session.close()
-    counters, rows = session.counters, np.concatenate([*parts, *session.take()])
+    counters, rows = session.counters, np.concatenate(parts)
     assert (counters.read, counters.dropped, counters.recorded) == (10_000 * seconds, 0, 10_000 * seconds)
     assert counters.delivered == counters.read
     assert len(rows) <= 2 * BINS_PER_S * seconds + 4 * len(batches)
@@ -214,12 +220,12 @@ def test_ten_thousand_pairs_a_second(tmp_path: Path) -> None:
 
 def test_a_page_that_confirms_every_fourth_frame_gets_all() -> None:
     async def run() -> tuple[int, int]:
-        socket, history = Noting(), History()
+        socket, levels = Noting(), Levels()
         page = Page(socket)
-        page.begin(history)
+        page.begin(levels)
         sending = asyncio.create_task(page.send())
         for _ in range(4 * AHEAD):
-            history.add(made(ROWS, 1e4, 1))
+            levels.add(made(ROWS, 38.0, 1))
             page.wake()
             await turns()
             if page.sent % 4 == 0:

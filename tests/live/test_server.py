@@ -12,8 +12,10 @@ from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from live_bench import HOST, ORIGIN, OWN, PORT, begun, client
-from palpate.live.feed import HEADER, KEPT, ROW, History
-from palpate.live.hub import AHEAD, ROWS, Page
+from palpate.live.feed import HEADER, ROW
+from palpate.live.levels import KEPT, Levels
+from palpate.live.newest import Newest
+from palpate.live.pages import AHEAD, ROWS, Page
 from palpate.live.protocol import COMMANDS, Command, Refused, parse
 from palpate.live.recordings import Recordings
 from palpate.live.server import Server, page_files
@@ -66,7 +68,7 @@ def _stripped(value: Any) -> Any:
 
 
 def test_every_command_is_parsed() -> None:
-    values = {"rows": 10, "wanted": 4, "capf": 1, "on": True, "from_s": 0.5, "to_s": 2, "text": "a", "name": "b"}
+    values = {"rows": 20, "wanted": 4, "capf": 1, "on": True, "from_s": 0.5, "to_s": 2, "text": "a", "name": "b"}
     for do, names in COMMANDS.items():
         whole = {
             name.rstrip("?"): values.get(name.rstrip("?"), 0 if name in ("id", "touch", "frame") else "c")
@@ -207,15 +209,15 @@ def asleep(missed: int) -> tuple[Page, list[tuple[int, np.ndarray[Any, Any]]]]:
     """Return a page that confirmed nothing while so many rows came, and its frames: whether it begins again, times."""
 
     async def run() -> tuple[Page, list[bytes]]:
-        socket, history = Slow(), History()
+        socket, levels = Slow(), Levels()
         page = Page(socket)
-        page.begin(history)
+        page.begin(levels)
         socket.may.set()
         sending = asyncio.create_task(page.send())
         for begin in range(0, missed, 50):
             rows = np.zeros(50, ROW)
             rows["t_s"] = np.arange(begin, begin + 50)
-            history.add(rows)
+            levels.add(rows)
             page.wake()
             if begin < 50 * 2 * AHEAD:
                 await turns()
@@ -276,12 +278,12 @@ def test_the_state_comes_before_the_answer_that_speaks_of_it() -> None:
 @given(st.lists(st.integers(0, 3 * KEPT), max_size=8))
 @examples(30)
 def test_the_history_is_the_newest_rows(sizes: list[int]) -> None:
-    history, t = History(), np.empty(0)
+    history, t = Newest(KEPT), np.empty(0)
     for size in sizes:
         rows = np.zeros(size, ROW)
         rows["t_s"] = np.arange(size) + len(t)
         t = np.append(t, rows["t_s"])
         history.add(rows)
     assert (history.begin, history.end) == (max(len(t) - KEPT, 0), len(t))
-    assert np.array_equal(history.rows(history.begin, KEPT)["t_s"], t[-KEPT:])
-    assert np.array_equal(history.rows(history.begin + 3, 5)["t_s"], t[-KEPT:][3:8])
+    assert np.array_equal(history.part(history.begin, KEPT)["t_s"], t[-KEPT:])
+    assert np.array_equal(history.part(history.begin + 3, 5)["t_s"], t[-KEPT:][3:8])

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from palpate import PalpateError
 from palpate.cli.exit import BAD_DATA, INTERRUPTED, one_line
@@ -26,6 +27,7 @@ from palpate.several import TOUCH_SCATTER
 if TYPE_CHECKING:
     from palpate.ad7746.evalkit.find import Board
     from palpate.calibration import Calibration
+    from palpate.live.review import Review
     from palpate.live.session import Session
 
 SIMULATED = "sim:four-specimens"
@@ -90,7 +92,7 @@ def live(
     _require()
     require_free(with_sidecar(file) if file else [], force=None)
     from palpate.live.access.gatekeeper import new_token
-    from palpate.live.opening import opener
+    from palpate.live.opening import is_file, opener, review
     from palpate.live.recordings import Recordings
     from palpate.live.serve import address_of, listen, serve
     from palpate.live.server import Server
@@ -100,14 +102,18 @@ def live(
     token, named = _token(host, no_token=no_token), source
     source = source or _plugged_in()
     how: dict[str, Any] = {"scene": scene, **tracking(touch_seconds, samples, settings)}
+    beside, tell = opening(firmware, excitation) | asked, lambda message: say(one_line(message))
+    looks = is_file(source)
+    if looks:
+        _refuse_measuring(file, lsl)
+        if click.get_current_context().get_parameter_source("scene") is ParameterSource.DEFAULT:
+            how["scene"] = None  # that of the recording
     calibrated = _calibration(calibration, scene) if calibration else None
     try:
-        session = Session(
-            opener(source, opening(firmware, excitation) | asked),
-            Recordings(file),
-            how,
-            lambda message: say(one_line(message)),
-            lsl,
+        session = (
+            review(source, beside, how, tell)
+            if looks
+            else Session(opener(source, beside), Recordings(file), how, tell, lsl)
         )
         with ExitStack() as unless_started:
             listening = unless_started.enter_context(listen(host, port))
@@ -124,6 +130,14 @@ def live(
         if not no_open and _has_screen():
             webbrowser.open(address_of(listening, host, ticket))
         serve(server.app(host, port, token, ticket), listening, token, ticket)
+
+
+def _refuse_measuring(file: Path | None, lsl: str | None) -> None:
+    for name, given in {"--record": file, "--lsl": lsl}.items():
+        if given is not None:
+            raise click.UsageError(
+                f'{name}: got it with a recording, allowed: with a source that measures, or "FILE?speed=1"'
+            )
 
 
 def _require() -> None:
@@ -146,7 +160,7 @@ def _plugged_in() -> str:
 
 
 @contextmanager
-def _arrivals(session: "Session") -> Iterator[None]:
+def _arrivals(session: "Session | Review") -> Iterator[None]:
     """While a simulated board measures in place of one: tell when one is plugged in."""
     from palpate.ad7746.evalkit.hotplug import Hotplug  # the simulated board needs pyusb, too
 
@@ -197,7 +211,7 @@ def _has_screen() -> bool:
 
 
 @contextmanager
-def _ending(session: "Session") -> Iterator[None]:
+def _ending(session: "Session | Review") -> Iterator[None]:
     """Close the session when the server ends, also after an error."""
     try:
         yield

@@ -9,8 +9,8 @@ from typing import Any, NoReturn
 LONGEST = 8192  # bytes of a message
 LONGEST_TEXT = 200  # characters of a mark, a name, a note
 LONGEST_PLAN = 4000  # characters of a list of specimens
-ROWS = 4096
-"""Rows of a view, at most."""
+FEWEST_ROWS, ROWS = 16, 4096
+"""Rows of a view, at least and at most."""
 LARGEST_S = 1e12
 
 
@@ -68,7 +68,7 @@ def parse(message: str | bytes) -> Command:
     return Command(do, checked)
 
 
-def told(kind: str, **what: Any) -> str:
+def told(kind: str, /, **what: Any) -> str:
     """Return a message to a page: JSON, with null for nan and inf.
 
     Examples
@@ -163,7 +163,7 @@ COMMANDS: dict[str, dict[str, Check]] = {
     "report": {},
     "noise": {"on": _flag},
     "trace": {"touch": _ID},
-    "view": {"id": _ID, "from_s": _seconds, "to_s": _seconds, "rows": _whole(2, ROWS)},
+    "view": {"id": _ID, "from_s": _seconds, "to_s": _seconds, "rows": _whole(FEWEST_ROWS, ROWS)},
     "seen": {"frame": _ID},
 }
 """The commands of a page, with the values that each needs; with a question mark: may be left out."""

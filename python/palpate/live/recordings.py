@@ -11,8 +11,8 @@ from palpate.recording.sidecar import sidecar_path
 Kind = Literal["recording", "settings", "calibration", "report"]
 LONGEST = 100
 """Characters of a name, at most."""
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]*\.csv")
-_ALLOWED = f"at most {LONGEST} of A-Z, a-z, 0-9, space, _, . and -, a letter or digit first, and .csv at the end"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]*")
+_ALLOWED = f"at most {LONGEST} of A-Z, a-z, 0-9, space, _, . and -, a letter or digit first"
 
 
 class Recordings:
@@ -81,8 +81,30 @@ class Recordings:
         ValueError
             The name is not allowed, or there is such a file.
         """
-        path = self._proposed() if name is None else self._checked(name)
+        path = self._proposed() if name is None else self.checked(name)
         return self.made(path, "recording")
+
+    def checked(self, name: str, suffix: str = ".csv") -> Path:
+        """Return the path of a new file of this name.
+
+        Raises
+        ------
+        ValueError
+            The name is not allowed, or there is such a file.
+        """
+        if len(name) > LONGEST or not _NAME.fullmatch(name) or not name.endswith(suffix):
+            raise ValueError(f"name: got {quoted(name)}, allowed: {_ALLOWED}, and {suffix} at the end")
+        if not self._is_free(path := self._folder / name):
+            raise ValueError(f"name: got {quoted(name)}, and there is such a file; choose another name")
+        return path
+
+    def free(self, name: str) -> Path:
+        """Return the path of a new file of this name, with a number behind it if there is such a file."""
+        path, number = self._folder / name, 1
+        while not self._is_free(path):
+            number += 1
+            path = self._folder / f"{Path(name).stem}-{number}{Path(name).suffix}"
+        return path
 
     def made(self, path: Path, kind: Kind) -> Path:
         """Remember a file that was made, for the page; return its path."""
@@ -114,12 +136,6 @@ class Recordings:
             number += 1
         return path
 
-    def _checked(self, name: str) -> Path:
-        if len(name) > LONGEST or not _NAME.fullmatch(name):
-            raise ValueError(f"record: got the name {quoted(name)}, allowed: {_ALLOWED}")
-        if not self._is_free(path := self._folder / name):
-            raise ValueError(f"record: got the name {quoted(name)}, and there is such a file; choose another name")
-        return path
-
     def _is_free(self, path: Path) -> bool:
-        return path not in self._made and not path.exists() and not sidecar_path(path).exists()
+        beside = path.with_suffix(".json")
+        return path not in self._made and not path.exists() and (path.suffix != ".csv" or not beside.exists())

@@ -28,7 +28,8 @@ from palpate.live.access.limits import (
     PAGES_OPENED,
     Bucket,
 )
-from palpate.live.hub import PAGES, Hub, Page
+from palpate.live.hub import PAGES, Hub
+from palpate.live.pages import Page
 from palpate.live.protocol import Command, Refused, parse, told
 from palpate.live.workbench import Workbench
 
@@ -140,8 +141,7 @@ class Server:
     async def _hear(self, page: Page, message: str | bytes) -> None:
         try:
             command = parse(message)
-            if command.do == "seen":
-                page.seen(command["frame"])
+            if self.hub.hear(page, command):
                 return
             if not self._commands.take():
                 raise Refused(f"{command.do}: too many commands; wait a second")

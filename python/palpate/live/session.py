@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 from palpate._core import Touch
 from palpate.errors import PalpateError, RecordingError
-from palpate.live.feed import Rows, rows_of, thinned
+from palpate.live.feed import ends_of, rows_of
+from palpate.live.levels import Levels
 from palpate.live.protocol import Command, Refused
 from palpate.live.recordings import Recordings
 from palpate.lsl import Outlets
@@ -22,7 +23,6 @@ KEPT = 1 << 16
 """Samples that a later recording begins with, at most: 28 min at 38 pairs a second."""
 _PAUSE_S = 1 / 120  # after a batch: the next pair of a slow source comes later, those of a fast one come together
 _BEHIND = 256  # pairs that wait: no pause
-_UNREAD = 8192  # batches: covers a minute in which the server does not read
 _MESSAGES = 8
 
 
@@ -57,6 +57,10 @@ class Session:
     stream : Stream
     touches : list of Touch
         The completed touches; a revised one in place of its first result.
+    ends : dict
+        Number of a touch -> time of its last sample, s.
+    levels : Levels
+        The rows.
     moment : Moment
     last : Sample or None
         The last sample that was estimated.
@@ -80,6 +84,10 @@ class Session:
     commands : threading.Lock
         Held while a command runs.
     """
+
+    kind = "live"
+    file: dict[str, Any] | None = None
+    """Of a recording that is opened: what `hello` says of the file."""
 
     def __init__(
         self,
@@ -106,7 +114,8 @@ class Session:
         self.commands: Any = Lock()
         self._open, self._how, self._tell = open_source, how, tell
         self._batches = Lock()
-        self._unread: list[Rows] = []
+        self.ends: dict[int, float] = {}
+        self.levels: Levels = Levels()
         self._lsl = lsl
 
     def start(self) -> None:
@@ -136,7 +145,7 @@ class Session:
         with self._batches:
             self.stream: Stream = stream
             self.number += 1
-            self.touches, self._unread = [], []
+            self.touches, self.ends, self.levels = [], {}, Levels()
             self.moment, self.error, self.last = Moment(), "", None
         if stream.recorder:
             self.tell_begun(stream.recorder)
@@ -170,12 +179,6 @@ class Session:
             raise
         self.stream.note(note)
 
-    def take(self) -> list[Rows]:
-        """Return the rows measured since the last call."""
-        with self._batches:
-            unread, self._unread = self._unread, []
-            return unread
-
     def measured(self) -> tuple[int, list[Touch]]:
         """Return the number of the measurement and its touches."""
         with self._batches:
@@ -200,6 +203,10 @@ class Session:
     def recorder(self) -> Recorder | None:
         """The recorder of the recording that runs; None: there is none."""
         return self.stream.recorder if self.running else None
+    def zero_utc_ns(self) -> int | None:
+        """UTC of t = 0, ns since 1970; None: unknown."""
+        epoch = self.stream.epoch
+        return epoch and epoch.utc_ns
 
     @property
     def counters(self) -> StreamCounters:
@@ -282,7 +289,8 @@ class Session:
     def _take(self, batch: Batch, stream: Stream) -> None:
         rows = rows_of(batch)
         with self._batches:
-            self._unread = [*self._unread, thinned(rows)][-_UNREAD:]
+            self.levels.add(rows)
+            self.ends |= ends_of(batch)
             tracker, alarm = stream.tracker, bool(batch.rows["alarm"].any())
             self.moment = Moment(tracker.state, tracker.ratio, tracker.standard_error, alarm)
             if len(rows):

@@ -3,11 +3,14 @@
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
+from datetime import UTC, datetime
 from typing import Any
 
+from palpate import __version__
 from palpate._core import Touch
 from palpate.calibration import Calibration
+from palpate.live.review import Review
 from palpate.live.session import Session
 from palpate.sentences import advice
 from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
@@ -23,7 +26,7 @@ class Summary:
 
     Parameters
     ----------
-    session : Session
+    session : Session or Review
     calibration : Calibration, optional
         To show moduli, and for the scatter from touch to touch.
     scatter : float
@@ -36,13 +39,14 @@ class Summary:
     """
 
     def __init__(
-        self, session: Session, calibration: Calibration | None = None, scatter: float = TOUCH_SCATTER
+        self, session: Session | Review, calibration: Calibration | None = None, scatter: float = TOUCH_SCATTER
     ) -> None:
-        self.known: Callable[[], list[dict[str, Any]]] = list
+        self.known: Callable[[], Sequence[dict[str, Any]]] = tuple  # the same as long as nothing changes
         self._session, self._calibration, self._scatter = session, calibration, scatter
         self._reads: deque[tuple[float, int]] = deque()
         self._measurement = 0
         self._rows: list[dict[str, Any]] = []
+        self._told: tuple[tuple[Any, ...], dict[str, Any]] | None = None
 
     @property
     def calibration(self) -> Calibration | None:
@@ -61,8 +65,16 @@ class Summary:
     def instrument(self, source: str) -> dict[str, Any]:
         """Return the values that do not change during a measurement."""
         tracker, device = self._session.stream.tracker, self._session.stream.source.describe()
+        origin_s = self._session.levels.span and self._session.levels.span[0]
         return {
             "measurement": self._session.number,
+            "kind": self._session.kind,
+            "file": self._session.file,
+            "version": __version__,
+            "origin_s": origin_s,
+            "utc": self._utc(origin_s),
+            "samples": tracker.settings.get("samples"),
+            "seconds": tracker.settings.get("seconds"),
             "source": source,
             "device": _name(device),
             "scene": tracker.scene,
@@ -81,6 +93,7 @@ class Summary:
         self._begin_again()
         return {
             "state": page_state(session),
+            "end_s": session.levels.span and session.levels.span[1],
             "ratio": ratio,
             "standard_error": error,
             "uncertainty": self._uncertainty(ratio, error),
@@ -94,8 +107,13 @@ class Summary:
     def touches(self) -> dict[str, Any]:
         """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do."""
         self._begin_again()
-        _, found = self._session.measured()
-        known = self.known()
+        found, known = self._session.touches, self.known()
+        of = (found, known, self._calibration)
+        if self._told is None or any(one is not other for one, other in zip(self._told[0], of, strict=True)):
+            self._told = of, self._touches_of(found, known)
+        return self._told[1]
+
+    def _touches_of(self, found: list[Touch], known: Sequence[dict[str, Any]]) -> dict[str, Any]:
         for number, touch in enumerate(found):
             if number >= len(self._rows):
                 self._rows.append(self._row(number, touch))
@@ -113,10 +131,18 @@ class Summary:
             self._reads.clear()
             self._rows = []
 
+    def _utc(self, origin_s: float | None) -> str | None:
+        """Return the time of the first sample by the wall clock, as ISO 8601."""
+        zero_ns = self._session.zero_utc_ns
+        if origin_s is None or zero_ns is None:
+            return None
+        return datetime.fromtimestamp(zero_ns * 1e-9 + origin_s, UTC).isoformat(timespec="milliseconds")
+
     def _row(self, number: int, touch: Touch) -> dict[str, Any]:
         ratio, error = touch.ratio, touch.standard_error
         more = {"uncertainty": self._uncertainty(ratio, error), "modulus": self._modulus(ratio, error)}
-        return {"number": number + 1, **touch.as_dict(), **more, "advice": advice(touch)}
+        end_s = self._session.ends.get(number + 1)
+        return {"number": number + 1, **touch.as_dict(), "end_s": end_s, **more, "advice": advice(touch)}
 
     def _uncertainty(self, ratio: float, error: float) -> float | None:
         """Return the standard deviation of a ratio, with the scatter from touch to touch if it is known."""
@@ -159,7 +185,7 @@ class Summary:
         return (read - before) / (now - then) if now > then else math.nan
 
 
-def page_state(session: Session) -> str:
+def page_state(session: Session | Review) -> str:
     """Return the state of a measurement as the page names it."""
     moment = session.moment
     if moment.state != "contact":
@@ -168,7 +194,7 @@ def page_state(session: Session) -> str:
     return "adapting" if moment.alarm or (knows and math.isnan(moment.standard_error)) else "contact"
 
 
-def _on_the_last(touches: list[Touch], known: list[dict[str, Any]]) -> list[Touch]:
+def _on_the_last(touches: list[Touch], known: Sequence[dict[str, Any]]) -> list[Touch]:
     """Return the touches that are kept, on the same specimen as the last one; all, if nothing else is known."""
     here = known[: len(touches)]
     specimen = here[-1]["specimen"] if here else None

@@ -4,13 +4,11 @@ from collections.abc import Callable
 from typing import Any
 
 from palpate.calibration import Calibration
-from palpate.live.desk.marks import Marks
-from palpate.live.desk.plan import Plan
-from palpate.live.desk.record import Record
-from palpate.live.desk.tare import Tare
-from palpate.live.desk.device import Device
-from palpate.live.desk.standing import Standing
+from palpate.live.desk.measuring import Desk
+from palpate.live.desk.noise import Noise
+from palpate.live.desk.recorded import Recorded
 from palpate.live.protocol import Command, Refused
+from palpate.live.review import Review
 from palpate.live.session import Session
 from palpate.live.summary import Summary
 from palpate.several import TOUCH_SCATTER
@@ -23,7 +21,7 @@ class Workbench:
 
     Parameters
     ----------
-    session : Session
+    session : Session or Review
         A started session; the workbench does not close it.
     source : str
         Name of the source, as given by the user.
@@ -38,38 +36,28 @@ class Workbench:
         Name of a command -> function that obeys it and returns a message, or the values of the answer.
     told : dict
         Kind of a message -> function that returns it; a page gets it when it has changed.
-    plan : Plan
+    noise : Noise
+        For the pages that ask for it.
     """
 
     def __init__(
         self,
-        session: Session,
+        session: Session | Review,
         source: str,
         calibration: Calibration | None = None,
         scatter: float = TOUCH_SCATTER,
     ) -> None:
         self.session = session
         self._source = source
-        self._summary = summary = Summary(session, calibration, scatter)
-        self.plan: Plan = Plan(session, lambda: summary.accepted)
-        summary.known = self.plan.rows
-        self._record, tare = Record(session), Tare(session)
-        marks = Marks(session, tare)
-        self._standing = Standing(session, calibration)
-        device = Device(session, self._standing, source)
-        self.orders: dict[str, Callable[[Command], str | Document]] = {
-            **session.orders,
-            **tare.orders,
-            **self._record.orders,
-            **marks.orders,
-            **self.plan.orders,
-            **device.orders,
-        }
+        self._summary = Summary(session, calibration, scatter)
+        self._desk = Recorded(session, self._summary) if isinstance(session, Review) else Desk(session, self._summary, source)
+        self._summary.known = self._desk.rows
+        self.noise: Noise = Noise(lambda: session.levels.newest_rows())
+        self.orders: dict[str, Callable[[Command], str | Document]] = {**session.orders, **self._desk.orders}
         self.told: dict[str, Callable[[], Document]] = {
-            "touches": summary.touches,
-            "events": marks.document,
-            "session": self.plan.document,
-            "device": device.document,
+            "hello": self.hello,
+            "touches": self._summary.touches,
+            **self._desk.told,
         }
 
     def hello(self) -> Document:
@@ -78,11 +66,11 @@ class Workbench:
 
     def state(self) -> Document:
         """Return the values that change during a measurement."""
-        return {**self._summary.now(), **self._record.document(), **self._standing.document()}
+        return {**self._summary.now(), **self._desk.state()}
 
     def is_news(self) -> bool:
         """Return whether the word or the line has changed since the last state."""
-        return self._standing.is_news()
+        return self._desk.is_news()
 
     def do(self, command: Command) -> Document:
         """Obey a command of a page; return the answer. May wait for the disk.
@@ -95,7 +83,9 @@ class Workbench:
             As `Stream` does.
         """
         if command.do not in self.orders:
-            raise Refused(f"{command.do}: not possible with this source")
+            is_file = self.session.kind == "file"
+            why = "this is a recording, nothing is measured" if is_file else "not possible with this source"
+            raise Refused(f"{command.do}: {why}")
         with self.session.commands:
             answer = self.orders[command.do](command)
         return answer if isinstance(answer, dict) else {"message": answer}

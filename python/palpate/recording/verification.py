@@ -149,28 +149,42 @@ def check(
 
 def verified(recording: AnyRecording, *, repair: bool = False, remove_damage: bool = False) -> Verification:
     """Check a recording that is open already, as `check`."""
-    if not isinstance(recording, Recorded):
-        for _ in recording.blocks():
-            pass
-        return Verification(
-            recording.path,
-            recording.survey,
-            None,
-            False,
-            False,
-            (),
-            (*_findings(recording.survey), *recording.notes),
-            timed=recording.timed,
-            understood=recording.understood,
-        )
     damage: list[Damage] = []
-    for _ in recording.blocks(damage):
+    for _ in recording.blocks(damage) if isinstance(recording, Recorded) else recording.blocks():
         pass
-    refused = why_not(recording, damage, remove_damage=remove_damage) if repair else ""
-    if refused is None:
-        mend(recording, damage)
-        return check(recording.path)
-    return _verification(recording, damage, refused)
+    if not repair or not isinstance(recording, Recorded):
+        return judged(recording, damage)
+    refused = why_not(recording, damage, remove_damage=remove_damage)
+    if refused is not None:
+        return judged(recording, damage, refused)
+    mend(recording, damage)
+    return check(recording.path)
+
+
+def judged(recording: AnyRecording, damage: list[Damage], refused: str = "") -> Verification:
+    """Return what `check` says of a recording whose blocks were read to the end.
+
+    Parameters
+    ----------
+    recording : Recorded, Foreign or BinaryData
+    damage : list of Damage
+        What its `blocks()` has left out.
+    refused : str
+        Why it is not repaired.
+    """
+    if isinstance(recording, Recorded):
+        return _verification(recording, damage, refused)
+    return Verification(
+        recording.path,
+        recording.survey,
+        None,
+        False,
+        False,
+        (),
+        (*_findings(recording.survey), *recording.notes),
+        timed=recording.timed,
+        understood=recording.understood,
+    )
 
 
 def _verification(recording: Recorded, damage: list[Damage], refused: str) -> Verification:

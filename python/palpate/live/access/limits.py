@@ -28,10 +28,16 @@ STRANGERS = Limit(20, 20)
 """Requests without the token, which are refused in words; more are closed without a word."""
 PAGES_OPENED = Limit(3, 32)
 """Web sockets opened."""
-BYTES = Limit(3000, 8192)
-"""Bytes on a web socket: a page confirms every fourth of 120 frames a second, with 40 bytes."""
-MESSAGES = Limit(45, 90)
+BYTES = Limit(4500, 16384)
+"""Bytes on a web socket: a page confirms every fourth of 120 frames a second, with 40 bytes, and asks for views with 100."""
+MESSAGES = Limit(60, 120)
 """Messages on a web socket."""
+VIEWS = Limit(15, 15)
+"""Views of one page: parts of the measurement, or of the recording, that it looks at; more wait."""
+VIEWS_WAITING = 4
+"""Of more the oldest are not sent: the page looks elsewhere by now."""
+TRACES = Limit(20, 60)
+"""Courses of touches that one page asks for; more are refused."""
 COMMANDS = Limit(4, 12)
 """Buttons of all pages."""
 FRAGMENTS = 16

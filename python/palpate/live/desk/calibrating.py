@@ -17,6 +17,7 @@ from palpate.errors import CalibrationError, MissingExtra, PalpateError
 from palpate.files import replacing
 from palpate.live.desk.growth import Growth, Known, missing, next_best
 from palpate.live.protocol import Command, Refused
+from palpate.live.recordings import Kind
 
 Document = dict[str, Any]
 _POINTS = 81
@@ -31,14 +32,14 @@ class Files:
     propose : callable
         Takes a name such as "probe.toml"; returns a path in the folder that no file has.
     checked : callable
-        Takes a name of the page, and returns its path; raises ValueError if it is not allowed, or exists.
+        Takes a name of the page and its suffix, and returns its path; raises ValueError if it is not allowed, or exists.
     made : callable
         Takes a path and a kind, "calibration" or "report": a page may download the file from then on.
     """
 
     propose: Callable[[str], Path]
-    checked: Callable[[str], Path]
-    made: Callable[[Path, str], None]
+    checked: Callable[[str, str], Path]
+    made: Callable[[Path, Kind], object]
 
 
 class Calibrating:
@@ -117,9 +118,7 @@ class Calibrating:
     def _save(self, command: Command) -> Document:
         known = self._known()
         name = command.given.get("name")
-        path = self._files.checked(name) if name else self._files.propose("probe.toml")
-        if path.suffix != ".toml":
-            raise Refused(f"name: got {path.name!r}, allowed: a name that ends in .toml")
+        path = self._files.checked(name, ".toml") if name else self._files.propose("probe.toml")
         try:
             specimens, found = self._fit(known)
         except (ValueError, PalpateError) as error:

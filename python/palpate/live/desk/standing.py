@@ -35,8 +35,8 @@ class Standing:
     Parameters
     ----------
     session : Session
-    calibration : Calibration, optional
-        For the uncertainty, the modulus, and the flags that it accepts.
+    calibration : callable, optional
+        Returns that in use, or None; for the uncertainty, the modulus, and the flags that it accepts.
     clock : callable
         Seconds that only rise.
 
@@ -52,7 +52,10 @@ class Standing:
     """
 
     def __init__(
-        self, session: Session, calibration: Calibration | None = None, clock: Callable[[], float] = time.monotonic
+        self,
+        session: Session,
+        calibration: Callable[[], Calibration | None] = lambda: None,
+        clock: Callable[[], float] = time.monotonic
     ) -> None:
         self.next_touch: Callable[[], Mapping[str, Any] | None] = lambda: None
         self.why: Callable[[int, Touch], str] = self._objection
@@ -174,7 +177,8 @@ class Standing:
 
     @property
     def _accepted(self) -> tuple[str, ...]:
-        return tuple(self._calibration.accepted) if self._calibration else ()
+        calibration = self._calibration()
+        return tuple(calibration.accepted) if calibration else ()
 
     def _objection(self, _: int, touch: Touch) -> str:
         """Return the sentence of the most telling flag that excludes a touch; empty: none does."""
@@ -186,13 +190,13 @@ class Standing:
 
     def _text(self, touch: Touch) -> str:
         """Return the ratio of a touch, and its modulus if there is a calibration."""
-        ratio, error = touch.ratio, touch.standard_error
-        if not self._calibration:
+        ratio, error, calibration = touch.ratio, touch.standard_error, self._calibration()
+        if not calibration:
             return f"ratio {plus_minus(ratio, error)}"
-        text = f"ratio {plus_minus(ratio, self._calibration.uncertainty(ratio, error))}"
+        text = f"ratio {plus_minus(ratio, calibration.uncertainty(ratio, error))}"
         if not math.isfinite(ratio):
             return text
-        modulus = self._calibration.modulus(ratio, error if math.isfinite(error) else None)
+        modulus = calibration.modulus(ratio, error if math.isfinite(error) else None)
         return f"{text}, modulus {modulus}"
 
 
