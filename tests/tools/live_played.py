@@ -34,7 +34,7 @@ class Played:
         """Play to a time or the end; `at`: what to do with the stream, by time."""
         waiting, due_s = sorted((at or {}).items()), 0.0
         with self.stream as stream:
-            for batch in stream._batches(1):  # noqa: SLF001  a page of the real one is told after each of them
+            for batch in stream._batches(1):
                 tracker = stream.tracker
                 for follow in self.followers:
                     follow(batch, stream)
