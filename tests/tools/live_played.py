@@ -30,6 +30,10 @@ class Played:
     def running(self) -> bool:
         return self.moment.state != "ended"
 
+    @property
+    def counters(self) -> Any:
+        return self.stream.counters
+
     def play(self, until_s: float = math.inf, at: dict[float, Any] | None = None) -> "Played":
         """Play to a time or the end; `at`: what to do with the stream, by time."""
         waiting, due_s = sorted((at or {}).items()), 0.0
