@@ -241,7 +241,11 @@ class _Trial:
 
     def _interrupt(self, source: Source) -> None:
         if not self.samples and not self.findings and self._count > 0:
-            more = "the iteration ended, allowed: a sample" if self._ended.is_set() else "if the device needs longer, give more seconds"
+            more = (
+                "the iteration ended, allowed: a sample"
+                if self._ended.is_set()
+                else "if the device needs longer, give more seconds"
+            )
             self.find(f"no sample came; {more}")
         self._call("interrupt", source.interrupt, INTERRUPT_S)
         if not self._ended.wait(INTERRUPT_S * self._patience):

@@ -112,14 +112,6 @@ def test_a_measurement_that_cannot_begin_takes_no_name(tmp_path: Path) -> None:
     assert (tmp_path / "run.csv").read_text() == "precious"
 
 
-def test_nothing_is_recorded_where_the_user_named_no_file(tmp_path: Path) -> None:
-    session = begun(tmp_path, record=False)
-    with pytest.raises(ValueError, match="--record"):
-        obey(session, "record")
-    session.close()
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_it_measures_what_the_stream_measures_and_again(tmp_path: Path) -> None:
     session = begun(tmp_path, speed=None)
     for _ in range(2):

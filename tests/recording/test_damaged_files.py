@@ -157,7 +157,7 @@ def test_a_line_that_is_no_row_is_named(tmp_path: Path) -> None:
     message = r"run.csv, line 20002: got 1 cells, allowed: 9: damaged; palpate check"
     with pytest.raises(RecordingError, match=message):
         read(path)
-    parts, rows = recorded(path).blocks(), []
+    parts, rows = recorded(path).blocks(), list[int]()
     with pytest.raises(RecordingError, match=message):
         rows.extend(len(block) for block in parts)
     assert sum(rows) == 20_000  # whoever reads in parts has all before it

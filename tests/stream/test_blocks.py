@@ -23,32 +23,11 @@ from palpate.stream import StreamCounters
 from palpate.stream import stream as stream_module
 from palpate.stream.waiting import Waiting
 from palpate.testing import check_source
-from recording_bench import Scripted, record, sample
+from recording_bench import Blocks, Scripted, record, sample
 from streaming import four
 from tally import Tally
 
 Mark = dict[str, Any]
-
-
-class Blocks(Scripted):
-    """A script of blocks and errors; and gaps."""
-
-    def __init__(
-        self, script: list[Any], *, live: bool = False, gaps: list[Gap] | None = None, **described: Any
-    ) -> None:
-        super().__init__([], live=live, **described)
-        self.given: Iterator[Any] = iter(script)
-        self.all_gaps = gaps or []
-
-    def read_block(self) -> Any:
-        item = next(self.given, block_of([]))
-        if isinstance(item, Exception):
-            raise item
-        return item
-
-    @property
-    def gaps(self) -> list[Gap]:
-        return self.all_gaps
 
 
 class Singles(Scripted):

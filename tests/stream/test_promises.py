@@ -9,8 +9,7 @@ from hostile import good
 from palpate import ProtocolError, Status, Stream
 from palpate.samples import block_of, samples_of
 from palpate.sources.base import Gap
-from recording_bench import Scripted
-from test_blocks import Blocks
+from recording_bench import Blocks, Scripted
 
 UNPROMISED: dict[str, tuple[dict[str, Any], str]] = {
     "nan without a status": ({"hard": float("nan"), "hard_raw": -1}, "hard: got nan pF with status 0 at sample 5"),
@@ -65,5 +64,5 @@ def test_an_error_of_notify_leaves_no_sample_out_of_the_tracker() -> None:
 def test_a_masked_array_is_refused() -> None:
     """Its mask would be lost."""
     block = np.ma.array(block_of(good(3)))
-    with Stream(Blocks([block])) as stream, pytest.raises(ProtocolError, match="read_block.*MaskedArray"):
+    with Stream(Blocks([block])) as stream, pytest.raises(ProtocolError, match=r"read_block.*MaskedArray"):
         list(stream)

@@ -12,6 +12,8 @@ from palpate.ad7746 import datasheet
 from palpate.recording import sidecar
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER
+from palpate.samples import block_of
+from palpate.sources.base import Gap
 
 
 def sample(seq: int, *, status: int = Status.OK) -> Sample:
@@ -50,6 +52,27 @@ class Scripted(Source):
 
     def close(self) -> None:
         self.closed += 1
+
+
+class Blocks(Scripted):
+    """A script of blocks and errors; and gaps."""
+
+    def __init__(
+        self, script: list[Any], *, live: bool = False, gaps: list[Gap] | None = None, **described: Any
+    ) -> None:
+        super().__init__([], live=live, **described)
+        self.given: Iterator[Any] = iter(script)
+        self.all_gaps = gaps or []
+
+    def read_block(self) -> Any:
+        item = next(self.given, block_of([]))
+        if isinstance(item, Exception):
+            raise item
+        return item
+
+    @property
+    def gaps(self) -> list[Gap]:
+        return self.all_gaps
 
 
 def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any) -> Path:

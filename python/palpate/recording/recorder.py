@@ -7,10 +7,10 @@ checkpoint of what is synced goes to the sidecar: so a recording without an end 
 import os
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from threading import Event, Thread
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,8 @@ from palpate._core import SampleRing
 from palpate.epoch import at
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
-from palpate.recording.writer import Writer, unwritable
+from palpate.recording.remarks import Remarks, marked
+from palpate.recording.writer import Writer
 from palpate.samples import DTYPE, Block, Sample, samples_of
 
 FLUSH_S, SYNC_S = 0.1, 1.0
@@ -29,7 +30,14 @@ _HANGS_S, _MOST = (
 )  # a disk may hang so long at any rate that the instrument says, if that are not more samples
 
 
-class Recorder:
+class Earlier(NamedTuple):
+    """Samples that were read before a recording began, and from where they begin; "": there is nothing to say."""
+
+    block: Block
+    note: str
+
+
+class Recorder(Remarks):
     """Writes a recording while it is measured.
 
     If the file is removed, renamed, replaced, or changed by another program, or its disk fails, `error` is set, and
@@ -91,17 +99,13 @@ class Recorder:
         self._find_zero: Callable[[], int | None] | None = zero_ns
         self.popped: Callable[[], None] = _nobody
         self._ring = SampleRing(capacity_for(device))
+        self._earlier: Earlier | None = None
         self._last: Sample | None = None  # in the ring
         self._gaps: deque[dict[str, Any]] = deque()
-        self._wake, self._closing = Event(), False
-        self._writer = Writer(Path(path).absolute(), document)
+        self._wake = Event()
+        super().__init__(Writer(Path(path).absolute(), document))
         self._thread = Thread(target=self._run, name="palpate-recorder", daemon=True)
         self._thread.start()
-
-    @property
-    def path(self) -> Path:
-        """NAME.csv, absolute; after a rescue the other recording."""
-        return self._writer.path
 
     @property
     def error(self) -> RecordingError | None:
@@ -116,7 +120,8 @@ class Recorder:
     @property
     def dropped(self) -> int:
         """Number of samples that are not in the file: the disk was too slow or failed, or another program cut it."""
-        return self._ring.dropped + self._writer.missing + (len(self._ring) if self._writer.stopped else 0)
+        waiting = len(self._ring) if self._writer.stopped else 0
+        return self._ring.dropped + self._writer.missing + waiting
 
     @property
     def room(self) -> int:
@@ -128,9 +133,27 @@ class Recorder:
         """Whether a source that can wait should wait for the disk."""
         return self.room <= 0
 
+    def begin(self, earlier: Block, marks: Sequence[dict[str, Any]], note: str) -> None:
+        """Begin with samples that were read before; once, before any other sample.
+
+        Parameters
+        ----------
+        earlier : numpy.ndarray of `DTYPE`, shape (n,)
+            Consecutive samples, any number; those that are pushed come after them.
+        marks : sequence of dict
+            Tares and gaps in them.
+        note : str
+            From where they begin; "": there is nothing to say.
+        """
+        if len(earlier):
+            self._begin_clock(int(earlier["t_hard_ns"][0]))
+            self._last = samples_of(earlier[-1:])[0]
+        self._gaps.extend(marks)
+        self._earlier = Earlier(earlier, note)
+
     def push(self, sample: Sample) -> bool:
         """Add a sample; return whether there was room. To be called from one thread only."""
-        self._begin_clock()
+        self._begin_clock(sample.t_hard_ns)
         taken = self._ring.push(sample)
         self._last = sample if taken else self._last
         self._wake_writer()
@@ -138,7 +161,8 @@ class Recorder:
 
     def push_many(self, block: Block) -> int:
         """Add consecutive samples; return for how many, the first ones, there was room. From the thread of `push`."""
-        self._begin_clock()
+        if len(block):
+            self._begin_clock(int(block["t_hard_ns"][0]))
         taken = self._ring.push_many(block)
         self._last = samples_of(block[taken - 1 : taken])[0] if taken else self._last
         self._wake_writer()
@@ -150,23 +174,7 @@ class Recorder:
         The mark is at the last sample before it, as that of a tare, and is in the sidecar before any later row is in the
         file.
         """
-        self._gaps.append(_mark(text, self._last, tare=True, gap=True))
-
-    def note(self, text: str) -> None:
-        """Add a note to the sidecar.
-
-        Raises
-        ------
-        ValueError
-            There is no room for more notes in this recording; it goes on.
-        RecordingError
-            The sidecar cannot be written.
-        """
-        self._add("notes", text)
-
-    def mark(self, text: str, sample: Sample | None, **more: Any) -> None:
-        """Add a mark at a sample to the sidecar; errors as in `note`."""
-        self._add("marks", _mark(text, sample, **more))
+        self._gaps.append(marked(text, self._last, tare=True, gap=True))
 
     def close(self, counters: Callable[[], dict[str, int]] = dict, error: str | None = None) -> None:
         """Write the remaining samples and the end of the sidecar, and close the file.
@@ -198,8 +206,10 @@ class Recorder:
     def _entries(self) -> dict[str, Any]:
         return {"clock": self._clock, **({"conditions": self.conditions} if self.conditions else {})}
 
-    def _begin_clock(self) -> None:
+    def _begin_clock(self, first_ns: int) -> None:
         """At the first sample: its clock is known now."""
+        if self.first_s is None:
+            self.first_s = first_ns / 1e9
         if self._find_zero and (zero_ns := self._find_zero()) is not None:
             self._clock = {**self._clock, "zero_monotonic_ns": zero_ns, "zero_utc_ns": at(zero_ns).utc_ns}
         self._find_zero = None
@@ -207,12 +217,6 @@ class Recorder:
     def _wake_writer(self) -> None:
         if self.is_behind:
             self._wake.set()
-
-    def _add(self, where: str, what: Any) -> None:
-        try:
-            self._writer.sidecar.add(where, what)
-        except OSError as error:
-            raise unwritable(self.path, error) from error
 
     def _run(self) -> None:
         waiting = np.empty(self._ring.capacity, DTYPE)
@@ -223,6 +227,7 @@ class Recorder:
             self.popped()
             while self._gaps:
                 self._writer.mark(self._gaps.popleft())
+            self._write_earlier()  # after the pop: what was popped came later
             self._writer.write(waiting[:count])
             if closing or time.monotonic() - synced >= SYNC_S:
                 self._writer.checkpoint(self._entries)
@@ -231,6 +236,13 @@ class Recorder:
                 self._wake.wait(FLUSH_S)
                 self._wake.clear()
         self.popped()  # after an error nothing waits for this disk
+
+    def _write_earlier(self) -> None:
+        if self._earlier:
+            if self._earlier.note:
+                self._writer.note(self._earlier.note)
+            self._writer.write(self._earlier.block)
+            self._earlier = None
 
 
 def capacity_for(device: Mapping[str, Any]) -> int:
@@ -246,8 +258,3 @@ def capacity_for(device: Mapping[str, Any]) -> int:
 
 def _nobody() -> None:
     """Wake nobody."""
-
-
-def _mark(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:
-    where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
-    return {**where, "text": text, **more}

@@ -237,7 +237,8 @@ def _known(place: str, given: Any, kind: type[Any]) -> dict[str, Any]:
 def _require_text(name: str, text: object, most: int, *, least: int = 0, lines: bool = False) -> None:
     if not isinstance(text, str) or not least <= len(text) <= most:
         raise ValueError(f"{name}: got {quoted(text)}, allowed: a text of {least} to {most} characters")
-    if odd := next((mark for mark in text if not _is_shown(mark) and not (lines and mark == "\n")), None):
+    plain = text.replace("\n", "") if lines else text
+    if not plain.isprintable() and (odd := next((mark for mark in plain if not _is_shown(mark)), None)):
         raise ValueError(f"{name}: got the character {odd!a}, allowed: characters that can be shown")
 
 

@@ -30,6 +30,8 @@ class SidecarFile:
     Attributes
     ----------
     path : pathlib.Path
+    unsaved : bool
+        Whether an entry was set that is not yet in the file.
 
     Raises
     ------
@@ -40,13 +42,14 @@ class SidecarFile:
     """
 
     def __init__(self, path: Path, document: dict[str, Any]) -> None:
+        self.unsaved: bool = False
         self._lock = Lock()
         self._document = document
         _require_few(document, "notes")
         self._begin(path, _small_text(document, "notes"))
 
-    def add(self, name: str, what: Any) -> None:
-        """Add a note or a mark.
+    def add(self, name: str, what: Any) -> int:
+        """Add a note or a mark; return how many there are with it.
 
         Raises
         ------
@@ -59,6 +62,45 @@ class SidecarFile:
             longer = {**self._document, name: [*self._document[name], what]}
             _require_few(longer, name)
             self._save(longer, lambda document: _small_text(document, name))
+            return len(longer[name])
+
+    def rename(self, number: int, text: str) -> None:
+        """Give a mark another text.
+
+        Parameters
+        ----------
+        number : int
+            From 1, as `add` returns it.
+        text : str
+
+        Raises
+        ------
+        ValueError
+            There is no such mark, it is one of the recorder, or there is no room for the text; nothing is changed.
+        RecordingError
+            As `put`.
+        """
+        with self._lock:
+            marks = list(self._document["marks"])
+            if not 1 <= number <= len(marks):
+                raise ValueError(f"mark: got number {number}, allowed: 1 to {len(marks)}, as it was returned")
+            if marks[number - 1].get("tare"):
+                raise ValueError(f"mark: got number {number}, a tare or gap, allowed: a mark that was made by hand")
+            marks[number - 1] = {**marks[number - 1], "text": text}
+            self._save({**self._document, "marks": marks}, lambda document: _small_text(document, "marks"))
+
+    def set(self, name: str, what: dict[str, Any]) -> None:
+        """Set an entry; it is saved with the next `put`.
+
+        Raises
+        ------
+        ValueError
+            There is no room for it; nothing is changed.
+        """
+        with self._lock:
+            other = {**self._document, name: what}
+            _small_text(other, name)
+            self._document, self.unsaved = other, True
 
     def put(self, *notes: str, **entries: Any) -> None:
         """Add notes of the recorder, set entries, and save; None removes one.
@@ -112,6 +154,7 @@ class SidecarFile:
             _write(file, text)
             removed = self._require_ours()  # as late as can be: another program may write at any time
         self._document, self._saved = document, text
+        self.unsaved = False
         if removed:
             self._save(_noted(document, sidecar.AGAIN), _text)
 

@@ -76,6 +76,10 @@ class Writer:
         if self.path != before:  # a rescue recording, begun without it
             self._attempt(lambda: self.sidecar.add("marks", what))
 
+    def note(self, text: str) -> None:
+        """Add a note on the rows that come."""
+        self._attempt(lambda: self.sidecar.put(text))
+
     def checkpoint(self, entries: dict[str, Any]) -> None:
         """Sync the rows; then say in the sidecar how many are on the disk. One that cannot be saved is tried again."""
         self._attempt(lambda: self._checkpoint(entries))
@@ -101,12 +105,12 @@ class Writer:
 
     def _checkpoint(self, entries: dict[str, Any]) -> None:
         self._rows.sync()
-        if self._rows.synced != self._checkpointed:
+        if self._rows.synced != self._checkpointed or self.sidecar.unsaved:
             with suppress(OSError):
                 self.sidecar.put(**entries, checkpoint=self._rows.synced._asdict())
                 self._checkpointed = self._rows.synced
 
-    def _attempt(self, step: Callable[[], None]) -> None:
+    def _attempt(self, step: Callable[[], object]) -> None:
         try:
             step()
         except RecordingError as fault:

@@ -1,6 +1,11 @@
 """The counters of a stream, from its parts."""
 
+from dataclasses import replace
+
+import numpy as np
+
 from palpate.recording.recorder import Recorder
+from palpate.samples import Block, refused, saturated
 from palpate.stream.estimate import StreamCounters
 from palpate.stream.feeding import Feeding
 from palpate.stream.instrument import Instrument
@@ -26,4 +31,28 @@ def counters_of(intake: Intake, feeding: Feeding, recorder: Recorder | None, ins
         errors=errors,
         reconnects=reconnects,
         retaken=feeding.retaken,
+    )
+
+
+def before(block: Block, now: StreamCounters) -> StreamCounters:
+    """Return the counters as they were before the newest samples; what happened beside samples counts from now on.
+
+    Examples
+    --------
+    >>> from palpate.samples import blank
+    >>> before(blank(10), StreamCounters(read=25, lost=2, delivered=20, waiting=5)).as_dict()["delivered"]
+    15
+    """
+    if len(block) == now.read:
+        return StreamCounters()
+    taken = block[: max(0, len(block) - now.waiting)]
+    lost = int(block["seq"][-1] - block["seq"][0]) + 1 - len(block) if len(block) else 0
+    return replace(
+        now,
+        read=now.read - len(block),
+        lost=now.lost - lost,
+        delivered=max(0, now.delivered + now.waiting - len(block)),
+        waiting=0,
+        refused=now.refused - int(np.count_nonzero(refused(taken))),
+        saturated=now.saturated - int(np.count_nonzero(saturated(taken))),
     )

@@ -12,6 +12,7 @@ from palpate._core import Touch, Tracker
 from palpate.samples import DTYPE, RETAKEN, Block, Sample, columns_for, feed, refused, samples_of, saturated
 from palpate.sources.base import Gap
 from palpate.stream.estimate import Batch
+from palpate.stream.places import Places
 from palpate.stream.promise_watch import PromiseWatch
 from palpate.stream.range_watch import RangeWatch
 from palpate.stream.waiting import Waiting
@@ -31,6 +32,8 @@ class Feeding:
     notify : callable
         Called with a message at a gap, when the baseline is found to be wrong, when the range is left without a touch,
         and at the first sample of each kind that no source should give.
+    places : Places, optional
+        Follows what the tracker takes.
 
     Attributes
     ----------
@@ -43,7 +46,14 @@ class Feeding:
         Held while samples go to the tracker: one thread may iterate while another one closes.
     """
 
-    def __init__(self, waiting: Waiting, tracker: Tracker, gaps: deque[Gap], notify: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        waiting: Waiting,
+        tracker: Tracker,
+        gaps: deque[Gap],
+        notify: Callable[[str], None],
+        places: Places | None = None,
+    ) -> None:
         self.lock: RLock = RLock()
         settings = tracker.settings
         self.range: RangeWatch = RangeWatch(settings["full_scale"], settings["initial_ratio"])
@@ -51,7 +61,7 @@ class Feeding:
         self._waiting, self._gaps = waiting, gaps
         self.delivered = self.refused = self.saturated = 0
         self.last: Sample | None = None
-        self._tracker, self._notify = tracker, notify
+        self._tracker, self._notify, self._places = tracker, notify, places
         self._touches, self._revisions = tracker.touch_count, tracker.revision_count  # in batches so far
         self._retaken = self._told = tracker.retaken
         self._ended: list[Touch] = []
@@ -84,6 +94,8 @@ class Feeding:
         self.delivered += len(block)
         rows, messages = self._feed(block)
         self.last = samples_of(block[-1:])[0]
+        if self._places:
+            self._places.follow(block, rows)
         found = int(np.count_nonzero(refused(block)))
         self.refused += found
         if block["status"].any():

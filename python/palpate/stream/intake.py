@@ -10,11 +10,13 @@ import numpy as np
 
 from palpate.recording.codes import Codes
 from palpate.recording.recorder import Recorder
+from palpate.recording.remarks import marked
 from palpate.samples import Block, Sample, samples_of
 from palpate.sources import Source
 from palpate.sources.base import Gap
 from palpate.sources.claims import Conditions, conditions_of, gap_of, zero_of
 from palpate.stream.checks import all_good, checked
+from palpate.stream.kept import Kept
 from palpate.stream.waiting import Waiting
 
 _LATE = 1.5  # periods after the sample before
@@ -35,6 +37,10 @@ class Intake:
         Time from one pair to the next; nan: unknown.
     codes : Codes
         Scale of the codes: a reading has to be the one that a replay computes from its code.
+    kept : Kept, optional
+        Gets the samples and gaps, too.
+    outlives : bool
+        Go on when the recording has failed, without it; else its error ends the source.
 
     Attributes
     ----------
@@ -57,6 +63,9 @@ class Intake:
         recorder: Recorder | None,
         period_s: float = math.nan,
         codes: Codes = Codes(),  # noqa: B008  it cannot be changed
+        kept: Kept | None = None,
+        *,
+        outlives: bool = False,
     ) -> None:
         self.read: int = 0
         self.lost: int = 0
@@ -72,6 +81,7 @@ class Intake:
         self._conditions = Conditions([], 0)
         self._late_ns = _LATE * period_s * 1e9
         self._codes = codes
+        self._kept, self._outlives = kept, outlives
         self.recorder = recorder
 
     @property
@@ -111,6 +121,8 @@ class Intake:
                 self._pass(gap, sample.seq)
             self._count(sample)
             self.pass_conditions()
+            if self._kept:
+                self._kept.add(sample)
             if self._recorder:
                 self._recorder.push(sample)
             self._waiting.push(sample)
@@ -136,11 +148,13 @@ class Intake:
         return self.last.seq if self.last else None
 
     def _is_over(self) -> bool:
-        """Return whether the end was requested; raise the error of the recording."""
+        """Return whether the end was requested; raise the error of the recording, or leave it."""
         if self.stopping.is_set():
             return True
         if self._recorder and self._recorder.error:
-            raise self._recorder.error
+            if not self._outlives:
+                raise self._recorder.error
+            self._recorder = None
         return False
 
     def _store(self, block: Block) -> None:
@@ -160,6 +174,8 @@ class Intake:
     def _put(self, block: Block) -> None:
         if len(block):
             self._count_block(block)
+            if self._kept:
+                self._kept.add_block(block)
             if self._recorder:
                 self._recorder.push_many(block)
             self._waiting.push_many(block)
@@ -176,6 +192,8 @@ class Intake:
         """Pass on a gap before this sample; before the first sample there is no baseline."""
         if self.last:
             self._gaps.append(gap._replace(seq=seq))
+            if self._kept:
+                self._kept.marks.append(marked(gap.text, self.last, tare=True, gap=True))
             if self._recorder:
                 self._recorder.gap(gap.text)
 

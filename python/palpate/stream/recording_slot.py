@@ -8,6 +8,8 @@ from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import BEGUN
 from palpate.sources import Source
 from palpate.sources.claims import described
+from palpate.stream.beginning import NO_BASELINE, Memory
+from palpate.stream.counting import before
 from palpate.stream.estimate import StreamCounters
 from palpate.stream.intake import Intake
 
@@ -49,6 +51,7 @@ class RecordingSlot:
         self._source, self._tracker, self._counters = source, tracker, counters
         self._first, self._zero_ns = (path, notes), zero_ns
         self._before = StreamCounters()
+        self._ended: int | None = None  # number of the last sample of the recording before
 
     def first(self) -> None:
         """Open the recording that begins with the measurement, if there is a path for it."""
@@ -56,12 +59,18 @@ class RecordingSlot:
         if path is not None:
             self.recorder = self._new(path, notes)
 
-    def begin(self, intake: Intake, path: str | os.PathLike[str], notes: list[str]) -> Recorder:
-        """Record from the next sample on."""
-        begun = [f"{BEGUN}{intake.read} pairs; a replay has no baseline from them"] if intake.read else []
+    def begin(
+        self, intake: Intake, path: str | os.PathLike[str], notes: list[str], memory: Memory | None = None
+    ) -> Recorder:
+        """Record from the next sample on, or from the place in the memory on from which a replay has the same touches."""
+        begun = [f"{BEGUN}{intake.read} pairs; {NO_BASELINE}"] if intake.read and not memory else []
         recorder = self._new(path, [*notes, *begun])
         with intake.lock:
             self._before = self._counters()
+            if memory:
+                beginning = memory.beginning(self._tracker, intake.read, self._ended)
+                recorder.begin(*beginning)
+                self._before = before(beginning.block, self._before)
             self.recorder = intake.recorder = recorder
         return recorder
 
@@ -72,6 +81,7 @@ class RecordingSlot:
             return None
         with intake.lock:
             intake.recorder, counters = None, self._counters()
+            self._ended = intake.last.seq if intake.last else None
         recorder.close(lambda: self._counted(counters, recorder))
         self.recorder = None
         if recorder.error:

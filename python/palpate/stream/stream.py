@@ -6,19 +6,18 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
-from threading import RLock
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from palpate._core import Touch, Tracker
 from palpate.epoch import Epoch, at
 from palpate.recording.codes import codes_of
-from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import sidecar_path
-from palpate.samples import Sample, settings_for
+from palpate.samples import settings_for
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.sources.base import Gap
 from palpate.sources.claims import described, is_source
+from palpate.stream.beginning import Memory
 from palpate.stream.counting import counters_of
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.feeding import Feeding
@@ -26,6 +25,7 @@ from palpate.stream.instrument import Instrument
 from palpate.stream.intake import Intake
 from palpate.stream.reader import Reader
 from palpate.stream.recording_slot import RecordingSlot
+from palpate.stream.recording_stream import RecordingStream
 from palpate.stream.waiting import Waiting, capacity_for
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ _BATCH, _FEW = 1024, 32  # samples at a time, at most; of a file, for a caller o
 _POLL_S = 0.1  # on Windows a wait hears Ctrl-C at its end only
 
 
-class Stream:
+class Stream(RecordingStream):
     """A running measurement: one thread reads the source, the caller's thread estimates.
 
     Parameters
@@ -52,6 +52,12 @@ class Stream:
     capacity : int, optional
         Most samples that wait for the consumer; more are dropped and counted. A file waits for the consumer. Default:
         those of a second, at least 4096.
+    keep : int, optional
+        How many of the newest samples are kept in memory, 1024 to 2**24, so that a recording that is started later can
+        begin with them: see `start_recording`. Default: none.
+    outlives_recording : bool
+        Go on without a recording that fails, for example on a full disk; `stop_recording` then raises its error. Default:
+        its error ends the measurement.
     notes : list of str, optional
         Notes in the recording.
     notify : callable, optional
@@ -93,6 +99,8 @@ class Stream:
         scene: "_Scene" = "handheld",
         record: str | os.PathLike[str] | None = None,
         capacity: int | None = None,
+        keep: int | None = None,
+        outlives_recording: bool = False,
         notes: list[str] | None = None,
         notify: Callable[[str], None] | None = None,
         **settings: Unpack["_AnySettings"],
@@ -109,6 +117,7 @@ class Stream:
             if record is not None:
                 sidecar_path(Path(record))
             waiting = None if capacity is None else Waiting(capacity)
+            self._memory, self._outlives = None if keep is None else Memory(keep), outlives_recording
             if isinstance(source, str):
                 source = open_source(source)
                 on_failure.callback(Instrument(source).close)
@@ -120,16 +129,15 @@ class Stream:
                 self.tracker = Tracker(scene, **{**settings_for(scene, device), **given})
             self._waiting = waiting or Waiting(capacity_for(device))
             on_failure.pop_all()
-        self._reader: Reader | None = None
         self._gaps: deque[Gap] = deque()
         self._recordings = RecordingSlot(
             self.source, self.tracker, lambda: self.counters, record, notes or [], lambda: self._zero_ns
         )
-        self._feeding = Feeding(self._waiting, self.tracker, self._gaps, self.source.notify)
+        places = self._memory.places if self._memory else None
+        self._feeding = Feeding(self._waiting, self.tracker, self._gaps, self.source.notify, places)
         self._instrument = Instrument(self.source)
-        self._recording = RLock()  # held while a recording begins or ends
-        self._seen: Sample | None = None  # by the caller, of a source that waits for the caller
-        self._closed = self._raised = self._begins = self._stop_asked = False
+        super().__init__()
+        self._begins = self._stop_asked = False
 
     def __repr__(self) -> str:
         """Return the state of the measurement, in one line."""
@@ -151,7 +159,10 @@ class Stream:
             self._begins = True  # from here on there may be a recording to close
             self._recordings.first()
             period_s, codes = float(device.get("period_s", math.nan)), codes_of(device)
-            intake = Intake(self.source, self._waiting, self._gaps, self.recorder, period_s, codes)
+            kept = self._memory.kept if self._memory else None
+            intake = Intake(
+                self.source, self._waiting, self._gaps, self.recorder, period_s, codes, kept, outlives=self._outlives
+            )
             self._reader = Reader(self.source, intake, self._waiting)
             self._reader.start()
             if self._stop_asked:
@@ -188,11 +199,6 @@ class Stream:
             raise reader.error
 
     @property
-    def recorder(self) -> Recorder | None:
-        """The recorder; None: no recording."""
-        return self._recordings.recorder
-
-    @property
     def touches(self) -> list[Touch]:
         """All touches that have ended, in order of time; revised ones in place of the first results."""
         return self.tracker.touches
@@ -212,63 +218,6 @@ class Stream:
     @property
     def _zero_ns(self) -> int | None:
         return self._reader.intake.zero_ns if self._reader else None
-
-    def start_recording(self, record: str | os.PathLike[str], notes: list[str] | None = None) -> Recorder:
-        """Record to NAME.csv from the next sample on; from any thread.
-
-        A replay measures the baseline at the begin of the recording: begin without contact.
-
-        Raises
-        ------
-        ValueError, RecordingError
-            A recording is running, the stream has ended, or the file exists.
-        """
-        reader = self._begun()
-        with self._recording:
-            if self._closed or self.recorder:
-                raise ValueError("record: already recording, or the stream has ended; allowed: one recording at a time")
-            return self._recordings.begin(reader.intake, record, notes or [])
-
-    def stop_recording(self) -> Recorder | None:
-        """Close the recording and continue the measurement; from any thread. None: there was no recording.
-
-        Raises
-        ------
-        RecordingError
-            A sample that was read could not be recorded.
-        """
-        reader = self._begun()
-        with self._recording:
-            return None if self._closed else self._recordings.end(reader.intake)
-
-    def note(self, text: str) -> None:
-        """Add a note to the recording."""
-        if self.recorder:
-            self.recorder.note(text)
-
-    def mark(self, text: str) -> None:
-        """Add a mark to the recording, at the last sample that was read; of a file, at the one that the caller has."""
-        if self.recorder:
-            seen = None if self.source.live else self._seen
-            self.recorder.mark(text, seen or self._begun().intake.last)
-
-    def tare(self, *, force: bool = False) -> None:
-        """Measure the baseline again, and mark it in the recording; from the thread that iterates.
-
-        Parameters
-        ----------
-        force : bool
-            Also in contact: after a jump of the baseline, which looks like a touch without end.
-
-        Raises
-        ------
-        RuntimeError
-            The probe is in contact, and `force` is False.
-        """
-        with self._feeding.lock:
-            self.tracker.tare(force)
-            if self.recorder and self._feeding.last:
-                self.recorder.mark("tare", self._feeding.last, tare=True)
 
     @property
     def out_of_range(self) -> tuple[str, ...]:
@@ -335,22 +284,9 @@ class Stream:
                 steps.callback(self._feeding.drain)
                 reader.end(STOP_S)
 
-    def _close_recording(self, error: BaseException | None) -> None:
-        with self._recording:
-            self._recordings.close(error or (self._reader.error if self._reader else None))
-
     def _close_source(self) -> None:
         if self._reader is None or self._reader.join(0):
             self._instrument.close()
-
-    def _raise_unrecorded(self) -> None:
-        if self.recorder and self.recorder.error and not self._raised:
-            raise self.recorder.error
-
-    def _begun(self) -> Reader:
-        if self._reader is None:
-            raise ValueError("stream: not started, allowed: with palpate.Stream(...) as stream")
-        return self._reader
 
     def _next(self, most: int) -> Batch | None:
         """Return the next batch; None: there will be no more."""
