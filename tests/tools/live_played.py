@@ -30,11 +30,15 @@ class Played:
     def running(self) -> bool:
         return self.moment.state != "ended"
 
+    @property
+    def counters(self) -> Any:
+        return self.stream.counters
+
     def play(self, until_s: float = math.inf, at: dict[float, Any] | None = None) -> "Played":
         """Play to a time or the end; `at`: what to do with the stream, by time."""
         waiting, due_s = sorted((at or {}).items()), 0.0
         with self.stream as stream:
-            for batch in stream._batches(1):  # noqa: SLF001  a page of the real one is told after each of them
+            for batch in stream._batches(1):
                 tracker = stream.tracker
                 for follow in self.followers:
                     follow(batch, stream)

@@ -40,7 +40,7 @@ class Connection:
     gains : bytes
         Registers CAP_GAIN and VOLT_GAIN; empty before `set_up`.
     away : str
-        While `wait` waits for the device: a sentence that says so; else empty.
+        Set by `wait`: a sentence that says that it waits for the device; the caller empties it.
     """
 
     def __init__(
@@ -100,12 +100,6 @@ class Connection:
     def wait(self, gone: DeviceNotFound, longest_s: float) -> str:
         """Wait until an unplugged device is back; return as `set_up`. Raises the error of the last try."""
         self.away = f"The board is gone: plug it in again. It is waited for, up to {longest_s:g} s."
-        try:
-            return self._wait(gone, longest_s)
-        finally:
-            self.away = ""
-
-    def _wait(self, gone: DeviceNotFound, longest_s: float) -> str:
         self._notify(f"{gone} Waiting for it, up to {longest_s:g} s.")
         deadline = self._clock.now_ns() + longest_s * 1e9
         told = False

@@ -294,11 +294,14 @@ class Ad7746:
             self.gaps.append((seq + 1, f"the board was opened again after an error ({failure}){other}"))
 
     def _wait_for_replug(self, gone: DeviceNotFound) -> int:
-        other = self._connection.wait(gone, self._replug_s)
-        gap_s = (self._clock.now_ns() - self._last_ns) / 1e9
-        lost = self._skipped()
-        self.counters.reconnects += 1
-        self.gaps.append((self._next, f"the board was unplugged for {gap_s:.1f} s{other}"))
+        try:
+            other = self._connection.wait(gone, self._replug_s)
+            gap_s = (self._clock.now_ns() - self._last_ns) / 1e9
+            lost = self._skipped()
+            self.counters.reconnects += 1
+            self.gaps.append((self._next, f"the board was unplugged for {gap_s:.1f} s{other}"))
+        finally:
+            self._connection.away = ""  # after the gap: one of the two says what is going on
         self._notify(f"The device is back after {gap_s:.1f} s: {lost} pairs lost{other}.")
         return lost
 

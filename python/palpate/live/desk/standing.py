@@ -15,6 +15,7 @@ from palpate.live.desk.telling import Teller
 from palpate.live.desk.watching import Watch
 from palpate.live.session import Session
 from palpate.live.summary import page_state
+from palpate.recording.recorder import Recorder
 from palpate.sentences import advice
 from palpate.several import objections
 from palpate.sources import Source
@@ -93,6 +94,7 @@ class Standing:
         state, troubles, counters = page_state(session), _troubles(stream.source), stream.counters
         self._follow_gaps(state, troubles, counters, at_s)
         recorder, seen = stream.recorder, self.watch.seen_of(stream)
+        self._last_recorder = last = recorder or self._last_recorder
         return Facts(
             state,
             seen=seen,
@@ -109,8 +111,8 @@ class Standing:
             cut=self._cut,
             pace=self._pace(at_s, troubles, counters),
             recording=recorder.path.name if recorder and session.running else "",
-            recording_error=str(recorder.error or "") if recorder else "",
-            unrecorded=recorder.dropped if recorder and recorder.error else 0,
+            recording_error=str(last.error or "") if last else "",
+            unrecorded=last.dropped if last and last.error else 0,
             error=session.error,
             result=self._result(),
             next=self.next_touch(),
@@ -126,6 +128,7 @@ class Standing:
         self._gaps, self._retaken, self._lost, self._cut = len(stream.source.gaps), 0, 0, 0
         self._before = stream.counters.lost
         self._reads: deque[tuple[float, int, int, int]] = deque()
+        self._last_recorder: Recorder | None = None  # one that failed is told until the next one begins
         self._known: tuple[tuple[int, bool, str], Result] | None = None
 
     def _follow_gaps(self, state: str, troubles: Mapping[str, str], counters: StreamCounters, at_s: float) -> None:

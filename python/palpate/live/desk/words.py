@@ -79,6 +79,14 @@ def count(number: int, noun: str) -> str:
 
 
 def sentence(text: str) -> str:
-    """Return a text as a sentence: with a capital and a full stop."""
+    """Return a text as a sentence: with a capital, unless it begins with the name of a file or a device; a full stop.
+
+    Examples
+    --------
+    >>> sentence("offset: hold the probe upright"), sentence("run.csv: disk full")
+    ('Offset: hold the probe upright.', 'run.csv: disk full.')
+    """
     text = text.strip()
-    return text if not text else text[0].upper() + text[1:] + ("" if text[-1] in ".!?" else ".")
+    first = text.partition(" ")[0].rstrip(".")
+    begin = text[:1] if set(first) & set("./\\") else text[:1].upper()
+    return begin + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")

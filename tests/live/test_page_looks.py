@@ -1,0 +1,176 @@
+"""The page in each of its states: words, places, sizes, contrast, and what a screen reader finds."""
+
+from collections.abc import Iterator
+from importlib.resources import files
+from typing import Any
+
+import page_looks
+import pytest
+from effort import NIGHTLY
+from live_browser import Browser, browser
+from page_cases import CASES
+from page_states import SIZES, canned, opened, sized
+from project import need, need_package
+
+THOROUGH = list(CASES) if NIGHTLY else ["contact", "calibrate", "file", "unplugged"]
+"""The states that axe looks at, which takes a second each."""
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    need("chromium")
+    need("chromedriver")
+    with browser(tmp_path_factory.mktemp("states")) as page:
+        yield page
+
+
+def run(page: Browser, script: str) -> Any:
+    return page.driver.execute_script(script)
+
+
+def audit(page: Browser) -> list[Any]:
+    """Return what axe-core finds that is serious or worse."""
+    need_package("axe_core_python")
+    page.driver.execute_script((files("axe_core_python") / "axe.min.js").read_text())
+    found = page.driver.execute_async_script("axe.run(document).then((r) => arguments[0](r.violations))")
+    return [(v["id"], [n["target"] for n in v["nodes"]][:3]) for v in found if v["impact"] in ("serious", "critical")]
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_state_at_each_size(page: Browser, name: str) -> None:
+    """Words; nothing cut, no sideways scrolling; contrast; what is tapped is large enough; the table above the fold."""
+    with canned(name) as server:
+        sized(page, *SIZES["desk"])
+        opened(page, server, name)
+        told = server.state.told["state"]
+        line, now = told["line"], told["now"]
+        looks_back = name == "review"
+        assert (page.text("word"), page.text("sub")) == (now["word"], now["sub"])
+        assert page["line"].get_attribute("data-level") == ("note" if looks_back else line["level"])
+        title = page.driver.title
+        assert title.startswith(f"✕ {line['title'][:-1]}" if line["level"] == "fault" else now["word"])
+        for number, size in enumerate(SIZES):
+            sized(page, *SIZES[size])
+            if number % 2:
+                page["theme"].parent.execute_script("document.getElementById('theme').click()")
+            said = page.text("says")
+            assert ("Measuring and recording go on" if looks_back else line["text"]) in said
+            assert ("Looking back at " if looks_back else line["title"]) in said
+            wrong = {what: run(page, script) for what, script in page_looks.CHECKS.items()}
+            if size in ("phone", "lying"):
+                wrong["small"] = run(page, page_looks.SMALL)
+            if size == "desk":
+                wrong["below the fold"] = [bottom for bottom in run(page, page_looks.NEWEST) if bottom > 800]
+            assert {what: found for what, found in wrong.items() if found} == {}, size
+        if name in THOROUGH:
+            assert audit(page) == []
+            sized(page, *SIZES["desk"])
+            assert audit(page) == []
+
+
+@pytest.mark.parametrize("name", ["plan", "files", "set", "keys", "menu", "marking"])
+def test_what_opens_over_the_page(page: Browser, name: str) -> None:
+    with canned("contact") as server:
+        for size in ("phone", "desk"):
+            sized(page, *SIZES[size])
+            opened(page, server, "contact")
+            if name == "menu" and size == "desk":
+                continue
+            opener = {
+                "plan": "openplan",
+                "files": "openfiles",
+                "set": "openset",
+                "keys": "help",
+                "menu": "more",
+                "marking": "mark",
+            }[name]
+            page.driver.execute_script("document.getElementById(arguments[0]).click()", opener)
+            page.until(lambda: page[name].is_displayed())
+            checks = page_looks.CHECKS | ({"small": page_looks.SMALL} if size == "phone" else {})
+            assert {what: found for what, script in checks.items() if (found := run(page, script))} == {}
+            assert audit(page) == []
+
+
+def test_the_checks_find_what_is_wrong(page: Browser) -> None:
+    with canned("contact") as server:
+        sized(page, *SIZES["phone"])
+        opened(page, server, "contact")
+        run(
+            page,
+            "const s = document.getElementById('sub').style; s.width = '20px'; s.overflow = 'hidden'; s.color = '#3a80c0'",
+        )
+        run(
+            page,
+            "document.getElementById('word').style.width = '900px'; document.getElementById('now').style.overflow = 'visible'",
+        )
+        run(
+            page,
+            "document.getElementById('more').style.minHeight = '20px'; document.getElementById('more').style.height = '20px'",
+        )
+        found = {what: run(page, script) for what, script in {**page_looks.CHECKS, "small": page_looks.SMALL}.items()}
+        assert found["sideways"] > 0
+        assert any(text.startswith("#sub") for text in found["cut"])
+        assert any(text.startswith("#sub") for text in found["faint"])
+        assert any(text.startswith("#more") for text in found["small"])
+        run(
+            page,
+            "document.getElementById('note').removeAttribute('aria-label'); document.getElementById('note').placeholder = ''",
+        )
+        assert [rule for rule, _ in audit(page)] != []
+
+
+@pytest.mark.parametrize("size", list(SIZES))
+def test_messages_do_not_move_the_charts(page: Browser, size: str) -> None:
+    with canned("contact") as server:
+        sized(page, *SIZES[size])
+        opened(page, server, "contact")
+        before = run(page, page_looks.PLACES)
+        for name in ("idle", "lift", "flagged", "unplugged", "saturated", "baseline", "slow"):
+            state = CASES[name]()
+            server.change(state)
+            page.until(lambda state=state: page.text("word") == state.told["state"]["now"]["word"])
+            page.until(lambda state=state: state.told["state"]["line"]["text"] in page.text("says"))
+            server.tell(
+                "refused",
+                message="tare: the probe is in contact; lift it first. If nothing is touched, press Tare anyway",
+            )
+            page.until(lambda: page.text("answer").startswith("tare: the probe"))
+            assert run(page, page_looks.PLACES) == before, name
+
+
+def test_points_stand_in_line(page: Browser) -> None:
+    with canned("lift") as server:
+        sized(page, *SIZES["desk"])
+        opened(page, server, "lift")
+        script = """return [3, 4, 5].map((n) => [...document.querySelectorAll(`#rows tr:not([hidden]) td:nth-child(${n}) .pt`)]
+            .filter((e) => e.textContent.includes(".")).map((e) => e.querySelector("i").getBoundingClientRect().left.toFixed(1)));"""
+        for lefts in run(page, script):
+            assert len(lefts) > 10
+            assert len(set(lefts)) == 1
+
+
+def test_the_screen_reader_hears_what_has_settled(page: Browser) -> None:
+    with canned("contact") as server:
+        sized(page, *SIZES["desk"])
+        opened(page, server, "contact")
+        spoken = lambda name: run(page, f"return document.getElementById('{name}').textContent")
+        assert spoken("announced") == "Hold: 2.5 s more"
+        assert spoken("alarm") == ""
+        run(
+            page,
+            "window.said = 0; new MutationObserver(() => said++).observe(document.getElementById('announced'), { childList: true, characterData: true, subtree: true })",
+        )
+        told = server.state.told["state"]
+        for share in (0.63, 0.64, 0.65):
+            server.tell("state", **{**told, "now": {**told["now"], "share": share}})
+        page.until(lambda: run(page, "return document.querySelector('#bar b').style.width") == "65%")
+        assert run(page, "return said") == 0
+        server.change(CASES["unplugged"]())
+        page.until(lambda: spoken("alarm").startswith("Unplugged. The board at USB 1/4 is gone."))
+        assert (
+            run(
+                page,
+                "return document.querySelectorAll('[role=status]').length + document.querySelectorAll('[role=alert]').length",
+            )
+            == 3
+        )
