@@ -85,7 +85,7 @@ def _by_plans(planned: Mapping[Path, Plan], names: "_Names", how: dict[str, Any]
         for name, one in _by_plan(file, plan, names, how, told):
             found.setdefault(name, []).append(one)
     for name in found.keys() - names.moduli.keys():
-        told.progress.echo(f"{name}: no modulus is known: its {len(found[name])} touches are left out", err=True)
+        told.progress.echo(f"{name}: no modulus is known: the specimen is left out", err=True)
     return found
 
 
