@@ -16,7 +16,7 @@ from palpate.live.access.limits import PATIENCE_S
 from tally import Tally
 
 SECONDS = 60.0 if NIGHTLY else 2.0
-_WORST = ["seen", "pings, nothing read", "empty fragments", "connections", "big cookie", "endless chunks"]
+_WORST = ["seen", "plans", "pings, nothing read", "empty fragments", "connections", "big cookie", "endless chunks"]
 CASES = [(kind, rate) for kind in KINDS for rate in RATES] if NIGHTLY else [(kind, RATES[-1]) for kind in _WORST]
 _TRIES = 3
 """A busy machine is late by itself; what an attack does, it does each time."""
@@ -85,3 +85,5 @@ def test_any_session(tmp_path: Path) -> None:
     assert errors == ""
     assert figures["read"] == figures["rows"]
     assert palpate.check(tmp_path / "run" / "run.csv").clean
+    assert {path.suffix for path in (tmp_path / "run").iterdir()} <= {".csv", ".json", ""}
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]

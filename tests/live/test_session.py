@@ -140,7 +140,7 @@ def test_a_recording_that_is_begun_in_a_touch_has_the_whole_touch(tmp_path: Path
     document = json.loads((tmp_path / "one.json").read_text())
     assert [mark["text"] for mark in document["marks"]] == ["before the touch"]
     plan = plan_of(document)
-    assert [entry.specimen for entry in plan.matched([touch])] == ["30 OO"]
+    assert [entry and entry.specimen for entry in plan.matched([touch])] == ["30 OO"]
     assert [note.text for note in plan.notes] == ["warm"]
 
 
@@ -237,6 +237,7 @@ def test_the_measurement_goes_on_without_a_recording_that_is_removed(tmp_path: P
     )
     assert (session.running, session.recorder, session.error) == (True, None, "")
     assert palpate.check(rescued).clean
+    assert session.recordings.find("run.rescued.csv") == rescued
     assert "run-2.csv" in obey(session, "record")
     session.close()
     assert palpate.check(tmp_path / "run-2.csv").clean

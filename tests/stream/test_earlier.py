@@ -62,8 +62,8 @@ class Gapped(Scripted):
 class Paced(Scripted):
     """A live source whose samples come when the test lets them go."""
 
-    def __init__(self, samples: list[Sample], gaps: list[Gap] | None = None) -> None:
-        super().__init__([*samples], live=True, period_s=0.026)
+    def __init__(self, samples: list[Sample], gaps: list[Gap] | None = None, **described: Any) -> None:
+        super().__init__([*samples], live=True, period_s=0.026, **described)
         self.go = threading.Semaphore(0)
         self._gaps = gaps or []
 
@@ -186,6 +186,20 @@ def test_without_a_place_it_begins_without_contact_and_says_so(tmp_path: Path) -
     assert note.endswith(f" pairs, without contact: {NEAR}")
     live, replayed = stream.touches, palpate.touches(recorded(path))
     assert len(live) == len(replayed) == 4
+    for one, other in zip(live, replayed, strict=True):
+        assert abs(one.ratio - other.ratio) < 3 * np.hypot(one.standard_error, other.standard_error)
+
+
+def test_times_of_the_computer_are_smoothed_from_the_begin_on(tmp_path: Path) -> None:
+    """So only a recording that begins with the measurement has the same bits."""
+    with Stream(Paced(touched(2), stamps="host"), keep=1400) as stream:
+        begun(stream, tmp_path / "run.csv", {1000, 2400})
+    assert notes_of(tmp_path / "run-1.csv") == []
+    [note] = notes_of(tmp_path / "run-2.csv")
+    assert note.endswith(f" pairs, after a release: {NEAR}")
+    replayed = palpate.touches(recorded(tmp_path / "run-2.csv"))
+    live = [touch for touch in stream.touches if touch.start_s > palpate.read(tmp_path / "run-2.csv").t_hard_s[0]]
+    assert len(live) == len(replayed) >= 4
     for one, other in zip(live, replayed, strict=True):
         assert abs(one.ratio - other.ratio) < 3 * np.hypot(one.standard_error, other.standard_error)
 

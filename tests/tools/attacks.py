@@ -189,6 +189,7 @@ def reopen(target: Target) -> None:
             target.page().close()
 
 
+_LIST = "\n".join(f"{k}; {k + 1}" for k in range(200))
 _END = b"\r\n\r\n"
 _SLOW = "Content-Length: 100000"
 _CHUNKED = "Transfer-Encoding: chunked"
@@ -196,7 +197,11 @@ KINDS: dict[str, Callable[[Target], None]] = {
     # with the token
     "seen": lambda t: flood(t, said({"do": "seen", "frame": 1}) * 500),
     "seen on 16 pages": lambda t: flood(t, said({"do": "seen", "frame": 1}) * 50, pages=_PAGES),
-    "marks": lambda t: flood(t, said({"do": "mark", "text": "x" * 200}) * 20),
+    "marks": lambda t: flood(t, (said({"do": "mark"}) + said({"do": "mark text", "id": 1, "text": "x" * 200})) * 20),
+    "plans": lambda t: flood(t, said({"do": "plan", "text": _LIST, "wanted": 99}) + said({"do": "specimen", "name": "7"})),
+    "notes": lambda t: flood(t, said({"do": "note", "text": "x" * 200}) * 20),
+    "recordings": lambda t: flood(t, said({"do": "record", "name": "../../out.csv"}) * 20),
+    "touches": lambda t: flood(t, (said({"do": "discard", "touch": 1}) + said({"do": "more"})) * 50),
     "unknown commands": lambda t: flood(t, said({"do": "x"}) * 200),
     "pings": lambda t: flood(t, frame(9) * 1000),
     "pings, nothing read": lambda t: flood(t, frame(9, b"x" * 125) * 100, read=False),

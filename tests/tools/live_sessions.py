@@ -8,17 +8,35 @@ from contextlib import suppress
 from random import Random
 
 from attacks import Target, drain, frame, said
+from palpate.live.protocol import COMMANDS
 
-_COMMANDS = ("seen", "tare", "tare anyway", "mark", "again", "", "seen ", None, 1, "x" * 300)
-_TEXTS = ("here", "", " ", "\0", "é" * 200, "x" * 201, "\ud800", 5, None)
+_COMMANDS = ("seen", "tare", "tare anyway", "mark", "mark text", "note", "again", "record", "plan", "specimen", "assign",
+             "discard", "keep", "more", "report", "", "seen ", None, 1, "x" * 300)  # fmt: skip
+_TEXTS = (
+    "here",
+    "",
+    " ",
+    "\0",
+    "é" * 200,
+    "x" * 201,
+    "\ud800",
+    "../out.csv",
+    "a; 1\nb; 2\na; 3",
+    "a; 1e999\n" * 400,
+    5,
+    None,
+)
 _FRAMES = (0, 1, 30, 2**31, 2**32, -1, 1.5, True, "1", None)
+_VALUES: dict[str, tuple[object, ...]] = {name: _FRAMES for name in ("frame", "id", "touch", "wanted")}
+_ANY = ("text", "frame")
 _CODES = (1000, 1001, 1005, 1006, 2999, 3000, 65535)
 
 
 def _command(draw: Random) -> bytes:
-    message = {"do": draw.choice(_COMMANDS), "text": draw.choice(_TEXTS), "frame": draw.choice(_FRAMES)}
-    kept = [name for name in message if draw.random() < 0.7]
-    return said({name: message[name] for name in kept})
+    do = draw.choice(_COMMANDS)
+    message = {name: draw.choice(_VALUES.get(name.rstrip("?"), _TEXTS)) for name in COMMANDS.get(str(do), _ANY)}
+    kept = [name for name in message if draw.random() < 0.9]
+    return said({"do": do, **{name.rstrip("?"): message[name] for name in kept}})
 
 
 def _text(draw: Random) -> bytes:

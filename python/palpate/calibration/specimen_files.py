@@ -46,9 +46,9 @@ def read_moduli(path: Path) -> dict[str, float]:
         cells = [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
         if any(cells):
             name, modulus = _row(f"{path}, line {number}", cells)
-            if _bare(name) in known:
+            if bare(name) in known:
                 raise CalibrationError(f"{path}, line {number}: {quoted(name)} appears twice")
-            known.add(_bare(name))
+            known.add(bare(name))
             moduli[name] = modulus
     if not moduli:
         raise CalibrationError(
@@ -100,12 +100,12 @@ def assign(files: Sequence[Path], moduli: Mapping[str, float]) -> dict[str, list
     >>> [path.name for path in found["30 OO"]], found["70 A"]
     (['30OO-1.csv', '30oo-2.csv'], [])
     """
-    names = {_bare(name): name for name in moduli}
+    names = {bare(name): name for name in moduli}
     found: dict[str, list[Path]] = {name: [] for name in moduli}
     for file in files:
         stem = file.stem
         ends = [len(stem), *(at for at in reversed(range(len(stem))) if ord(stem[at]) in _SEPARATORS)]
-        name = next((names[_bare(stem[:end])] for end in ends if _bare(stem[:end]) in names), None)
+        name = next((names[bare(stem[:end])] for end in ends if bare(stem[:end]) in names), None)
         if name is None:
             raise CalibrationError(
                 f"{file}: no specimen has this name, allowed: a name that begins with one of {listed(moduli)}"
@@ -118,7 +118,8 @@ def assign(files: Sequence[Path], moduli: Mapping[str, float]) -> dict[str, list
 _SEPARATORS = dict.fromkeys(map(ord, "-_ ."))
 
 
-def _bare(name: str) -> str:
+def bare(name: str) -> str:
+    """Return a name without what is no difference between two: blanks, dashes, underscores, dots and capitals."""
     return name.translate(_SEPARATORS).casefold()
 
 

@@ -38,7 +38,10 @@ _PORT = 8746
 @click.argument("source", type=SourceType(), required=False)
 @click.option("--record", "file", type=OUTPUT,
               help="The recording to write from the start, NAME.csv: a new file. The button Record continues with "
-              "NAME-2.csv ...")  # fmt: skip
+              "NAME-2.csv ...; without this option it proposes names with the date.")  # fmt: skip
+@click.option("--folder", type=click.Path(file_okay=False, exists=True, path_type=Path),
+              help="Where the page writes recordings, reports and calibrations. Default: that of --record, or the present "
+              "one.")  # fmt: skip
 @click.option("--calibration", type=InputFile(),
               help="Calibration file from `calibrate`: shows the modulus with its interval.")  # fmt: skip
 @click.option("--scatter", default=TOUCH_SCATTER, show_default=True, type=click.FloatRange(0, 1),
@@ -60,6 +63,7 @@ _PORT = 8746
 def live(
     source: str | None,
     file: Path | None,
+    folder: Path | None,
     calibration: Path | None,
     scatter: float,
     lsl: str | None,
@@ -80,7 +84,8 @@ def live(
 
     The page shows ratio, uncertainty and touches while you measure. SOURCE: as in `palpate record`; without it, the
     connected board, or a simulated one. By default only this machine can open the page, with the token in the printed
-    address; it needs no network. A file is written only with --record. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed properly).
+    address; it needs no network. Files are written only with --record, and by the buttons
+    Record, Report and Save: new ones, in one folder. A recording, FILE.csv, is shown as a whole. Ends with Ctrl-C or a closed terminal (exit code 130; a recording is closed properly).
     Exit codes: 3, no device; 4, a file cannot be written, or a recording failed; 6, an extra is missing.
 
     \b
@@ -113,7 +118,7 @@ def live(
         session = (
             review(source, beside, how, tell)
             if looks
-            else Session(opener(source, beside), Recordings(file), how, tell, lsl)
+            else Session(opener(source, beside), Recordings(file, folder), how, tell, lsl)
         )
         with ExitStack() as unless_started:
             listening = unless_started.enter_context(listen(host, port))
@@ -122,7 +127,7 @@ def live(
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
     ticket = new_token() if token else None
-    server, port = Server(Workbench(session, source, calibrated, scatter)), listening.getsockname()[1]
+    server, port = Server(Workbench(session, source, calibrated, scatter, calibration)), listening.getsockname()[1]
     debug = "palpate.debug" in click.get_current_context().meta
     in_place = not named and source == SIMULATED
     with _ending(session), _arrivals(session) if in_place else nullcontext(), listening, library_logs(debug=debug):

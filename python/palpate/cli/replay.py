@@ -44,6 +44,8 @@ def replay(
     gives exactly the same results. Below the table there is a sentence for each flag: what it means, and what to do;
     see help(palpate.Touch.flags). What is wrong with the recording is said on standard error and in the notes of --json.
 
+    If the sidecar says what was touched (`palpate live`), there is a column for it, and --json has `specimen` and `left_out`.
+
     FILE may be a folder, or a pattern in quotes as "monday/**.csv". With several FILEs the table has a column for the
     file, and --json is a list; a file that fails is an Error: line and an error in the list, and the others go on. Ctrl-C
     prints what is done.

@@ -14,6 +14,7 @@ from palpate.cli.moduli import Moduli
 if TYPE_CHECKING:
     from palpate import OfflineTouch, Touch
     from palpate.recording.foreign import AnyRecording
+    from palpate.recording.session import Entry
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,8 @@ class Replayed:
     doubtful: bool
     cut: int
     """How many of the last touches ran when the recording ended."""
+    entries: "list[Entry | None] | None" = None
+    """What the sidecar says of each touch; None: of none."""
 
     @property
     def reliable(self) -> bool:
@@ -69,13 +72,15 @@ class Replayed:
         if self.again is not None:
             return afterwards.table(self.again)
         table = cli_touches.table(self.touches)
+        if self.entries:
+            table = cli_touches.with_specimens(table, self.entries)
         advised = cli_touches.advised(self.touches, cut=self.cut)
         return (moduli.table(table, self.touches) if moduli and self.touches else table) + advised
 
     def document(self, moduli: Moduli | None) -> dict[str, Any]:
         """Return the result for JSON."""
         settings = {name: value for name, value in self.how.items() if name != "scene"}
-        document = {
+        document: dict[str, Any] = {
             "file": str(self.file),
             "scene": self.how["scene"],
             "settings": {
@@ -86,6 +91,8 @@ class Replayed:
             "notes": self.notes,
             "touches": cli_touches.records(self.touches, cut=self.cut),
         }
+        for record, entry in zip(document["touches"], self.entries or [], strict=False):
+            record |= {"specimen": entry and entry.specimen, "left_out": entry.left_out if entry else ""}
         if moduli:
             moduli.add(document, self.touches)
         if self.again:
@@ -102,6 +109,7 @@ def replayed(file: Path, how: How, begin: Callable[[Path, Any], None]) -> Replay
         As from `palpate.touches`.
     """
     from palpate.recording.foreign import recorded
+    from palpate.recording.session import plan_of
     from palpate.touch import tracked
 
     recording = recorded(file, **how.asked)
@@ -109,6 +117,7 @@ def replayed(file: Path, how: How, begin: Callable[[Path, Any], None]) -> Replay
     tracking = how.of(recording)
     again = _afterwards(recording, tracking) if how.offline else None
     found, retaken, cut = tracked(recording, **tracking)
+    plan = plan_of(recording.document or {})
     return Replayed(
         file,
         tracking,
@@ -120,6 +129,7 @@ def replayed(file: Path, how: How, begin: Callable[[Path, Any], None]) -> Replay
         "" if found else f"no touch found: {_why_not(recording)}",
         bool(recording.doubts),
         cut,
+        plan.matched(found, recording.survey.period_s) if plan.touches else None,
     )
 
 

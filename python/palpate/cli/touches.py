@@ -8,6 +8,7 @@ from palpate import digits
 
 if TYPE_CHECKING:
     from palpate import Touch
+    from palpate.recording.session import Entry
 
 HEADER = "touch   start_s  samples     ratio  std. error  covariance  alarm   result  flags"
 
@@ -31,6 +32,19 @@ def table(touches: "list[Touch]") -> str:
     """Return a header and a line for each touch; an empty text without touches."""
     lines = [HEADER, *(row(number, touch) for number, touch in enumerate(touches, 1))]
     return "\n".join(lines) + "\n" if touches else ""
+
+
+def with_specimens(table: str, entries: "Sequence[Entry | None]") -> str:
+    """Return a table of touches with a column for what was touched, and why a touch is left out."""
+    head, *rows = table.splitlines()
+    width = max(len(line) for line in (head, *rows))
+    told = [f"{row:{width}}  {_of(entry)}" for row, entry in zip(rows, entries, strict=True)]
+    return "\n".join([f"{head:{width}}  specimen", *told]) + "\n"
+
+
+def _of(entry: "Entry | None") -> str:
+    name = (entry and entry.specimen) or "-"
+    return f"{name}, left out: {entry.left_out}" if entry and entry.left_out else name
 
 
 def advised(touches: "Sequence[Touch]", first: int = 1, *, cut: int = 0) -> str:

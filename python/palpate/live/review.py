@@ -84,6 +84,8 @@ class Review:
         self.plan: Plan = plan_of(document)
         self.marks: list[tuple[float, str]] = [mark for mark in sidecar.marks_of(document) if math.isfinite(mark[0])]
         self.recordings = Recordings(None)
+        if isinstance(recording, Recorded):
+            self.recordings.made(recording.path, "recording")
         self.touches: list[Touch] = []
         self.ends: dict[int, float] = {}
         self.tares: list[float] = []

@@ -34,6 +34,18 @@ from palpate.live.protocol import Command, Refused, parse, told
 from palpate.live.workbench import Workbench
 
 _TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+DOWNLOADED = {
+    ".csv": ("text/csv", "attachment"),
+    ".json": ("application/json", "attachment"),
+    ".toml": ("application/toml", "attachment"),
+    ".html": ("text/html; charset=utf-8", "inline"),
+}
+"""Files of a run: type, and whether a browser stores them or shows them."""
+READ_ONLY = (
+    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'"
+)
+"""Of a report, whose text comes from files: no script runs in it, it asks for nothing, and it is a stranger to the page."""
 _PART = 1 << 16
 
 
@@ -94,9 +106,11 @@ class Server:
             return PlainTextResponse("this run has no such recording\n", 404)
         if self._asked >= DOWNLOADS_ASKED:
             return PlainTextResponse(f"too many downloads, allowed: {DOWNLOADS_ASKED}; wait for one to end\n", 503)
-        kind = "text/csv" if path.suffix.lower() == ".csv" else "application/json"
         size = path.stat().st_size
-        headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}", "Content-Length": str(size)}
+        kind, where = DOWNLOADED.get(path.suffix.lower(), ("application/octet-stream", "attachment"))
+        headers = {"Content-Disposition": f"{where}; filename*=UTF-8''{quote(name)}", "Content-Length": str(size)}
+        if where == "inline":
+            headers["Content-Security-Policy"] = READ_ONLY
         return StreamingResponse(self._parts(path, size), headers=headers, media_type=kind)
 
     async def _parts(self, path: Path, size: int) -> AsyncIterator[bytes]:

@@ -235,9 +235,11 @@ class Session:
         self._tell(line)
         return line
 
-    def lost(self, error: PalpateError) -> None:
-        """Tell that a recording failed; the measurement goes on."""
+    def lost(self, recorder: Recorder, error: PalpateError) -> None:
+        """Tell that a recording failed; the measurement goes on. A rescue recording is offered in its place."""
         self.failed, self.records = True, False
+        if recorder.path.exists() and recorder.path.name not in self.recordings.names:
+            self.recordings.made(recorder.path, "recording")
         self.say(f"Error: {error}")
 
     def _do_again(self) -> str:

@@ -1,6 +1,8 @@
 """All parts of the workbench together: the measurement, and what stands around it."""
 
 from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
 from typing import Any
 
 from palpate.calibration import Calibration
@@ -14,6 +16,8 @@ from palpate.live.summary import Summary
 from palpate.several import TOUCH_SCATTER
 
 Document = dict[str, Any]
+_APART = ("report",)
+"""Take seconds, and change nothing that another command needs."""
 
 
 class Workbench:
@@ -29,6 +33,8 @@ class Workbench:
         To show moduli, and for the scatter from touch to touch.
     scatter : float
         Relative scatter from touch to touch without a calibration, for the question whether touches agree.
+    calibration_file : pathlib.Path, optional
+        Where the calibration is stored, for a report.
 
     Attributes
     ----------
@@ -46,11 +52,15 @@ class Workbench:
         source: str,
         calibration: Calibration | None = None,
         scatter: float = TOUCH_SCATTER,
+        calibration_file: Path | None = None,
     ) -> None:
         self.session = session
         self._source = source
         self._summary = Summary(session, calibration, scatter)
-        self._desk = Recorded(session, self._summary) if isinstance(session, Review) else Desk(session, self._summary, source)
+        if isinstance(session, Review):
+            self._desk: Desk | Recorded = Recorded(session, self._summary, calibration_file)
+        else:
+            self._desk = Desk(session, self._summary, source, calibration_file)
         self._summary.known = self._desk.rows
         self.noise: Noise = Noise(lambda: session.levels.newest_rows())
         self.orders: dict[str, Callable[[Command], str | Document]] = {**session.orders, **self._desk.orders}
@@ -86,6 +96,6 @@ class Workbench:
             is_file = self.session.kind == "file"
             why = "this is a recording, nothing is measured" if is_file else "not possible with this source"
             raise Refused(f"{command.do}: {why}")
-        with self.session.commands:
+        with nullcontext() if command.do in _APART else self.session.commands:
             answer = self.orders[command.do](command)
         return answer if isinstance(answer, dict) else {"message": answer}

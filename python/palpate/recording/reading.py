@@ -11,6 +11,7 @@ from palpate.recording.exchange.binary_data import BinaryData
 from palpate.recording.foreign import AnyRecording, Foreign, recorded
 from palpate.recording.own_file import Recorded
 from palpate.recording.recording import Mark, Recording
+from palpate.recording.session import plan_of
 from palpate.samples import DTYPE, usable
 from palpate.tables.readers.frames import Frame, frame
 
@@ -92,4 +93,5 @@ def _whole(recorded: Recorded | BinaryData) -> Recording:
         gap_rows=tuple((last + 1).tolist()),
         zero_utc_ns=recorded.zero_utc_ns,
         marks=tuple(Mark(*mark) for mark in sidecar.marks_of(recorded.document or {})),
+        plan=plan_of(recorded.document or {}),
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.recording.session import Plan
 from palpate.tables.readers.outgoing import Framed
 
 if TYPE_CHECKING:
@@ -60,6 +61,8 @@ class Recording(Framed):
         Of a table of another program: one line that says which columns and units were used.
     marks : tuple of Mark
         From the sidecar of palpate's own files, in the order in which they were made.
+    plan : Plan
+        The session in the sidecar: specimens, which touch was on which of them, what is left out, notes; empty without one.
 
     Notes
     -----
@@ -88,6 +91,7 @@ class Recording(Framed):
     zero_utc_ns: int | None = None
     understood: str = ""
     marks: tuple[Mark, ...] = ()
+    plan: Plan = Plan()  # noqa: RUF009  it cannot be changed
 
     def __len__(self) -> int:
         """Return the number of pairs."""

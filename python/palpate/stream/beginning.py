@@ -12,6 +12,7 @@ from palpate.samples import Block, columns_for
 from palpate.stream.kept import Kept
 from palpate.stream.places import BASELINE, Measured, Places
 
+_Numbers = NDArray[np.int64]
 _SETTLED = 2 * BASELINE
 """Readings without contact after which a replay that begins there may measure the baseline, and that it needs for it."""
 SAME = "a replay has the same bits from there on"
@@ -65,12 +66,13 @@ class Memory:
             that, so that no sample is missing between them. None: there was no other; it begins at the first place of all.
         """
         block = self.kept.block()
-        exact = sorted(_exact(block, self.kept, self.places, tracker))
-        found = _chosen(exact, block, recorded) or _without_contact(block, self.places)
+        seqs = np.ascontiguousarray(block["seq"])  # it is searched often
+        exact = sorted(_exact(block, seqs, self.kept, self.places, tracker))
+        found = _chosen(exact, seqs, recorded) or _without_contact(seqs, self.places)
         if found is None:
             return Beginning(block[:0], [], f"{BEGUN}{read} pairs; {NO_BASELINE}" if read else "")
         rest = block[found.at :]
-        begin = int(rest["seq"][0]) if len(rest) else int(block["seq"][-1]) + 1
+        begin = int(seqs[found.at]) if len(rest) else int(seqs[-1]) + 1
         marks = sorted((mark for mark in self.kept.marks if mark["seq"] >= begin), key=lambda mark: int(mark["seq"]))
         before = read - len(rest)
         is_same = found in exact and not tracker.settings.get("host_stamps", False)
@@ -78,17 +80,17 @@ class Memory:
         return Beginning(rest, marks, note if before else "")
 
 
-def _chosen(places: list[Place], block: Block, recorded: int | None) -> Place | None:
-    before = [] if recorded is None else [place for place in places if _follows(place, block, recorded)]
+def _chosen(places: list[Place], seqs: _Numbers, recorded: int | None) -> Place | None:
+    before = [] if recorded is None else [place for place in places if _follows(place, seqs, recorded)]
     return before[-1] if before else places[0] if places else None
 
 
-def _follows(place: Place, block: Block, recorded: int) -> bool:
+def _follows(place: Place, seqs: _Numbers, recorded: int) -> bool:
     """Return whether no sample is missing between a recording that ended with a sample, and a place."""
-    return place.at <= int(np.searchsorted(block["seq"], recorded, "right"))
+    return place.at <= int(np.searchsorted(seqs, recorded, "right"))
 
 
-def _exact(block: Block, kept: Kept, places: Places, tracker: Tracker) -> Iterator[Place]:
+def _exact(block: Block, seqs: _Numbers, kept: Kept, places: Places, tracker: Tracker) -> Iterator[Place]:
     """Yield the places from which a replay has the same state."""
     if kept.has_all and len(block):
         yield Place(0, "with the measurement")
@@ -96,19 +98,19 @@ def _exact(block: Block, kept: Kept, places: Places, tracker: Tracker) -> Iterat
         return
     gaps = {mark["seq"] for mark in kept.marks if mark.get("gap")}
     for seq in {mark["seq"] for mark in kept.marks}:
-        at = _position(block, seq)
+        at = _position(seqs, seq)
         if at is not None:  # the replay needs the mark of a gap, and so the row before it; after a tare it begins anew
             yield Place(at, "at a gap") if seq in gaps else Place(at + 1, "after a tare")
     good = _good(block, tracker)
     for measured in places.measured():
-        at = _first(block, good, measured)
+        at = _first(seqs, good, measured)
         if at is not None:
             yield Place(at, "after a release")
 
 
-def _first(block: Block, good: NDArray[np.bool_], measured: Measured) -> int | None:
+def _first(seqs: _Numbers, good: NDArray[np.bool_], measured: Measured) -> int | None:
     """Return the first reading of a baseline, if it is certain: each of them, and the one before, has both values."""
-    before, last = _position(block, measured.before), _position(block, measured.last)
+    before, last = _position(seqs, measured.before), _position(seqs, measured.last)
     if before is None or last is None or last - before != BASELINE or not good[before : last + 1].all():
         return None
     return before + 1
@@ -120,14 +122,13 @@ def _good(block: Block, tracker: Tracker) -> NDArray[np.bool_]:
     return np.asarray((np.abs(hard) < limit) & (np.abs(soft) < limit))
 
 
-def _position(block: Block, seq: int) -> int | None:
-    at = int(np.searchsorted(block["seq"], seq))
-    return at if at < len(block) and block["seq"][at] == seq else None
+def _position(seqs: _Numbers, seq: int) -> int | None:
+    at = int(np.searchsorted(seqs, seq))
+    return at if at < len(seqs) and seqs[at] == seq else None
 
 
-def _without_contact(block: Block, places: Places) -> Place | None:
+def _without_contact(seqs: _Numbers, places: Places) -> Place | None:
     """Return the first place without contact where a replay can measure a baseline, its own."""
-    seqs = block["seq"]
     for begin, end in places.without_contact():
         is_whole = len(seqs) > 0 and begin >= seqs[0]  # its begin may be a release that is not yet over
         at = int(np.searchsorted(seqs, begin)) + (_SETTLED if is_whole else 0)

@@ -9,6 +9,7 @@ from palpate.samples import DTYPE, Block, Sample
 
 FEWEST, MOST = 1024, 2**24
 _MOST_MARKS = 10_000
+_BYTES = np.dtype((np.void, DTYPE.itemsize))
 
 
 class Kept:
@@ -67,6 +68,8 @@ class Kept:
 
     def block(self) -> Block:
         """Return a copy of the samples that are kept, in order of time."""
+        rows = self._rows.view(_BYTES)  # a copy field by field takes ten times as long
         if self.has_all:
-            return self._rows[: self._count].copy()
-        return np.roll(self._rows, -(self._count % len(self._rows)))
+            return rows[: self._count].copy().view(DTYPE)
+        oldest = self._count % len(rows)
+        return np.concatenate([rows[oldest:], rows[:oldest]]).view(DTYPE)

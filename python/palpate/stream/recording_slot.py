@@ -85,6 +85,7 @@ class RecordingSlot:
         recorder.close(lambda: self._counted(counters, recorder))
         self.recorder = None
         if recorder.error:
+            self._ended = None  # the next one has all that is kept
             raise recorder.error
         return recorder
 

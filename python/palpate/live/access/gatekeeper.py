@@ -169,12 +169,14 @@ async def refuse(reason: str, scope: Scope, receive: Receive, send: Send) -> Non
 
 
 def with_headers(send: Send, headers: Mapping[str, str] = HEADERS) -> Send:
-    """Return a function that sends, with these headers."""
+    """Return a function that sends, with these headers; one that the application has set itself stays as it is."""
 
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
+            own = message.get("headers", [])
+            known = {name for name, _ in own}
             given = [(name.lower().encode(), value.encode()) for name, value in headers.items()]
-            message = {**message, "headers": [*message.get("headers", []), *given]}
+            message = {**message, "headers": [*own, *(each for each in given if each[0] not in known)]}
         await send(message)
 
     return sending

@@ -10,11 +10,13 @@ from palpate.live.desk.device import Device
 from palpate.live.desk.marks import Marks
 from palpate.live.desk.plan import Plan
 from palpate.live.desk.record import Record
+from palpate.live.desk.report import Report
 from palpate.live.desk.standing import Standing
 from palpate.live.desk.tare import Tare
 from palpate.live.protocol import Command
 from palpate.live.session import Session
 from palpate.live.summary import Summary
+from palpate.report import write
 
 Document = dict[str, Any]
 
@@ -29,6 +31,8 @@ class Desk:
         Has the calibration in use.
     source : str
         Name of the source, as given by the user.
+    calibration_file : pathlib.Path, optional
+        Where the calibration is stored, for a report.
 
     Attributes
     ----------
@@ -40,7 +44,9 @@ class Desk:
         Returns what is known of each touch: specimen, deviation, kept, why not.
     """
 
-    def __init__(self, session: Session, summary: Summary, source: str) -> None:
+    def __init__(
+        self, session: Session, summary: Summary, source: str, calibration_file: Path | None = None
+    ) -> None:
         self._session, self._summary = session, summary
         self._plan = plan = Plan(session, lambda: summary.accepted)
         self._record, tare = Record(session), Tare(session)
@@ -50,7 +56,9 @@ class Desk:
         device = Device(session, self._standing, source)
         files = Files(session.recordings.free, session.recordings.checked, session.recordings.made)
         calibrating = Calibrating(plan.known, files, self._use, session.stream.tracker.scene)
-        parts = (tare, self._record, marks, plan, device, calibrating)
+        self._calibration_file = calibration_file
+        report = Report(session.recordings, write, lambda: self._calibration_file)
+        parts = (tare, self._record, marks, plan, device, calibrating, report)
         self.orders: dict[str, Callable[[Command], str | Document]] = {}
         for part in parts:
             self.orders |= part.orders
@@ -71,5 +79,5 @@ class Desk:
         return self._standing.is_news()
 
     def _use(self, calibration: Calibration, path: Path) -> None:
-        self._summary.calibration = calibration
+        self._summary.calibration, self._calibration_file = calibration, path
         self._plan.orders["note"](Command("note", {"text": f"moduli are from {path.name} from here on"}))

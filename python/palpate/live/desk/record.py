@@ -69,23 +69,26 @@ class Record:
         return f"Recording to {path.name}{_begins(recorder, session.last_s)}"
 
     def _do_stop(self) -> str:
-        try:
-            recorder = self._session.stream.stop_recording()
-        except PalpateError as error:
-            self._session.lost(error)
-            raise
+        session = self._session
+        recorder = session.recorder
         if recorder is None:
             raise Refused("stop: no recording is running")
-        self._session.records = False
-        return self._session.tell_closed(recorder)
+        try:
+            session.stream.stop_recording()
+        except PalpateError as error:
+            session.lost(recorder, error)
+            raise
+        session.records = False
+        return session.tell_closed(recorder)
 
     def _follow(self, _: Batch, stream: Stream) -> None:
         """Close a recording that failed; in the thread of the measurement, which goes on."""
-        if stream.recorder and stream.recorder.error:
+        recorder = stream.recorder
+        if recorder and recorder.error:
             try:
                 stream.stop_recording()
             except PalpateError as error:
-                self._session.lost(error)
+                self._session.lost(recorder, error)
 
 
 def _begins(recorder: Recorder, now_s: float) -> str:

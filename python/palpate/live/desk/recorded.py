@@ -1,14 +1,17 @@
 """What the sidecar of an opened recording says, for the page: events, specimens, which touches are kept, notes."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from palpate._core import Touch
+from palpate.live.desk.report import Report
 from palpate.live.desk.states import of_file
 from palpate.live.protocol import Command
 from palpate.live.review import Review
 from palpate.live.summary import Summary
 from palpate.recording.session import Entry
+from palpate.report import write
 from palpate.sentences import advice
 from palpate.several import objections
 
@@ -24,17 +27,21 @@ class Recorded:
     review : Review
     summary : Summary
         Has the calibration in use.
+    calibration_file : pathlib.Path, optional
+        Where it is stored, for a report.
 
     Attributes
     ----------
     orders : dict
-        Name of a command -> function: none.
+        Name of a command -> function: report, of a recording of palpate.
     told : dict
         Kind of a message -> function that returns it.
     """
 
-    def __init__(self, review: Review, summary: Summary) -> None:
+    def __init__(self, review: Review, summary: Summary, calibration_file: Path | None = None) -> None:
         self.orders: dict[str, Callable[[Command], str | Document]] = {}
+        if review.recordings.names:
+            self.orders |= Report(review.recordings, write, lambda: calibration_file).orders
         self.told: dict[str, Callable[[], Document]] = {"events": self.events, "session": self.session}
         self._review, self._summary = review, summary
         self._touches: list[Touch] = []
@@ -46,7 +53,7 @@ class Recorded:
         word, line = of_file(file["name"], f"{file['end']}, {file['rows']} rows, {file['missing']} missing")
         shown = {"level": line.level, "title": line.title, "text": line.text, "since_s": None, "what": line.what}
         told = {"now": word._asdict(), "line": shown, "announce": line.text}
-        return {"recording": None, "proposed": "", "files": [], **told}
+        return {"recording": None, "proposed": "", "files": self._review.recordings.files, **told}
 
     def is_news(self) -> bool:
         """Return False: nothing happens by itself."""
