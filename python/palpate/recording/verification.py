@@ -71,7 +71,13 @@ class Verification:
 
     @property
     def verdict(self) -> str:
-        """What the recording is, in a few words."""
+        """What became of the recording, in a few words.
+
+        Examples
+        --------
+        >>> check("tests/data/four-specimens.csv").verdict
+        'complete, clean end'
+        """
         if self.running:
             return "still being recorded"
         if self.faults:
