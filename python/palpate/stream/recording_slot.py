@@ -82,8 +82,8 @@ class RecordingSlot:
         with intake.lock:
             intake.recorder, counters = None, self._counters()
             self._ended = intake.last.seq if intake.last else None
+        self.recorder = None  # before it closes, which takes time: a tare meanwhile is no mark in it
         recorder.close(lambda: self._counted(counters, recorder))
-        self.recorder = None
         if recorder.error:
             self._ended = None  # the next one has all that is kept
             raise recorder.error
