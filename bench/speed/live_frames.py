@@ -4,7 +4,7 @@
 
 The page runs in headless Chromium at 60 frames per second. Each sample carries its time, `t_s`, through ring, socket and
 page; the source notes when that reading was converted, the server when it sends the row, and the page when the row has
-come and when uPlot has drawn it. "board" is the simulated board in real time, read by the real driver: the conversion
+come and when it has drawn it. "board" is the simulated board in real time, read by the real driver: the conversion
 is that of the pair's second channel. A number is a source with so many pairs per second.
 
 drawn: the canvas has the sample, in its animation frame. shown: Chromium has presented that frame, by the element timing
@@ -50,7 +50,7 @@ window.WebSocket = class extends WebSocket {
     });
   }
 };
-const draw = (plot) => {
+const draw = () => {
   const t = newest;
   if (!t || t === noted.drawn.at(-1)?.[1]) return;
   noted.drawn.push([clock(), t]);
@@ -66,15 +66,12 @@ new PerformanceObserver((list) => {
     noted.shown.push([performance.timeOrigin + renderTime, Number(identifier)]);
   }
 }).observe({ type: "element" });
-let made;
-Object.defineProperty(window, "uPlot", {
-  get: () => made,
-  set: (uPlot) => {
-    made = Object.assign(function (options, data, place) {
-      if (place.id === "changes") options.hooks.draw.push(draw);
-      return new uPlot(options, data, place);
-    }, uPlot);
-  },
+addEventListener("DOMContentLoaded", async () => {
+  const { Charts } = await import("./charts.js"), paint = Charts.prototype.paintTime;
+  Charts.prototype.paintTime = function () {
+    paint.call(this);
+    draw();
+  };
 });
 """
 

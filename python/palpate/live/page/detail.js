@@ -224,10 +224,6 @@ export class Detail {
     const { begin } = this.rows.extent, [low, high] = pieces.reduce((range, { block, rows }) => extremes(block, ["hard"], rows, range), [Infinity, -Infinity]);
     const found = this.touches(from, to).map(({ number: n }) => n), most = low <= high ? `, hard ${low.toFixed(3)} to ${high.toFixed(3)} pF` : "";
     const touches = found.length ? `, touches ${found.length > 6 ? `${found[0]} to ${found.at(-1)}` : found.join(", ")}` : "";
-    const text = `Capacitance changes from ${clock(from - begin)} to ${clock(to - begin)}${most}${touches}`;
-    if (this.looking.fixed || performance.now() - (this.namedAt ?? -Infinity) > 5000) {
-      this.sheet.name = text; // while the window follows, every 5 s
-      this.namedAt = performance.now();
-    }
+    this.sheet.name = `Capacitance changes from ${clock(from - begin)} to ${clock(to - begin)}${most}${touches}`;
   }
 }
