@@ -20,8 +20,12 @@ for (const e of texts) {
   const box = e.getBoundingClientRect();
   for (let p = e; p && p !== document.body; p = p.parentElement) {
     const style = getComputedStyle(p), edge = p.getBoundingClientRect();
-    if (p !== e && /auto|scroll/.test(style.overflowY)) break;
+    if (/auto|scroll/.test(style.overflowX)) break;
     if (style.overflowX !== "hidden") continue;
+    if (p !== e && /auto|scroll/.test(style.overflowY)) {
+      if (box.right > edge.right + 1 || box.left < edge.left - 1) wrong.push(named(e));
+      break;
+    }
     if (p === e ? e.scrollWidth > e.clientWidth + 1 || e.scrollHeight > e.clientHeight + 2 : box.right > edge.right + 1 || box.bottom > edge.bottom + 2 || box.left < edge.left - 1 || box.top < edge.top - 2) wrong.push(named(e));
   }
   if (box.left < -1 || (!scrolls(e) && box.right > document.documentElement.clientWidth + 1)) wrong.push(named(e));

@@ -58,7 +58,7 @@ export class Now {
     put("nexthead", file ? "Recorded" : "Next");
     const small = next
       ? [`touch ${next.nth}${next.of ? ` of ${next.of}` : ""}`, next.modulus ? `${next.modulus} MPa` : ""].filter(Boolean).join(" · ")
-      : file ? `${rows.filter((one) => one.kept === false).length} of them left out` : "P: name the specimens";
+      : file ? `${rows.filter((one) => one.kept === false).length} of them left out` : "specimens are not named";
     const large = next?.name ?? (file ? `${rows.length} ${rows.length === 1 ? "touch" : "touches"}` : `Touch ${(rows.at(-1)?.number ?? 0) + 1}`);
     const again = state.now?.tone === "caution" && state.now.word === "Repeat";
     const shown = JSON.stringify([large, small, next, again]);

@@ -6,12 +6,13 @@ from typing import Any
 
 import page_looks
 import pytest
-from effort import NIGHTLY
+from effort import ALL, NIGHTLY
 from live_browser import Browser, browser
 from page_cases import CASES
 from page_states import SIZES, canned, opened, sized
 from project import need, need_package
 
+SEEN = list(SIZES) if ALL else ["desk", "phone"]
 THOROUGH = list(CASES) if NIGHTLY else ["contact", "calibrate", "file", "unplugged"]
 """The states that axe looks at, which takes a second each."""
 
@@ -49,7 +50,7 @@ def test_a_state_at_each_size(page: Browser, name: str) -> None:
         assert page["line"].get_attribute("data-level") == ("note" if looks_back else line["level"])
         title = page.driver.title
         assert title.startswith(f"✕ {line['title'][:-1]}" if line["level"] == "fault" else now["word"])
-        for number, size in enumerate(SIZES):
+        for number, size in enumerate(SEEN):
             sized(page, *SIZES[size])
             if number % 2:
                 page["theme"].parent.execute_script("document.getElementById('theme').click()")
@@ -119,7 +120,7 @@ def test_the_checks_find_what_is_wrong(page: Browser) -> None:
         assert [rule for rule, _ in audit(page)] != []
 
 
-@pytest.mark.parametrize("size", list(SIZES))
+@pytest.mark.parametrize("size", SEEN)
 def test_messages_do_not_move_the_charts(page: Browser, size: str) -> None:
     with canned("contact") as server:
         sized(page, *SIZES[size])
