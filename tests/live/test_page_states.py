@@ -25,8 +25,8 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
         yield page
 
 
-def run(page: Browser, script: str) -> Any:
-    return page.driver.execute_script(script)
+def run(page: Browser, script: str, *given: str) -> Any:
+    return page.driver.execute_script(script, *given)
 
 
 def audit(page: Browser) -> list[Any]:
@@ -154,7 +154,10 @@ def test_the_screen_reader_hears_what_has_settled(page: Browser) -> None:
     with canned("contact") as server:
         sized(page, *SIZES["desk"])
         opened(page, server, "contact")
-        spoken = lambda name: run(page, f"return document.getElementById('{name}').textContent")
+
+        def spoken(name: str) -> str:
+            return str(run(page, "return document.getElementById(arguments[0]).textContent", name))
+
         assert spoken("announced") == "Hold: 2.5 s more"
         assert spoken("alarm") == ""
         run(
