@@ -132,7 +132,7 @@ def serving(server: Canned) -> Iterator[Canned]:
 def visit(page: Browser, server: Canned) -> None:
     """Open the page, and take hold of its charts as `window.charts`."""
     page.driver.get(server.address)
-    page.until(lambda: page.text("word") not in ("", "–"))
+    page.until(lambda: page.text("word") not in ("", "\N{EN DASH}"))
     page.driver.execute_async_script(CATCH)
 
 

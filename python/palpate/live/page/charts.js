@@ -71,7 +71,8 @@ export class Charts {
     this.chosen = null;
   }
 
-  tell_state({ end_s: end = null }) {
+  tell_state({ end_s: end = null, uncertainty = null }) {
+    this.tale.uncertainty = uncertainty;
     if (end === this.rows.told.end) return;
     this.rows.told.end = end;
     this.follow();
@@ -123,7 +124,7 @@ export class Charts {
     const { begin, end } = this.rows.extent;
     Object.assign(this.window, { begin, end });
     const running = this.window.file ? null : runningOf(this.store, this.tale.touches.at(-1));
-    this.tale.running = running && { ...running, specimen: this.tale.next };
+    this.tale.running = running && { ...running, specimen: this.tale.next, uncertainty: this.tale.uncertainty };
   }
 
   // The theme or the size is another.

@@ -92,7 +92,6 @@ export class Detail {
     Object.assign(this, { left: 46 * unit, right: sheet.width - 4 * unit, top: 17 * unit, foot: sheet.height - 18 * unit });
     this.ask(from, to);
     const pieces = this.rows.pieces(from, to), y = this.scale(pieces);
-    this.taken = [];
     this.axes(from, to);
     this.clipped(() => {
       this.shade();
@@ -122,8 +121,8 @@ export class Detail {
     const range = [0, this.looking.fixed ? 1e-6 : LEAST_PF], { unit } = this.sheet;
     for (const { block, rows } of pieces) extremes(block, ["hard", "soft"], rows, range);
     const step = stepOf(range[1] - range[0], Math.max(2, (this.foot - this.top) / (22 * unit)));
-    const noise = range[0] > -0.05 * range[1];
-    const [low, high] = [noise ? 0 : Math.floor(range[0] / step) * step, Math.ceil((1.04 * range[1]) / (step / 2)) * (step / 2)];
+    const high = Math.ceil((1.04 * range[1]) / (step / 2)) * (step / 2), noise = range[0] > -0.1 * high;
+    const low = noise ? 0 : Math.floor(range[0] / step) * step;
     const bottom = noise ? Math.min(0, 1.2 * range[0]) : low;
     const y = (value) => this.foot - ((value - bottom) / (high - bottom)) * (this.foot - this.top - 2);
     Object.assign(this, { y, values: ticks(low, high, step), step });
@@ -176,20 +175,20 @@ export class Detail {
     }
   }
 
-  // Number and ratio above each touch, or the number alone where it is narrow.
+  // Number and ratio above each touch, or the numbers alone if that is too much.
   touchLabels(from, to) {
-    const { sheet } = this, height = 13 * sheet.unit, edges = { left: 0, right: sheet.width, top: 0, bottom: this.top };
-    return this.touches(from, to).flatMap((one) => {
-      const colour = one.kept ? "ink" : "bad", sign = one.kept ? "" : "▲ ", { number: n } = one;
-      const middle = (this.x(Math.max(from, one.start_s)) + this.x(Math.min(to, one.end_s))) / 2;
-      const ratio = one.running ? "…" : number(one.ratio, one.uncertainty);
-      for (const text of [`${sign}${n} · ${ratio}`, `${sign}${n}`]) {
-        const width = sheet.measure(text, true), x = Math.max(0, Math.min(sheet.width - width, middle - width / 2));
-        const found = placed([{ text, width, height, colour, touch: n, places: [[x, this.top / 2]] }], edges, this.taken);
-        if (found.length) return found;
-      }
-      return [];
-    });
+    const { sheet } = this, height = 13 * sheet.unit, edges = { left: 0, right: sheet.width, top: 0, bottom: this.top }, touches = this.touches(from, to);
+    const labels = (ratios) => {
+      const wanted = touches.map((one) => {
+        const text = `${one.kept ? "" : "▲ "}${one.number}${ratios ? ` · ${one.running ? "…" : number(one.ratio, one.uncertainty)}` : ""}`;
+        const width = sheet.measure(text, true), middle = (this.x(Math.max(from, one.start_s)) + this.x(Math.min(to, one.end_s))) / 2;
+        const x = Math.max(0, Math.min(sheet.width - width, middle - width / 2));
+        return { text, width, height, colour: one.kept ? "ink" : "bad", touch: one.number, places: [[x, this.top / 2]] };
+      });
+      return placed(wanted.toSorted((a, b) => Number(b.colour === "bad") - Number(a.colour === "bad")), edges);
+    };
+    const whole = labels(true);
+    return whole.length === touches.length ? whole : labels(false);
   }
 
   // Lines of marks, tares and flags, each with its label beside it, stacked where they meet.
@@ -206,7 +205,7 @@ export class Detail {
       const rows = Array.from({ length: Math.max(1, Math.min(STACKED, Math.floor((foot - top) / height))) }, (_, k) => (one.low ? foot - (k + 0.5) * height : top + (k + 0.5) * height));
       return { ...one, text, width, height, at: x, places: rows.flatMap((row) => [[x + 5, row], [x - 5 - width, row]]) };
     });
-    return placed(wanted, edges, this.taken);
+    return placed(wanted, edges);
   }
 
   drawCursors() {

@@ -6,10 +6,7 @@ export class Device {
   constructor(say) {
     this.say = say;
     $("openset").onclick = () => this.open();
-    $("centre").onclick = () => {
-      $("set").close();
-      say({ do: "centre" });
-    };
+    $("centre").onclick = () => say({ do: "centre" });
   }
 
   tell(type, { device, hello }) {
@@ -18,8 +15,8 @@ export class Device {
     const facts = device.facts ?? [];
     put("deviceword", hello.kind === "file" ? "of the recording" : "");
     $("device").hidden = !facts.length && !this.options.length;
-    $("openset").hidden = !this.options.length && !device.can_centre;
-    $("centre").parentElement.hidden = !device.can_centre;
+    $("openset").hidden = !this.options.length;
+    $("centre").hidden = !device.can_centre;
     $("facts").replaceChildren(...facts.flatMap(({ name, value, warn, share }) => [make("dt", { textContent: name }), told(value, warn, share)]));
   }
 

@@ -46,7 +46,7 @@ export class FitPlot {
       }
     }
     for (const ratio of ticks(lowest, highest, stepOf(highest - lowest, (split - top) / (30 * k)))) parts.push(ruler(left, y(ratio), right, y(ratio), "grid") + label(left - 6, y(ratio) + 4 * k, Number(ratio.toPrecision(4)), "", "end"));
-    const step = stepOf(2 * reach, Math.max(2, (foot - low) / (22 * k)));
+    const step = stepOf(2 * reach, Math.max(4, (foot - low) / (22 * k)));
     for (const d of ticks(-reach, reach, step)) parts.push(ruler(left, z(d), right, z(d), d ? "grid" : "grid0") + label(left - 6, z(d) + 4 * k, signed(d, step < 1 ? 1 : 0), "", "end"));
     const both = "above: ratio · below: distance from eq. (2), %", axis = "modulus, MPa", room = measure(both, k) + measure(axis, k) + 10 < right - left;
     parts.push(label(right, foot + 31 * k, axis, "", "end") + label(left, foot + 31 * k, room ? both : "below: distance, %"));

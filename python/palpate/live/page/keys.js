@@ -2,6 +2,8 @@
 
 import { $, ask, make } from "./dom.js";
 
+const HELD = ["arrowleft", "arrowright", "+", "=", "-"]; // a key that is held down repeats these only
+
 export class Keys {
   // acts: name of an action -> function, for those that are not a button; chart: gets the keys of the charts.
   constructor(acts, chart) {
@@ -31,7 +33,7 @@ export class Keys {
     if (typing && key !== "escape") return;
     if (key === " " && event.target.closest("button, a")) return;
     const found = this.keys.find(([, name]) => name === key);
-    if (!found) return;
+    if (!found || (event.repeat && !HELD.includes(key))) return;
     event.preventDefault();
     found[3]();
   }

@@ -3,7 +3,7 @@
 import { $, put } from "./dom.js";
 import { clock } from "./formatting.js";
 
-const GLYPHS = { fault: "✕ ", caution: "▲ ", note: "‖ ", quiet: "" };
+const GLYPHS = { fault: "✕ ", caution: "▲ ", note: "● ", quiet: "" };
 const ANSWER_MS = 8000;
 const LOUD = ["fault", "caution"];
 
@@ -19,9 +19,9 @@ export class Line {
   }
 
   show(known) {
-    const { level, title, text, since_s: since } = this.pick(known);
+    const { level, title, text, since_s: since, glyph } = this.pick(known);
     if ($("line").dataset.level !== level) $("line").dataset.level = level;
-    put($("says").children[0], title ? GLYPHS[level] + title : "");
+    put($("says").children[0], title ? (glyph ?? GLYPHS[level]) + title : "");
     put($("says").children[1], text);
     $("says").title = text;
     put("since", since ? `for ${clock(since)}` : "");
@@ -36,17 +36,16 @@ export class Line {
     if (LOUD.includes(said.level) || !looking || hello.kind === "file") return said;
     const origin = hello.origin_s ?? 0;
     const title = `Looking back at ${clock(looking.from_s - origin)} to ${clock(looking.to_s - origin)}.`;
-    return { level: "note", title, text: "Measuring and recording go on: the state below is live. L: back to live." };
+    return { level: "note", glyph: "‖ ", title, text: "Measuring and recording go on: the state below is live. L: back to live." };
   }
 
   // The answer to a command, beside the line for some seconds.
   answer(text, bad = false) {
-    put($("answer").children[0], text);
+    put("answer", text);
     $("answer").dataset.bad = bad ? "yes" : "no";
     $("answer").dataset.on = text ? "yes" : "no";
     if (!$("files").open) put("announced", text);
     else put("filesays", text);
-    $("anyway").hidden = true;
     clearTimeout(this.waiting);
     if (text) this.waiting = setTimeout(() => this.answer(""), ANSWER_MS);
   }

@@ -8,6 +8,7 @@ import { Drawing, box, clipped, label, line, measure, ruler } from "./svg.js";
 import { signed } from "./ticks.js";
 
 const RANGE = 8; // per cent, both ways
+const MANY = 8; // touches in a line without specimens
 const LEAST = 44, MOST = 100; // height of a row, px at 15 px text
 
 export class Multiples {
@@ -41,7 +42,8 @@ export class Multiples {
     if (width < 80 || height < 40) return;
     if (!groups.length) return this.drawing.say("Touches are compared here.");
     const named = groups.some(({ name }) => name), head = 18 * k, left = named ? 56 * k : 0;
-    const columns = Math.max(2, Math.min(named ? 6 : 8, Math.floor((width - left) / (56 * k))));
+    const longest = named ? Math.max(4, ...groups.map(({ list }) => list.length)) : MANY;
+    const columns = Math.max(2, Math.min(longest, Math.floor((width - left) / (56 * k))));
     const rows = Math.max(1, Math.min(MOST, Math.floor((height - head) / (LEAST * k))));
     const lines = groups.flatMap((group) => this.rowsOf(group, columns, groups.length > 1 ? 1 : rows)).slice(0, rows);
     const high = Math.min((height - head) / lines.length, MOST * k), wide = (width - left) / columns;

@@ -144,6 +144,7 @@ export class Overview {
     const most = Math.max(1, this.x(this.since + GAP_S));
     let bars = 0, column = NaN, high = 0;
     for (let k = first; k <= end; k++) {
+      if (k < end && hard[k] !== hard[k]) continue; // NaN
       const here = k < end ? Math.floor(this.x(t[k])) : Infinity;
       if (here !== column) {
         if (high > 0) this.sheet.context.fillRect(column, y(high), Math.min(here - column, most), foot - y(high));

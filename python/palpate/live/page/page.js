@@ -44,12 +44,14 @@ new Keys({ next: () => session.next(), pause: () => charts.key(known.looking ? "
 
 const ANSWERS = {
   done: (message) => {
+    known.forced &&= message.do !== "tare anyway";
     if (!SILENT.includes(message.do)) answer(message.message);
     if (message.do === "mark") marks.made(message);
   },
   refused: (message) => {
     answer(message.message, true);
-    $("anyway").hidden = !message.message.startsWith("tare:") || !running(known.state);
+    known.forced = message.message.startsWith("tare:");
+    enable("state");
   },
   failed: (message) => answer(message.message, true),
 };
@@ -97,7 +99,10 @@ function enable(type) {
   $("tare").hidden = ended && !file;
   $("again").hidden = !ended || file;
   $("again").disabled = !up;
-  $("tare").disabled = !measuring || ((running(known.state) || known.state.now?.tone === "fault") && known.state.now.word !== "Tare");
+  known.forced &&= known.state.state !== "no contact";
+  const anyway = known.forced || known.state.line?.what === "endless", { tone, word } = known.state.now ?? {};
+  $("tare").firstChild.textContent = anyway ? "Tare anyway " : "Tare ";
+  $("tare").disabled = !measuring || (!anyway && (running(known.state) || tone === "fault") && word !== "Tare");
   $("pause").disabled = file;
   $("mark").disabled = $("record").disabled = !measuring;
   if (known.state.recording && up) $("record").disabled = false;
@@ -121,7 +126,8 @@ function menu(open) {
   $("more").setAttribute("aria-expanded", String(open));
 }
 
-for (const [id, message] of [["tare", "tare"], ["anyway", "tare anyway"], ["again", "again"]]) $(id).onclick = () => say({ do: message });
+$("tare").onclick = () => say({ do: $("tare").textContent.startsWith("Tare anyway") ? "tare anyway" : "tare" });
+$("again").onclick = () => say({ do: "again" });
 $("pause").onclick = () => charts.key(known.looking ? "live" : "pause");
 $("more").onclick = () => menu(!document.body.classList.contains("menu"));
 $("menu").onclick = () => menu(false);

@@ -20,21 +20,22 @@ export function trace(sheet, colour, block, name, rows, x, y) {
   return (dense ? bars : curve)(sheet, colour, block, name, rows, x, y);
 }
 
-const joins = ({ t, bin }, k) => t[k] - t[k - 1] <= Math.max(GAP_S, 2 * bin);
+// Whether a line goes from row j to row k: also over samples without a value, if that is short.
+const joins = ({ t, bin }, j, k) => t[k] - t[j] <= Math.max(GAP_S, 2 * bin);
 
 function curve(sheet, colour, block, name, [first, end], x, y) {
   const { t } = block, values = block[name];
-  let path = new Path2D(), points = 0, joined = false;
+  let path = new Path2D(), points = 0, last = -1;
   for (let k = first; k < end; k++) {
-    const known = values[k] === values[k]; // not NaN
-    if (known && joined && joins(block, k)) path.lineTo(x(t[k]), y(values[k]));
-    else if (known) path.moveTo(x(t[k]), y(values[k]));
-    joined = known;
-    points += known;
-    if (!joined || points % CHUNK) continue;
+    if (values[k] !== values[k]) continue; // NaN
+    const [px, py] = [x(t[k]), y(values[k])];
+    if (last >= 0 && joins(block, last, k)) path.lineTo(px, py);
+    else path.rect(px - 0.4, py - 0.4, 0.8, 0.8); // seen also if it stands alone
+    last = k;
+    if (++points % CHUNK) continue;
     sheet.stroke(colour, path);
     path = new Path2D();
-    path.moveTo(x(t[k]), y(values[k]));
+    path.moveTo(px, py);
   }
   sheet.stroke(colour, path);
   return points;
@@ -43,10 +44,10 @@ function curve(sheet, colour, block, name, [first, end], x, y) {
 // For each pixel a bar from the lowest to the highest value; it begins where the one before it ended.
 function bars(sheet, colour, block, name, [first, end], x, y) {
   const { t } = block, values = block[name], { context } = sheet;
-  let points = 0, column = NaN, low = 0, high = 0, last = NaN;
-  const draw = () => {
+  let points = 0, column = NaN, low = 0, high = 0, last = -1;
+  const draw = (width) => {
     const top = y(high), height = Math.max(THICK, y(low) - top);
-    context.fillRect(column, top - (height === THICK ? THICK / 2 : 0), 1, height);
+    context.fillRect(column, top - (height === THICK ? THICK / 2 : 0), width, height);
     points++;
   };
   context.fillStyle = sheet.colour(colour);
@@ -55,14 +56,14 @@ function bars(sheet, colour, block, name, [first, end], x, y) {
     if (value !== value) continue;
     const here = Math.floor(x(t[k]));
     if (here !== column) {
-      if (points || column === column) draw();
-      const from = k > first && joins(block, k) && here - column <= 1 ? last : value;
+      const joined = last >= 0 && joins(block, last, k), from = joined ? values[last] : value;
+      if (last >= 0) draw(joined ? here - column : 1);
       [column, low, high] = [here, Math.min(from, value), Math.max(from, value)];
     } else if (value < low) low = value;
     else if (value > high) high = value;
-    last = value;
+    last = k;
   }
-  if (column === column) draw();
+  if (last >= 0) draw(1);
   return points;
 }
 

@@ -2,7 +2,7 @@
 
 import { number } from "./formatting.js";
 import { hovering } from "./hover.js";
-import { placed } from "./labels.js";
+import { placed, shortened } from "./labels.js";
 import { onResize, unit } from "./sheet.js";
 import { Drawing, clipped, label, line, measure, ruler } from "./svg.js";
 
@@ -36,7 +36,7 @@ export class Spectrum {
     this.shown = null;
     if (!this.on || width < 80 || height < 60) return;
     if (!noise?.hz.length) return this.drawing.say(noise?.text || "The noise is being measured. Do not touch anything.");
-    const k = unit(), left = 52 * k, top = 32 * k, foot = height - 18 * k, right = width - 8;
+    const k = unit(), left = 52 * k, top = 20 * k, foot = height - 18 * k, right = width - 8;
     const { hz } = noise, values = [...noise.hard, ...noise.soft].filter((value) => value > 0);
     const f = [Math.log10(Math.min(...hz.filter((one) => one > 0))), Math.log10(Math.max(...hz))], most = Math.max(...values);
     const v = [Math.floor(Math.log10(Math.max(Math.min(...values), FLOOR * most))), Math.ceil(Math.log10(most) + 0.05)];
@@ -44,7 +44,8 @@ export class Spectrum {
     this.shown = { x, left, right };
     const curve = (name) => line(hz.map((one, i) => [one, noise[name][i]]).filter(([one, value]) => one > 0 && value > 0).map(([one, value]) => [x(one), y(value)]), name);
     const inner = this.axes({ f, v, x, y, k, left, right, top, foot, height }) + clipped(left, top, right - left, foot - top, curve("soft") + curve("hard")) + this.peaks({ x, y, k, left, right, top, foot });
-    this.drawing.show(label(0, 12 * k, this.sentence(), "ink") + inner, `Noise spectrum. ${this.sentence()} ${noise.text}`);
+    const said = shortened([this.sentence(), noise.text].filter(Boolean).join(" · "), width, (part) => measure(part, k));
+    this.drawing.show(label(0, 12 * k, said, "ink") + inner, `Noise spectrum. ${this.sentence()} ${noise.text}`);
   }
 
   sentence() {
@@ -53,7 +54,7 @@ export class Spectrum {
   }
 
   axes({ f, v, x, y, k, left, right, top, foot, height }) {
-    const parts = [label(0, 27 * k, "aF/√Hz")];
+    const parts = [label(left + 4, top + 10 * k, "aF/√Hz")];
     for (let e = v[0]; e <= v[1]; e++) parts.push(ruler(left, y(10 ** e), right, y(10 ** e), "grid") + label(left - 6, y(10 ** e) + 4 * k, number(10 ** e).replace(/\.0+$/, ""), "", "end"));
     for (let e = Math.floor(f[0]); e <= f[1]; e++) {
       for (const one of [1, 2, 5].map((m) => m * 10 ** e)) {

@@ -7,7 +7,7 @@ export class Tale {
 
   clear() {
     this.touches = []; // completed ones
-    this.running = this.next = null; // the touch that goes on, the name of the next specimen
+    this.running = this.next = this.uncertainty = null; // the touch that goes on, its specimen, and that of its ratio
     this.traces = new Map(); // touch -> { t, ratio, error, statistic }
     this.events = { marks: [], tares: [], gaps: [], flags: [] };
   }

@@ -1,17 +1,21 @@
 """The page in each of its states: words, places, sizes, contrast, and what a screen reader finds."""
 
+import json
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib.resources import files
 from typing import Any
 
 import page_looks
 import pytest
-from effort import NIGHTLY
+from effort import ALL, NIGHTLY
 from live_browser import Browser, browser
 from page_cases import CASES
 from page_states import SIZES, canned, opened, sized
 from project import need, need_package
+from selenium.webdriver.common.by import By
 
+SEEN = list(SIZES) if ALL else ["desk", "phone"]
 THOROUGH = list(CASES) if NIGHTLY else ["contact", "calibrate", "file", "unplugged"]
 """The states that axe looks at, which takes a second each."""
 
@@ -24,8 +28,8 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
         yield page
 
 
-def run(page: Browser, script: str) -> Any:
-    return page.driver.execute_script(script)
+def run(page: Browser, script: str, *given: str) -> Any:
+    return page.driver.execute_script(script, *given)
 
 
 def audit(page: Browser) -> list[Any]:
@@ -49,7 +53,7 @@ def test_a_state_at_each_size(page: Browser, name: str) -> None:
         assert page["line"].get_attribute("data-level") == ("note" if looks_back else line["level"])
         title = page.driver.title
         assert title.startswith(f"✕ {line['title'][:-1]}" if line["level"] == "fault" else now["word"])
-        for number, size in enumerate(SIZES):
+        for number, size in enumerate(SEEN):
             sized(page, *SIZES[size])
             if number % 2:
                 page["theme"].parent.execute_script("document.getElementById('theme').click()")
@@ -119,7 +123,7 @@ def test_the_checks_find_what_is_wrong(page: Browser) -> None:
         assert [rule for rule, _ in audit(page)] != []
 
 
-@pytest.mark.parametrize("size", list(SIZES))
+@pytest.mark.parametrize("size", SEEN)
 def test_messages_do_not_move_the_charts(page: Browser, size: str) -> None:
     with canned("contact") as server:
         sized(page, *SIZES[size])
@@ -153,7 +157,10 @@ def test_the_screen_reader_hears_what_has_settled(page: Browser) -> None:
     with canned("contact") as server:
         sized(page, *SIZES["desk"])
         opened(page, server, "contact")
-        spoken = lambda name: run(page, f"return document.getElementById('{name}').textContent")
+
+        def spoken(name: str) -> str:
+            return str(run(page, "return document.getElementById(arguments[0]).textContent", name))
+
         assert spoken("announced") == "Hold: 2.5 s more"
         assert spoken("alarm") == ""
         run(
@@ -174,3 +181,24 @@ def test_the_screen_reader_hears_what_has_settled(page: Browser) -> None:
             )
             == 3
         )
+
+
+def test_colours_are_remembered(page: Browser) -> None:
+    with canned("idle") as server:
+        for theme in ("dark", "light"):
+            opened(page, server, "idle", theme)
+            page.driver.refresh()
+            page.until(lambda: page.text("word") == "Touch")
+            assert run(page, "return document.documentElement.dataset.theme") == theme
+
+
+def test_hostile_words_stay_words(page: Browser) -> None:
+    with canned("idle") as server:
+        opened(page, server, "idle")
+        evil = "<img src=x onerror=alert(1)>"
+        told = json.loads(json.dumps(server.state.told).replace("30 OO", evil).replace("Ready.", evil))
+        server.change(replace(server.state, told=told))
+        page.until(lambda: evil in page.text("nextname"))
+        assert evil in page.text("says")
+        assert evil in page.text("specimens")
+        assert page.driver.find_elements(By.TAG_NAME, "img") == []
