@@ -74,10 +74,10 @@ def test_one_report_at_a_time(tmp_path: Path) -> None:
     report.orders["report"](_ASK)
 
 
-def test_a_browser_shows_a_report_and_runs_nothing_in_it(tmp_path: Path) -> None:
+def test_a_browser_shows_a_report_and_runs_nothing_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     session = begun(tmp_path, speed=None)
-    writing = Writing()
-    name = Workbench(session, "", report=writing).do(_ASK)["file"]
+    monkeypatch.setattr("palpate.live.desk.measuring.write", Writing())
+    name = Workbench(session, "").do(_ASK)["file"]
     for beside in ("probe.toml", "odd.bin"):
         (tmp_path / beside).write_text("x")
         session.recordings.made(tmp_path / beside, "calibration")

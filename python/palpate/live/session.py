@@ -203,6 +203,8 @@ class Session:
     def recorder(self) -> Recorder | None:
         """The recorder of the recording that runs; None: there is none."""
         return self.stream.recorder if self.running else None
+
+    @property
     def zero_utc_ns(self) -> int | None:
         """UTC of t = 0, ns since 1970; None: unknown."""
         epoch = self.stream.epoch

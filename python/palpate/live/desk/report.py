@@ -36,7 +36,7 @@ class Report:
         self._writing = Lock()
 
     def _do_report(self) -> dict[str, Any]:
-        recordings = [path for name in self._recordings.names if (path := self._recordings.find(name))]
+        recordings = [found for name in self._recordings.names if (found := self._recordings.find(name))]
         if not recordings:
             raise Refused("report: nothing is recorded yet, allowed: after Record")
         if not self._writing.acquire(blocking=False):

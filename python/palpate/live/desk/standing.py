@@ -64,6 +64,7 @@ class Standing:
         self.watch: Watch = Watch(clock)
         self._session, self._calibration, self._clock = session, calibration, clock
         self._number = 0
+        self._last_recorder: Recorder | None = None  # one that failed is told until the next one begins
         self._shown: tuple[str, str, str] = ("", "", "")
         session.followers.append(self.watch.follow)
 
@@ -128,7 +129,7 @@ class Standing:
         self._gaps, self._retaken, self._lost, self._cut = len(stream.source.gaps), 0, 0, 0
         self._before = stream.counters.lost
         self._reads: deque[tuple[float, int, int, int]] = deque()
-        self._last_recorder: Recorder | None = None  # one that failed is told until the next one begins
+        self._last_recorder = None
         self._known: tuple[tuple[int, bool, str], Result] | None = None
 
     def _follow_gaps(self, state: str, troubles: Mapping[str, str], counters: StreamCounters, at_s: float) -> None:
