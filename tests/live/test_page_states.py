@@ -1,6 +1,8 @@
 """The page in each of its states: words, places, sizes, contrast, and what a screen reader finds."""
 
+import json
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib.resources import files
 from typing import Any
 
@@ -11,6 +13,7 @@ from live_browser import Browser, browser
 from page_cases import CASES
 from page_states import SIZES, canned, opened, sized
 from project import need, need_package
+from selenium.webdriver.common.by import By
 
 SEEN = list(SIZES) if ALL else ["desk", "phone"]
 THOROUGH = list(CASES) if NIGHTLY else ["contact", "calibrate", "file", "unplugged"]
@@ -178,3 +181,24 @@ def test_the_screen_reader_hears_what_has_settled(page: Browser) -> None:
             )
             == 3
         )
+
+
+def test_colours_are_remembered(page: Browser) -> None:
+    with canned("idle") as server:
+        for theme in ("dark", "light"):
+            opened(page, server, "idle", theme)
+            page.driver.refresh()
+            page.until(lambda: page.text("word") == "Touch")
+            assert run(page, "return document.documentElement.dataset.theme") == theme
+
+
+def test_hostile_words_stay_words(page: Browser) -> None:
+    with canned("idle") as server:
+        opened(page, server, "idle")
+        evil = "<img src=x onerror=alert(1)>"
+        told = json.loads(json.dumps(server.state.told).replace("30 OO", evil).replace("Ready.", evil))
+        server.change(replace(server.state, told=told))
+        page.until(lambda: evil in page.text("nextname"))
+        assert evil in page.text("says")
+        assert evil in page.text("specimens")
+        assert page.driver.find_elements(By.TAG_NAME, "img") == []

@@ -52,7 +52,7 @@ class Browser:
 
     def theme(self, name: str) -> None:
         """Select light or dark colours."""
-        while self.text("theme") != f"Theme: {name}":
+        while self["theme"].get_attribute("aria-label") != f"Colours: {name}":
             self["theme"].click()
 
     def shoot(self, path: Path) -> None:
@@ -94,11 +94,13 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as work, browser(folder) as page, ExitStack() as running:
         live = running.enter_context(Live("--record", f"{work}/run.csv", "--calibration", str(calibrated(Path(work)))))
         page.driver.get(live.address)
-        page.until(lambda: page.text("state") == "contact" and "±" in page.text("error"))
+        page.until(lambda: page.text("word") == "Hold" and " to " in page.text("range"))
         for theme in ("light", "dark"):
             page.theme(theme)
             page.shoot(folder / f"live-contact-{theme}.png")
-        page.until(lambda: page.driver.execute_script("return document.querySelectorAll('#rows tr').length") == 4)
+        page.until(
+            lambda: page.driver.execute_script("return document.querySelectorAll('#rows tr[data-touch]').length") == 4
+        )
         for theme in ("dark", "light"):
             page.theme(theme)
             page.shoot(folder / f"live-{theme}.png")

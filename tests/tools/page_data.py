@@ -197,7 +197,7 @@ def trace_of(one: Press) -> Document:
 
 def session_of(touches: list[Press], here: str | None, known_only: bool) -> Document:
     """Return the plan and how far it is."""
-    specimens = []
+    specimens: list[Document] = []
     for name, modulus in SPECIMENS.items():
         if known_only and modulus is None:
             continue
