@@ -262,6 +262,14 @@ def test_requests_come_at_most_fifteen_times_a_second(page: Browser, recording: 
     assert drawn(page)["requests"] - before <= took / 1000 * 15 + 1
 
 
+def test_after_a_new_connection_views_are_asked_for_again(page: Browser, recording: Long) -> None:
+    """The rows of a server that was started again are not those of the views that are kept."""
+    before = len(recording.asked("view"))
+    recording.change(recording.state)
+    page.until(lambda: len(recording.asked("view")) > before)
+    page.until(lambda: drawn(page)["overview"]["points"] > 0)
+
+
 def test_the_touch_chart_shows_the_running_or_the_chosen_touch(page: Browser, live: Canned) -> None:
     now = drawn(page)["touch"]
     assert now["number"] == 20

@@ -55,8 +55,10 @@ export class Charts {
   }
 
   tell_hello(message) {
-    if (message.measurement !== this.hello.measurement || message.kind !== this.hello.kind) this.clear(message.kind === "file");
+    const same = (name) => message[name] === this.hello[name];
+    if (!same("measurement") || !same("kind") || (this.hello.origin_s !== null && !same("origin_s"))) this.clear(message.kind === "file");
     this.hello = message;
+    if (this.spectrum.on) this.say({ do: "noise", on: true }); // a new connection
     this.rows.told.begin = message.origin_s ?? null;
     this.overview.changed();
     this.redraw("time", "touch");

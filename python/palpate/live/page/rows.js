@@ -11,6 +11,7 @@ export class Rows {
     this.store = store;
     this.views = new Views(say, changed);
     store.view = (id, block) => this.views.take(id, block, this.extent.end);
+    store.again = () => this.views.clear();
     this.clear();
   }
 

@@ -10,6 +10,7 @@ export class Store {
     this.columns = Object.fromEntries(FIELDS.map((name) => [name, new Float64Array(2 * KEPT)]));
     this.flags = new Uint8Array(2 * KEPT);
     this.view = () => {}; // gets (id, block) of each view that comes
+    this.again = () => {}; // all rows before are no longer valid
     this.clear();
   }
 
@@ -24,7 +25,10 @@ export class Store {
     if (version !== VERSION) throw new Error(`frame: got version ${version}, allowed: ${VERSION}; reload the page`);
     const block = blockOf(buffer, size);
     if (kind === VIEW) return void this.view(number, block);
-    if (kind === AGAIN) this.clear();
+    if (kind === AGAIN) {
+      this.clear();
+      this.again();
+    }
     this.add(block);
     return number;
   }
