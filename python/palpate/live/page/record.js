@@ -29,7 +29,7 @@ export class Record {
     put(more, recording ? `${clock(recording.seconds ?? 0)} · ${grouped(recording.rows)} rows` : file ? "· needs a board" : "· nothing is kept yet");
     put(end, recording ? "End" : "");
     $("record").title = recording ? recording.name : state.proposed ?? "";
-    if (!this.typed && $("proposed").value !== state.proposed) $("proposed").value = state.proposed ?? "";
+    if (!this.typed && document.activeElement !== $("proposed")) $("proposed").value = state.proposed ?? "";
     $("proposed").disabled = file;
     this.list(state.files ?? []);
   }
