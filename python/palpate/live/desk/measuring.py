@@ -44,9 +44,7 @@ class Desk:
         Returns what is known of each touch: specimen, deviation, kept, why not.
     """
 
-    def __init__(
-        self, session: Session, summary: Summary, source: str, calibration_file: Path | None = None
-    ) -> None:
+    def __init__(self, session: Session, summary: Summary, source: str, calibration_file: Path | None = None) -> None:
         self._session, self._summary = session, summary
         self._plan = plan = Plan(session, lambda: summary.accepted)
         self._record, tare = Record(session), Tare(session)

@@ -56,7 +56,7 @@ class Standing:
         self,
         session: Session,
         calibration: Callable[[], Calibration | None] = lambda: None,
-        clock: Callable[[], float] = time.monotonic
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.next_touch: Callable[[], Mapping[str, Any] | None] = lambda: None
         self.why: Callable[[int, Touch], str] = self._objection
