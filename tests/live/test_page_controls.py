@@ -155,7 +155,7 @@ def test_the_list_of_specimens_typed_and_loaded(page: Browser, idle: Canned, fol
     page["list"].send_keys("unknown")
     page["wanted"].clear()
     page["wanted"].send_keys("3")
-    page["plan"].find_element(By.CSS_SELECTOR, "button.strong").click()
+    page["operator"].send_keys(Keys.ENTER)
     text = "soft,0.1\nstiff,2\nunknown"
     heard(page, idle, {"do": "plan", "text": text, "wanted": 3, "title": "gel series 3", "operator": "M. Weber"})
     page["specimens"].find_elements(By.TAG_NAME, "button")[1].click()
