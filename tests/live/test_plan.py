@@ -385,7 +385,7 @@ def test_notes_have_a_limit() -> None:
 )
 @examples(100)
 def test_any_order_of_events_keeps_the_account(events: list[tuple[str, Any]]) -> None:
-    """A touch keeps its specimen until it is assigned; counts are those of the rows; the next one lacks touches, or is chosen."""
+    """A touch keeps its specimen until it is assigned; counts are those of the rows; the next one lacks touches."""
     bench = begun()
     expected: list[str | None] = []
     chosen = False

@@ -58,7 +58,7 @@ def test_a_report_that_cannot_be_written_is_told_and_another_one_may_be(tmp_path
     recordings.next()
     report = Report(recordings, full, lambda: None)
     for _ in range(2):
-        with pytest.raises(Refused, match=r"run-report\.html cannot be written: No space left on device"):
+        with pytest.raises(Refused, match=r"report: cannot be written: No space left on device"):
             report.orders["report"](_ASK)
     assert all(file["kind"] != "report" for file in recordings.files)
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.live.desk.calibrating import Calibrating, Files
 from palpate.live.desk.device import Device
@@ -50,6 +51,7 @@ class Desk:
         self._record, tare = Record(session), Tare(session)
         marks = Marks(session, tare)
         self._standing = Standing(session, lambda: summary.calibration)
+        self._standing.why = self._why
         self._standing.next_touch = lambda: plan.document()["next"]
         device = Device(session, self._standing, source)
         files = Files(session.recordings.free, session.recordings.checked, session.recordings.made)
@@ -75,6 +77,10 @@ class Desk:
     def is_news(self) -> bool:
         """Return whether the word or the line has changed since the last state."""
         return self._standing.is_news()
+
+    def _why(self, index: int, _: Touch) -> str:
+        rows = self._plan.rows()
+        return str(rows[index]["why"]) if index < len(rows) else ""
 
     def _use(self, calibration: Calibration, path: Path) -> None:
         self._summary.calibration, self._calibration_file = calibration, path

@@ -137,7 +137,8 @@ class Plan:
             self._head = {name: given.get(name, before) for name, before in self._head.items()}
             self._progress.replace(specimens)
             self._changed()
-        return f"{len(specimens)} specimens, {command['wanted']} touches of each." if specimens else "No specimens."
+        wanted = "1 touch" if command["wanted"] == 1 else f"{command['wanted']} touches"
+        return f"{len(specimens)} specimens, {wanted} of each." if specimens else "No specimens."
 
     def _do_specimen(self, command: Command) -> str:
         with self._lock:

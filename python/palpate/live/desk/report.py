@@ -42,19 +42,21 @@ class Report:
         if not self._writing.acquire(blocking=False):
             raise Refused("report: one is being written; wait for it")
         try:
-            path = self._free(recordings[-1])
+            path = _free(recordings[-1])
             self._write(path, recordings[-1:], self._calibration())
             self._recordings.made(path, "report")
         except OSError as error:
-            raise Refused(f"report: {path.name} cannot be written: {error.strerror}") from error
+            raise Refused(f"report: cannot be written: {error.strerror}") from error
         finally:
             self._writing.release()
         return {"message": f"The report is {path.name}.", "file": path.name}
 
-    def _free(self, recording: Path) -> Path:
-        """Return a name that no file has: NAME-report.html, then NAME-report-2.html."""
-        names = [f"{recording.stem}-report{number}.html" for number in ("", *(f"-{n}" for n in range(2, MOST + 1)))]
-        for name in names:
-            if not (path := recording.with_name(name)).exists():
-                return path
+
+def _free(recording: Path) -> Path:
+    """Return a name that no file has: NAME-report.html, then NAME-report-2.html."""
+    numbers = ("", *(f"-{number}" for number in range(2, MOST + 1)))
+    paths = (recording.with_name(f"{recording.stem}-report{number}.html") for number in numbers)
+    path = next((path for path in paths if not path.exists()), None)
+    if path is None:
         raise Refused(f"report: got {MOST} reports of {recording.name}, allowed: no more; move them away")
+    return path
