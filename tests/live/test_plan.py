@@ -387,41 +387,38 @@ def test_notes_have_a_limit() -> None:
 def test_any_order_of_events_keeps_the_account(events: list[tuple[str, Any]]) -> None:
     """A touch keeps its specimen until it is assigned; counts are those of the rows; the next one lacks touches."""
     bench = begun()
-    expected: list[str | None] = []
-    chosen = False
     for what, value in events:
         bench.last_s += 10
         name = (bench.told["next"] or {"name": None})["name"]
+        expected = _expected(what, value, bench.specimens, name)
         try:
-            if what == "touch":
-                bench.touch(bench.last_s + 1, GOOD if value else SHORT, until_s=bench.last_s + 8)
-                expected.append(name)
-                chosen = False
-            elif what == "again":
-                bench.number, bench.touches, bench.last_s = bench.number + 1, [], 0.0
-                bench.plan.document()
-                expected = []
-            elif what == "plan":
-                bench.do("plan", text=THREE, wanted=2)
-            elif what == "assign":
-                bench.do("assign", touch=len(expected), name=value)
-                expected[-1] = value or None
-            elif what == "specimen":
-                bench.do("specimen", name=value)
-                chosen = bool(value)
-            elif what == "more":
-                bench.do("more")
-                chosen = False
-            else:
-                bench.do(what, touch=value)
+            _happens(bench, what, value)
         except Refused:
-            pass
+            expected = bench.specimens
         told = bench.told
         assert bench.specimens == expected
         for one in told["specimens"]:
             assert one["kept"] == sum(each["kept"] for each in one["deviations"])
-        if told["next"] and not chosen:
-            assert told["next"]["nth"] <= told["next"]["of"]
-        if not told["next"]:
-            assert all(one["kept"] >= one["of"] for one in told["specimens"])
+        assert told["next"] or all(one["kept"] >= one["of"] for one in told["specimens"])
     assert not bench.said
+
+
+def _expected(what: str, value: Any, before: list[str | None], following: str | None) -> list[str | None]:
+    """Return the specimens of the touches after an event."""
+    if what == "touch":
+        return [*before, following]
+    if what == "again":
+        return []
+    return [*before[:-1], value or None] if what == "assign" and before else before
+
+
+def _happens(bench: Bench, what: str, value: Any) -> None:
+    if what == "touch":
+        bench.touch(bench.last_s + 1, GOOD if value else SHORT, until_s=bench.last_s + 8)
+    elif what == "again":
+        bench.number, bench.touches, bench.last_s = bench.number + 1, [], 0.0
+    else:
+        touch = {"touch": len(bench.specimens)} if what == "assign" else {}
+        given_: dict[str, dict[str, Any]] = {"plan": {"text": THREE, "wanted": 2}, "more": {}}
+        named = {"name": value} if what in ("assign", "specimen") else {"touch": value}
+        bench.do(what, **given_.get(what, {**touch, **named}))
