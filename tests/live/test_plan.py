@@ -6,6 +6,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import palpate
 import pytest
 from effort import examples
@@ -13,11 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import Touch
 from palpate.live.desk.growth import missing
+from palpate.live.desk.places import Places
 from palpate.live.desk.plan import MOST_NOTES, Plan
 from palpate.live.desk.progress import DISCARDED
 from palpate.live.desk.specimens import LONGEST, MOST, specimens_of
 from palpate.live.protocol import COMMANDS, Command, Refused
 from palpate.recording import session as stored
+from palpate.samples import Status, blank
 from palpate.simulation import scenarios
 
 GOOD = palpate.touches(scenarios.run("four-specimens"))[0]
@@ -145,13 +148,25 @@ def test_a_list_that_is_refused(text: str, words: list[str]) -> None:
 @given(st.text(max_size=200))
 @examples(300)
 def test_any_text_is_a_list_or_refused(text: str) -> None:
-    bench = Bench()
+    bench, said = Bench(), ""
     try:
         checked = COMMANDS["plan"]["text"]("text", text)
         bench.do("plan", text=checked, wanted=1)
     except Refused as refusal:
-        assert ", allowed: " in str(refusal)
+        said = str(refusal)
+    assert not said or ", allowed: " in said
     assert not bench.said
+
+
+def test_flags_are_shown_where_they_arise() -> None:
+    """In a touch from 1 s to 3 s: saturated at its second sample, all others at its end."""
+    block = blank(5)
+    block["t_hard_ns"], block["hard_raw"], block["soft_raw"] = np.arange(5) * 10**9, 1, 1
+    block["status"][[0, 2]] = Status.HARD_SATURATED
+    places, batch = Places(), SimpleNamespace(samples=block, rows={"touch": np.array([0, 1, 1, 1, 0])})
+    places.follow(batch)  # type: ignore[arg-type]
+    assert [places.of(1, flag, 9.0) for flag in ("saturated", "refused", "drift")] == [2.0, 3.0, 3.0]
+    assert places.of(2, "saturated", 9.0) == 9.0
 
 
 def test_the_next_specimen_comes_when_its_touches_are_kept() -> None:
