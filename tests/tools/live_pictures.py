@@ -6,6 +6,7 @@ python tests/tools/live_pictures.py FOLDER      writes live-light, -dark, -phone
 import subprocess
 import sys
 import tempfile
+from contextlib import chdir
 from pathlib import Path
 
 from live_browser import Browser, browser
@@ -14,8 +15,14 @@ from page_states import SIZES, sized
 from palpate.elasticity import SORBOTHANE_MPA
 from PIL import Image
 
-SOURCE = "sim:ten-specimens?speed=4"
+SIMULATED, FILE = "sim:ten-specimens", "ten-specimens.csv"
+"""A recording that is played is never late, on a busy machine either."""
 PLAN = "\n".join(f"{name}; {modulus}" for name, modulus in SORBOTHANE_MPA.items())
+
+ROWS = "return document.querySelectorAll('#rows tr[data-touch]').length"
+HALF = """const text = (id) => document.getElementById(id).textContent;
+return text("word") === "Hold" && text("mainname").endsWith(`touch ${arguments[0]}`)
+    && parseFloat(document.querySelector("#bar b").style.width) > 50"""
 
 
 class Taker:
@@ -24,11 +31,14 @@ class Taker:
     def __init__(self, page: Browser, folder: Path) -> None:
         self._page, self._folder = page, folder
 
-    def __call__(self, name: str, size: str = "desk", theme: str = "light") -> None:
-        """Take one, of few colours: a tenth of its size is enough for a page."""
+    def dress(self, size: str = "desk", theme: str = "light") -> None:
+        """Give the page a size and its colours."""
         sized(self._page, *SIZES[size])
         while self._page["theme"].get_attribute("aria-label") != f"Colours: {theme}":
             self._run("document.getElementById('theme').click()")
+
+    def __call__(self, name: str) -> None:
+        """Take one, with 128 colours: the file is small, and looks the same."""
         path = self._folder / f"live-{name}.png"
         self._page.shoot(path)
         with Image.open(path) as picture:
@@ -39,13 +49,16 @@ class Taker:
         self._page.driver.execute_script(script)
 
 
-def calibrated(folder: Path) -> Path:
-    """Calibrate on simulated specimens."""
-    for command in ("simulate -o specimens", "calibrate specimens/*.csv --moduli specimens/moduli.csv -o probe.toml"):
-        subprocess.run(
-            f"{sys.executable} -m palpate {command}", cwd=folder, shell=True, check=True, capture_output=True
-        )
-    return folder / "probe.toml"
+def palpate(line: str) -> None:
+    """Run a command."""
+    subprocess.run(f"{sys.executable} -m palpate {line}", shell=True, check=True, capture_output=True)
+
+
+def prepare() -> None:
+    """Calibrate on simulated specimens, and record the session that is played."""
+    palpate("simulate -o specimens")
+    palpate("calibrate specimens/*.csv --moduli specimens/moduli.csv -o probe.toml")
+    palpate(f"record {SIMULATED} -o {FILE} --touches 40")
 
 
 def press(page: Browser, key: str) -> None:
@@ -63,41 +76,37 @@ def plan(page: Browser) -> None:
 
 
 def measuring(page: Browser, touch: int) -> None:
-    """Wait until a touch runs, and has a result."""
-    page.until(lambda: page.text("mainname").endswith(f"touch {touch}") and page.text("word") == "Hold" and half(page))
+    """Wait until more than half of a touch is done; one question each time, since a touch is short."""
+    page.until(lambda: page.driver.execute_script(HALF, touch))
 
 
-def half(page: Browser) -> bool:
-    """Return whether the touch that runs is more than half done."""
-    return float(page["bar"].find_element("tag name", "b").get_attribute("style").split(":")[1].split("%")[0]) > 50
-
-
-def session(page: Browser, take: Taker, work: Path) -> None:
+def session(page: Browser, take: Taker) -> None:
     """Measure ten specimens."""
-    with Live("--record", f"{work}/run.csv", "--calibration", str(calibrated(work)), source=SOURCE) as live:
-        sized(page, *SIZES["desk"])
+    with Live("--record", "run.csv", "--calibration", "probe.toml", source=f"{FILE}?speed=2") as live:
+        take.dress()
         page.driver.get(live.address)
-        page.until(lambda: page.text("word") in ("Touch", "Wait"))
+        page.until(lambda: page.text("word") in ("Touch", "Wait", "Hold"))
+        take.dress()
         plan(page)
         measuring(page, 10)
         take("light")
+        take.dress("phone")
         measuring(page, 12)
-        take("phone", "phone")
+        take("phone")
+        take.dress(theme="dark")
         press(page, "k")
         measuring(page, 27)
-        take("dark", theme="dark")
-        page.until(
-            lambda: page.driver.execute_script("return document.querySelectorAll('#rows tr[data-touch]').length") == 40
-        )
+        take("dark")
+        page.until(lambda: page.driver.execute_script(ROWS) == 40)
         live.end()
 
 
-def recorded(page: Browser, take: Taker, work: Path) -> None:
+def recorded(page: Browser, take: Taker) -> None:
     """Open the recording, with both cursors."""
-    with Live("--calibration", f"{work}/probe.toml", source=f"{work}/run.csv") as live:
-        sized(page, *SIZES["desk"])
+    with Live("--calibration", "probe.toml", source="run.csv") as live:
         page.driver.get(live.address)
-        page.until(lambda: page.text("word") == "File" and page.text("nextname").startswith("40"))
+        page.until(lambda: page.text("word") == "File" and page.driver.execute_script(ROWS) == 40)
+        take.dress()
         for key in "0++++ab":
             press(page, key)
         page.until(lambda: page["readout"].is_displayed())
@@ -109,10 +118,12 @@ def main() -> int:
     """Take them."""
     folder = Path(sys.argv[1])
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as work, browser(folder) as page:
+    folder = folder.resolve()
+    with tempfile.TemporaryDirectory() as work, chdir(work), browser(folder) as page:
         take = Taker(page, folder)
-        session(page, take, Path(work))
-        recorded(page, take, Path(work))
+        prepare()
+        session(page, take)
+        recorded(page, take)
     return 0
 
 
