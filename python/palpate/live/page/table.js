@@ -42,8 +42,9 @@ export class Table {
   }
 
   row(one, chosen) {
-    const out = one.kept === false, specimen = chosen ? this.picker(one) : one.specimen ?? "";
-    const row = this.cells(one, specimen, this.remark(one), chosen ? [this.button(one)] : []);
+    const out = one.kept === false, changes = chosen && this.known.hello.kind !== "file";
+    const specimen = changes ? this.picker(one) : one.specimen ?? "";
+    const row = this.cells(one, specimen, this.remark(one), changes ? [this.button(one)] : []);
     row.dataset.touch = one.number;
     row.classList.toggle("out", out);
     row.classList.toggle("chosen", chosen);
