@@ -6,6 +6,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import palpate
 import pytest
 from effort import examples
@@ -13,11 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import Touch
 from palpate.live.desk.growth import missing
+from palpate.live.desk.places import Places
 from palpate.live.desk.plan import MOST_NOTES, Plan
 from palpate.live.desk.progress import DISCARDED
 from palpate.live.desk.specimens import LONGEST, MOST, specimens_of
 from palpate.live.protocol import COMMANDS, Command, Refused
 from palpate.recording import session as stored
+from palpate.samples import Status, blank
 from palpate.simulation import scenarios
 
 GOOD = palpate.touches(scenarios.run("four-specimens"))[0]
@@ -145,13 +148,25 @@ def test_a_list_that_is_refused(text: str, words: list[str]) -> None:
 @given(st.text(max_size=200))
 @examples(300)
 def test_any_text_is_a_list_or_refused(text: str) -> None:
-    bench = Bench()
+    bench, said = Bench(), ""
     try:
         checked = COMMANDS["plan"]["text"]("text", text)
         bench.do("plan", text=checked, wanted=1)
     except Refused as refusal:
-        assert ", allowed: " in str(refusal)
+        said = str(refusal)
+    assert not said or ", allowed: " in said
     assert not bench.said
+
+
+def test_flags_are_shown_where_they_arise() -> None:
+    """In a touch from 1 s to 3 s: saturated at its second sample, all others at its end."""
+    block = blank(5)
+    block["t_hard_ns"], block["hard_raw"], block["soft_raw"] = np.arange(5) * 10**9, 1, 1
+    block["status"][[0, 2]] = Status.HARD_SATURATED
+    places, batch = Places(), SimpleNamespace(samples=block, rows={"touch": np.array([0, 1, 1, 1, 0])})
+    places.follow(batch)  # type: ignore[arg-type]
+    assert [places.of(1, flag, 9.0) for flag in ("saturated", "refused", "drift")] == [2.0, 3.0, 3.0]
+    assert places.of(2, "saturated", 9.0) == 9.0
 
 
 def test_the_next_specimen_comes_when_its_touches_are_kept() -> None:
@@ -387,41 +402,38 @@ def test_notes_have_a_limit() -> None:
 def test_any_order_of_events_keeps_the_account(events: list[tuple[str, Any]]) -> None:
     """A touch keeps its specimen until it is assigned; counts are those of the rows; the next one lacks touches."""
     bench = begun()
-    expected: list[str | None] = []
-    chosen = False
     for what, value in events:
         bench.last_s += 10
         name = (bench.told["next"] or {"name": None})["name"]
+        expected = _expected(what, value, bench.specimens, name)
         try:
-            if what == "touch":
-                bench.touch(bench.last_s + 1, GOOD if value else SHORT, until_s=bench.last_s + 8)
-                expected.append(name)
-                chosen = False
-            elif what == "again":
-                bench.number, bench.touches, bench.last_s = bench.number + 1, [], 0.0
-                bench.plan.document()
-                expected = []
-            elif what == "plan":
-                bench.do("plan", text=THREE, wanted=2)
-            elif what == "assign":
-                bench.do("assign", touch=len(expected), name=value)
-                expected[-1] = value or None
-            elif what == "specimen":
-                bench.do("specimen", name=value)
-                chosen = bool(value)
-            elif what == "more":
-                bench.do("more")
-                chosen = False
-            else:
-                bench.do(what, touch=value)
+            _happens(bench, what, value)
         except Refused:
-            pass
+            expected = bench.specimens
         told = bench.told
         assert bench.specimens == expected
         for one in told["specimens"]:
             assert one["kept"] == sum(each["kept"] for each in one["deviations"])
-        if told["next"] and not chosen:
-            assert told["next"]["nth"] <= told["next"]["of"]
-        if not told["next"]:
-            assert all(one["kept"] >= one["of"] for one in told["specimens"])
+        assert told["next"] or all(one["kept"] >= one["of"] for one in told["specimens"])
     assert not bench.said
+
+
+def _expected(what: str, value: Any, before: list[str | None], following: str | None) -> list[str | None]:
+    """Return the specimens of the touches after an event."""
+    if what == "touch":
+        return [*before, following]
+    if what == "again":
+        return []
+    return [*before[:-1], value or None] if what == "assign" and before else before
+
+
+def _happens(bench: Bench, what: str, value: Any) -> None:
+    if what == "touch":
+        bench.touch(bench.last_s + 1, GOOD if value else SHORT, until_s=bench.last_s + 8)
+    elif what == "again":
+        bench.number, bench.touches, bench.last_s = bench.number + 1, [], 0.0
+    else:
+        touch = {"touch": len(bench.specimens)} if what == "assign" else {}
+        given_: dict[str, dict[str, Any]] = {"plan": {"text": THREE, "wanted": 2}, "more": {}}
+        named = {"name": value} if what in ("assign", "specimen") else {"touch": value}
+        bench.do(what, **given_.get(what, {**touch, **named}))

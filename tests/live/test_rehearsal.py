@@ -3,6 +3,7 @@
 import json
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -92,7 +93,9 @@ class Talk:
 def rehearsed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, dict[str, Any]], list[str]]:
     """Return the recording, the last messages of each kind, and the ratios of the live measurement."""
     folder = tmp_path_factory.mktemp("rehearsal")
-    sources = iter((palpate.open("sim:soft-steady?seed=1"), Paced(simulate(ten_specimens(), 1), SPEED)))
+    sources = iter(
+        (palpate.open("sim:soft-steady?seed=1"), Paced(simulate(replace(ten_specimens(), tremor=0.0), 1), SPEED))
+    )
     session = Session(lambda: next(sources), Recordings(None, folder), {"scene": "handheld"})
     session.start()
     listed = "\n".join(f"{name}; {SORBOTHANE_MPA[name]:g}".replace(".", ",") for name in NAMES)

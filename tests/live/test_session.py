@@ -238,9 +238,9 @@ def test_the_measurement_goes_on_without_a_recording_that_is_removed(tmp_path: P
     assert (session.running, session.recorder, session.error) == (True, None, "")
     assert palpate.check(rescued).clean
     assert session.recordings.find("run.rescued.csv") == rescued
-    assert "run-2.csv" in obey(session, "record")
+    assert "run-3.csv" in obey(session, "record")
     session.close()
-    assert palpate.check(tmp_path / "run-2.csv").clean
+    assert palpate.check(tmp_path / "run-3.csv").clean
 
 
 def test_another_measurement_is_recorded_as_the_one_before(tmp_path: Path) -> None:

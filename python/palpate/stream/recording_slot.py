@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from threading import RLock
 
 from palpate._core import Tracker
 from palpate.recording.recorder import Recorder
@@ -36,6 +37,9 @@ class RecordingSlot:
     ----------
     recorder : Recorder or None
         The recording that is running, or that was running when the stream was closed.
+    lock : RLock
+        Held while something is written beside the samples, so that the recording is not closed meanwhile. Before
+        `Intake.lock`.
     """
 
     def __init__(
@@ -48,6 +52,7 @@ class RecordingSlot:
         zero_ns: Callable[[], int | None],
     ) -> None:
         self.recorder: Recorder | None = None
+        self.lock: RLock = RLock()
         self._source, self._tracker, self._counters = source, tracker, counters
         self._first, self._zero_ns = (path, notes), zero_ns
         self._before = StreamCounters()
@@ -79,10 +84,10 @@ class RecordingSlot:
         recorder = self.recorder
         if recorder is None:
             return None
-        with intake.lock:
+        with self.lock, intake.lock:
             intake.recorder, counters = None, self._counters()
             self._ended = intake.last.seq if intake.last else None
-        self.recorder = None  # before it closes, which takes time: a tare meanwhile is no mark in it
+            self.recorder = None  # before it closes, which takes time: a tare meanwhile is no mark in it
         recorder.close(lambda: self._counted(counters, recorder))
         if recorder.error:
             self._ended = None  # the next one has all that is kept

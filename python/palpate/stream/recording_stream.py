@@ -87,8 +87,9 @@ class RecordingStream:
 
     def note(self, text: str) -> None:
         """Add a note to the recording."""
-        if self.recorder:
-            self.recorder.note(text)
+        with self._recordings.lock:
+            if self.recorder:
+                self.recorder.note(text)
 
     def mark(self, text: str, t_s: float | None = None) -> int | None:
         """Add a mark to the recording, at the last sample that was read; of a file, at the one that the caller has.
@@ -109,12 +110,13 @@ class RecordingStream:
         ValueError
             The recording began after `t_s`, or has no room for more marks.
         """
-        if not self.recorder:
-            return None
-        if t_s is not None:
-            return self.recorder.mark_at(t_s, text)
-        seen = None if self.source.live else self._seen
-        return self.recorder.mark(text, seen or self._begun().intake.last)
+        with self._recordings.lock:
+            if not self.recorder:
+                return None
+            if t_s is not None:
+                return self.recorder.mark_at(t_s, text)
+            seen = None if self.source.live else self._seen
+            return self.recorder.mark(text, seen or self._begun().intake.last)
 
     def rename_mark(self, number: int, text: str) -> None:
         """Give a mark of the running recording another text.
@@ -124,9 +126,10 @@ class RecordingStream:
         ValueError
             There is no recording, or no such mark in it.
         """
-        if not self.recorder:
-            raise ValueError(f"mark: got number {number}, allowed: those of a running recording; there is none")
-        self.recorder.rename_mark(number, text)
+        with self._recordings.lock:
+            if not self.recorder:
+                raise ValueError(f"mark: got number {number}, allowed: those of a running recording; there is none")
+            self.recorder.rename_mark(number, text)
 
     def tare(self, *, force: bool = False) -> None:
         """Measure the baseline again, and mark it in the recording; from the thread that iterates.
@@ -141,7 +144,7 @@ class RecordingStream:
         RuntimeError
             The probe is in contact, and `force` is False.
         """
-        with self._feeding.lock:
+        with self._feeding.lock, self._recordings.lock:
             self.tracker.tare(force)
             if self._reader and self._feeding.last:
                 recorder = self._keep_mark(self._reader, marked("tare", self._feeding.last, tare=True))

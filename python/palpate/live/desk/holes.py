@@ -42,11 +42,11 @@ class Holes:
     >>> import palpate
     >>> from palpate.samples import blank
     >>> block = blank(4)
-    >>> block["seq"], block["t_hard_ns"] = [0, 1, 40, 41], np.array([0.0, 0.026, 1.04, 1.066]) * 1e9
+    >>> block["seq"], block["t_hard_ns"] = [0, 1, 40, 41], np.array([0.0, 0.25, 10.0, 10.25]) * 1e9
     >>> holes = Holes(palpate.open("sim:"))
     >>> holes.follow(block)
     >>> holes.found
-    (Hole(from_s=0.026, to_s=1.04, lost=38, text='38 pairs are missing'),)
+    (Hole(from_s=0.25, to_s=10.0, lost=38, text='38 pairs are missing'),)
     """
 
     def __init__(self, source: Source) -> None:

@@ -21,11 +21,11 @@ class Places:
     --------
     >>> import palpate
     >>> places = Places()
-    >>> with palpate.Stream("sim:saturating?seed=1") as stream:
+    >>> with palpate.Stream("sim:stiff-steady?seed=1") as stream:
     ...     for batch in stream.batches():
     ...         places.follow(batch)
-    >>> places.of(1, "saturated", 0.0) < places.of(1, "short", 0.0)
-    True
+    >>> round(places.of(1, "short", 0.0))  # s, its end
+    9
     """
 
     def __init__(self) -> None:

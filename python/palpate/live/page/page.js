@@ -96,6 +96,7 @@ function enable(type) {
   if (type !== "state" && type !== "hello") return;
   const up = !line.down, file = known.hello.kind === "file", ended = known.state.state === "ended";
   const measuring = up && !file && !ended;
+  document.body.classList.toggle("file", file);
   $("tare").hidden = ended && !file;
   $("again").hidden = !ended || file;
   $("again").disabled = !up;
