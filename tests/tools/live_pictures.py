@@ -14,6 +14,7 @@ from live_server import Live
 from page_states import SIZES, sized
 from palpate.elasticity import SORBOTHANE_MPA
 from PIL import Image
+from selenium.webdriver.common.keys import Keys
 
 SIMULATED, FILE = "sim:ten-specimens", "ten-specimens.csv"
 """A recording that is played is never late, on a busy machine either."""
@@ -122,7 +123,7 @@ def recorded(page: Browser, take: Taker) -> None:
         page.driver.get(live.address)
         page.until(lambda: page.text("word") == "File" and page.driver.execute_script(ROWS) == 40)
         take.dress()
-        for key in "0++++ab":
+        for key in ("0", "+", "+", "+", "a", Keys.ARROW_LEFT, "b"):
             press(page, key)
         page.until(lambda: page["readout"].is_displayed())
         take("file")
