@@ -14,12 +14,19 @@ from live_server import Live
 from page_states import SIZES, sized
 from palpate.elasticity import SORBOTHANE_MPA
 from PIL import Image
+from selenium.webdriver.common.keys import Keys
 
 SIMULATED, FILE = "sim:ten-specimens", "ten-specimens.csv"
 """A recording that is played is never late, on a busy machine either."""
 PLAN = "\n".join(f"{name}; {modulus}" for name, modulus in SORBOTHANE_MPA.items())
 
 ROWS = "return document.querySelectorAll('#rows tr[data-touch]').length"
+ASSIGN = """const button = () => document.querySelector("#rows tr[data-touch='1'] button");
+button().click();
+const picker = document.querySelector("#rows select");
+picker.value = arguments[0];
+picker.dispatchEvent(new Event("change"));
+button().click();"""
 HALF = """const text = (id) => document.getElementById(id).textContent;
 return text("word") === "Hold" && text("mainname").endsWith(`touch ${arguments[0]}`)
     && parseFloat(document.querySelector("#bar b").style.width) > 50"""
@@ -75,6 +82,11 @@ def plan(page: Browser) -> None:
     page.driver.find_element("css selector", "#plan button.strong").click()
 
 
+def assign(page: Browser) -> None:
+    """Say what the first touch is of: it may have begun before the list was there."""
+    page.driver.execute_script(ASSIGN, next(iter(SORBOTHANE_MPA)))
+
+
 def measuring(page: Browser, touch: int) -> None:
     """Wait until more than half of a touch is done; one question each time, since a touch is short."""
     page.until(lambda: page.driver.execute_script(HALF, touch))
@@ -82,12 +94,13 @@ def measuring(page: Browser, touch: int) -> None:
 
 def session(page: Browser, take: Taker) -> None:
     """Measure ten specimens."""
-    with Live("--record", "run.csv", "--calibration", "probe.toml", source=f"{FILE}?speed=2") as live:
-        take.dress()
+    with Live("--record", "run.csv", "--calibration", "probe.toml", source=f"{FILE}?speed=1") as live:
         page.driver.get(live.address)
         page.until(lambda: page.text("word") in ("Touch", "Wait", "Hold"))
         take.dress()
         plan(page)
+        page.until(lambda: page.driver.execute_script(ROWS) == 1)
+        assign(page)
         measuring(page, 10)
         take("light")
         take.dress("phone")
@@ -95,8 +108,11 @@ def session(page: Browser, take: Taker) -> None:
         take("phone")
         take.dress(theme="dark")
         press(page, "k")
-        measuring(page, 27)
+        for touch in (18, 25):
+            measuring(page, touch)
         take("dark")
+        for touch in (32, 39):
+            measuring(page, touch)
         page.until(lambda: page.driver.execute_script(ROWS) == 40)
         live.end()
 
@@ -107,7 +123,7 @@ def recorded(page: Browser, take: Taker) -> None:
         page.driver.get(live.address)
         page.until(lambda: page.text("word") == "File" and page.driver.execute_script(ROWS) == 40)
         take.dress()
-        for key in "0++++ab":
+        for key in ("0", "+", "+", "+", "a", Keys.ARROW_LEFT, "b"):
             press(page, key)
         page.until(lambda: page["readout"].is_displayed())
         take("file")
