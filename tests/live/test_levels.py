@@ -126,7 +126,7 @@ class Socket:
 
 
 def test_a_page_gets_a_recording_as_views_alone() -> None:
-    """A million rows in frames would keep a page busy for most of a minute."""
+    """It draws a recording from views: rows in frames would be work for nothing."""
     rows = np.zeros(5000, ROW)
     rows["t_s"] = np.arange(5000) / 38
     levels = {whole: Levels(whole=whole) for whole in (False, True)}
