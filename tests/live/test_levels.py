@@ -125,6 +125,17 @@ class Socket:
             self.views.append(number)
 
 
+def test_a_page_gets_a_recording_as_views_alone() -> None:
+    """A million rows in frames would keep a page busy for most of a minute."""
+    rows = np.zeros(5000, ROW)
+    rows["t_s"] = np.arange(5000) / 38
+    levels = {whole: Levels(whole=whole) for whole in (False, True)}
+    for kept in levels.values():
+        kept.add(rows)
+    assert {whole: kept.recent.end for whole, kept in levels.items()} == {False: 5000, True: 0}
+    assert len(levels[True].view(0, 1e9, 4096)) > 1000
+
+
 def test_of_too_many_views_the_newest_are_sent() -> None:
     async def run() -> tuple[list[int], float]:
         socket, begun = Socket(), time.monotonic()

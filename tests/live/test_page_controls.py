@@ -164,6 +164,29 @@ def test_the_list_of_specimens_typed_and_loaded(page: Browser, idle: Canned, fol
     heard(page, idle, {"do": "more"})
 
 
+def test_a_list_that_is_too_long_is_not_cut(page: Browser, idle: Canned) -> None:
+    press(page, "p")
+    page.until(lambda: page["plan"].is_displayed())
+    run(page, "const list = document.getElementById('list'); list.value = 'specimen; 0.143\\n'.repeat(300)")
+    page["list"].send_keys("x")
+    page.driver.find_element(By.CSS_SELECTOR, "#plan button.strong").click()
+    assert page["plan"].is_displayed()
+    assert "4801 characters, allowed: 4000" in page["list"].get_property("validationMessage")
+    page.driver.find_element(By.CSS_SELECTOR, "#plan button[value='']").click()
+    page.until(lambda: not page["plan"].is_displayed())
+    assert not idle.asked("plan")
+
+
+def test_the_buttons_of_the_session_are_above_a_long_list(page: Browser, idle: Canned) -> None:
+    session = idle.state.told["session"]
+    many = [{**session["specimens"][0], "name": f"rubber {k}"} for k in range(300)]
+    idle.tell("session", **{**session, "specimens": many})
+    page.until(lambda: "rubber 299" in page["specimens"].get_property("textContent"))
+    below = page["session"].rect["y"] + page["session"].rect["height"]
+    for name in ("discard", "onemore", "openplan", "calibrate", "note"):
+        assert page[name].rect["y"] + page[name].rect["height"] <= below
+
+
 def test_any_touch_can_be_assigned_and_left_out(page: Browser, idle: Canned) -> None:
     page.driver.find_element(By.CSS_SELECTOR, "#rows tr[data-touch='17'] button").click()
     page.until(lambda: page.driver.find_elements(By.CSS_SELECTOR, "tr.chosen[data-touch='17']"))

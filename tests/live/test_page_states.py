@@ -202,3 +202,18 @@ def test_hostile_words_stay_words(page: Browser) -> None:
         assert evil in page.text("says")
         assert evil in page.text("specimens")
         assert page.driver.find_elements(By.TAG_NAME, "img") == []
+
+
+def test_rows_that_stay_the_same_are_not_made_again(page: Browser) -> None:
+    """Of an opened recording with 200 touches, each further touch costs one row; all touches of the file are counted."""
+    with canned("file") as server:
+        sized(page, *SIZES["desk"])
+        opened(page, server, "file")
+        told, session = server.state.told["touches"], server.state.told["session"]
+        assert str(session["count"]["of"]) in page.text("nextname")
+        run(page, "for (const row of document.querySelectorAll('#rows tr[data-touch]')) row.dataset.old = 'yes'")
+        last = told["rows"][-1]
+        server.tell("touches", **{**told, "rows": [*told["rows"], {**last, "number": last["number"] + 1}]})
+        made = "return [...document.querySelectorAll('#rows tr[data-touch]')].map((row) => row.dataset.old ?? 'no')"
+        page.until(lambda: len(run(page, made)) == len(told["rows"]) + 1)
+        assert run(page, made) == ["no"] + len(told["rows"]) * ["yes"]

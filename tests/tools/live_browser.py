@@ -1,20 +1,14 @@
-"""Headless Chromium on the page of a running `palpate live`.
-
-python tests/tools/live_browser.py FOLDER      takes the screenshots for docs: contact, four touches, a phone
-"""
+"""Headless Chromium on the page of a running `palpate live`."""
 
 import base64
 import json
-import subprocess
-import sys
-import tempfile
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from live_server import PATIENCE_S, Live
+from live_server import PATIENCE_S
 from palpate.live.feed import HEADER
 from project import need
 from selenium import webdriver
@@ -76,39 +70,3 @@ def browser(downloads: Path, size: tuple[int, int] = (1280, 1180)) -> Iterator[B
         yield Browser(driver)
     finally:
         driver.quit()
-
-
-def calibrated(folder: Path) -> Path:
-    """Calibrate on simulated specimens."""
-    for command in ("simulate -o specimens", "calibrate specimens/*.csv --moduli specimens/moduli.csv -o probe.toml"):
-        subprocess.run(
-            f"{sys.executable} -m palpate {command}", cwd=folder, shell=True, check=True, capture_output=True
-        )
-    return folder / "probe.toml"
-
-
-def main() -> int:
-    """Take the screenshots."""
-    folder = Path(sys.argv[1])
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as work, browser(folder) as page, ExitStack() as running:
-        live = running.enter_context(Live("--record", f"{work}/run.csv", "--calibration", str(calibrated(Path(work)))))
-        page.driver.get(live.address)
-        page.until(lambda: page.text("word") == "Hold" and " to " in page.text("range"))
-        for theme in ("light", "dark"):
-            page.theme(theme)
-            page.shoot(folder / f"live-contact-{theme}.png")
-        page.until(
-            lambda: page.driver.execute_script("return document.querySelectorAll('#rows tr[data-touch]').length") == 4
-        )
-        for theme in ("dark", "light"):
-            page.theme(theme)
-            page.shoot(folder / f"live-{theme}.png")
-        page.driver.set_window_size(390, 900)
-        page.shoot(folder / "live-phone.png")
-        live.end()
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

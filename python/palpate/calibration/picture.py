@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import digits
+from palpate.calibration.band import band
 from palpate.calibration.calibration import Calibration
 from palpate.calibration.curve_fit import curve
-from palpate.calibration.interval import Measured, allowance
 from palpate.display import chart
 from palpate.display.markup import MINUS, Markup
 
@@ -55,11 +55,8 @@ class _Picture:
 
     def __init__(self, calibration: Calibration) -> None:
         self._of = calibration
-        low, high = calibration.range
-        self._span = low / 2, high * 4
-        self._log_E = np.linspace(log(low / 2), log(high * 4), _POINTS)
-        self._curve = curve(calibration.fitted.parameters, self._log_E)
-        self._reach = allowance(calibration.fitted, Measured(1.0), self._log_E)
+        self._log_E, self._curve, self._reach = band(calibration, _POINTS)
+        self._span = float(np.exp(self._log_E[0])), float(np.exp(self._log_E[-1]))
         data = calibration.ratios
         self._distances = 100 * (data / curve(calibration.fitted.parameters, np.log(calibration.moduli)) - 1)
         self._top = 1.08 * max(calibration.probe.rigid_ratio, float(data.max()))

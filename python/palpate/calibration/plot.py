@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from palpate import digits
+from palpate.calibration.band import band
 from palpate.calibration.calibration import Calibration
 from palpate.calibration.curve_fit import curve
-from palpate.calibration.interval import Measured, allowance
 from palpate.display.plots import axes
 from palpate.figure_style import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, sheet
 from palpate.files import replacing
@@ -19,10 +19,7 @@ _DOTS: dict[str, Any] = {"marker": ".", "linestyle": "", "color": HARD, "markers
 
 def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD, label: str = "eq. (2), fitted") -> None:
     """Draw the curve and the band for a single touch, over a logarithmic axis of moduli."""
-    low, high = calibration.range
-    x = np.linspace(np.log(low / 2), np.log(high * 4), _POINTS)
-    level = curve(calibration.fitted.parameters, x)
-    reach = allowance(calibration.fitted, Measured(1.0), x)
+    x, level, reach = band(calibration, _POINTS)
     ax.fill_between(np.exp(x), level - reach, level + reach, color=colour, alpha=0.15, linewidth=0,
                     label="95 % of touches")  # fmt: skip
     ax.plot(np.exp(x), level, color=colour, label=label)

@@ -69,7 +69,7 @@ class Levels:
     Attributes
     ----------
     recent : Newest
-        For a page that follows the measurement.
+        For a page that follows the measurement; of a recording it has views alone.
     """
 
     def __init__(self, *, whole: bool = False) -> None:
@@ -89,7 +89,8 @@ class Levels:
             first = self._span[0] if self._span else float(rows["t_s"][0])
             self._span = first, float(rows["t_s"][-1])
             self._keep(rows)
-            self.recent.add(kept)
+            if not self._whole:
+                self.recent.add(kept)
             self._finest.join(kept)
             self._waiting.append(kept)
             self._late += len(kept)

@@ -27,7 +27,7 @@ from palpate.stream.estimate import Batch, StreamCounters
 from palpate.touch import replayed, tracker_of
 
 _READING = "being read"
-_TOUCHES_S = 0.5  # what is told of all touches costs as much as reading them
+_TOUCHES_S = 0.5  # what is told of all touches costs as much as reading them: then after twice the time, and so on
 _HOLE_S = 0.25  # a hole without a mark is shown from here on; all are counted
 
 
@@ -98,13 +98,14 @@ class Review:
         self.commands: Any = Lock()
         self.orders: dict[str, Callable[[Command], str]] = {}
         self._seq: int | None = None
-        self._due_s = 0.0
+        self._begun_s = self._due_s = 0.0
         self._marked = dict(recording.gap_marks)
         self._stopping = Event()
         self._thread = Thread(target=self._run, name="palpate-review", daemon=True)
 
     def start(self) -> None:
         """Begin to read it."""
+        self._begun_s = time.monotonic()
         self._thread.start()
 
     def close(self) -> None:
@@ -185,9 +186,10 @@ class Review:
         rows["t_s"] = np.maximum.accumulate(np.maximum(rows["t_s"], last))  # times of a file may go back
         self.levels.add(rows)
         self.ends |= ends_of(batch)
-        if time.monotonic() >= self._due_s and (found := self.stream.tracker.touches_since(len(self.touches))):
+        now_s = time.monotonic()
+        if now_s >= self._due_s and (found := self.stream.tracker.touches_since(len(self.touches))):
             self.touches = [*self.touches, *found]
-            self._due_s = time.monotonic() + _TOUCHES_S
+            self._due_s = now_s + max(_TOUCHES_S, now_s - self._begun_s)
 
     def _follow(self, block: Block, last_s: float) -> None:
         """Note tares, and gaps: those with a mark, and holes that can be seen."""

@@ -81,7 +81,7 @@ class Summary:
             "threshold": tracker.settings.get("threshold"),
             "statistic_unit": "pF" if tracker.scene == "paper" else "",
             "calibrated": self._calibration is not None,
-            "scatter": self._calibration.scatter if self._calibration else None,
+            "scatter": self._calibration.touch_spread if self._calibration else None,
         }
 
     def now(self) -> dict[str, Any]:

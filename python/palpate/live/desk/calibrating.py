@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from palpate.calibration import Calibration
+from palpate.calibration.band import band
 from palpate.calibration.characterise import Specimen, calibrate
-from palpate.calibration.curve_fit import curve
-from palpate.calibration.interval import Measured, allowance
 from palpate.calibration.report import html, parameter_rows
 from palpate.errors import CalibrationError, MissingExtra, PalpateError
 from palpate.files import replacing
@@ -175,10 +174,7 @@ _NOTHING: Document = {
 
 
 def _fitted(known: Sequence[Known], found: Calibration) -> Document:
-    low, high = found.range
-    x = np.linspace(np.log(low / 2), np.log(high * 4), _POINTS)
-    level = curve(found.fitted.parameters, x)
-    reach = allowance(found.fitted, Measured(1.0), x)
+    x, level, reach = band(found, _POINTS)
     return {
         "verdict": found.verdict,
         "sound": found.sound,

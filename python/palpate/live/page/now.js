@@ -54,12 +54,12 @@ export class Now {
   }
 
   showNext({ hello, state, touches, session }) {
-    const next = session.next, rows = touches.rows, file = hello.kind === "file";
+    const next = session.next, rows = touches.rows, file = hello.kind === "file", { of: all, kept } = session.count ?? { of: rows.length, kept: rows.length };
     put("nexthead", file ? "Recorded" : "Next");
     const small = next
       ? [`touch ${next.nth}${next.of ? ` of ${next.of}` : ""}`, next.modulus ? `${next.modulus} MPa` : ""].filter(Boolean).join(" · ")
-      : file ? `${rows.filter((one) => one.kept === false).length} of them left out` : "specimens are not named";
-    const large = next?.name ?? (file ? `${rows.length} ${rows.length === 1 ? "touch" : "touches"}` : `Touch ${(rows.at(-1)?.number ?? 0) + 1}`);
+      : file ? `${all - kept} of them left out` : "specimens are not named";
+    const large = next?.name ?? (file ? `${all} ${all === 1 ? "touch" : "touches"}` : `Touch ${(rows.at(-1)?.number ?? 0) + 1}`);
     const again = state.now?.tone === "caution" && state.now.word === "Repeat";
     const shown = JSON.stringify([large, small, next, again]);
     if (shown === this.shown) return;

@@ -9,6 +9,7 @@ export class Plan {
     this.say = say;
     $("openplan").onclick = () => this.open();
     $("listfile").onchange = () => this.load(answer);
+    $("list").oninput = () => this.judge();
   }
 
   tell(type, known) {
@@ -22,6 +23,7 @@ export class Plan {
     $("wanted").value = wanted || 4;
     $("list").value = specimens.map(({ name, modulus }) => (modulus ? `${name}; ${modulus}` : name)).join("\n");
     $("listfile").value = "";
+    this.judge();
     ask($("plan"), () => this.send());
   }
 
@@ -30,6 +32,13 @@ export class Plan {
     if (!file) return;
     if (file.size > LONGEST) answer(`${file.name}: ${file.size} bytes, allowed: ${LONGEST}; one specimen a line`, true);
     else $("list").value = await file.text();
+    this.judge();
+  }
+
+  // A list that is too long is not cut without a word: the browser says what is wrong, and keeps the dialog open.
+  judge() {
+    const { length } = $("list").value;
+    $("list").setCustomValidity(length > LONGEST ? `${length} characters, allowed: ${LONGEST}. Shorten the names, or use two sessions.` : "");
   }
 
   send() {

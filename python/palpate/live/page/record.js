@@ -26,7 +26,7 @@ export class Record {
     const { recording } = state, [word, more, end] = $("record").children, file = hello.kind === "file";
     $("record").classList.toggle("on", Boolean(recording));
     put(word, recording ? "Recording" : "Record");
-    put(more, recording ? `${clock(recording.seconds ?? 0)} · ${grouped(recording.rows)} rows` : file ? "· needs a board" : "· nothing is kept yet");
+    put(more, recording ? `${clock(recording.seconds ?? 0)} · ${grouped(recording.rows)} rows` : file ? "· needs a board" : "· nothing is recorded");
     put(end, recording ? "End" : "");
     $("record").title = recording ? recording.name : state.proposed ?? "";
     if (!this.typed && document.activeElement !== $("proposed")) $("proposed").value = state.proposed ?? "";

@@ -1,12 +1,20 @@
 // A canvas that fills its place, sharp on every screen, in the colours of the theme.
 
-const observed = new WeakMap();
-const observer = new ResizeObserver((entries) => entries.forEach(({ target }) => observed.get(target)?.()));
+const observed = new WeakMap(), sizes = new WeakMap();
+const observer = new ResizeObserver((entries) => {
+  for (const { target } of entries) sizes.set(target, [target.clientWidth, target.clientHeight]);
+  for (const { target } of entries) observed.get(target)?.();
+});
 
 // Calls back when an element gets another size.
 export function onResize(place, call) {
   observed.set(place, call);
   observer.observe(place);
+}
+
+// Its width and height. As they were observed: to ask the element would lay out the whole page first.
+export function sizeOf(place) {
+  return sizes.get(place) ?? [place.clientWidth, place.clientHeight];
 }
 
 // Charts grow with the text: 1 at 15 px.
@@ -41,7 +49,7 @@ export class Sheet {
 
   // Empties the sheet; false if it has no room.
   begin() {
-    const { clientWidth: width, clientHeight: height } = this.place, dpr = devicePixelRatio;
+    const [width, height] = sizeOf(this.place), dpr = devicePixelRatio;
     if (width < 40 || height < 20) return false;
     const [w, h] = [Math.round(width * dpr), Math.round(height * dpr)];
     if (this.canvas.width !== w || this.canvas.height !== h) Object.assign(this.canvas, { width: w, height: h });

@@ -1,5 +1,7 @@
 // Charts of few points as SVG text: they take the colours of the theme by their classes, and print sharply.
 
+import { sizeOf } from "./sheet.js";
+
 const ruler_ = document.createElement("canvas").getContext("2d");
 
 export function escaped(text) {
@@ -47,7 +49,7 @@ export class Drawing {
   }
 
   get size() {
-    return [this.place.clientWidth, this.place.clientHeight];
+    return sizeOf(this.place);
   }
 
   show(inner, name) {

@@ -8,7 +8,7 @@ const AFTER_S = 2; // a mark so long after a touch is said beside it
 
 export class Table {
   constructor(say, choose) {
-    Object.assign(this, { say, choose, rows: [] });
+    Object.assign(this, { say, choose, made: new Map() });
     $("rows").addEventListener("click", (event) => this.click(event));
   }
 
@@ -24,13 +24,21 @@ export class Table {
     const live = document.createElement("tr"), none = make("tr", {}, make("td", { colSpan: 7, className: "empty", textContent: "No touch yet." }));
     live.className = "live";
     this.live = live;
-    const rows = touches.rows.toReversed().map((one) => this.row(one, one.number === chosen));
+    const rows = touches.rows.toReversed().map((one) => this.same(one, one.number === chosen));
+    this.made = new Map(rows.map((row) => [row.dataset.touch, row]));
     $("rows").replaceChildren(live, ...(rows.length ? rows : [none]));
     const { together } = touches;
     put("together", together ? together.text + (together.modulus ? `, if all are on one object: ${together.modulus.text}` : "") : "");
     $("together").hidden = !together;
     $("together").dataset.agree = together?.agree === false ? "no" : "yes";
     this.showRunning();
+  }
+
+  // The row that is there, if it would be the same: of thousands of cells only the new ones are made.
+  same(one, chosen) {
+    const { session, touches } = this.known, names = chosen && session.specimens.map(({ name }) => name);
+    const of = JSON.stringify([one, this.widest, this.remark(one), names, one.number === touches.most_reliable]), made = this.made.get(String(one.number));
+    return made?.of === of ? made : Object.assign(this.row(one, chosen), { of });
   }
 
   row(one, chosen) {
