@@ -459,7 +459,7 @@ def test_what_is_changed_after_the_end_is_in_the_recording(tmp_path: Path) -> No
     assert after.document == {**before, "session": after.document["session"]}
     assert stored.plan_of(after.document).touches == (stored.Entry(1.0, "gel", "discarded"),)
     (tmp_path / "run.json").unlink()
-    with pytest.raises(RecordingError, match="run.json"):
+    with pytest.raises(RecordingError, match=r"run\.json"):
         bench.do("keep", touch=1)
     bench.number, bench.touches = 2, []
     bench.do("note", text="of the next measurement, without a recording")
