@@ -455,7 +455,8 @@ def test_what_is_changed_after_the_end_is_in_the_recording(tmp_path: Path) -> No
     bench.do("assign", touch=1, name="gel")
     bench.do("discard", touch=1)
     after = sidecar.load_checked(path)
-    assert after and after.intact
+    assert after
+    assert after.intact
     assert after.document == {**before, "session": after.document["session"]}
     assert stored.plan_of(after.document).touches == (stored.Entry(1.0, "gel", "discarded"),)
     (tmp_path / "run.json").unlink()
