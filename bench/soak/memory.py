@@ -55,7 +55,7 @@ def python(samples: int) -> dict[str, Any]:
     tracker = palpate.Tracker()
     blocks = max(samples // _BLOCK, 8)
     for block in range(blocks):
-        if block % 256 == 0:
+        if block % 32 == 0:
             touches += len(tracker.touches)
             tracker = palpate.Tracker()
         rows["t_hard_ns"] = (block * _BLOCK + np.arange(_BLOCK)) * 26_000_000

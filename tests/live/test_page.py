@@ -13,7 +13,7 @@ import palpate
 import pytest
 from effort import random_of
 from live_browser import Browser, browser
-from live_server import Live
+from live_server import Live, played
 from palpate import digits
 from palpate.live.server import page_files
 from palpate.simulation.scenarios import SCENARIOS
@@ -27,7 +27,9 @@ from tally import Tally
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     need("chromium")
     need("chromedriver")
-    return tmp_path_factory.mktemp("live")
+    folder = tmp_path_factory.mktemp("live")
+    (folder / "played").mkdir()
+    return folder
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +58,7 @@ def is_up(page: Browser) -> bool:
 
 
 def test_a_session(page: Browser, serve: Callable[..., Live], folder: Path, tally: Tally) -> None:
-    live = serve("--record", str(folder / "run.csv"))
+    live = serve("--record", str(folder / "run.csv"), source=played("four-specimens", folder / "played"))
     page.driver.get(live.address)
     page.until(lambda: page.text("word") == "Hold" and "±" in page.text("range"))
     truth = Truth(SCENARIOS["four-specimens"], np.random.default_rng(1)).presses[0].ratios[0][1]
@@ -96,8 +98,8 @@ def test_a_session(page: Browser, serve: Callable[..., Live], folder: Path, tall
     tally.say(f"live page: ratio {ratio} by the page, {truth:.5f} true")
 
 
-def test_a_flagged_touch_is_left_out_and_says_why(page: Browser, serve: Callable[..., Live]) -> None:
-    live = serve("--touch-seconds", "60", source="sim:stiff-steady?seed=1")
+def test_a_flagged_touch_is_left_out_and_says_why(page: Browser, serve: Callable[..., Live], folder: Path) -> None:
+    live = serve("--touch-seconds", "60", source=played("stiff-steady", folder / "played"))
     page.driver.get(live.address)
     page.until(lambda: page.text("word") == "Hold")
     assert not page["tare"].is_enabled()
@@ -172,8 +174,8 @@ def test_a_page_that_stands_still_draws_no_hole_and_does_not_slow_the_measuremen
     assert max(recording.t_hard_s[1:] - recording.t_hard_s[:-1]) < 1
 
 
-def test_touches_that_differ_have_no_best(page: Browser, serve: Callable[..., Live]) -> None:
-    live = serve(source="sim:four-specimens?seed=1&speed=5")
+def test_touches_that_differ_have_no_best(page: Browser, serve: Callable[..., Live], folder: Path) -> None:
+    live = serve(source=played("four-specimens", folder / "played", 5))
     page.driver.get(live.address)
     page.until(lambda: len(page.driver.find_elements("css selector", "#rows tr.best")) == 1)
     assert page.text("together") == ""

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +13,7 @@ import pytest
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate import Touch
+from palpate import RecordingError, Touch
 from palpate.live.desk.growth import missing
 from palpate.live.desk.places import Places
 from palpate.live.desk.plan import MOST_NOTES, Plan
@@ -20,6 +21,7 @@ from palpate.live.desk.progress import DISCARDED
 from palpate.live.desk.specimens import LONGEST, MOST, specimens_of
 from palpate.live.protocol import COMMANDS, Command, Refused
 from palpate.recording import session as stored
+from palpate.recording import sidecar
 from palpate.samples import Status, blank
 from palpate.simulation import scenarios
 
@@ -31,8 +33,8 @@ THREE = "30 OO; 0.143\ngel\n70 A; 8.68"
 class Recorder:
     """Keeps what a recording would store."""
 
-    def __init__(self, first_s: float = 0.0) -> None:
-        self.first_s, self.plan = first_s, stored.Plan()
+    def __init__(self, first_s: float = 0.0, path: Path | None = None) -> None:
+        self.first_s, self.plan, self.path = first_s, stored.Plan(), path
 
     def session(self, plan: stored.Plan) -> None:
         self.plan = plan
@@ -437,3 +439,28 @@ def _happens(bench: Bench, what: str, value: Any) -> None:
         given_: dict[str, dict[str, Any]] = {"plan": {"text": THREE, "wanted": 2}, "more": {}}
         named = {"name": value} if what in ("assign", "specimen") else {"touch": value}
         bench.do(what, **given_.get(what, {**touch, **named}))
+
+
+def test_what_is_changed_after_the_end_is_in_the_recording(tmp_path: Path) -> None:
+    """The report and `calibrate` read the file: they must know what the page shows."""
+    path = tmp_path / "run.csv"
+    (tmp_path / "run.json").write_text(sidecar.text_of(sidecar.made({}, 0, b"")))
+    bench = begun()
+    assert bench.recorder
+    bench.recorder.path = path
+    bench.touch(1)
+    before = sidecar.load(path)
+    assert before
+    bench.recorder = None
+    bench.do("assign", touch=1, name="gel")
+    bench.do("discard", touch=1)
+    after = sidecar.load_checked(path)
+    assert after and after.intact
+    assert after.document == {**before, "session": after.document["session"]}
+    assert stored.plan_of(after.document).touches == (stored.Entry(1.0, "gel", "discarded"),)
+    (tmp_path / "run.json").unlink()
+    with pytest.raises(RecordingError, match="run.json"):
+        bench.do("keep", touch=1)
+    bench.number, bench.touches = 2, []
+    bench.do("note", text="of the next measurement, without a recording")
+    assert not (tmp_path / "run.json").exists()

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from palpate.errors import RecordingError
+from palpate.recording import sidecar
 from palpate.recording.session import Plan
 from palpate.recording.sidecar_file import SidecarFile
 from palpate.recording.writer import Writer, unwritable
@@ -96,6 +98,23 @@ class Remarks:
             change(self._writer.sidecar)
         except OSError as error:
             raise unwritable(self.path, error) from error
+
+
+def amend(path: Path, plan: Plan) -> None:
+    """Replace what was touched in the sidecar of a recording that has ended.
+
+    Raises
+    ------
+    RecordingError
+        The sidecar is gone, is no longer one, or cannot be written.
+    """
+    document = sidecar.load(path)
+    if document is None:
+        raise RecordingError(sidecar.sidecar_path(path), "is gone: the change of the session is in no file")
+    try:
+        sidecar.save(sidecar.sidecar_path(path), {**document, "session": plan.as_dict()})
+    except OSError as error:
+        raise unwritable(path, error) from error
 
 
 def marked(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:

@@ -22,8 +22,8 @@ WAITING = 128
 """Connections that have not sent anything yet; when there are more, the oldest is closed."""
 OPEN = 64
 """Connections with a request, web sockets included."""
-REQUESTS = Limit(30, 60)
-"""Requests with the token: a page makes 12 when it is opened; more wait."""
+REQUESTS = Limit(60, 180)
+"""Requests with the token: a page makes about 50 when it is opened; more wait."""
 STRANGERS = Limit(20, 20)
 """Requests without the token, which are refused in words; more are closed without a word."""
 PAGES_OPENED = Limit(3, 32)

@@ -16,6 +16,7 @@ from palpate.live.protocol import Command, Refused
 from palpate.live.session import Session
 from palpate.recording import session as stored
 from palpate.recording.recorder import Recorder
+from palpate.recording.remarks import amend
 from palpate.several import objections
 
 Document = dict[str, Any]
@@ -39,7 +40,7 @@ class Plan:
     """
 
     def __init__(self, session: Session, accepted: Callable[[], Collection[str]] = frozenset) -> None:
-        self.orders: dict[str, Callable[[Command], str]] = {
+        orders: dict[str, Callable[[Command], str]] = {
             "plan": self._do_plan,
             "specimen": self._do_specimen,
             "assign": self._do_assign,
@@ -48,6 +49,7 @@ class Plan:
             "more": lambda _: self._do_more(),
             "note": self._do_note,
         }
+        self.orders: dict[str, Callable[[Command], str]] = {name: self._kept(order) for name, order in orders.items()}
         self._session, self._accepted = session, accepted
         self._progress = Progress()
         self._lock = RLock()
@@ -57,6 +59,7 @@ class Plan:
         self._document: Document = {}
         self._rows: list[Document] = []
         self._stored_in: Recorder | None = None
+        self._latest: Recorder | None = None
         session.followers.append(lambda batch, _: self._catch_up() if batch.touches or batch.revised else None)
         session.begun.append(self._store)
         self._changed()
@@ -88,6 +91,7 @@ class Plan:
             if number != before[0]:
                 self._progress.begin()
                 self._notes.clear()
+                self._latest = self._session.recorder
             if number != before[0] or touches is not before[1] or accepted != before[2]:
                 self._progress.take(touches)
                 self._changed()
@@ -106,6 +110,7 @@ class Plan:
     def _store(self, recorder: Recorder) -> None:
         """Give a recording the session as it is now: what is within it."""
         with self._lock:
+            self._latest = recorder
             plan = self._within(-inf if recorder.first_s is None else recorder.first_s)
             if plan == stored.Plan() and recorder is not self._stored_in:
                 return
@@ -114,6 +119,19 @@ class Plan:
                 self._stored_in = recorder
             except (ValueError, PalpateError) as error:  # no room for it, or closed at this moment
                 self._session.say(str(error))
+
+    def _kept(self, order: Callable[[Command], str]) -> Callable[[Command], str]:
+        """Return an order after which a recording that has ended, too, tells what the page shows."""
+
+        def obey(command: Command) -> str:
+            message = order(command)
+            with self._lock:
+                closed = None if self._session.recorder else self._latest
+                if closed and closed.first_s is not None:
+                    amend(closed.path, self._within(closed.first_s))
+            return message
+
+        return obey
 
     def _within(self, first_s: float) -> stored.Plan:
         progress, newest = self._progress, self._progress.present[-stored.MOST_TOUCHES :]

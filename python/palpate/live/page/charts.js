@@ -14,6 +14,7 @@ import { clock } from "./ticks.js";
 import { TouchPlot } from "./touch.js";
 
 const PAN = 0.2, ZOOM = 0.5, EARLIER = 8; // by a key: a share of the window, a factor; touches behind the shown one
+const TOUCH_MS = 66;
 
 export class Charts {
   // document: with the places of the charts; store: Store; say(message): to the server
@@ -116,10 +117,14 @@ export class Charts {
     this.redraw("spectrum");
   }
 
-  // New rows have come.
+  // New rows have come. The charts of touches, which are more work, follow some times a second.
   frame() {
     this.follow();
-    this.redraw("time", "touch");
+    this.redraw("time");
+    this.later ??= setTimeout(() => {
+      this.later = null;
+      this.redraw("touch");
+    }, TOUCH_MS);
   }
 
   follow() {

@@ -73,7 +73,7 @@ export class FitPlot {
       return places.map((py) => (point.kept ? `<circle cx="${px.toFixed(1)}" cy="${py.toFixed(1)}" r="${((now ? 5 : 2.8) * k).toFixed(1)}" class="${now ? "newest" : "dot"}"><title>${escaped(`touch ${point.touch}`)}</title></circle>` : label(px, py + 4 * k, "×", "leftout", "middle"))).join("");
     });
     const specimens = [...new Map(points.map(({ specimen, modulus }) => [specimen, modulus]))].filter(([name]) => name);
-    const wanted = specimens.map(([text, modulus]) => ({ text, width: measure(text, k), height: 13 * k, places: [[Math.max(left, Math.min(right - measure(text, k), x(modulus) - measure(text, k) / 2)), split + 9 * k]] }));
+    const wanted = specimens.map(([text, modulus]) => ({ text, width: measure(text, k), height: 13 * k, places: [[Math.min(right - measure(text, k), Math.max(left, x(modulus) - measure(text, k) / 2)), split + 9 * k]] }));
     this.labels = placed(wanted, { left, right, top: split, bottom: split + 18 * k });
     return drawn.join("") + this.labels.map(({ x: px, y: py, text }) => label(px, py + 4 * k, text)).join("");
   }
