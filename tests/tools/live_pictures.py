@@ -28,8 +28,9 @@ picker.value = arguments[0];
 picker.dispatchEvent(new Event("change"));
 button().click();"""
 HALF = """const text = (id) => document.getElementById(id).textContent;
+const share = parseFloat(document.querySelector("#bar b").style.width);
 return text("word") === "Hold" && Number(text("mainname").split(" ").at(-1)) >= arguments[0]
-    && parseFloat(document.querySelector("#bar b").style.width) > 50
+    && share > 50 && share < 85
     && document.getElementById("line").dataset.level === 'quiet'"""
 
 
