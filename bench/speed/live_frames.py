@@ -67,7 +67,7 @@ new PerformanceObserver((list) => {
   }
 }).observe({ type: "element" });
 addEventListener("DOMContentLoaded", async () => {
-  const { Charts } = await import("./charts.js"), paint = Charts.prototype.paintTime;
+  const { Charts } = await import("./charts/charts.js"), paint = Charts.prototype.paintTime;
   Charts.prototype.paintTime = function () {
     paint.call(this);
     draw();

@@ -213,8 +213,8 @@ KINDS: dict[str, Callable[[Target], None]] = {
     "frames without a mask": lambda t: flood(t, frame(1, b"{}", masked=False)),
     "web sockets, nothing read": lambda t: deaf(t, None, _PAGES),
     "pages opened and closed": reopen,
-    "files": lambda t: keep_asking(t, t.head("/charts.js")),
-    "files, new connections": lambda t: ask(t, t.head("/charts.js")),
+    "files": lambda t: keep_asking(t, t.head("/charts/charts.js")),
+    "files, new connections": lambda t: ask(t, t.head("/charts/charts.js")),
     "downloads": lambda t: ask(t, t.head("/recording/run.csv")),
     "downloads, nothing read": lambda t: deaf(t, t.head("/recording/run.csv"), 100),
     # without the token
@@ -252,7 +252,7 @@ def honest(target: Target) -> None:
 def fresh(target: Target) -> float:
     """Open the page as a browser does; return the time until its first samples are there, s."""
     begun = time.monotonic()
-    for path in ("/page.js", "/charts.js"):
+    for path in ("/page.js", "/charts/charts.js"):
         with target.connect() as client, client.makefile("rb") as incoming:
             client.sendall(target.head(path, "Connection: close"))
             if b" 200 " not in incoming.read(100):

@@ -29,7 +29,7 @@ FRAMES, RUNS = 80, 5
 
 CATCH = """
 const done = arguments[0];
-import("./charts.js").then(({ Charts }) => {
+import("./charts/charts.js").then(({ Charts }) => {
   const paint = Charts.prototype.paintTime;
   window.spent = [];
   Charts.prototype.paintTime = function () {

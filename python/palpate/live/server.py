@@ -52,10 +52,12 @@ _PART = 1 << 16
 def page_files() -> dict[str, tuple[bytes, str]]:
     """Return the files of the page: URL path -> content, type. Requests never open a file by its name."""
     found = {}
-    for file in (files("palpate.live") / "page").iterdir():
-        kind = _TYPES.get(Path(file.name).suffix)
-        if kind:
-            found[f"/{file.name}"] = (file.read_bytes(), f"{kind}; charset=utf-8")
+    page = files("palpate.live") / "page"
+    for folder, prefix in ((page, "/"), (page / "charts", "/charts/")):
+        for file in folder.iterdir():
+            kind = _TYPES.get(Path(file.name).suffix)
+            if kind:
+                found[prefix + file.name] = (file.read_bytes(), f"{kind}; charset=utf-8")
     found["/"] = found.pop("/index.html")
     return found
 

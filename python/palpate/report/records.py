@@ -239,6 +239,7 @@ def head(session: Session, operator: str, notes: Iterable[str], calibration: Pat
     devices = [run.document.get("device", {}) for run in runs]
     chips = dict.fromkeys(str(device["fingerprint"]) for device in devices if "fingerprint" in device)
     lost = sum(run.checked.survey.lost for run in runs)
+    refused = sum(run.checked.survey.refused for run in runs)
     rows = sum(run.checked.survey.rows for run in runs)
     who = {
         "Operator": operator,
@@ -250,7 +251,7 @@ def head(session: Session, operator: str, notes: Iterable[str], calibration: Pat
         "Board": ", ".join(dict.fromkeys(filter(None, map(_board, devices)))),
         "Chip": f"fingerprint {', '.join(shortened(chip) for chip in chips)}" if chips else "",
         "Recordings": f"{runs[0].name}" if len(runs) == 1 else counted(len(runs), "recording"),
-        "Rows": f"{rows:,}, {lost or 'none'} missing",
+        "Rows": f"{rows:,}, {lost or 'none'} missing" + (f", {refused:,} without a value" if refused else ""),
         "Check": ", ".join(dict.fromkeys(run.checked.verdict for run in runs)),
     }
     return element("div", page.facts(who), page.facts(probe), class_="two")

@@ -50,7 +50,9 @@ class Recorded:
     def state(self) -> Document:
         """Return what the message `state` has beside the touches."""
         file = self._review.file
-        word, line = of_file(file["name"], f"{file['end']}, {file['rows']} rows, {file['missing']} missing")
+        refused = self._review.counters.refused
+        useless = f", {refused} without a value" if refused else ""
+        word, line = of_file(file["name"], f"{file['end']}, {file['rows']} rows, {file['missing']} missing{useless}")
         shown = {"level": line.level, "title": line.title, "text": line.text, "since_s": None, "what": line.what}
         told = {"now": word._asdict(), "line": shown, "announce": line.text}
         return {"recording": None, "proposed": "", "files": self._review.recordings.files, **told}

@@ -1,7 +1,7 @@
 // Puts the parts of the page together. The measurement never waits for the page.
 
 import { Calibrating } from "./calibration.js";
-import { Charts } from "./charts.js";
+import { Charts } from "./charts/charts.js";
 import { Connection } from "./connection.js";
 import { Device } from "./device.js";
 import { $ } from "./dom.js";

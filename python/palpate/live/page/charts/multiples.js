@@ -1,6 +1,6 @@
 // All touches small beside the running one: a row for each specimen, the same scale for all.
 
-import { number } from "./formatting.js";
+import { number } from "../formatting.js";
 import { hovering } from "./hover.js";
 import { shortened } from "./labels.js";
 import { onResize, unit } from "./sheet.js";

@@ -1,6 +1,6 @@
 // Cursors A and B, and the table of their values and differences.
 
-import { number } from "./formatting.js";
+import { number } from "../formatting.js";
 import { clock, signed } from "./ticks.js";
 
 export class Cursors {

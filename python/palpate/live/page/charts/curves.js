@@ -1,6 +1,6 @@
 // The estimate of a touch against its time: from the server's trace, or from the rows that are here.
 
-import { MEASURED, indexOf } from "./store.js";
+import { MEASURED, indexOf } from "../store.js";
 
 const POINTS = 400;
 const ENDING_S = 0.5; // a touch that has just ended is shown on, until the server tells its result

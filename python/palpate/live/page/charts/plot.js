@@ -1,7 +1,7 @@
 // Lines through many rows: where several fall on a pixel, its lowest, highest and last value give the same picture as all
 // of them (Jugel, Jerzak, Hackenbroich and Markl, PVLDB 7, 797, 2014).
 
-import { indexOf } from "./store.js";
+import { indexOf } from "../store.js";
 
 export const GAP_S = 0.5; // samples further apart are not joined by a line
 const DENSE = 1; // rows in a pixel

@@ -1,6 +1,6 @@
 // Noise of both channels: rms and spectrum, asked for while the panel is open.
 
-import { number } from "./formatting.js";
+import { number } from "../formatting.js";
 import { hovering } from "./hover.js";
 import { placed, shortened } from "./labels.js";
 import { onResize, unit } from "./sheet.js";

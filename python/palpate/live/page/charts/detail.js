@@ -1,7 +1,7 @@
 // The window: the capacitance changes, with touches, marks, gaps, tares and two cursors.
 
 import { Hover } from "./hover.js";
-import { number } from "./formatting.js";
+import { number } from "../formatting.js";
 import { placed, shortened } from "./labels.js";
 import { extremes, trace } from "./plot.js";
 import { gestures } from "./pointers.js";

@@ -1,6 +1,6 @@
 // One touch: its estimate in per cent of the present one, with its standard error; below it the CUSUM.
 
-import { number } from "./formatting.js";
+import { number } from "../formatting.js";
 import { hovering } from "./hover.js";
 import { placed, wrapped } from "./labels.js";
 import { onResize, unit } from "./sheet.js";

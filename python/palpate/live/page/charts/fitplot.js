@@ -1,6 +1,6 @@
 // Calibration: ratio against modulus with eq. (2), and below it the distance of each touch from it, on one logarithmic axis.
 
-import { number } from "./formatting.js";
+import { number } from "../formatting.js";
 import { hovering } from "./hover.js";
 import { placed } from "./labels.js";
 import { onResize, unit } from "./sheet.js";

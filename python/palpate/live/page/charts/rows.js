@@ -1,6 +1,6 @@
 // All rows of the measurement, as far as they are known: views of its earlier parts, and the newest rows.
 
-import { indexOf } from "./store.js";
+import { indexOf } from "../store.js";
 import { nearest, span } from "./plot.js";
 import { Views } from "./views.js";
 
