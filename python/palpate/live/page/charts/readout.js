@@ -31,7 +31,7 @@ export class Cursors {
     const [a, b] = this.values;
     this.place.hidden = !a && !b;
     if (this.place.hidden) return;
-    const { begin } = this.rows.extent, pF = (one) => (Number.isFinite(one) ? one.toFixed(4).replace("-", "−") : "–");
+    const { begin } = this.rows.extent, pF = (one) => (Number.isFinite(one) ? one.toFixed(4).replace(/^-(?=[0.]*$)/, "").replace("-", "−") : "–");
     const line = (name, text, difference) => [name, a ? text(a) : "", b ? text(b) : "", a && b ? difference : ""];
     const less = (name) => (a && b && Number.isFinite(b[name] - a[name]) ? signed(b[name] - a[name], 4) : "–");
     const share = a && b && Number.isFinite(b.ratio / a.ratio) ? `${signed(100 * (b.ratio / a.ratio - 1), 2)} %` : "–";
