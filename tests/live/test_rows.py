@@ -1,8 +1,6 @@
 """The rows that a page gets: when they are sent, and what is left of them where samples are dense."""
 
 import asyncio
-import base64
-import itertools
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,21 +9,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from effort import NIGHTLY, examples, random_of
+from effort import NIGHTLY, examples
 from hypothesis import given
 from hypothesis import strategies as st
-from live_browser import browser
 from palpate import Sample, Source
 from palpate.live import hub as hubs
-from palpate.live.feed import BINS_PER_S, FIELDS, HEADER, ROW, Rows, pack, thinned
+from palpate.live.feed import BINS_PER_S, FIELDS, HEADER, ROW, Rows, thinned
 from palpate.live.hub import Hub
 from palpate.live.levels import Levels
 from palpate.live.pages import AHEAD, ROWS, Page
 from palpate.live.recordings import Recordings
-from palpate.live.server import page_files
 from palpate.live.session import Session
 from palpate.live.workbench import Workbench
-from project import need
 
 _PATIENCE_S = 60
 
@@ -74,32 +69,6 @@ def test_a_column_that_rises_or_falls_keeps_its_order() -> None:
     assert len(kept) == 100
     assert (np.diff(kept["hard"]) > 0).all()
     assert (np.diff(kept["soft"]) < 0).all()
-
-
-def test_the_page_thins_as_the_server_does(tmp_path: Path) -> None:
-    need("chromium")
-    need("chromedriver")
-    source = page_files()["/store.js"][0].decode().replace("export ", "")
-    script = f"""{source}
-        const store = new Store(), bytes = Uint8Array.from(atob(arguments[0]), (c) => c.charCodeAt(0));
-        store.take(bytes.buffer);
-        const {{ size, columns, flags }} = store.thinned(1e9, 1 / arguments[1]);
-        const plain = (column) => Array.from(column.subarray(0, size), (v) => Number.isNaN(v) ? null : v);
-        return [...FIELDS.map((name) => plain(columns[name])), plain(flags)];"""
-    with browser(tmp_path) as page:
-        for rate, bins_per_s in itertools.product((38.0, 1e4), (BINS_PER_S, 5)):
-            rows = made(2004, rate, random_of("thinned").randrange(2**32))
-            shown = page.driver.execute_script(script, base64.b64encode(pack(1, rows)).decode(), bins_per_s)
-            dense = rate / bins_per_s > 2
-            assert (len(shown[0]) < len(rows)) == dense
-            expected = rows
-            if dense:
-                scaled = rows.copy()
-                scaled["t_s"] *= bins_per_s / BINS_PER_S
-                expected = thinned(scaled)
-                expected["t_s"] /= bins_per_s / BINS_PER_S
-            for name, column in zip((*FIELDS, "flags"), shown, strict=True):
-                assert np.allclose(np.array(column, float), expected[name], rtol=1e-15, atol=0, equal_nan=True)
 
 
 async def turns() -> None:

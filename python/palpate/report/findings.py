@@ -54,12 +54,11 @@ def _sentences(session: Session) -> Iterator[str]:
 
 def results(session: Session) -> Markup:
     """Return the table of the specimens."""
-    columns = {"Specimen": "name"}
-    if session.calibration:  # the result stands first: a phone shows it without scrolling
+    columns = {"Specimen": "name", "Kept": "", "Left out": "", "Ratio": "", "±": "", "CV, %": ""}
+    if session.calibration:
         columns |= {"MPa": "strong", "95 % interval": "n"}
     if any(result.known for result in session.results):
         columns |= {"Known": "", "Inside": "n"} if session.calibration else {"Known": ""}
-    columns |= {"Ratio": "", "±": "", "CV, %": "", "Kept": "", "Left out": ""}
     rows = [[_cells(result)[name] for name in columns] for result in session.results]
     differ = [f"{one.name}: {one.agreement}." for one in session.results if one.agreement and not one.agreement.agree]
     unnamed = sum(not one.specimen for one in session.touches)

@@ -67,7 +67,9 @@ class Device:
 
     @staticmethod
     def _options(told: Mapping[str, Any]) -> dict[str, Any]:
-        values = {"capf": told["configuration"]["capf"], "excitation": _pins(told["configuration"])}
+        if not (settings := told.get("configuration")):
+            return {}
+        values = {"capf": settings["capf"], "excitation": _pins(settings)}
         allowed = {"capf": list(range(len(CONVERSION_S))), "excitation": _PINS}
         return {
             name: {"value": values[name], "allowed": allowed[name], "title": title} for name, title in _TITLES.items()

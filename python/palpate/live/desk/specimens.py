@@ -79,7 +79,7 @@ def _specimen(number: int, name: str, modulus: str, wanted: int) -> Specimen:
 
 
 def _modulus(text: str) -> float:
-    number = to_number(re.sub(r"\s*MPa$", "", text, flags=re.IGNORECASE))
+    number = to_number(text[:-3].rstrip() if text.lower().endswith("mpa") else text)
     if not 0 < number <= LARGEST_MPa:
         raise ValueError(text)
     return number
