@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from chart_pan import PAN, Long, long_rows, serving, visit
+from chart_pan import PAN, Long, long_rows, visit
 from live_browser import Browser, browser
 from page_cases import CASES
 from page_data import GAP, ORIGIN_S, RATE
-from page_states import SIZES, Canned, sized
+from page_states import SIZES, Canned, serving, sized
 from palpate.live.feed import ROW, Flag, Rows
 from project import need
 

@@ -5,7 +5,6 @@ import math
 import re
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -36,12 +35,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def page(folder: Path) -> Iterator[Browser]:
     with browser(folder / "downloads") as page:
         yield page
-
-
-@pytest.fixture
-def serve() -> Iterator[Callable[..., Live]]:
-    with ExitStack() as running:
-        yield lambda *options, **more: running.enter_context(Live(*options, **more))
 
 
 def pressed(page: Browser, key: str) -> None:

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -53,12 +52,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def page(folder: Path) -> Iterator[Browser]:
     with browser(folder / "downloads") as page:
         yield page
-
-
-@pytest.fixture
-def serve() -> Iterator[Callable[..., Live]]:
-    with ExitStack() as running:
-        yield lambda *options, **more: running.enter_context(Live(*options, **more))
 
 
 def press(page: Browser, *keys: str) -> None:

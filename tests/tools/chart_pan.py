@@ -5,18 +5,15 @@ python tests/tools/chart_pan.py      frames a second (the best of five runs), an
 
 import json
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import numpy as np
 from live_browser import Browser, browser
 from page_cases import CASES
 from page_data import ORIGIN_S, RATE, State
-from page_states import VIEW, Canned, framed, sized, view_of
+from page_states import VIEW, Canned, framed, serving, sized, view_of
 from palpate.live.feed import ROW, Flag, Rows
 
 HOURS = 10.0
@@ -115,18 +112,6 @@ class Long(Canned):
         self.heard.append(command)
         first, last = np.searchsorted(self._times, [command["from_s"], command["to_s"]])
         page.send(framed(command["id"], view_of(self._all[first : last + 1], **command), VIEW))
-
-
-@contextmanager
-def serving(server: Canned) -> Iterator[Canned]:
-    """Run a canned server in a thread."""
-    thread = Thread(target=server.run, daemon=True)
-    thread.start()
-    try:
-        yield server
-    finally:
-        server.close()
-        thread.join(10)
 
 
 def visit(page: Browser, server: Canned) -> None:

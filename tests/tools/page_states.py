@@ -170,9 +170,8 @@ def view_of(all_rows: Rows, *, from_s: float, to_s: float, rows: int, **_: Any) 
 
 
 @contextmanager
-def canned(name: str) -> Iterator[Canned]:
-    """Serve a state in a thread."""
-    server = Canned(CASES[name]())
+def serving(server: Canned) -> Iterator[Canned]:
+    """Run a canned server in a thread."""
     thread = Thread(target=server.run, daemon=True)
     thread.start()
     try:
@@ -180,6 +179,13 @@ def canned(name: str) -> Iterator[Canned]:
     finally:
         server.close()
         thread.join(10)
+
+
+@contextmanager
+def canned(name: str) -> Iterator[Canned]:
+    """Serve a state in a thread."""
+    with serving(Canned(CASES[name]())) as server:
+        yield server
 
 
 def opened(page: Browser, server: Canned, name: str, theme: str = "light") -> None:
