@@ -92,6 +92,23 @@ def test_a_view_has_the_extremes_of_all_rows(
         assert len(thinned(every[inside], 2 * per_s)) > most // 2
 
 
+@pytest.mark.parametrize("whole", [False, True])
+def test_a_coarse_view_has_the_newest_rows(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also those that wait to be passed on to the coarser levels."""
+    for name, value in SMALL.items():
+        monkeypatch.setattr(module, name, value)
+    every = made(np.arange(3030) / 38, np.random.default_rng(1))
+    levels, waited = Levels(whole=whole), 0
+    for begin in range(0, len(every), 10):
+        levels.add(every[begin : begin + 10])
+        here = every[: begin + 10]
+        per_s, view = levels.finest(0, here["t_s"][-1], 16)
+        waited += bool(per_s and levels._late)
+        assert view["t_s"][-1] == here["t_s"][-1]
+        assert np.fmax.reduce(view["hard"]) == np.fmax.reduce(here["hard"])
+    assert waited > 100
+
+
 def test_memory_of_a_long_measurement_is_bounded() -> None:
     """A day at 1 kHz, in blocks: each level has its rows and a quarter more, and there are as many as quadruplings."""
     seconds = 86_400 if NIGHTLY else 3600
