@@ -13,6 +13,7 @@ from pathlib import Path
 
 from markdown_it import MarkdownIt
 from packaging.utils import parse_wheel_filename
+
 from release.project import pyproject, version
 
 # Where .github/workflows/release.yml builds: part of the wheel's platform tag.

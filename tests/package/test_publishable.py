@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from project import ROOT
+
 from release.check import problems
 from release.project import ADDRESS_MISSING, pyproject, version
 from release.readme import absolute
@@ -142,7 +143,7 @@ def test_links_of_the_readme_lead_out_of_the_packages_page() -> None:
         f"{ADDRESS}/blob",
         f"{ADDRESS}/raw",
     }
-    assert f"![The live page" in page
+    assert "![The live page" in page
     assert f"({ADDRESS}/raw/v1.2.3/docs/images/live-light.png)" in page
     assert f"({ADDRESS}/blob/v1.2.3/docs/how.md#what-it-buys)" in page
     # In the repository they stay relative.

@@ -10,6 +10,7 @@ import palpate
 import pytest
 from building import run
 from project import ROOT, need
+
 from release.distributions import SYSTEMS, expected, problems_of, relative_links, targets
 from release.project import pyproject
 
