@@ -14,6 +14,12 @@
 #if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0 && __FLT_EVAL_METHOD__ != 16
 #error "palpate needs float and double evaluated in their own precision: on 32-bit x86 add -msse2 -mfpmath=sse"
 #endif
+#if defined(__arm__) && !defined(PALPATE_VECTORS_OFF) && \
+    ((defined(__clang__) && defined(__ARM_NEON)) || (defined(__ARM_FEATURE_MVE) && __ARM_FEATURE_MVE & 2))
+#error \
+    "palpate needs numbers below the smallest normal one, which vectors of 32-bit ARM take for 0: add -fno-tree-vectorize \
+(clang: -fno-vectorize -fno-slp-vectorize), and define PALPATE_VECTORS_OFF"
+#endif
 
 // Whether what is usual may have code of its own beside the code for everything: not where code is to be small. Without
 // speculation it has no advantage, and neither has a call for what is rare, which needs a stack frame.
