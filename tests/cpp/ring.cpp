@@ -34,7 +34,11 @@ bool run(const char* name, std::uint64_t total, Push push, Pop pop) {
   std::atomic<bool> done{false};
   std::thread producer([&] {
     for (std::uint64_t n = 1; n <= total;) {
+      const bool full = ring.size() == ring.capacity();
       n = push(ring, n, total);
+      if (full) {
+        std::this_thread::yield();  // otherwise all is over before the other thread begins
+      }
     }
     done.store(true, std::memory_order_release);
   });
