@@ -75,6 +75,7 @@ inline Real hidden(Real value) noexcept {
 }  // namespace detail
 #endif
 
+/// Whether a type is one of those that the headers compute with.
 template <class Real>
 inline constexpr bool is_real = std::is_same_v<Real, float> || std::is_same_v<Real, double>;
 
@@ -89,6 +90,7 @@ constexpr Real product(Real left, Real right) noexcept {
   return left * right;
 }
 
+/// The absolute value; also for a pack.
 template <class Real>
 constexpr Real magnitude(Real value) noexcept {
 #if defined(__GNUC__) || defined(__clang__)
