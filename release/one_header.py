@@ -11,6 +11,12 @@ from release.project import ROOT, version
 
 HEADERS = ROOT / "cpp" / "include"
 ALL = "palpate/palpate.hpp"
+# Both in one file would define everything twice.
+TWICE = """
+#if defined(PALPATE_VERSION)
+#error "palpate: include either palpate_one.hpp or the headers of the folder palpate, not both"
+#endif
+"""
 _OWN = re.compile(r"^#include <(palpate/[\w/]+\.hpp)>\n", re.MULTILINE)
 _STANDARD = re.compile(r"^#include <(\w+)>\n", re.MULTILINE)
 _FIRST_LINES = re.compile(r"\A// SPDX-License-Identifier: MIT\n#pragma once\n+")
@@ -45,7 +51,7 @@ def one_header() -> str:
     licence = "".join(f"// {line}".rstrip() + "\n" for line in (ROOT / "LICENSE").read_text("utf-8").splitlines())
     begin = f"// SPDX-License-Identifier: MIT\n// palpate {version()}: all headers in one file. Do not edit: it is made by a command.\n//\n"
     includes = "".join(f"#include <{name}>\n" for name in sorted(standard))
-    return f"{begin}{licence}#pragma once\n\n{includes}\n" + "\n".join(bodies)
+    return f"{begin}{licence}\n#pragma once\n{TWICE}\n{includes}\n" + "\n".join(bodies)
 
 
 if __name__ == "__main__":

@@ -94,9 +94,7 @@ def entities(xml: Path) -> list[Entity]:
                 special[name.split("<")[0].strip()].append(name)
             else:
                 found.append(_class(xml / f"{inner.get('refid')}.xml", name))
-        found += [
-            _member(member, namespace) for kind in ("typedef", "enum") for member in _members(tree, kind)
-        ]
+        found += [_member(member, namespace) for kind in ("typedef", "enum") for member in _members(tree, kind)]
     return [
         Entity(e.name, e.directive, e.header, e.brief, tuple(special[e.name])) for e in found if e.name not in PARTS
     ]
