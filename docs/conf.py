@@ -19,6 +19,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "mathml",
     "command_help",
+    "cpp_reference",
 ]
 exclude_patterns = ["extensions", "templates"]
 templates_path = ["templates"]
@@ -44,7 +45,7 @@ napoleon_use_rtype = False
 napoleon_use_param = False
 napoleon_custom_sections = [("Attributes", "params_style")]  # "low, high : float" is one entry of two names
 # Types are in words: shapes, units, ranges.
-nitpick_ignore_regex = [("py:.*", ".*")]
+nitpick_ignore_regex = [("py:.*", ".*"), ("cpp:.*", ".*")]
 suppress_warnings = ["ref.python"]
 
 

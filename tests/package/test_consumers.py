@@ -4,6 +4,7 @@ import importlib.metadata
 import importlib.resources
 import re
 import subprocess
+import tarfile
 from pathlib import Path
 
 import palpate
@@ -40,6 +41,16 @@ def test_find_package_by_the_entry_point(cmake: str, tmp_path: Path) -> None:
 def test_add_subdirectory(cmake: str, tmp_path: Path, installed: bool) -> None:
     configure(cmake, CONSUMER, tmp_path, f"-DPALPATE_SOURCE={asked('--cmakedir') if installed else ROOT}")
     assert run(tmp_path / "consumer") == EXPECTED
+
+
+def test_fetch_content(cmake: str, tmp_path: Path) -> None:
+    """From an archive of the sources, as a forge makes of a tag: everything below one folder."""
+    archive = tmp_path / "v1.tar.gz"
+    with tarfile.open(archive, "w:gz") as made:
+        for name in ("CMakeLists.txt", "LICENSE", "cpp"):
+            made.add(ROOT / name, f"palpate-1/{name}")
+    configure(cmake, CONSUMER, tmp_path / "build", f"-DPALPATE_ARCHIVE={archive}")
+    assert run(tmp_path / "build" / "consumer") == EXPECTED
 
 
 def test_cmake_install(cmake: str, tmp_path: Path) -> None:

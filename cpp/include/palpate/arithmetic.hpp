@@ -60,9 +60,11 @@
 
 namespace palpate {
 
+/// Whether a type is one of those that the headers compute with.
 template <class Real>
 inline constexpr bool is_real = std::is_same_v<Real, float> || std::is_same_v<Real, double>;
 
+/// The absolute value; also for a pack.
 template <class Real>
 constexpr Real magnitude(Real value) noexcept {
 #if defined(__GNUC__) || defined(__clang__)

@@ -21,20 +21,23 @@ class Lanes {
                 "palpate::Bank: its estimators must be Checked, as a bank refuses what is not finite");
 
  public:
-  using real_type = typename Core::real_type;
-  using Real = real_type;
+  using real_type = typename Core::real_type;  ///< float or double
+  using Real = real_type;                      ///< the same
 
+  /// The states in the caller's memory: one number of each stream in each array.
   struct State {
-    Real* ratio;
-    Real* information;
-    Real* signed_statistic;  // negative during an alarm: see policy/detector.hpp
-    std::uint64_t* rejected;
+    Real* ratio;              ///< r
+    Real* information;        ///< R = 1 / P
+    Real* signed_statistic;   ///< g, negative during an alarm: see policy/detector.hpp
+    std::uint64_t* rejected;  ///< number of refused samples
 
+    /// Those from this stream on.
     State from(std::size_t stream) const noexcept {
       return {ratio + stream, information + stream, signed_statistic + stream, rejected + stream};
     }
   };
 
+  /// With the policies of `core`.
   constexpr explicit Lanes(const Core& core = Core()) noexcept
       : steady_(core.forgetting().factor(false)),
         alarmed_(core.forgetting().factor(true)),
@@ -134,9 +137,10 @@ class Bank {
   static_assert(Streams > 0, "palpate::Bank: Streams must be 1 or more");
 
  public:
-  using real_type = typename Core::real_type;
-  using Real = real_type;
+  using real_type = typename Core::real_type;  ///< float or double
+  using Real = real_type;                      ///< the same
 
+  /// All streams as `core`: its policies, its ratio and its information.
   explicit Bank(const Core& core = Core()) noexcept : lanes_(core) {
     for (std::size_t i = 0; i < Streams; ++i) {
       ratio_[i] = core.ratio();
@@ -149,12 +153,17 @@ class Bank {
     lanes_.update({ratio_, information_, signed_statistic_, rejected_}, output, regressor, ratios, Streams);
   }
 
+  /// Number of streams.
   static constexpr std::size_t size() noexcept { return Streams; }
+  /// @{
+  /// As the function of the estimator of this name, for one stream, 0 to Streams - 1.
   Real ratio(std::size_t stream) const noexcept { return ratio_[stream]; }
   Real information(std::size_t stream) const noexcept { return information_[stream]; }
   Real covariance(std::size_t stream) const noexcept { return Real(1) / information_[stream]; }
   Real statistic(std::size_t stream) const noexcept { return magnitude(signed_statistic_[stream]); }
   bool alarm(std::size_t stream) const noexcept { return signed_statistic_[stream] < 0; }
+  /// @}
+  /// Number of refused samples of a stream.
   std::uint64_t rejected(std::size_t stream) const noexcept { return rejected_[stream]; }
 
  private:

@@ -18,16 +18,21 @@ enum class Reach : unsigned char {
 
 /// A probe: its ratio on an infinitely soft and on a rigid object, and the modulus half-way between them.
 ///
-/// (2) says k_o = k_h k_s (r - 1) / (k_h - r k_s). Divided through by k_s, with r_rigid = k_h/k_s and a = k_h:
-///   k_o = a (r - 1) / (r_rigid - r),   and for an object much larger than the bumps, where k_o is proportional to E,
-///   E   = a (r - r_soft) / (r_rigid - r),   a being the modulus at r = (r_soft + r_rigid) / 2.
-/// r_soft is 1, or the ratio of the channels' gains. Preconditions: soft_ratio < rigid_ratio, half_modulus > 0, finite.
+/// (2) says k_o = k_h k_s (r - 1) / (k_h - r k_s). Divided through by k_s, with r_rigid = k_h/k_s and a = k_h,
+///
+///     k_o = a (r - 1) / (r_rigid - r)
+///
+/// and for an object much larger than the bumps, where k_o is proportional to E,
+///
+///     E = a (r - r_soft) / (r_rigid - r)
+///
+/// with a the modulus at r = (r_soft + r_rigid) / 2. r_soft is 1, or the ratio of the channels' gains. Preconditions: soft_ratio < rigid_ratio, half_modulus > 0, finite.
 template <class Real>
 struct Elasticity {
   static_assert(is_real<Real>, "float or double");
-  Real rigid_ratio = Real(10);
-  Real half_modulus = Real(2);  // MPa, or any unit for the modulus
-  Real soft_ratio = Real(1);
+  Real rigid_ratio = Real(10);  ///< ratio on a rigid object
+  Real half_modulus = Real(2);  ///< MPa, or any unit for the modulus
+  Real soft_ratio = Real(1);    ///< ratio on an infinitely soft object
 
   /// The same for the stiffness of the object in place of its modulus; the arguments are the stiffnesses of the bumps,
   /// k_s < k_h: (2) as printed. The quotient is rounded once, as r k_s is in the printed k_h - r k_s: near r_rigid
@@ -36,6 +41,7 @@ struct Elasticity {
     return {hard_stiffness / soft_stiffness, hard_stiffness, Real(1)};
   }
 
+  /// Whether modulus() has a value for this ratio.
   constexpr Reach reach(Real ratio) const noexcept {
     if (!(ratio == ratio)) {
       return Reach::unknown;

@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// The estimators and scenes for small processors: every setting is a compile-time constant. The results have the same
-// bits as with settings in objects.
+// The estimators and scenes for small processors.
 
 #include <palpate/gated_estimator.hpp>
 #include <palpate/scenes.hpp>
 #include <palpate/settings.hpp>
 
+/// The estimators and scenes for small processors: every setting is a compile-time constant. The results have the same
+/// bits as with settings in objects.
 namespace palpate::embedded {
 
+/// The forgetting factors of the paper.
 template <class Real>
 using Forgetting = Constant<defaults<SwitchedForgetting<Real>>>;
+/// The detector of the paper.
 template <class Real>
 using Detector = Constant<defaults<Cusum<Real>>>;
+/// The bound of the covariance.
 template <class Real>
 using Bound = Constant<defaults<BoundedCovariance<Real>>>;
 
@@ -30,24 +34,30 @@ using PaperRls = Rls<Real, Forgetting<Real>, Detector<Real>, Unbounded<Real>, Un
 template <class Real>
 using AdaptiveRls = Rls<Real, Forgetting<Real>, Detector<Real>, Bound<Real>>;
 
+/// As palpate::Handover, the estimator of the scene handheld.
 template <class Real>
 using Handover = palpate::Handover<Real, Constant<defaults<HandoverSettings<Real>>>>;
 
-/// Lean stages: the level without a test for a drift, and the gate without one for a wrong baseline.
+/// Lean stage: the level without a test for a drift.
 template <class Real>
 using Baseline = palpate::Baseline<Real, 32, Constant<defaults<BaselineSettings<Real>>>, false>;
+/// Lean stage: the gate without a test for a wrong baseline.
 template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
 using Contact = palpate::Contact<Real, Constant<settings>, true, false>;
+/// Lean stage: interpolation.
 template <class Real, class Ticks>
 using Align = palpate::Align<Real, Ticks, 4, Constant<defaults<AlignSettings<Ticks>>>>;
 
-/// Stages of the full scenes.
+/// Stage of the full scenes: the level, and a drift of it.
 template <class Real>
 using FullBaseline = palpate::Baseline<Real, 32, Constant<defaults<BaselineSettings<Real>>>>;
+/// Stage of the full scenes: the gate, which notices a wrong baseline.
 template <class Real, const auto& settings = defaults<ContactSettings<Real>>>
 using FullContact = palpate::Contact<Real, Constant<settings>>;
+/// Stage of the full scenes: both channels filtered with the same response.
 template <class Real, class Ticks>
 using MatchedPair = palpate::MatchedPair<Real, Ticks, Constant<defaults<MatchedPairSettings<Real, Ticks>>>>;
+/// Stage of the full scenes: the test of the model, with its flags.
 template <class Real>
 using Fit = palpate::Fit<Real, Constant<defaults<FitSettings<Real>>>>;
 
@@ -57,16 +67,18 @@ template <class Real>
 using GatedRls = GatedEstimator<palpate::Contact<Real, Constant<defaults<ContactSettings<Real>>>, false, false>,
                                 PaperRls<Real>, Constant<defaults<GatedSettings<PaperRls<Real>>>>>;
 
-/// Lean scenes of palpate::Tracker: a ratio with its standard error, without flags and revision. `settings` may be a
-/// constant of your own.
+/// Lean scene "paper": no flags, no revision, no standard error. `settings` may be a constant of your own.
 template <class Real, class Ticks = std::uint32_t, class Estimator = AdaptiveRls<Real>,
           const auto& settings = defaults<TrackerSettings<Estimator>>>
 using PaperTracker =
     Tracker<Real, NoAlign<Real, Ticks>, Baseline<Real>, Contact<Real>, Estimator, NoFit<Real>, Constant<settings>>;
+/// Lean scene "handheld": a ratio with its standard error, without flags and revision. `settings` may be a constant of
+/// your own.
 template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>,
           const auto& settings = defaults<TrackerSettings<Estimator>>, class AlignStage = Align<Real, Ticks>>
 using HandheldTracker =
     Tracker<Real, AlignStage, Baseline<Real>, Contact<Real>, Estimator, NoFit<Real>, Constant<settings>>;
+/// Lean scene "sliding": as embedded::HandheldTracker, a touch ends only by its release.
 template <class Real, class Ticks = std::uint32_t, class Estimator = Handover<Real>>
 using SlidingTracker = Tracker<Real, Align<Real, Ticks>, Baseline<Real>, Contact<Real, sliding_contact<Real>>,
                                Estimator, NoFit<Real>, Constant<unlimited<Estimator>>>;

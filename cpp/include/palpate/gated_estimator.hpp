@@ -7,14 +7,17 @@
 
 namespace palpate {
 
+/// Settings of a GatedEstimator.
 template <class Estimator>
 struct GatedSettings {
-  using Real = typename Estimator::real_type;
-  Real noise = Real(1e-4);      // standard deviation of the sum of the two changes, pF
-  Real full_scale = Real(1e9);  // changes are refused if their sum has this size or more, or is not finite
-  Real initial_ratio = Real(1), initial_covariance = Estimator::default_covariance;
-  std::uint32_t samples = 250;  // of a touch
+  using Real = typename Estimator::real_type;  ///< float or double
+  Real noise = Real(1e-4);                     ///< standard deviation of the sum of the two changes, pF
+  Real full_scale = Real(1e9);   ///< changes are refused if their sum has this size or more, or is not finite
+  Real initial_ratio = Real(1);  ///< of the estimator at the begin of a touch
+  Real initial_covariance = Estimator::default_covariance;  ///< the same, 1/pF^2
+  std::uint32_t samples = 250;                              ///< of a touch
 
+  /// As FixedForgetting::visit_fields.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("noise", &GatedSettings::noise);
@@ -29,14 +32,14 @@ struct GatedSettings {
 template <class ContactStage, class Estimator, class Settings = Kept<GatedSettings<Estimator>>>
 class GatedEstimator : public Settings {
  public:
-  using real_type = typename Estimator::real_type;
-  using Real = real_type;
+  using real_type = typename Estimator::real_type;  ///< float or double
+  using Real = real_type;                           ///< the same
   using Settings::settings;
 
-  ContactStage gate;
-  Estimator estimator;
+  ContactStage gate;    ///< the begin and the end of a touch
+  Estimator estimator;  ///< of the ratio of the running touch, or of the last one
 
-  /// Takes the changes of both channels. finished: the touch has all its samples, or was released.
+  /// Takes the changes of both channels, pF. finished: the touch has all its samples, or was released.
   constexpr Report<Real> feed(Real hard, Real soft) noexcept {
     const Real change = hard + soft;
     if (PALPATE_UNLIKELY(!(magnitude(change) < settings.full_scale))) {

@@ -15,9 +15,9 @@ namespace palpate {
 template <class Real_, class Parameters>
 class Lanes<Handover<Real_, Parameters>> {
  public:
-  using Core = Handover<Real_, Parameters>;
-  using real_type = Real_;
-  using Real = Real_;
+  using Core = Handover<Real_, Parameters>;  ///< the estimator of one stream
+  using real_type = Real_;                   ///< float or double
+  using Real = Real_;                        ///< the same
 
   /// Streams of a group.
   static constexpr std::size_t group = group_size<Real>;
@@ -31,22 +31,25 @@ class Lanes<Handover<Real_, Parameters>> {
   /// Numbers in the state of one stream.
   static constexpr std::size_t numbers = Pack::numbers;
 
+  /// The states in the caller's memory.
   struct State {
-    Real* numbers;  // length(streams)
-    std::uint64_t* rejected;
+    Real* numbers;            ///< length(streams) of them
+    std::uint64_t* rejected;  ///< number of refused samples of each stream
   };
 
-  /// The last group is always whole.
+  /// Numbers in the states of so many streams. The last group is always whole.
   static constexpr std::size_t length(std::size_t streams) noexcept {
     return (streams + group - 1) / group * group * numbers;
   }
 
+  /// With the settings of `core`.
   explicit Lanes(const Core& core = Core()) noexcept : core_(core), pack_(core.settings) {}
 
   /// The estimator of a stream.
   Core core(const Real* states, std::size_t stream) const noexcept {
     return with(core_, states + place(stream), group);
   }
+  /// Set the estimator of a stream.
   static void set_core(Core core, Real* states, std::size_t stream) noexcept {
     Real* to = states + place(stream);
     core.visit_state([&to](const Real& number) {
@@ -163,10 +166,11 @@ class Bank<Handover<Real_, Parameters>, Streams> {
   static_assert(Streams > 0, "palpate::Bank: Streams must be 1 or more");
 
  public:
-  using Core = Handover<Real_, Parameters>;
-  using real_type = Real_;
-  using Real = Real_;
+  using Core = Handover<Real_, Parameters>;  ///< the estimator of one stream
+  using real_type = Real_;                   ///< float or double
+  using Real = Real_;                        ///< the same
 
+  /// All streams as `core`.
   explicit Bank(const Core& core = Core()) noexcept : lanes_(core) { lanes_.reset(numbers_, Streams); }
 
   /// One sample of each stream; `ratios`, if not null, receives the new ratios.
@@ -174,14 +178,19 @@ class Bank<Handover<Real_, Parameters>, Streams> {
     lanes_.update({numbers_, rejected_}, output, regressor, ratios, Streams);
   }
 
+  /// Number of streams.
   static constexpr std::size_t size() noexcept { return Streams; }
   /// The estimator of a stream: a copy.
   Core core(std::size_t stream) const noexcept { return lanes_.core(numbers_, stream); }
+  /// @{
+  /// As the function of the estimator of this name, for one stream, 0 to Streams - 1.
   Real ratio(std::size_t stream) const noexcept { return core(stream).ratio(); }
   Real information(std::size_t stream) const noexcept { return core(stream).information(); }
   Real covariance(std::size_t stream) const noexcept { return core(stream).covariance(); }
   Real statistic(std::size_t stream) const noexcept { return core(stream).statistic(); }
   bool alarm(std::size_t stream) const noexcept { return core(stream).alarm(); }
+  /// @}
+  /// Number of refused samples of a stream.
   std::uint64_t rejected(std::size_t stream) const noexcept { return rejected_[stream]; }
 
  private:

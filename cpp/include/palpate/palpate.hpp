@@ -9,3 +9,6 @@
 #include <palpate/ring.hpp>
 #include <palpate/stage/stamps.hpp>
 #include <palpate/version.hpp>
+
+/// Estimators of the ratio of two capacitance changes, the stages around them, and the scenes, which are both together.
+namespace palpate {}

@@ -16,8 +16,10 @@ class FixedStorage {
   static_assert(Capacity >= 2 && (Capacity & (Capacity - 1)) == 0, "palpate::Ring: Capacity must be a power of two");
 
  public:
-  using item_type = Item;
+  using item_type = Item;  ///< of the ring
+  /// Number of places.
   static constexpr std::size_t capacity() noexcept { return Capacity; }
+  /// The first place.
   constexpr Item* items() noexcept { return items_; }
 
  private:
@@ -34,14 +36,17 @@ inline constexpr std::size_t ring_alignment = sizeof(void*) < 8 ? alignof(std::a
 template <class Storage>
 class BasicRing : Storage {
  public:
-  using Item = typename Storage::item_type;
+  using Item = typename Storage::item_type;  ///< trivially copyable
   static_assert(std::is_trivially_copyable_v<Item>, "palpate::Ring: Item must be trivially copyable");
 
+  /// An empty ring.
   constexpr BasicRing() noexcept = default;
+  /// In a storage of your own.
   explicit BasicRing(Storage&& storage) noexcept : Storage(static_cast<Storage&&>(storage)) {}
   BasicRing(const BasicRing&) = delete;
   BasicRing& operator=(const BasicRing&) = delete;
 
+  /// Push an item; false: the ring is full, the item is dropped and counted.
   bool try_push(const Item& item) noexcept {
     const std::size_t position = producer_.position.load(std::memory_order_relaxed);
     if (space(position, 1) == 0) {
@@ -67,6 +72,7 @@ class BasicRing : Storage {
     return accepted;
   }
 
+  /// Pop the oldest item; false: there is none.
   bool try_pop(Item& item) noexcept {
     const std::size_t position = consumer_.position.load(std::memory_order_relaxed);
     if (there(position, 1) == 0) {
@@ -93,6 +99,7 @@ class BasicRing : Storage {
     const std::size_t consumed = consumer_.position.load(std::memory_order_acquire);
     return producer_.position.load(std::memory_order_acquire) - consumed;
   }
+  /// Number of items that it holds at most.
   constexpr std::size_t capacity() const noexcept { return Storage::capacity(); }
 
   /// Number of items that were dropped because the ring was full.
@@ -147,7 +154,7 @@ class BasicRing : Storage {
   std::atomic<std::size_t> first_dropped_{0};
 };
 
-/// Ring<Item, 256>: no heap; on a microcontroller 24 bytes besides the items.
+/// A queue inside the object, for example Ring<float, 256>: no heap; on a microcontroller 24 bytes besides the items.
 template <class Item, std::size_t Capacity>
 using Ring = BasicRing<FixedStorage<Item, Capacity>>;
 

@@ -11,31 +11,38 @@
 
 namespace palpate {
 
+/// What was counted in a touch.
 struct Counts {
-  std::size_t start = 0;  // index of the first reading of the touch, from 0
-  std::uint32_t samples = 0, alarms = 0, saturated = 0, refused = 0;
+  std::size_t start = 0;        ///< index of the first reading of the touch, from 0
+  std::uint32_t samples = 0;    ///< that the estimator took
+  std::uint32_t alarms = 0;     ///< samples with an alarm of the detector
+  std::uint32_t saturated = 0;  ///< readings from full_scale on, which are not used
+  std::uint32_t refused = 0;    ///< other readings without a sample: no value, no pair, or refused by the estimator
 };
 
-/// The result of a touch: ratio and standard_error are the best that is known; first_ratio is the one at its end.
+/// The result of a touch: ratio and standard_error are the best that is known; first_ratio is the one at its end. All are
+/// NaN if there is no sample; a standard error, too, if the estimator has none.
 template <class Real>
 struct Touch : Counts {
-  Real ratio = 0, covariance = 0;
-  Real standard_error = std::numeric_limits<Real>::quiet_NaN();
-  Real first_ratio = 0;
-  Real first_standard_error = std::numeric_limits<Real>::quiet_NaN();
-  bool full = false;  // it has the wanted length
-  Revision revision = Revision::none;
-  Real shift = 0;  // of the ratio, by the revision, share; where it is not corrected, what it would have been
-  Fitted<Real> fitted{};
+  Real ratio = 0;                                                      ///< of the changes, hard to soft
+  Real covariance = 0;                                                 ///< of the estimator, unscaled, 1/pF^2
+  Real standard_error = std::numeric_limits<Real>::quiet_NaN();        ///< of the ratio
+  Real first_ratio = 0;                                                ///< before a revision
+  Real first_standard_error = std::numeric_limits<Real>::quiet_NaN();  ///< before a revision
+  bool full = false;                                                   ///< it has the wanted length
+  Revision revision = Revision::none;                                  ///< what the baseline after the touch says
+  Real shift = 0;         ///< of the ratio, by the revision, share; where it is not corrected, what it would have been
+  Fitted<Real> fitted{};  ///< what contradicts the model, and its flags
 };
 
 /// The state after a reading.
 template <class Real>
 struct Report {
-  Real ratio;
-  bool alarm, contact;
-  bool finished;         // touch() is new
-  bool revised = false;  // touch() is revised
+  Real ratio;            ///< of the running touch, or of the last one
+  bool alarm;            ///< the detector has an alarm
+  bool contact;          ///< the probe touches something
+  bool finished;         ///< touch() is new
+  bool revised = false;  ///< touch() is revised
 };
 
 }  // namespace palpate

@@ -16,21 +16,24 @@
 
 namespace palpate {
 
-/// Only Handover has a standard error.
+/// Whether an estimator has a standard error: only Handover does.
 template <class Estimator>
 inline constexpr bool knows_its_error = false;
+/// The same for Handover.
 template <class Real, class Parameters>
 inline constexpr bool knows_its_error<Handover<Real, Parameters>> = true;
 
+/// Settings of a Tracker.
 template <class Estimator>
 struct TrackerSettings {
-  using Real = typename Estimator::real_type;
-  Real initial_ratio = Real(1), initial_covariance = Estimator::default_covariance;
-  // Length of a touch; 0: a touch ends only by its release.
-  Real seconds = Real(0);
-  std::uint32_t samples = 250;
-  Real full_scale = std::numeric_limits<Real>::infinity();  // readings from this size on are saturated
+  using Real = typename Estimator::real_type;               ///< float or double
+  Real initial_ratio = Real(1);                             ///< of the estimator at the begin of a touch
+  Real initial_covariance = Estimator::default_covariance;  ///< the same, 1/pF^2
+  Real seconds = Real(0);       ///< length of a touch; 0: no limit, a touch ends by its release
+  std::uint32_t samples = 250;  ///< length of a touch; 0: no limit
+  Real full_scale = std::numeric_limits<Real>::infinity();  ///< readings from this size on are saturated
 
+  /// As FixedForgetting::visit_fields.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("initial_ratio", &TrackerSettings::initial_ratio);
@@ -41,19 +44,8 @@ struct TrackerSettings {
   }
 };
 
-/// What a tracker with a fit keeps for it; nothing without.
-template <class Real, class FitStage, bool fits = FitStage::fits>
-struct Fitting {
-  FitStage fit;
-  Reviser<Real> reviser;
-  Fitted<Real> fitted;
-  typename Reviser<Real>::Result revision;
-  Real first_ratio = 0, first_error = 0;
-};
-template <class Real, class FitStage>
-struct Fitting<Real, FitStage, false> {};
-
-/// All stages of a scene, in order.
+/// All stages of a scene, in order: give it readings with feed(), read touch() when a report says that it is new.
+/// The stages and the estimator are public members; `settings` are TrackerSettings. scenes.hpp has the usual ones.
 template <class Real, class AlignStage, class BaselineStage, class ContactStage, class Estimator,
           class FitStage = NoFit<Real>, class Settings = Kept<TrackerSettings<Estimator>>>
 class Tracker : public Settings,
@@ -64,16 +56,18 @@ class Tracker : public Settings,
   static constexpr bool fits = FitStage::fits;
 
  public:
-  using real_type = Real;
+  using real_type = Real;  ///< float or double
   using Channels::gate;
   using Channels::hard_baseline;
   using Channels::soft_baseline;
   using Settings::settings;
-  using ticks_type = typename AlignStage::ticks_type;
+  using ticks_type = typename AlignStage::ticks_type;  ///< of the times: an integer of 32 or 64 bits
 
-  AlignStage align;
-  Estimator estimator;
+  AlignStage align;     ///< brings both channels to the same times
+  Estimator estimator;  ///< of the ratio of the running touch, or of the last one
 
+  /// Takes a reading of each channel: their times, which may wrap, in nanoseconds for 64-bit ticks, otherwise in
+  /// microseconds; the capacitances in pF, NaN: no value. A reading that is infinite or saturated counts as no value.
   constexpr Report<Real> feed(ticks_type hard_time, ticks_type soft_time, Real hard, Real soft) noexcept {
     const Real nan = std::numeric_limits<Real>::quiet_NaN();
     bool high = false, large = false, both = true;
@@ -158,9 +152,11 @@ class Tracker : public Settings,
     }
     return result;
   }
+  /// Whether a touch is taking samples.
   constexpr bool open() const noexcept { return open_; }
   /// Index of the first reading of the running touch, or of the last one.
   constexpr std::size_t started() const noexcept { return counts_.start; }
+  /// Number of all readings so far.
   constexpr std::size_t readings() const noexcept { return readings_; }
 
   /// Standard error of the running touch, from the noise of the readings and of the estimator, and from the errors of

@@ -17,14 +17,15 @@ namespace palpate {
 /// palpate.design.cusum.
 template <class Real>
 struct HandoverSettings {
-  Real steady = Real(0.9995);          // forgetting factor while the ratio does not drift
-  Real drift = Real(0.75);             // slack of the CUSUM
-  Real threshold = Real(10);           // its limit: more than a spike, smeared by the filters, can add
-  Real clip = Real(3);                 // limits an innovation in the CUSUM; one above it does not change the ratio
-  Real smoothing = Real(0.0625);       // share of a new regressor in the instrument
-  Real guard = Real(2);                // first samples after a change that a hand-over leaves out: filters smear them
-  Real min_information = Real(1e-12);  // 1 / max_covariance
+  Real steady = Real(0.9995);          ///< forgetting factor while the ratio does not drift
+  Real drift = Real(0.75);             ///< slack of the CUSUM
+  Real threshold = Real(10);           ///< its limit: more than a spike, smeared by the filters, can add
+  Real clip = Real(3);                 ///< limits an innovation in the CUSUM; one above it does not change the ratio
+  Real smoothing = Real(0.0625);       ///< share of a new regressor in the instrument
+  Real guard = Real(2);                ///< first samples after a change that a hand-over leaves out: filters smear them
+  Real min_information = Real(1e-12);  ///< 1 / max_covariance
 
+  /// As FixedForgetting::visit_fields.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("steady", &HandoverSettings::steady);
@@ -40,7 +41,10 @@ struct HandoverSettings {
 /// Recursive instrumental variables with a change detector that estimates the time of the change.
 ///
 /// With x the regressor, w its instrument, the mean of the regressors before it, and e = output - x r:
-///   R' = lambda R + w x,  r' = r + (w / R') e.
+///
+///     R' = lambda R + w x
+///     r' = r + (w / R') e
+///
 /// With w = x this is least squares. w is independent of the noise of x, so this noise does not bias r towards 0; nor
 /// does tremor, which has a slightly smaller amplitude in x after the alignment. The detector is a two-sided CUSUM on
 /// the whitened innovations, in units of their own scale: no setting is in pF. At an alarm there is a hand-over: the
@@ -51,17 +55,20 @@ class Handover : public Parameters {
   static_assert(is_real<Real>, "palpate::Handover: Real must be float or double");
 
  public:
-  using real_type = Real;
+  using real_type = Real;  ///< float or double
   using Parameters::settings;
-  static constexpr Real default_covariance = Real(1e10);
-  static constexpr int warm_up = 8;       // samples before the detector starts
-  static constexpr int transient = 3;     // first innovations, dominated by the error of the initial ratio
-  static constexpr int trustworthy = 16;  // fewest samples since the last change for a standard error
+  static constexpr Real default_covariance = Real(1e10);  ///< of the initial ratio: as good as unknown, 1/pF^2
+  static constexpr int warm_up = 8;                       ///< samples before the detector starts
+  static constexpr int transient = 3;     ///< first innovations, dominated by the error of the initial ratio
+  static constexpr int trustworthy = 16;  ///< fewest samples since the last change for a standard error
 
+  /// With these settings, an initial ratio and its covariance, 1/pF^2.
   constexpr explicit Handover(const Parameters& parameters = Parameters(), Real ratio = Real(1),
                               Real covariance = default_covariance) noexcept
       : Parameters(parameters), ratio_(ratio), sums_{Real(1) / covariance} {}
 
+  /// One sample: the changes of both channels from their baselines, pF. What is not finite is refused, and so are
+  /// magnitudes from 1e16 (float) or 1e140 (double) on.
   PALPATE_ONCE constexpr Step<Real> update(Real output, Real regressor) noexcept {
     const Real innovation = output - product(regressor, ratio_);
     // The short way of an ordinary sample: nothing is selected in it, so no number waits for a condition.
@@ -85,6 +92,7 @@ class Handover : public Parameters {
     return update_any(output, regressor, innovation);
   }
 
+  /// Forget all samples; the settings stay.
   constexpr void reset(Real ratio = Real(1), Real covariance = default_covariance) noexcept {
     *this = Handover(static_cast<const Parameters&>(*this), ratio, covariance);
   }
@@ -100,10 +108,15 @@ class Handover : public Parameters {
     visit(seen_);
   }
 
+  /// The estimate r.
   constexpr Real ratio() const noexcept { return ratio_; }
+  /// R, the weighted sum of w x, pF^2.
   constexpr Real information() const noexcept { return sums_.information; }
+  /// 1 / R, 1/pF^2; unscaled: see variance().
   constexpr Real covariance() const noexcept { return Real(1) / sums_.information; }
+  /// The larger CUSUM side, in standard deviations of the whitened innovations.
   constexpr Real statistic() const noexcept { return cusum_.statistic(); }
+  /// Whether the last sample led to a hand-over.
   constexpr bool alarm() const noexcept { return statistic() > settings.threshold; }
   /// Sum of lambda^k over the samples from which the ratio was computed.
   constexpr Real count() const noexcept { return sums_.count; }
@@ -120,10 +133,11 @@ class Handover : public Parameters {
   /// Sum of the squared weights over the square of their information: the variance of the ratio for white noise of
   /// variance 1.
   constexpr Real leverage() const noexcept { return sums_.squares / sums_.information / sums_.information; }
+  /// Variance of the mean of many innovations, times their number, pF^2; only if settled().
   constexpr Real long_run_variance() const noexcept { return noise_.long_run_variance(); }
-  /// Mean of the last regressors.
+  /// Mean of the last regressors, pF.
   constexpr Real mean_regressor() const noexcept { return instrument_.mean(); }
-  /// With the rounding of the ratio, which in float32 is larger than a noise of 13 eps of the output. NaN if the squares
+  /// Standard error of the ratio, with its rounding, which in float32 is larger than a noise of 13 eps of the output. NaN if the squares
   /// of the innovations are too small or too large for Real.
   constexpr Real standard_error() const noexcept {
     const Real square = variance();

@@ -15,12 +15,12 @@ namespace palpate {
 /// Result of one sample. accepted is false if the sample was refused: then the state did not change.
 template <class Real>
 struct Step {
-  Real ratio;
-  Real innovation;  // output - regressor * (the ratio before)
-  Real gain;
-  bool alarm;
-  bool accepted;
-  bool outlier = false;  // too large to be noise: only Handover says so
+  Real ratio;            ///< after the sample
+  Real innovation;       ///< output - regressor * (the ratio before)
+  Real gain;             ///< K, 1/pF; 0 if the sample was refused, and at a hand-over
+  bool alarm;            ///< of the detector
+  bool accepted;         ///< the sample is in the state
+  bool outlier = false;  ///< too large to be noise: only Handover says so
 };
 
 namespace detail {
@@ -43,11 +43,14 @@ struct StatisticOf<Real, false> {
 };
 }  // namespace detail
 
-/// The residual information form. With R = 1/P, lambda from the forgetting policy and x the regressor:
-///   e  = output - x r        the paper's step 2
-///   R' = lambda R + x^2      its P(k) = P / (lambda + x^2 P), inverted: a sum of positive terms, no cancellation
-///   K  = x / R'              its K(k) = P x / (lambda + x P x), as lambda/P + x^2 = R'
-///   r' = r + K e             step 4
+/// Recursive least squares in the residual information form. With R = 1/P, lambda from the forgetting policy and x the
+/// regressor:
+///
+///     e  = output - x r        the paper's step 2
+///     R' = lambda R + x^2      its P(k) = P / (lambda + x^2 P), inverted: a sum of positive terms, no cancellation
+///     K  = x / R'              its K(k) = P x / (lambda + x P x), as lambda/P + x^2 = R'
+///     r' = r + K e             step 4
+///
 /// If the ratio, information or statistic would not be finite after a sample (NaN, infinity, overflow of x^2), the
 /// sample is refused and the state keeps the same bits.
 /// Forgetting, Detector and Bound are policies with their parameters in the object, or Constant policies: settings.hpp.
@@ -66,10 +69,11 @@ class Rls : detail::RatioOf<Real>,
   static constexpr bool keeps_statistic = policy_type<Detector>::has_statistic;
 
  public:
-  using real_type = Real;
-  using check_type = Check;
-  static constexpr Real default_covariance = Real(1e12);
+  using real_type = Real;                                 ///< float or double
+  using check_type = Check;                               ///< Checked or Unchecked
+  static constexpr Real default_covariance = Real(1e12);  ///< of the initial ratio: as good as unknown, 1/pF^2
 
+  /// With these policies, an initial ratio and its covariance, 1/pF^2.
   constexpr explicit Rls(Forgetting forgetting = Forgetting(), Detector detector = Detector(), Bound bound = Bound(),
                          Real ratio = Real(1), Real covariance = default_covariance) noexcept
       : detail::RatioOf<Real>(ratio),
@@ -78,6 +82,7 @@ class Rls : detail::RatioOf<Real>,
         Bound(bound),
         information_(Real(1) / covariance) {}
 
+  /// One sample: the changes of both channels from their baselines, pF.
   constexpr Step<Real> update(Real output, Real regressor) noexcept {
     const Real innovation = output - product(regressor, ratio_);
     const Real statistic = detector().next(magnitude(signed_statistic_), innovation);
@@ -112,15 +117,23 @@ class Rls : detail::RatioOf<Real>,
     }
   }
 
+  /// The estimate r.
   constexpr Real ratio() const noexcept { return ratio_; }
+  /// R = 1 / P, pF^2.
   constexpr Real information() const noexcept { return information_; }
+  /// P, unscaled: the variance of the ratio for noise of variance 1, 1/pF^2.
   constexpr Real covariance() const noexcept { return Real(1) / information_; }
+  /// g of the detector, in the unit of the output; 0 without a detector.
   constexpr Real statistic() const noexcept { return magnitude(signed_statistic_); }
   /// As the detector keeps it: negative during an alarm.
   constexpr Real signed_statistic() const noexcept { return signed_statistic_; }
+  /// Whether the detector has an alarm.
   constexpr bool alarm() const noexcept { return is_alarm(signed_statistic_); }
+  /// The forgetting policy, with its parameters.
   constexpr const auto& forgetting() const noexcept { return policy_in(static_cast<const Forgetting&>(*this)); }
+  /// The detector, with its parameters.
   constexpr const auto& detector() const noexcept { return policy_in(static_cast<const Detector&>(*this)); }
+  /// The bound, with its parameters.
   constexpr const auto& bound() const noexcept { return policy_in(static_cast<const Bound&>(*this)); }
 
  private:
@@ -141,9 +154,10 @@ class Rls : detail::RatioOf<Real>,
   Real information_;
 };
 
-/// The estimator of the paper with its parameters as defaults; and below it ordinary RLS with the same checks.
+/// The estimator of the paper, with its parameters as defaults.
 template <class Real>
 using AdaptiveRls = Rls<Real, SwitchedForgetting<Real>, Cusum<Real>, BoundedCovariance<Real>>;
+/// Ordinary recursive least squares, one forgetting factor, with the same checks.
 template <class Real>
 using FixedRls = Rls<Real, FixedForgetting<Real>, NoDetector<Real>, BoundedCovariance<Real>>;
 

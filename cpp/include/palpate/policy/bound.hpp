@@ -11,7 +11,8 @@ namespace palpate {
 /// The null policy, for regressors that are never 0 for long.
 template <class Real>
 struct Unbounded {
-  using real_type = Real;
+  using real_type = Real;  ///< float or double
+  /// The information unchanged.
   template <class Value>
   constexpr Value limit(Value information) const noexcept {
     return information;
@@ -22,14 +23,16 @@ struct Unbounded {
 /// Equivalent to a forgetting factor raised to lambda' = max(lambda, P min_information): see palpate.reference.
 template <class Real>
 struct BoundedCovariance {
-  using real_type = Real;
-  Real min_information = Real(1e-12);
+  using real_type = Real;              ///< float or double
+  Real min_information = Real(1e-12);  ///< 1 / the largest covariance, pF^2
 
+  /// The information, at least `min_information`.
   template <class Value>
   constexpr Value limit(Value information) const noexcept {
     const Value least = Value{} + min_information;
     return information > least ? information : least;
   }
+  /// As FixedForgetting::visit_fields.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("min_information", &BoundedCovariance::min_information);

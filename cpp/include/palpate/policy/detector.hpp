@@ -13,13 +13,15 @@ namespace palpate {
 /// The null policy: never an alarm. `Value` is a Real, or a pack of them: see bank.hpp.
 template <class Real>
 struct NoDetector {
-  using real_type = Real;
-  static constexpr bool has_statistic = false;
+  using real_type = Real;                       ///< float or double
+  static constexpr bool has_statistic = false;  ///< it keeps nothing
 
+  /// The statistic unchanged.
   template <class Value>
   static constexpr Value next(Value statistic, Value /*innovation*/) noexcept {
     return statistic;
   }
+  /// The alarm unchanged.
   template <class Value, class Mask>
   static constexpr Mask alarm(Value /*statistic*/, Mask before) noexcept {
     return before;
@@ -27,18 +29,20 @@ struct NoDetector {
 };
 
 /// The cumulative sum of |e| of the paper, two-sided because of the absolute value:
-///   g(k) = max(0, g(k-1) + |e(k)| - d).
+///
+///     g(k) = max(0, g(k-1) + |e(k)| - d)
+///
 /// The alarm is set when g(k) > h, and cleared when g(k) has come back to the clear level: 0 in the paper, so an alarm
 /// that is on stays on until g(k) = 0. With clear_level = threshold, alarm(k) = g(k) > h.
 /// drift d, threshold h and the clear level in the unit of the output (pF); 0 <= clear_level <= threshold.
 /// Page, Biometrika 41 (1954).
 template <class Real>
 struct Cusum {
-  using real_type = Real;
-  static constexpr bool has_statistic = true;
-  Real drift = Real(0.01);
-  Real threshold = Real(0.05);
-  Real clear_level = Real(0);
+  using real_type = Real;                      ///< float or double
+  static constexpr bool has_statistic = true;  ///< the estimator keeps g for it
+  Real drift = Real(0.01);                     ///< d: what noise may add to |e|, pF
+  Real threshold = Real(0.05);                 ///< h: an alarm is above it, pF
+  Real clear_level = Real(0);                  ///< an alarm ends there, pF
 
   /// g(k) from g(k-1) and e(k).
   template <class Value>
@@ -56,6 +60,7 @@ struct Cusum {
     }
   }
 
+  /// As FixedForgetting::visit_fields.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("drift", &Cusum::drift);

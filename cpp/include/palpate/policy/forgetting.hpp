@@ -12,18 +12,22 @@ namespace palpate {
 /// later samples have too much weight: for so many samples use double. See bench/accuracy/stability.py.
 template <class Real>
 struct NoForgetting {
-  using real_type = Real;
+  using real_type = Real;  ///< float or double
+  /// The information unchanged.
   constexpr Real discount(Real information, bool /*alarm*/) const noexcept { return information; }
+  /// 1.
   static constexpr Real factor(bool /*alarm*/) noexcept { return Real(1); }
 };
 
 /// Ordinary RLS: one lambda.
 template <class Real>
 struct FixedForgetting {
-  using real_type = Real;
-  Real forgetting = Real(0.995);
+  using real_type = Real;         ///< float or double
+  Real forgetting = Real(0.995);  ///< lambda, above 0 and up to 1
 
+  /// lambda R.
   constexpr Real discount(Real information, bool /*alarm*/) const noexcept { return product(forgetting, information); }
+  /// lambda.
   constexpr Real factor(bool /*alarm*/) const noexcept { return forgetting; }
   /// Call `visit` with the name of each setting and a pointer to the member.
   template <class Visit>
@@ -35,10 +39,11 @@ struct FixedForgetting {
 /// The policy of the paper: lambda = alarmed during an alarm of the detector, otherwise steady.
 template <class Real>
 struct SwitchedForgetting {
-  using real_type = Real;
-  Real steady = Real(0.995);
-  Real alarmed = Real(0.9);
+  using real_type = Real;     ///< float or double
+  Real steady = Real(0.995);  ///< lambda without an alarm, above 0 and up to 1
+  Real alarmed = Real(0.9);   ///< lambda during an alarm
 
+  /// lambda R.
   // A predicted branch, not a select: with a select every ratio would wait for the detector and the division, and take
   // three times as long.
   constexpr Real discount(Real information, bool alarm) const noexcept {
@@ -47,7 +52,9 @@ struct SwitchedForgetting {
     }
     return product(steady, information);
   }
+  /// lambda.
   constexpr Real factor(bool alarm) const noexcept { return alarm ? alarmed : steady; }
+  /// As FixedForgetting::visit_fields.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("steady", &SwitchedForgetting::steady);

@@ -12,17 +12,21 @@ namespace palpate {
 /// kept anyway.
 template <class Real, class Ticks>
 struct NoAlign {
-  using ticks_type = Ticks;
+  using ticks_type = Ticks;  ///< of the times: an integer of 32 or 64 bits
+  /// The pair of these two readings; the times are not used.
   constexpr Pair<Real> feed(Ticks, Ticks, Real hard, Real soft, bool = true) noexcept {
     return {hard, soft, is_finite(hard) && is_finite(soft)};
   }
+  /// Nothing to forget.
   constexpr void reset() noexcept {}
 };
 
+/// Settings of Align.
 template <class Ticks>
 struct AlignSettings {
-  Ticks max_gap = ticks_per_second<Ticks>;  // longest time between two soft values for an interpolation
+  Ticks max_gap = ticks_per_second<Ticks>;  ///< longest time between two soft values for an interpolation
 
+  /// As FixedForgetting::visit_fields.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("max_gap", &AlignSettings::max_gap);
@@ -37,7 +41,7 @@ class Align : public Settings {
   static_assert(Order == 2 || Order == 4 || Order == 6, "palpate::Align: Order must be 2, 4 or 6");
 
  public:
-  using ticks_type = Ticks;
+  using ticks_type = Ticks;  ///< of the times: an integer of 32 or 64 bits
   using Settings::settings;
 
   /// Takes one reading of each channel; NaN: a missing reading. Returns the pair that is complete with it.
@@ -55,6 +59,7 @@ class Align : public Settings {
     return pair;
   }
 
+  /// Forget the readings.
   constexpr void reset() noexcept { readings_.reset(); }
 
  private:

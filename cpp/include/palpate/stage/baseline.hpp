@@ -14,6 +14,8 @@ namespace palpate {
 /// The null stage: the values are already changes.
 template <class Real>
 struct NoBaseline {
+  /// @{
+  /// As the function of Baseline of this name; level, noise and drift are 0.
   constexpr void collect(Real) noexcept {}
   constexpr void follow(Real) noexcept {}
   constexpr void mark() noexcept {}
@@ -27,14 +29,17 @@ struct NoBaseline {
   constexpr Real variance() const noexcept { return Real(0); }
   constexpr Real age() const noexcept { return Real(0); }
   constexpr Real slope() const noexcept { return Real(0); }
+  /// @}
 };
 
+/// Settings of Baseline.
 template <class Real>
 struct BaselineSettings {
-  Real clip = Real(3);            // limits the deviation of one value, standard deviations
-  Real longest = Real(64);        // memory of the running mean, values
-  Real least_noise = Real(1e-6);  // pF: lower limit, for data without visible noise
+  Real clip = Real(3);            ///< limits the deviation of one value, standard deviations
+  Real longest = Real(64);        ///< memory of the running mean, values
+  Real least_noise = Real(1e-6);  ///< pF: lower limit, for data without visible noise
 
+  /// As FixedForgetting::visit_fields.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("clip", &BaselineSettings::clip);
@@ -63,6 +68,8 @@ struct Level<Real, true> : Level<Real, false> {
   }
 };
 
+/// The capacitance of a channel without contact, pF.
+///
 /// Level: first the mean of those of the first Size values that are near their median; up to a quarter of them may be
 /// spikes, or of a touch that began too early. Then a clipped running mean, during the time without contact.
 ///
@@ -109,18 +116,19 @@ class Baseline : public Settings {
     judge_drift();
   }
 
-  /// Save the present state; rewind() goes back to it when a touch has begun after it.
-  /// Only if ready().
+  /// Save the present state; only if ready().
   constexpr void mark() noexcept {
     int i = noise_floor;
     now_.visit([&](auto&... numbers) { ((halves_.value(++i) = numbers), ...); });
   }
+  /// Go back to the marked state: a touch has begun after it.
   constexpr void rewind() noexcept {
     int i = noise_floor;
     now_.visit([&](auto&... numbers) { ((numbers = halves_.value(++i)), ...); });
     judge_drift();
   }
 
+  /// Collect again; the level stays until the values are there.
   constexpr void reset() noexcept { filled_ = 0; }
   /// Stop collecting, and keep the level from before reset().
   constexpr void keep() noexcept {
@@ -128,6 +136,7 @@ class Baseline : public Settings {
     halves_.value(noise_floor) = settings.least_noise;
     mark();
   }
+  /// Whether all Size values are collected.
   constexpr bool ready() const noexcept { return filled_ == Size; }
   /// Capacitance without contact, for the changes of a touch that begins now.
   constexpr Real level() const noexcept { return drifts() ? expected() : now_.mean; }

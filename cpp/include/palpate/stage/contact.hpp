@@ -12,7 +12,10 @@ namespace palpate {
 /// The null stage: always in contact. The next touch begins at the end of the last one.
 template <class Real>
 struct AlwaysContact {
-  static constexpr bool releases = false, recovers = false;
+  static constexpr bool releases = false;  ///< a touch does not end by a release
+  static constexpr bool recovers = false;  ///< a wrong baseline is not noticed
+  /// @{
+  /// As the function of Contact of this name.
   constexpr bool update(Real, Real, Real) noexcept { return true; }
   constexpr void reset() noexcept {}
   constexpr bool contact() const noexcept { return true; }
@@ -21,19 +24,21 @@ struct AlwaysContact {
   constexpr bool suspects() const noexcept { return false; }
   constexpr bool update_between(Real, Real) noexcept { return false; }
   constexpr bool fell() const noexcept { return false; }
+  /// @}
 };
 
+/// Settings of Contact. The unit of the first four is the standard deviation of the idle noise.
 template <class Real>
 struct ContactSettings {
-  Real slack = Real(1.5);
-  Real quiet = Real(1.2);  // noise is above it three times in a row in 1 of 660 starts
-  Real limit = Real(16);
-  Real clip = Real(6);
-  Real release = Real(0.5);
-  Real idle_share = Real(0.1);
-  int confirm = 3;  // below 256
-  Real patience =
-      Real(30);  // seconds after the end of a touch until the channels are taken for idle, wherever they are
+  Real slack = Real(1.5);       ///< of the CUSUMs
+  Real quiet = Real(1.2);       ///< a touch starts after it; noise is above it three times in a row in 1 of 660 starts
+  Real limit = Real(16);        ///< of the CUSUMs: contact
+  Real clip = Real(6);          ///< limits one change
+  Real release = Real(0.5);     ///< a touch ends below this share of its highest change
+  Real idle_share = Real(0.1);  ///< the release is over below this share of it
+  int confirm = 3;              ///< changes in a row for either, below 256
+  /// Seconds after the end of a touch until the channels are taken for idle, wherever they are.
+  Real patience = Real(30);
 
   /// As FixedForgetting::visit_fields; every settings struct has it.
   template <class Visit>
@@ -58,7 +63,9 @@ template <class Real>
 struct Recovery<Real, false> {};
 
 /// Two one-sided CUSUMs (Page's test) of the change, in standard deviations of the idle noise:
-///   g' = max(0, g + min(change / noise, clip) - slack),   contact when g >= limit;
+///
+///     g' = max(0, g + min(change / noise, clip) - slack),   contact when g >= limit
+///
 /// and the same for -change: the channels fell far below the baseline. So contact needs at least limit / (clip - slack)
 /// = 4 values: one spike is not a contact. The start of a touch is the first value after the last one below quiet. The
 /// end: below release times the highest value, confirm times in a row; the channel is idle again below idle_share times
@@ -70,7 +77,8 @@ class Contact : public Settings, Recovery<Real, Recovers> {
 
  public:
   using Settings::settings;
-  static constexpr bool releases = true, recovers = Recovers;
+  static constexpr bool releases = true;      ///< a touch ends by a release
+  static constexpr bool recovers = Recovers;  ///< a wrong baseline is noticed
 
   /// Takes one change and its noise, in the same unit; and the seconds since a touch took samples. Returns contact().
   constexpr bool update(Real change, Real noise, Real waited = Real(0)) noexcept {
@@ -90,12 +98,15 @@ class Contact : public Settings, Recovery<Real, Recovers> {
     return contact();
   }
 
+  /// Idle again, at once.
   constexpr void reset() noexcept {
     calm_down(State::idle);
     peak_ = 0;
   }
 
+  /// Whether a touch is running.
   constexpr bool contact() const noexcept { return state_ == State::contact; }
+  /// Whether the release of the last touch is over, too.
   constexpr bool idle() const noexcept { return state_ == State::idle; }
 
   /// Whether a touch may have begun.

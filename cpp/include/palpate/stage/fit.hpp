@@ -13,11 +13,13 @@ namespace palpate {
 /// The null stage: without it a touch is not revised, either.
 template <class Real>
 struct NoFit {
-  static constexpr bool fits = false;
+  static constexpr bool fits = false;  ///< there is no test
 };
 
 /// Least squares for
-///   y = r x + c + d t + l x' + k (x / m - 1)^2,   m the mean of x, x' = (x(k+1) - x(k-1)) / 2,
+///
+///     y = r x + c + d t + l x' + k (x / m - 1)^2,   m the mean of x, x' = (x(k+1) - x(k-1)) / 2
+///
 /// from sums; y is taken minus the first ratio times x, so that float is enough. A term has a flag if it is `significant`
 /// and its size is at least `least`; the standard errors are from the residuals or from the noise of the readings,
 /// whichever is larger. Terms that noise alone could have made vary are left out (errors in variables).
@@ -25,9 +27,10 @@ template <class Real, class Settings = Kept<FitSettings<Real>>>
 class Fit : public Settings {
  public:
   using Settings::settings;
-  static constexpr bool fits = true;
-  static constexpr int fewest = 16;
+  static constexpr bool fits = true;  ///< there is a test
+  static constexpr int fewest = 16;   ///< pairs, for a result
 
+  /// A new touch.
   constexpr void reset() noexcept {
     restart(Real(0));
     curved_ = 0;

@@ -12,35 +12,42 @@
 namespace palpate {
 
 /// What contradicts the model; several may be set.
-enum Misfit : std::uint8_t { misfit_offset = 1, misfit_drift = 2, misfit_lag = 4, misfit_curve = 8 };
+enum Misfit : std::uint8_t {
+  misfit_offset = 1,  ///< the bumps do not begin at the same depth
+  misfit_drift = 2,   ///< the ratio, or a baseline, drifts
+  misfit_lag = 4,     ///< one channel is behind the other
+  misfit_curve = 8,   ///< the output is no straight line of the regressor
+};
 
 /// The sizes of what the model leaves out.
 template <class Real>
 struct Fitted {
-  Real offset = 0;      // the soft bump is reached first, by this share of the mean depth
-  Real drift = 0;       // change of the ratio, or of a baseline, during the touch, share of the mean output
-  Real lag = 0;         // of the soft channel behind the hard one, pairs
-  Real curve = 0;       // output at twice the mean depth, above the straight line, share of the mean output
-  Real open = 0;        // variance of the ratio that these leave open, without the drift
-  Real open_drift = 0;  // the same by the drift
-  Real offset_ratio = std::numeric_limits<Real>::quiet_NaN();  // if only the offset contradicts: of y = r x + c
-  Real offset_error = std::numeric_limits<Real>::quiet_NaN();  // its standard error
-  std::uint8_t flags = 0;
+  Real offset = 0;      ///< the soft bump is reached first, by this share of the mean depth
+  Real drift = 0;       ///< change of the ratio, or of a baseline, during the touch, share of the mean output
+  Real lag = 0;         ///< of the soft channel behind the hard one, pairs
+  Real curve = 0;       ///< output at twice the mean depth, above the straight line, share of the mean output
+  Real open = 0;        ///< variance of the ratio that these leave open, without the drift
+  Real open_drift = 0;  ///< the same by the drift
+  Real offset_ratio = std::numeric_limits<Real>::quiet_NaN();  ///< if only the offset contradicts: of y = r x + c
+  Real offset_error = std::numeric_limits<Real>::quiet_NaN();  ///< its standard error
+  std::uint8_t flags = 0;                                      ///< of Misfit
 };
 
+/// Settings of Fit: when a term has a flag.
 template <class Real>
 struct FitSettings {
-  Real significant = Real(8);  // standard errors
-  Real least = Real(0.002);    // smaller effects have no flag
-  Real least_lag = Real(0.08);
-  Real least_curved = Real(0.01);  // change of the ratio together with the depth, at a hand-over
-  Real noise_gain = Real(0.42);    // of the filters before: variance of a pair for a reading's of 1
-  Real bend = Real(0.1);           // pairs are left out where the regressor bends by more than this share of itself
-  Real reliable = Real(30);        // the variation of a term over that of its noise
+  Real significant = Real(8);      ///< standard errors
+  Real least = Real(0.002);        ///< smaller effects have no flag
+  Real least_lag = Real(0.08);     ///< the same for a lag, pairs
+  Real least_curved = Real(0.01);  ///< change of the ratio together with the depth, at a hand-over
+  Real noise_gain = Real(0.42);    ///< of the filters before: variance of a pair for a reading's of 1
+  Real bend = Real(0.1);           ///< pairs are left out where the regressor bends by more than this share of itself
+  Real reliable = Real(30);        ///< the variation of a term over that of its noise
 };
 
 /// The columns of the sums; y is the output minus `first` times x.
 enum FitColumn : int { fit_x, fit_one, fit_time, fit_slope, fit_square, fit_y, fit_columns };
+/// The sums of their products.
 template <class Real>
 using FitSums = Sweep<Real, fit_columns>;
 

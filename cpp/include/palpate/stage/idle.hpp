@@ -13,21 +13,23 @@ namespace palpate {
 
 /// What a reading began or ended.
 enum class Event : std::uint8_t {
-  none,
-  begun,     // a touch
-  released,  // the probe
-  idle,      // the release is over; the baselines will be measured again
-  measured,  // the baselines
+  none,      ///< nothing
+  begun,     ///< a touch
+  released,  ///< the probe
+  idle,      ///< the release is over; the baselines will be measured again
+  measured,  ///< the baselines
 };
 
-/// The readings before alignment: so the noise of a baseline is that of the channel, and the gate does not wait for the
+/// The baselines and the gate of a Tracker. They take the readings before alignment: so the noise of a baseline is that of the channel, and the gate does not wait for the
 /// alignment.
 template <class Real, class Ticks, class BaselineStage, class ContactStage>
 class Idle {
  public:
-  BaselineStage hard_baseline, soft_baseline;
-  ContactStage gate;
+  BaselineStage hard_baseline;  ///< of the hard channel
+  BaselineStage soft_baseline;  ///< of the soft channel
+  ContactStage gate;            ///< the begin and the end of a touch
 
+  /// Whether both baselines are measured.
   constexpr bool ready() const noexcept { return hard_baseline.ready() && soft_baseline.ready(); }
   /// How often the channels fell far below the baseline, so that it was measured again.
   constexpr std::uint32_t retaken() const noexcept { return retaken_; }
@@ -70,6 +72,7 @@ class Idle {
     return ready() && !was_ready ? Event::measured : Event::none;
   }
 
+  /// Measure the baselines again.
   constexpr void tare() noexcept {
     gate.reset();
     settles_ = false;

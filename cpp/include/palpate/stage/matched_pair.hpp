@@ -7,16 +7,18 @@
 
 namespace palpate {
 
-/// The least-squares solution of |A - B|^2 from 0.2 to 13 Hz (weight 1 from 3 Hz on, 0.3 below) plus 1e-6 times the
+/// Settings of MatchedPair: the least-squares solution of |A - B|^2 from 0.2 to 13 Hz (weight 1 from 3 Hz on, 0.3 below) plus 1e-6 times the
 /// power gain of white noise. The longest periods are those for which each one leaves less of a tremor than the other.
 template <class Real, class Ticks>
 struct MatchedPairSettings {
-  Real hard_side = Real(0.21048), soft_side = Real(0.04482);            // for pairs of 26 ms
-  Real slow_hard_side = Real(0.22142), slow_soft_side = Real(0.05300);  // for pairs of 31.5 ms
-  Ticks longest = ticks_per_second<Ticks> / 10000 * 285;
-  Ticks slow_longest = ticks_per_second<Ticks> / 1000 * 40;
+  Real hard_side = Real(0.21048);                            ///< a1 for pairs of 26 ms
+  Real soft_side = Real(0.04482);                            ///< b2 for pairs of 26 ms
+  Real slow_hard_side = Real(0.22142);                       ///< a1 for pairs of 31.5 ms
+  Real slow_soft_side = Real(0.05300);                       ///< b2 for pairs of 31.5 ms
+  Ticks longest = ticks_per_second<Ticks> / 10000 * 285;     ///< period up to which the first two coefficients are used
+  Ticks slow_longest = ticks_per_second<Ticks> / 1000 * 40;  ///< and the second two
 
-  /// The coefficients only; the periods belong to them.
+  /// As FixedForgetting::visit_fields: the coefficients only; the periods belong to them.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
     visit("hard_side", &MatchedPairSettings::hard_side);
@@ -28,17 +30,20 @@ struct MatchedPairSettings {
 
 /// Interpolation of one channel is a low-pass filter of that channel alone. Instead, with h and s on an even grid, s
 /// half a period after h,
-///   y(k) = (1 - 2 a1) h(k) + a1 (h(k-1) + h(k+1)),
-///   x(k) = (1/2 - b2) (s(k-1) + s(k)) + b2 (s(k-2) + s(k+1)),
+///
+///     y(k) = (1 - 2 a1) h(k) + a1 (h(k-1) + h(k+1))
+///     x(k) = (1/2 - b2) (s(k-1) + s(k)) + b2 (s(k-2) + s(k+1))
+///
 /// whose responses A = 1 - 2 a1 (1 - cos a) and B = (1 - 2 b2) cos(a/2) + 2 b2 cos(3a/2), a the phase from pair to pair,
 /// differ by 0.13 % rms from 3 to 13 Hz at 26 ms (interpolation: 6 %). The delay is that of Align. Deviations of the
 /// times from the grid are corrected by the slope: v - (v(k+1) - v(k-1)) / 2 * deviation.
 template <class Real, class Ticks, class Settings = Kept<MatchedPairSettings<Real, Ticks>>>
 class MatchedPair : public Settings {
  public:
-  using ticks_type = Ticks;
+  using ticks_type = Ticks;  ///< of the times: an integer of 32 or 64 bits
   using Settings::settings;
 
+  /// As Align::feed. On an uneven grid pairs are left out, and after 8 of them interpolated.
   constexpr Pair<Real> feed(Ticks hard_time, Ticks soft_time, Real hard, Real soft, bool wanted = true) noexcept {
     if (!readings_.add(hard_time, soft_time, hard, soft)) {
       return {hard, soft, false};
@@ -60,6 +65,7 @@ class MatchedPair : public Settings {
     return interpolated(i);
   }
 
+  /// Forget the readings.
   constexpr void reset() noexcept { readings_.reset(); }
 
  private:

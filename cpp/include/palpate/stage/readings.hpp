@@ -14,13 +14,13 @@ namespace palpate {
 /// Both channels at one time; valid is false if there is no pair.
 template <class Real>
 struct Pair {
-  Real hard;
-  Real soft;
-  bool valid;
-  bool matched = false;  // both channels with the same response
+  Real hard;             ///< pF
+  Real soft;             ///< pF
+  bool valid;            ///< there is a pair
+  bool matched = false;  ///< both channels with the same response
 };
 
-/// Times are integers: a time in float32 is too inexact after a minute.
+/// Whether a type can be one of times, which are integers: a time in float32 is too inexact after a minute.
 template <class Ticks>
 inline constexpr bool is_ticks = std::is_integral_v<Ticks> && sizeof(Ticks) >= 4;
 
@@ -35,6 +35,7 @@ constexpr auto ticks_between(Ticks later, Ticks earlier) noexcept {
   const auto wrapped = static_cast<Unsigned>(static_cast<Unsigned>(later) - static_cast<Unsigned>(earlier));
   return static_cast<std::make_signed_t<Ticks>>(wrapped);
 }
+/// The same in seconds.
 template <class Real, class Ticks>
 constexpr Real seconds_between(Ticks later, Ticks earlier) noexcept {
   return static_cast<Real>(ticks_between(later, earlier)) / static_cast<Real>(ticks_per_second<Ticks>);

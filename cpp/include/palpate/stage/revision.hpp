@@ -6,15 +6,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <palpate/arithmetic.hpp>
+#include <palpate/stage/fit_test.hpp>
 
 namespace palpate {
 
 /// What the baseline after a touch says about it.
 enum class Revision : std::uint8_t {
-  none,      // it is not known
-  drift,     // the ratio is corrected for the change of the baseline
-  creep,     // a channel recovers after the release: the ratio is not corrected
-  baseline,  // the baseline before the touch was measured in contact: the ratio is not corrected
+  none,      ///< it is not known
+  drift,     ///< the ratio is corrected for the change of the baseline
+  creep,     ///< a channel recovers after the release: the ratio is not corrected
+  baseline,  ///< the baseline before the touch was measured in contact: the ratio is not corrected
 };
 
 /// With D the straight line between the baselines before and after, taken at the mean time of the samples,
@@ -114,5 +115,17 @@ class Reviser {
   bool waits_ = false;
   bool changed_ = false;  // the ratio, in the touch
 };
+
+/// What a tracker with a fit keeps for it; nothing without.
+template <class Real, class FitStage, bool fits = FitStage::fits>
+struct Fitting {
+  FitStage fit;
+  Reviser<Real> reviser;
+  Fitted<Real> fitted;
+  typename Reviser<Real>::Result revision;
+  Real first_ratio = 0, first_error = 0;
+};
+template <class Real, class FitStage>
+struct Fitting<Real, FitStage, false> {};
 
 }  // namespace palpate

@@ -10,13 +10,17 @@ namespace palpate {
 
 /// The times of a converter whose readings are evenly spaced, from the times of their arrival: a line through the last
 /// `memory` of them by least squares, as a recursion (Kalata 1984):
-///   t' = forecast + a e,  P' = P + b e,  e = time - forecast,  a = 2 (2 n - 1) / (n (n + 1)),  b = 6 / (n (n + 1)).
+///
+///     e = time - forecast,  a = 2 (2 n - 1) / (n (n + 1)),  b = 6 / (n (n + 1))
+///     t' = forecast + a e,  P' = P + b e
+///
 /// A gap of whole periods is lost readings; after anything else the line begins again.
 template <class Real, class Ticks>
 class SteadyStamps {
  public:
-  static constexpr int memory = 64;
+  static constexpr int memory = 64;  ///< readings
 
+  /// The time of a reading, from the time of its arrival.
   constexpr Ticks smooth(Ticks time) noexcept {
     const auto since = static_cast<Real>(ticks_between(time, base_));
     if (count_ < 2) {
