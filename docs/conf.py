@@ -20,11 +20,12 @@ extensions = [
     "mathml",
     "command_help",
 ]
-exclude_patterns = ["extensions", "templates"]
+exclude_patterns = ["extensions", "templates", "static"]
 templates_path = ["templates"]
 html_theme = "furo"
 html_title = f"palpate {release}"
 html_math_renderer = "mathml"
+html_static_path, html_css_files = ["static"], ["formulas.css"]
 html_show_sphinx = html_copy_source = False
 pygments_style, pygments_dark_style = "friendly", "monokai"
 
