@@ -19,6 +19,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "mathml",
     "command_help",
+    "citation",
 ]
 exclude_patterns = ["extensions", "templates", "static"]
 templates_path = ["templates"]
@@ -27,7 +28,8 @@ html_title = f"palpate {release}"
 html_math_renderer = "mathml"
 html_static_path, html_css_files = ["static"], ["formulas.css"]
 html_show_sphinx = html_copy_source = False
-pygments_style, pygments_dark_style = "friendly", "monokai"
+# A contrast of 7 to 1; the package comes with furo.
+pygments_style, pygments_dark_style = "a11y-high-contrast-light", "a11y-high-contrast-dark"
 
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_dmath_double_inline = True
@@ -65,6 +67,13 @@ def setup(app: Any) -> None:
             return False
         return True if type(value).__name__ == "_tuplegetter" else None
 
+    def level(_app: Any, _page: str, _template: str, context: dict[str, Any], _tree: Any) -> None:
+        context["furo_navigation_tree"] = context["furo_navigation_tree"].replace(
+            'role="heading"', 'role="heading" aria-level="2"'
+        )
+
+    # Sphinx gives the captions of the navigation the role of a heading, without a level.
+    app.connect("html-page-context", level, priority=900)
     # Napoleon would take the text before a property's first colon for its type.
     app.connect("autodoc-process-docstring", keep, priority=400)
     app.connect("autodoc-process-docstring", restore, priority=600)
