@@ -26,7 +26,8 @@ templates_path = ["templates"]
 html_theme = "furo"
 html_title = f"palpate {release}"
 html_math_renderer = "mathml"
-html_static_path, html_css_files = ["static"], ["formulas.css"]
+html_static_path, html_css_files = ["static"], ["site.css"]
+html_search_scorer = str(Path(__file__).parent / "static" / "scorer.js")
 html_show_sphinx = html_copy_source = False
 # A contrast of 7 to 1; the package comes with furo.
 pygments_style, pygments_dark_style = "a11y-high-contrast-light", "a11y-high-contrast-dark"

@@ -1,4 +1,4 @@
-"""Formulas as MathML, which browsers draw themselves: no script, no LaTeX. The font is docs/static/formulas.woff2."""
+"""Formulas as MathML, which browsers draw themselves: no script, no LaTeX. The font is docs/static/formulas.woff."""
 
 import re
 from typing import Any

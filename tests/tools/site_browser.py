@@ -9,16 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from live_browser import browser
+from live_server import PATIENCE_S
+from selenium.webdriver.support.ui import WebDriverWait
 
 SIZES = {"desk": (1280, 1000), "phone": (390, 844)}
 
 SIDEWAYS = """
-const wide = document.documentElement.clientWidth;
-if (document.scrollingElement.scrollWidth <= wide) return [];
-const scrolled = (e) => { for (let p = e.parentElement; p !== document.body; p = p.parentElement) if (getComputedStyle(p).overflowX !== "visible") return true; return false; };
-return [...document.querySelectorAll(".page *")].filter((e) => e.getBoundingClientRect().right > wide + 1 && !scrolled(e))
-  .map((e) => `${e.tagName} ${e.className}: ${e.textContent.trim().slice(0, 40)}`).concat("scrolls");"""
-"""What makes the document scroll sideways."""
+const inner = (e) => { for (let p = e.parentElement; !p.matches(".content, body"); p = p.parentElement) if (getComputedStyle(p).overflowX !== "visible") return true; return false; };
+return [...document.querySelectorAll(".main *")]
+  .filter((e) => e.checkVisibility() && !e.closest("aside") && e.getBoundingClientRect().right > innerWidth + 1 && !inner(e))
+  .map((e) => `${e.tagName} ${e.className}: ${e.textContent.trim().slice(0, 40)}`);"""
+"""What is wider than the window, and in no box that scrolls. The theme hides it: the whole text then scrolls sideways."""
 
 CUT = """
 const wrong = [];
@@ -51,6 +52,10 @@ class Site:
         """Run a script in the page."""
         return self.driver.execute_script(script, *given)
 
+    def until(self, script: str) -> None:
+        """Wait until a script returns something true."""
+        WebDriverWait(self.driver, PATIENCE_S, 0.05).until(lambda _: self.run(script))
+
     def open(self, page: str) -> None:
         """Open a page, given by its path in the folder, with a query or an anchor."""
         self.driver.get(f"{self.folder.resolve().as_uri()}/{page}")
@@ -66,8 +71,14 @@ class Site:
         wanted = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", wanted)
 
+    def settled(self) -> None:
+        """Wait until the fonts are there, and what they move is drawn."""
+        script = "document.fonts.ready.then(() => requestAnimationFrame(() => requestAnimationFrame(arguments[0])))"
+        self.driver.execute_async_script(script)
+
     def picture(self) -> str:
         """Return a PNG of the whole page, base64."""
+        self.settled()
         return str(self.driver.execute_cdp_cmd("Page.captureScreenshot", {"captureBeyondViewport": True})["data"])
 
     def shoot(self, path: Path) -> None:
@@ -86,7 +97,7 @@ class Site:
                 said.append(f"{message['params']['errorText']} {message['params'].get('type')}")
         return said, asked
 
-    def hidden_formulas(self) -> bool:
+    def hides_formulas(self) -> bool:
         """Return whether a box hides a part of what a formula draws: whether the page looks different if no box does."""
         pictures = []
         for style in (_STILL, _WHOLE):
