@@ -20,14 +20,18 @@ extensions = [
     "mathml",
     "command_help",
     "cpp_reference",
+    "citation",
 ]
-exclude_patterns = ["extensions", "templates"]
+exclude_patterns = ["extensions", "templates", "static"]
 templates_path = ["templates"]
 html_theme = "furo"
 html_title = f"palpate {release}"
 html_math_renderer = "mathml"
+html_static_path, html_css_files = ["static"], ["site.css"]
+html_search_scorer = str(Path(__file__).parent / "static" / "scorer.js")
 html_show_sphinx = html_copy_source = False
-pygments_style, pygments_dark_style = "friendly", "monokai"
+# A contrast of 7 to 1; the package comes with furo.
+pygments_style, pygments_dark_style = "a11y-high-contrast-light", "a11y-high-contrast-dark"
 
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_dmath_double_inline = True
@@ -65,6 +69,13 @@ def setup(app: Any) -> None:
             return False
         return True if type(value).__name__ == "_tuplegetter" else None
 
+    def level(_app: Any, _page: str, _template: str, context: dict[str, Any], _tree: Any) -> None:
+        context["furo_navigation_tree"] = context["furo_navigation_tree"].replace(
+            'role="heading"', 'role="heading" aria-level="2"'
+        )
+
+    # Sphinx gives the captions of the navigation the role of a heading, without a level.
+    app.connect("html-page-context", level, priority=900)
     # Napoleon would take the text before a property's first colon for its type.
     app.connect("autodoc-process-docstring", keep, priority=400)
     app.connect("autodoc-process-docstring", restore, priority=600)

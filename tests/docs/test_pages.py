@@ -4,7 +4,6 @@ import doctest
 import os
 import re
 import shlex
-import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -35,19 +34,6 @@ def blocks(page: Path) -> list[tuple[str, str]]:
 def of(*languages: str) -> list[Any]:
     """Return the pages that have such blocks."""
     return [pytest.param(page, id=page.stem) for page in PAGES if {n for n, _ in blocks(page)} & set(languages)]
-
-
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build a copy: autosummary writes the pages of the API beside the others."""
-    source, folder = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("site")
-    shutil.copytree(DOCS, source / "docs", ignore=shutil.ignore_patterns("api"))
-    for linked in ("bench", "SECURITY.md"):
-        (source / linked).symlink_to(ROOT / linked)
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", str(source / "docs"), str(folder)]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-    return folder
 
 
 class Page(HTMLParser):
