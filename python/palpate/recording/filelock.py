@@ -24,11 +24,12 @@ def _of_this_system() -> _Locks | None:
         from palpate.recording.windows_lock import of_this_system
 
         return of_this_system()
-    try:
-        from palpate.recording.flock import Flock
-    except ImportError:  # pragma: no cover: a system with neither: a recording in progress looks torn there
-        return None
-    return Flock()
+    else:  # noqa: RET505  so that mypy, which knows this condition, reads one of them only
+        try:
+            from palpate.recording.flock import Flock
+        except ImportError:  # pragma: no cover: a system with neither: a recording in progress looks torn there
+            return None
+        return Flock()
 
 
 _LOCKS = _of_this_system()
