@@ -1,12 +1,14 @@
 """The program `palpate`: answers --version at once, and imports the command line for all else."""
 
 import sys
+from io import TextIOWrapper
 
 from palpate._core import __version__, simd
 
 
 def main() -> None:
     """Run the command of `sys.argv`."""
+    _show_any_text()
     try:
         simd()
     except ValueError as error:
@@ -19,6 +21,16 @@ def main() -> None:
     from palpate.cli import main as command
 
     command(prog_name="palpate")
+
+
+def _show_any_text() -> None:
+    r"""Let a character that the console or a pipe has no code for be printed as \u03c3, where it would be an error.
+
+    On Windows that is any text beyond the old code page, for example in the name of a file; elsewhere a name that is no text.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper) and stream.errors == "strict":
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _told(text: str) -> bool:

@@ -8,6 +8,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from palpate.systems import replace, require_file_name, to_disk
+
 _KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket"}
 
 
@@ -78,18 +80,20 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     Raises
     ------
     OSError
-        The file cannot be written, or there is something else of this name: a pipe, a device, a folder.
+        The file cannot be written, or there is something else of this name: a pipe, a device, a folder. On Windows: it
+        stays open in another program, or the name is not that of a file.
     """
+    require_file_name(path)
     mode = _mode_of(path)
     beside, file = _create_beside(path)
     try:
         with file:
             yield file
             file.flush()
-            os.fsync(file.fileno())
+            to_disk(file.fileno())
         if mode is not None:
             beside.chmod(mode)
-        beside.replace(path)
+        replace(beside, path)
     except BaseException as error:
         beside.unlink(missing_ok=True)
         if isinstance(error, OSError) and error.errno and error.filename is None:  # a write knows no name
@@ -122,6 +126,6 @@ def sync(path: Path) -> None:
     with suppress(OSError):
         opened = os.open(path, os.O_RDONLY)
         try:
-            os.fsync(opened)
+            to_disk(opened)
         finally:
             os.close(opened)

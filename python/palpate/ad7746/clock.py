@@ -3,6 +3,8 @@
 import time
 from typing import Protocol
 
+from palpate.systems import fine_ns
+
 
 class Clock(Protocol):
     """The interface of a clock: read the time and wait."""
@@ -37,7 +39,7 @@ class RealClock:
 
     def now_ns(self) -> int:
         """Return the time, ns."""
-        now = time.monotonic_ns()
+        now = fine_ns()
         return now if self.speed == 1 else round(now * self.speed)
 
     def sleep(self, seconds: float) -> None:

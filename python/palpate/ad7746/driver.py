@@ -37,6 +37,7 @@ from palpate.ad7746.inputs import Look, look
 from palpate.ad7746.pace import Middle, difference_ns
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Sample, Status
+from palpate.systems import on_monotonic
 
 STREAK = 3
 LIMIT_NS = 2_000_000
@@ -126,7 +127,8 @@ class Ad7746:
     @property
     def zero_ns(self) -> int | None:
         """`time.monotonic_ns()` at t = 0; None: the clock is not that of the computer."""
-        return self._start_ns if isinstance(self._clock, RealClock) and self._clock.speed == 1 else None
+        real = isinstance(self._clock, RealClock) and self._clock.speed == 1
+        return on_monotonic(self._start_ns) if real else None
 
     @property
     def away(self) -> str:

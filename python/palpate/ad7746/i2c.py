@@ -15,6 +15,10 @@ except ImportError as _missing:  # pragma: no cover
     raise MissingExtra("an I2C bus needs smbus2: pip install 'palpate[i2c]'") from _missing
 
 
+# The errors of Linux; the first one is on no other system.
+_NOT_ACKNOWLEDGED = (getattr(errno, "EREMOTEIO", errno.ENXIO), errno.ENXIO)
+
+
 class I2cBus:
     """The AD7746 on a Linux I2C bus, at address 0x48.
 
@@ -110,7 +114,7 @@ def _error(what: str, error: OSError) -> SourceError:
             return DeviceRefused(
                 f"{what}: no permission to open it; `sudo usermod -aG i2c $USER`, then log out and in again"
             )
-        case errno.EREMOTEIO | errno.ENXIO:
+        case number if number in _NOT_ACKNOWLEDGED:
             return ProtocolError(
                 f"{what}: not acknowledged: check that the AD7746 is wired to this bus and has its supply"
             )

@@ -8,6 +8,8 @@ from typing import Any
 
 import click
 
+from palpate.systems import require_file_name
+
 
 class _Output(click.Path):
     """The type of an option that is a file or a folder to write; `require_free` says what is wrong with it."""
@@ -46,6 +48,7 @@ def require_free(outputs: Iterable[Path], inputs: Iterable[Path] = (), *, force:
     read, chosen = [file for path in inputs for file in with_sidecar(path)], set[Path]()
     for path in outputs:
         _require_folder(path.parent)
+        require_file_name(path)
         if path.exists() and any(one.exists() and path.samefile(one) for one in read):
             raise FileExistsError(errno.EEXIST, "is an input file: choose another name", str(path))
         place = path.parent.resolve() / path.name  # a link is replaced, not what it points to

@@ -20,12 +20,14 @@ def say(message: str, *, nl: bool = True) -> None:
 def signals(handle: Callable[[int, Any], None], *numbers: int) -> Iterator[None]:
     """Call a function at these signals, SIGTERM among them; a closed terminal acts like SIGTERM.
 
-    SIGHUP stays ignored if it was ignored before, as after `nohup`.
+    On Windows, where no program sends SIGTERM, so does Ctrl-Break. SIGHUP stays ignored if it was ignored before, as after `nohup`.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     before = {number: signal.signal(number, handle) for number in numbers}
+    if stop := getattr(signal, "SIGBREAK", None):  # Windows: Ctrl-Break, or its console is closed
+        before[stop] = signal.signal(stop, handle)
     hangup: Any = getattr(signal, "SIGHUP", None)
     if hangup is not None and signal.getsignal(hangup) != signal.SIG_IGN:
         before[hangup] = signal.signal(hangup, _hung_up())

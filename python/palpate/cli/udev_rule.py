@@ -46,7 +46,7 @@ def _through_sudo(*, as_json: bool) -> Iterator[Finding]:
 
 
 def _applied() -> Iterator[Finding]:
-    if os.geteuid():
+    if sys.platform == "win32" or os.geteuid():
         return
     if trouble := udev.reload():
         yield Finding("udev", "free", trouble, "unplug the board for a moment; if that does not help, restart")

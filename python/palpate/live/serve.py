@@ -42,7 +42,9 @@ def listen(host: str, port: int) -> socket.socket:
     except OSError as error:
         raise ValueError(f"host: got {host!r}: {error.strerror}, allowed: a name or address of this machine") from error
     try:
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        # On Windows SO_REUSEADDR would let two programs share a port, and each get some of the connections.
+        option = getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR)
+        listening.setsockopt(socket.SOL_SOCKET, option, 1)
         listening.bind(address)
         listening.listen(_BACKLOG)
     except OSError as error:

@@ -25,6 +25,7 @@ from palpate.recording import sidecar
 from palpate.recording.integrity import judge
 from palpate.recording.lines import Damage, Pass
 from palpate.recording.own_file import Recorded
+from palpate.systems import to_disk
 from palpate.tables.packed import is_packed
 
 _CHUNK = 1 << 20
@@ -135,7 +136,7 @@ def _created(path: Path, undo: ExitStack) -> Iterator[BinaryIO]:
         undo.callback(path.unlink, missing_ok=True)
         yield file
         file.flush()
-        os.fsync(file.fileno())
+        to_disk(file.fileno())
 
 
 def _keep(path: Path, kept: Path, undo: ExitStack) -> None:

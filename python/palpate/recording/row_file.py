@@ -7,10 +7,11 @@ from io import FileIO
 from pathlib import Path
 from typing import NamedTuple
 
-from palpate.recording.filelock import lock
+from palpate.recording.filelock import lock, unlock
 from palpate.recording.rows import HEADER, format_rows
 from palpate.recording.watch import Watch
 from palpate.samples import Block
+from palpate.systems import to_disk
 
 # O_APPEND: after another program has cut the file, a row does not leave a hole of zeros before it.
 _FLAGS = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_APPEND | getattr(os, "O_BINARY", 0)
@@ -99,7 +100,7 @@ class RowFile:
         OSError
             The disk failed.
         """
-        getattr(os, "fdatasync", os.fsync)(self.file.fileno())
+        to_disk(self.file.fileno(), data_only=True)
         self.synced = self.written
         self.unsynced.clear()
 
@@ -110,12 +111,14 @@ class RowFile:
         self.written = _longer(Written(), 0, header)
 
     def close(self) -> None:
-        """Close the file."""
+        """Unlock the file and close it."""
+        if not self.file.closed:
+            unlock(self.file)
         self.file.close()
 
     def discard(self) -> None:
         """Close the file and remove it: nothing was written."""
-        self.file.close()
+        self.close()
         self.path.unlink()
 
     def _cut(self) -> None:

@@ -18,6 +18,7 @@ from palpate.errors import RecordingError, quoted, shortened
 from palpate.files import read_bytes, replacing
 from palpate.recording.codes import codes_of
 from palpate.recording.session import plan_of
+from palpate.systems import require_file_name
 from palpate.tables.packed import unpacked_name
 
 BEGUN = "begun after "
@@ -43,7 +44,7 @@ def sidecar_path(path: Path) -> Path:
     Raises
     ------
     ValueError
-        The recording's name does not end in ".csv".
+        The recording's name does not end in ".csv"; or no file can have it, on Windows.
 
     Examples
     --------
@@ -52,6 +53,10 @@ def sidecar_path(path: Path) -> Path:
     """
     if path.suffix.lower() != ".csv":
         raise ValueError(f"record: got {path.name!r}, allowed: a name that ends in .csv")
+    try:
+        require_file_name(path)
+    except OSError as error:
+        raise ValueError(f"record: got {path.name!r}: it {error.strerror}") from error
     return path.with_suffix(".json")
 
 

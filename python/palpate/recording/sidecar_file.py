@@ -1,7 +1,6 @@
 """The sidecar of a recording in progress: saved at each change, never over the file of another program."""
 
 import errno
-import os
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any, BinaryIO
 from palpate.errors import RecordingError
 from palpate.files import read_bytes, replacing
 from palpate.recording import sidecar
+from palpate.systems import to_disk
 
 _MOST_BYTES = sidecar.LARGEST - 20_000  # the rest is for checkpoint and end
 _MOST = {"notes": sidecar.MOST_MARKS - 10, "marks": sidecar.MOST_MARKS}  # the rest is for notes of the recorder
@@ -215,4 +215,4 @@ def _with(document: dict[str, Any], entries: dict[str, Any]) -> dict[str, Any]:
 def _write(file: BinaryIO, text: bytes) -> None:
     file.write(text)
     file.flush()
-    os.fsync(file.fileno())
+    to_disk(file.fileno())

@@ -21,6 +21,7 @@ Check = Callable[[str, Any], Any]
 LONGEST = 10_000
 """Characters of the name of a source, at most."""
 _YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
+_LONG_PATH = "\\\\?\\"  # Windows: \\?\C:\... may be longer than 260 characters
 _SCHEME = re.compile(r"([a-z][a-z0-9+.-]+):(.*)", re.DOTALL)  # two letters or more: C:\ is a drive
 
 
@@ -52,7 +53,9 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
         raise ValueError(f"source: got {len(uri):,} characters, allowed: {LONGEST:,}")
     match = _SCHEME.fullmatch(uri)
     scheme, rest = (match[1], match[2]) if match else ("", uri)
-    address, _, query = rest.partition("?")
+    root = _LONG_PATH if not scheme and rest.startswith(_LONG_PATH) else ""
+    address, _, query = rest[len(root) :].partition("?")
+    address = root + address
     if not scheme and os.path.exists(uri):  # noqa: PTH110  Path's raises for a long name
         return "", uri, {}
     options: dict[str, str] = {}

@@ -126,7 +126,7 @@ class _Shared(io.RawIOBase):
 
     def readinto(self, buffer: Any) -> int:
         self._spool.file.seek(self._at)
-        count = self._spool.file.readinto(buffer)
+        count: int = self._spool.file.readinto(buffer)
         self._at += count
         return count
 

@@ -108,7 +108,7 @@ class _Sysfs:
             return None
         try:
             vendor, product, bus, address = (
-                (self._folder / name / file).read_text().strip()
+                (self._folder / name / file).read_text(encoding="utf-8").strip()
                 for file in ("idVendor", "idProduct", "busnum", "devnum")
             )
         except OSError:  # it has gone meanwhile

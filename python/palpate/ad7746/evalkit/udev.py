@@ -116,6 +116,8 @@ def missing_group() -> str:
 
     The user is the one who called sudo, or this one; root needs no group.
     """
+    if sys.platform == "win32":
+        return ""
     import grp
     import pwd
 

@@ -1,12 +1,14 @@
 """A serial port as lines of text, through unplugging and silence."""
 
 import os
+import sys
 import time
 from collections.abc import Callable, Iterator
 from threading import Event
 from typing import Any, NamedTuple
 
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, SourceError
+from palpate.systems import fine_ns
 
 try:
     import serial
@@ -73,7 +75,7 @@ class Port:
         self._reset = reset
         self.tell: Callable[[str], None] = print
         self._stopped = Event()
-        self._begun_ns = time.monotonic_ns()
+        self._begun_ns = fine_ns()
         self._buffer = b""
         self._whole = False
         self._away_s = 0.0
@@ -125,7 +127,7 @@ class Port:
     def _line(self, part: bytes) -> Line:
         text = "" if len(part) > LONGEST else part.strip().decode("latin-1")
         away_s, self._away_s = self._away_s, 0.0
-        return Line(text, time.monotonic_ns() - self._begun_ns, self._whole, away_s)
+        return Line(text, fine_ns() - self._begun_ns, self._whole, away_s)
 
     def _open(self) -> Any:
         try:
@@ -177,14 +179,18 @@ class _Silence:
         return f"{self._port.name} {what}: check the baud rate, {self._port.baud}"
 
 
-def _error(port: str, error: Exception) -> SourceError:
-    if "exclusively lock" in str(error) or "busy" in str(error):
+def _error(port: str, error: Exception, system: str = sys.platform) -> SourceError:
+    text = str(error)
+    denied = "Permission" in text
+    if "exclusively lock" in text or "busy" in text or (denied and system == "win32"):  # there a port has one user
         return DeviceRefused(
             f"{port}: another program reads it, and each would get a part of the lines: close that program"
         )
-    if "Permission" in str(error):
+    if denied:
         return DeviceRefused(
             f"{port}: no permission to open it; `sudo usermod -aG dialout $USER`, then log out and in again"
         )
-    there = "" if os.path.exists(port) or "/" not in port else ": there is no such port; see `palpate devices`"  # noqa: PTH110
-    return DeviceNotFound(f"{port} cannot be opened{there or f': {error}'}")
+    missing = "FileNotFound" in text if system == "win32" else "/" in port and not os.path.exists(port)  # noqa: PTH110
+    return DeviceNotFound(
+        f"{port} cannot be opened: {'there is no such port; see `palpate devices`' if missing else error}"
+    )
