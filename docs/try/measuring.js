@@ -1,0 +1,116 @@
+// A measurement at a serial port: its bytes go to the core as they come, its rows to the charts.
+
+import { $ } from "./page/dom.js";
+import { Port, RATES, unsupported } from "./port.js";
+
+const TELL_MS = 200; // the state, so often at most; rows are shown at once
+const SILENT_S = 3;
+
+export class Measuring {
+  // core: a promise of it; begin(measurement), rows(block), tell(kind, message): what is new; answer(text, bad): for some
+  // seconds; failed(what, error); down(fault or null): what is wrong with the port now
+  constructor(on) {
+    this.to = on;
+    this.got = null;
+    this.port = null;
+    const why = unsupported();
+    $("connect").disabled = Boolean(why);
+    $("connect").title = $("noport").textContent = why;
+    $("noport").hidden = !why;
+    $("baud").append(...RATES.map((rate) => new Option(rate, rate, rate === 115200, rate === 115200)));
+    $("connect").onclick = () => (this.port ? this.port.close() : this.connect());
+    addEventListener("beforeunload", (event) => this.on && event.preventDefault()); // the browser asks
+  }
+
+  get on() {
+    return Boolean(this.port);
+  }
+
+  async connect() {
+    const port = new Port(), baud = Number($("baud").value);
+    this.port = port;
+    try {
+      await port.open(baud);
+    } catch (error) {
+      this.port = null;
+      if (error.name === "NotFoundError") return this.to.answer("No port was chosen.");
+      return this.to.failed("The port", error);
+    }
+    try {
+      await this.measure(port, baud);
+    } catch (error) {
+      this.to.failed("The measurement has ended", error);
+      this.end(`It has ended: ${error.message}`);
+    } finally {
+      await port.close();
+      this.port = null;
+      this.dress();
+    }
+  }
+
+  async measure(port, baud) {
+    this.got = await (await this.to.core).serial(port.name);
+    this.to.begin(this.got);
+    this.dress();
+    this.to.answer("This page records nothing. palpate live does.");
+    this.heard_s = performance.now() / 1000;
+    const watch = setInterval(() => this.listen(baud), 500);
+    try {
+      for await (const { chunk, lost } of port.chunks()) {
+        if (lost) this.to.answer(`The port lost characters (${lost}): a line or more is missing.`, true);
+        else this.take(chunk);
+      }
+    } finally {
+      clearInterval(watch);
+      this.to.down(null);
+    }
+    this.end(port.asked ? "You have disconnected the port." : "The port is gone: look at its plug. What was measured stays here until something else is opened.");
+    if (!port.asked) this.to.down({ title: "The port is gone.", text: "The measurement has ended. Look at its plug, and connect it again." });
+  }
+
+  take(chunk) {
+    const at_s = performance.now() / 1000, block = this.got.take(chunk, at_s);
+    this.heard_s = at_s;
+    if (block.end) this.to.rows(block);
+    this.later ??= setTimeout(() => this.tell(), TELL_MS);
+  }
+
+  tell() {
+    clearTimeout(this.later);
+    this.later = null;
+    if (this.got.news) for (const kind of ["events", "touches", "session"]) this.to.tell(kind, this.got[kind]);
+    this.to.tell("state", this.got.state);
+  }
+
+  // Whether something comes at all.
+  listen(baud) {
+    const silent = performance.now() / 1000 - this.heard_s > SILENT_S;
+    if (silent) this.to.down({ title: "No data.", text: `The port sends nothing. Look at its plug, its cable, and the rate: ${baud} baud.` });
+    else if (this.silent) this.to.down(null);
+    this.silent = silent;
+  }
+
+  end(text) {
+    if (!this.got) return;
+    const block = this.got.close(text);
+    if (block?.end) this.to.rows(block);
+    this.tell();
+    this.got = null;
+  }
+
+  tare() {
+    try {
+      this.got?.tare();
+      this.to.answer("Measuring the baseline: do not touch anything.");
+    } catch (error) {
+      this.to.answer(error.message, true);
+    }
+  }
+
+  dress() {
+    $("connect").classList.toggle("on", this.on);
+    $("connect").firstChild.textContent = this.on ? "Disconnect" : "Connect";
+    $("open").disabled = $("simulate").disabled = this.on;
+    $("tare").disabled = !this.on;
+  }
+}

@@ -1,0 +1,140 @@
+// palpate in a browser alone: the core in WebAssembly behind the charts and tables of the live page.
+
+import { load } from "./core.js";
+import packed from "./palpate.wasm.gz";
+import { Charts } from "./page/charts/charts.js";
+import { $, make, put } from "./page/dom.js";
+import { Keys } from "./page/keys.js";
+import { Line } from "./page/line.js";
+import { Now } from "./page/now.js";
+import { Store } from "./page/store.js";
+import { Table } from "./page/table.js";
+import { Theme } from "./page/theme.js";
+import { Dropping, told } from "./files.js";
+import { Measuring } from "./measuring.js";
+import { Truth, simulated } from "./truth.js";
+
+const KINDS = ["hello", "session", "events", "touches", "state"];
+const NOWHERE = { remember: () => {}, remembered: () => null }; // this page stores nothing
+const known = { hello: {}, state: {}, session: { specimens: [] }, events: { marks: [] }, touches: { rows: [] }, calibration: {}, device: {}, looking: null, chosen: null, truth: null };
+
+const store = new Store(Infinity), line = new Line();
+const charts = new Charts(document, store, () => false);
+const parts = [line, new Now(), new Table(null, (touch) => charts.choose(touch)), new Truth()];
+const core = unpacked().then(load);
+let shown = 0; // measurements so far
+let newest = 0; // the last one that was asked for: what comes of an earlier one is not shown
+
+const measuring = new Measuring({
+  core,
+  begin: (got) => show(got),
+  rows: (block) => {
+    store.add(block);
+    if (known.hello.origin_s === null) hear("hello", { ...known.hello, origin_s: store.origin });
+    charts.frame();
+  },
+  tell: hear,
+  answer: (text, bad) => line.answer(text, bad),
+  failed,
+  down: (fault) => {
+    line.down = fault;
+    line.show(known);
+  },
+});
+new Theme(() => charts.dress(), NOWHERE);
+new Keys({ pause: () => $("pause").hidden || charts.key(known.looking ? "live" : "pause"), close }, (name) => charts.key(name), [["O", "Open a recording", "open"], ["C", "Connect a serial port, or end it", "connect"], ["I", "Simulated touches", "simulate"]]);
+new Dropping(open);
+
+// The core came with the page, packed.
+async function unpacked() {
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).arrayBuffer();
+}
+
+function show(got) {
+  store.clear();
+  line.down = null;
+  known.chosen = null;
+  known.truth = got.truth ?? null;
+  document.body.classList.toggle("simulated", Boolean(known.truth));
+  document.body.classList.toggle("file", got.hello.kind === "file");
+  $("tare").hidden = $("pause").hidden = got.hello.kind === "file";
+  const begin = got.hello.origin_s ?? null;
+  hear("hello", { ...got.hello, measurement: ++shown, origin_s: got.block.end ? got.block.t[0] : begin });
+  store.add(got.block);
+  for (const kind of KINDS.slice(1)) hear(kind, got[kind]);
+  charts.frame();
+}
+
+function hear(kind, message) {
+  known[kind] = message;
+  for (const part of parts) part.tell(kind, known);
+  charts.tell(kind, message);
+  if (kind === "hello") put("source", [message.file?.name, message.device || message.source, message.scene].filter(Boolean).join(" · "));
+  if (kind === "state") list(message.messages ?? []);
+}
+
+function list(messages) {
+  $("found").hidden = !messages.length;
+  if ($("messages").children.length !== messages.length) $("messages").replaceChildren(...messages.map((textContent) => make("li", { textContent })));
+}
+
+// Shows what is made; what fails is said, and what was shown stays.
+async function opened(name, make_it) {
+  const mine = ++newest;
+  if (measuring.on) return told("A port is connected", "Disconnect it first: the measurement would end, and this page records nothing.");
+  line.answer(`Reading ${name} …`);
+  try {
+    const got = await make_it(await core);
+    if (mine === newest && !measuring.on) show(got);
+    line.answer("");
+  } catch (error) {
+    line.answer("");
+    if (mine === newest) failed(name, error);
+  }
+}
+
+function open(files) {
+  return opened(files.map(({ name }) => name).join(", "), async (ready) => ready.open(await Promise.all(files.map(read))));
+}
+
+async function read(file) {
+  try {
+    return { name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) };
+  } catch (error) {
+    throw new Error(`${file.name}: it cannot be read (${error.message}). Is it a folder, or was it taken away?`);
+  }
+}
+
+function simulate() {
+  return opened("the simulation", async (ready) => simulated(await ready.sample()));
+}
+
+// A sentence of the core stands as it is; anything else is a fault of this page or of the browser.
+function failed(what, error) {
+  told(`${what}: not shown`, error.message);
+  if (error.name !== "Refused") console.error(error);
+}
+
+function close() {
+  document.activeElement?.blur();
+  charts.choose(null);
+  charts.key("clear");
+}
+
+$("simulate").onclick = simulate;
+$("tare").onclick = () => measuring.tare();
+$("pause").onclick = () => charts.key(known.looking ? "live" : "pause");
+for (const button of document.querySelectorAll("[data-key]")) button.onclick = () => charts.key(button.dataset.key);
+document.addEventListener("looking", () => {
+  known.looking = charts.looking;
+  $("pause").firstChild.textContent = known.looking ? "Live " : "Pause ";
+  line.show(known);
+});
+document.addEventListener("chosen", ({ detail }) => {
+  known.chosen = detail;
+  for (const part of parts) part.tell("chosen", known);
+});
+addEventListener("resize", () => charts.dress());
+simulate();
+globalThis.palpate = { charts, known, store }; // for the console: the numbers that are shown
