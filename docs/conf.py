@@ -19,6 +19,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "mathml",
     "command_help",
+    "try_page",
 ]
 exclude_patterns = ["extensions", "templates"]
 templates_path = ["templates"]

@@ -8,7 +8,7 @@ const SILENT_S = 3;
 
 export class Measuring {
   // core: a promise of it; begin(measurement), rows(block), tell(kind, message): what is new; answer(text, bad): for some
-  // seconds; failed(what, error); down(fault or null): what is wrong with the port now
+  // seconds; failed(title, error); down(fault or null): what is wrong with the port now
   constructor(on) {
     this.to = on;
     this.got = null;
@@ -34,7 +34,7 @@ export class Measuring {
     } catch (error) {
       this.port = null;
       if (error.name === "NotFoundError") return this.to.answer("No port was chosen.");
-      return this.to.failed("The port", error);
+      return this.to.failed("The port was not opened", error);
     }
     try {
       await this.measure(port, baud);

@@ -90,7 +90,7 @@ async function opened(name, make_it) {
     line.answer("");
   } catch (error) {
     line.answer("");
-    if (mine === newest) failed(name, error);
+    if (mine === newest) failed(`${name}: not opened`, error);
   }
 }
 
@@ -110,10 +110,11 @@ function simulate() {
   return opened("the simulation", async (ready) => simulated(await ready.sample()));
 }
 
-// A sentence of the core stands as it is; anything else is a fault of this page or of the browser.
-function failed(what, error) {
-  told(`${what}: not shown`, error.message);
-  if (error.name !== "Refused") console.error(error);
+// A sentence that was made for the visitor stands as it is; what the browser throws is a fault of this page, or of it.
+function failed(title, error) {
+  const meant = error.constructor === Error || error.name === "Refused";
+  told(title, meant ? error.message : `This page or the browser failed: ${error.name}, ${error.message}. palpate live does without it.`);
+  if (!meant) console.error(error);
 }
 
 function close() {
