@@ -1,6 +1,7 @@
 """The page of `docs/try` as one HTML file that needs nothing else: `python docs/try/bundle.py palpate-try.html`.
 
-esbuild puts the modules together, and the core goes in packed: a browser unpacks it. The same sources give the same bytes.
+esbuild puts the modules together; the script goes in packed, and a browser unpacks it. The same sources give the same
+bytes.
 """
 
 import base64
@@ -13,7 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from build import build
+from build_core import build
 
 HERE = Path(__file__).parent
 PAGE = HERE.parents[1] / "python" / "palpate" / "live" / "page"
@@ -56,19 +57,19 @@ def _page(folder: Path) -> bytes:
     for path in [*HERE.glob("*.js"), *HERE.glob("*.css")]:
         shutil.copy(path, folder)
     shutil.copytree(PAGE, folder / "page", dirs_exist_ok=True)
-    packed = gzip.compress((folder / "palpate.wasm").read_bytes(), 9, mtime=0)
-    (folder / "palpate.wasm.gz").write_bytes(packed)
+    (folder / "palpate.wasm.gz").write_bytes(_packed((folder / "palpate.wasm").read_bytes()))
     script = _bundled(folder / "try.js", "--format=iife", "--loader:.gz=binary", "--target=es2022")
+    unpack = _bundled(folder / "unpack.js", "--format=iife", "--target=es2020")
     style = _bundled(folder / "try.css")
     icon = base64.b64encode((PAGE / "icon.svg").read_bytes()).decode()
     head = (
-        f'<meta http-equiv="Content-Security-Policy" content="{_policy(script, style)}">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{_policy([unpack, script], style)}">\n'
         f'<link rel="icon" href="data:image/svg+xml;base64,{icon}">\n<style>{style}</style>'
     )
     text = (HERE / "index.html").read_text(encoding="utf-8")
     for place, inner in {
         '<link rel="stylesheet" href="try.css">': head,
-        '<script src="try.js"></script>': f"<script>{script}</script>",
+        '<script src="try.js"></script>': _scripts(unpack, script),
     }.items():
         before, found, after = text.partition(place)
         assert found, place
@@ -86,17 +87,27 @@ def _bundled(path: Path, *options: str) -> str:
     return done.stdout
 
 
-def _policy(script: str, style: str) -> str:
-    """Return what the page may do: run its own script, the core, and its own style. No request leaves it."""
-    own = {name: f"'sha256-{_digest(text)}'" for name, text in {"script": script, "style": style}.items()}
+def _packed(content: bytes) -> bytes:
+    return gzip.compress(content, 9, mtime=0)
+
+
+def _scripts(unpack: str, script: str) -> str:
+    """Return the script of the page, packed, and the one that unpacks it."""
+    packed = base64.b64encode(_packed(script.encode())).decode()
+    return f'<script type="text/plain" id="packed">{packed}</script>\n<script>{unpack}</script>'
+
+
+def _policy(scripts: list[str], style: str) -> str:
+    """Return what the page may do: run its own scripts, the core, and its own style. No request leaves it."""
+    own = " ".join(map(_hash, scripts))
     return (
-        f"default-src 'none'; script-src {own['script']} 'wasm-unsafe-eval'; style-src {own['style']}; img-src data:; "
+        f"default-src 'none'; script-src {own} 'wasm-unsafe-eval'; style-src {_hash(style)}; img-src data:; "
         "base-uri 'none'; form-action 'none'"
     )
 
 
-def _digest(text: str) -> str:
-    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
 if __name__ == "__main__":

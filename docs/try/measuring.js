@@ -1,24 +1,25 @@
 // A measurement at a serial port: its bytes go to the core as they come, its rows to the charts.
 
+import { Flow } from "./flow.js";
 import { $ } from "./page/dom.js";
 import { Port, RATES, unsupported } from "./port.js";
 
-const TELL_MS = 200; // the state, so often at most; rows are shown at once
 const SILENT_S = 3;
+const STAYS = "What was measured stays here until something else is opened.";
 
 export class Measuring {
   // core: a promise of it; begin(measurement), rows(block), tell(kind, message): what is new; answer(text, bad): for some
   // seconds; failed(title, error); down(fault or null): what is wrong with the port now
   constructor(on) {
     this.to = on;
-    this.got = null;
+    this.flow = null;
     this.port = null;
     const why = unsupported();
     $("connect").disabled = Boolean(why);
     $("connect").title = $("noport").textContent = why;
     $("noport").hidden = !why;
     $("baud").append(...RATES.map((rate) => new Option(rate, rate, rate === 115200, rate === 115200)));
-    $("connect").onclick = () => (this.port ? this.port.close() : this.connect());
+    $("connect").onclick = () => (this.port ? this.port.stop() : this.connect());
     addEventListener("beforeunload", (event) => this.on && event.preventDefault()); // the browser asks
   }
 
@@ -40,7 +41,7 @@ export class Measuring {
       await this.measure(port, baud);
     } catch (error) {
       this.to.failed("The measurement has ended", error);
-      this.end(`It has ended: ${error.message}`);
+      this.end("fault", "The measurement has ended.", `${error.message}. ${STAYS}`);
     } finally {
       await port.close();
       this.port = null;
@@ -49,8 +50,8 @@ export class Measuring {
   }
 
   async measure(port, baud) {
-    this.got = await (await this.to.core).serial(port.name);
-    this.to.begin(this.got);
+    this.flow = new Flow(await (await this.to.core).serial(port.name), this.to);
+    this.to.begin(this.flow.got);
     this.dress();
     this.to.answer("This page records nothing. palpate live does.");
     this.heard_s = performance.now() / 1000;
@@ -64,22 +65,14 @@ export class Measuring {
       clearInterval(watch);
       this.to.down(null);
     }
-    this.end(port.asked ? "You have disconnected the port." : "The port is gone: look at its plug. What was measured stays here until something else is opened.");
-    if (!port.asked) this.to.down({ title: "The port is gone.", text: "The measurement has ended. Look at its plug, and connect it again." });
+    if (port.asked) this.end("note", "Disconnected.", STAYS);
+    else this.end("fault", "The port is gone.", `Look at its plug, and connect it again. ${STAYS}`);
   }
 
   take(chunk) {
-    const at_s = performance.now() / 1000, block = this.got.take(chunk, at_s);
+    const at_s = performance.now() / 1000;
     this.heard_s = at_s;
-    if (block.end) this.to.rows(block);
-    this.later ??= setTimeout(() => this.tell(), TELL_MS);
-  }
-
-  tell() {
-    clearTimeout(this.later);
-    this.later = null;
-    if (this.got.news) for (const kind of ["events", "touches", "session"]) this.to.tell(kind, this.got[kind]);
-    this.to.tell("state", this.got.state);
+    this.flow.take(this.flow.got.take(chunk, at_s));
   }
 
   // Whether something comes at all.
@@ -90,17 +83,16 @@ export class Measuring {
     this.silent = silent;
   }
 
-  end(text) {
-    if (!this.got) return;
-    const block = this.got.close(text);
-    if (block?.end) this.to.rows(block);
-    this.tell();
-    this.got = null;
+  end(level, title, text) {
+    if (!this.flow) return;
+    this.flow.take(this.flow.got.close(title));
+    this.flow.tell({ line: { what: "ended", level, title, text, since_s: null }, announce: `${title} ${text}`, messages: [title] });
+    this.flow = null;
   }
 
   tare() {
     try {
-      this.got?.tare();
+      this.flow?.got.tare();
       this.to.answer("Measuring the baseline: do not touch anything.");
     } catch (error) {
       this.to.answer(error.message, true);
@@ -110,7 +102,7 @@ export class Measuring {
   dress() {
     $("connect").classList.toggle("on", this.on);
     $("connect").firstChild.textContent = this.on ? "Disconnect" : "Connect";
-    $("open").disabled = $("simulate").disabled = this.on;
+    for (const id of ["open", "simulate", "play"]) $(id).disabled = this.on;
     $("tare").disabled = !this.on;
   }
 }

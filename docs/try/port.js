@@ -47,13 +47,14 @@ export class Port {
     }
   }
 
-  async close() {
+  // Ends `chunks`.
+  stop() {
     this.asked = true;
-    try {
-      await this.reader?.cancel();
-      await this.port.close();
-    } catch {
-      // It is gone, or closed already.
-    }
+    this.reader?.cancel().catch(() => {}); // it may be gone
+  }
+
+  // After the end of `chunks`: while they are read, a port cannot be closed.
+  async close() {
+    await this.port.close().catch(() => {}); // it may be gone
   }
 }

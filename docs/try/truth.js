@@ -1,32 +1,34 @@
-// The bundled simulated touches: their true ratios, beside what was estimated.
+// The bundled simulated touches: the true ratio of their specimens, beside what was estimated.
 
 import { $, put } from "./page/dom.js";
 import { number, signed } from "./page/formatting.js";
+import { running } from "./page/now.js";
 
-// What the core says of them, with the truth in place of specimens: what it is, and how far each estimate is from it.
-export function simulated(got) {
-  const truths = new Map(got.truth.map((one) => [one.touch, one]));
-  const rows = got.touches.rows.map((row) => {
-    const truth = truths.get(row.number);
-    return truth ? { ...row, specimen: truth.name, deviation: row.ratio / truth.ratio - 1 } : row;
-  });
-  const word = { word: "Demo", sub: "simulated touches: nothing is measured", tone: "idle", share: null };
-  const text = "A simulated hand touched objects of known ratio. Drop a recording here, or connect your probe.";
-  const said = { what: "simulation", level: "note", title: "This is a simulation.", text, since_s: null };
-  const { hello, block, events, session } = got;
-  return { hello, block, events, session, truth: got.truth, touches: { ...got.touches, rows }, state: { ...got.state, now: word, line: said, announce: `${said.title} ${text}` } };
+const SCATTER = 0.03; // of the simulated hand from touch to touch, relative: it holds each one at its own angle
+const WORD = { word: "Demo", sub: "simulated touches: nothing is measured", tone: "idle", share: null };
+const TITLE = "This is a simulation.", TEXT = "A simulated hand touched objects of known ratio. Drop a recording here, or connect your probe.";
+
+// What is told of them, with what they are in place of a specimen, and how far each estimate is from its truth.
+export function compared(kind, message, truth) {
+  if (kind === "touches") return { ...message, rows: message.rows.map((row) => beside(row, truth)) };
+  if (kind !== "state" || message.state !== "ended") return message;
+  return { ...message, now: WORD, line: { what: "simulation", level: "note", title: TITLE, text: TEXT, since_s: null }, announce: `${TITLE} ${TEXT}` };
 }
 
-// Beside the estimate of the shown touch: its truth, and how far it is away, in standard errors, too.
+function beside(row, truth) {
+  const found = truth.find(({ touch }) => touch === row.number);
+  return found ? { ...row, specimen: found.name, deviation: row.ratio / found.ratio - 1 } : row;
+}
+
+// The truth of the shown touch, and how far its estimate is away.
 export class Truth {
-  tell(_, { truth, touches, chosen }) {
-    const touch = touches.rows.find((one) => one.number === chosen) ?? touches.rows.at(-1), found = truth?.find((one) => one.touch === touch?.number);
-    $("truth").hidden = !found;
-    $("next").hidden = Boolean(found);
-    if (!found) return;
-    put("truthname", `True ratio, ${found.name}`);
-    put("true", number(found.ratio, touch.standard_error));
-    const off = touch.ratio - found.ratio, errors = Math.abs(off / touch.standard_error);
-    put("off", `estimate ${signed((100 * off) / found.ratio, 2)} %${Number.isFinite(errors) ? `, ${errors.toFixed(1)} standard errors` : ""}`);
+  tell(_, { truth, state, touches, chosen }) {
+    const last = touches.rows.at(-1), one = running(state) ? { ...state, number: (last?.number ?? 0) + 1 } : touches.rows.find(({ number: n }) => n === chosen) ?? last;
+    const found = truth?.find(({ touch }) => touch === one?.number);
+    $("truth").hidden = !truth;
+    $("next").hidden = Boolean(truth);
+    put("truthname", found ? `True ratio, ${found.name}` : "True ratio");
+    put("true", found ? number(found.ratio, SCATTER * found.ratio) : "–");
+    put("off", found ? `estimate ${signed(100 * (one.ratio / found.ratio - 1), 1)} %; this hand scatters by ${100 * SCATTER} %` : "");
   }
 }

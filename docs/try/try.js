@@ -1,6 +1,6 @@
 // palpate in a browser alone: the core in WebAssembly behind the charts and tables of the live page.
 
-import { load } from "./core.js";
+import { Refused, load } from "./core.js";
 import packed from "./palpate.wasm.gz";
 import { Charts } from "./page/charts/charts.js";
 import { $, make, put } from "./page/dom.js";
@@ -12,7 +12,8 @@ import { Table } from "./page/table.js";
 import { Theme } from "./page/theme.js";
 import { Dropping, told } from "./files.js";
 import { Measuring } from "./measuring.js";
-import { Truth, simulated } from "./truth.js";
+import { Playing } from "./playing.js";
+import { Truth, compared } from "./truth.js";
 
 const KINDS = ["hello", "session", "events", "touches", "state"];
 const NOWHERE = { remember: () => {}, remembered: () => null }; // this page stores nothing
@@ -25,15 +26,15 @@ const core = unpacked().then(load);
 let shown = 0; // measurements so far
 let newest = 0; // the last one that was asked for: what comes of an earlier one is not shown
 
+const live = { core, begin: show, rows, tell: hear };
+const playing = new Playing({ ...live, ended: simulate });
 const measuring = new Measuring({
-  core,
-  begin: (got) => show(got),
-  rows: (block) => {
-    store.add(block);
-    if (known.hello.origin_s === null) hear("hello", { ...known.hello, origin_s: store.origin });
-    charts.frame();
+  ...live,
+  begin: (got) => {
+    playing.stop();
+    newest++;
+    show(got);
   },
-  tell: hear,
   answer: (text, bad) => line.answer(text, bad),
   failed,
   down: (fault) => {
@@ -42,7 +43,7 @@ const measuring = new Measuring({
   },
 });
 new Theme(() => charts.dress(), NOWHERE);
-new Keys({ pause: () => $("pause").hidden || charts.key(known.looking ? "live" : "pause"), close }, (name) => charts.key(name), [["O", "Open a recording", "open"], ["C", "Connect a serial port, or end it", "connect"], ["I", "Simulated touches", "simulate"]]);
+new Keys({ pause: () => $("pause").hidden || charts.key(known.looking ? "live" : "pause"), close }, (name) => charts.key(name), [["O", "Open a recording", "open"], ["C", "Connect a serial port, or end it", "connect"], ["I", "Simulated touches", "simulate"], ["V", "Play them as if they were measured now", "play"]]);
 new Dropping(open);
 
 // The core came with the page, packed.
@@ -58,7 +59,8 @@ function show(got) {
   known.truth = got.truth ?? null;
   document.body.classList.toggle("simulated", Boolean(known.truth));
   document.body.classList.toggle("file", got.hello.kind === "file");
-  $("tare").hidden = $("pause").hidden = got.hello.kind === "file";
+  $("tare").hidden = got.hello.kind === "file" || Boolean(known.truth);
+  $("pause").hidden = got.hello.kind === "file";
   const begin = got.hello.origin_s ?? null;
   hear("hello", { ...got.hello, measurement: ++shown, origin_s: got.block.end ? got.block.t[0] : begin });
   store.add(got.block);
@@ -66,7 +68,15 @@ function show(got) {
   charts.frame();
 }
 
-function hear(kind, message) {
+// Further rows of a measurement that goes on.
+function rows(block) {
+  store.add(block);
+  if (known.hello.origin_s === null) hear("hello", { ...known.hello, origin_s: store.origin });
+  charts.frame();
+}
+
+function hear(kind, told_it) {
+  const message = known.truth ? compared(kind, told_it, known.truth) : told_it;
   known[kind] = message;
   for (const part of parts) part.tell(kind, known);
   charts.tell(kind, message);
@@ -86,7 +96,10 @@ async function opened(name, make_it) {
   line.answer(`Reading ${name} …`);
   try {
     const got = await make_it(await core);
-    if (mine === newest && !measuring.on) show(got);
+    if (mine === newest && !measuring.on) {
+      playing.stop();
+      show(got);
+    }
     line.answer("");
   } catch (error) {
     line.answer("");
@@ -107,12 +120,12 @@ async function read(file) {
 }
 
 function simulate() {
-  return opened("the simulation", async (ready) => simulated(await ready.sample()));
+  return opened("the simulation", (ready) => ready.sample());
 }
 
 // A sentence that was made for the visitor stands as it is; what the browser throws is a fault of this page, or of it.
 function failed(title, error) {
-  const meant = error.constructor === Error || error.name === "Refused";
+  const meant = error.constructor === Error || error instanceof Refused;
   told(title, meant ? error.message : `This page or the browser failed: ${error.name}, ${error.message}. palpate live does without it.`);
   if (!meant) console.error(error);
 }
@@ -124,6 +137,7 @@ function close() {
 }
 
 $("simulate").onclick = simulate;
+$("play").onclick = () => (playing.flow ? simulate() : measuring.on || playing.start().catch((error) => failed("Not played", error)));
 $("tare").onclick = () => measuring.tare();
 $("pause").onclick = () => charts.key(known.looking ? "live" : "pause");
 for (const button of document.querySelectorAll("[data-key]")) button.onclick = () => charts.key(button.dataset.key);

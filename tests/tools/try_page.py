@@ -135,6 +135,15 @@ class Trial:
         self.page.driver.set_script_timeout(60)
         self.page.driver.execute_async_script(FEED, [f"{line}\n" for line in lines], step_ms)
 
+    def wait(self, word: str) -> None:
+        """Let the page's clock run until it says a word."""
+
+        def said() -> bool:
+            self.script("fake.now += 100")
+            return self.page.text("word") == word
+
+        self.page.until(said)
+
     def drawn(self) -> Any:
         """Return what was drawn."""
         wait = "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(done));"

@@ -100,14 +100,20 @@ def test_a_recording_has_the_bits_and_the_words_of_palpate(trial: Trial) -> None
     assert not trial.page["truth"].is_displayed()
 
 
-def test_a_damaged_recording_is_told(trial: Trial) -> None:
-    lines = FOUR.read_text().splitlines(keepends=True)
-    lines[700] = lines[700][:20] + "\n"
-    trial.drop(run_csv="".join(lines).encode()[:-9])
+def test_a_recording_that_was_cut_is_told(trial: Trial) -> None:
+    trial.drop(run_csv=FOUR.read_bytes()[:-9])
     trial.page.until(lambda: trial.page.text("sub") == "run.csv")
-    assert "whole" not in trial.page.text("says")
+    assert "A recording: not verified" in trial.page.text("says")
     told = trial.page.text("messages")
-    assert "701" in told or "line" in told
+    assert "no sidecar: drop run.json together with run.csv" in told
+    assert "bytes after the last complete row, left out" in told
+
+
+def test_a_recording_that_was_changed_is_told(trial: Trial) -> None:
+    changed = FOUR.read_bytes().replace(b"0.6200088", b"0.6200089", 1)
+    trial.drop(run_csv=changed, run_json=FOUR.with_suffix(".json").read_bytes())
+    trial.page.until(lambda: trial.page.text("sub") == "run.csv")
+    assert "the rows were changed after they were written" in trial.page.text("messages")
 
 
 @pytest.mark.parametrize(
@@ -115,8 +121,9 @@ def test_a_damaged_recording_is_told(trial: Trial) -> None:
     [
         ("table_csv", b"time,a,b\n0,1,2\n1,2,3\n", "palpate live"),
         ("run_csv", b"", "run.csv"),
+        ("run_csv", FOUR.read_bytes().replace(b"0.6200088", b"0.62o0088", 1), "run.csv: line 3: got '1,0.026,"),
         ("photo_png", b"\x89PNG\r\n\x1a\n" + bytes(99), "photo.png"),
-        ("run_json", b"{}", "run.csv"),
+        ("run_json", b"{}", "NAME.csv"),
     ],
 )
 def test_what_is_no_recording_is_refused_in_words(trial: Trial, name: str, content: bytes, words: str) -> None:
@@ -147,7 +154,7 @@ def test_a_port_is_measured_live(trial: Trial) -> None:
     assert page.text("mainname") == "Ratio, touch 1"
     assert float(page.text("number")) > 0
     trial.press("tare")
-    assert "lift it first" in page.text("answer")
+    assert "Lift the probe" in page.text("answer")
     trial.feed(lines[200:], LONG_MS)
     page.until(lambda: trial.count == len(palpate.touches(FOUR)))
     found = trial.script("return palpate.known.touches.rows.map(({ ratio }) => ratio)")
@@ -158,7 +165,7 @@ def test_a_port_is_measured_live(trial: Trial) -> None:
     trial.press("connect")
     page.until(lambda: trial.script("return fake.closed"))
     page.until(lambda: "Connect" in page.text("connect"))
-    assert "You have disconnected the port." in page.text("messages")
+    assert page.text("says").startswith("● Disconnected.")
     trial.press("simulate")
     page.until(lambda: page.text("word") == "Demo")
 
@@ -179,7 +186,8 @@ def test_what_goes_wrong_at_a_port_is_told(trial: Trial) -> None:
     trial.script("fake.lose()")
     page.until(lambda: page.text("says").startswith("✕ The port is gone."))
     page.until(lambda: "Connect" in page.text("connect"))
-    assert "stays here" in page.text("messages")
+    assert "stays here" in page.text("says")
+    assert "The port is gone." in page.text("messages")
 
 
 def test_lines_without_names_are_refused(trial: Trial) -> None:
@@ -189,6 +197,26 @@ def test_lines_without_names_are_refused(trial: Trial) -> None:
     assert "6.92,4.69" in trial.refusal()
     trial.page.until(lambda: "Connect" in trial.page.text("connect"))
     assert trial.script("return fake.closed")
+    assert trial.page.text("says").startswith("✕ The measurement has ended.")
+
+
+def test_the_simulated_touches_are_played(trial: Trial) -> None:
+    page = trial.page
+    whole = trial.script("return palpate.known.touches.rows.map(({ ratio }) => ratio)")
+    trial.press("play")
+    page.until(lambda: page.text("word") == "Wait")
+    trial.wait("Hold")
+    assert page.text("truthname").startswith("True ratio, ")
+    assert page.text("off").startswith("estimate ")
+    trial.press("pause")
+    page.until(lambda: "Looking back" in page.text("says"))
+    trial.press("pause")
+    trial.wait("Lift")
+    while trial.script("return palpate.known.hello.kind") == "live":
+        trial.script("fake.now += 3000")
+        trial.drawn()
+    page.until(lambda: page.text("word") == "Demo")
+    assert trial.script("return palpate.known.touches.rows.map(({ ratio }) => ratio)") == whole
 
 
 def test_a_port_that_is_not_chosen_or_busy(trial: Trial) -> None:
