@@ -1,4 +1,4 @@
-// The simulated session, unpacked: docs/try/sample.py packs it.
+// The simulated session, unpacked: docs/try/core_sample.py packs it.
 
 import { SAMPLE } from "./sample.js";
 import { TABLES } from "./tables.js";

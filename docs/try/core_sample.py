@@ -4,6 +4,7 @@ import base64
 import json
 import zlib
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,14 +58,23 @@ def sample() -> str:
     codes = (made[name].astype(np.int64) - ZERO_CODE for name in ("hard_raw", "soft_raw"))
     columns = (t_hard, t_soft - t_hard, *codes)
     data = b"".join(_planes(np.diff(column, prepend=0)) for column in columns)
-    truth = [
-        {"touch": TOUCHES * number + nth + 1, "name": name, "modulus_MPa": SORBOTHANE_MPA[name],
-         "ratio": PROBE.ratio(SORBOTHANE_MPA[name])}
-        for number, name in enumerate(SPECIMENS) for nth in range(TOUCHES)
-    ]  # fmt: skip
     packed = base64.b64encode(zlib.compress(data, 9)).decode()
-    told = {"rows": len(made), "step_ns": STEP_NS, "truth": truth, "packed": packed}
+    told = {"rows": len(made), "step_ns": STEP_NS, "truth": truth(), "packed": packed}
     return f"export const SAMPLE = {json.dumps(told)};\n"
+
+
+def truth() -> list[dict[str, Any]]:
+    """Return what each touch was of: the specimen, its modulus and ratio, and the ratio of this touch as it was held."""
+    return [
+        {
+            "touch": number + 1,
+            "name": (name := SPECIMENS[number // TOUCHES]),
+            "modulus_MPa": SORBOTHANE_MPA[name],
+            "ratio": PROBE.ratio(SORBOTHANE_MPA[name]),
+            "touch_ratio": press.ratios[0][1],
+        }
+        for number, press in enumerate(scenario().presses)
+    ]
 
 
 def _planes(differences: NDArray[np.int64]) -> bytes:

@@ -1,4 +1,4 @@
-"""The core in WebAssembly with all that its page needs: `python docs/try/build.py build/try`.
+"""The core in WebAssembly with all that its page needs: `python docs/try/build_core.py build/try`.
 
 clang 14 or newer with wasm-ld, and the C and C++ libraries of WASI; on Debian: apt install clang lld wasi-libc
 libc++-14-dev-wasm32 libclang-rt-14-dev-wasm32. The same sources give the same bytes.
@@ -30,12 +30,22 @@ def build(folder: Path) -> None:
     RuntimeError
         A program is missing, or failed.
     """
-    from sample import sample
-    from tables import tables
-
     folder.mkdir(parents=True, exist_ok=True)
+    module(folder / "palpate.wasm")
+    scripts(folder)
+
+
+def module(to: Path) -> None:
+    """Write the core, palpate.wasm."""
+    compiled([ROOT / "cpp" / "wasm" / "palpate.cpp"], to, "-Oz", "-mexec-model=reactor")
+
+
+def scripts(folder: Path) -> None:
+    """Write its JavaScript, and what is computed for it."""
+    from core_sample import sample
+    from core_tables import tables
+
     (folder / "page").mkdir(exist_ok=True)
-    compiled([ROOT / "cpp" / "wasm" / "palpate.cpp"], folder / "palpate.wasm", "-Oz", "-mexec-model=reactor")
     for path in sorted((HERE / "core").glob("*.js")):
         shutil.copyfile(path, folder / path.name)
     shutil.copyfile(FORMATTING, folder / "page" / "formatting.js")
@@ -65,4 +75,4 @@ if __name__ == "__main__":
     try:
         build(Path(sys.argv[1]))
     except (IndexError, RuntimeError) as error:
-        sys.exit(f"Usage: python docs/try/build.py FOLDER\n{error}")
+        sys.exit(f"Usage: python docs/try/build_core.py FOLDER\n{error}")
