@@ -21,6 +21,7 @@ extensions = [
     "command_help",
     "cpp_reference",
     "citation",
+    "try_page",
 ]
 exclude_patterns = ["extensions", "templates", "static"]
 templates_path = ["templates"]

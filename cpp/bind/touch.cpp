@@ -9,29 +9,9 @@
 #include "display.hpp"
 #include "pickling.hpp"
 
-// A press raises both channels. Of the probe's ratios, 1 to 10, none is near these limits: then a channel is not wired, or
-// wired to fall.
-bool TouchResult::one_sided() const {
-  constexpr double least = 0.02, most = 50;
-  return (knows_error || has_length) && samples > 0 && !(ratio > least && ratio < most);
-}
-
 py::tuple TouchResult::flags() const {
   py::list flags;
-  const auto readings = static_cast<double>(samples) + refused + saturated;
-  if (has_length && !full) flags.append("short");
-  if (saturated > 0) flags.append("saturated");
-  if (refused > 0.75 * readings) flags.append("refused");
-  if (knows_error && std::isnan(standard_error)) flags.append("unsettled");
-  if (!(covariance <= 0.1 * initial_covariance)) flags.append("unexcited");
-  if (one_sided()) flags.append("one-sided");
-  if (fitted.flags & palpate::misfit_offset) flags.append("offset");
-  if (fitted.flags & palpate::misfit_drift) flags.append("drift");
-  if (fitted.flags & palpate::misfit_lag) flags.append("lag");
-  if (fitted.flags & palpate::misfit_curve) flags.append("curve");
-  if (revision == palpate::Revision::creep) flags.append("creep");
-  if (revision == palpate::Revision::baseline) flags.append("baseline");
-  if (gap) flags.append("gap");
+  visit_flags([&](const char* name) { flags.append(name); });
   return py::tuple(flags);
 }
 
@@ -44,7 +24,7 @@ py::dict TouchResult::effects() const {
   if (knows_error) {
     effects["offset"] = fitted.offset;
     effects["drift"] = fitted.drift;
-    effects["lag"] = 1000 * fitted.lag * period_s;
+    effects["lag"] = lag_ms();
     effects["curve"] = fitted.curve;
     effects["shift"] = shift;
   }

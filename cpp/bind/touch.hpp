@@ -1,24 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <palpate/touch.hpp>
-#include <string>
 #include <vector>
 
+#include "../runs/result.hpp"
 #include "module.hpp"
 
-/// A touch as Python sees it: with its time, and with what the scene promised.
-struct TouchResult : palpate::Touch<double> {
-  double start_s;
-  double period_s;  // from pair to pair
-  bool has_length;  // the scene ends a touch at a length
-  double initial_covariance;
-  bool knows_error;
-  bool gap;  // it ended at a gap, or its baseline was measured after one and may be that of a contact
-
-  double alarm_share() const { return samples > 0 ? static_cast<double>(alarms) / samples : 0.0; }
-  bool one_sided() const;
-  bool revised() const { return revision != palpate::Revision::none; }
+/// A touch as Python sees it.
+struct TouchResult : palpate::runs::Result {
   py::tuple flags() const;
   py::dict effects() const;
   py::dict as_dict() const;
@@ -35,9 +24,9 @@ struct Touches {
   std::vector<TouchResult> list;
   std::vector<std::size_t> revisions;
 
-  void end(const TouchResult& touch) { list.push_back(touch); }
-  void revise(const TouchResult& touch) {
-    (list.empty() ? before : list).back() = touch;
+  void end(const palpate::runs::Result& touch) { list.push_back({touch}); }
+  void revise(const palpate::runs::Result& touch) {
+    (list.empty() ? before : list).back() = {touch};
     revisions.push_back(number + list.size());
   }
 

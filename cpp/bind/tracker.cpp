@@ -31,7 +31,7 @@ class PyTracker {
   py::object process(py::handle t_hard, py::handle t_soft, py::handle hard, py::handle soft) {
     require_idle(busy_, "tracker");
     const Readings given(t_hard, t_soft, hard, soft);
-    py::array rows(once<&TrackerRow::dtype>(), given.size());
+    py::array rows(once<&tracker_row_dtype>(), given.size());
     auto* const row = static_cast<TrackerRow*>(rows.mutable_data());
     run_through(given, [row](py::ssize_t i, const auto& run, const auto& report, std::size_t touches) {
       row[i] = run.row(report, touches);
@@ -47,15 +47,7 @@ class PyTracker {
 
   py::object finish() {
     require_idle(busy_, "tracker");
-    const bool ended = std::visit(
-        [&](auto& run) {
-          const bool done = run.core.finish();
-          if (done) {
-            touches_.end(run.result());
-          }
-          return done;
-        },
-        run_);
+    const bool ended = std::visit([&](auto& run) { return run.finish(touches_); }, run_);
     return ended ? py::cast(touches_.list.back()) : py::none();
   }
 
@@ -70,9 +62,7 @@ class PyTracker {
 
   void gap() {
     require_idle(busy_, "tracker");
-    std::visit([](auto& run) { run.unproven = true; }, run_);  // of the touch that ends here, too
-    finish();
-    std::visit([](auto& run) { run.tare(false); }, run_);
+    std::visit([&](auto& run) { run.gap(touches_); }, run_);
   }
 
   py::list touches_since(py::handle count) const {
@@ -99,12 +89,7 @@ class PyTracker {
     return get([](const auto& core) { return core.retaken(); });
   }
   const char* state() const {
-    return get([](const auto& core) {
-      return core.open()                               ? "contact"
-             : !core.ready()                           ? "baseline"
-             : core.gate.idle() || !core.gate.releases ? "waiting"
-                                                       : "done";
-    });
+    return std::visit([](const auto& run) { return run.state(); }, run_);
   }
   double ratio() const {
     return get([](const auto& core) { return core.estimator.ratio(); });
@@ -153,7 +138,7 @@ class PyTracker {
     touches_.append(block);
   }
   bool pressed() const {
-    return get([](const auto& core) { return core.gate.releases && core.ready() && !core.gate.idle(); });
+    return std::visit([](const auto& run) { return run.pressed(); }, run_);
   }
 
   const char* scene_;

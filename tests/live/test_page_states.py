@@ -3,7 +3,6 @@
 import json
 from collections.abc import Iterator
 from dataclasses import replace
-from importlib.resources import files
 from typing import Any
 
 import page_looks
@@ -12,7 +11,7 @@ from effort import ALL, NIGHTLY
 from live_browser import Browser, browser
 from page_cases import CASES
 from page_states import SIZES, canned, opened, sized
-from project import need, need_package
+from project import need
 from selenium.webdriver.common.by import By
 
 SEEN = list(SIZES) if ALL else ["desk", "phone"]
@@ -30,14 +29,6 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 
 def run(page: Browser, script: str, *given: str) -> Any:
     return page.driver.execute_script(script, *given)
-
-
-def audit(page: Browser) -> list[Any]:
-    """Return what axe-core finds that is serious or worse."""
-    need_package("axe_core_python")
-    page.driver.execute_script((files("axe_core_python") / "axe.min.js").read_text())
-    found = page.driver.execute_async_script("axe.run(document).then((r) => arguments[0](r.violations))")
-    return [(v["id"], [n["target"] for n in v["nodes"]][:3]) for v in found if v["impact"] in ("serious", "critical")]
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -67,9 +58,9 @@ def test_a_state_at_each_size(page: Browser, name: str) -> None:
                 wrong["below the fold"] = [bottom for bottom in run(page, page_looks.NEWEST) if bottom > 800]
             assert {what: found for what, found in wrong.items() if found} == {}, size
         if name in THOROUGH:
-            assert audit(page) == []
+            assert page_looks.audit(page.driver) == []
             sized(page, *SIZES["desk"])
-            assert audit(page) == []
+            assert page_looks.audit(page.driver) == []
 
 
 @pytest.mark.parametrize("name", ["plan", "files", "set", "keys", "menu", "marking"])
@@ -92,7 +83,7 @@ def test_what_opens_over_the_page(page: Browser, name: str) -> None:
             page.until(lambda: page[name].is_displayed())
             checks = page_looks.CHECKS | ({"small": page_looks.SMALL} if size == "phone" else {})
             assert {what: found for what, script in checks.items() if (found := run(page, script))} == {}
-            assert audit(page) == []
+            assert page_looks.audit(page.driver) == []
 
 
 def test_the_checks_find_what_is_wrong(page: Browser) -> None:
@@ -120,7 +111,7 @@ def test_the_checks_find_what_is_wrong(page: Browser) -> None:
             page,
             "document.getElementById('note').removeAttribute('aria-label'); document.getElementById('note').placeholder = ''",
         )
-        assert [rule for rule, _ in audit(page)] != []
+        assert [rule for rule, _ in page_looks.audit(page.driver)] != []
 
 
 @pytest.mark.parametrize("size", SEEN)

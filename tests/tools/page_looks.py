@@ -1,4 +1,9 @@
-"""What can be measured of the looks of a page: scripts that return what is wrong, as a list."""
+"""What can be measured of the looks of a page: scripts that return what is wrong, as a list; and what axe finds."""
+
+from importlib.resources import files
+from typing import Any
+
+from project import need_package
 
 SIDEWAYS = "const page = document.scrollingElement; return Math.max(0, page.scrollWidth - page.clientWidth);"
 """How far the page scrolls sideways, px."""
@@ -82,3 +87,11 @@ PLACES = """
 const wide = innerWidth >= 1100, always = ["touchplot", "overview", "detail", "touches"], at = ({ left, top, width, height }, id) => [left, top + scrollY, width, id === "touches" && !wide ? 0 : height].map(Math.round);
 return Object.fromEntries([...always, ...(wide ? ["session", "device"] : [])].map((id) => [id, at(document.getElementById(id).getBoundingClientRect(), id)]));"""
 """Left, top, width and height of the charts and tables, px. In one column the table grows, and what is below it moves."""
+
+
+def audit(driver: Any) -> list[Any]:
+    """Return what axe-core finds that is serious or worse."""
+    need_package("axe_core_python")
+    driver.execute_script((files("axe_core_python") / "axe.min.js").read_text())
+    found = driver.execute_async_script("axe.run(document).then((r) => arguments[0](r.violations))")
+    return [(v["id"], [n["target"] for n in v["nodes"]][:3]) for v in found if v["impact"] in ("serious", "critical")]

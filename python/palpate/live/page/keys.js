@@ -5,9 +5,10 @@ import { $, ask, make } from "./dom.js";
 const HELD = ["arrowleft", "arrowright", "+", "=", "-"]; // a key that is held down repeats these only
 
 export class Keys {
-  // acts: name of an action -> function, for those that are not a button; chart: gets the keys of the charts.
-  constructor(acts, chart) {
-    const press = (id) => () => usable($(id)) && $(id).click();
+  // acts: name of an action -> function, for those that are not a button; chart: gets the keys of the charts; more: keys of
+  // this page alone. A key without an action, or whose button the page lacks, is none.
+  constructor(acts, chart, more = []) {
+    const press = (id) => $(id) && (() => usable($(id)) && $(id).click());
     const give = (name) => () => chart(name);
     this.keys = [
       ["T", "t", "Tare: measure the baseline", press("tare")], ["M", "m", "Mark this moment; its text may come later", press("mark")],
@@ -20,7 +21,8 @@ export class Keys {
       ["0", "0", "The whole measurement", give("all")], ["A B", "a", "Cursors", give("cursor a")], [null, "b", null, give("cursor b")],
       ["S", "s", "Noise and its spectrum", press("opennoise")], ["?", "?", "These keys", press("help")],
       ["Esc", "escape", "Close what is open; no cursors", acts.close],
-    ];
+      ...more.map(([shown, words, id]) => [shown, shown.toLowerCase(), words, press(id)]),
+    ].filter(([, , , act]) => act);
     $("help").onclick = () => ask($("keys"));
     $("keylist").append(...this.keys.filter(([shown]) => shown).flatMap(([shown, , words]) => [make("dt", {}, ...shown.split(" ").map((key) => make("kbd", { textContent: key }))), make("dd", { textContent: words })]));
     document.addEventListener("keydown", (event) => this.hear(event));

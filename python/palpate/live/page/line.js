@@ -44,7 +44,7 @@ export class Line {
     put("answer", text);
     $("answer").dataset.bad = bad ? "yes" : "no";
     $("answer").dataset.on = text ? "yes" : "no";
-    if (!$("files").open) put("announced", text);
+    if (!$("files")?.open) put("announced", text);
     else put("filesays", text);
     clearTimeout(this.waiting);
     if (text) this.waiting = setTimeout(() => this.answer(""), ANSWER_MS);

@@ -2,6 +2,8 @@
 
 import { Calibrating } from "./calibration.js";
 import { Charts } from "./charts/charts.js";
+import { FitPlot } from "./charts/fitplot.js";
+import { Spectrum } from "./charts/spectrum.js";
 import { Connection } from "./connection.js";
 import { Device } from "./device.js";
 import { $ } from "./dom.js";
@@ -36,7 +38,7 @@ const connection = new Connection({
   },
   text: hear,
 });
-const charts = new Charts(document, store, (message) => connection.say(message));
+const charts = new Charts(document, store, (message) => connection.say(message), { fitplot: FitPlot, spectrum: Spectrum });
 const marks = new Marks(say), session = new Session(say);
 const parts = [line, new Now(), new Table(say, (touch) => charts.choose(touch)), session, new Plan(say, answer), marks, new Device(say), new Calibrating(say), new Record(say), new Signals(), { tell: enable }];
 new Theme(() => charts.dress());

@@ -1,4 +1,4 @@
-// The newest rows of the measurement: one typed array of fixed size for each column, the newest row last.
+// The newest rows of the measurement, or all of them: one typed array for each column, the newest row last.
 
 export const FIELDS = ["t", "hard", "soft", "ratio", "error", "statistic"];
 export const MEASURED = 2, ALARM = 4;
@@ -6,7 +6,9 @@ const KEPT = 16384; // 160 s at 100 pairs per second, 16 s at 1,000
 const HEADER = 16, VERSION = 3, AGAIN = 1, VIEW = 2;
 
 export class Store {
-  constructor() {
+  // kept: how many of the newest rows; Infinity: all, then the columns grow.
+  constructor(kept = KEPT) {
+    this.kept = kept;
     this.columns = Object.fromEntries(FIELDS.map((name) => [name, new Float64Array(2 * KEPT)]));
     this.flags = new Uint8Array(2 * KEPT);
     this.view = () => {}; // gets (id, block) of each view that comes
@@ -34,7 +36,7 @@ export class Store {
   }
 
   add(block) {
-    const kept = Math.min(block.end, KEPT), from = block.end - kept;
+    const kept = Math.min(block.end, this.kept), from = block.end - kept;
     this.makeRoom(kept);
     for (const name of FIELDS) this.columns[name].set(block[name].subarray(from), this.used);
     this.flags.set(block.flags.subarray(from), this.used);
@@ -43,10 +45,21 @@ export class Store {
   }
 
   makeRoom(size) {
-    if (this.used + size <= 2 * KEPT) return;
-    const first = Math.max(this.used - KEPT, 0);
+    if (this.used + size <= this.flags.length) return;
+    if (this.kept === Infinity) return this.grow(2 * (this.used + size));
+    const first = Math.max(this.used - this.kept, 0);
     for (const column of [...Object.values(this.columns), this.flags]) column.copyWithin(0, first, this.used);
     this.used -= first;
+  }
+
+  grow(length) {
+    const longer = (column) => {
+      const made = new column.constructor(length);
+      made.set(column.subarray(0, this.used));
+      return made;
+    };
+    for (const name of FIELDS) this.columns[name] = longer(this.columns[name]);
+    this.flags = longer(this.flags);
   }
 
   get now() {
@@ -55,7 +68,7 @@ export class Store {
 
   // The kept rows as a block: columns, flags, and the rows [first, end) of them that are valid; bin: 0, all rows are there.
   get block() {
-    return { ...this.columns, flags: this.flags, first: Math.max(this.used - KEPT, 0), end: this.used, bin: 0 };
+    return { ...this.columns, flags: this.flags, first: Math.max(this.used - this.kept, 0), end: this.used, bin: 0 };
   }
 }
 

@@ -7,6 +7,7 @@ import { running } from "./now.js";
 const AFTER_S = 2; // a mark so long after a touch is said beside it
 
 export class Table {
+  // say(message): null, if nothing can be changed; choose(number of a touch)
   constructor(say, choose) {
     Object.assign(this, { say, choose, made: new Map() });
     $("rows").addEventListener("click", (event) => this.click(event));
@@ -42,7 +43,7 @@ export class Table {
   }
 
   row(one, chosen) {
-    const out = one.kept === false, changes = chosen && this.known.hello.kind !== "file";
+    const out = one.kept === false, changes = chosen && this.say && this.known.hello.kind !== "file";
     const specimen = changes ? this.picker(one) : one.specimen ?? "";
     const row = this.cells(one, specimen, this.remark(one), changes ? [this.button(one)] : []);
     row.dataset.touch = one.number;

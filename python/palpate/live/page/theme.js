@@ -5,10 +5,12 @@ import { $, remember, remembered } from "./dom.js";
 const THEMES = ["system", "light", "dark"];
 
 export class Theme {
-  constructor(dressed) {
-    this.dressed = dressed;
+  // memory: where the choice is kept, if it is
+  constructor(dressed, memory = { remember, remembered }) {
+    Object.assign(this, { dressed, memory });
     this.system = matchMedia("(prefers-color-scheme: dark)");
-    this.name = THEMES.includes(remembered("theme")) ? remembered("theme") : "system";
+    const name = memory.remembered("theme");
+    this.name = THEMES.includes(name) ? name : "system";
     $("theme").onclick = () => this.next();
     this.system.onchange = () => this.dress();
     this.dress();
@@ -16,7 +18,7 @@ export class Theme {
 
   next() {
     this.name = THEMES[(THEMES.indexOf(this.name) + 1) % THEMES.length];
-    remember("theme", this.name);
+    this.memory.remember("theme", this.name);
     this.dress();
   }
 

@@ -2,13 +2,11 @@
 
 import { fromRows, fromTrace, runningOf } from "./curves.js";
 import { Detail } from "./detail.js";
-import { FitPlot } from "./fitplot.js";
 import { Looking } from "./looking.js";
 import { Multiples } from "./multiples.js";
 import { Overview } from "./overview.js";
 import { Cursors } from "./readout.js";
 import { Rows } from "./rows.js";
-import { Spectrum } from "./spectrum.js";
 import { Tale } from "./tale.js";
 import { clock } from "./ticks.js";
 import { TouchPlot } from "./touch.js";
@@ -17,8 +15,9 @@ const PAN = 0.2, ZOOM = 0.5, EARLIER = 8; // by a key: a share of the window, a 
 const TOUCH_MS = 66;
 
 export class Charts {
-  // document: with the places of the charts; store: Store; say(message): to the server
-  constructor(document, store, say) {
+  // document: with the places of the charts; store: Store; say(message): to the server; others: what a page has beside
+  // them, name -> class of it
+  constructor(document, store, say, others = {}) {
     Object.assign(this, { document, store, say });
     const place = (id) => document.getElementById(id), redraw = () => this.redraw("time", "touch");
     this.dirty = new Set();
@@ -34,8 +33,7 @@ export class Charts {
     this.detail = new Detail(place("detail"), parts);
     this.touchplot = new TouchPlot(place("touchplot"), { subject: () => this.subject(), settings: () => this.settings, redraw });
     this.multiples = new Multiples(place("multiples"), { touches: () => this.tale.all, curveOf: (one) => this.curveOf(one), settings: () => this.settings, choose: parts.choose, redraw });
-    this.spectrum = new Spectrum(place("spectrum"), { say, redraw: () => this.redraw("spectrum") });
-    this.fitplot = new FitPlot(place("fitplot"), { redraw: () => this.redraw("fit") });
+    for (const [name, Other] of Object.entries(others)) this[name] = new Other(place(name), { say, redraw: () => this.redraw(name) });
     this.timetitle = place("timetitle");
     addEventListener("beforeprint", () => this.paint());
   }
@@ -59,7 +57,7 @@ export class Charts {
     const same = (name) => message[name] === this.hello[name];
     if (!same("measurement") || !same("kind") || (this.hello.origin_s !== null && !same("origin_s"))) this.clear(message.kind === "file");
     this.hello = message;
-    if (this.spectrum.on) this.say({ do: "noise", on: true }); // a new connection
+    if (this.spectrum?.on) this.say({ do: "noise", on: true }); // a new connection
     this.rows.told.begin = message.origin_s ?? null;
     this.overview.changed();
     this.redraw("time", "touch");
@@ -108,11 +106,13 @@ export class Charts {
   }
 
   tell_calibration(message) {
+    if (!this.fitplot) return;
     this.fitplot.calibration = message?.points ? message : null;
-    this.redraw("fit");
+    this.redraw("fitplot");
   }
 
   tell_noise(message) {
+    if (!this.spectrum) return;
     this.spectrum.noise = message?.hz ? message : null;
     this.redraw("spectrum");
   }
@@ -138,7 +138,7 @@ export class Charts {
   dress() {
     this.overview.dress();
     this.detail.dress();
-    this.redraw("time", "touch", "fit", "spectrum");
+    this.redraw("time", "touch", "fitplot", "spectrum");
   }
 
   // Shows a touch; null: the running or the newest one.
@@ -156,7 +156,7 @@ export class Charts {
       "all": () => looking.live(Infinity), "pause": () => looking.pause(),
       "live": () => { cursors.clear(); this.choose(null); looking.now(); },
       "cursor a": () => this.put(0), "cursor b": () => this.put(1), "clear": () => cursors.clear(),
-      "spectrum": () => this.spectrum.toggle(),
+      "spectrum": () => this.spectrum?.toggle(),
     }[name];
     act?.();
     return Boolean(act);
@@ -199,10 +199,10 @@ export class Charts {
   }
 
   paint() {
-    const all = { time: () => this.paintTime(), touch: () => { this.touchplot.draw(); this.multiples.draw(); }, fit: () => this.fitplot.draw(), spectrum: () => this.spectrum.draw() };
+    const all = { time: () => this.paintTime(), touch: () => { this.touchplot.draw(); this.multiples.draw(); } };
     const dirty = [...this.dirty];
     this.dirty.clear();
-    for (const part of dirty) all[part]();
+    for (const part of dirty) (all[part] ?? (() => this[part]?.draw()))();
   }
 
   paintTime() {

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// A tracker with what its readers want to know beside it: times, gaps, and what a row of it says.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <palpate/scenes.hpp>
+#include <palpate/stage/stamps.hpp>
+
+#include "result.hpp"
+
+namespace palpate::runs {
+
+/// The state after a reading, as a row.
+struct TrackerRow {
+  double ratio, standard_error, statistic, hard_baseline, soft_baseline;
+  std::int32_t touch;
+  bool alarm, contact, revised;
+  unsigned char padding[1];
+};
+
+template <class Core_>
+struct Run {
+  using Core = Core_;
+
+  explicit Run(const Core& made, bool host_stamps) : core(made), smooths(host_stamps) {}
+
+  /// Each touch that it ends goes to `all.end`, and one that it revises to `all.revise`.
+  template <class Touches>
+  Report<double> take(std::int64_t t_hard, std::int64_t t_soft, double hard, double soft, Touches& all) {
+    if (smooths) {
+      t_hard = hard_stamps.smooth(t_hard);
+      t_soft = soft_stamps.smooth(t_soft);
+    }
+    // Times of the last readings, as many as a touch may be dated back.
+    times[core.readings() % times.size()] = t_hard;
+    const bool was_ready = core.ready();
+    const auto report = core.feed(t_hard, t_soft, hard, soft);
+    if (released && core.ready() && !was_ready && !core.open()) {  // measured; a touch that begins keeps the old one
+      unproven = released = false;
+    }
+    if (core.open() && !was_open) {
+      const std::uint64_t oldest = core.readings() > times.size() ? core.readings() - times.size() : 0;
+      const std::uint64_t first = std::max<std::uint64_t>(core.started(), oldest);
+      start_s = static_cast<double>(times[first % times.size()]) * 1e-9;
+    }
+    was_open = core.open();
+    based = based || core.ready();
+    if (report.finished) {
+      released = unproven;
+      all.end(result());
+    } else if (report.revised) {
+      all.revise(result());
+    }
+    return report;
+  }
+
+  /// End a touch that is still running; false: there is none.
+  template <class Touches>
+  bool finish(Touches& all) {
+    const bool done = core.finish();
+    if (done) {
+      all.end(result());
+    }
+    return done;
+  }
+
+  /// What comes next is after a gap. A touch that it cuts is flagged, and so is one whose baseline may be that of a contact.
+  template <class Touches>
+  void gap(Touches& all) {
+    unproven = true;  // of the touch that ends here, too
+    finish(all);
+    tare(false);
+  }
+
+  /// Measure the baseline again; unless it is `proven` to be without contact, the next touch has to show it.
+  void tare(bool proven) {
+    unproven = !proven;
+    released = false;
+    core.tare();
+  }
+
+  /// Whether the probe is in contact, where this can be known.
+  bool pressed() const { return core.gate.releases && core.ready() && !core.gate.idle(); }
+
+  const char* state() const {
+    return core.open()                               ? "contact"
+           : !core.ready()                           ? "baseline"
+           : core.gate.idle() || !core.gate.releases ? "waiting"
+                                                     : "done";
+  }
+
+  Result result() const {
+    return {core.touch(),
+            start_s,
+            period_s(),
+            core.settings.samples > 0 || core.settings.seconds > 0,
+            core.settings.initial_covariance,
+            knows_its_error<decltype(core.estimator)>,
+            unproven};
+  }
+
+  /// `touches`: how many have ended.
+  TrackerRow row(const Report<double>& report, std::size_t touches) const {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const bool measured = report.finished || core.open();
+    const auto number = static_cast<std::int32_t>(touches) + (report.finished ? 0 : 1);
+    return {report.ratio,
+            core.standard_error(),
+            core.estimator.statistic(),
+            based ? core.hard_baseline.level() : nan,
+            based ? core.soft_baseline.level() : nan,
+            measured ? number : 0,
+            report.alarm,
+            report.contact,
+            report.revised,
+            {}};
+  }
+
+  /// From pair to pair: the mean of the last 16.
+  double period_s() const {
+    const std::size_t last = core.readings() - 1, many = std::min<std::size_t>(last, 16);
+    const auto span = times[last % times.size()] - times[(last - many) % times.size()];
+    return many > 0 ? static_cast<double>(span) * 1e-9 / static_cast<double>(many) : 0.0;
+  }
+
+  Core core;
+  SteadyStamps<double, std::int64_t> hard_stamps, soft_stamps;
+  bool smooths;  // the times are a computer's
+  std::array<std::int64_t, 256> times{};
+  double start_s = 0;
+  bool was_open = false;
+  bool unproven = false;  // since a gap: the baseline may be that of a contact
+  bool released = false;  // a touch has ended since then: the baseline after it is proven
+  bool based = false;     // a baseline has been measured, ever
+};
+
+}  // namespace palpate::runs

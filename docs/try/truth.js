@@ -1,0 +1,34 @@
+// The bundled simulated touches: the true ratio of their specimens, beside what was estimated.
+
+import { $, put } from "./page/dom.js";
+import { number, signed } from "./page/formatting.js";
+import { running } from "./page/now.js";
+
+const SCATTER = 0.03; // of the simulated hand from touch to touch, relative: it holds each one at its own angle
+const WORD = { word: "Demo", sub: "simulated touches: nothing is measured", tone: "idle", share: null };
+const TITLE = "This is a simulation.", TEXT = "A simulated hand touched objects of known ratio. Drop a recording here, or connect your probe.";
+
+// What is told of them, with what they are in place of a specimen, and how far each estimate is from its truth.
+export function compared(kind, message, truth) {
+  if (kind === "touches") return { ...message, rows: message.rows.map((row) => beside(row, truth)) };
+  if (kind !== "state" || message.state !== "ended") return message;
+  return { ...message, now: WORD, line: { what: "simulation", level: "note", title: TITLE, text: TEXT, since_s: null }, announce: `${TITLE} ${TEXT}` };
+}
+
+function beside(row, truth) {
+  const found = truth.find(({ touch }) => touch === row.number);
+  return found ? { ...row, specimen: found.name, deviation: row.ratio / found.ratio - 1 } : row;
+}
+
+// The truth of the shown touch, and how far its estimate is away.
+export class Truth {
+  tell(_, { truth, state, touches, chosen }) {
+    const last = touches.rows.at(-1), one = running(state) ? { ...state, number: (last?.number ?? 0) + 1 } : touches.rows.find(({ number: n }) => n === chosen) ?? last;
+    const found = truth?.find(({ touch }) => touch === one?.number);
+    $("truth").hidden = !truth;
+    $("next").hidden = Boolean(truth);
+    put("truthname", found ? `True ratio, ${found.name}` : "True ratio");
+    put("true", found ? number(found.ratio, SCATTER * found.ratio) : "–");
+    put("off", found ? `estimate ${signed(100 * (one.ratio / found.ratio - 1), 1)} %; this hand scatters by ${100 * SCATTER} %` : "");
+  }
+}
