@@ -58,7 +58,7 @@ def allowed(t_soft: NDArray[Any], soft: NDArray[Any], hard: NDArray[Any]) -> flo
     return float(50 * EPS * largest * np.abs(both).max())
 
 
-@examples(400)
+@examples(200, 4000)
 @given(readings())
 def test_the_core_is_the_reference(tally: Tally, drawn: tuple[NDArray[Any], ...]) -> None:
     tally.count("recordings against the reference of the alignment")

@@ -47,7 +47,7 @@ def decided(course: list[Row]) -> tuple[list[list[float]], list[list[float]], Co
     return given_, right, seen
 
 
-@examples(400)
+@examples(200, 4000)
 @given(courses())
 def test_the_core_is_the_reference(tally: Tally, course: list[Row]) -> None:
     """Every operation is the same single rounding in both, so no decision may differ."""

@@ -15,7 +15,7 @@ drifts, thresholds = st.floats(0.1, 1.2), st.floats(1.0, 12.0)
 clips = st.sampled_from([2.0, 3.0, 6.0])
 
 
-@examples(25)
+@examples(8, 250)
 @given(st.floats(20, 1e9), st.floats(1.1, 100), st.floats(0.3, 3.0), clips)
 def test_rarer_false_alarms_need_a_higher_threshold_and_more_time(
     interval: float, factor: float, shift: float, clip: float
@@ -30,7 +30,7 @@ def test_rarer_false_alarms_need_a_higher_threshold_and_more_time(
     assert often.false_alarm_interval >= interval * 0.999
 
 
-@examples(20)
+@examples(10, 200)
 @given(drifts, thresholds, st.floats(-0.5, 3.0), st.floats(0.05, 1.0), clips)
 def test_a_larger_shift_is_found_sooner(drift: float, threshold: float, shift: float, more: float, clip: float) -> None:
     """And a higher threshold or a larger drift makes every run longer."""
@@ -42,7 +42,7 @@ def test_a_larger_shift_is_found_sooner(drift: float, threshold: float, shift: f
     assert length >= 1
 
 
-@examples(40)
+@examples(15, 400)
 @given(st.floats(0.2, 0.8), st.floats(3.0, 12.0))
 def test_siegmund(drift: float, threshold: float) -> None:
     """Without clipping; the formula is an approximation itself, 4 % off at a drift of 0.8."""
@@ -63,7 +63,7 @@ def simulated(drift: float, threshold: float, shift: float, clip: float, *, two_
     return total / RUNS
 
 
-@examples(15)
+@examples(10, 150)
 @given(drifts, st.floats(0.5, 5.0), st.floats(0.0, 2.0), clips)
 def test_a_run_is_as_long_as_simulated(tally: Tally, drift: float, threshold: float, shift: float, clip: float) -> None:
     expected = run_length(drift, threshold, shift=shift, clip=clip)

@@ -87,7 +87,7 @@ def exactly(output: Any, regressor: Any, **chosen: Any) -> reference.HandoverTra
         return reference.handover_rls(*decimals, number=Decimal, **chosen)
 
 
-@examples(500)
+@examples(250, 5000)
 @given(hands, tuning)
 def test_the_core_is_the_reference(tally: Tally, hand: Hand, chosen: dict[str, float]) -> None:
     """Only the core rounds: 1e-10 is 5e5 eps, for what cancels; in the standard error correlations near 1 do, twice.

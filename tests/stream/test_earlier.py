@@ -277,7 +277,7 @@ def disturbed(samples: list[Sample], random: Random) -> list[Sample]:
 @pytest.mark.parametrize("worker", range(4))
 def test_random_measurements(worker: int, tmp_path: Path, tally: Tally) -> None:
     """Random scene, faults, gaps, tares and begins: a note that promises the same bits keeps it."""
-    for number in range(worker, draws(80, 4000), 4):
+    for number in range(worker, draws(40, 4000), 4):
         random = random_of(f"earlier {number}")
         scene = random.choice(["handheld", "handheld", *SCENES])
         samples = disturbed(touched(random.choice([1, 2, 3]), seed=number), random)

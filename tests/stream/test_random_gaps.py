@@ -14,7 +14,7 @@ from palpate import SourceError, Stream
 from palpate.recording.foreign import recorded
 from tally import Tally
 
-COUNT = int(os.environ.get("PALPATE_GAPS", draws(300, 10_000)))
+COUNT = int(os.environ.get("PALPATE_GAPS", draws(120, 10_000)))
 WORKERS = 6
 
 

@@ -22,7 +22,7 @@ from recording_bench import sample
 from tally import Tally
 
 WORKERS = 10
-COUNT = draws(500, 10_000)
+COUNT = draws(250, 10_000)
 FIRST = int(os.environ.get("PALPATE_SEED", time.time_ns() % 2**40 if NIGHTLY else 0))
 ERRORS = (PalpateError, OSError, RuntimeError, ValueError, SystemExit)
 """What a stream of such a source may raise: of the source, or a refused button."""

@@ -36,7 +36,7 @@ def _incidents() -> st.SearchStrategy[str]:
     return st.sampled_from(FAULTS).flatmap(of)
 
 
-@examples(1000)
+@examples(300, 10_000)
 @given(incidents=st.lists(_incidents(), min_size=1, max_size=4), seed=st.integers(0, 2**16))
 def test_any_schedule(incidents: list[str], seed: int, tally: Tally) -> None:
     """No hang, no crash, no value that was not converted from that input then, and every number accounted for."""

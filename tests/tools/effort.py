@@ -21,9 +21,9 @@ def draws(count: int, nightly: int | None = None, *, at_least: int = 1) -> int:
     return count if ALL else min(count, max(at_least, count // 10))
 
 
-def examples(count: int) -> settings:
+def examples(count: int, nightly: int | None = None) -> settings:
     """Return hypothesis settings where a commit has this number of examples."""
-    return settings(max_examples=draws(count, at_least=5))
+    return settings(max_examples=draws(count, nightly, at_least=5))
 
 
 def random_of(name: str) -> Random:
