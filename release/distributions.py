@@ -56,7 +56,9 @@ def relative_links(markdown: str) -> list[str]:
 def problems_of_metadata(name: str, text: str) -> list[str]:
     """Return what is wrong with METADATA or PKG-INFO."""
     data = Parser().parsestr(text)
-    found = [f"{name}: its page would have the relative link {link}" for link in relative_links(data.get_payload())]
+    found = [
+        f"{name}: its page would have the relative link {link}" for link in relative_links(str(data.get_payload()))
+    ]
     if data["Version"] != version():
         found.append(f"{name}: version {data['Version']}, expected {version()}")
     if not any(url.startswith("Source, ") for url in data.get_all("Project-URL", [])):

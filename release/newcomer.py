@@ -52,7 +52,16 @@ def main(wheel: str) -> None:
         begun = perf_counter()
         requirement = f"palpate[live] @ {Path(wheel).resolve().as_uri()}"
         # only-binary: a dependency without a wheel is an error, not a try to compile it.
-        install = [programs / "python", "-m", "pip", "install", "--quiet", "--no-cache-dir", "--only-binary", ":all:"]
+        install = [
+            str(programs / "python"),
+            "-m",
+            "pip",
+            "install",
+            "--quiet",
+            "--no-cache-dir",
+            "--only-binary",
+            ":all:",
+        ]
         subprocess.run([*install, requirement], env=environment, check=True, timeout=_LIMIT_S)
         print(f"pip install of the wheel with [live]: {perf_counter() - begun:.1f} s")
         served(programs, environment, begun)

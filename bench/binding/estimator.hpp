@@ -4,8 +4,9 @@
 // What each of the bindings exposes: one estimator, a sample at a time and a block at a time.
 
 #include <cstddef>
-#include <palpate/estimator/rls.hpp>
 #include <palpate/palpate.hpp>
+
+namespace MODULE {  // a type of its own for each module: both bindings register types for the whole process
 
 struct Estimator {
   palpate::AdaptiveRls<double> core;
@@ -21,3 +22,7 @@ struct Estimator {
   }
   double ratio() const { return core.ratio(); }
 };
+
+}  // namespace MODULE
+
+using MODULE::Estimator;
