@@ -31,17 +31,17 @@ template <class Push, class Pop>
 bool run(const char* name, std::uint64_t total, Push push, Pop pop) {
   palpate::Ring<Item, 64> ring;
   Result result;
-  std::atomic<bool> done{false};
+  std::atomic<bool> ready{false}, done{false};
   std::thread producer([&] {
+    while (!ready.load(std::memory_order_acquire)) {  // otherwise all can be over before the other thread begins
+      std::this_thread::yield();
+    }
     for (std::uint64_t n = 1; n <= total;) {
-      const bool full = ring.size() == ring.capacity();
       n = push(ring, n, total);
-      if (full) {
-        std::this_thread::yield();  // otherwise all is over before the other thread begins
-      }
     }
     done.store(true, std::memory_order_release);
   });
+  ready.store(true, std::memory_order_release);
   for (;;) {
     const bool last = done.load(std::memory_order_acquire);
     if (!pop(ring, result) && last) {
