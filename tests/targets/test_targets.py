@@ -9,7 +9,7 @@ import pytest
 import targets
 from kept import kept_json
 from project import ROOT, need
-from targets import PRINTING, TARGETS, Target
+from targets import TARGETS, Target
 
 INPUTS = ROOT / "cpp" / "include", ROOT / "tests" / "cpp", ROOT / "bench" / "embedded"
 
@@ -34,6 +34,6 @@ def test_the_same_bits_by_the_include_path_alone(target: Target) -> None:
     for tool in target.tools:
         need(tool)
     made = kept(f"target {target}", target.compiler[0], lambda: targets.outputs(target))
-    assert list(made) == [*PRINTING, *target.checking]
-    for program in PRINTING:
+    assert list(made) == [*target.printing, *target.checking]
+    for program in target.printing:
         assert made[program] == expected()[program], (target.name, program)
