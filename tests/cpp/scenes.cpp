@@ -3,6 +3,6 @@
 
 #define SUBJECT Fixed  // one of them; the others are taken from the same template
 
-#include "../../bench/embedded/subject.cpp"  // NOLINT(bugprone-suspicious-include): one program, compiled at once
-#include "../../bench/embedded/results.cpp"  // NOLINT(bugprone-suspicious-include)
 #include "../../bench/embedded/host.cpp"     // NOLINT(bugprone-suspicious-include)
+#include "../../bench/embedded/results.cpp"  // NOLINT(bugprone-suspicious-include)
+#include "../../bench/embedded/subject.cpp"  // NOLINT(bugprone-suspicious-include): one program, compiled at once

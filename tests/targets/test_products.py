@@ -22,8 +22,18 @@ def fused(compiler: str, *flags: str, folder: Path) -> set[str]:
     """Return the functions in which a compiler has fused a product and a sum."""
     source, made = folder / "product.cpp", folder / "product.s"
     source.write_text(SOURCE)
-    command = [need(compiler), *flags, "-nostdinc", INCLUDE, "-std=c++17", "-O2", "-ffp-contract=fast", "-S", source]
-    subprocess.run([*command, "-o", made], check=True, capture_output=True)
+    command = [
+        need(compiler),
+        *flags,
+        "-nostdinc",
+        INCLUDE,
+        "-std=c++17",
+        "-O2",
+        "-ffp-contract=fast",
+        "-S",
+        str(source),
+    ]
+    subprocess.run([*command, "-o", str(made)], check=True, capture_output=True)
     found, function = set(), ""
     for line in made.read_text().splitlines():
         if label := re.match(r"_?(plain|apart)(32)?:", line):
@@ -66,7 +76,7 @@ def said(compiler: str, *flags: str, header: str = "arithmetic", folder: Path) -
     """Return what a compiler's preprocessor says of a header: empty if it takes it."""
     source = folder / "said.cpp"
     source.write_text(f"#include <palpate/{header}.hpp>\n")
-    command = [need(compiler), *flags, INCLUDE, "-std=c++17", "-E", source, "-o", folder / "said.i"]
+    command = [need(compiler), *flags, INCLUDE, "-std=c++17", "-E", str(source), "-o", str(folder / "said.i")]
     return subprocess.run(command, check=False, capture_output=True, text=True).stderr
 
 

@@ -42,7 +42,7 @@
 #elif defined(__XTENSA__) && !defined(__XTENSA_SOFT_FLOAT__)
 #define PALPATE_HIDING_PLACE "+f"
 #define PALPATE_FUSED_BYTES 4
-#elif defined(__wasm__) && !defined(__wasm_relaxed_simd__)  // nothing to fuse with
+#elif defined(__wasm__) && !defined(__wasm_relaxed_simd__)                     // nothing to fuse with
 #elif defined(__clang__) || defined(__FP_FAST_FMA) || defined(__FP_FAST_FMAF)  // g++ defines these if it can fuse
 #define PALPATE_HIDING_PLACE "+m"
 #endif
