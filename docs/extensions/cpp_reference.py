@@ -6,7 +6,7 @@ The headers are those of the installed package. Without doxygen there is one pag
 import re
 import shutil
 import subprocess
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -42,12 +42,22 @@ class Entity:
 
     def text(self) -> str:
         """Return its page."""
-        lines = [self.name, "=" * len(self.name), "", ".. code-block:: cpp", "", f"   #include <{self.header}>", ""]
+        lines = [
+            self.name,
+            "=" * len(self.name),
+            "",
+            *PLAIN,
+            ".. code-block:: cpp",
+            "",
+            f"   #include <{self.header}>",
+            "",
+        ]
         for name in (self.name, *self.specialisations):
             lines += [f".. {self.directive}:: palpate::{name}", *MEMBERS.get(self.directive, ()), ""]
         return "\n".join(lines)
 
 
+PLAIN = (".. highlight:: none", "")  # the formulas of the comments are in no language
 MEMBERS = {name: ("   :members:", "   :undoc-members:") for name in ("doxygenclass", "doxygenstruct")}
 
 
@@ -101,12 +111,19 @@ def entities(xml: Path) -> list[Entity]:
 
 
 def free(xml: Path) -> dict[str, list[str]]:
-    """Return the functions and constants of each header."""
+    """Return the directives for the functions and constants of each header."""
+    members = [
+        member
+        for kind in ("function", "variable")
+        for member in _members(Xml.parse(xml / "namespacepalpate.xml"), kind)
+        if "<" not in _text(member.find("name"))  # a specialisation says what its template says
+    ]
+    overloads = Counter(_text(member.find("name")) for member in members)
     found: dict[str, list[str]] = defaultdict(list)
-    tree = Xml.parse(xml / "namespacepalpate.xml")
-    for kind in ("function", "variable"):
-        for member in _members(tree, kind):
-            found[_header(member)].append(_text(member.find("name")))
+    for member in members:
+        name = _text(member.find("name"))
+        arguments = _text(member.find("argsstring")).removesuffix("noexcept") if overloads[name] > 1 else ""
+        found[_header(member)].append(f".. doxygen{member.get('kind')}:: palpate::{name}{arguments}")
     return dict(sorted(found.items()))
 
 
@@ -146,7 +163,7 @@ def index_of(found: list[Entity], functions: dict[str, list[str]]) -> str:
         by_header[entity.header].append(entity)
     for header in sorted(by_header, key=lambda header: (header.count("/"), header)):
         rows = [f"| [`{e.name}`]({e.page}.rst) | {e.brief.replace('|', chr(92) + '|')} |" for e in by_header[header]]
-        lines += ["", f"## {header}", "", "| name | |", "|---|---|", *rows]
+        lines += ["", f"## {header}", "", "| name | is |", "|---|---|", *rows]
     lines += ["", "[Functions and constants](functions.rst) of " + ", ".join(f"`{h}`" for h in functions) + "."]
     pages = [*sorted(e.page for e in found), "functions"]
     return "\n".join([*lines, "", "```{toctree}", ":hidden:", "", *pages, "```", ""])
@@ -154,9 +171,9 @@ def index_of(found: list[Entity], functions: dict[str, list[str]]) -> str:
 
 def functions_page(functions: dict[str, list[str]]) -> str:
     """Return the page of what is not in a class."""
-    lines = ["Functions and constants", "=======================", ""]
-    for header in functions:
-        lines += [header, "-" * len(header), "", f".. doxygenfile:: {header}", "   :sections: func var", ""]
+    lines = ["Functions and constants", "=======================", "", *PLAIN]
+    for header, directives in functions.items():
+        lines += [header, "-" * len(header), "", *(line for directive in directives for line in (directive, ""))]
     return "\n".join(lines)
 
 
