@@ -75,8 +75,8 @@ def test_what_the_checks_find(opened: Site) -> None:
 def test_formulas_have_their_font(opened: Site, site: Path) -> None:
     """Every character of every formula is in the font: another font would have other heights, or none of the braces."""
     need_package("fontTools")
-    from formula_font import characters
     from fontTools.ttLib import TTFont
+    from formula_font import characters
 
     font = TTFont(site / "_static" / "formulas.woff")
     used = characters(path.read_text(encoding="utf-8") for path in site.rglob("*.html"))
