@@ -80,6 +80,12 @@ def test_names_of_python_in_sentences_exist(path: Path) -> None:
             assert exists(match[1]), span
 
 
+def test_every_page_answers_a_question() -> None:
+    """Each page is in the index of questions, docs/howdoi.md."""
+    linked = set(re.findall(r"\]\((\w+)\.md", (ROOT / "docs" / "howdoi.md").read_text(encoding="utf-8")))
+    assert {path.stem for path in (ROOT / "docs").glob("*.md")} - {"index", "howdoi"} - linked == set()
+
+
 def exists(name: str) -> bool:
     """Return whether a full name is a module, or an attribute of one."""
     parts = name.split(".")
