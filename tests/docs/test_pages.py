@@ -3,7 +3,6 @@
 import doctest
 import os
 import re
-import shlex
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -16,7 +15,6 @@ import pytest
 from building import compiles
 from palpate.ad7746.evalkit.udev import UDEV_RULE
 from palpate.cli import COMMANDS, main
-from palpate.cli.inputs import InputFile
 from project import ROOT, need
 
 DOCS = ROOT / "docs"
@@ -160,20 +158,6 @@ def check_console(text: str, folder: Path) -> None:
         assert done.returncode == 0, (command, done.stdout, done.stderr)
         if shown:
             assert _OUTPUT.check_output(shown, done.stdout, doctest.ELLIPSIS), f"{command}\n{done.stdout}"
-
-
-@pytest.mark.parametrize("page", of("sh"))
-def test_commands_that_need_more_are_parsed(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for text in (text for language, text in blocks(page) if language == "sh"):
-        subprocess.run([need("bash"), "-n"], input=text, encoding="utf-8", check=True)
-        for line in re.findall(r"^palpate (.*)", text, re.MULTILINE):
-            name, *words = shlex.split(line)
-            command = main.get_command(click.Context(main), name)
-            assert command is not None, name
-            for parameter in command.params:
-                if isinstance(parameter.type, InputFile):
-                    monkeypatch.setattr(parameter.type, "convert", lambda value, *_: Path(value))
-            command.make_context(name, words)
 
 
 def test_the_udev_rule_is_that_of_the_driver() -> None:

@@ -23,7 +23,7 @@ _ITALIC = {
     **{chr(code): chr(0x1D434 + code - ord("A")) for code in range(ord("A"), ord("Z") + 1)},
     **{chr(code): chr(0x1D44E + code - ord("a")) for code in range(ord("a"), ord("z") + 1)},
     "h": "\N{PLANCK CONSTANT}",
-    **{chr(code): chr(0x1D6FC + code - ord("α")) for code in range(ord("α"), ord("ω") + 1)},
+    **{chr(0x3B1 + step): chr(0x1D6FC + step) for step in range(25)},
 }
 
 

@@ -15,19 +15,24 @@ from selenium.webdriver.support.ui import WebDriverWait
 SIZES = {"desk": (1280, 1000), "phone": (390, 844)}
 
 SIDEWAYS = """
-const inner = (e) => { for (let p = e.parentElement; !p.matches(".content, body"); p = p.parentElement) if (getComputedStyle(p).overflowX !== "visible") return true; return false; };
+const inner = (e) => {
+  for (let p = e.parentElement; !p.matches(".content, body"); p = p.parentElement)
+    if (getComputedStyle(p).overflowX !== "visible") return true;
+  return false;
+};
+const beyond = (e) => e.getBoundingClientRect().right > innerWidth + 1;
 return [...document.querySelectorAll(".main *")]
-  .filter((e) => e.checkVisibility() && !e.closest("aside") && e.getBoundingClientRect().right > innerWidth + 1 && !inner(e))
+  .filter((e) => e.checkVisibility() && !e.closest("aside") && beyond(e) && !inner(e))
   .map((e) => `${e.tagName} ${e.className}: ${e.textContent.trim().slice(0, 40)}`);"""
-"""What is wider than the window, and in no box that scrolls. The theme hides it: the whole text then scrolls sideways."""
+"""What is wider than the window, and in no box that scrolls: the theme lets the whole text scroll sideways then."""
 
 CUT = """
 const wrong = [];
 for (const e of document.querySelectorAll(".page *")) {
-  const style = getComputedStyle(e);
+  const style = getComputedStyle(e), hides = (way) => /hidden|clip/.test(way);
   if (!e.checkVisibility() || e.closest("svg, .visually-hidden, math") || e.clientHeight === 0) continue;
-  if (/hidden|clip/.test(style.overflowX) && e.scrollWidth > e.clientWidth + 1) wrong.push(e);
-  else if (/hidden|clip/.test(style.overflowY) && !e.matches(".math-wrapper") && e.scrollHeight > e.clientHeight + 2) wrong.push(e);
+  if (hides(style.overflowX) && e.scrollWidth > e.clientWidth + 1) wrong.push(e);
+  else if (hides(style.overflowY) && !e.matches(".math-wrapper") && e.scrollHeight > e.clientHeight + 2) wrong.push(e);
 }
 return wrong.map((e) => `${e.tagName} ${e.className}: ${e.textContent.trim().slice(0, 40)}`);"""
 """Boxes that hide a part of what is in them; `formulas` of `Site` measures those of formulas."""
@@ -37,7 +42,9 @@ BARE = "return [...document.images].filter((e) => !e.complete || !e.naturalWidth
 
 CHECKS = {"sideways": SIDEWAYS, "cut": CUT, "bare": BARE}
 
-_SHOWN = "const s = document.head.appendChild(document.createElement('style')); s.id = 'shown'; s.textContent = arguments[0];"
+_SHOWN = """const style = document.head.appendChild(document.createElement("style"));
+style.id = "shown";
+style.textContent = arguments[0];"""
 _STILL = ".math-wrapper { scrollbar-width: none; }"
 _WHOLE = f"{_STILL} .math-wrapper {{ overflow: clip visible !important; }}"
 
@@ -98,7 +105,7 @@ class Site:
         return said, asked
 
     def hides_formulas(self) -> bool:
-        """Return whether a box hides a part of what a formula draws: whether the page looks different if no box does."""
+        """Return whether a box hides a part of a formula: whether the page looks different if no box hides anything."""
         pictures = []
         for style in (_STILL, _WHOLE):
             self.run(_SHOWN, style)

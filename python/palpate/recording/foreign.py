@@ -61,6 +61,10 @@ class Foreign:
     ----------
     unused : list of str
         Names, or positions from 1, of the columns that are not in the recording.
+    document : None
+        There is no sidecar.
+    doubts : tuple of str
+        Empty: what is doubtful is in `notes`.
 
     Raises
     ------

@@ -48,6 +48,10 @@ class Recorded:
         Names of its columns, after `blocks()`: a recording of an earlier version has fewer.
     codes : Codes or None
         Scale of the codes, from the sidecar. Without one that of the AD7746, if it agrees with the first rows, else None.
+    timed : bool
+        True: every row has its times. A table of another program may have none.
+    understood : str
+        Empty: nothing had to be understood, as it has for a table of another program.
 
     Raises
     ------

@@ -30,6 +30,8 @@ class Survey:
         Rows without a usable value; those of them with EXCERR of the converter; rows with a saturated channel.
     miscoded : int
         Rows with a code above the largest one of the converter.
+    first_ns, last_ns : int
+        Times of the first and the last row, ns.
     seconds : float
         Time from the first row to the last, s.
     pause : (float, int)

@@ -137,6 +137,25 @@ class BinaryData:
     period_s : float, optional
         Time from row to row, above 0; needed if the header has no conversion time.
 
+    Attributes
+    ----------
+    document : None
+        There is no sidecar.
+    timed : bool
+        True: the times follow from the conversion time.
+    doubts : tuple of str
+        Empty: what is doubtful is in `notes`.
+    host_stamps : bool
+        False: where the times were taken is not known.
+    zero_utc_ns : None
+        The wall clock at t = 0 is not known.
+    tares : frozenset of int
+        Empty: no baseline was measured again.
+    torn_bytes : int
+        0: there is no row that was cut off.
+    full_scale_pF : float
+        A reading of this size or more is saturated, pF.
+
     Raises
     ------
     RecordingError
