@@ -1,0 +1,262 @@
+"""Two threads: what docs/threads.md says is what happens."""
+
+import re
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import palpate
+import pytest
+from palpate.simulation import scenarios
+from project import ROOT
+from recording_bench import Scripted, sample
+
+PAGE = (ROOT / "docs" / "threads.md").read_text(encoding="utf-8")
+DATA = ROOT / "tests" / "data" / "four-specimens.csv"
+SIZE = 400_000
+TIMES = np.arange(SIZE) * 26_000_000
+ONES = np.ones(SIZE)
+
+
+def blocks_of(name: str) -> tuple[Callable[[], Any], Callable[[Any], Any], dict[str, tuple[Any, ...]]]:
+    """Return how an object of a class is made, given a long block, and the arguments of its methods."""
+    kind: Any = getattr(palpate, name)
+    ones = ONES.astype(np.float32) if name.rstrip("Bank").endswith("32") or "32" in name else ONES
+    none = np.zeros(0, ones.dtype)
+    if name == "Tracker":
+        empty: tuple[Any, ...] = (np.zeros(0, np.int64),) * 2 + (np.zeros(0),) * 2
+        arguments = {"feed": (0.0, 0.0, 1.0, 1.0), "process": empty, "take": empty}
+        more: dict[str, tuple[Any, ...]] = {"touches_since": (0,), "revisions_since": (0,)}
+        return kind, lambda made: made.process(TIMES, TIMES, ONES, ONES), arguments | more
+    if "Bank" in name:
+        block, row = ones.reshape(-1, 4), ones[:4]
+        arguments = {"update": (row, row), "process": (block[:0], block[:0]), "__deepcopy__": ({},)}
+        return lambda: kind(4), lambda made: made.process(block, block), arguments
+    arguments = {"update": (1.0, 1.0), "process": (none, none), "trace": (none, none), "__deepcopy__": ({},)}
+    return kind, lambda made: made.process(ones, ones), arguments
+
+
+@contextmanager
+def while_busy(work: Callable[[], Any]) -> Iterator[None]:
+    """Run blocks in a thread, again and again; the caller is not interrupted, unless it waits."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(10.0)
+    ended = threading.Event()
+
+    def run() -> None:
+        while not ended.is_set():
+            work()
+            time.sleep(0)
+
+    worker = threading.Thread(target=run)
+    worker.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        worker.join()
+        sys.setswitchinterval(before)
+
+
+def attempted(made: Any, name: str, arguments: tuple[Any, ...]) -> bool:
+    """Return whether a method or attribute is refused, in the words of the page."""
+    try:
+        found = getattr(made, name)
+        if callable(found):
+            found(*arguments)
+    except RuntimeError as error:
+        assert re.fullmatch(r"this \w+ is processing a block in another thread: give each thread its own", str(error))
+        return True
+    return False
+
+
+def refused_by(name: str) -> set[str]:
+    """Return the public names of a class that are refused while a block is in an object of it."""
+    make, work, arguments = blocks_of(name)
+    made, found = make(), set[str]()
+    names = {each for each in dir(made) if not each.startswith("_")} | {"__repr__", "__copy__"} & set(dir(made))
+    with while_busy(lambda: work(made)):
+        for each in names:
+            found |= {each} if meanwhile(made, each, arguments) else set()
+    return found
+
+
+def meanwhile(made: Any, name: str, arguments: dict[str, tuple[Any, ...]]) -> bool:
+    """Return whether a method or attribute is refused while a block runs: one ran before it and after it.
+
+    The block cannot end in between, as that takes the interpreter's lock; unless the method gives that away, to import.
+    """
+    while True:
+        while not attempted(made, "process", arguments["process"]):
+            time.sleep(1e-4)
+        refused = attempted(made, name, arguments.get(name, ()))
+        if attempted(made, "process", arguments["process"]):
+            return refused
+
+
+def said(name: str) -> set[str]:
+    """Return what the page says is refused for a class."""
+    for line in PAGE.splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if len(cells) == 3 and name in re.findall(r"`(\w+)`", cells[0]):
+            return set(re.findall(r"`(\w+)`", cells[1]))
+    raise AssertionError(f"docs/threads.md has no row for {name}")
+
+
+@pytest.mark.parametrize(
+    "name", ["Rls", "AdaptiveRls32", "HandoverRls", "Tracker", "RlsBank", "AdaptiveRlsBank32", "HandoverRlsBank"]
+)
+def test_what_is_refused_while_a_block_runs_is_what_the_page_says(name: str) -> None:
+    assert refused_by(name) == said(name)
+
+
+@pytest.mark.parametrize("name", ["HandoverRls", "Tracker", "RlsBank"])
+def test_who_is_refused_changes_nothing(name: str) -> None:
+    make, work, arguments = blocks_of(name)
+    made, alone, turns, refused = make(), make(), 0, 0
+    with ThreadPoolExecutor(1) as other:
+        while refused < 3:
+            done = other.submit(work, made)
+            turns += 1
+            while not done.done():
+                refused += attempted(made, "process", arguments["process"])
+            done.result()
+    for _ in range(turns):
+        work(alone)
+    if name == "Tracker":
+        assert (made.readings, made.ratio, made.touches) == (alone.readings, alone.ratio, alone.touches)
+    else:
+        assert made == alone
+
+
+def test_single_updates_from_many_threads_are_all_taken() -> None:
+    """Each runs from its begin to its end. In which order is up to the threads."""
+    estimator, tracker, ring = palpate.HandoverRls(), palpate.Tracker(), palpate.SampleRing(1 << 16)
+    numbers = iter(range(1 << 30))
+
+    def work(_: int) -> None:
+        for _ in range(2000):
+            estimator.update(1.0, 1.0)
+            tracker.feed(0.026 * next(numbers), 0.0, 1.0, 1.0)
+            ring.push(sample(1))
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            list(pool.map(work, range(4)))
+    finally:
+        sys.setswitchinterval(before)
+    assert (estimator.samples, tracker.readings, len(ring), ring.dropped) == (8000, 8000, 8000, 0)
+
+
+def in_threads(work: Callable[[int], Any], many: int = 4) -> list[Any]:
+    """Return what a function gives in threads that all begin it at once."""
+    together = threading.Barrier(many)
+
+    def begin(number: int) -> Any:
+        together.wait()
+        return work(number)
+
+    with ThreadPoolExecutor(many) as pool:
+        return list(pool.map(begin, range(many)))
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        lambda: [(touch.start_s, touch.ratio) for touch in palpate.touches(DATA)],
+        lambda: palpate.check(DATA).survey,
+        lambda: palpate.read(DATA).hard.tobytes(),
+        lambda: scenarios.run("tremor", 3).hard.tobytes(),
+        lambda: [touch.ratio for touch in palpate.offline(palpate.read(DATA))],
+    ],
+    ids=["touches", "check", "read", "simulation", "offline"],
+)
+def test_functions_may_run_in_any_number_of_threads(work: Callable[[], Any]) -> None:
+    assert in_threads(lambda _: work()) == [work()] * 4
+
+
+def test_one_recording_and_one_calibration_serve_all_threads() -> None:
+    recording = palpate.read(DATA)
+    calibration = palpate.Calibration.fit([1.2, 1.5, 2.0], [0.2, 0.5, 2.0])
+    found = in_threads(lambda _: [calibration.modulus(touch.ratio) for touch in recording.touches()])
+    assert found == [found[0]] * 4
+    with pytest.raises(AttributeError):
+        recording.hard = recording.soft  # type: ignore[misc]
+    with pytest.raises(AttributeError):
+        calibration.gain = 1.0  # type: ignore[attr-defined]
+
+
+def test_first_uses_in_many_threads_at_once() -> None:
+    """Modules and types are made at their first use."""
+    program = f"""
+import sys, threading
+sys.setswitchinterval(1e-6)
+import palpate
+together, found = threading.Barrier(8), []
+def work():
+    together.wait()
+    found.append([touch.ratio for touch in palpate.touches({str(DATA)!r})] + list(palpate.HandoverRls().process([1.0], [1.0])))
+threads = [threading.Thread(target=work) for _ in range(8)]
+[thread.start() for thread in threads]
+[thread.join() for thread in threads]
+assert len(found) == 8 and found == found[:1] * 8 and len(found[0]) == 5, found
+"""
+    subprocess.run([sys.executable, "-W", "error", "-c", program], check=True, timeout=120)
+
+
+def test_two_threads_that_iterate_a_stream_share_its_samples() -> None:
+    samples = [sample(i) for i in range(3000)]
+    with palpate.Stream(Scripted(samples)) as stream:
+        seen = in_threads(lambda _: [int(seq) for batch in stream.batches() for seq in batch.samples["seq"]], 2)
+        shared = stream.tracker
+    assert sorted(seen[0] + seen[1]) == list(range(3000))
+    assert all(part == sorted(part) for part in seen)
+    with palpate.Stream(Scripted(samples)) as alone:
+        for _ in alone.batches():
+            pass
+    assert (shared.readings, shared.ratio) == (alone.tracker.readings, alone.tracker.ratio)
+
+
+def test_a_stream_is_asked_told_and_closed_from_other_threads(tmp_path: Path) -> None:
+    ended = threading.Event()
+    errors: list[BaseException] = []
+    stream = palpate.Stream(Scripted([sample(i) for i in range(200_000)], live=True), keep=1024, capacity=1 << 20)
+
+    def meddle(number: int) -> None:
+        try:
+            for turn in range(5):
+                stream.start_recording(tmp_path / f"{number}-{turn}.csv", earlier=True)
+                stream.mark(f"{number}")
+                stream.note("here")
+                assert stream.counters.read >= stream.counters.delivered - 200_000
+                stream.tare(force=True)
+                stream.stop_recording()
+        except ValueError as error:  # the other one records, or the stream has ended
+            assert re.search("one recording at a time|a change of a closed recording", str(error))  # noqa: PT017
+        except BaseException as error:  # noqa: BLE001
+            errors.append(error)
+
+    with stream:
+        meddlers = [threading.Thread(target=meddle, args=(n,)) for n in range(2)]
+        for each in meddlers:
+            each.start()
+        closing = threading.Timer(0.3, lambda: (stream.close(), ended.set()))
+        closing.start()
+        for _ in stream.batches():
+            pass
+        ended.wait(20)
+        for each in [*meddlers, closing]:
+            each.join()
+    assert ended.is_set()
+    assert not errors
+    for path in tmp_path.glob("*.csv"):
+        assert not palpate.check(path).faults
