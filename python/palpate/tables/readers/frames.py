@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,10 +80,11 @@ _Adapter = Callable[[Any, Path], tuple[list[Column], int]]
 
 
 def _adapter(source: object) -> _Adapter | None:
-    for library, adapter in (("pandas", _pandas), ("polars", _polars)):
-        kind = getattr(sys.modules.get(library), "DataFrame", None)  # of a library that is not imported there is none
-        if kind is not None and isinstance(source, kind):
-            return adapter
+    for library, frames in (("pandas", _pandas), ("polars", _polars)):
+        for name, adapter in (("DataFrame", frames), ("Series", _series)):
+            kind = getattr(sys.modules.get(library), name, None)  # of a library that is not imported there is none
+            if kind is not None and isinstance(source, kind):
+                return adapter
     if hasattr(source, "__arrow_c_stream__") or hasattr(source, "__arrow_c_array__"):
         return _arrow
     if isinstance(source, Mapping):
@@ -93,12 +94,16 @@ def _adapter(source: object) -> _Adapter | None:
     return None
 
 
+def _series(_source: Any, where: Path) -> NoReturn:
+    raise TypeError(f"recording: got one column, {where}, allowed: a data frame with both channels")
+
+
 def _arrow(source: Any, where: Path) -> tuple[list[Column], int]:
     arrow = need("pyarrow", "export")
     try:
         table = arrow.table(source)
-    except (arrow.ArrowException, TypeError) as error:
-        raise TypeError(f"recording: got one column, {where}, allowed: a data frame with both channels") from error
+    except (arrow.ArrowException, TypeError):
+        _series(source, where)
     columns = [arrow_column(where, field, partial(table.column, i)) for i, field in enumerate(table.schema)]
     return columns, table.num_rows
 
@@ -126,7 +131,8 @@ def _polars_cells(where: Path, series: Any) -> Cells:
     if kind.base_type().__name__ in ("Datetime", "Duration") or (kind.is_numeric() and not kind.is_decimal()):
         values: NDArray[Any] = series.to_numpy()  # dates with a zone are in UTC
         return values
-    return cells_of(where, series.name, need("pyarrow", "export").chunked_array(series))
+    # By to_arrow: the interface of Arrow fails on times and categories of polars 1.3 to 1.32 at least.
+    return cells_of(where, series.name, need("pyarrow", "export").chunked_array([series.to_arrow()]))
 
 
 def _mapping(source: Mapping[Any, Any], where: Path) -> tuple[list[Column], int]:
