@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from palpate.ad7746.datasheet import ZERO_CODE
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.samples import Block
@@ -27,7 +26,8 @@ STEP_NS = 100_000
 def scenario() -> Scenario:
     """Return the touches: one specimen after the other."""
     random = np.random.default_rng(SEED)
-    parts = [Hand().touches(PROBE.ratio(SORBOTHANE_MPA[name]), TOUCHES, random) for name in SPECIMENS]
+    hand = Hand(nonlinearity=0.0)  # so that the truth of a touch is one number: its ratio
+    parts = [hand.touches(PROBE.ratio(SORBOTHANE_MPA[name]), TOUCHES, random) for name in SPECIMENS]
     presses = [
         replace(press, start_s=press.start_s + TOUCHES * EVERY_S * number)
         for number, part in enumerate(parts)
