@@ -1,14 +1,13 @@
 """The core in WebAssembly: the bits of a recording in the browser are those of the live page and of a replay."""
 
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import palpate
 import pytest
-from build_core import ROOT, build, compiled
+from build_core import build
 from core_sample import block as sampled
 from effort import draws
 from gap_plays import TOUCH_S, Play
@@ -22,7 +21,7 @@ from palpate.recording.rows import EARLIER, HEADER, format_rows
 from palpate.recording.sidecar import made, text_of
 from palpate.samples import Block, Status
 from palpate.simulation import scenarios
-from project import need
+from project import ROOT
 from try_core import Node, bits, rows_in
 
 OWN = ROOT / "tests" / "data" / "four-specimens.csv"
@@ -83,27 +82,6 @@ def test_a_recording_has_the_bits_of_a_replay(node: Node) -> None:
         "end": "complete, clean end",
         "seconds": 36.66,
     }
-
-
-def test_every_estimator_has_the_bits_of_the_native_one(tmp_path: Path) -> None:
-    source = ROOT / "tests" / "cpp" / "bits.cpp"
-    need("wasm-ld")
-    compiled([source], tmp_path / "bits.wasm", "-O2")
-    run = f"""
-import {{ WASI }} from "node:wasi"; import {{ readFileSync }} from "node:fs";
-const wasi = new WASI({{ version: "preview1" }}), module = await WebAssembly.compile(readFileSync({json.dumps(str(tmp_path / "bits.wasm"))}));
-wasi.start(await WebAssembly.instantiate(module, wasi.getImportObject()));
-"""
-    command = [need("node"), "--no-warnings", "--input-type=module", "-e", run]
-    there = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    include = f"-I{ROOT / 'cpp' / 'include'}"
-    subprocess.run(
-        [need("g++"), "-std=c++17", "-O1", "-ffp-contract=off", include, str(source), "-o", str(tmp_path / "bits")],
-        check=True,
-    )
-    here = subprocess.run([str(tmp_path / "bits")], check=True, capture_output=True, text=True).stdout
-    assert there == here
-    assert here.count("\n") == 12
 
 
 def save(path: Path, block: Block, device: dict[str, Any], **parts: Any) -> Path:

@@ -22,7 +22,10 @@ SIZES = (0.0, 1e-9, 3.1e-5, 0.0123, 0.047, 0.31, 0.99, 1.7, 12.3, 240.0, nan)
 
 def some_touch(rng: Random) -> dict[str, Any]:
     """Return what a touch says of itself, true to nothing."""
-    size = lambda: rng.choice(SIZES) * rng.choice([1, -1, rng.random()])
+
+    def size() -> float:
+        return rng.choice(SIZES) * rng.choice([1, -1, rng.random()])
+
     return {
         "samples": rng.choice([0, 5, 16, 19, 20, 250]),
         "saturated": rng.choice([0, 1, 7]),
@@ -59,7 +62,10 @@ def test_the_sentences_about_flags_are_those_of_python(node: Node) -> None:
 
 
 def some_facts(rng: Random) -> Facts:
-    maybe = lambda *values: rng.choice([nan, *values])
+
+    def maybe(*values: float) -> float:
+        return rng.choice([nan, *values])
+
     result = Result(
         rng.randrange(1, 9), "1.5", rng.choice(["", "short: hold it longer"]), tuple(rng.sample(sorted(touching.HOW), 2)),
         rng.choice(["", "swapped: look"]), rng.random() < 0.5,
