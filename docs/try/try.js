@@ -157,4 +157,4 @@ document.addEventListener("chosen", ({ detail }) => {
 });
 addEventListener("resize", () => charts.dress());
 simulate();
-globalThis.palpate = { charts, known, store }; // for the console: the numbers that are shown
+globalThis.palpate = { charts, known, store, measuring }; // for the console: the numbers that are shown

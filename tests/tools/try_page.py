@@ -49,10 +49,11 @@ performance.now = () => fake.now; // a line arrives when the test says so
 FEED = """
 const [lines, step, done] = arguments;
 (async () => {
-  for (const line of lines) {
+  for (const [number, line] of lines.entries()) {
     fake.now += step;
     fake.send(line);
-    await new Promise((next) => setTimeout(next));
+    for (let k = 0; k < 30; k++) await null; // the page takes it
+    if (number % 50 === 49) await new Promise((next) => setTimeout(next)); // and draws
   }
 })().then(done);
 """
