@@ -103,6 +103,16 @@ def test_lines_of_the_documentation_are_read(node: Node, line: str) -> None:
 
 
 @pytest.mark.parametrize(
+    "text", ["1.2346", "0.0005", "0.0015", "0.0025", "1e3", "4294967295", "3.9999999", "1e15", "-1", "nan"]
+)
+def test_times_are_rounded_as_in_python(node: Node, text: str) -> None:
+    line = f"t_us:{text},hard_pF:1,soft_pF:2"
+    [answer], expected = node.ask("lines", lines=[line]), there(line)
+    assert ("refused" in answer) == (expected is None), answer
+    assert expected is None or int(answer["values"]["t"]) == expected[0]["t"]
+
+
+@pytest.mark.parametrize(
     ("line", "told"),
     [
         (
