@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from palpate.ad7746.datasheet import ZERO_CODE
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.samples import Block
@@ -20,6 +19,7 @@ from palpate.simulation.scenarios import PROBE
 SPECIMENS = ("40 OO", "70 OO", "50 A")
 TOUCHES = 2
 SEED = 22
+HAND = Hand(nonlinearity=0.0)  # so that the truth of a touch is one number: its ratio
 STEP_NS = 100_000
 """The times are rounded to these steps: they need fewer bytes then."""
 
@@ -27,7 +27,7 @@ STEP_NS = 100_000
 def scenario() -> Scenario:
     """Return the touches: one specimen after the other."""
     random = np.random.default_rng(SEED)
-    parts = [Hand().touches(PROBE.ratio(SORBOTHANE_MPA[name]), TOUCHES, random) for name in SPECIMENS]
+    parts = [HAND.touches(PROBE.ratio(SORBOTHANE_MPA[name]), TOUCHES, random) for name in SPECIMENS]
     presses = [
         replace(press, start_s=press.start_s + TOUCHES * EVERY_S * number)
         for number, part in enumerate(parts)
@@ -64,7 +64,7 @@ def sample() -> str:
 
 
 def truth() -> list[dict[str, Any]]:
-    """Return what each touch was of: the specimen, its modulus and ratio, and the ratio of this touch as it was held."""
+    """Return what each touch was of: the specimen, its modulus and ratio, the ratio of this touch as it was held, and the hand's scatter."""
     return [
         {
             "touch": number + 1,
@@ -72,6 +72,7 @@ def truth() -> list[dict[str, Any]]:
             "modulus_MPa": SORBOTHANE_MPA[name],
             "ratio": PROBE.ratio(SORBOTHANE_MPA[name]),
             "touch_ratio": press.ratios[0][1],
+            "scatter": HAND.oblique,
         }
         for number, press in enumerate(scenario().presses)
     ]

@@ -2,11 +2,9 @@
 
 import json
 from math import isinf
-from typing import Any
+from typing import Any, Literal
 
 from javascript import GIVEN
-from translated import translated
-
 from palpate import Tracker, __version__, sentences, several
 from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, SATURATED_CODES, SATURATED_PF, ZERO_CODE
 from palpate.live.desk import states, touching
@@ -14,6 +12,7 @@ from palpate.recording import codes, integrity, lines, rows, sidecar
 from palpate.sources.serial import cells, formats, names, numbering, pace
 from palpate.tables.cell.numbers import OVERLOAD
 from palpate.tables.units import PICOFARADS
+from translated import translated
 
 FUNCTIONS = [
     (sentences, "advice"),
@@ -37,7 +36,7 @@ def _values() -> dict[str, Any]:
     return {
         "version": __version__,
         "urgent": [rule.__name__ for rule in states.URGENT if (touching, rule.__name__) in FUNCTIONS],
-        "scenes": {name: _settings(name) for name in ("handheld", "sliding")},
+        "scenes": {"handheld": _settings("handheld"), "sliding": _settings("sliding")},
         "columns": rows.COLUMNS,
         "earlier": rows.EARLIER,
         "longest_row": lines.LONGEST_ROW,
@@ -71,8 +70,9 @@ def _values() -> dict[str, Any]:
     }
 
 
-def _settings(scene: str) -> dict[str, Any]:
+def _settings(scene: Literal["handheld", "sliding"]) -> dict[str, Any]:
+    tracker = Tracker("handheld") if scene == "handheld" else Tracker("sliding")
     return {
         name: str(value) if isinstance(value, float) and isinf(value) else value
-        for name, value in Tracker(scene).settings.items()  # type: ignore[arg-type]
+        for name, value in tracker.settings.items()
     }

@@ -33,8 +33,8 @@ def function(node: ast.FunctionDef) -> str:
     Examples
     --------
     >>> [node] = ast.parse("def half(x): return x / 2").body
-    >>> function(node)
-    'function half(x) {\\n  return (x / 2);\\n}'
+    >>> function(node).splitlines()
+    ['function half(x) {', '  return (x / 2);', '}']
     """
     own = {one.id for one in ast.walk(node) if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)}
     own -= {name for one in ast.walk(node) if isinstance(one, ast.comprehension) for name in _names(one.target)}

@@ -5,6 +5,7 @@ import { $ } from "./page/dom.js";
 import { Port, RATES, unsupported } from "./port.js";
 
 const SILENT_S = 3;
+const MOST_ROWS = 2e6; // 100 MB: 14 hours at 38 pairs a second
 const STAYS = "What was measured stays here until something else is opened.";
 
 export class Measuring {
@@ -14,6 +15,7 @@ export class Measuring {
     this.to = on;
     this.flow = null;
     this.port = null;
+    this.most = MOST_ROWS;
     const why = unsupported();
     $("connect").disabled = Boolean(why);
     $("connect").title = $("noport").textContent = why;
@@ -51,6 +53,7 @@ export class Measuring {
 
   async measure(port, baud) {
     this.flow = new Flow(await (await this.to.core).serial(port.name), this.to);
+    this.rows = 0;
     this.to.begin(this.flow.got);
     this.dress();
     this.to.answer("This page records nothing. palpate live does.");
@@ -65,14 +68,18 @@ export class Measuring {
       clearInterval(watch);
       this.to.down(null);
     }
-    if (port.asked) this.end("note", "Disconnected.", STAYS);
+    if (this.rows >= this.most) this.end("caution", "This page is full.", `It keeps ${this.most} pairs at most; palpate live has no such limit. ${STAYS}`);
+    else if (port.asked) this.end("note", "Disconnected.", STAYS);
     else this.end("fault", "The port is gone.", `Look at its plug, and connect it again. ${STAYS}`);
   }
 
   take(chunk) {
     const at_s = performance.now() / 1000;
+    const block = this.flow.got.take(chunk, at_s);
     this.heard_s = at_s;
-    this.flow.take(this.flow.got.take(chunk, at_s));
+    this.rows += block.end;
+    this.flow.take(block);
+    if (this.rows >= this.most) this.port.stop();
   }
 
   // Whether something comes at all.

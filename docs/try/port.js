@@ -7,7 +7,7 @@ const ROOM = 65536; // bytes that wait while the page is busy
 export function unsupported() {
   if (navigator.serial) return "";
   if (!isSecureContext) return "A browser gives serial ports to a page from https or from a file only. Save this page, and open the file.";
-  return "This browser has no access to serial ports. Chrome, Edge and Opera on a computer have; so has palpate live.";
+  return "This browser has no access to serial ports. Chrome, Edge, Opera and a new Firefox on a computer have; so has palpate live.";
 }
 
 export class Port {

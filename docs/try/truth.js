@@ -1,10 +1,10 @@
-// The bundled simulated touches: the true ratio of their specimens, beside what was estimated.
+// The bundled simulated touches: the true ratio of each, beside what was estimated. A hand holds each touch at its own
+// angle, so it is not the ratio of its specimen; and as its gauges are slightly curved, no estimate is without a bias.
 
 import { $, put } from "./page/dom.js";
 import { number, signed } from "./page/formatting.js";
 import { running } from "./page/now.js";
 
-const SCATTER = 0.03; // of the simulated hand from touch to touch, relative: it holds each one at its own angle
 const WORD = { word: "Demo", sub: "simulated touches: nothing is measured", tone: "idle", share: null };
 const TITLE = "This is a simulation.", TEXT = "A simulated hand touched objects of known ratio. Drop a recording here, or connect your probe.";
 
@@ -17,7 +17,7 @@ export function compared(kind, message, truth) {
 
 function beside(row, truth) {
   const found = truth.find(({ touch }) => touch === row.number);
-  return found ? { ...row, specimen: found.name, deviation: row.ratio / found.ratio - 1 } : row;
+  return found ? { ...row, specimen: found.name, deviation: row.ratio / found.touch_ratio - 1 } : row;
 }
 
 // The truth of the shown touch, and how far its estimate is away.
@@ -28,7 +28,7 @@ export class Truth {
     $("truth").hidden = !truth;
     $("next").hidden = Boolean(truth);
     put("truthname", found ? `True ratio, ${found.name}` : "True ratio");
-    put("true", found ? number(found.ratio, SCATTER * found.ratio) : "–");
-    put("off", found ? `estimate ${signed(100 * (one.ratio / found.ratio - 1), 1)} %; this hand scatters by ${100 * SCATTER} %` : "");
+    put("true", found ? number(found.touch_ratio, one.standard_error) : "–");
+    put("off", found ? `estimate ${signed(100 * (one.ratio / found.touch_ratio - 1), 2)} %${one.state ? "" : ", its gauges are curved"}. Held upright: ${number(found.ratio)}` : "");
   }
 }

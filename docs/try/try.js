@@ -80,8 +80,13 @@ function hear(kind, told_it) {
   known[kind] = message;
   for (const part of parts) part.tell(kind, known);
   charts.tell(kind, message);
-  if (kind === "hello") put("source", [message.file?.name, message.device || message.source, message.scene].filter(Boolean).join(" · "));
+  if (kind === "hello") put("source", sourceOf(message));
   if (kind === "state") list(message.messages ?? []);
+}
+
+function sourceOf({ file, source, device, scene }) {
+  const name = file?.name ?? source;
+  return [name, name.includes(device) ? "" : device, scene].filter(Boolean).join(" · ");
 }
 
 function list(messages) {
@@ -152,4 +157,4 @@ document.addEventListener("chosen", ({ detail }) => {
 });
 addEventListener("resize", () => charts.dress());
 simulate();
-globalThis.palpate = { charts, known, store }; // for the console: the numbers that are shown
+globalThis.palpate = { charts, known, store, measuring }; // for the console: the numbers that are shown

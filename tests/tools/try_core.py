@@ -42,11 +42,14 @@ class Node:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         command = [need("node"), str(_DRIVER), str(folder)]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8")
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
+        )
 
     def ask(self, do: str, **request: Any) -> Any:
         """Return the answer to a request."""
-        assert self._process.stdin and self._process.stdout
+        assert self._process.stdin
+        assert self._process.stdout
         self._process.stdin.write(json.dumps({"do": do, **request}) + "\n")
         self._process.stdin.flush()
         answer = json.loads(self._process.stdout.readline())

@@ -8,7 +8,7 @@ from try_core import Node, built
 
 @pytest.fixture(scope="session")
 def node(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Node]:
-    """The core in node."""
+    """Run the core in node."""
     node = Node(built(tmp_path_factory.mktemp("core")))
     yield node
     node.close()

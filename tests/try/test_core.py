@@ -1,29 +1,27 @@
 """The core in WebAssembly: the bits of a recording in the browser are those of the live page and of a replay."""
 
 import json
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import palpate
 import pytest
-from build_core import ROOT, build, compiled
+from build_core import build
 from core_sample import block as sampled
 from effort import draws
 from gap_plays import TOUCH_S, Play
+from palpate import SourceError
 from palpate.live.desk.recorded import Recorded
 from palpate.live.feed import Flag
 from palpate.live.review import Review
 from palpate.live.summary import Summary
-from palpate import SourceError
 from palpate.recording.foreign import recorded
 from palpate.recording.rows import EARLIER, HEADER, format_rows
 from palpate.recording.sidecar import made, text_of
 from palpate.samples import Block, Status
 from palpate.simulation import scenarios
-
-from project import need
+from project import ROOT
 from try_core import Node, bits, rows_in
 
 OWN = ROOT / "tests" / "data" / "four-specimens.csv"
@@ -42,9 +40,7 @@ def require_alike(found: Any, path: Path) -> Review:
     """Check rows, touches and events against the live page, to the last bit."""
     review = review_of(path)
     assert "refused" not in found, found
-    span = review.levels.span
-    expected = review.levels.view(*span, 10**9) if span else np.zeros(0, rows_in([]).dtype)
-    assert bits(rows_in(found["blocks"])) == bits(expected)
+    assert bits(rows_in(found["blocks"])) == bits(review.levels.view(-1e9, 1e9, 10**9))
     summary = Summary(review)
     own = Recorded(review, summary)
     summary.known = own.rows
@@ -57,7 +53,17 @@ def require_alike(found: Any, path: Path) -> Review:
     }
     assert [gap["lost"] for gap in events["gaps"]] == [gap["lost"] for gap in found["events"]["gaps"]]
     hello = summary.instrument("")
-    same = ("origin_s", "samples", "seconds", "scene", "threshold", "statistic_unit", "calibrated", "scatter", "version")
+    same = (
+        "origin_s",
+        "samples",
+        "seconds",
+        "scene",
+        "threshold",
+        "statistic_unit",
+        "calibrated",
+        "scatter",
+        "version",
+    )
     assert {name: hello[name] for name in same} == {name: found["hello"][name] for name in same}
     assert review.counters.as_dict() | found["state"]["counters"] == review.counters.as_dict()
     return review
@@ -69,25 +75,13 @@ def test_a_recording_has_the_bits_of_a_replay(node: Node) -> None:
     touches = palpate.touches(palpate.read(OWN))
     assert [touch["ratio"] for touch in found["touches"]["rows"]] == [touch.ratio for touch in touches]
     assert found["state"]["messages"] == []
-    assert found["hello"]["file"] == {"name": OWN.name, "rows": 1411, "missing": 0, "end": "complete, clean end", "seconds": 36.66}
-
-
-def test_every_estimator_has_the_bits_of_the_native_one(tmp_path: Path) -> None:
-    source = ROOT / "tests" / "cpp" / "bits.cpp"
-    need("wasm-ld")
-    compiled([source], tmp_path / "bits.wasm", "-O2")
-    run = f"""
-import {{ WASI }} from "node:wasi"; import {{ readFileSync }} from "node:fs";
-const wasi = new WASI({{ version: "preview1" }}), module = await WebAssembly.compile(readFileSync({json.dumps(str(tmp_path / "bits.wasm"))}));
-wasi.start(await WebAssembly.instantiate(module, wasi.getImportObject()));
-"""
-    command = [need("node"), "--no-warnings", "--input-type=module", "-e", run]
-    there = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    include = f"-I{ROOT / 'cpp' / 'include'}"
-    subprocess.run([need("g++"), "-std=c++17", "-O1", "-ffp-contract=off", include, str(source), "-o", str(tmp_path / "bits")], check=True)
-    here = subprocess.run([str(tmp_path / "bits")], check=True, capture_output=True, text=True).stdout
-    assert there == here
-    assert here.count("\n") == 12
+    assert found["hello"]["file"] == {
+        "name": OWN.name,
+        "rows": 1411,
+        "missing": 0,
+        "end": "complete, clean end",
+        "seconds": 36.66,
+    }
 
 
 def save(path: Path, block: Block, device: dict[str, Any], **parts: Any) -> Path:
@@ -110,17 +104,23 @@ def disturbed(seed: int) -> tuple[Block, dict[str, Any], dict[str, Any]]:
     if seed % 3 == 0:
         block["hard_raw"] = block["soft_raw"] = -1
     if seed % 4 == 1:
-        block["hard"][random.random(len(block)) < 0.005] = np.inf
+        block["soft_raw"][:50], block["soft"][:50] = -1, np.nan
     block["seq"] += 7 + np.cumsum(random.random(len(block)) < 0.01)
     late = random.random(len(block)) < 0.004
     for side in ("t_hard_ns", "t_soft_ns"):
         block[side] += np.cumsum(late * 1_000_000_000) - 3_000_000_000
     marks = [
         {"seq": int(seq), "t_s": float(seq), "text": f"m {seq}", **kind}
-        for seq, kind in zip(random.choice(block["seq"], 4), ({}, {"tare": True}, {"tare": True, "gap": True}, {"tare": True}), strict=True)
+        for seq, kind in zip(
+            random.choice(block["seq"], 4),
+            ({}, {"tare": True}, {"tare": True, "gap": True}, {"tare": True}),
+            strict=True,
+        )
     ]
     device = {"name": "test", "full_scale_pF": [4.0, 0.9, "inf"][seed % 3], "stamps": ["host", "converter"][seed % 2]}
-    settings = [{}, {"scene": "sliding"}, {"scene": "handheld", "seconds": 2.0}, {"samples": 60}, {"release": 0.4}][seed % 5]
+    settings = [{}, {"scene": "sliding"}, {"scene": "handheld", "seconds": 2.0}, {"samples": 60}, {"release": 0.4}][
+        seed % 5
+    ]
     return block, device, {"marks": marks, "settings": settings}
 
 
@@ -152,110 +152,39 @@ def test_forms_that_palpate_wrote_or_an_editor_makes(node: Node, tmp_path: Path)
     cells = [line.split(b",") for line in data.splitlines()]
     without = b"".join(b",".join([*line[:7], line[8]]) + b"\n" for line in cells)
     assert without.startswith(",".join(EARLIER).encode())
-    for name, text in {"windows": data.replace(b"\n", b"\r\n"), "earlier": without, "open": data[:-1], "alone": data}.items():
+    for name, text in {
+        "windows": data.replace(b"\n", b"\r\n"),
+        "earlier": without,
+        "open": data[:-1],
+        "alone": data,
+    }.items():
         path = tmp_path / f"{name}.csv"
         path.write_bytes(text)
         found = node.open((path.name, text))
         require_alike(found, path)
         assert "no sidecar: drop" in found["state"]["messages"][0]
     path = tmp_path / "other-codes.csv"  # no sidecar says their scale
-    path.write_bytes(HEADER.encode() + format_rows(block)[:0] + b"0,0.0,0.013,100,200,0.5,0.25,-1,0\n1,0.026,0.039,101,200,0.6,0.25,-1,0\n")
+    path.write_bytes(
+        HEADER.encode()
+        + format_rows(block)[:0]
+        + b"0,0.0,0.013,100,200,0.5,0.25,-1,0\n1,0.026,0.039,101,200,0.6,0.25,-1,0\n"
+    )
     found = node.open_paths(path)
     require_alike(found, path)
     assert any("not those of an AD7746" in text for text in found["state"]["messages"])
-
-
-def test_what_was_cut_off_or_changed_is_told(node: Node) -> None:
-    data, sidecar = OWN.read_bytes(), OWN.with_suffix(".json").read_bytes()
-
-    def told(rows: bytes, beside: bytes = sidecar) -> list[str]:
-        found = node.open(("run.csv", rows), ("run.json", beside))
-        messages: list[str] = found["state"]["messages"]
-        return messages
-
-    assert told(data) == []
-    cut = told(data[:-10])
-    assert "1410 rows in the file, but 1411 were written" in cut[0]
-    assert "bytes after the last complete row, left out" in cut[1]
-    assert "300 bytes after the last complete row" in told(data + b"\0" * 300)[0]
-    assert "the rows were changed" in told(data.replace(b"0.6200503", b"0.6200504"))[0]
-    assert "the sidecar was changed" in told(data, sidecar.replace(b"four_specimens.py", b"four_specimens_py"))[0]
-    assert told(data.replace(b"\n", b"\r\n")) == []
-
-
-@pytest.mark.parametrize(
-    ("rows", "told"),
-    [
-        (b"1,0.026,0.039,8388608,8388608,0.0,0.0,-1,0\n???\n", "run.csv: line 3: got '???', allowed here: a row as palpate writes it"),
-        (b"1, 0.026,0.039,8388608,8388608,0.0,0.0,-1,0\n", "line 2: got '1, 0.026"),
-        (b"1,0.026,0.039,8388608,8388608,0.0,0.0,-1,9\n", "line 2"),
-        (b"1,0.026,0.039,8388608,8388608,0.0,0.0,-1\n", "line 2"),
-        (b"\n", "line 2: got ''"),
-        (b"9" * 5000, "line 2"),
-        (b"9" * 50_000 + b"\n", "line 2"),
-        (b"1,0.026,0.039,8388608,8388608,0.0,0.0,-1,0\n" * 2000 + b"?\n", "line 2002: got '?'"),
-    ],
-)
-def test_a_row_that_is_not_plain_is_refused_with_its_line(node: Node, rows: bytes, told: str) -> None:
-    answer = node.open(("run.csv", HEADER.encode() + rows))
-    assert told in answer["refused"]
-    assert "palpate live run.csv" in answer["refused"]
-
-
-@pytest.mark.parametrize(
-    ("files", "told"),
-    [
-        ([("a.xlsx", b"PK")], "got a.xlsx, allowed: a recording of palpate, NAME.csv"),
-        ([], "got no file"),
-        ([("a.csv", b"x"), ("b.csv", b"x")], "got 2 recordings (a.csv, b.csv)"),
-        ([("a.csv", b"time,C1,C2\n0,1,2\n")], "a.csv: its first line is 'time,C1,C2', allowed here: seq,t_hard_s"),
-        ([("a.csv", b"")], "a.csv: its first line is ''"),
-        ([("a.csv", HEADER.encode()), ("a.json", b"{")], "a.json: not JSON"),
-        ([("a.csv", HEADER.encode()), ("a.json", b'{"schema": "x"}')], "schema: got 'x', allowed: palpate-recording-1"),
-    ],
-)
-def test_files_that_are_none_are_refused_in_words(node: Node, files: list[tuple[str, bytes]], told: str) -> None:
-    assert told in node.open(*files)["refused"]
-
-
-@pytest.mark.parametrize(
-    ("parts", "told"),
-    [
-        ({"settings": {"scene": "paper"}}, "scene: got 'paper', allowed here: handheld, sliding; 'palpate live run.csv' reads it"),
-        ({"settings": {"threshold": 3.0}}, "threshold: got 3, allowed here: 10, as the scene has it"),
-        ({"settings": {"seconds": 2.0, "samples": 5}}, "a touch has one length"),
-        ({"settings": {"release": 1.5}}, "release: got 1.5, allowed: 0 < release < 1"),
-        ({"settings": {"seconds": "x"}}, "seconds: got 'x'"),
-        ({"device": {"full_scale_pF": -1}}, "full_scale_pF: got -1, allowed: above 0"),
-        ({"device": {"codes": {"zero": 0}}}, "codes: got"),
-        ({"marks": [{"seq": 2**60, "tare": True}]}, "allowed here: below 2**53"),
-        ({"marks": {}}, "marks: allowed: a list"),
-        ({"device": []}, "device: got []"),
-    ],
-)
-def test_what_this_page_does_not_have_is_refused(node: Node, parts: dict[str, Any], told: str) -> None:
-    document = {"schema": "palpate-recording-2", "device": {}, "settings": {}, "notes": [], "marks": []} | parts
-    answer = node.open(("run.csv", HEADER.encode()), ("run.json", json.dumps(document).encode()))
-    assert told in answer["refused"]
-
-
-def test_an_empty_recording_says_so(node: Node) -> None:
-    found = node.open(("run.csv", HEADER.encode()))
-    assert "no rows" in found["state"]["messages"]
-    assert found["blocks"][0]["end"] == 0
 
 
 def test_the_simulated_session_has_the_bits_of_python(node: Node, tmp_path: Path) -> None:
     found, path = node.ask("sample"), tmp_path / "simulated.csv"
     path.write_bytes(HEADER.encode() + format_rows(sampled()))
     review = review_of(path)
-    assert bits(rows_in(found["blocks"])) == bits(review.levels.view(*review.levels.span, 10**9))  # type: ignore[misc]
+    assert bits(rows_in(found["blocks"])) == bits(review.levels.view(-1e9, 1e9, 10**9))
     ratios = [touch.ratio for touch in review.touches]
     assert [touch["ratio"] for touch in found["touches"]["rows"]] == ratios
     assert [truth["touch"] for truth in found["truth"]] == [*range(1, len(ratios) + 1)]
     for truth, touch in zip(found["truth"], review.touches, strict=True):
         assert not touch.flags
-        assert abs(touch.ratio / truth["touch_ratio"] - 1) < 2e-3
+        assert abs(touch.ratio - truth["touch_ratio"]) < 4 * touch.standard_error
     assert found["state"]["messages"] == []
 
 
