@@ -44,7 +44,7 @@ def parsed(line: str) -> str:
 
 
 def has_options(line: str) -> str | None:
-    """Return what is wrong with a command that a sentence mentions, which may have no arguments: `palpate replay --offline`."""
+    """Return what is wrong with a command in a sentence, which may lack its arguments: `palpate replay --offline`."""
     words, group = shlex.split(line), main
     command: click.Command = main
     while words and isinstance(command, click.Group) and not words[0].startswith("-"):

@@ -1,6 +1,6 @@
-"""Pictures of the pages of the site: `python tests/tools/docs_pictures.py FOLDER [PAGE...]`, light and dark, desk and phone.
+"""Pictures of the site, light and dark, desk and phone: `python tests/tools/docs_pictures.py FOLDER [PAGE...]`.
 
-The site is built into build/docs first. Default pages: how it works, and the pages of a class, a function and the index of questions.
+The site is built into build/docs first. Default pages: how it works, three of the API, the index of questions, the glossary.
 """
 
 import subprocess

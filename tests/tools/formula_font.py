@@ -2,8 +2,8 @@
 
     python tests/tools/formula_font.py STIXTwoMath-Regular.ttf docs/static/formulas.woff
 
-The font is STIX Two Math, version 2.11, under the SIL Open Font License (docs/static/formulas-font-licence.txt). Needs fonttools
-and zopfli.
+The font is STIX Two Math, version 2.11, under the SIL Open Font License (docs/static/formulas-font-licence.txt). Needs
+fonttools and zopfli.
 """
 
 import html
@@ -13,8 +13,8 @@ import unicodedata
 from collections.abc import Iterable
 
 UNICODES = (
-    "20-7E,A0,AF,B1,B7,D7,393,394,398,39B,3A3,3A6,3A8,3A9,3B1-3C9,2015,2016,2026,2032,2061,2190-2192,2202,2208,2211,2212,"
-    "221A,221D,221E,222B,2248,2260,2264,2265,22C5,22EF,210E,1D434-1D467,1D6E4,1D6E5,1D6E9,1D6EC,1D6F4,1D6F7,1D6F9,1D6FA,"
+    "20-7E,A0,AF,B1,B7,D7,393,394,398,39B,3A3,3A6,3A8,3A9,3B1-3C9,2015,2016,2026,2032,2061,2190-2192,2202,2208,2211,"
+    "2212,221A,221D,221E,222B,2248,2260,2264,2265,22C5,22EF,210E,1D434-1D467,1D6E4,1D6E5,1D6E9,1D6EC,1D6F4,1D6F7,1D6F9,1D6FA,"
     "1D6FC-1D71B"
 )
 """Latin and Greek letters, upright and italic, and the usual operators."""

@@ -15,7 +15,8 @@ BESIDE = ("SECURITY.md", "CONTRIBUTING.md", "CHANGELOG.md", "CITATION.cff")
 def built(root: Path) -> tuple[Path, str]:
     """Return the site, and what Sphinx complained about.
 
-    All workers of a test run share it: the first builds, the others wait. It is built from a copy: autosummary writes the pages of the API beside the others.
+    All workers of a test run share it: the first builds, the others wait. It is built from a copy: autosummary writes the
+    pages of the API beside the others.
     """
     folder, said = root / "site", root / "said"
     try:
