@@ -111,8 +111,8 @@ struct Block {
     const auto state = run.row(report, static_cast<std::size_t>(touches.ended));
     alarm = report.alarm;
     last_s = t_s > last_s ? t_s : last_s;  // times of a file may go back
-    const bool useless = (row.status & (excitation_status | lost_status)) != 0 || !std::isfinite(row.hard) ||
-                         !std::isfinite(row.soft);
+    const bool useless =
+        (row.status & (excitation_status | lost_status)) != 0 || !std::isfinite(row.hard) || !std::isfinite(row.soft);
     const bool shown = state.touch > 0;
     const double values[] = {last_s,
                              useless ? nan : row.hard - state.hard_baseline,

@@ -77,7 +77,14 @@ def test_files_that_are_none_are_refused_in_words(node: Node, files: list[tuple[
         ({"settings": {"threshold": 3.0}}, "threshold: got 3, allowed here: 10, as the scene has it"),
         ({"settings": {"seconds": 2.0, "samples": 5}}, "a touch has one length"),
         ({"settings": {"release": 1.5}}, "release: got 1.5, allowed: 0 < release < 1"),
-        ({"settings": {"seconds": "x"}}, "seconds: got 'x'"),
+        ({"settings": {"seconds": "5"}}, "seconds: got '5'"),
+        ({"settings": {"release": "0.4"}}, "release: got '0.4'"),
+        ({"settings": {"host_stamps": "no"}}, "host_stamps: got 'no', allowed: true or false"),
+        ({"settings": {"scene": "constructor"}}, "scene: got 'constructor'"),
+        ({"settings": {"toString": 1}}, "toString: got 1"),
+        ({"device": {"full_scale_pF": "4"}}, "full_scale_pF: got '4', allowed: above 0"),
+        ({"device": {"codes": {"zero": 0, "per_pF": "5", "largest": 9}}}, "codes: got"),
+        ({"end": None}, "end: got null, allowed: names and values"),
         ({"device": {"full_scale_pF": -1}}, "full_scale_pF: got -1, allowed: above 0"),
         ({"device": {"codes": {"zero": 0}}}, "codes: got"),
         ({"marks": [{"seq": 2**60, "tare": True}]}, "allowed here: below 2**53"),
@@ -95,3 +102,19 @@ def test_an_empty_recording_says_so(node: Node) -> None:
     found = node.open(("run.csv", HEADER.encode()))
     assert "no rows" in found["state"]["messages"]
     assert found["blocks"][0]["end"] == 0
+
+
+def test_a_time_that_no_clock_shows_is_none(node: Node) -> None:
+    document = {
+        "schema": "palpate-recording-2",
+        "device": {},
+        "settings": {},
+        "notes": [],
+        "marks": [{"t_s": 1, "text": "m" * 999}],
+    }
+    row = b"1,0.026,0.039,8388608,8388608,0.0,0.0,-1,0\n"
+    for zero, utc in (("1e400", None), ("true", None), ("1700000000000000000", "2023-11-14T22:13:20.026Z")):
+        text = json.dumps(document).replace('"device"', f'"clock": {{"zero_utc_ns": {zero}}}, "device"')
+        found = node.open(("run.csv", HEADER.encode() + row), ("run.json", text.encode()))
+        assert found["hello"]["utc"] == utc
+    assert found["events"]["marks"][0]["text"].endswith("mmm... (999 characters)")

@@ -212,6 +212,13 @@ def test_without_times_those_of_arrival_are_used(node: Node) -> None:
     assert abs(touch["ratio"] / expected.ratio - 1) < 0.01
 
 
+def test_values_that_do_not_come_are_told_once(node: Node) -> None:
+    pieces = [("\n", 0.0), *((f"hard_pF=OL,soft_pF=2,t_ms={500 * i}\n", 0.5 * i) for i in range(40))]
+    found = node.ask("serial", pieces=pieces)
+    assert sum("no pair with both values for 5 s" in text for text in found["state"]["messages"]) == 1
+    assert found["state"]["counters"]["refused"] == 40
+
+
 @pytest.mark.parametrize(
     ("pieces", "told"),
     [

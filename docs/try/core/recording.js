@@ -2,7 +2,7 @@
 
 import { Measurement, joined } from "./measurement.js";
 import { quoted, require } from "./refused.js";
-import { codesOf, crc32, infinite, marksOf, settingsOf, sidecarOf } from "./sidecar.js";
+import { codesOf, crc32, infinite, marksOf, settingsOf, sidecarOf, utcOf } from "./sidecar.js";
 import { Survey } from "./survey.js";
 import { TABLES } from "./tables.js";
 
@@ -19,8 +19,8 @@ export async function recordingOf(module, files) {
   const device = document?.device ?? {}, plain = new Plain(module, columns.length === TABLES.columns.length, name, bytes, begin);
   const codes = document ? codesOf(device) : plain.likely();
   const first = document ? null : plain.first(codes);
-  const full = document ? infinite(device.full_scale_pF ?? "inf") : first?.hard_raw >= 0 ? TABLES.full_scale_pF : Infinity;
-  require(full > 0, `full_scale_pF: got ${quoted(full)}, allowed: above 0`);
+  const full = document ? infinite("full_scale_pF" in device ? device.full_scale_pF : "inf") : first?.hard_raw >= 0 ? TABLES.full_scale_pF : Infinity;
+  require(typeof full === "number" && full > 0, `full_scale_pF: got ${quoted(full)}, allowed: above 0`);
   const [scene, settings] = settingsOf(document, full, advice);
   const { marks, tares } = marksOf(document);
   const got = new Measurement(module, { kind: "file", name, device: String(device.name ?? ""), scene, settings });
@@ -36,8 +36,7 @@ export async function recordingOf(module, files) {
   const notes = [...verified(name, bytes, found, survey.rows), ...plain.torn(), ...survey.notes(codes)];
   got.notes = [...notes, ...said(document)];
   got.file = { name, rows: survey.rows, missing: survey.lost, end: verdict(document, notes), seconds: survey.seconds };
-  const zero = document?.clock?.zero_utc_ns;
-  if (zero > 0 && got.origin !== null) got.utc = new Date(zero / 1e6 + got.origin * 1e3).toISOString();
+  got.utc = utcOf(document, got.origin);
   got.ended = true;
   return got;
 }

@@ -8,12 +8,13 @@ import { TABLES } from "./tables.js";
 const { serial: KNOWN } = TABLES;
 const LONGEST = 1000; // bytes of a line
 const STRANGE = 20, PATIENCE_S = 10; // lines that are not read, and how long, before that is an error
-const SHOWN = 20; // comments of the board
+const SHOWN = 20, KEPT = 100; // comments of the board; messages
+const NO_VALUE_S = 5;
 
 export class Serial extends Measurement {
   constructor(module, name) {
     super(module, { kind: "live", name, device: "serial port", settings: settingsOf(null) });
-    Object.assign(this, { rest: "", whole: false, format: null, clock: new Clock(), strange: 0, since: 0, errors: 0, begun: null });
+    Object.assign(this, { rest: "", whole: false, format: null, clock: new Clock(), strange: 0, since: 0, errors: 0, begun: null, valued: null });
   }
 
   // Takes what came from the port, and when, s; returns the new rows.
@@ -47,6 +48,7 @@ export class Serial extends Measurement {
       this.lost += place.lost;
       samples.push({ ...sample, ...place });
       this.strange = 0;
+      this.watch(sample, now);
     } catch (error) {
       if (!(error instanceof Refused) || error.final) throw error;
       this.refuse(line, error, now);
@@ -58,21 +60,34 @@ export class Serial extends Measurement {
     this.settings = settingsOf(format);
     this.module.begin(this.settings);
     const shown = ["hard", "soft"].filter((role) => role in values).map((role) => `${role} ${values[role]} pF`);
-    this.said.push(`${quoted(line)}${shown.length ? ` -> ${shown.join(", ")}` : ""}${format.timed ? "" : "; without times: those of arrival are used, smoothed"}`);
+    this.tell(`${quoted(line)}${shown.length ? ` -> ${shown.join(", ")}` : ""}${format.timed ? "" : "; without times: those of arrival are used, smoothed"}`);
+  }
+
+  // Says once that no pair has both values.
+  watch({ status }, now) {
+    if (status !== 8 || this.valued === null) this.valued = now;
+    else if (now - this.valued >= NO_VALUE_S) {
+      this.valued = Infinity;
+      this.tell(`${this.name}: no pair with both values for ${NO_VALUE_S} s, the lines say overload, nan or nothing: check the probe's connection and the range of the instrument`);
+    }
+  }
+
+  tell(text) {
+    this.said = [...this.said, text].slice(-KEPT);
   }
 
   gap({ gap, lost, t_hard_ns }) {
     this.module.wasm.gap();
     this.note(this.module.touches());
     this.cut(this.end ?? 0, Number(t_hard_ns) * 1e-9, lost, gap);
-    this.said.push(gap);
+    this.tell(gap);
   }
 
   refuse(line, error, now) {
     if (!this.strange) [this.since, this.firstStrange] = [now, line];
     this.strange += 1;
     if (this.format) this.errors += 1;
-    if (this.format && /^10+$/.test(this.errors)) this.said.push(`${this.errors} lines were not read; the last: ${quoted(line)}: ${error.message}`);
+    if (this.format && /^10+$/.test(this.errors)) this.tell(`${this.errors} lines were not read; the last: ${quoted(line)}: ${error.message}`);
     const long = now - this.since >= PATIENCE_S;
     if (this.format ? long && this.strange >= STRANGE : long || this.strange >= STRANGE) {
       const lines = this.strange === 1 ? "1 line was" : `${this.strange} lines in a row were`;
@@ -82,7 +97,7 @@ export class Serial extends Measurement {
 
   comment(line) {
     const told = `${this.name}: ${quoted(line)}`;
-    if (this.said.length < SHOWN && !this.said.includes(told)) this.said.push(told);
+    if (this.said.length < SHOWN && !this.said.includes(told)) this.tell(told);
   }
 
   tare() {
@@ -99,7 +114,7 @@ function settingsOf(format) {
 // Numbers and times of the samples. A board that restarts, or a counter of 32 bits that begins again, is a gap.
 class Clock {
   constructor() {
-    Object.assign(this, { next: 0, seq: null, own: null, arrived: 0, last: 0n, capdacs: null, pairs: 0, own_s: 0, waited_s: 0, wrong: 0 });
+    Object.assign(this, { next: 0, seq: null, own: null, arrived: 0, last: 0n, capdacs: null, restarts: 0, pairs: 0, own_s: 0, waited_s: 0, wrong: 0 });
   }
 
   // `now`: the arrival, s.
@@ -113,6 +128,8 @@ class Clock {
     else if (step_s > waited + KNOWN.ahead_s) gaps.push("the clock of the board jumped ahead");
     if (step > 0n) this.judge(step_s, waited);
     const lost = this.count(values.seq, gaps);
+    this.restarts = gaps.length ? this.restarts + 1 : 0;
+    if (this.restarts >= KNOWN.restarts) throw Object.assign(new Refused(`the board restarts with each line, or does not count up: ${gaps[0]}`), { final: true });
     this.moved(values, gaps);
     const first = this.own === null, going = this.last + (step < 0n ? BigInt(Math.round(waited * 1e9)) : step);
     const at = hard === undefined ? arrived : first ? (arrived > -apart ? arrived : -apart) : going;
