@@ -140,7 +140,7 @@ class Trial:
         """Let the page's clock run until it says a word."""
 
         def said() -> bool:
-            self.script("fake.now += 100")
+            self.script("fake.now += 300")
             return self.page.text("word") == word
 
         self.page.until(said)
