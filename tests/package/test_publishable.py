@@ -154,6 +154,7 @@ def test_links_of_the_readme_lead_out_of_the_packages_page() -> None:
     ("line", "expected"),
     [
         ("[a](docs) b", f"[a]({ADDRESS}/tree/v1/docs) b"),
+        ("![a](docs/images/wiring.svg)", f"![a]({ADDRESS}/raw/v1/docs/images/wiring.svg)"),
         (
             "[![a](docs/images/live-light.png)](docs/live.md#x)",
             f"[![a]({ADDRESS}/raw/v1/docs/images/live-light.png)]({ADDRESS}/blob/v1/docs/live.md#x)",
