@@ -1,7 +1,7 @@
 """What somebody without a compiler waits for: `python -m release.newcomer WHEEL` installs it and opens the live page.
 
-A new environment, a search path with nothing but its programs, nothing from pip's cache. Prints the time of each step since the
-begin of the installation, and the processor's time, the environment's included, which knows no other load and no network.
+A new environment, a search path with nothing but its programs, nothing from pip's cache. Prints the time since the
+begin of the installation, and the processor's time, which knows neither the network nor other load.
 """
 
 import os
@@ -14,6 +14,12 @@ from pathlib import Path
 from time import perf_counter
 
 _LIMIT_S = 300
+
+
+def children_s() -> float:
+    """Return the processor's time of the programs that have ended."""
+    spent = os.times()
+    return spent.children_user + spent.children_system
 
 
 def address_of(live: subprocess.Popen[str]) -> str:
@@ -52,26 +58,16 @@ def main(wheel: str) -> None:
         environment = {**os.environ, "PATH": str(programs), "HOME": name, "BROWSER": "true", "PYTHONUNBUFFERED": "1"}
         compilers = [c for c in ("cc", "c++", "gcc", "g++", "clang", "cmake", "ninja") if (programs / c).exists()]
         assert compilers == []
-        begun = perf_counter()
+        begun, spent_s = perf_counter(), children_s()
         requirement = f"palpate[live] @ {Path(wheel).resolve().as_uri()}"
         # only-binary: a dependency without a wheel is an error, not a try to compile it.
-        install = [
-            str(programs / "python"),
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--no-cache-dir",
-            "--only-binary",
-            ":all:",
-        ]
-        subprocess.run([*install, requirement], env=environment, check=True, timeout=_LIMIT_S)
-        spent = os.times()
-        processor_s = spent.children_user + spent.children_system
-        print(
-            f"pip install of the wheel with [live]: {perf_counter() - begun:.1f} s, {processor_s:.1f} s of a processor"
-        )
+        install = "-m pip install --quiet --no-cache-dir --only-binary :all:".split()
+        command = [str(programs / "python"), *install, requirement]
+        subprocess.run(command, env=environment, check=True, timeout=_LIMIT_S)
+        passed_s, processor_s = perf_counter() - begun, children_s() - spent_s
+        print(f"pip install of the wheel with [live]: {passed_s:.1f} s, {processor_s:.1f} s of a processor")
         served(programs, environment, begun)
+        print(f"in all: {children_s() - spent_s:.1f} s of a processor")
 
 
 if __name__ == "__main__":
