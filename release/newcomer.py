@@ -61,7 +61,7 @@ def main(wheel: str) -> None:
         begun, spent_s = perf_counter(), children_s()
         requirement = f"palpate[live] @ {Path(wheel).resolve().as_uri()}"
         # only-binary: a dependency without a wheel is an error, not a try to compile it.
-        install = "-m pip install --quiet --no-cache-dir --only-binary :all:".split()
+        install = ["-m", "pip", "install", "--quiet", "--no-cache-dir", "--only-binary", ":all:"]
         command = [str(programs / "python"), *install, requirement]
         subprocess.run(command, env=environment, check=True, timeout=_LIMIT_S)
         passed_s, processor_s = perf_counter() - begun, children_s() - spent_s
