@@ -67,6 +67,7 @@ def main(wheel: str) -> None:
         passed_s, processor_s = perf_counter() - begun, children_s() - spent_s
         print(f"pip install of the wheel with [live]: {passed_s:.1f} s, {processor_s:.1f} s of a processor")
         served(programs, environment, begun)
+        subprocess.run([programs / "python", Path(__file__).with_name("smoke.py")], env=environment, check=True)
         print(f"in all: {children_s() - spent_s:.1f} s of a processor")
 
 
