@@ -69,7 +69,7 @@ def problems_of_metadata(name: str, text: str) -> list[str]:
 def problems_of_wheel(path: Path) -> list[str]:
     """Return what is wrong in a wheel."""
     with zipfile.ZipFile(path) as wheel:
-        names = wheel.namelist()
+        names = [name for name in wheel.namelist() if not name.endswith("/")]  # auditwheel writes folders, too
         [metadata] = [name for name in names if name.endswith(".dist-info/METADATA")]
         found = problems_of_metadata(path.name, wheel.read(metadata).decode())
     found += [f"{path.name}: stray file {n}" for n in names if not _ALLOWED.fullmatch(n) or _STRAY.search(n)]

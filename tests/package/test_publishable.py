@@ -16,6 +16,9 @@ ADDRESS = "https://code.invalid/team/palpate"
 TODAY = date(2030, 1, 2)
 SECTIONS = {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
 PROJECT = pyproject()["project"]
+of_the_repository = pytest.mark.skipif(
+    not (ROOT / ".github").is_dir(), reason="the README of a source distribution has full addresses"
+)
 
 
 def text(name: str) -> str:
@@ -90,6 +93,7 @@ def test_the_metadata_is_that_of_the_project() -> None:
     assert "palpate developers" in text("LICENSE")
 
 
+@of_the_repository
 def test_nobody_else_has_an_address_of_the_project() -> None:
     """Apart from pyproject.toml: nothing to correct in a second place when the repository moves."""
     known = re.compile(
@@ -135,6 +139,7 @@ def test_the_changelog_has_the_known_form() -> None:
         assert len(names) == len(set(names)), "each kind once"
 
 
+@of_the_repository
 def test_links_of_the_readme_lead_out_of_the_packages_page() -> None:
     page = absolute(text("README.md"), ADDRESS, "v1.2.3", ROOT)
     targets = re.findall(r"\]\(([^()\s]+)\)", re.sub(r"^```.*?^```$", "", page, flags=re.DOTALL | re.MULTILINE))
@@ -154,6 +159,7 @@ def test_links_of_the_readme_lead_out_of_the_packages_page() -> None:
     ("line", "expected"),
     [
         ("[a](docs) b", f"[a]({ADDRESS}/tree/v1/docs) b"),
+        ("![a](docs/images/wiring.svg)", f"![a]({ADDRESS}/raw/v1/docs/images/wiring.svg)"),
         (
             "[![a](docs/images/live-light.png)](docs/live.md#x)",
             f"[![a]({ADDRESS}/raw/v1/docs/images/live-light.png)]({ADDRESS}/blob/v1/docs/live.md#x)",
