@@ -111,6 +111,7 @@ def _run(words: list[str | Path], folder: Path) -> str:
 @contextmanager
 def _wine(folder: Path) -> Iterator[None]:
     """Keep Wine's server from one program to the next: each start of it takes longer than a program."""
+    (folder / "wine").mkdir()
     _run(["wineserver", "-p"], folder)
     try:
         yield
