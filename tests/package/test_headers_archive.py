@@ -22,7 +22,7 @@ EMBEDDED = ROOT / "bench" / "embedded"
 
 def make(folder: Path, *address: str) -> subprocess.CompletedProcess[str]:
     """Run the command."""
-    command = [sys.executable, "-m", "release.headers", folder, *address]
+    command: list[str | Path] = [sys.executable, "-m", "release.headers", folder, *address]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
@@ -108,7 +108,7 @@ def measured(library: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
 def sources(library: Path) -> list[str | Path]:
     sketch = library / "examples" / "palpate_instrument"
     includes = [f"-I{folder}" for folder in (STUB, library / "src", sketch)]
-    ino = ["-x", "c++", "-include", "Arduino.h", sketch / "palpate_instrument.ino", "-x", "none"]
+    ino: list[str | Path] = ["-x", "c++", "-include", "Arduino.h", sketch / "palpate_instrument.ino", "-x", "none"]
     return [*includes, *ino, sketch / "loop.cpp", STUB / "board.cpp"]
 
 
@@ -140,7 +140,7 @@ def test_a_microcontroller_prints_the_same_bits(
     program = tmp_path / "sketch.elf"
     flags = ["-mthumb", *processor.split(), "-std=gnu++17", "-Os", "-fno-exceptions", "-fno-rtti", "-Wall", "-Werror"]
     flags += ["-fno-threadsafe-statics", "-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections"]
-    link = ["-nostartfiles", "-T", EMBEDDED / "firmware.ld"]
+    link: list[str | Path] = ["-nostartfiles", "-T", EMBEDDED / "firmware.ld"]
     run(need("arm-none-eabi-g++"), *flags, *sources(library), EMBEDDED / "startup.cpp", *link, "-o", program)
     quiet = ["-nographic", "-monitor", "none", "-serial", "none", "-semihosting-config", "enable=on,target=native"]
     done = subprocess.run(
