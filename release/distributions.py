@@ -1,6 +1,10 @@
-"""Judges what would be uploaded: which wheels there are, what is in them, and where the links of their page lead."""
+"""Judges what would be uploaded: which wheels there are, what is in them, and where the links of their page lead.
+
+`python -m release.distributions FILE...` judges some; release/check.py asks for all of them.
+"""
 
 import re
+import sys
 import tarfile
 import zipfile
 from collections.abc import Iterable
@@ -9,6 +13,7 @@ from pathlib import Path
 
 from markdown_it import MarkdownIt
 from packaging.utils import parse_wheel_filename
+
 from release.project import pyproject, version
 
 # Where .github/workflows/release.yml builds: part of the wheel's platform tag.
@@ -51,7 +56,9 @@ def relative_links(markdown: str) -> list[str]:
 def problems_of_metadata(name: str, text: str) -> list[str]:
     """Return what is wrong with METADATA or PKG-INFO."""
     data = Parser().parsestr(text)
-    found = [f"{name}: its page would have the relative link {link}" for link in relative_links(data.get_payload())]
+    found = [
+        f"{name}: its page would have the relative link {link}" for link in relative_links(str(data.get_payload()))
+    ]
     if data["Version"] != version():
         found.append(f"{name}: version {data['Version']}, expected {version()}")
     if not any(url.startswith("Source, ") for url in data.get_all("Project-URL", [])):
@@ -80,7 +87,14 @@ def problems_of_source(path: Path) -> list[str]:
         file = archive.extractfile(f"{path.name.removesuffix('.tar.gz')}/PKG-INFO")
         assert file
         found = problems_of_metadata(path.name, file.read().decode())
-    needed = ("LICENSE", "README.md", "CITATION.cff", "pyproject.toml", "tests/data/four-specimens.csv", "release/smoke.py")
+    needed = (
+        "LICENSE",
+        "README.md",
+        "CITATION.cff",
+        "pyproject.toml",
+        "tests/data/four-specimens.csv",
+        "release/smoke.py",
+    )
     found += [f"{path.name}: {name} is missing" for name in needed if name not in names]
     return found + [f"{path.name}: stray file {name}" for name in sorted(names) if re.match(r"\.(ci|git|venv)/", name)]
 
@@ -101,3 +115,7 @@ def problems_of(files: Iterable[Path], complete: bool = True) -> list[str]:
         found += [f"no wheel for {python} on {system}" for python, system in sorted(expected() - built)]
         found += [] if sources == 1 else [f"{sources} source distributions, expected 1"]
     return found
+
+
+if __name__ == "__main__":
+    sys.exit("\n".join(problems_of(map(Path, sys.argv[1:]), complete=False)) or 0)

@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-ADDRESS_MISSING = 'pyproject.toml, [project.urls]: the address of the repository is missing; fill in Source = "https://..."'
+ADDRESS_MISSING = (
+    'pyproject.toml, [project.urls]: the address of the repository is missing; fill in Source = "https://..."'
+)
 
 
 class NotReadyError(Exception):
@@ -38,5 +40,7 @@ def address(root: Path = ROOT) -> str:
     if source is None:
         raise NotReadyError(ADDRESS_MISSING)
     if not re.fullmatch(r"https://[^\s/]+/\S+", source) or "example." in source:
-        raise NotReadyError(f"pyproject.toml, [project.urls]: Source is {source!r}, allowed: https://HOST/PATH of the repository")
+        raise NotReadyError(
+            f"pyproject.toml, [project.urls]: Source is {source!r}, allowed: https://HOST/PATH of the repository"
+        )
     return str(source).rstrip("/")

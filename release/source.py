@@ -9,7 +9,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from release.project import ROOT, NotReadyError, address, version
+from release.project import ROOT, NotReadyError, address, pyproject, version
 from release.readme import absolute
 
 
@@ -20,6 +20,10 @@ def tree(target: Path, source: str) -> None:
     readme = target / "README.md"
     text = readme.read_text(encoding="utf-8")
     readme.write_text(absolute(text, source, f"v{version(target)}", target), encoding="utf-8")
+    if "Source" not in pyproject(target)["project"]["urls"]:  # a rehearsal
+        file = target / "pyproject.toml"
+        text = file.read_text(encoding="utf-8")
+        file.write_text(text.replace("[project.urls]\n", f'[project.urls]\nSource = "{source}"\n'), encoding="utf-8")
 
 
 def main(folder: str, *rehearsal: str) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from project import ROOT
+
 from release.check import problems
 from release.project import ADDRESS_MISSING, pyproject, version
 from release.readme import absolute
@@ -62,7 +63,12 @@ def test_what_is_missing_now_is_said() -> None:
         ("pyproject.toml", r"^Source = .*$", 'Source = "palpate"', "Source is 'palpate', allowed: https://HOST/PATH"),
         ("CHANGELOG.md", r" - 2030-01-02$", "", "there is no heading .* - 2030-01-02"),
         ("CITATION.cff", r"^version: .*$", "version: 9.9.9", "CITATION.cff: version is 9.9.9, in version.hpp it is"),
-        ("CITATION.cff", r"^date-released: .*$", 'date-released: "2029-01-01"', "date-released is 2029-01-01, in CHANGELOG"),
+        (
+            "CITATION.cff",
+            r"^date-released: .*$",
+            'date-released: "2029-01-01"',
+            "date-released is 2029-01-01, in CHANGELOG",
+        ),
         ("CITATION.cff", r"^date-released: .*$", "", "date-released is None"),
         ("cpp/include/palpate/version.hpp", r'"\d+', '"7', "the tag is .*, the version is 7"),
     ],
@@ -86,8 +92,12 @@ def test_the_metadata_is_that_of_the_project() -> None:
 
 def test_nobody_else_has_an_address_of_the_project() -> None:
     """Apart from pyproject.toml: nothing to correct in a second place when the repository moves."""
-    known = re.compile(r"https?://(github\.com|gitlab\.com|[\w.-]*readthedocs\.(io|org)|pypi\.org)/[\w./-]*palpate", re.IGNORECASE)
-    files = [path for folder in ("docs", "python", "cpp", "release") for path in (ROOT / folder).rglob("*") if path.is_file()]
+    known = re.compile(
+        r"https?://(github\.com|gitlab\.com|[\w.-]*readthedocs\.(io|org)|pypi\.org)/[\w./-]*palpate", re.IGNORECASE
+    )
+    files = [
+        path for folder in ("docs", "python", "cpp", "release") for path in (ROOT / folder).rglob("*") if path.is_file()
+    ]
     files += [path for path in ROOT.iterdir() if path.suffix in (".md", ".cff", ".txt", ".yaml")]
     assert len(files) > 300
     assert [path for path in files if known.search(path.read_text(encoding="utf-8", errors="replace"))] == []
@@ -97,7 +107,11 @@ def test_the_version_is_cited() -> None:
     assert f"\nversion: {version()}\n" in text("CITATION.cff")
     released = re.search(rf"^## \[{re.escape(version())}\] - (\S+)$", text("CHANGELOG.md"), re.MULTILINE)
     assert released or "\n## [Unreleased]\n" in text("CHANGELOG.md")
-    assert (f'date-released: "{released[1]}"' in text("CITATION.cff")) if released else ("date-released" not in text("CITATION.cff"))
+    assert (
+        (f'date-released: "{released[1]}"' in text("CITATION.cff"))
+        if released
+        else ("date-released" not in text("CITATION.cff"))
+    )
 
 
 def test_the_changelog_has_the_known_form() -> None:
@@ -108,7 +122,9 @@ def test_the_changelog_has_the_known_form() -> None:
     assert versions
     assert all(re.fullmatch(r"## \[(Unreleased|\d+\.\d+\.\d+)\]( - \d{4}-\d\d-\d\d)?", line) for line in versions)
     assert all(line == "## [Unreleased]" or " - " in line for line in versions)
-    assert versions == sorted(versions, key=lambda line: [int(n) for n in re.findall(r"\d+", line)] or [10**6], reverse=True)
+    assert versions == sorted(
+        versions, key=lambda line: [int(n) for n in re.findall(r"\d+", line)] or [10**6], reverse=True
+    )
     kinds = [line.removeprefix("### ") for line in lines if line.startswith("### ")]
     assert set(kinds) <= SECTIONS
     begun = [index for index, line in enumerate(lines) if line.startswith("## ")]
@@ -127,7 +143,7 @@ def test_links_of_the_readme_lead_out_of_the_packages_page() -> None:
         f"{ADDRESS}/blob",
         f"{ADDRESS}/raw",
     }
-    assert f"![The live page" in page
+    assert "![The live page" in page
     assert f"({ADDRESS}/raw/v1.2.3/docs/images/live-light.png)" in page
     assert f"({ADDRESS}/blob/v1.2.3/docs/how.md#what-it-buys)" in page
     # In the repository they stay relative.
@@ -138,10 +154,17 @@ def test_links_of_the_readme_lead_out_of_the_packages_page() -> None:
     ("line", "expected"),
     [
         ("[a](docs) b", f"[a]({ADDRESS}/tree/v1/docs) b"),
-        ("[![a](docs/images/live-light.png)](docs/live.md#x)", f"[![a]({ADDRESS}/raw/v1/docs/images/live-light.png)]({ADDRESS}/blob/v1/docs/live.md#x)"),
+        ("![a](docs/images/wiring.svg)", f"![a]({ADDRESS}/raw/v1/docs/images/wiring.svg)"),
+        (
+            "[![a](docs/images/live-light.png)](docs/live.md#x)",
+            f"[![a]({ADDRESS}/raw/v1/docs/images/live-light.png)]({ADDRESS}/blob/v1/docs/live.md#x)",
+        ),
         ("[a](https://x.org/y.png) [b](#the-paper) [c](mailto:a@b)", None),
         ("```python\nx[0](docs/live.md)\n```\n", None),
-        ("```sh\na\n```\n[a](LICENSE)\n```sh\n[a](LICENSE)\n```\n", f"```sh\na\n```\n[a]({ADDRESS}/blob/v1/LICENSE)\n```sh\n[a](LICENSE)\n```\n"),
+        (
+            "```sh\na\n```\n[a](LICENSE)\n```sh\n[a](LICENSE)\n```\n",
+            f"```sh\na\n```\n[a]({ADDRESS}/blob/v1/LICENSE)\n```sh\n[a](LICENSE)\n```\n",
+        ),
     ],
 )
 def test_only_relative_links_change(line: str, expected: str | None) -> None:

@@ -10,6 +10,7 @@ import palpate
 import pytest
 from building import run
 from project import ROOT, need
+
 from release.distributions import SYSTEMS, expected, problems_of, relative_links, targets
 from release.project import pyproject
 
@@ -28,7 +29,11 @@ def wheel(folder: Path, tag: str, text: str = metadata(), extra: tuple[str, ...]
     path = folder / f"palpate-{VERSION}-{tag}.whl"
     info = f"palpate-{VERSION}.dist-info"
     names = [f"{info}/{name}" for name in ("WHEEL", "RECORD", "entry_points.txt", "licenses/LICENSE")]
-    names += ["palpate/__init__.py", "palpate/_core.cpython-311-x86_64-linux-gnu.so", "palpate/include/palpate/palpate.hpp"]
+    names += [
+        "palpate/__init__.py",
+        "palpate/_core.cpython-311-x86_64-linux-gnu.so",
+        "palpate/include/palpate/palpate.hpp",
+    ]
     with zipfile.ZipFile(path, "w") as file:
         for name in [n for n in [*names, *extra] if without not in n]:
             file.writestr(name, "")
@@ -39,7 +44,14 @@ def wheel(folder: Path, tag: str, text: str = metadata(), extra: tuple[str, ...]
 def source(folder: Path, text: str = metadata(), without: str = " ") -> Path:
     path = folder / f"palpate-{VERSION}.tar.gz"
     top = path.name.removesuffix(".tar.gz")
-    names = ["LICENSE", "README.md", "CITATION.cff", "pyproject.toml", "tests/data/four-specimens.csv", "release/smoke.py"]
+    names = [
+        "LICENSE",
+        "README.md",
+        "CITATION.cff",
+        "pyproject.toml",
+        "tests/data/four-specimens.csv",
+        "release/smoke.py",
+    ]
     with tarfile.open(path, "w:gz") as file:
         for name in [n for n in names if without not in n]:
             file.addfile(tarfile.TarInfo(f"{top}/{name}"))
@@ -94,7 +106,7 @@ def test_a_wheels_name_says_where_it_runs() -> None:
 
 
 def test_links_in_every_form_are_found() -> None:
-    page = '[a](b.md) ![c](d.png) [![e](f.png)](g.md) [h][i] <https://x.org>\n\n```\n[j](k.md)\n```\n\n[i]: l.md\n'
+    page = "[a](b.md) ![c](d.png) [![e](f.png)](g.md) [h][i] <https://x.org>\n\n```\n[j](k.md)\n```\n\n[i]: l.md\n"
     assert sorted(relative_links(page)) == ["b.md", "d.png", "f.png", "g.md", "l.md"]
 
 
