@@ -3,40 +3,31 @@
 
 #include <cinttypes>
 #include <cstdio>
-#include <cstring>
 #include <initializer_list>
 #include <palpate/handover_bank.hpp>
 #include <palpate/palpate.hpp>
 
+#include "hash.hpp"
 #include "samples.hpp"
 
 namespace {
 
-template <class Real>
-void add(std::uint64_t& hash, Real value) {
-  unsigned char bytes[sizeof(Real)];
-  std::memcpy(bytes, &value, sizeof(Real));
-  for (const unsigned char byte : bytes) {
-    hash = (hash ^ byte) * 1099511628211u;
-  }
-}
-
 template <class Estimator>
 void print(const char* name) {
   using Real = typename Estimator::real_type;
-  std::uint64_t hash = 14695981039346656037u;
+  Hash hash;
   for (const int ratio : {20, 63}) {
     const Samples<Real> samples(ratio);
     Estimator estimator;
     for (int i = 0; i < samples.size; ++i) {
       const auto step = estimator.update(samples.output[i], samples.regressor[i]);
-      add(hash, step.ratio);
-      add(hash, step.innovation);
-      add(hash, estimator.covariance());
-      add(hash, estimator.statistic());
+      hash.add(step.ratio);
+      hash.add(step.innovation);
+      hash.add(estimator.covariance());
+      hash.add(estimator.statistic());
     }
   }
-  std::printf("%s %016" PRIx64 "\n", name, hash);
+  std::printf("%s %016" PRIx64 "\n", name, hash.value);
 }
 
 // 21 streams, so that some are in packs and some are not: every ratio on the way, then the rest of the state.
@@ -44,7 +35,7 @@ template <class Estimator>
 void print_bank(const char* name) {
   using Real = typename Estimator::real_type;
   constexpr int streams = 21;
-  std::uint64_t hash = 14695981039346656037u;
+  Hash hash;
   palpate::Bank<Estimator, streams> bank;
   for (int k = 0; k < Samples<Real>::size; ++k) {
     Real output[streams], regressor[streams], ratios[streams];
@@ -55,14 +46,14 @@ void print_bank(const char* name) {
     }
     bank.update(output, regressor, ratios);
     for (const Real ratio : ratios) {
-      add(hash, ratio);
+      hash.add(ratio);
     }
   }
   for (std::size_t s = 0; s < streams; ++s) {
-    add(hash, Real(1) / bank.information(s));
-    add(hash, bank.statistic(s));
+    hash.add(Real(1) / bank.information(s));
+    hash.add(bank.statistic(s));
   }
-  std::printf("%s %016" PRIx64 "\n", name, hash);
+  std::printf("%s %016" PRIx64 "\n", name, hash.value);
 }
 
 }  // namespace

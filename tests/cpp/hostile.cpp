@@ -4,26 +4,20 @@
 
 #include <cinttypes>
 #include <cstdio>
-#include <cstring>
 #include <limits>
 #include <palpate/estimator/handover.hpp>
+
+#include "hash.hpp"
 
 namespace {
 
 using palpate::product;
 
-std::uint64_t hash;
+Hash hash;
 
 template <class Real>
 void add(Real value) {
-  if (value != value) {
-    value = std::numeric_limits<Real>::quiet_NaN();  // which NaN is not promised
-  }
-  unsigned char bytes[sizeof(Real)];
-  std::memcpy(bytes, &value, sizeof(Real));
-  for (const unsigned char byte : bytes) {
-    hash = (hash ^ byte) * 1099511628211u;
-  }
+  hash.add(value != value ? std::numeric_limits<Real>::quiet_NaN() : value);  // which NaN is not promised
 }
 
 std::uint64_t state;
@@ -104,7 +98,7 @@ void run(std::uint64_t kind, int samples, const palpate::HandoverSettings<Real>&
 template <class Real>
 void print(const char* name) {
   for (std::uint64_t kind = 0; kind < 256; ++kind) {
-    hash = 14695981039346656037u;
+    hash = Hash();
     state = kind;
     const int samples = kind % 16 == 0 ? 4000 : 200;
     palpate::HandoverSettings<Real> settings;
@@ -118,7 +112,7 @@ void print(const char* name) {
     settings.clip = 1;
     settings.drift = 0;
     run<Real>(kind, samples, settings);
-    std::printf("%s %" PRIu64 " %016" PRIx64 "\n", name, kind, hash);
+    std::printf("%s %" PRIu64 " %016" PRIx64 "\n", name, kind, hash.value);
   }
 }
 

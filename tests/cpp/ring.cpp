@@ -33,16 +33,25 @@ bool run(const char* name, std::uint64_t total, Push push, Pop pop) {
   Result result;
   std::atomic<bool> done{false};
   std::thread producer([&] {
+    int pushes = 0;
     for (std::uint64_t n = 1; n <= total;) {
       n = push(ring, n, total);
+      // Now and then the other thread has its turn: otherwise all can be over before it begins.
+      for (++pushes; pushes % 4096 == 0 && ring.size() > 0;) {
+        std::this_thread::yield();
+      }
     }
     done.store(true, std::memory_order_release);
   });
   for (;;) {
     const bool last = done.load(std::memory_order_acquire);
-    if (!pop(ring, result) && last) {
+    if (pop(ring, result)) {
+      continue;
+    }
+    if (last) {
       break;
     }
+    std::this_thread::yield();
   }
   producer.join();
   const bool counted = result.received + ring.dropped() == total;

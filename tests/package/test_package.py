@@ -22,7 +22,8 @@ HEADERS = ROOT / "cpp" / "include" / "palpate"
 # Rooms of headers, a folder or a lone file, low to high; each may use only what stands in lower rows, and a folder itself.
 # Those of python/ stand in pyproject.toml.
 HEADER_LAYERS = (
-    "arithmetic version",
+    "contraction version",
+    "arithmetic",
     "elasticity pack ring settings square_root",
     "policy",
     "estimator stage",

@@ -1,16 +1,24 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Basis of all headers: IEEE arithmetic, with one rounding for each written operation.
+// Basis of all headers: IEEE arithmetic, with one rounding for each written operation; numbers and packs compared.
 
+#include <palpate/contraction.hpp>
 #include <type_traits>
 
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || \
-    defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
-#error "palpate needs IEEE arithmetic: compile without -ffast-math and its parts"
+    defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || defined(_M_FP_FAST)
+#error "palpate needs IEEE arithmetic: compile without -ffast-math and its parts (/fp:fast)"
 #endif
-#if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0
+// (16: numbers of 2 bytes in theirs, too.)
+#if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0 && __FLT_EVAL_METHOD__ != 16
 #error "palpate needs float and double evaluated in their own precision: on 32-bit x86 add -msse2 -mfpmath=sse"
+#endif
+#if defined(__arm__) && !defined(PALPATE_VECTORS_OFF) && \
+    ((defined(__clang__) && defined(__ARM_NEON)) || (defined(__ARM_FEATURE_MVE) && __ARM_FEATURE_MVE & 2))
+#error \
+    "palpate needs numbers below the smallest normal one, which vectors of 32-bit ARM take for 0: add -fno-tree-vectorize \
+(clang: -fno-vectorize -fno-slp-vectorize), and define PALPATE_VECTORS_OFF"
 #endif
 
 // Whether what is usual may have code of its own beside the code for everything: not where code is to be small. Without
@@ -50,45 +58,11 @@
 #define PALPATE_INLINE inline
 #endif
 
-// The register class that hides a product from the compiler: needed if the processor can fuse a product into a sum, and
-// PALPATE_CONTRACTION_OFF (which the CMake target defines together with -ffp-contract=off) is not defined. g++ 12 loses
-// __builtin_assoc_barrier when it vectorises; clang ignores its pragma under -ffp-contract=fast.
-#if !defined(PALPATE_CONTRACTION_OFF) && (defined(__GNUC__) || defined(__clang__))
-#if defined(__FMA__) || defined(__FMA4__)
-#define PALPATE_HIDING_REGISTER "+x"
-#elif defined(__aarch64__) || defined(__ARM_FEATURE_FMA)
-#define PALPATE_HIDING_REGISTER "+w"
-#elif defined(__riscv_flen)
-#define PALPATE_HIDING_REGISTER "+f"
-#endif
-#endif
-
 namespace palpate {
-
-#if defined(PALPATE_HIDING_REGISTER)
-namespace detail {
-template <class Real>
-inline Real hidden(Real value) noexcept {
-  __asm__("" : PALPATE_HIDING_REGISTER(value));
-  return value;
-}
-}  // namespace detail
-#endif
 
 /// Whether a type is one of those that the headers compute with.
 template <class Real>
 inline constexpr bool is_real = std::is_same_v<Real, float> || std::is_same_v<Real, double>;
-
-/// left * right, rounded by itself: not fused with a following addition, whatever the compiler's flags allow.
-template <class Real>
-constexpr Real product(Real left, Real right) noexcept {
-#if defined(PALPATE_HIDING_REGISTER)
-  if (!__builtin_is_constant_evaluated()) {
-    return detail::hidden(left * right);
-  }
-#endif
-  return left * right;
-}
 
 /// The absolute value; also for a pack.
 template <class Real>

@@ -2,25 +2,37 @@
 #pragma once
 
 // A pack: the numbers of one SIMD register, with the operators of one number. It uses the vector extensions of the
-// compilers, so that nothing depends on the optimisation of a loop. Without these extensions a pack is one number.
+// compilers, so that nothing depends on the optimisation of a loop. Without these extensions a pack is one number, and so
+// it is without registers for IEEE arithmetic: those of 32-bit ARM take numbers below the smallest normal one for 0.
 
 #include <cstddef>
 #include <palpate/arithmetic.hpp>
 
-#if defined(__GNUC__) || defined(__clang__)
+#if !defined(PALPATE_HAS_PACKS)
+#if !defined(__GNUC__) && !defined(__clang__)
+#define PALPATE_HAS_PACKS 0
+#elif defined(__SSE2__) || defined(__aarch64__) || defined(__VSX__) || defined(__wasm_simd128__) || \
+    (defined(__VX__) && __ARCH__ >= 12)
 #define PALPATE_HAS_PACKS 1
-#if defined(__AVX512F__) && defined(__AVX512DQ__)
+#else
+#define PALPATE_HAS_PACKS 0
+#endif
+#endif
+
+// g++ for Windows keeps packs on a stack of 16 bytes as if it were one of 32 (its bug 54412), and the program crashes.
+#if PALPATE_HAS_PACKS
+#if defined(_WIN32) && !defined(__clang__)
+#define PALPATE_PACK_BYTES 16
+#elif defined(__AVX512F__) && defined(__AVX512DQ__)
 #define PALPATE_PACK_BYTES 64
 #elif defined(__AVX__)
 #define PALPATE_PACK_BYTES 32
 #else
 #define PALPATE_PACK_BYTES 16
 #endif
-#else
-#define PALPATE_HAS_PACKS 0
 #endif
 
-// Whether two numbers in one register are faster than one after the other. (The vectors of 32-bit ARM have no doubles.)
+// Whether two numbers in one register are faster than one after the other.
 #if !defined(PALPATE_HAS_LANES)
 #if PALPATE_HAS_PACKS && (defined(__SSE2__) || defined(__aarch64__))
 #define PALPATE_HAS_LANES 1
@@ -85,7 +97,7 @@ unsigned lanes_in(Mask mask) noexcept {
   } else {
     return static_cast<unsigned short>(__builtin_ia32_cvtd2mask512(reinterpret_cast<detail::Bits32>(mask)));
   }
-#elif defined(__AVX__)
+#elif PALPATE_PACK_BYTES == 32
   if constexpr (std::is_same_v<Real, double>) {
     return static_cast<unsigned>(__builtin_ia32_movmskpd256(reinterpret_cast<Pack<double> >(mask)));
   } else {
