@@ -45,8 +45,8 @@ def one_header() -> str:
             raise SystemExit(f"{name} does not begin with its licence and #pragma once")
         standard |= set(_STANDARD.findall(text))
         body = _STANDARD.sub("", _OWN.sub("", text))
-        if re.search(r"^[ \t]*#[ \t]*(include|pragma)", body, re.MULTILINE):
-            raise SystemExit(f"{name}: an #include or #pragma in a form that is not known here")
+        if re.search(r"^[ \t]*#[ \t]*(include|pragma once)", body, re.MULTILINE):
+            raise SystemExit(f"{name}: an #include or #pragma once in a form that is not known here")
         bodies.append(f"// {name}\n\n{re.sub(chr(10) + '{3,}', chr(10) * 2, body).strip()}\n")
     licence = "".join(f"// {line}".rstrip() + "\n" for line in (ROOT / "LICENSE").read_text("utf-8").splitlines())
     begin = f"// SPDX-License-Identifier: MIT\n// palpate {version()}: all headers in one file. Do not edit: it is made by a command.\n//\n"

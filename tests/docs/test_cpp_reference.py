@@ -27,7 +27,7 @@ cpp/index
 ```
 """
 # At namespace scope, as the headers are written: not indented.
-_CLASS = re.compile(r"^(?:class|struct|enum class|enum) (\w+)(?! *<)[^;]*?\{", re.MULTILINE)
+_CLASS = re.compile(r"^(?:class|struct|enum class|enum) (\w+)\b(?! *<)[^;]*?\{", re.MULTILINE)
 _ALIAS = re.compile(r"^using (\w+) =", re.MULTILINE)
 
 
@@ -37,7 +37,7 @@ def build(folder: Path, path: str) -> subprocess.CompletedProcess[str]:
     source.mkdir()
     (source / "conf.py").write_text(CONF.format(extensions=str(EXTENSIONS)))
     (source / "cpp.md").write_text(GUIDE)
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", source, folder / "site"]
+    command: list[str | Path] = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", source, folder / "site"]
     environment = {**os.environ, "PATH": path}
     return subprocess.run(command, capture_output=True, encoding="utf-8", env=environment, check=False)
 
