@@ -16,7 +16,6 @@ from palpate.files import replacing
 from palpate.recording.sidecar import sidecar_path
 from palpate.sources.options import split
 from palpate.systems import REPLACE_S, on_monotonic, replace, require_file_name, to_disk
-from project import ROOT
 
 NO_FILES = [
     "nul.csv",
