@@ -133,6 +133,6 @@ def test_wine_locks_as_the_model_does(tmp_path: Path) -> None:
     assert (
         told
         == f"""size={size} exclusive=0 write=5 read=5 shared={windows_lock.VIOLATION}
-        second={windows_lock.VIOLATION} replace=32 unlock=0 shared=0 shared=0 exclusive={windows_lock.VIOLATION}
+        second={windows_lock.VIOLATION} replace=5 unlock=0 shared=0 shared=0 exclusive={windows_lock.VIOLATION}
         unlock=0 unlock=0 process={windows_lock.VIOLATION} killed=0""".split()
     )
