@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What Windows does with the calls of palpate.recording.windows_lock. Usage: locks.exe PLACE [child]
-#include <windows.h>
-
 #include <fcntl.h>
 #include <io.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <windows.h>
 
 static unsigned long long place;
 
