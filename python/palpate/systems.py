@@ -17,7 +17,7 @@ fine_ns: Callable[[], int] = (
 REPLACE_S = 2.0
 """How long a file that another program has open is tried to be replaced, s."""
 _AGAIN_S = 0.02
-_DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³])\s*(\.|$)", re.IGNORECASE)
+_DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[1-9¹²³])\s*(\.|$)", re.IGNORECASE)
 
 
 def on_monotonic(ns: int) -> int:

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What Windows does with the calls of palpate.recording.windows_lock. Usage: locks.exe PLACE [child]
-#include <windows.h>
-
 #include <fcntl.h>
 #include <io.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <windows.h>
 
 static unsigned long long place;
 
@@ -16,7 +15,7 @@ static OVERLAPPED at(void) {
   return found;
 }
 
-static void tell(const char* what, int value) {
+static void say(const char* what, int value) {
   printf("%s=%d\n", what, value);
   fflush(stdout);
 }
@@ -24,12 +23,12 @@ static void tell(const char* what, int value) {
 static void lock(const char* what, int file, DWORD flags) {
   OVERLAPPED here = at();
   const HANDLE handle = (HANDLE)_get_osfhandle(file);
-  tell(what, LockFileEx(handle, flags | LOCKFILE_FAIL_IMMEDIATELY, 0, 1, 0, &here) ? 0 : (int)GetLastError());
+  say(what, LockFileEx(handle, flags | LOCKFILE_FAIL_IMMEDIATELY, 0, 1, 0, &here) ? 0 : (int)GetLastError());
 }
 
 static void unlock(int file) {
   OVERLAPPED here = at();
-  tell("unlock", UnlockFileEx((HANDLE)_get_osfhandle(file), 0, 1, 0, &here) ? 0 : (int)GetLastError());
+  say("unlock", UnlockFileEx((HANDLE)_get_osfhandle(file), 0, 1, 0, &here) ? 0 : (int)GetLastError());
 }
 
 int main(int count, char** arguments) {
@@ -42,16 +41,16 @@ int main(int count, char** arguments) {
     fclose(fopen("ready", "w"));
     Sleep(INFINITE);
   }
-  tell("size", (int)sizeof(OVERLAPPED));
+  say("size", (int)sizeof(OVERLAPPED));
   const int writer = _open(name, _O_RDWR | _O_CREAT | _O_EXCL | _O_BINARY | _O_APPEND, 0666);
   const int reader = _open(name, _O_RDONLY | _O_BINARY), other = _open(name, _O_RDWR | _O_BINARY);
   lock("exclusive", writer, LOCKFILE_EXCLUSIVE_LOCK);
-  tell("write", _write(writer, "12345", 5));
-  tell("read", _read(reader, bytes, 5));
+  say("write", _write(writer, "12345", 5));
+  say("read", _read(reader, bytes, 5));
   lock("shared", reader, 0);
   lock("second", other, LOCKFILE_EXCLUSIVE_LOCK);
   fclose(fopen("new", "w"));
-  tell("replace", MoveFileExA("new", name, MOVEFILE_REPLACE_EXISTING) ? 0 : (int)GetLastError());
+  say("replace", MoveFileExA("new", name, MOVEFILE_REPLACE_EXISTING) ? 0 : (int)GetLastError());
   unlock(writer);
   lock("shared", reader, 0);
   lock("shared", other, 0);
