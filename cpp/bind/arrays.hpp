@@ -101,7 +101,7 @@ inline py::array output_array(const py::object& out, const py::dtype& dtype, con
   auto array = py::reinterpret_borrow<py::array>(out);
   if (!array.dtype().equal(dtype)) {
     throw py::type_error("out: got dtype " + py::str(array.dtype()).cast<std::string>() +
-                         ", allowed: " + py::str(dtype).cast<std::string>());
+                         ", allowed: " + py::str(py::handle(dtype)).cast<std::string>());
   }
   if (!array.writeable() || !(array.flags() & aligned)) {
     throw py::value_error("out: got a read-only or unaligned array, allowed: a writeable, aligned one");

@@ -41,8 +41,9 @@ OUT: dict[str, Callable[[Recording], Any]] = {
     "to_polars": Recording.to_polars,
     "pyarrow.table": pa.table,
     "polars.DataFrame": pl.DataFrame,
-    "pandas.DataFrame.from_arrow": pd.DataFrame.from_arrow,
 }
+if hasattr(pd.DataFrame, "from_arrow"):  # since pandas 3
+    OUT["pandas.DataFrame.from_arrow"] = pd.DataFrame.from_arrow
 FIELDS = ("full_scale_pF", "host_stamps", "gap_rows")
 
 
