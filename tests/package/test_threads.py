@@ -215,7 +215,7 @@ assert len(found) == 8 and found == found[:1] * 8 and len(found[0]) == 5, found
 
 
 def test_two_threads_that_iterate_a_stream_share_its_samples() -> None:
-    samples = [sample(i) for i in range(3000)]
+    samples: list[palpate.Sample | Exception] = [sample(i) for i in range(3000)]
     with palpate.Stream(Scripted(samples)) as stream:
         seen = in_threads(lambda _: [int(seq) for batch in stream.batches() for seq in batch.samples["seq"]], 2)
         shared = stream.tracker
@@ -246,11 +246,13 @@ def test_a_stream_is_asked_told_and_closed_from_other_threads(tmp_path: Path) ->
     stream = palpate.Stream(Scripted([sample(i) for i in range(200_000)], live=True), keep=1024, capacity=1 << 20)
     with stream, ThreadPoolExecutor(3) as others:
         meddling = [others.submit(recorded_in_turns, stream, tmp_path, number) for number in range(2)]
-        closing = others.submit(lambda: (time.sleep(0.3), stream.close()))
+        closing = threading.Timer(0.3, stream.close)
+        closing.start()
         for _ in stream.batches():
             pass
-        for each in [*meddling, closing]:
+        for each in meddling:
             each.result(60)
+        closing.join()
     assert stream.counters.read == stream.counters.delivered + stream.counters.dropped
     for path in tmp_path.glob("*.csv"):
         assert not palpate.check(path).faults

@@ -1,6 +1,8 @@
 """The lock of a recording in progress: that of this system, and that of Windows over a model of its two functions."""
 
+import ctypes
 import errno
+import fcntl
 import subprocess
 import threading
 from collections.abc import Iterator
@@ -8,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from palpate import check
-from palpate.recording import filelock, flock, windows_lock
+from palpate.recording import filelock, windows_lock
 from palpate.recording.filelock import is_locked, lock, unlock
 from palpate.recording.recorder import Recorder
 from project import ROOT, need
@@ -93,7 +95,7 @@ def without_locks(*_: object) -> None:
 
 def test_a_file_system_without_locks_takes_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(flock.fcntl, "flock", without_locks)
+        patch.setattr(fcntl, "flock", without_locks)
         recorder = recorder_of(tmp_path / "here.csv")
         assert recorder.push(sample(0))
         assert not is_locked(tmp_path / "here.csv")
@@ -129,7 +131,7 @@ def test_wine_locks_as_the_model_does(tmp_path: Path) -> None:
         [wine, program, f"{windows_lock.PLACE}"],
         env=env, cwd=tmp_path, check=True, capture_output=True, text=True, timeout=300,
     ).stdout.split()  # fmt: skip
-    size = windows_lock.ctypes.sizeof(windows_lock.Overlapped)
+    size = ctypes.sizeof(windows_lock.Overlapped)
     assert (
         told
         == f"""size={size} exclusive=0 write=5 read=5 shared={windows_lock.VIOLATION}
