@@ -35,7 +35,8 @@ def opened(site: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sit
 
 def test_each_page_is_whole_at_a_desk_and_on_a_phone(opened: Site) -> None:
     """Nothing is asked for elsewhere, nothing fails; nothing is cut; only tables, code and formulas scroll sideways."""
-    inside, wrong, formulas = opened.folder.resolve().as_uri(), [], 0
+    inside, formulas = opened.folder.resolve().as_uri(), 0
+    wrong: list[tuple[object, ...]] = []
     for page in pages(opened.folder):
         opened.open(page)
         said, asked = opened.heard()

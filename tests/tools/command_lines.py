@@ -24,7 +24,8 @@ def lines_of(block: str) -> list[str]:
 
 def parsed(line: str) -> str:
     """Parse one command, with all its arguments, without running it; return its name."""
-    words, path, group = shlex.split(line, comments=True), ["palpate"], main
+    words, path = shlex.split(line, comments=True), ["palpate"]
+    group: click.Group = main
     while True:
         command = group.get_command(click.Context(group), words[0])
         assert command is not None, f"palpate {line}: no command {words[0]}"
@@ -45,7 +46,8 @@ def parsed(line: str) -> str:
 
 def has_options(line: str) -> str | None:
     """Return what is wrong with a command in a sentence, which may lack its arguments: `palpate replay --offline`."""
-    words, group = shlex.split(line), main
+    words = shlex.split(line)
+    group: click.Group = main
     command: click.Command = main
     while words and isinstance(command, click.Group) and not words[0].startswith("-"):
         group = command
