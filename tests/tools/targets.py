@@ -110,13 +110,14 @@ def _run(words: list[str | Path], folder: Path) -> str:
 
 @contextmanager
 def _wine(folder: Path) -> Iterator[None]:
-    """Keep Wine's server from one program to the next: each start of it takes longer than a program."""
-    (folder / "wine").mkdir()
-    _run(["wineserver", "-p"], folder)
+    """End Wine's server, if it has not ended by itself: it writes to the folder."""
     try:
         yield
     finally:
-        _run(["wineserver", "-k"], folder)
+        ended = os.environ | {"WINEPREFIX": str(folder / "wine")}
+        subprocess.run(
+            ["wineserver", "-k"], check=False, env=ended, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
 
 
 def compile_program(target: Target, program: str, folder: Path) -> Path:
