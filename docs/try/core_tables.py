@@ -48,6 +48,7 @@ def _values() -> dict[str, Any]:
         "largest_sidecar": sidecar.LARGEST,
         "most_marks": sidecar.MOST_MARKS,
         "source_failed": integrity.SOURCE_FAILED,
+        "rescued": sidecar.RESCUED,
         "serial": {
             "marks": sorted(cells.MARKS),
             "separators": cells.SEPARATORS,

@@ -6,7 +6,7 @@ import { number, signed } from "./page/formatting.js";
 import { running } from "./page/now.js";
 
 const WORD = { word: "Demo", sub: "simulated touches: nothing is measured", tone: "idle", share: null };
-const TITLE = "This is a simulation.", TEXT = "A simulated hand touched objects of known ratio. Drop a recording here, or connect your probe.";
+const TITLE = "This is a simulation.", TEXT = "A hard and a soft bump press on rubber: their ratio tells how elastic it is. Drop a recording, or connect your probe.";
 
 // What is told of them, with what they are in place of a specimen, and how far each estimate is from its truth.
 export function compared(kind, message, truth) {

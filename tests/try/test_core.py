@@ -17,6 +17,7 @@ from palpate.live.desk.recorded import Recorded
 from palpate.live.feed import Flag
 from palpate.live.review import Review
 from palpate.live.summary import Summary
+from palpate.recording import check
 from palpate.recording.foreign import recorded
 from palpate.recording.rows import EARLIER, HEADER, format_rows
 from palpate.recording.sidecar import made, text_of
@@ -67,6 +68,8 @@ def require_alike(found: Any, path: Path) -> Review:
     )
     assert {name: hello[name] for name in same} == {name: found["hello"][name] for name in same}
     assert review.counters.as_dict() | found["state"]["counters"] == review.counters.as_dict()
+    word = check(path).verdict if path.with_suffix(".json").exists() else "not verified"
+    assert found["hello"]["file"]["end"] == word
     return review
 
 
@@ -83,6 +86,42 @@ def test_a_recording_has_the_bits_of_a_replay(node: Node) -> None:
         "end": "complete, clean end",
         "seconds": 36.66,
     }
+
+
+def test_a_damaged_recording_is_not_called_complete(node: Node, tmp_path: Path) -> None:
+    data, text = OWN.read_bytes(), OWN.with_suffix(".json").read_text()
+    rows = data.splitlines(keepends=True)
+    digit = data.index(b"\n", 40_000) - 4
+    closed = json.loads(text)["end"]
+    damaged = {
+        "cut": (data[:40_000], text),
+        "removed": (b"".join(rows[:400] + rows[420:]), text),
+        "changed": (data[:digit] + bytes([data[digit] ^ 1]) + data[digit + 1 :], text),
+        "disordered": (b"".join(rows[:400] + rows[420:430] + rows[400:420] + rows[430:]), text),
+        "sidecar": (data, text.replace('"notes"', '"notes" ', 1)),
+        "torn": (data + b"1411,37.", text),
+        "doubted": (data, text_of(json.loads(text) | {"end": closed | {"doubts": ["of a table"]}})),
+        "unended": (data, text_of({name: value for name, value in json.loads(text).items() if name != "end"})),
+        "failed": (data, text_of(json.loads(text) | {"end": closed | {"error": "unplugged"}})),
+        "repaired": (data, text_of(json.loads(text) | {"end": closed | {"repaired": "8 bytes"}})),
+        "rescued": (data, text_of(json.loads(text) | {"notes": ["rescued: run.csv was removed"]})),
+    }
+    found = {}
+    for name, (content, sidecar) in damaged.items():
+        path = tmp_path / f"{name}.csv"
+        path.write_bytes(content)
+        path.with_suffix(".json").write_text(sidecar)
+        found[name] = node.open_paths(path, path.with_suffix(".json"))["hello"]["file"]["end"]
+        assert found[name] == check(path).verdict, name
+    assert not any(found[name].startswith("complete") for name in found if name != "failed")
+
+
+def test_a_sidecar_of_another_name_is_named(node: Node, tmp_path: Path) -> None:
+    other = tmp_path / "other.json"
+    other.write_bytes(OWN.with_suffix(".json").read_bytes())
+    found = node.open_paths(OWN, other)
+    assert found["hello"]["file"]["end"] == "not verified"
+    assert "(other.json: not used)" in found["state"]["messages"][0]
 
 
 def save(path: Path, block: Block, device: dict[str, Any], **parts: Any) -> Path:

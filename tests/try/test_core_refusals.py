@@ -58,7 +58,7 @@ def test_a_row_that_is_not_plain_is_refused_with_its_line(node: Node, rows: byte
         ([], "got no file"),
         ([("a.csv", b"x"), ("b.csv", b"x")], "got 2 recordings (a.csv, b.csv)"),
         ([("a.csv", b"time,C1,C2\n0,1,2\n")], "a.csv: its first line is 'time,C1,C2', allowed here: seq,t_hard_s"),
-        ([("a.csv", b"")], "a.csv: its first line is ''"),
+        ([("a.csv", b"")], "a.csv: is empty"),
         ([("a.csv", HEADER.encode()), ("a.json", b"{")], "a.json: not JSON"),
         ([("a.csv", HEADER.encode()), ("a.json", b'{"schema": "x"}')], "schema: got 'x', allowed: palpate-recording-1"),
     ],

@@ -14,6 +14,7 @@ const LINE_END = 10, RETURN = 13;
 // Reads dropped files: one recording, and its sidecar.
 export async function recordingOf(module, files) {
   const { name, bytes, sidecar } = chosen(files), advice = `'palpate live ${name}' reads it`;
+  require(bytes.length, `${name}: is empty`);
   const [columns, begin] = headed(name, bytes, advice);
   const found = sidecarOf(name.replace(/csv$/i, "json"), sidecar), document = found?.document ?? null;
   const device = document?.device ?? {}, plain = new Plain(module, columns.length === TABLES.columns.length, name, bytes, begin);
@@ -33,9 +34,9 @@ export async function recordingOf(module, files) {
   got.note(module.wasm.finish() ? module.touches() : []);
   got.block = joined(parts);
   got.marks = marks;
-  const notes = [...verified(name, bytes, found, survey.rows), ...plain.torn(), ...survey.notes(codes)];
-  got.notes = [...notes, ...said(document)];
-  got.file = { name, rows: survey.rows, missing: survey.lost, end: verdict(document, notes), seconds: survey.seconds };
+  const doubts = doubtsOf(name, bytes, found, survey.rows), faults = [...plain.torn(), ...survey.faults];
+  got.notes = [...unverified(name, files, found), ...doubts, ...faults, ...survey.notes(codes), ...said(document)];
+  got.file = { name, rows: survey.rows, missing: survey.lost, end: verdict(document, doubts, faults, survey.rows), seconds: survey.seconds };
   got.utc = utcOf(document, got.origin);
   got.ended = true;
   return got;
@@ -127,17 +128,29 @@ class Plain {
   }
 }
 
-// What can be said of whether the rows are as they were written.
-function verified(name, bytes, found, rows) {
-  if (!found) return [`no sidecar: drop ${name.replace(/csv$/i, "json")} together with ${name}. Without it the rows cannot be verified, and the device, its range and the settings are unknown`];
-  const { end, checkpoint } = found.document, more = `'palpate check ${name}' says more`, told = [];
-  if (found.intact === false) told.push(`the sidecar was changed after it was written (its checksum differs): device, settings, marks, end may be wrong; ${more}`);
-  if (!end) told.push(`no end in the sidecar: the recording was not closed${checkpoint ? "" : " (it has no checkpoint)"}; ${more}`);
-  else if (end.rows !== rows) told.push(`${rows} rows in the file, but ${quoted(end.rows)} were written; ${more}`);
-  else if (!Number.isInteger(end.crc32)) told.push(`no checksum in the sidecar: only the number of rows is verified; ${more}`);
+// Why nothing can be said of whether the rows are as they were written.
+function unverified(name, files, found) {
+  const json = name.replace(/csv$/i, "json"), others = files.map((file) => file.name).filter((other) => other !== name).join(", ");
+  if (!found) return [`no sidecar: drop ${json} together with ${name}${others && ` (${others}: not used)`}. Without it the rows cannot be verified, and the device, its range and the settings are unknown`];
+  const { end, checkpoint } = found.document;
+  return [
+    ...end ? [] : [`no end in the sidecar: the recording was not closed${checkpoint ? "" : " (it has no checkpoint)"}; 'palpate check ${name}' says more`],
+    ...end && isOld(found.document) && !Number.isInteger(end.crc32) ? ["no checksum in the sidecar, which an older palpate wrote: only the number of rows is verified"] : [],
+  ];
+}
+
+// What is not as it was written.
+function doubtsOf(name, bytes, found, rows) {
+  const { end = {} } = found?.document ?? {}, more = `'palpate check ${name}' says more`, told = [end.doubts ?? []].flat().map((text) => String(text).slice(0, 500));
+  if (found?.intact === false) told.push(`the sidecar was changed after it was written (its checksum differs): device, settings, marks, end may be wrong; ${more}`);
+  if (!found?.document.end) return told;
+  if (end.rows !== rows) told.push(`${rows} rows in the file, but ${quoted(end.rows)} were written; ${more}`);
+  else if (!Number.isInteger(end.crc32)) told.push(...isOld(found.document) ? [] : [`no checksum in the sidecar, which palpate always writes: the rows cannot be verified; ${more}`]);
   else if (!isSame(bytes, end)) told.push(`the rows were changed after they were written, or the sidecar belongs to another recording (its checksum differs): results may be wrong; ${more}`);
   return told;
 }
+
+const isOld = ({ schema }) => schema !== TABLES.schemas[0];
 
 function isSame(bytes, { bytes: size, crc32: sum }) {
   const all = Number.isInteger(size) && size >= 0 ? bytes.subarray(0, size) : bytes;
@@ -150,8 +163,12 @@ function said(document) {
   return [...failed, ...(end.repaired ? [`repaired: ${String(end.repaired).slice(0, 500)}`] : []), ...notes.map((note) => String(note).slice(0, 500))];
 }
 
-function verdict(document, notes) {
+// What became of it, in the words of palpate.recording.verification.
+function verdict(document, doubts, faults, rows) {
   if (!document) return "not verified";
-  if (!document.end?.clean) return document.end?.repaired ? "repaired" : "not complete";
-  return notes.length ? "complete, with remarks" : "complete, clean end";
+  const { end = {}, notes = [] } = document, closed = end.clean || end.repaired !== undefined;
+  if (!closed || doubts.length || faults.length) return closed && doubts.length && end.repaired === undefined && end.rows === rows ? "changed" : "not complete";
+  if (end.repaired !== undefined) return "repaired";
+  if (notes.some((note) => String(note).startsWith(TABLES.rescued))) return "rescued";
+  return end.error ? "complete, until the source failed" : "complete, clean end";
 }

@@ -64,16 +64,22 @@ export class Survey {
     return this.first === null ? 0 : Number(this.ns - this.first) / 1e9;
   }
 
+  // Why the file may differ from the measured samples.
+  get faults() {
+    return [
+      [this.disordered, `${this.disordered} rows out of order: their seq does not rise`],
+      [this.backward, `time goes back at ${this.backward} rows`],
+      [this.miscoded, `${this.miscoded} rows have codes above ${this.largest}, the largest of the converter`],
+    ].filter(([holds]) => holds).map(([, text]) => text);
+  }
+
   notes(codes) {
-    const { got, rows, lost, holes, disordered, backward, miscoded, pause, before } = this, period = this.seconds / (rows - 1 + lost);
+    const { got, rows, lost, holes, pause, before } = this, period = this.seconds / (rows - 1 + lost);
     got.lost = lost;
     const paused = pause > Math.max(1, 20 * period);
     return [
       [codes === null, "the codes are not those of an AD7746, and no sidecar says their scale: left out"],
       [lost, `${lost} samples lost in ${holes === 1 ? "1 gap" : `${holes} gaps`}`],
-      [disordered, `${disordered} rows out of order: their seq does not rise`],
-      [backward, `time goes back at ${backward} rows`],
-      [miscoded, `${miscoded} rows have codes above ${this.largest}, the largest of the converter`],
       [got.useless, `${got.useless} rows without a usable value`],
       [got.limited, `${got.limited} rows are saturated`],
       [paused, `no sample for ${pause.toFixed(1)} s after sample ${before}, and no mark says why: if the board was opened again there, the baseline before does not hold, and the touches after it may be wrong`],
