@@ -6,6 +6,9 @@
 #include <palpate/contraction.hpp>
 #include <type_traits>
 
+#if __cplusplus < 201703L && !(defined(_MSVC_LANG) && _MSVC_LANG >= 201703L)
+#error "palpate needs C++17: add -std=c++17 (MSVC: /std:c++17)"
+#endif
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || \
     defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || defined(_M_FP_FAST)
 #error "palpate needs IEEE arithmetic: compile without -ffast-math and its parts (/fp:fast)"
