@@ -75,21 +75,29 @@ def run_doxygen(folder: Path) -> Path | None:
     if done.returncode:
         raise ExtensionError(f"doxygen, on the C++ headers:\n{done.stderr}")
     for path in (folder / "xml").glob("*.xml"):
-        without_private_bases(path)
+        as_shown(path)
     return folder / "xml"
 
 
-def without_private_bases(path: Path) -> None:
-    """Nobody can use them, and doxygen takes the default of a parameter for the base of that name."""
+def as_shown(path: Path) -> None:
+    """Mend one file of doxygen's: private bases and groups without a name.
+
+    Nobody can use private bases, and doxygen takes the default of a parameter for the base of that name. Functions that
+    share a comment are functions like the others.
+    """
     tree = Xml.parse(path)
     private = [
         (compound, base)
         for compound in tree.iter("compounddef")
         for base in compound.findall("basecompoundref[@prot='private']")
     ]
+    groups = [group for group in tree.iter("sectiondef") if group.get("kind") == "user-defined"]
     for compound, base in private:
         compound.remove(base)
-    if private:
+    for group in groups:
+        if group.find("header") is None:
+            group.set("kind", "public-func")
+    if private or groups:
         tree.write(path, encoding="utf-8", xml_declaration=True)
 
 

@@ -101,6 +101,11 @@ def test_private_bases_are_not_shown(site: Path) -> None:
         assert "private" not in re.sub("<[^>]*>", "", path.read_text(encoding="utf-8").split("<article")[1]), path.name
 
 
+def test_functions_that_share_a_comment_are_functions_like_the_others(site: Path) -> None:
+    for path in (site / "cpp").glob("*.html"):
+        assert "unnamed" not in path.read_text(encoding="utf-8").lower(), path.name
+
+
 def test_without_doxygen_the_page_says_so(tmp_path: Path) -> None:
     done = build(tmp_path, str(tmp_path))
     assert (done.returncode, done.stderr) == (0, "")

@@ -75,7 +75,7 @@ def test_modules_and_scripts_in_texts_are_there(path: Path) -> None:
 def test_names_of_python_in_sentences_exist(path: Path) -> None:
     for span in spans(path):
         match = re.fullmatch(r"(palpate(?:\.[A-Za-z_]\w*)+)(?:\(.*\))?", span)
-        if match and not re.search(r"\.(hpp|toml|css|csv|json|sources|devices|html|wasm)$", span):
+        if match and not re.search(r"\.(hpp|h|toml|css|csv|json|sources|devices|html|wasm)$", span):
             importlib.import_module("palpate")
             assert exists(match[1]), span
 

@@ -9,6 +9,7 @@ from project import need
 from site_browser import Site, site_browser
 
 WORDS = {
+    "threads": "threads",
     "stiffness": "glossary",
     "elasticity": "glossary",
     "hardness": "glossary",
