@@ -10,7 +10,7 @@ import palpate
 sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
 project = "palpate"
-copyright = "the palpate authors, MIT licence"
+copyright = "the palpate developers, MIT licence"
 version = release = palpate.__version__
 extensions = [
     "myst_parser",
