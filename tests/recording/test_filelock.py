@@ -130,6 +130,8 @@ def test_wine_locks_as_the_model_does(tmp_path: Path) -> None:
     subprocess.run([compiler, "-Wall", "-Werror", "-o", program, ROOT / "tests/recording/locks.c"], check=True)
     with wine_home() as wine:
         told = wine.run(program, f"{windows_lock.PLACE}").split()
+        with pytest.raises(RuntimeError, match="child: no end within 1 s"):  # as a test that hangs
+            wine.run(program, f"{windows_lock.PLACE}", "child", limit_s=1)
     size = ctypes.sizeof(windows_lock.Overlapped)
     assert (
         told
