@@ -16,6 +16,7 @@ from palpate.recording.recorder import Recorder
 from project import ROOT, need
 from recording_bench import sample
 from windows_locks import Kernel
+from wine import wine_home
 
 
 @pytest.fixture(params=["here", "windows"])
@@ -123,14 +124,14 @@ def test_the_lock_of_windows_is_behind_every_byte_of_a_file(tmp_path: Path) -> N
 
 def test_wine_locks_as_the_model_does(tmp_path: Path) -> None:
     """The same calls in C, as a program for Windows: the place, the two kinds, the end of a process."""
-    wine, compiler = need("wine"), need("x86_64-w64-mingw32-gcc")
+    need("wine")
     program = tmp_path / "locks.exe"
+    compiler = need("x86_64-w64-mingw32-gcc")
     subprocess.run([compiler, "-Wall", "-Werror", "-o", program, ROOT / "tests/recording/locks.c"], check=True)
-    env = {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"}
-    told = subprocess.run(
-        [wine, program, f"{windows_lock.PLACE}"],
-        env=env, cwd=tmp_path, check=True, capture_output=True, text=True, timeout=300,
-    ).stdout.split()  # fmt: skip
+    with wine_home() as wine:
+        told = wine.run(program, f"{windows_lock.PLACE}").split()
+        with pytest.raises(RuntimeError, match="child: no end within 1 s"):  # as a test that hangs
+            wine.run(program, f"{windows_lock.PLACE}", "child", limit_s=1)
     size = ctypes.sizeof(windows_lock.Overlapped)
     assert (
         told

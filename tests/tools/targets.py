@@ -13,10 +13,11 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+
+from wine import wine_home
 
 ROOT = Path(__file__).parents[2]
 CPP = ROOT / "tests" / "cpp"
@@ -30,6 +31,7 @@ WASI = """import {readFileSync} from 'node:fs'; import {WASI} from 'node:wasi';
 const wasi = new WASI({version: 'preview1', returnOnExit: true});
 const {instance} = await WebAssembly.instantiate(readFileSync(process.argv[1]), wasi.getImportObject());
 process.exitCode = wasi.start(instance);"""
+NODE = ("node", "--no-warnings", "--input-type=module", "-e", WASI)
 
 
 @dataclass(frozen=True)
@@ -85,9 +87,7 @@ TARGETS = (
     Target("ppc64le", _of_clang("powerpc64le-linux-gnu", "-O2"), ("qemu-ppc64le",), printing=QUICK),
     Target("s390x", ("s390x-linux-gnu-g++", "-O2", "-march=z14"), ("qemu-s390x",)),
     Target("windows", ("x86_64-w64-mingw32-g++-posix", "-O2", "-mfma"), ("wine",), CHECKING),
-    Target(
-        "wasm32", _of_clang("wasm32-wasi", "-O2"), ("node", "--no-warnings", "--input-type=module", "-e", WASI), (), ()
-    ),
+    Target("wasm32", _of_clang("wasm32-wasi", "-O2"), NODE, libraries=()),
 )
 BOARDS = ("m0", "m3", "m4f", "m7")
 
@@ -97,27 +97,13 @@ def flags_of(target: Target) -> str:
     return " ".join(word for word in target.compiler[1:] if "/" not in word)
 
 
-def _run(words: list[str | Path], folder: Path) -> str:
+def _run(words: list[str | Path]) -> str:
     """Run a program and return its output; RuntimeError with its messages if it fails."""
-    # Wine makes a home of its own, without the parts for .NET and HTML, which it would ask to download.
-    quiet = {"WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree=;mshtml="}
     command = [str(word) for word in words]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=os.environ | quiet)
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"{' '.join(command)}: exit {done.returncode}\n{done.stdout[-2000:]}{done.stderr[-4000:]}")
     return done.stdout
-
-
-@contextmanager
-def _wine(folder: Path) -> Iterator[None]:
-    """End Wine's server, if it has not ended by itself: it writes to the folder."""
-    try:
-        yield
-    finally:
-        ended = os.environ | {"WINEPREFIX": str(folder / "wine")}
-        subprocess.run(
-            ["wineserver", "-k"], check=False, env=ended, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
 
 
 def compile_program(target: Target, program: str, folder: Path) -> Path:
@@ -125,7 +111,7 @@ def compile_program(target: Target, program: str, folder: Path) -> Path:
     made = folder / f"{program}.exe"  # the name that Wine runs, and the others, too
     sources = [CPP / f"{name}.cpp" for name in (program, *MORE_SOURCES.get(program, ()))]
     flags = (*FLAGS, "-Os") if program == "scenes" else FLAGS  # as on a microcontroller, and faster to compile
-    _run([*target.compiler, *flags, *sources, *target.libraries, "-o", made], folder)
+    _run([*target.compiler, *flags, *sources, *target.libraries, "-o", made])
     return made
 
 
@@ -134,8 +120,10 @@ def outputs(target: Target) -> dict[str, list[str]]:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
         made = {p: compile_program(target, p, folder) for p in (*target.printing, *target.checking)}
-        with _wine(folder) if target.runner == ("wine",) else nullcontext():
-            return {p: _run([*target.runner, program], folder).splitlines() for p, program in made.items()}
+        if target.runner == ("wine",):
+            with wine_home() as wine:
+                return {p: wine.run(program).splitlines() for p, program in made.items()}
+        return {p: _run([*target.runner, program]).splitlines() for p, program in made.items()}
 
 
 def reference(compiler: str) -> dict[str, list[str]]:
