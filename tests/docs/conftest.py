@@ -1,17 +1,12 @@
 """The built site, for all tests of it."""
 
-import os
 from pathlib import Path
 
 import pytest
-from site_build import built
+from made_once import made_once
+from site_build import build_site
 
 
 @pytest.fixture(scope="session")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    base = tmp_path_factory.getbasetemp()
-    shared = (base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base) / "docs"
-    shared.mkdir(exist_ok=True)
-    folder, complaints = built(shared)
-    assert complaints == ""
-    return folder
+    return made_once(tmp_path_factory, "site", build_site)

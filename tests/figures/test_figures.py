@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from made_once import made_once
 from numpy.typing import NDArray
 from palpate import figure_style, figures
 from palpate.cli import main
@@ -21,11 +22,14 @@ ESTIMATES = (figure_style.PAPER, figure_style.HANDHELD, figure_style.SLOW, figur
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("figures") / "new"
+    return made_once(tmp_path_factory, "figures", lambda base: draw(base / "new")) / "new"
+
+
+def draw(path: Path) -> None:
+    """Draw the figures with the command."""
     result = CliRunner().invoke(main, ["figures", "-o", str(path)])
     assert result.exit_code == 0, result.output
     assert set(result.stdout.splitlines()) == {str(p) for p in path.iterdir()}
-    return path
 
 
 def numbers(folder: Path, number: int) -> dict[str, NDArray[np.float64]]:

@@ -7,6 +7,7 @@ from typing import Any
 import nbclient
 import nbformat
 import pytest
+from made_once import made_once
 from project import ROOT
 
 NOTEBOOK = ROOT / "docs" / "examples" / "notebook.ipynb"
@@ -26,16 +27,20 @@ DRAWN = ["recording.plot();", "recording[9.5:19.0].plot();", "touches.plot();", 
 
 @pytest.fixture(scope="module")
 def outputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """Run it; return the last output of each cell by the last line of the cell."""
+    """Return the last output of each cell by the last line of the cell."""
+    run = nbformat.read(made_once(tmp_path_factory, "example", run_in) / "notebook.ipynb", as_version=4)
+    code = [cell for cell in run.cells if cell.cell_type == "code"]
+    return {cell.source.splitlines()[-1]: cell.outputs[-1] for cell in code if cell.outputs}
+
+
+def run_in(folder: Path) -> None:
+    """Run the notebook in a folder, and write it there with its outputs."""
     document = nbformat.read(NOTEBOOK, as_version=4)
     assert not any(cell.get("outputs") for cell in document.cells)
-    folder = tmp_path_factory.mktemp("notebook")
     client = nbclient.NotebookClient(document, timeout=300, resources={"metadata": {"path": str(folder)}})
     with asyncio.Runner() as runner:
         runner.run(client.async_execute())
     nbformat.write(document, folder / "notebook.ipynb")
-    code = [cell for cell in document.cells if cell.cell_type == "code"]
-    return {cell.source.splitlines()[-1]: cell.outputs[-1] for cell in code if cell.outputs}
 
 
 @pytest.mark.parametrize(("line", "part"), HTML.items())

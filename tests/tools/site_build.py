@@ -1,9 +1,9 @@
-"""The site of docs/, built once for all tests."""
+"""The site of docs/, built for tests."""
 
 import shutil
 import subprocess
 import sys
-import time
+import tempfile
 from pathlib import Path
 
 from project import ROOT
@@ -12,33 +12,17 @@ BESIDE = ("SECURITY.md", "CONTRIBUTING.md", "CHANGELOG.md", "CITATION.cff")
 """What the pages show of the folder above theirs, and the pictures in bench/."""
 
 
-def built(root: Path) -> tuple[Path, str]:
-    """Return the site, and what Sphinx complained about.
+def build_site(folder: Path) -> None:
+    """Build the site, without a complaint of Sphinx.
 
-    All workers of a test run share it: the first builds, the others wait. It is built from a copy: autosummary writes the
-    pages of the API beside the others.
+    From a copy of its sources: autosummary writes the pages of the API beside the others.
     """
-    folder, said = root / "site", root / "said"
-    try:
-        folder.mkdir()
-    except FileExistsError:
-        while not said.exists():
-            time.sleep(0.2)
-        return folder, said.read_text(encoding="utf-8")
-    complaints = "the build was given up"
-    try:
-        complaints = _build(root / "source", folder)
-    finally:
-        said.with_suffix(".part").write_text(complaints, encoding="utf-8")
-        said.with_suffix(".part").rename(said)
-    return folder, complaints
-
-
-def _build(source: Path, folder: Path) -> str:
-    shutil.copytree(ROOT / "docs", source / "docs", ignore=shutil.ignore_patterns("api"))
-    (source / "bench").symlink_to(ROOT / "bench")
-    for name in BESIDE:
-        shutil.copy(ROOT / name, source)
-    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", str(source / "docs"), str(folder)]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
-    return done.stderr or ("" if done.returncode == 0 else f"exit {done.returncode}")
+    with tempfile.TemporaryDirectory() as name:
+        source = Path(name)
+        shutil.copytree(ROOT / "docs", source / "docs", ignore=shutil.ignore_patterns("api"))
+        (source / "bench").symlink_to(ROOT / "bench")
+        for beside in BESIDE:
+            shutil.copy(ROOT / beside, source)
+        command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-n", "-q", str(source / "docs"), str(folder)]
+        done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
+    assert (done.returncode, done.stderr) == (0, "")
