@@ -136,10 +136,10 @@ def report(paths: dict[str, Path], found: dict[str, tuple[list[float], list[floa
         print(f"| {what} | {sizes} | {' | '.join(cells)} |")
     installed, packed = backend_bytes()
     print(
-        f"\nnanobind-backend, needed at run time by split mode: {installed / 1e3:.0f} kB, packed {packed / 1e3:.0f} kB"
+        f"\n- nanobind-backend, needed at run time by split mode: {installed / 1e3:.0f} kB, packed {packed / 1e3:.0f} kB"
     )
     core = next(Path(palpate.__file__).parent.glob("_core.*.so")).read_bytes()
-    print(f"the extension of palpate: {len(core) / 1e3:.0f} kB, packed {len(zlib.compress(core, 9)) / 1e3:.0f} kB")
+    print(f"- the extension of palpate: {len(core) / 1e3:.0f} kB, packed {len(zlib.compress(core, 9)) / 1e3:.0f} kB")
 
 
 def main() -> None:

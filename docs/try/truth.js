@@ -29,6 +29,6 @@ export class Truth {
     $("next").hidden = Boolean(truth);
     put("truthname", found ? `True ratio, ${found.name}` : "True ratio");
     put("true", found ? number(found.touch_ratio, one.standard_error) : "–");
-    put("off", found ? `estimate ${signed(100 * (one.ratio / found.touch_ratio - 1), 2)} %${one.state ? "" : ", its gauges are curved"}. Held upright: ${number(found.ratio)}` : "");
+    put("off", found ? `as it was held; the estimate is ${signed(100 * (one.ratio / found.touch_ratio - 1), 2)} % away. Upright: ${number(found.ratio)}` : "");
   }
 }

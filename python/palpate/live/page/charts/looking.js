@@ -22,7 +22,7 @@ export class Looking {
   }
 
   get to() {
-    return this.fixed ? this.fixed[1] : Math.max(this.end, this.begin + Math.min(this.span, LIVE_S));
+    return this.fixed ? this.fixed[1] : Math.max(this.end, this.begin + (this.file ? LEAST_S : Math.min(this.span, LIVE_S)));
   }
 
   // What the page says: null while the window follows the measurement.
