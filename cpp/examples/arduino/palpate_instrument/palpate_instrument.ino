@@ -86,8 +86,8 @@ void report(const palpate::Touch<float>& touch, std::size_t dropped) {
   Serial.print("ratio ");
   Serial.print(touch.ratio, 4);
   Serial.print(" +- ");
-  Serial.print(touch.standard_error, 4);
-  Serial.print(", samples ");
+  Serial.print(touch.standard_error, 4);  // of the lean tracker: what the noise of the samples leaves open
+  Serial.print(", noise only, samples ");
   Serial.print(static_cast<unsigned long>(touch.samples));
   Serial.print(", saturated ");
   Serial.print(static_cast<unsigned long>(touch.saturated));
