@@ -36,6 +36,7 @@ def _values() -> dict[str, Any]:
     return {
         "version": __version__,
         "urgent": [rule.__name__ for rule in states.URGENT if (touching, rule.__name__) in FUNCTIONS],
+        "damaged": states.DAMAGED,
         "scenes": {"handheld": _settings("handheld"), "sliding": _settings("sliding")},
         "columns": rows.COLUMNS,
         "earlier": rows.EARLIER,

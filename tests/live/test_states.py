@@ -178,8 +178,13 @@ def test_subs_say_what_to_do() -> None:
 
 
 def test_a_recording_is_not_measured() -> None:
-    now, line = of_file("run-11.csv, 21 Nov 2026", "whole, 7612 rows, clean end")
-    assert (now.word, line.level, line.what) == ("File", "quiet", "file")
+    now, line = of_file("run-11.csv, 21 Nov 2026", "complete, clean end", "7612 rows")
+    assert (now.word, line.level, line.title, line.what) == ("File", "quiet", "", "file")
+    assert line.text == "A recording: complete, clean end, 7612 rows. Nothing is being measured."
+    for verdict in ("changed", "not complete"):
+        now, line = of_file("run-11.csv", verdict, "7612 rows")
+        assert (now.word, line.level) == ("File", "caution")
+        assert verdict in line.title
 
 
 BAD, CALM = Line("slow", "caution", "Slow.", "Slow."), Line("ready", "quiet", "", "Ready.", "Ready.")

@@ -156,7 +156,8 @@ export class Measurement {
 
   closed() {
     const what = this.file ? `A recording: ${this.file.end}, ${this.file.rows} rows, ${this.file.missing} missing. Nothing is being measured.` : this.error;
-    return [{ word: this.file ? "File" : "Stop", sub: this.name, tone: "idle", share: null }, { what: "file", level: this.error ? "fault" : "quiet", title: "", text: what }];
+    const title = TABLES.damaged[this.file?.end] ?? "", level = this.error ? "fault" : title ? "caution" : "quiet";
+    return [{ word: this.file ? "File" : "Stop", sub: this.name, tone: "idle", share: null }, { what: "file", level, title, text: what }];
   }
 
   get touches() {

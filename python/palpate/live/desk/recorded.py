@@ -52,7 +52,7 @@ class Recorded:
         file = self._review.file
         refused = self._review.counters.refused
         useless = f", {refused} without a value" if refused else ""
-        word, line = of_file(file["name"], f"{file['end']}, {file['rows']} rows, {file['missing']} missing{useless}")
+        word, line = of_file(file["name"], file["end"], f"{file['rows']} rows, {file['missing']} missing{useless}")
         shown = {"level": line.level, "title": line.title, "text": line.text, "since_s": None, "what": line.what}
         told = {"now": word._asdict(), "line": shown, "announce": line.text}
         return {"recording": None, "proposed": "", "files": self._review.recordings.files, **told}

@@ -39,14 +39,24 @@ def view_of(facts: Facts) -> tuple[Now, Line]:
     return (urgent.now or now, urgent.line) if urgent else (now, line)
 
 
-def of_file(name: str, text: str) -> tuple[Now, Line]:
+DAMAGED = {"changed": "This recording was changed.", "not complete": "This recording is not complete."}
+"""What `Verification.verdict` says of a recording that is not as it was made."""
+
+
+def of_file(name: str, verdict: str, text: str) -> tuple[Now, Line]:
     """Return word and line of a recording that is looked at.
 
     Parameters
     ----------
     name : str
         Of the file.
+    verdict : str
+        As `Verification.verdict`: whole or not, its end.
     text : str
-        What it is: whole or not, its rows, its end.
+        Its rows.
     """
-    return Now("File", name), Line("file", "quiet", "", f"A recording: {text}. Nothing is being measured.")
+    title = DAMAGED.get(verdict, "")
+    line = Line(
+        "file", "caution" if title else "quiet", title, f"A recording: {verdict}, {text}. Nothing is being measured."
+    )
+    return Now("File", name), line
