@@ -260,7 +260,7 @@ def test_the_keys(trial: Trial) -> None:
     closer = trial.drawn()
     assert closer["to"] - closer["from"] < 0.6 * (span["to"] - span["from"])
     body.send_keys("a")
-    assert page["readout"].is_displayed()
+    page.until(lambda: page["readout"].is_displayed())
     body.send_keys("c")
     page.until(lambda: trial.script("return Boolean(fake.opened)"))
     body.send_keys("c")
