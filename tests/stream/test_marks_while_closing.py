@@ -15,7 +15,7 @@ def test_a_recording_is_closed_after_what_is_being_written_beside_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     path = tmp_path / "run.csv"
-    with Stream("sim:four-specimens?seed=1&speed=100", record=path) as stream:
+    with Stream("sim:four-specimens?seed=1&speed=10", record=path) as stream:
         closing = threading.Thread(target=stream.stop_recording)
         written = Recorder.note if name == "note" else Recorder.mark
 
