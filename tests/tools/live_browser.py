@@ -12,6 +12,7 @@ from live_server import PATIENCE_S
 from palpate.live.feed import HEADER
 from project import need
 from selenium import webdriver
+from selenium.common.exceptions import StaleElementReferenceException
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
@@ -31,8 +32,9 @@ class Browser:
         return str(self[name].text)
 
     def until(self, holds: Any) -> None:
-        """Wait for a condition."""
-        WebDriverWait(self.driver, PATIENCE_S, 0.1).until(lambda _: holds())
+        """Wait for a condition; an element that the page replaces meanwhile is looked for again."""
+        wait = WebDriverWait(self.driver, PATIENCE_S, 0.1, ignored_exceptions=[StaleElementReferenceException])
+        wait.until(lambda _: holds())
 
     def times(self) -> list[float]:
         """Return the times of all samples that have come since the last call, s."""
