@@ -1,12 +1,8 @@
 """The site's own search finds the words that people use."""
 
-from collections.abc import Iterator
-from pathlib import Path
 from urllib.parse import quote
 
-import pytest
-from project import need
-from site_browser import Site, site_browser
+from site_browser import Site
 
 WORDS = {
     "threads": "threads",
@@ -56,14 +52,6 @@ WORDS = {
 FIRST = 5
 FOUND = "return [...document.querySelectorAll('#search-results ul.search li > a')].map((a) => a.getAttribute('href'));"
 ENDED = "return /finished|did not match/.test(document.querySelector('#search-results .search-summary')?.textContent);"
-
-
-@pytest.fixture(scope="module")
-def opened(site: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
-    need("chromium")
-    need("chromedriver")
-    with site_browser(site, tmp_path_factory.mktemp("downloads")) as opened:
-        yield opened
 
 
 def found(opened: Site, words: str) -> list[str]:

@@ -1,12 +1,11 @@
 """Every page of the site in headless Chromium: what it asks for, what is cut, what is too wide, what cannot be read."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from effort import NIGHTLY
-from project import need, need_package
-from site_browser import CHECKS, SIZES, Site, site_browser
+from project import need_package
+from site_browser import CHECKS, SIZES, Site
 
 EACH = 1 if NIGHTLY else 10
 """Of the pages of the API, which are made alike, every tenth; at night all."""
@@ -23,14 +22,6 @@ def pages(folder: Path) -> list[str]:
     """Return the pages to open."""
     written = sorted(path.name for path in folder.glob("*.html"))
     return written + sorted(f"api/{path.name}" for path in (folder / "api").glob("*.html"))[::EACH]
-
-
-@pytest.fixture(scope="module")
-def opened(site: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
-    need("chromium")
-    need("chromedriver")
-    with site_browser(site, tmp_path_factory.mktemp("downloads")) as opened:
-        yield opened
 
 
 def test_each_page_is_whole_at_a_desk_and_on_a_phone(opened: Site) -> None:

@@ -14,6 +14,7 @@ from effort import draws, random_of
 from gap_plays import TOUCH_S, Play
 from palpate import SourceError
 from palpate.live.desk.recorded import Recorded
+from palpate.live.desk.states import of_file
 from palpate.live.feed import Flag
 from palpate.live.review import Review
 from palpate.live.summary import Summary
@@ -111,7 +112,10 @@ def test_a_damaged_recording_is_not_called_complete(node: Node, tmp_path: Path) 
         path = tmp_path / f"{name}.csv"
         path.write_bytes(content)
         path.with_suffix(".json").write_text(sidecar)
-        found[name] = node.open_paths(path, path.with_suffix(".json"))["hello"]["file"]["end"]
+        got = node.open_paths(path, path.with_suffix(".json"))
+        found[name] = got["hello"]["file"]["end"]
+        _, line = of_file(path.name, found[name], "")
+        assert (got["state"]["line"]["level"], got["state"]["line"]["title"]) == (line.level, line.title), name
         assert found[name] == check(path).verdict, name
     assert not any(found[name].startswith("complete") for name in found if name != "failed")
 
