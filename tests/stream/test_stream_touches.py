@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable
 from pathlib import Path
-from threading import Semaphore
 from typing import Any
 
 import numpy as np
 import palpate
 import pytest
 from palpate import Status, Stream, check
+from palpate.recording import sidecar
 from palpate.recording.foreign import recorded
 from palpate.samples import RETAKEN, samples_of
 from palpate.simulation import scenarios
@@ -107,10 +107,7 @@ def test_saturated_samples_that_a_tracker_would_not_see_are_refused() -> None:
 
 def test_a_replay_tares_where_the_measurement_did(tmp_path: Path) -> None:
     path, ended = tmp_path / "run.csv", list[palpate.Touch]()
-    run, wanted = scenarios.run("four-specimens", 3), Semaphore()
-    source = Scripted(list(samples_of(run.block())), full_scale_pF=run.full_scale_pF)
-    source.before = lambda _: wanted.acquire(timeout=60)  # one at a time: `tare` is at the last sample that was read
-    with palpate.Stream(source, record=path) as stream:
+    with palpate.Stream("sim:four-specimens?seed=3", record=path) as stream:
         for k, estimate in enumerate(stream):
             if k in (143, 460):
                 with pytest.raises(RuntimeError, match="in contact"):
@@ -119,7 +116,12 @@ def test_a_replay_tares_where_the_measurement_did(tmp_path: Path) -> None:
             elif k in (10, 461):
                 stream.tare()
             ended += [touch for touch in (estimate.ended,) if touch]
-            wanted.release()
+    assert [mark["seq"] for mark in (sidecar.load(path) or {})["marks"]] == [
+        10,
+        143,
+        460,
+        461,
+    ]  # where the loop is, not where the reader is
     assert len(ended) == len(stream.touches)  # the one that the tare ended, too
     untared = palpate.touches(palpate.read(path))
     replayed = palpate.touches(recorded(path))

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
 
 STOP_S = 0.5
-_BATCH, _FEW = 1024, 32  # samples at a time, at most; of a file, for a caller of single estimates, who may tare there
+_BATCH = 1024  # samples at a time, at most
 _POLL_S = 0.1  # on Windows a wait hears Ctrl-C at its end only
 
 
@@ -177,8 +177,8 @@ class Stream(RecordingStream):
         self.close()
 
     def __iter__(self) -> Iterator[Estimate]:
-        """Return an estimate after each sample."""
-        for batch in self._batches(_BATCH if self.source.live else _FEW):
+        """Return an estimate after each sample; of a file, also `tare` in the loop is at this sample, in each run."""
+        for batch in self._batches(_BATCH if self.source.live else 1):
             for estimate in batch.estimates():
                 self._seen = estimate.sample
                 yield estimate
