@@ -2,14 +2,17 @@
 
 import logging
 import re
+import signal
+import subprocess
 import time
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from click.testing import CliRunner
 from live_bench import HOST
-from live_server import Live
+from live_server import PATIENCE_S, Live
 from palpate import MissingExtra
 from palpate.ad7746.evalkit import hotplug
 from palpate.ad7746.evalkit.find import Board
@@ -76,6 +79,18 @@ def test_without_libusb_a_simulated_board_still_measures(monkeypatch: pytest.Mon
         pass
 
 
+@pytest.mark.parametrize("pause_s", [0.0, 0.05, 0.3])
+def test_ctrl_c_twice_ends_it_without_a_traceback(tmp_path: Path, pause_s: float) -> None:
+    with Live("--record", str(tmp_path / "run.csv"), told=subprocess.PIPE) as live:
+        assert live.asks("/", live.token) == 200
+        live.process.send_signal(signal.SIGINT)
+        time.sleep(pause_s)
+        live.process.send_signal(signal.SIGINT)
+        _, told = live.process.communicate(timeout=PATIENCE_S)
+    assert live.process.returncode in (130, -signal.SIGINT)  # the second one may come when nothing is left to do
+    assert re.fullmatch(r"ended\n\S*run.csv: \d+ rows; file closed\n", told)
+
+
 @pytest.mark.parametrize("debug", [False, True])
 def test_a_librarys_traceback_is_one_line(debug: bool, capsys: pytest.CaptureFixture[str]) -> None:
     with library_logs(debug=debug):
@@ -85,13 +100,15 @@ def test_a_librarys_traceback_is_one_line(debug: bool, capsys: pytest.CaptureFix
             except KeyError:
                 logging.getLogger("uvicorn.error").exception("Exception in ASGI application\n")
             logging.getLogger("uvicorn.error").warning("Invalid HTTP request received.")
+            logging.getLogger("uvicorn.error").error("Traceback (most recent call last):\n  here\nOSError: gone")
         for name in LIBRARIES:
             logging.getLogger(name).error("broken")
     lines = capsys.readouterr().err.splitlines()
     if debug:
-        assert lines.count("Traceback (most recent call last):") == 3
+        assert lines.count("Traceback (most recent call last):") == 6
     else:
         assert lines == [
             "page: uvicorn.error: KeyError: 'lost\\nin the middle'; --debug shows more",
+            "page: uvicorn.error: OSError: gone; --debug shows more",
             *(f"page: {name}: broken; --debug shows more" for name in LIBRARIES),
         ]

@@ -27,7 +27,7 @@ def played(name: str, folder: Path, speed: float = 1.0) -> str:
 class Live:
     """A server in a separate process."""
 
-    def __init__(self, *options: str, source: str = SOURCE, port: int = 0) -> None:
+    def __init__(self, *options: str, source: str = SOURCE, port: int = 0, told: int = subprocess.DEVNULL) -> None:
         command = [
             sys.executable,
             "-m",
@@ -40,7 +40,7 @@ class Live:
             str(port),
             *options,
         ]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=told, text=True)
         assert self.process.stdout
         self.address: str = json.loads(self.process.stdout.readline())["address"]
 

@@ -98,9 +98,9 @@ def flags_of(target: Target) -> str:
 
 
 def _run(words: list[str | Path]) -> str:
-    """Run a program and return its output; RuntimeError with its messages if it fails."""
+    """Run a program and return its output; RuntimeError with its messages if it fails, TimeoutExpired after ten minutes."""
     command = [str(word) for word in words]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
     if done.returncode:
         raise RuntimeError(f"{' '.join(command)}: exit {done.returncode}\n{done.stdout[-2000:]}{done.stderr[-4000:]}")
     return done.stdout

@@ -23,6 +23,8 @@ class OneLine(logging.Handler):
             return
         error = record.exc_info[1] if record.exc_info else None
         said = f"{type(error).__name__}: {error}" if error else record.getMessage()
+        if said.startswith("Traceback "):
+            said = said.splitlines()[-1]
         line = f"page: {record.name}: {' '.join(said.split())[:200]}; --debug shows more"
         if line not in self._printed and len(self._printed) < _MOST:
             self._printed.add(line)

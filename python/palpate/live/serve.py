@@ -87,6 +87,8 @@ class _Server(uvicorn.Server):
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         self._lobby.close()
         await super().shutdown(sockets)
+        if self.force_exit:  # by a second Ctrl-C: the pages are not waited for, but the application ends in order
+            await self.lifespan.shutdown()
 
     async def on_tick(self, counter: int) -> bool:
         return await super().on_tick(counter) or self._ended()
