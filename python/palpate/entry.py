@@ -18,8 +18,11 @@ def main() -> None:
         sys.exit(2)
     if sys.argv[1:] == ["--version"] and _told(f"palpate, version {__version__}\n"):
         return
-    from palpate.cli import main as command
-
+    try:
+        from palpate.cli import main as command
+    except KeyboardInterrupt:  # Ctrl-C in the tenth of a second of the imports; from here on the command line hears it
+        sys.stderr.write("interrupted\n")
+        sys.exit(130)
     command(prog_name="palpate")
 
 

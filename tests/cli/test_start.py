@@ -92,6 +92,19 @@ def test_a_version_that_cannot_be_printed_ends_as_any_output(tmp_path: Path) -> 
     assert (none.returncode, none.stderr) == (0, "")
 
 
+def test_ctrl_c_during_the_imports_is_no_traceback() -> None:
+    code = """import sys
+from palpate.entry import main
+class Pressed:
+    def find_spec(self, name, *_):
+        if name == "palpate.cli.group":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Pressed())
+main()"""
+    done = subprocess.run([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "interrupted\n")
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is full")
 def test_a_version_on_a_full_disk() -> None:
     with Path("/dev/full").open("wb") as full:
