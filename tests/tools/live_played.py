@@ -18,7 +18,7 @@ class Played:
     """
 
     def __init__(self, source: str, **settings: Any) -> None:
-        self.stream = Stream(source, notify=lambda _: None, **settings)
+        self.stream = Stream(source, notify=lambda _: None, capacity=2, **settings)
         self.number, self.error, self.touches = 1, "", list[Any]()
         self.moment = Moment()
         self.followers: list[Any] = []
