@@ -114,7 +114,9 @@ class Feeding:
 
         Each gap comes directly before its sample, so that a replay has the same bits.
         """
-        parts, messages, begin = list[NDArray[Any]](), list[str](), 0
+        parts: list[NDArray[Any]] = []
+        messages: list[str] = []
+        begin = 0
         while self._gaps and self._gaps[0].seq <= block["seq"][-1]:
             gap = self._gaps.popleft()
             at = max(begin, int(np.searchsorted(block["seq"], gap.seq)))

@@ -227,8 +227,8 @@ class Stream(RecordingStream):
     def centre(self, *, force: bool = False) -> None:
         """Set the range of the converter again, around the signal without contact; from any thread.
 
-        The source does it before its next sample. It is a gap: the baseline is measured again, and the recording has a
-        mark with the CAPDACs.
+        The source does it before its next sample (a simulation without `speed` is read ahead, by up to 2048 samples, with
+        `capacity` 2 by as few). It is a gap: the baseline is measured again, and the recording has a mark with the CAPDACs.
 
         Parameters
         ----------
