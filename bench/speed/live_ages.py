@@ -40,8 +40,9 @@ class _Timed(Source):
         for sample in self.board:
             given = self.board.clock.now_ns()
             if not sample.status:
-                hard, soft = list(self.board.kit.chip.conversions)[-2:]
-                assert (hard.pin, soft.pin) == (1, 2)
+                ended = [each for each in self.board.kit.chip.conversions if not each.lost]
+                hard, soft = (next(each for each in reversed(ended) if each.pin == pin) for pin in (1, 2))
+                assert (hard.code, soft.code) == (sample.hard_raw, sample.soft_raw)
                 self.times[sample.seq] = ((hard.begin + hard.end) // 2, hard.end, soft.end, given)
             yield sample
 
@@ -123,7 +124,7 @@ def live_ages(name: str, *, pairs: int, seed: int) -> tuple[Ages, NDArray[np.flo
     with Stream(source, tracker) as stream:
         for estimate in stream:
             done[estimate.sample.seq] = board.clock.now_ns()
-            if len(done) == pairs:
+            if len(done) >= pairs and any({seq, seq - 1} <= source.times.keys() for seq in done):
                 stream.stop()
         assert not stream.counters.dropped
     # The ratio after pair k is that of the hard reading of pair k - 1.

@@ -5,6 +5,8 @@ from io import TextIOWrapper
 
 from palpate._core import __version__, simd
 
+_INTERRUPTED = 130  # as in palpate.cli.exit, which may not be imported yet
+
 
 def main() -> None:
     """Run the command of `sys.argv`."""
@@ -22,8 +24,22 @@ def main() -> None:
         from palpate.cli import main as command
     except KeyboardInterrupt:  # Ctrl-C in the tenth of a second of the imports; from here on the command line hears it
         sys.stderr.write("interrupted\n")
-        sys.exit(130)
-    command(prog_name="palpate")
+        sys.exit(_INTERRUPTED)
+    try:
+        command(prog_name="palpate")
+    except SystemExit as end:
+        if end.code == _INTERRUPTED:
+            _stay_ended()
+        raise
+
+
+def _stay_ended() -> None:
+    """Ignore what ends a program: it ends already, all is closed, and the exit code is that of the first Ctrl-C."""
+    import signal
+
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
+        if number := getattr(signal, name, None):
+            signal.signal(number, signal.SIG_IGN)
 
 
 def _show_any_text() -> None:

@@ -3,6 +3,7 @@
 import math
 import pickle
 import threading
+import time
 from typing import Any
 
 import numpy as np
@@ -296,7 +297,8 @@ def test_long_blocks_let_other_threads_run(kind: Any) -> None:
 
     def work() -> None:
         started.set()
-        for _ in range(20):
+        end = time.monotonic() + 60
+        while not refused.is_set() and time.monotonic() < end:
             try:
                 estimator.process(regressor, regressor)
             except RuntimeError:

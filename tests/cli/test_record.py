@@ -1,7 +1,6 @@
 """The commands around a recording: record, check, replay, devices; and how they end."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -105,7 +104,7 @@ def test_unplugged_for_good(tmp_path: Path) -> None:
 def test_so_many_seconds_and_fewer_touches_than_asked_for(tmp_path: Path) -> None:
     recorded = run("record", "sim:sliding?idle=60", "-o", tmp_path / "a.csv", "--seconds", "1")
     assert (recorded.exit_code, recorded.stdout) == (0, "")
-    assert 1 <= check(tmp_path / "a.csv").survey.seconds < 30  # under load the end comes late
+    assert 1 <= check(tmp_path / "a.csv").survey.seconds < 2
     recorded = run("record", "sim:step-up", "-o", tmp_path / "b.csv", "--touches", "2")
     assert recorded.exit_code == 5
     assert "1 of 2 touches were measured" in recorded.stderr
@@ -158,16 +157,18 @@ def test_how_it_ends(
     assert Path("there.csv").read_text() == "precious"
 
 
+@pytest.mark.parametrize("pause_s", [0.0, 0.06, 0.1, 0.15])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)])
-def test_ctrl_c_closes_the_file(tmp_path: Path, number: int) -> None:
+def test_ctrl_c_twice_closes_the_file(tmp_path: Path, number: int, pause_s: float) -> None:
     path = tmp_path / "run.csv"
     command = [sys.executable, "-m", "palpate", "record", "sim:four-specimens?speed=1", "-o", str(path)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         while not (path.exists() and len(path.read_bytes().splitlines()) > 6):
             time.sleep(0.02)
             assert process.poll() is None
-        os.kill(process.pid, number)
-        os.kill(process.pid, number)
+        process.send_signal(number)
+        time.sleep(pause_s)
+        process.send_signal(number)
         _, told = process.communicate()
     assert process.returncode == 130
     assert told.endswith("; file closed\n")

@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import sys
 import webbrowser
 from collections.abc import Iterator
@@ -21,7 +22,7 @@ from palpate.cli.moduli import tell_origin
 from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
 from palpate.cli.outputs import OUTPUT, require_free, with_sidecar
 from palpate.cli.source import SourceType
-from palpate.cli.terminal import say
+from palpate.cli.terminal import say, signals
 from palpate.several import TOUCH_SCATTER
 
 if TYPE_CHECKING:
@@ -126,11 +127,11 @@ def live(
             unless_started.pop_all()
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
-    ticket = new_token() if token else None
-    server, port = Server(Workbench(session, source, calibrated, scatter, calibration)), listening.getsockname()[1]
     debug = "palpate.debug" in click.get_current_context().meta
     in_place = not named and source == SIMULATED
     with _ending(session), _arrivals(session) if in_place else nullcontext(), listening, library_logs(debug=debug):
+        ticket = new_token() if token else None
+        server, port = Server(Workbench(session, source, calibrated, scatter, calibration)), listening.getsockname()[1]
         _tell(address_of(listening, host, token), source, file, as_json=as_json)
         if not no_open and _has_screen():
             webbrowser.open(address_of(listening, host, ticket))
@@ -221,8 +222,9 @@ def _ending(session: "Session | Review") -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        say("ended")
-        session.close()
-        sys.exit(BAD_DATA if session.failed else INTERRUPTED)
+        with signals(lambda *_: None, signal.SIGINT, signal.SIGTERM):  # another one changes nothing: it ends
+            say("ended")
+            session.close()
+            sys.exit(BAD_DATA if session.failed else INTERRUPTED)
     finally:
         session.close()

@@ -83,7 +83,9 @@ def record(
     how = tracking(touch_seconds, samples, settings)
     try:
         opened = sources.open(source, **opening(firmware, excitation), **asked)
-        stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=say, **how)
+        # A file or a simulation is read ahead, and what is read is recorded: not beyond the end that is asked for, nor in another range.
+        ahead = 2 if (touches or seconds or recentre) and not opened.live else None
+        stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=say, capacity=ahead, **how)
         outlets = _outlets(stream, lsl, notes) if lsl else None
     except (ValueError, TypeError) as error:
         raise click.UsageError(str(error).split("\n")[0]) from error
@@ -94,9 +96,9 @@ def record(
             session.run()
         except PalpateError as error:
             failure = error
-    if recorder := stream.recorder:
-        written = file if recorder.path.name == file.name else recorder.path  # of a rescue recording: where it is
-        session.report(written, as_json, failure)
+        if recorder := stream.recorder:
+            written = file if recorder.path.name == file.name else recorder.path  # of a rescue recording: where it is
+            session.report(written, as_json, failure)
     if failure:
         raise failure
     if came:

@@ -5,6 +5,8 @@ from threading import Thread
 
 from palpate.errors import SourceTimeout
 
+_PARTS = 10
+
 
 def limited(step: Callable[[], object], limit_s: float, what: str) -> None:
     """Run a step, and wait for it; raise what it raises.
@@ -37,8 +39,24 @@ def limited(step: Callable[[], object], limit_s: float, what: str) -> None:
 
     thread = Thread(target=run, name="palpate-step", daemon=True)
     thread.start()
-    thread.join(limit_s)
-    if thread.is_alive():
+    if not ended(thread, limit_s):
         raise SourceTimeout(f"{what} within {limit_s:g} s; it still runs")
     if raised:
         raise raised[0]
+
+
+def ended(thread: Thread, limit_s: float) -> bool:
+    """Wait for the end of a thread; return whether it came. A time in which the whole program stood still counts as one part.
+
+    Examples
+    --------
+    >>> thread = Thread(target=int)
+    >>> thread.start()
+    >>> ended(thread, 1.0)
+    True
+    """
+    for _ in range(_PARTS):
+        thread.join(limit_s / _PARTS)
+        if not thread.is_alive():
+            return True
+    return False

@@ -9,7 +9,7 @@ from palpate.errors import ProtocolError, SourceTimeout
 from palpate.sources import Source
 from palpate.sources.blocks import blocks_of
 from palpate.stream.intake import Intake
-from palpate.stream.limited import limited
+from palpate.stream.limited import ended, limited
 from palpate.stream.waiting import Waiting
 
 
@@ -72,7 +72,7 @@ class Reader:
     def join(self, timeout_s: float) -> bool:
         """Wait for the end; return whether the thread has ended."""
         if self._thread.ident is not None:
-            self._thread.join(timeout_s)
+            ended(self._thread, timeout_s)
         with self.intake.lock:  # a sample that is being stored is complete now
             return not self._thread.is_alive()
 
