@@ -284,7 +284,8 @@ class _Trial:
             return
         steps = [(b.t_hard_ns - a.t_hard_ns) / (b.seq - a.seq) for a, b in pairwise(self.samples) if b.seq > a.seq]
         median_s = statistics.median(steps or [math.nan]) / 1e9
-        if period_s and not (1 - _AWRY) * period_s <= median_s <= (1 + _AWRY * self._patience) * period_s:
+        least_s, most_s = (1 - _AWRY) / self._patience, 1 + _AWRY * self._patience
+        if period_s and not least_s * period_s <= median_s <= most_s * period_s:
             self.find(f"period_s: got {period_s:g}, allowed: {median_s:.3g}, the median of its times, within 20 %")
         if not live:
             return

@@ -21,8 +21,8 @@ Client = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
 
 @pytest.fixture(autouse=True)
-def short_patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guarded, "PATIENCE_S", PATIENCE_S)
+def long_patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guarded, "PATIENCE_S", _LONG_S)
 
 
 async def endless(scope: Any, receive: Any, send: Any) -> None:
@@ -114,7 +114,10 @@ def test_one_request_is_answered() -> None:
         (b"", b""),
     ],
 )
-def test_a_request_that_is_no_page_s(sent: bytes, said: bytes) -> None:
+def test_a_request_that_is_no_page_s(sent: bytes, said: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not said:
+        monkeypatch.setattr(guarded, "PATIENCE_S", PATIENCE_S)
+
     async def test(connect: Callable[[], Awaitable[Client]]) -> None:
         begun = time.monotonic()
         reader, writer = await connect()
@@ -128,11 +131,21 @@ def test_a_request_that_is_no_page_s(sent: bytes, said: bytes) -> None:
 
 
 @pytest.mark.parametrize("request_", [_head("/"), _head("/", *_UPGRADE)], ids=["answer", "web socket"])
-def test_who_does_not_read_is_closed(request_: bytes) -> None:
+def test_who_does_not_read_is_closed(request_: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guarded, "PATIENCE_S", 1.0)
+    gone = asyncio.Event()
+    for kind in (guarded.Requests, guarded.Sockets):
+
+        def lost(self: Any, error: Any, before: Any = kind.connection_lost) -> None:
+            gone.set()
+            before(self, error)
+
+        monkeypatch.setattr(kind, "connection_lost", lost)
+
     async def test(connect: Callable[[], Awaitable[Client]]) -> None:
         reader, writer = await connect()
         writer.write(request_)
-        await asyncio.sleep(6 * PATIENCE_S)  # the reader takes 2 kB, the kernel the rest, until both are full
+        await gone.wait()  # the reader takes 2 kB, the kernel the rest, until both are full
         async with asyncio.timeout(_LONG_S):
             await _rest(reader)
 
@@ -141,7 +154,6 @@ def test_who_does_not_read_is_closed(request_: bytes) -> None:
 
 def test_a_new_connection_takes_the_place_of_the_oldest_that_asks_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     async def test(connect: Callable[[], Awaitable[Client]]) -> None:
-        monkeypatch.setattr(guarded, "PATIENCE_S", _LONG_S)
         asks = await connect()
         asks[1].write(_head("/", *_UPGRADE).replace(b"GET / ", b"GET /echo "))
         assert (await asks[0].readline()).startswith(b"HTTP/1.1 101 ")

@@ -160,7 +160,11 @@ def test_the_screen_reader_hears_what_has_settled(page: Browser) -> None:
         )
         told = server.state.told["state"]
         for share in (0.63, 0.64, 0.65):
-            server.tell("state", **{**told, "now": {**told["now"], "share": share}})
+            server.state.told["state"] = {
+                **told,
+                "now": {**told["now"], "share": share},
+            }  # it is said again each second
+            server.tell("state", **server.state.told["state"])
         page.until(lambda: run(page, "return document.querySelector('#bar b').style.width") == "65%")
         assert run(page, "return said") == 0
         server.change(CASES["unplugged"]())

@@ -46,10 +46,13 @@ def test_the_buttons_over_a_web_socket(tmp_path: Path) -> None:
         socket.send_text('{"do": "record"}')
         assert "already running" in heard(socket, "refused")["message"]
         socket.send_text('{"do": "mark"}')
-        assert heard(socket, "events")["marks"][0]["text"] == ""
+        while not (marks := heard(socket, "events")["marks"]):
+            pass
+        assert marks[0]["text"] == ""
         number = heard(socket, "done")["id"]
         socket.send_text(json.dumps({"do": "mark text", "id": number, "text": "here"}))
-        assert heard(socket, "events")["marks"][0]["text"] == "here"
+        while heard(socket, "events")["marks"][0]["text"] != "here":
+            pass
         assert heard(socket, "done")["message"] == "Marked: here"
         socket.send_text('{"do": "tare"}')
         assert "do not touch anything" in heard(socket, "done")["message"]
@@ -230,7 +233,7 @@ def test_the_measurement_goes_on_without_a_recording_that_is_removed(tmp_path: P
     session = begun(tmp_path)
     bench_of(session)
     (tmp_path / "run.csv").unlink()
-    until(lambda: session.failed)
+    until(lambda: session.failed and session.messages)
     rescued = tmp_path / "run.rescued.csv"
     assert session.messages[-1] == (
         f"Error: {tmp_path / 'run.csv'}: was removed while it was recorded; what could be saved is in {rescued}"

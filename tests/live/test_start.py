@@ -4,6 +4,7 @@ import logging
 import re
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,7 +14,7 @@ import pytest
 from click.testing import CliRunner
 from live_bench import HOST
 from live_server import PATIENCE_S, Live
-from palpate import MissingExtra
+from palpate import MissingExtra, check
 from palpate.ad7746.evalkit import hotplug
 from palpate.ad7746.evalkit.find import Board
 from palpate.cli import main
@@ -89,6 +90,36 @@ def test_ctrl_c_twice_ends_it_without_a_traceback(tmp_path: Path, pause_s: float
         _, told = live.process.communicate(timeout=PATIENCE_S)
     assert live.process.returncode == 130
     assert re.fullmatch(r"ended\n\S*run.csv: \d+ rows; file closed\n", told)
+
+
+SLOWLY = """
+import time
+from palpate.live import workbench
+begin = workbench.Workbench.__init__
+def slowly(*given):
+    time.sleep(3)
+    begin(*given)
+workbench.Workbench.__init__ = slowly
+from palpate.cli import main
+main(prog_name="palpate")
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_recording_is_closed_also_before_the_page_is_made(tmp_path: Path, number: int) -> None:
+    path = tmp_path / "run.csv"
+    command = [sys.executable, "-c", SLOWLY, "live", "sim:four-specimens?speed=1", "--no-open", "--port", "0"]
+    with subprocess.Popen(
+        [*command, "--record", str(path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        while not (path.exists() and len(path.read_bytes().splitlines()) > 6):
+            time.sleep(0.02)
+            assert process.poll() is None
+        process.send_signal(number)
+        told = process.communicate(timeout=PATIENCE_S)
+    assert told[0] == ""  # no address yet
+    assert (process.returncode, told[1].endswith("; file closed\n")) == (130, True)
+    assert not check(path).faults
 
 
 @pytest.mark.parametrize("debug", [False, True])

@@ -17,7 +17,7 @@ import palpate
 import pylsl
 import pytest
 from click.testing import CliRunner
-from lsl_sender import Listener, Sender
+from lsl_sender import Listener, Sender, take_all
 from palpate import Gap, Sample, Stream
 from palpate.cli import main
 from palpate.lsl import Outlets
@@ -35,9 +35,7 @@ def listening(name: str) -> Iterator[dict[str, Listener]]:
     """Begin to listen to the three streams of a name; at the end take what came."""
     found = {key: Listener(f"{name}{key}") for key in ("", "-estimates", "-marks")}
     yield found
-    time.sleep(0.5)
-    for listener in found.values():
-        listener.take()
+    take_all(*found.values())
 
 
 def marks(listener: Listener) -> list[tuple[str, str]]:
@@ -192,7 +190,7 @@ def test_nothing_is_lost_at_the_end(name: str) -> None:
         for number in range(MANY):
             outlets.mark("note", f"{number} {'x' * 1000}")
         outlets.close()
-        listener.take()
+        take_all(listener)
     numbers = [int(text.split()[0]) for kind, text in marks(listener) if kind == "note"]
     assert numbers == list(range(MANY))
 

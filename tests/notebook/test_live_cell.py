@@ -21,7 +21,7 @@ from palpate.live.access.gatekeeper import HEADERS
 from project import ROOT
 
 PATIENCE_S = 90
-SOURCE = "sim:four-specimens?seed=1"
+SOURCE = "sim:four-specimens?seed=1&idle=60"
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 
 
@@ -92,6 +92,8 @@ def test_a_page_that_nobody_sees_ends(monkeypatch: pytest.MonkeyPatch, tmp_path:
     assert not page.running
     with notebook.live(SOURCE, record=tmp_path / "run.csv") as recording:
         recording._thread.join(1.0)
+        while not recording._session.counters.recorded:
+            time.sleep(0.01)
         assert recording.running
     found = palpate.check(tmp_path / "run.csv")
     assert found.clean

@@ -63,8 +63,9 @@ def test_a_second_one_is_refused_and_readers_are_not(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("system")
-def test_a_recording_waits_for_a_reader_who_asks(tmp_path: Path) -> None:
+def test_a_recording_waits_for_a_reader_who_asks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its file has a name before it has a lock: who asks in between has it for a moment."""
+    monkeypatch.setattr(filelock, "_WAIT_S", 60.0)
     path = tmp_path / "run.csv"
     path.write_bytes(b"")
     with path.open("rb") as reader, path.open("r+b") as writer:

@@ -140,7 +140,7 @@ def test_the_letter_c_centres_again(built: Path, tmp_path: Path) -> None:
         if pair == UNTOUCHED + 20:
             end.write(b"c")
 
-    with uno.board(built, tmp_path, UNTOUCHED + 60) as port:
+    with uno.board(built, tmp_path, UNTOUCHED + 60, "await=4.75") as port:  # pressed; waits for the letter
         pairs = pairs_of(uno.lines(port, UNTOUCHED + 60, send))
     assert_true(pairs, uno.conversions(tmp_path))
     again = [pair["seq"] for pair in pairs].index(0, 1)

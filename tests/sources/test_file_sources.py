@@ -1,5 +1,6 @@
 """A recording as a source: what is wrong with it reaches the user, and a copy of it."""
 
+import time
 from pathlib import Path
 
 import palpate
@@ -59,3 +60,12 @@ def test_a_row_without_a_value_is_lost(cell: str, pace: str, tmp_path: Path) -> 
     assert [sample.seq for sample in found if sample.status] == [50]
     assert found[50].status == Status.LOST
     assert not any("status" in message for message in messages)
+
+
+def test_a_played_file_goes_on_where_it_was_when_the_machine_stood_still() -> None:
+    """All that is due meanwhile at once would be more than waits for a consumer."""
+    with palpate.open("tests/data/four-specimens.csv", speed=60) as source:
+        first = source.read_block()  # type: ignore[attr-defined]
+        time.sleep(1.0)  # the whole recording
+        second = source.read_block()  # type: ignore[attr-defined]
+    assert len(first) + len(second) < 700

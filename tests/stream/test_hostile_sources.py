@@ -214,10 +214,10 @@ def test_a_step_that_does_not_return(step: str, tmp_path: Path, monkeypatch: pyt
 
 
 def test_an_interrupt_without_effect_leaves_its_thread_and_takes_no_later_sample(tmp_path: Path) -> None:
-    path, release = tmp_path / "run.csv", threading.Event()
-    source = Liar([*good(2), release.wait, *good(2, 2)], live=True)
+    path, hangs, release = tmp_path / "run.csv", threading.Event(), threading.Event()
+    source = Liar([*good(2), hangs.set, release.wait, *good(2, 2)], live=True)
     with pytest.raises(SourceTimeout, match=r"did not stop within 0.5 s"), Stream(source, record=path) as stream:
-        next(iter(stream))
+        assert all((next(iter(stream)), hangs.wait(60)))
     before = stream.counters
     release.set()
     assert stream._begun().join(30)

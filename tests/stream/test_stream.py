@@ -13,6 +13,7 @@ from palpate import (
     DeviceNotFound,
     ProtocolError,
     RecordingError,
+    Sample,
     SourceTimeout,
     Status,
     Stream,
@@ -95,12 +96,8 @@ def test_what_the_source_raises_comes_after_its_last_sample(tmp_path: Path, erro
 
 def test_who_does_not_iterate_is_not_told_but_the_recording_is(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    failed = threading.Event()
-    source = Scripted([sample(0), DeviceNotFound("unplugged")])
-    source.before = lambda _: failed.set()
-    with Stream(source, record=path):
-        failed.wait()
-        time.sleep(0.05)
+    with Stream(Scripted([sample(0), DeviceNotFound("unplugged")]), record=path) as stream:
+        assert stream._begun().join(60)  # until it has failed
     assert check(path).findings == ("the source ended with an error: unplugged",)
 
 
@@ -124,13 +121,19 @@ def test_it_stops_within_half_a_second(source: str) -> None:
 
 def test_a_source_that_does_not_stop_is_left_behind(tmp_path: Path) -> None:
     source = Scripted([sample(i) for i in range(3)], live=True)
-    release = threading.Event()
-    source.before = lambda each: release.wait() if each.seq == 2 else None
+    hangs, release = threading.Event(), threading.Event()
+
+    def before(each: Sample) -> None:
+        if each.seq == 2:
+            hangs.set()
+            release.wait()
+
+    source.before = before
     with (
         pytest.raises(SourceTimeout, match=r"did not stop within 0.5 s"),
         Stream(source, record=tmp_path / "run.csv") as stream,
     ):
-        next(iter(stream))
+        assert all((next(iter(stream)), hangs.wait(60)))
     assert check(tmp_path / "run.csv").survey.rows == 2
     assert check(tmp_path / "run.csv").clean
     release.set()

@@ -59,11 +59,13 @@ def test_a_source_faster_than_the_disk(tmp_path: Path, tally: Tally, monkeypatch
     """A disk that hangs while three times what may wait for it comes: what has no room is counted, and said."""
     from palpate.recording import row_file
 
-    path, hangs = tmp_path / "run.csv", threading.Event()
+    path, begin, hangs = tmp_path / "run.csv", threading.Event(), threading.Event()
     write = row_file.write
     source = Scripted([sample(i) for i in range(3 * CAPACITY)], live=True)
+    source.before = lambda _: begin.wait()
     with Stream(source, record=path) as stream:
         monkeypatch.setattr(row_file, "write", lambda file, data: (hangs.wait(), write(file, data))[1])
+        begin.set()
         for _ in stream:
             pass
         hangs.set()
@@ -122,11 +124,12 @@ def test_a_source_that_stops_or_raises(tmp_path: Path, count: int, error: BaseEx
 @pytest.mark.parametrize("at", [0, 1, 50])
 def test_a_source_that_returns_late(tmp_path: Path, at: int, tally: Tally) -> None:
     """It is left behind and said; what it gives afterwards goes nowhere, and hurts nothing."""
-    path, release, done = tmp_path / "run.csv", threading.Event(), threading.Event()
+    path, hangs, release, done = tmp_path / "run.csv", threading.Event(), threading.Event(), threading.Event()
 
     class Late(Scripted):
         def __iter__(self) -> Iterator[Sample]:
             yield from super().__iter__()
+            hangs.set()
             release.wait()
             yield from (sample(i) for i in range(at, at + 5))
             done.set()
@@ -137,6 +140,7 @@ def test_a_source_that_returns_late(tmp_path: Path, at: int, tally: Tally) -> No
     source: Any = Late([sample(i) for i in range(at)], live=True)
     stream = Stream(source, record=path)
     stream.__enter__()
+    assert hangs.wait(60)
     while stream.counters.recorded < at:
         threading.Event().wait(0.01)
     with pytest.raises(SourceTimeout, match="still runs"):

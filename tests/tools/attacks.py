@@ -23,7 +23,8 @@ _PATIENCE_S = 3.0
 class Target:
     """The server, and the end of the attack."""
 
-    def __init__(self, address: str, seconds: float) -> None:
+    def __init__(self, address: str, seconds: float, patience_s: float = _PATIENCE_S) -> None:
+        self._patience_s = patience_s
         where = urlsplit(address)
         self.port = where.port or 80
         self.host = f"{where.hostname}:{self.port}"
@@ -42,7 +43,7 @@ class Target:
         client = socket.socket()
         if receive:
             client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive)
-        client.settimeout(_PATIENCE_S)
+        client.settimeout(self._patience_s)
         try:
             client.connect(("127.0.0.1", self.port))
         except OSError:

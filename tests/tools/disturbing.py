@@ -8,6 +8,7 @@ from pathlib import Path
 
 from palpate.recording.recorder import Recorder
 from palpate.recording.rows import HEADER, format_rows
+from palpate.recording.sidecar import load
 from palpate.samples import block_of
 from recording_bench import sample
 from recording_children import wait
@@ -62,7 +63,8 @@ def disturbed(path: Path, act: Callable[[Path], None]) -> Recorder:
     recorder = Recorder(path, {"name": "x"}, {"scene": "paper"}, ["first"])
     for seq in range(ROWS):
         recorder.push(sample(seq))
-    wait(lambda: recorder.rows == ROWS)
+    # With its checkpoint: from then on the recorder saves nothing until rows come.
+    wait(lambda: ((load(path) or {}).get("checkpoint") or {}).get("rows") == ROWS)
     act(path)
     seq, until = ROWS, time.monotonic() + 30
     while not recorder.error:

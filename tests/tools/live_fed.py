@@ -55,18 +55,20 @@ class Fed(Source):
             time.sleep(self._pause_s)
             if not self._gone and (values := self._made(seq)) is not None:
                 if self._was_gone:
-                    seq, self._was_gone = seq + 10, False
+                    seq += 10
                     self._gaps.append(Gap(seq, "the board was unplugged for a while"))
+                    self._was_gone = False
                 now = time.monotonic_ns() - begun_ns
                 yield Sample(seq, now, now, -1, -1, *values)
                 seq += 1
 
     def unplug(self) -> None:
         """Give nothing."""
-        self._gone = self._was_gone = True
+        self._gone = True
 
     def plug(self) -> None:
         """Go on, after a gap."""
+        self._was_gone = True
         self._gone = False
 
     @property

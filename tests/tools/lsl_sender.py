@@ -1,6 +1,7 @@
 """Other programs on Lab Streaming Layer: one that sends, and one that receives."""
 
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -84,3 +85,14 @@ class Listener:
         rows, stamps = self.inlet.pull_chunk(timeout=0.0, max_samples=10_000)
         self.rows += rows
         self.stamps += stamps
+
+
+def take_all(*listeners: Listener) -> None:
+    """Take until nothing has come in 12 looks: a process that stands still loses one of them."""
+    quiet = 0
+    while quiet < 12:
+        time.sleep(0.05)
+        before = sum(len(each.rows) for each in listeners)
+        for each in listeners:
+            each.take()
+        quiet = quiet + 1 if sum(len(each.rows) for each in listeners) == before else 0

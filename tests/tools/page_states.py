@@ -113,11 +113,12 @@ class Canned:
 
     def _greet(self, page: ServerConnection) -> None:
         for kind, document in self.state.told.items():
-            if kind != "noise":
+            if kind not in ("noise", "state"):
                 page.send(json.dumps({"type": kind, **document}))
         for trace in self.state.traces:
             page.send(json.dumps({"type": "trace", **trace}))
         page.send(framed(1, self.state.rows, FIRST))
+        page.send(json.dumps({"type": "state", **self.state.told["state"]}))  # last: a page that shows it has all
 
     def _hear(self, page: ServerConnection, command: dict[str, Any]) -> None:
         if command["do"] == "seen":

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
+import click
 from palpate.cli import main as palpate_command
 from palpate.samples import Sample
 from palpate.sources import Source, sim
@@ -58,6 +59,13 @@ def command(path: Path, output: int) -> NoReturn:
     Not from a simulated board: its driver refuses to go on if the machine is too busy.
     """
     setattr(sim, "open_sim", lambda *_: Endless())  # noqa: B010  mypy allows no other way
+    make_context = click.Command.make_context
+
+    def heard(*given: Any, **more: Any) -> Any:  # in the command line's own try: what comes before is of this child
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        return make_context(*given, **more)
+
+    setattr(click.Command, "make_context", heard)  # noqa: B010
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     os.dup2(output, 2)
     palpate_command(["record", "sim:", "-o", str(path)])
@@ -69,6 +77,7 @@ def child(way: str, folder: Path, number: int, ready: int) -> None:
     output = os.open(folder / f"{number}.acknowledged", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     if way == "command":
         signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     os.write(ready, b".")
     if way == "command":
         command(folder / f"{number}.csv", output)

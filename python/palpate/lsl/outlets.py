@@ -85,9 +85,8 @@ allowed: one in real time
         stamps = self._send_samples(batch) if len(batch.samples) else np.empty(0)
         if self._last_s is None:
             return
-        for text in self._early:
-            self._push(text, float(stamps[0]))
-        self._early = []
+        while self._early:  # another thread may add one meanwhile
+            self._push(self._early.pop(0), float(stamps[0]) if len(stamps) else self._last_s)
         for at, text in sorted(self._touches(batch)):
             self._push(text, float(stamps[at]) if len(stamps) else self._last_s)
 
@@ -109,7 +108,8 @@ allowed: one in real time
     def close(self) -> None:
         """Close the streams, after what is on its way has been sent."""
         if any(outlet.have_consumers() for outlet in self._outlets):
-            time.sleep(_LAST_S)
+            for _ in range(10):  # a process that stands still loses one part, not all of the time
+                time.sleep(_LAST_S / 10)
         self._outlets = []
 
     def _send_samples(self, batch: Batch) -> NDArray[np.float64]:

@@ -19,6 +19,7 @@ from palpate.tables.units import PICOFARADS, SECONDS
 _NOTHING = np.empty(0, DTYPE)
 UNREAD = "not read to its end: its rows are not verified"
 """Message of a source that was stopped before the end of its file, where the checksum is compared."""
+_STOOD_S = 0.25
 
 
 class FileSource(Source):
@@ -98,6 +99,10 @@ class FileSource(Source):
             due = begun + (block["t_hard_ns"] - first_ns) / 1e9 / speed
             begin = 0
             while begin < len(block):
+                if (
+                    late_s := time.monotonic() - due[begin]
+                ) > _STOOD_S:  # the machine stood still: it goes on where it was
+                    begun, due = begun + late_s, due + late_s
                 self._stopped.wait(max(due[begin] - time.monotonic(), 0))
                 if self._stopped.is_set():
                     return False

@@ -64,6 +64,7 @@ struct Board {
   avr_t* avr;
   Chip chip;
   Port port;
+  double await_s = 1e9;  // from then on it waits for a byte
   bool selected = false, line_begins = true;
   long pairs = 0;
 
@@ -121,6 +122,8 @@ void set(Board& board, const elf_firmware_t& sketch, const std::string& option) 
         std::memcpy(board.avr->data + (sketch.symbol[i]->addr & 0xFFFF), &overflows, 4);
       }
     }
+  } else if (name == "await") {
+    board.await_s = begin;
   } else {
     board.chip.spans.at(name) = Span{begin, std::stod(option.substr(colon + 1))};
   }
@@ -163,7 +166,13 @@ int main(int count, char** words) {
     for (int i = 0; i < 16000; ++i) {
       avr_run(avr);
     }
-    if (const int byte = board.port.read(); byte >= 0) {
+    int byte = board.port.read();
+    while (byte < 0 && board.now() >= board.await_s && board.port.open()) {
+      usleep(1000);
+      byte = board.port.read();
+    }
+    if (byte >= 0) {
+      board.await_s = 1e9;
       avr_raise_irq(input, static_cast<std::uint32_t>(byte));
     }
   }

@@ -10,6 +10,7 @@ from palpate._core import Touch
 from palpate.calibration import Calibration
 from palpate.digits import plus_minus
 from palpate.live.desk.facts import Facts, Pace, Result
+from palpate.live.desk.faults import SILENT_S
 from palpate.live.desk.states import view_of
 from palpate.live.desk.telling import Teller
 from palpate.live.desk.watching import Watch
@@ -64,6 +65,7 @@ class Standing:
         self.watch: Watch = Watch(clock)
         self._session, self._calibration, self._clock = session, calibration, clock
         self._number = 0
+        self._awake_s = self._looked_s = 0.0
         self._last_recorder: Recorder | None = None  # one that failed is told until the next one begins
         self._shown: tuple[str, str, str] = ("", "", "")
         session.followers.append(self.watch.follow)
@@ -91,6 +93,9 @@ class Standing:
         at_s = self._clock()
         if self._number != self._session.number:
             self._begin(at_s)
+        if at_s - self._looked_s > SILENT_S:  # this process stood still: the source may not be silent
+            self._awake_s = at_s
+        self._looked_s = at_s
         session, stream = self._session, self._session.stream
         state, troubles, counters = page_state(session), _troubles(stream.source), stream.counters
         self._follow_gaps(state, troubles, counters, at_s)
@@ -99,7 +104,7 @@ class Standing:
         return Facts(
             state,
             seen=seen,
-            silent_s=at_s - max(self._begun_s, seen.at_s) if stream.source.live and state != "ended" else 0.0,
+            silent_s=at_s - max(self._awake_s, seen.at_s) if stream.source.live and state != "ended" else 0.0,
             period_s=self._period_s,
             troubles=troubles,
             outside=stream.out_of_range,
@@ -122,7 +127,7 @@ class Standing:
 
     def _begin(self, at_s: float) -> None:
         stream = self._session.stream
-        self._number, self._begun_s = self._session.number, at_s
+        self._number, self._awake_s, self._looked_s = self._session.number, at_s, at_s
         self._teller = Teller()
         self._period_s = float(stream.source.describe().get("period_s", math.nan))
         self._gap, self._gap_s, self._retaken_s = "", -math.inf, -math.inf
