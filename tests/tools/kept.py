@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -21,11 +22,11 @@ FOLDER = ROOT / "build" / "tests"
 
 @contextmanager
 def kept_folder(name: str, *compilers: str) -> Iterator[Path]:
-    """Give a folder for a build by these programs; no other process has it meanwhile.
+    """Give a folder for a build by these programs, and those of this environment; no other process has it meanwhile.
 
     The build tool finds out what has changed in it. A new one where the tree cannot be written, or there are no locks.
     """
-    key = _hash(name, *(run(compiler, "--version") for compiler in compilers))
+    key = _hash(name, sys.prefix, *(run(compiler, "--version") for compiler in compilers))
     try:
         if fcntl is None:
             raise OSError
