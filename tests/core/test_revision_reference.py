@@ -81,10 +81,17 @@ def test_the_core_is_the_reference(
     right, (kind, shift, variance, left_open, significant) = by_both(before, after, touch)
     # The levels are subtracted: 10 eps of them, against what is left; and some eps of the shares.
     levels = 10 * EPS * (1 + touch["ratio"]) * 4 / abs(touch["mean"])
-    allowed = levels + 1e-11 * abs(right.shift)
+    # A place on the line is a difference of two times of up to a million readings.
+    span = touch["samples"] + touch["wait"]
+    place = 4 * EPS * (touch["start"] + span) / span
+    moves = [later.level - earlier.level for earlier, later in (hard, soft)]
+    allowed = levels + 1e-11 * abs(right.shift) + place * abs(moves[0] - touch["ratio"] * moves[1]) / abs(touch["mean"])
+    variances = sum(
+        known.variance * weight for pair, weight in ((hard, 1.0), (soft, touch["ratio"] ** 2)) for known in pair
+    )
     assert KINDS[int(kind)] == right.kind
     assert abs(shift - right.shift) <= allowed
-    assert abs(variance - right.variance) <= 1e-11 * right.variance
+    assert abs(variance - right.variance) <= 1e-11 * right.variance + 2 * place * variances
     assert abs(left_open - right.open) <= 3 * allowed * (abs(right.shift) + allowed)  # of a square
     assert significant == right.significant
 
