@@ -232,6 +232,20 @@ def test_a_look_that_comes_late_does_not_blame_the_source(tmp_path: Path) -> Non
     session.close()
 
 
+def test_looks_that_are_always_late_find_a_silent_source(tmp_path: Path) -> None:
+    silent = Event()
+    session, bench = begun(fed(lambda number: None if silent.is_set() else noisy(number)), tmp_path)
+    waited(bench, "Touch")
+    silent.set()
+    told = []
+    for _ in range(3):
+        time.sleep(1.2)
+        told.append(bench.state()["line"]["what"])
+    session.close()
+    assert told[0] != "silent"
+    assert told[-1] == "silent"
+
+
 def test_a_source_that_falls_silent(tmp_path: Path) -> None:
     silent = Event()
     session, bench = begun(fed(lambda number: None if silent.is_set() else noisy(number)), tmp_path)

@@ -99,9 +99,8 @@ class FileSource(Source):
             due = begun + (block["t_hard_ns"] - first_ns) / 1e9 / speed
             begin = 0
             while begin < len(block):
-                if (
-                    late_s := time.monotonic() - due[begin]
-                ) > _STOOD_S:  # the machine stood still: it goes on where it was
+                late_s = time.monotonic() - due[begin]
+                if late_s > _STOOD_S:  # the machine stood still: it goes on where it was
                     begun, due = begun + late_s, due + late_s
                 self._stopped.wait(max(due[begin] - time.monotonic(), 0))
                 if self._stopped.is_set():

@@ -93,13 +93,13 @@ class Standing:
         at_s = self._clock()
         if self._number != self._session.number:
             self._begin(at_s)
-        if at_s - self._looked_s > SILENT_S:  # this process stood still: the source may not be silent
-            self._awake_s = at_s
-        self._looked_s = at_s
         session, stream = self._session, self._session.stream
         state, troubles, counters = page_state(session), _troubles(stream.source), stream.counters
         self._follow_gaps(state, troubles, counters, at_s)
         recorder, seen = stream.recorder, self.watch.seen_of(stream)
+        if at_s - self._looked_s > SILENT_S and seen.at_s > self._awake_s:
+            self._awake_s = at_s  # this process stood still, not the source; once, until there is a sample again
+        self._looked_s = at_s
         self._last_recorder = last = recorder or self._last_recorder
         return Facts(
             state,
