@@ -1,0 +1,248 @@
+"""What palpate prints, writes and sends over fixed inputs, as text. `python tests/tools/freeze.py` writes tests/golden anew.
+
+A changed line there is a changed behaviour: the commit says why.
+"""
+
+import asyncio
+import importlib
+import inspect
+import json
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import palpate
+from click.testing import CliRunner
+from command_lines import commands
+from foreign_files import CASES, run
+from palpate.cli import main
+from websockets.asyncio.client import connect
+
+ROOT = Path(__file__).parents[2]
+GOLDEN = ROOT / "tests" / "golden"
+OWN = ROOT / "tests" / "data" / "four-specimens.csv"
+SIMULATED = ("stiff-steady", "step-up", "dropouts", "saturating", "not-level", "drift-both")
+EPHEMERAL = r'"(started|started_utc_ns|sidecar_crc32|python|system|version|palpate)": ("[^"]*"|\d+)'
+
+
+def _cell(text: str, row: int, column: int, cell: str) -> str:
+    lines = text.splitlines(keepends=True)
+    cells = lines[row].rstrip("\n").split(",")
+    cells[column] = cell
+    return "".join([*lines[:row], ",".join(cells) + "\n", *lines[row + 1 :]])
+
+
+def _without_rows(text: str) -> str:
+    lines = text.splitlines(keepends=True)
+    return "".join(lines[:400] + lines[420:])
+
+
+DAMAGES: dict[str, Callable[[str], str]] = {
+    "whole": str,
+    "torn": lambda text: text[:-11],
+    "gap": _without_rows,
+    "letter": lambda text: _cell(text, 300, 5, "0.1x"),
+    "not-finite": lambda text: _cell(text, 300, 5, "nan"),
+    "one-digit": lambda text: _cell(text, 300, 5, "0.62"),
+    "windows": lambda text: text.replace("\n", "\r\n"),
+    "header-only": lambda text: text.splitlines(keepends=True)[0],
+    "no-codes": lambda text: re.sub(r"(?m)^(\d+,[\d.]+,[\d.]+),\d+,\d+,", r"\1,-1,-1,", text),
+}
+
+
+def recordings(folder: Path) -> Iterator[Path]:
+    """Write the fixed recordings: whole and damaged, with a sidecar, without one, without an end, of the first schema."""
+    sidecar = json.loads(OWN.with_suffix(".json").read_text())
+    bare = {key: value for key, value in sidecar.items() if key != "sidecar_crc32"}
+    sidecars = {
+        "described": OWN.with_suffix(".json").read_text(),
+        "bare": None,
+        "unclean": json.dumps({key: value for key, value in bare.items() if key != "end"}),
+        "first": json.dumps(
+            bare | {"schema": "palpate-recording-1", "end": {"rows": 1411, "dropped": 0, "clean": True}}
+        ),
+    }
+    for damage, change in DAMAGES.items():
+        for kind, description in sidecars.items():
+            if kind in ("described", "bare") or damage in ("whole", "torn"):
+                path = folder / f"{damage}-{kind}.csv"
+                path.write_bytes(change(OWN.read_text()).encode())
+                if description is not None:
+                    path.with_suffix(".json").write_text(description)
+                yield path
+    for name in SIMULATED:
+        path = folder / f"{name}.csv"
+        said("record", f"sim:{name}?seed=1", "-o", str(path))
+        yield path
+
+
+def said(*arguments: str) -> str:
+    """Return what a command prints, its messages and its exit code, without what depends on folder and time."""
+    done = CliRunner().invoke(main, arguments)
+    return f"$ palpate {' '.join(arguments)}\n{done.stdout}{done.stderr}exit {done.exit_code}\n"
+
+
+def _steady(text: str, folder: Path) -> str:
+    """Replace the folder, times, versions; round numbers to 10 digits, for other versions of numpy."""
+    text = re.sub(EPHEMERAL, r'"\1": "*"', text.replace(f"{folder}/", "").replace(str(folder), "."))
+    return re.sub(r"\d+\.\d{9,}(e-?\d+)?", lambda found: f"{float(found[0]):.10g}", text)
+
+
+def replayed(folder: Path) -> str:
+    """Return what replay and check say of each recording."""
+    parts = []
+    for path in recordings(folder):
+        parts += [said("replay", str(path)), said("replay", str(path), "--json"), said("check", str(path), "--json")]
+        parts.append(said("check", str(path)))
+    whole = str(folder / "whole-described.csv")
+    parts += [said("replay", whole, "--scene", scene) for scene in ("fixed", "paper", "sliding")]
+    parts += [
+        said("replay", whole, "--offline", "--json"),
+        said("replay", whole, "--set", "threshold=6", "--touch-seconds", "3"),
+    ]
+    return "".join(parts)
+
+
+def written(folder: Path) -> str:
+    """Return the files of simulated measurements: the sidecar, and the rows as their number, first, last and checksum."""
+    parts = []
+    for name in (*SIMULATED, "four-specimens"):
+        path = folder / f"{name}.csv"
+        said("record", f"sim:{name}?seed=1", "-o", str(path), "--note", "frozen")
+        lines = path.read_text().splitlines()
+        checksum = zlib.crc32(path.read_bytes())
+        parts += [
+            f"{name}: {len(lines)} lines, crc32 {checksum}",
+            *lines[:3],
+            lines[-1],
+            path.with_suffix(".json").read_text(),
+        ]
+    return "\n".join(parts)
+
+
+def repaired(folder: Path) -> str:
+    """Return what a repair says, and the files it leaves: size and checksum."""
+    parts = []
+    for path in recordings(folder):
+        if path.stem not in SIMULATED:
+            parts.append(said("check", "--repair", "--yes", str(path)))
+            for left in sorted(folder.glob(f"{path.stem}.*")):
+                parts.append(f"{left.name} {left.stat().st_size if left.suffix != '.json' else ''}\n")
+    return "".join(parts)
+
+
+def foreign(folder: Path) -> str:
+    """Return how `palpate replay` ends with each file of another program, and the ratios."""
+    parts = []
+    for number, case in enumerate(CASES):
+        (folder / str(number)).mkdir()
+        done = run(case, folder / str(number))
+        parts.append(f"{case.name}: {done.ends}, {[round(ratio, 4) for ratio in done.ratios]}\n")
+    return "".join(parts)
+
+
+def names(_: Path) -> str:
+    """Return the public names with their signatures and members."""
+    listed = re.findall(r"^   (palpate\.\S+)$", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
+    parts = [f"palpate: {' '.join(palpate.__all__)}"]
+    for name in sorted(set(listed)):
+        module, _, last = name.rpartition(".")
+        try:
+            found = getattr(importlib.import_module(module), last)
+        except ImportError:
+            owner, _, middle = module.rpartition(".")
+            found = getattr(getattr(importlib.import_module(owner), middle), last)
+        members = sorted(each for each in dir(found) if not each.startswith("_")) if inspect.isclass(found) else []
+        parts.append(f"{name}{_signature(found)} {' '.join(members)}".rstrip())
+    return "\n".join(parts) + "\n"
+
+
+def _signature(found: Any) -> str:
+    try:
+        return re.sub(r" at 0x\w+", "", str(inspect.signature(found))) if callable(found) else ""
+    except ValueError:
+        return "(...)"
+
+
+def helps(_: Path) -> str:
+    """Return --help of each command."""
+    return "\n".join(said(*words, "--help") for words, _ in commands())
+
+
+async def _messages(address: str, enough: Callable[[dict[str, Any]], bool]) -> tuple[dict[str, Any], list[bytes]]:
+    """Return the last message of each type that a page gets, and the frames of rows, until a state is enough."""
+    where, token = urlsplit(address), address.partition("?token=")[2]
+    cookie = {"Cookie": f"palpate-{where.port}={token}"}
+    last: dict[str, Any] = {"state": {"state": "begun"}}
+    frames: list[bytes] = []
+    async with connect(f"ws://{where.netloc}/ws", origin=f"http://{where.netloc}", additional_headers=cookie) as socket:  # type: ignore[arg-type]
+        while not enough(last):
+            message = await asyncio.wait_for(socket.recv(), 60)
+            if isinstance(message, bytes):
+                frames.append(message)
+                continue
+            document = json.loads(message)
+            if document.get("state") == "ended" and last["state"]["state"] != "ended":
+                for number in range(1, 5):
+                    await socket.send(json.dumps({"do": "trace", "touch": number}))
+            last[document["type"] + str(document.get("touch", ""))] = document
+    return last, frames
+
+
+def _page(source: str, enough: Callable[[dict[str, Any]], bool]) -> tuple[dict[str, Any], list[bytes]]:
+    command = [sys.executable, "-m", "palpate", "live", source, "--no-open", "--json", "--port", "0"]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=OWN.parent
+    ) as process:
+        assert process.stdout
+        try:
+            return asyncio.run(_messages(json.loads(process.stdout.readline())["address"], enough))
+        finally:
+            process.send_signal(signal.SIGINT)
+
+
+def _keys(value: Any, path: str = "") -> Iterator[str]:
+    """Name each place of a document with the type of its value."""
+    if isinstance(value, dict):
+        for key, each in value.items():
+            yield from _keys(each, f"{path}.{key}")
+    elif isinstance(value, list):
+        for each in value:
+            yield from _keys(each, f"{path}[]")
+    else:
+        yield f"{path}: {type(value).__name__}"
+
+
+def page(_: Path) -> str:
+    """Return the messages of a page that shows a recording, and the form and the touches of those of a measurement."""
+    shown, frames = _page(OWN.name, lambda last: last["state"]["state"] == "ended" and "trace4" in last)
+    parts = [json.dumps(shown[name]) for name in sorted(shown)]
+    parts.append(f"{len(frames)} frames of rows, crc32 {[zlib.crc32(frame[16:]) for frame in frames]}")
+    played, _frames = _page(f"{OWN.name}?speed=60", lambda last: last["state"]["state"] == "ended" and "trace4" in last)
+    for name in sorted(played):
+        parts += [name, *sorted(set(_keys(played[name])))]
+    parts.append(json.dumps(played["touches"]))
+    return "\n".join(parts).replace(palpate.__version__, "*") + "\n"
+
+
+FROZEN: dict[str, Callable[[Path], str]] = {
+    made.__name__: made for made in (replayed, written, repaired, foreign, names, helps, page)
+}
+
+
+def frozen(name: str) -> str:
+    """Return one of the texts."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _steady(FROZEN[name](Path(folder)), Path(folder))
+
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or FROZEN:
+        (GOLDEN / f"{name}.txt").write_text(frozen(name), encoding="utf-8")
