@@ -10,5 +10,4 @@ void bind_banks(py::module_& module);
 void bind_touch(py::module_& module);
 void bind_tracker(py::module_& module);
 void bind_ring(py::module_& module);
-void bind_columns(py::module_& module);
 void bind_rows(py::module_& module);

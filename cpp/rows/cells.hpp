@@ -14,13 +14,14 @@ constexpr std::uint64_t each_byte = ~std::uint64_t{0} / 255;
 
 /// Eight characters, the first one in the lowest byte.
 inline std::uint64_t word(const char* at) noexcept {
-  if (whole_words) {
-    return characters<std::uint64_t>(at);
-  }
   std::uint64_t found = 0;
+#if defined(_WIN32) || (defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__)
+  std::memcpy(&found, at, sizeof found);
+#else
   for (int i = 7; i >= 0; --i) {
     found = found << 8 | static_cast<unsigned char>(at[i]);
   }
+#endif
   return found;
 }
 
@@ -80,7 +81,7 @@ class Cells {
       wrong_ |= others(few(cell));
       return number_of_digits(few(cell));
     }
-    const Run run = append_few({cell.begin, 0}, cell.end);
+    const Run run = append_digits({cell.begin, 0}, cell.end);
     require(run.at == cell.end && cell.size() - 1 < 18);
     return run.number;
   }
@@ -180,12 +181,12 @@ class Cells {
   }
 
   std::uint64_t with_decimals(Cell cell) noexcept {
-    Run run = append_few({cell.begin, 0}, cell.end);
+    Run run = append_digits({cell.begin, 0}, cell.end);
     std::ptrdiff_t missing = 9;
     require(run.at != cell.begin && run.at - cell.begin <= 10);
     if (run.at != cell.end && *run.at == '.') {
       const char* const fraction = run.at + 1;
-      run = append_few({fraction, run.number}, cell.end);
+      run = append_digits({fraction, run.number}, cell.end);
       missing -= run.at - fraction;
     }
     for (; missing > 0; --missing) {

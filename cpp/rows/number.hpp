@@ -27,38 +27,6 @@ char* format_finite(char* to, double value) noexcept;
 
 inline bool is_digit(char c) noexcept { return static_cast<unsigned char>(c - '0') < 10; }
 
-#if defined(_WIN32) || (defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__)
-constexpr bool whole_words = true;
-#else
-constexpr bool whole_words = false;
-#endif
-
-/// Four or eight characters as an integer, the first one in its lowest byte.
-template <class Integer>
-Integer characters(const char* at) noexcept {
-  Integer found;
-  std::memcpy(&found, at, sizeof found);
-  return found;
-}
-
-/// Whether the next four or eight characters are digits: 0x30 to 0x39, which adding 6 leaves below 0x40.
-template <class Integer>
-bool all_digits(const char* at, const char* end) noexcept {
-  constexpr Integer each = static_cast<Integer>(~Integer{0}) / 255;
-  if (!whole_words || end - at < static_cast<std::ptrdiff_t>(sizeof(Integer))) {
-    return false;
-  }
-  const auto found = characters<Integer>(at);
-  return ((found & each * 0xF0) | (((found + each * 6) & each * 0xF0) >> 4)) == each * 0x33;
-}
-
-/// The number of four digits: pairs, then both.
-inline std::uint32_t number_of(std::uint32_t four) noexcept {
-  std::uint32_t digits = four - 0x30303030;
-  digits = (digits * 10 + (digits >> 8)) & 0x00FF00FF;
-  return (digits * 100 + (digits >> 16)) & 0xFFFF;
-}
-
 /// The number of eight digits, bytes from 0 to 9: pairs, then fours, then both.
 inline std::uint64_t number_of_digits(std::uint64_t digits) noexcept {
   digits = (digits * 10 + (digits >> 8)) & 0x00FF00FF00FF00FF;
@@ -66,32 +34,18 @@ inline std::uint64_t number_of_digits(std::uint64_t digits) noexcept {
   return (digits * 10000 + (digits >> 32)) & 0xFFFFFFFF;
 }
 
-inline std::uint64_t number_of(std::uint64_t eight) noexcept { return number_of_digits(eight - 0x3030303030303030); }
-
 /// A place in text, and the number that the digits before it make; more than 19 of them wrap around.
 struct Run {
   const char* at;
   std::uint64_t number;
 };
 
-/// Append the digits that come next. The loop is predicted well where there are always equally many.
-inline Run append_few(Run run, const char* end) noexcept {
+/// Append the digits that come next.
+inline Run append_digits(Run run, const char* end) noexcept {
   for (; run.at != end && is_digit(*run.at); ++run.at) {
     run.number = run.number * 10 + static_cast<std::uint64_t>(*run.at - '0');
   }
   return run;
-}
-
-/// The same, faster where there are many.
-inline Run append_digits(Run run, const char* end) noexcept {
-  for (; all_digits<std::uint64_t>(run.at, end); run.at += 8) {
-    run.number = run.number * 100'000'000 + number_of(characters<std::uint64_t>(run.at));
-  }
-  if (all_digits<std::uint32_t>(run.at, end)) {
-    run.number = run.number * 10'000 + number_of(characters<std::uint32_t>(run.at));
-    run.at += 4;
-  }
-  return append_few(run, end);
 }
 
 /// The exponent after the letter at `at`, which moves behind it; 0, and `at` stays, where no digit follows. It ends at 9999.
@@ -136,7 +90,7 @@ struct Decimal {
 
 /// The decimal number at `at`; count 0: there is none.
 inline Decimal take_decimal(const char* at, const char* end) noexcept {
-  Run run = append_few({at, 0}, end);
+  Run run = append_digits({at, 0}, end);
   auto count = run.at - at;
   int exponent = 0;
   if (run.at != end && *run.at == '.') {
@@ -179,15 +133,10 @@ inline char* append_zeros(char* to, int count) noexcept {
   return to + count;
 }
 
-/// Write a number below 10^count with that many digits, two at a time.
-template <int count>
-void format_digits(char* to, std::uint64_t number) noexcept {
-  static_assert(count % 2 == 0);
-  constexpr char pairs[] =
-      "0001020304050607080910111213141516171819202122232425262728293031323334353637383940414243444546474849"
-      "5051525354555657585960616263646566676869707172737475767778798081828384858687888990919293949596979899";
-  for (int place = count - 2; place >= 0; place -= 2, number /= 100) {
-    std::memcpy(to + place, pairs + 2 * (number % 100), 2);
+/// Write a number below 10^8 with eight digits.
+inline void format_eight(char* to, std::uint64_t number) noexcept {
+  for (int place = 7; place >= 0; --place, number /= 10) {
+    to[place] = static_cast<char>('0' + number % 10);
   }
 }
 
@@ -246,30 +195,6 @@ inline char* format_finite(char* to, double value) noexcept {
 }
 #endif
 
-/// A number from 0.0001 to 10 with at most 15 digits and 14 decimals, as integer * 10^-14; else 0. Of such numbers no two
-/// have the same nearest double (15 = DBL_DIG), so one that divides back to `value` has the digits that repr writes.
-inline std::uint64_t as_decimal(double value) noexcept {
-  if (FLT_EVAL_METHOD != 0 || !(value >= 0.0001 && value < 9.99)) {
-    return 0;
-  }
-  // NOLINTNEXTLINE(bugprone-incorrect-roundings): a number that is rounded wrongly does not divide back
-  const auto number = static_cast<std::uint64_t>(value * 1e14 + 0.5);
-  return static_cast<double>(number) / 1e14 == value ? number : 0;
-}
-
-/// Write number * 10^-14 without zeros at its end, but for one after the point.
-inline char* format_decimal(char* to, std::uint64_t number) noexcept {
-  constexpr std::uint64_t one = 100'000'000'000'000;
-  *to++ = static_cast<char>('0' + number / one);
-  *to++ = '.';
-  format_digits<14>(to, number % one);
-  char* end = to + 14;
-  while (end[-1] == '0' && end != to + 1) {
-    --end;
-  }
-  return end;
-}
-
 /// Write a number as Python's repr does, at most 24 characters: nan, -inf, 0.25, 1e+16. Returns the end.
 inline char* format_real(char* to, double value) noexcept {
   if (value != value) {
@@ -282,8 +207,7 @@ inline char* format_real(char* to, double value) noexcept {
   if (value > DBL_MAX) {
     return append(to, "inf", 3);
   }
-  const std::uint64_t number = as_decimal(value);
-  return number != 0 ? format_decimal(to, number) : format_finite(to, value);
+  return format_finite(to, value);
 }
 
 }  // namespace palpate::rows

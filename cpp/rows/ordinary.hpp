@@ -17,7 +17,7 @@ struct Span {
   void add(double value) noexcept { low = std::min(low, value), high = std::max(high, value); }
 };
 
-/// Rows one after the other, later and later, with values of which nothing is said.
+/// Rows with rising times and values that need no remark.
 struct Ordinary {
   bool holds = true;
   double pause_s = 0;  ///< the longest time from row to row; of equal ones the first

@@ -139,7 +139,7 @@ inline char* format_seconds(char* to, std::int64_t ns) noexcept {
   *to++ = '.';
   const std::uint64_t rest = size % second;
   *to = static_cast<char>('0' + rest / (second / 10));
-  format_digits<8>(to + 1, rest % (second / 10));
+  format_eight(to + 1, rest % (second / 10));
   return to + 9;
 }
 

@@ -14,7 +14,7 @@ struct Result : Touch<double> {
   bool has_length;  // the scene ends a touch at a length
   double initial_covariance;
   bool knows_error;
-  bool gap;  // it ended at a gap, or its baseline was measured after one and may be that of a contact
+  bool gap;  // it ended at a gap, or its baseline was measured after one, perhaps in contact
 
   double alarm_share() const noexcept { return samples > 0 ? static_cast<double>(alarms) / samples : 0.0; }
   bool revised() const noexcept { return revision != Revision::none; }

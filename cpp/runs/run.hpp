@@ -68,7 +68,7 @@ struct Run {
     return done;
   }
 
-  /// What comes next is after a gap. A touch that it cuts is flagged, and so is one whose baseline may be that of a contact.
+  /// What comes next is after a gap. A touch that it cuts is flagged, and so is one whose baseline may have been measured in contact.
   template <class Touches>
   void gap(Touches& all) {
     unproven = true;  // of the touch that ends here, too
@@ -133,7 +133,7 @@ struct Run {
   std::array<std::int64_t, 256> times{};
   double start_s = 0;
   bool was_open = false;
-  bool unproven = false;  // since a gap: the baseline may be that of a contact
+  bool unproven = false;  // since a gap: the baseline may have been measured in contact
   bool released = false;  // a touch has ended since then: the baseline after it is proven
   bool based = false;     // a baseline has been measured, ever
 };

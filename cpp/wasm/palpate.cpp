@@ -3,29 +3,141 @@
 // blocks of memory that JavaScript reads. One module instance has one measurement. docs/try/core.js is the other side.
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <new>
 #include <type_traits>
 
 #include "../rows/own_rows.hpp"
 #include "../runs/run.hpp"
-#include "block.hpp"
 
 #define EXPORT(name) __attribute__((export_name(#name)))
 
 namespace {
 
 using palpate::rows::Row;
-using palpate::wasm::Block;
+using palpate::runs::Result;
 using Core = palpate::HandheldTracker<double>;
 using Run = palpate::runs::Run<Core>;
 
 constexpr std::size_t most_text = 1 << 15, shortest_row = 16;  // "0,0,0,0,0,0,0,0" and a line end
-constexpr std::size_t most_rows = most_text / shortest_row + 2, most_at_once = 256;
+constexpr std::size_t most_rows = most_text / shortest_row + 2, most_at_once = 256, touch_numbers = 21;
+
+/// The touches that ended, or were revised, in order; in a block each sample may end and revise one.
+struct Touches {
+  struct Flags {
+    char names[128];  // of all flags, each with a comma behind it
+  };
+
+  double numbers[2 * most_at_once * touch_numbers];
+  Flags flags[2 * most_at_once];
+  std::size_t count = 0;  // in `numbers`
+  double ended = 0;       // in all
+  double now_s = 0;       // time of the last sample
+  double end_s = 0;       // end of the last touch
+
+  void clear() noexcept { count = 0; }
+  void end(const Result& touch) noexcept {
+    ended += 1;
+    end_s = now_s;
+    add(touch);
+  }
+  void revise(const Result& touch) noexcept { add(touch); }
+
+ private:
+  void add(const Result& r) noexcept {
+    const auto& f = r.fitted;
+    const double all[] = {ended,
+                          static_cast<double>(r.start),
+                          r.start_s,
+                          end_s,
+                          static_cast<double>(r.samples),
+                          r.ratio,
+                          r.covariance,
+                          r.standard_error,
+                          r.revised() ? 1.0 : 0.0,
+                          r.first_ratio,
+                          r.first_standard_error,
+                          f.offset_ratio,
+                          f.offset_error,
+                          f.offset,
+                          f.drift,
+                          r.lag_ms(),
+                          f.curve,
+                          r.shift,
+                          r.alarm_share(),
+                          static_cast<double>(r.saturated),
+                          static_cast<double>(r.refused)};
+    static_assert(sizeof all == touch_numbers * sizeof(double));
+    std::memcpy(numbers + count * touch_numbers, all, sizeof all);
+    char* at = flags[count].names;
+    r.visit_flags([&](const char* name) {
+      at = std::copy(name, name + std::strlen(name), at);
+      *at++ = ',';
+    });
+    *at = '\0';
+    count += 1;
+  }
+};
+
+// Of palpate.Status, and palpate.live.feed.Flag.
+enum Status : std::uint8_t { saturated_status = 3, excitation_status = 4, lost_status = 8 };
+enum Flag : std::uint8_t { contact = 1, measured = 2, alarmed = 4, refused = 8, saturated = 16 };
+
+struct Block {
+  double columns[6][most_at_once];
+  std::uint8_t flags[most_at_once];
+  Touches touches;
+  std::size_t count = 0;
+  double last_s = -std::numeric_limits<double>::infinity();
+  bool alarm = false;
+
+  void clear() noexcept {
+    count = 0;
+    touches.clear();
+  }
+
+  void take(Run& run, const Row& row) noexcept {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const bool shut = is_forbidden(row, run.core.settings.full_scale);
+    const double t_s = static_cast<double>(row.t_hard_ns) * 1e-9;
+    touches.now_s = t_s;
+    const auto report = run.take(row.t_hard_ns, row.t_soft_ns, shut ? nan : row.hard, shut ? nan : row.soft, touches);
+    const auto state = run.row(report, static_cast<std::size_t>(touches.ended));
+    alarm = report.alarm;
+    last_s = t_s > last_s ? t_s : last_s;  // times of a file may go back
+    const bool useless =
+        (row.status & (excitation_status | lost_status)) != 0 || !std::isfinite(row.hard) || !std::isfinite(row.soft);
+    const bool shown = state.touch > 0;
+    const double values[] = {last_s,
+                             useless ? nan : row.hard - state.hard_baseline,
+                             useless ? nan : row.soft - state.soft_baseline,
+                             shown ? state.ratio : nan,
+                             shown ? state.standard_error : nan,
+                             shown ? state.statistic : nan};
+    for (std::size_t i = 0; i < 6; ++i) {
+      columns[i][count] = values[i];
+    }
+    const bool full = (row.status & saturated_status) != 0;
+    flags[count] = static_cast<std::uint8_t>((state.contact ? contact : 0) | (shown ? measured : 0) |
+                                             (state.alarm && shown ? alarmed : 0) | (useless ? refused : 0) |
+                                             (full ? saturated : 0));
+    count += 1;
+  }
+
+ private:
+  /// Whether a tracker may not have a sample: with an excitation error, or saturated where it would not see it.
+  static bool is_forbidden(const Row& row, double full_scale) noexcept {
+    const bool seen = std::fabs(row.hard) >= full_scale || std::fabs(row.soft) >= full_scale;
+    return (row.status & excitation_status) != 0 || ((row.status & saturated_status) != 0 && !seen);
+  }
+};
 
 struct Measurement {
   Run run;
-  Block<most_at_once> block;
+  Block block;
 };
 static_assert(std::is_trivially_destructible_v<Measurement>);
 
@@ -63,7 +175,7 @@ EXPORT(form) void set_form(bool uncertainty, bool codes, double zero, double per
   form = {uncertainty, codes, static_cast<std::int64_t>(zero), per_pF};
 }
 
-/// Begin a measurement. seconds, samples: the length of a touch, 0: none of this kind.
+/// Begin a measurement. seconds, samples: the length of a touch, 0: no such limit.
 EXPORT(begin) void begin(double seconds, double samples, double release, double full_scale, bool host_stamps) {
   Core core;
   core.settings.seconds = seconds;
@@ -100,9 +212,9 @@ EXPORT(flags) const std::uint8_t* flags() { return block.flags; }
 /// The numbers of the touches since the last `take`, `gap`, `tare` or `finish`: `touch_size` for each.
 EXPORT(touches) const double* touches() { return block.touches.numbers; }
 EXPORT(touch_count) std::size_t touch_count() { return block.touches.count; }
-EXPORT(touch_size) std::size_t touch_size() { return palpate::wasm::touch_size; }
-/// The names of the flags, one for each bit, between commas.
-EXPORT(flag_names) const char* flag_names() { return palpate::wasm::flag_names; }
+EXPORT(touch_size) std::size_t touch_size() { return touch_numbers; }
+/// The names of the flags of one of them, each with a comma behind it.
+EXPORT(touch_flags) const char* touch_flags(std::size_t number) { return block.touches.flags[number].names; }
 
 EXPORT(gap) void gap() {
   block.touches.clear();

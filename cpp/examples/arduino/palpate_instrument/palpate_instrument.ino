@@ -2,7 +2,7 @@
 // Measures the ratio on the board itself: reads a tactile probe with an AD7746 breakout, finds the touches, and prints a
 // line for each. For boards with a compiler of C++17, ARM and ESP32; an Uno has none. loop.cpp beside this file is the
 // program, and this is what it needs of a board. Wiring: as in palpate_ad7746.ino; RDY# is not connected. Leave the probe
-// untouched while it starts. Run on a simulated Cortex-M4 with a simulated AD7746; not tried on hardware.
+// untouched while it starts. Run on a computer with a simulated AD7746; not tried on hardware.
 
 #include <Wire.h>
 #include <palpate.h>

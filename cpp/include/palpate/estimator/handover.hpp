@@ -206,7 +206,7 @@ class Handover : public Parameters {
   }
 
   // The scale is the mean of few magnitudes at first, and may be much too small. With 3 / n the first 64 samples have as
-  // few false alarms as palpate.design.cusum promises: bench.accuracy.error_vs_time.
+  // few false alarms as palpate.design.cusum promises: bench.accuracy.must_hold.
   constexpr Real scale_of(Real output) const noexcept {
     Real scale = noise_.scale();
     if (PALPATE_UNLIKELY(seen_ < 64 && seen_ >= warm_up)) {

@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// The null policy, lambda = 1: all samples have the same weight for ever. In float, R stops growing at 2^24 x^2, and
-/// later samples have too much weight: for so many samples use double. See bench/accuracy/stability.py.
+/// later samples have too much weight: for so many samples use double.
 template <class Real>
 struct NoForgetting {
   using real_type = Real;  ///< float or double
