@@ -4,15 +4,14 @@ import math
 import os
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, fields, replace
-from typing import Self
+from dataclasses import dataclass, fields
 
 from palpate.errors import listed, quoted, unlike
+from palpate.tables.table import DECIMALS
 from palpate.tables.units import PICOFARADS, SECONDS
 
 KEYS = ("hard", "soft", "time", "soft_time")
 _KEY = re.compile(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=")
-DECIMALS = {"point": ".", "comma": ","}
 
 
 def parsed_map(text: str) -> dict[str, str]:
@@ -42,7 +41,7 @@ class Asked:
     ----------
     columns : mapping, optional
         Columns of "hard", "soft", "time", and "soft_time" if the soft channel has its own times: names, or positions
-        from 1. In a table with a column of names and one of values: names of the channels.
+        from 1.
     unit : str, optional
         Unit of both capacitances, aF to F.
     time_unit : str, optional
@@ -77,36 +76,23 @@ class Asked:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        self._check_columns()
         words: dict[str, Collection[str]] = {"unit": PICOFARADS, "time_unit": SECONDS, "decimal": DECIMALS}
         for name, allowed in words.items():
             value = getattr(self, name)
             if value is not None and value not in allowed:
                 raise ValueError(f"{name}: {unlike(value, allowed)}")
+        if self.columns is not None:
+            if not {"hard", *(() if self.soft else ("soft",))} <= set(self.columns) <= set(KEYS):
+                raise ValueError(
+                    f"columns: got {listed(self.columns) or 'none'}, allowed: hard, soft and, if wanted, time, soft_time"
+                )
+            if self.rate is not None and {"time", "soft_time"} & set(self.columns):
+                raise ValueError("rate: got it together with a column of times, allowed: one of them")
         if self.rate is not None and not (isinstance(self.rate, float | int) and 0 < self.rate < math.inf):
             raise ValueError(f"rate: got {quoted(self.rate)}, allowed: a number above 0, pairs a second")
-        for name in ("time", "soft_time"):
-            if self.rate is not None and name in (self.columns or {}):
-                raise ValueError(f"rate: got it together with a column of times ({name}), allowed: one of them")
-
-    def _check_columns(self) -> None:
-        wanted = self.columns
-        if wanted is None:
-            return
-        needed = ("hard",) if self.soft else ("hard", "soft")
-        if not all(key in wanted for key in needed):
-            raise ValueError(f"columns: got {listed(wanted) or 'none'}, allowed: hard, soft and, if wanted, time")
-        if unknown := set(wanted) - set(KEYS):
-            raise ValueError(f"columns: {unlike(min(unknown), KEYS)}")
-        if self.soft is None and str(wanted["hard"]).strip() == str(wanted["soft"]).strip():
-            raise ValueError(f"columns: got {quoted(wanted['hard'])} for both channels, allowed: two columns")
 
     @property
     def given(self) -> dict[str, object]:
         """The values that were given, by name."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: value for name, value in values.items() if value is not None}
-
-    def with_columns(self, columns: Mapping[str, str | int]) -> Self:
-        """Return the same with other columns."""
-        return replace(self, columns=columns)

@@ -1,188 +1,265 @@
-"""The formats of tables: one row for each. A file is known by its first bytes; its name says nothing."""
+"""Reads a file of any format, or a data frame, as a table. A file is known by its first bytes; its name says nothing."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from importlib import import_module
-from io import SEEK_END
+import csv
+import io
+import logging
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from logging.handlers import BufferingHandler
 from pathlib import Path
 from typing import Any
 
-from palpate.errors import RecordingError
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.errors import RecordingError, listed, quoted
+from palpate.extras import need
+from palpate.frames import is_a, is_frame
 from palpate.tables.asked import Asked
-from palpate.tables.packed import contents, is_packed, opened, unpacked_name
-from palpate.tables.table import Stream, Table
-from palpate.tables.text import parsing
-from palpate.tables.text.clean import clean_stream, clean_table
+from palpate.tables.packed import contents, unpacked_name
+from palpate.tables.table import Column, Table
+from palpate.tables.text import NoRows, text_table
 
-Reader = Callable[[Path, bytes, Asked], Table]
-
-
-@dataclass(frozen=True)
-class Format:
-    """A format of files.
-
-    Attributes
-    ----------
-    name : str
-        As a message says it.
-    suffixes : tuple of str
-        Ends of the names of such files.
-    begins : tuple of bytes
-        The first bytes of such a file.
-    reader : str
-        MODULE:FUNCTION, imported when it is used: gives the table in the bytes of a file.
-    stream : str
-        MODULE:FUNCTION, too: gives the table in a file that is read in parts, or None.
-    advice : str
-        What to do with a format that has no reader.
-    """
-
-    name: str
-    suffixes: tuple[str, ...]
-    begins: tuple[bytes, ...]
-    reader: str = ""
-    stream: str = ""
-    advice: str = ""
-
-
-LONG = 1 << 17
-"""Rows of a table that is read in parts, at least."""
-_SHORTEST = len("0,1\n")
-_SAVE = "save its table as CSV, and use that"
-_UNPACK = "unpack it, and use what is in it"
-FORMATS = (
-    Format("an Excel workbook", (".xlsx", ".xlsm"), (b"PK\3\4", b"PK\5\6"), reader="palpate.tables.readers.excel:parse"),
-    Format("an XDF file", (".xdf",), (b"XDF:",), reader="palpate.tables.readers.xdf:parse"),
-    Format("a Parquet table", (".parquet",), (b"PAR1",), reader="palpate.tables.readers.arrow:parse",
-           stream="palpate.tables.readers.arrow_stream:stream"),
-    Format("an Arrow file", (".arrow", ".feather"), (b"ARROW1\0\0",), reader="palpate.tables.readers.arrow:parse",
-           stream="palpate.tables.readers.arrow_stream:stream"),
-    Format("an old Excel workbook, or one with a password", (".xls",), (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",),
-           advice="save it as .xlsx without a password, or as CSV"),
-    Format("an HDF5 or MATLAB 7.3 file", (".h5", ".hdf5", ".mat"), (b"\x89HDF\r\n\x1a\n",), advice=_SAVE),
-    Format("a MATLAB file", (".mat",), (b"MATLAB 5.0 MAT-file",), advice="save the matrix with writematrix as CSV"),
-    Format("a numpy array", (".npy",), (b"\x93NUMPY",), advice="save it with numpy.savetxt as CSV"),
-    Format("an SQLite database", (".sqlite", ".db"), (b"SQLite format 3\0",), advice=_SAVE),
-    Format("a LabVIEW file", (".tdms",), (b"TDSm",), advice=_SAVE),
-    Format("a PDF document", (".pdf",), (b"%PDF-",), advice=_SAVE),
-    Format("an HTML or XML page", (".html", ".xml"), (b"<html", b"<HTML", b"<!DOCTYPE", b"<!doctype", b"<?xml", b"<table"),
-           advice="open it in a spreadsheet program, and save it as .xlsx or CSV"),
-    Format("an image", (".png", ".jpg", ".jpeg", ".gif", ".tif"),
-           (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*"), advice="use the table from which it was made"),
-    Format("a packed file", (".bz2", ".xz", ".zst", ".7z", ".rar", ".gz"),
-           (b"BZh", b"\xfd7zXZ\0", b"\x28\xb5\x2f\xfd", b"7z\xbc\xaf\x27\x1c", b"Rar!", b"\x1f\x8b"), advice=_UNPACK),
-)  # fmt: skip
-"""All formats but text, which begins with anything."""
-_LONGEST_BEGIN = max(len(begin) for each in FORMATS for begin in each.begins)
-_TEXT = Format("text", (".csv", ".txt", ".tsv", ".dat", ".asc"), ())
+PARQUET, ARROW = b"PAR1", b"ARROW1\0\0"
+_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".xlsx", ".xlsm", ".xdf", ".parquet", ".arrow", ".feather")
 
 
 def readable(path: Path) -> bool:
-    """Return whether the name of a file is that of a format with a reader.
+    """Return whether a format with a reader has this name of a file.
 
     Examples
     --------
     >>> [name for name in ("a.csv", "A.CSV.gz", "a.json", "a.csv.unrepaired", "a.pdf") if readable(Path(name))]
     ['a.csv', 'A.CSV.gz']
     """
-    suffix = Path(unpacked_name(path)).suffix.lower()
-    return any(suffix in each.suffixes for each in (_TEXT, *FORMATS) if not each.advice)
+    return Path(unpacked_name(path)).suffix.lower() in _SUFFIXES
 
 
 def read_table(path: Path, asked: Asked | None = None) -> Table:
     """Read a file of any format as a table; also one that is packed as .gz, and standard input, of the name -.
 
-    Parameters
-    ----------
-    path : pathlib.Path
-    asked : Asked, optional
-        What the user says: it finds the one of several tables in the file.
-
     Raises
     ------
     RecordingError
-        The file cannot be read, or is not a table.
+        The file cannot be read, is larger than `palpate.tables.packed.LARGEST`, or is not a table.
     ValueError
         It is open which one of several tables in the file is meant.
     MissingExtra
         A package that reads this format is not installed.
     """
+    data = contents(path)
+    reader = next((reader for begin, reader in _READERS.items() if data.startswith(begin)), text_table)
     try:
-        with opened(path) as file:
-            known = format_of(file.read(_LONGEST_BEGIN))
-        table = _clean(path) if known is _TEXT else None
-        data = b"" if table else contents(path)
-    except OSError as error:
-        raise RecordingError(path, f"cannot be read: {error.strerror}") from error
-    table = table or _read(path, data, known, asked or Asked())
-    _note_name(table, path, known)
-    return table
+        return reader(path, data, asked or Asked())
+    except csv.Error as error:
+        raise RecordingError(path, f"not a table: {error}") from error
 
 
-def long_table(path: Path) -> Stream | None:
-    """Return a file as a table that is read in parts; None: it is short, or can only be read as a whole.
+def _the_one(tables: Mapping[str, Table], asked: Asked, what: str) -> Table:
+    """Return the only sheet or stream, or the one that the user names."""
+    part = next(iter(tables)) if len(tables) == 1 and asked.part is None else asked.part
+    if part is None or part not in tables:
+        got = "none" if part is None else quoted(part)
+        raise ValueError(f"part: got {got}, allowed: the name of a {what} (--part): {listed(tables)}")
+    return tables[part]
+
+
+@contextmanager
+def _damaged(path: Path, what: str) -> Iterator[None]:
+    """Report any error of a library as a damaged file: anyone may have made it."""
+    try:
+        yield
+    except Exception as error:
+        said = str(error).partition("\n")[0]
+        raise RecordingError(path, f"cannot be read: {what} that is damaged: {said:.200}") from error
+
+
+def _workbook(path: Path, data: bytes, asked: Asked) -> Table:
+    """Return the sheet of an Excel workbook with the two channels, read as text with tabs; a line is a row of the sheet."""
+    openpyxl, found = need("openpyxl", "tables"), dict[str, Table]()
+    with _damaged(path, "an Excel workbook"):
+        book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+        sheets = {sheet.title: [list(map(_written, row)) for row in sheet.iter_rows()] for sheet in book.worksheets}
+    for name, rows in sheets.items():
+        width = max(map(len, rows), default=0)
+        lines = ["\t".join([*row, *[""] * (width - len(row))]) for row in rows]
+        with suppress(NoRows):
+            found[name] = text_table(path, "".join(f"{line}\n" for line in lines).encode(), asked)
+    if not found:
+        raise RecordingError(path, "an Excel workbook without a sheet that has rows of numbers")
+    return _the_one(found, asked, "sheet")
+
+
+def _written(cell: Any) -> str:
+    """Return a cell of a sheet as text; a number that is shown in per cent is no capacitance."""
+    if isinstance(cell.value, int | float) and "%" in (cell.number_format or ""):
+        return f"{100 * cell.value:.12g}%"
+    return "" if cell.value is None else " ".join(str(cell.value).split())
+
+
+def arrow_file(path: Path) -> tuple[Any, Callable[[], Any]]:
+    """Return the schema of a Parquet or Arrow file, with the metadata of the file, and the way to its pyarrow.Table.
 
     Raises
     ------
-    OSError
-        The file cannot be read.
-    RecordingError, MissingExtra
-        As `read_table`.
+    RecordingError
+        It is damaged; also from the function.
     """
-    with opened(path) as file:
-        known = format_of(file.read(_LONGEST_BEGIN))
-        is_short = file.seekable() and file.seek(0, SEEK_END) < LONG * _SHORTEST
-    stream = None if is_short else _stream(path, known)
-    if stream is None or stream.rows < LONG:
-        return None
-    _note_name(stream.first, path, known)
-    return stream
+    data, arrow = contents(path), need("pyarrow", "tables")
+    with _damaged(path, "a Parquet or Arrow file"):
+        if data.startswith(PARQUET):
+            parquet = need("pyarrow.parquet", "tables").ParquetFile(io.BytesIO(data))
+            schema, read = parquet.schema_arrow.with_metadata(parquet.metadata.metadata), parquet.read
+        else:
+            ipc = need("pyarrow.ipc", "tables").open_file(arrow.py_buffer(data))
+            schema, read = ipc.schema, ipc.read_all
+
+    def whole() -> Any:
+        with _damaged(path, "a Parquet or Arrow file"):
+            found = read().replace_schema_metadata(schema.metadata)
+            found.validate(full=True)  # wrong offsets in a file would be wrong addresses
+        return found
+
+    return schema, whole
 
 
-def _stream(path: Path, known: Format) -> Stream | None:
-    if known is _TEXT:
-        with opened(path) as file:
-            return clean_stream(path, file)
-    if not known.stream or is_packed(path):
-        return None
-    found: Stream | None = _named(known.stream)(path)
-    return found
+def _arrow(path: Path, _data: bytes, _asked: Asked) -> Table:
+    columns = _of_arrow(arrow_file(path)[1]())
+    return Table(path, columns, range(1, len(columns[0].cells) + 1) if columns else [])
 
 
-def _note_name(table: Table, path: Path, known: Format) -> None:
-    suffix = Path(unpacked_name(path)).suffix.lower()
-    named = next((each for each in (_TEXT, *FORMATS) if suffix in each.suffixes), known)
-    if named is not known:
-        table.notes.append(f"the name says {named.name}, but it is {known.name}: read as that")
+def _of_arrow(table: Any) -> list[Column]:
+    """Return the columns of an Arrow table with the units in the metadata of its fields."""
+    need("pandas", "tables")
+    units = {
+        field.name: field.metadata[b"unit"].decode() for field in table.schema if b"unit" in (field.metadata or {})
+    }
+    return _of_pandas(table.to_pandas(split_blocks=True, ignore_metadata=True), units)
 
 
-def _clean(path: Path) -> Table | None:
-    with opened(path) as file:
-        return clean_table(path, file)
+_USUAL = "Segments and clock-segments differ"  # logged of every stream whose times are not smoothed
 
 
-def _read(path: Path, data: bytes, known: Format, asked: Asked) -> Table:
-    if not data:
-        raise RecordingError(path, "is empty")
-    if known.advice:
-        raise RecordingError(path, f"is {known.name}, which palpate cannot read: {known.advice}")
-    if known is _TEXT:
-        return parsing.parse(path, data)
-    reader: Reader = _named(known.reader)
-    return reader(path, data, asked)
+def _xdf(path: Path, data: bytes, asked: Asked) -> Table:
+    """Return the only stream of numbers in an XDF file, or the one that the user names.
+
+    Times are those of the senders, moved to the clock of the recording computer by the measured offsets. They are not
+    smoothed: that would hide a lost sample. Marker streams are left out.
+    """
+    pyxdf, log, logger = need("pyxdf", "tables"), BufferingHandler(1_000_000), logging.getLogger("pyxdf.pyxdf")
+    logger.addHandler(log)
+    try:
+        with _damaged(path, "an XDF file"):
+            streams, _ = pyxdf.load_xdf(io.BytesIO(data), dejitter_timestamps=False, synchronize_clocks=True)
+            if errors := [record.getMessage() for record in log.buffer if record.levelno >= logging.ERROR]:
+                raise ValueError(errors[0])
+            streams = [one for one in streams if len(one["time_stamps"]) and isinstance(one["time_series"], np.ndarray)]
+            tables = {_word(one["info"], "name") or str(at): _stream(path, one) for at, one in enumerate(streams, 1)}
+            if len(tables) < max(1, len(streams)):
+                raise ValueError("no stream has a sample of numbers, or two streams have one name")
+    finally:
+        logger.removeHandler(log)
+    table = _the_one(tables, asked, "stream")
+    if not all(stream["clock_times"] for stream in streams):
+        table.notes.append("a stream without clock offsets: its times are on the clock of its sender")
+    said = [record.getMessage() for record in log.buffer if record.levelno == logging.WARNING]
+    table.notes.extend(text for text in said if not text.endswith(_USUAL))
+    return table
 
 
-def format_of(data: bytes) -> Format:
-    """Return the format of a file by its first bytes.
+def _stream(path: Path, stream: Any) -> Table:
+    values = stream["time_series"]
+    described = ((stream["info"].get("desc") or [None])[0] or {}).get("channels") or [{}]
+    each = [*described[0].get("channel", []), *[{}] * values.shape[1]]
+    columns = [Column("time", np.asarray(stream["time_stamps"], float), "s")]
+    for at in range(values.shape[1]):
+        columns.append(Column(_word(each[at], "label") or f"channel {at + 1}", values[:, at], _word(each[at], "unit")))
+    return Table(path, columns, range(1, len(values) + 1))
+
+
+def _word(tree: Any, name: str) -> str:
+    """Return a text in what pyxdf makes of XML: dicts of lists."""
+    return str((tree.get(name) or [""])[0] or "").strip()
+
+
+_READERS: dict[bytes, Callable[[Path, bytes, Asked], Table]] = {
+    b"PK\3\4": _workbook, b"XDF:": _xdf, PARQUET: _arrow, ARROW: _arrow,
+}  # fmt: skip
+"""Readers by the first bytes of a file; anything else is text."""
+
+
+def frame(source: Any) -> Table:
+    """Return a data frame as a table; a column of float64 is not copied.
+
+    Parameters
+    ----------
+    source : pandas.DataFrame, polars.DataFrame, object with __arrow_c_stream__, mapping, or structured numpy.ndarray
+        The index of a pandas frame is a column after the other columns, if it is of dates or durations, or has a name.
+
+    Raises
+    ------
+    TypeError
+        None of these.
+    RecordingError
+        No row, fewer than two columns, or masked values.
+    MissingExtra
+        Arrow data, and pyarrow is not installed.
 
     Examples
     --------
-    >>> format_of(b"PAR1").name, format_of(b"time,C1").name
-    ('a Parquet table', 'text')
+    >>> table = frame({"C1": np.arange(3.0), "C2": np.ones(3)})
+    >>> table.describe(), len(table)
+    ('1 (C1), 2 (C2)', 3)
     """
-    return next((each for each in FORMATS if data.startswith(each.begins)), _TEXT)
+    where = Path(f"{type(source).__module__.split('.')[0]}.{type(source).__name__}")
+    if not is_frame(source) or any(is_a(library, "Series", source) for library in ("pandas", "polars")):
+        raise TypeError(
+            f"recording: got {where}, allowed: a path, a data frame of pandas, polars or Arrow with both channels, a dict of "
+            "arrays, or a structured array; a lazy frame has to be collected first"
+        )
+    if is_a("pandas", "DataFrame", source):
+        columns = _of_pandas(source, source.attrs.get("units", {}))
+    elif is_a("polars", "DataFrame", source):
+        zones = {each.name: "UTC" for each in source.get_columns() if getattr(each.dtype, "time_zone", None)}
+        columns = [Column(each.name, each.to_numpy(), zones.get(each.name, "")) for each in source.get_columns()]
+    elif isinstance(source, Mapping | np.ndarray):
+        names = source if isinstance(source, Mapping) else source.dtype.names or ()
+        columns = [Column(str(name), np.ma.asanyarray(source[name])) for name in names]
+    else:
+        columns = _of_arrow(need("pyarrow", "tables").table(source))
+    shapes = {each.cells.shape for each in columns}
+    if (
+        len(columns) < 2
+        or len(shapes) > 1
+        or shapes in ({()}, {(0,)})
+        or any(map(np.ma.is_masked, (each.cells for each in columns)))
+    ):
+        what = "two columns or more, of one shape (n,), with a row or more; nan in place of masked values"
+        raise RecordingError(where, f"not a recording: got columns of shapes {sorted(shapes)}, allowed: {what}")
+    return Table(where, columns, range(1, len(columns[0].cells) + 1))
 
 
-def _named(function: str) -> Any:
-    module, _, name = function.partition(":")
-    return getattr(import_module(module), name)
+def _of_pandas(source: Any, units: Mapping[Any, str]) -> list[Column]:
+    columns, series = [], [(label, source.iloc[:, at]) for at, label in enumerate(source.columns)]
+    for level in range(source.index.nlevels):
+        values = source.index.get_level_values(level)
+        if values.name is not None or values.dtype.kind in "mM":
+            series.append(("time" if values.name is None else values.name, values.to_series()))
+    for label, each in series:
+        name = " ".join(filter(None, map(str, label))) if isinstance(label, tuple) else str(label)
+        zoned = getattr(getattr(each.dtype, "pyarrow_dtype", each.dtype), "tz", None)
+        cells = _cells(each.dt.tz_convert(None) if zoned else each)
+        columns.append(Column(name, cells, "UTC" if zoned else str(units.get(label, ""))))
+    return columns
+
+
+def _cells(series: Any) -> NDArray[Any]:
+    """Return the cells of a pandas series; nan, NaT or "" where there is none."""
+    kind = series.dtype.kind
+    if kind in "mM":
+        return np.asarray(series.to_numpy(f"{kind}8[ns]"))
+    if kind in "biuf" and (isinstance(series.dtype, np.dtype) or not series.hasnans):
+        return np.asarray(series.to_numpy())
+    if kind in "iuf":
+        return np.asarray(series.to_numpy(float, na_value=np.nan))
+    return np.asarray(series.astype(object).where(series.notna(), "").to_numpy(object))

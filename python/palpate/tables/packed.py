@@ -3,22 +3,21 @@
 import errno
 import gzip
 import io
-import os
 import sys
-import weakref
 import zlib
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import Any, BinaryIO
 
+from palpate.errors import RecordingError
 from palpate.files import open_regular
 
-_PART = 1 << 20
+_PART = 1 << 22
 LARGEST = 500_000_000
-"""Bytes of a table, at most, after decompression: it is read as a whole."""
+"""Bytes of a table, and of what is packed or comes from standard input, at most: it is read as a whole."""
 STANDARD_INPUT = Path("-")
 """This name is standard input in every command and in `palpate.read`; ./folder/- is a file."""
-GZIP = b"\x1f\x8b"
+_GZIP = b"\x1f\x8b"
 
 
 def opened(path: Path) -> BinaryIO:
@@ -27,24 +26,30 @@ def opened(path: Path) -> BinaryIO:
     Raises
     ------
     OSError
-        As `palpate.files.open_regular`; or, also while it is read: a damaged .gz, or more than `LARGEST` bytes in it.
+        As `palpate.files.open_regular`; or a damaged .gz, or more than `LARGEST` bytes in it.
     """
-    file = io.BufferedReader(_Shared(_standard_input())) if path == STANDARD_INPUT else open_regular(path)
-    begin = file.read(len(GZIP))
+    file = io.BytesIO(_standard_input()) if path == STANDARD_INPUT else open_regular(path)
+    begin = file.read(len(_GZIP))
     file.seek(0)
-    return cast(BinaryIO, io.BufferedReader(_Unpacked(file))) if begin == GZIP else file
+    if begin != _GZIP:
+        return file
+    try:
+        with file, gzip.GzipFile(fileobj=file) as inside:
+            return io.BytesIO(_limited(inside))
+    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
+        raise OSError(errno.EIO, f"damaged, or not complete ({error}): make the .gz file again") from error
 
 
 def contents(path: Path) -> bytes:
-    """Return what is in a file, or what comes from standard input.
-
-    Raises
-    ------
-    OSError
-        As `opened`; or it is larger than `LARGEST`.
-    """
-    with opened(path) as file:
-        return _limited(file)
+    """Return what is in a file, or what comes from standard input; RecordingError if it cannot be read, or is empty."""
+    try:
+        with opened(path) as file:
+            data = _limited(file)
+    except OSError as error:
+        raise RecordingError(path, f"cannot be read: {error.strerror}") from error
+    if not data:
+        raise RecordingError(path, "is empty")
+    return data
 
 
 def is_packed(path: Path) -> bool:
@@ -52,7 +57,7 @@ def is_packed(path: Path) -> bool:
     if path == STANDARD_INPUT:
         return True
     with open_regular(path) as file:
-        return file.read(len(GZIP)) == GZIP
+        return file.read(len(_GZIP)) == _GZIP
 
 
 def unpacked_name(path: Path) -> str:
@@ -66,20 +71,17 @@ def unpacked_name(path: Path) -> str:
     return path.stem if path.suffix.lower() == ".gz" else path.name
 
 
-def _limited(file: BinaryIO) -> bytes:
-    data = bytearray()
+def _limited(file: Any) -> bytes:
+    parts, size = [], 0
     while part := file.read(_PART):  # read(n) takes n bytes of memory first
-        data += part
-        if len(data) > LARGEST:
-            raise _too_large()
-    return bytes(data)
+        parts.append(part)
+        size += len(part)
+        if size > LARGEST:
+            raise OSError(errno.EFBIG, f"larger than {LARGEST:,} bytes, the most that such a file may have")
+    return b"".join(parts)
 
 
-def _too_large() -> OSError:
-    return OSError(errno.EFBIG, f"larger than {LARGEST:,} bytes, the most that such a file may have")
-
-
-def _standard_input() -> "_Spool":
+def _standard_input() -> bytes:
     if sys.stdin is None or not hasattr(sys.stdin, "buffer"):
         raise OSError(errno.EBADF, "there is no standard input")
     if sys.stdin.isatty():
@@ -88,69 +90,6 @@ def _standard_input() -> "_Spool":
 
 
 @lru_cache(maxsize=1)
-def _read_once(stream: Any) -> "_Spool":
+def _read_once(stream: Any) -> bytes:
     """Return all bytes of a stream. It can be read only once, and a recording is read more than once."""
-    return _Spool(stream.buffer)
-
-
-class _Spool:
-    """The bytes of a stream in a temporary file, which is closed when nobody reads it any more."""
-
-    def __init__(self, stream: BinaryIO) -> None:
-        import tempfile
-
-        self.file = tempfile.TemporaryFile()  # noqa: SIM115 - the finalizer closes it
-        weakref.finalize(self, self.file.close)
-        while part := stream.read(_PART):
-            self.file.write(part)
-            if self.file.tell() > LARGEST:
-                raise _too_large()
-
-
-class _Shared(io.RawIOBase):
-    """A file that several read, each from its own place."""
-
-    def __init__(self, spool: _Spool) -> None:
-        self._spool, self._at = spool, 0
-
-    def readable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
-    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        offset += self._at if whence == os.SEEK_CUR else 0
-        self._at = self._spool.file.seek(offset, os.SEEK_END if whence == os.SEEK_END else os.SEEK_SET)
-        return self._at
-
-    def readinto(self, buffer: Any) -> int:
-        self._spool.file.seek(self._at)
-        count: int = self._spool.file.readinto(buffer)
-        self._at += count
-        return count
-
-
-class _Unpacked(io.RawIOBase):
-    """The bytes in a .gz file, all members of it."""
-
-    def __init__(self, file: BinaryIO) -> None:
-        self._file, self._inside, self._left = file, gzip.GzipFile(fileobj=file), LARGEST
-
-    def readable(self) -> bool:
-        return True
-
-    def readinto(self, buffer: Any) -> int:
-        try:
-            count = self._inside.readinto(buffer)
-        except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-            raise OSError(errno.EIO, f"damaged, or not complete ({error}): make the .gz file again") from error
-        self._left -= count
-        if self._left < 0:
-            raise _too_large()
-        return count
-
-    def close(self) -> None:
-        self._inside.close()
-        self._file.close()
-        super().close()
+    return _limited(stream.buffer)

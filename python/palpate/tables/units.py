@@ -1,66 +1,106 @@
-"""Units of capacitances and times, and the units in the names of columns."""
+"""Units of capacitances and times, the names that columns have, and cells that mean "no value"."""
 
+import math
 import re
+import unicodedata
 from collections.abc import Collection
 
 PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "µF": 1e6, "μF": 1e6, "mF": 1e9, "F": 1e12}
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "min": 60.0, "d": 86400.0}
-
-_UNIT = re.compile(r"(?:^|[\s_(\[/])(%|[A-Za-zµμ]{1,3})[)\]]?$")
-
-_SHORT = frozenset({"v", "a", "n", "g", "k", "c", "m", "°c", "%", "ω"})
-"""Units, in lower case, that are names as well, as in "sensor C": they count in brackets only."""
-_OTHERS = """
-    mv uv µv volt volts ohm kohm mohm kω mω hz khz mhz ma ua na mn kn pa kpa mm um kg degc deg percent
-    counts count cnt cnts raw lsb adc digits codes norm normalized normalised rel dc/c0 dc/c δc/c0 δc/c
-"""
-_LONG = frozenset(_OTHERS.split())
-_BRACKET = re.compile(r"[(\[]([^()\[\]]*)[)\]]\s*$")
-_OTHER = re.compile(r"(?:^|[\s_])([^\s_]+)$")
+_LAST = re.compile(r"[(\[]([^()\[\]]*)[)\]]\s*$|(?:^|[\s_/])([^\s_/()\[\]]+)\s*$")
+"""What stands in brackets at the end of a name, else its last word."""
+_OTHERS = ("%", "percent", "mv", "volt", "volts", "hz", "counts", "count", "cnt", "raw", "lsb", "adc", "digits", "codes",
+           "norm", "normalized", "rel")  # fmt: skip
 
 
 def unit_in(name: str, units: Collection[str]) -> str | None:
-    """Return the unit at the end of a name: one of `units`, "%", or None.
+    """Return the unit at the end of a name, if it is one of `units`.
 
     Examples
     --------
     >>> unit_in("C1 (pF)", PICOFARADS), unit_in("t_ms", SECONDS), unit_in("Ch1", PICOFARADS)
     ('pF', 'ms', None)
     """
-    match = _UNIT.search(name)
-    if not match:
-        return None
-    known = {unit.casefold(): unit for unit in units}
-    unit = match[1] if match[1] in units else known.get(match[1].casefold())
-    return unit or ("%" if match[1] == "%" else None)
+    word = last_word(name)
+    return word if word in units else {unit.casefold(): unit for unit in units}.get(word.casefold())
 
 
-def no_capacitance(text: str) -> str | None:
-    """Return what the end of a name says that is no capacitance, or one on a scale of its own; else None.
+def last_word(name: str) -> str:
+    """Return what stands in brackets at the end of a name, else its last word."""
+    match = _LAST.search(name)
+    return (match[1] or match[2] or "").strip() if match else ""
+
+
+def no_capacitance(name: str) -> str | None:
+    """Return what the end of a name says that is no unit of capacitance: anything in brackets, else some words; or None.
 
     Examples
     --------
-    >>> no_capacitance("hard (V)"), no_capacitance("C1 [0.1 pF]"), no_capacitance("hard_counts"), no_capacitance("C1")
+    >>> no_capacitance("hard (V)"), no_capacitance("C1 [0.1 pF]"), no_capacitance("hard_counts"), no_capacitance("C1 (pF)")
     ('V', '0.1 pF', 'counts', None)
-    >>> no_capacitance("sensor C"), no_capacitance("C1 (pF)"), no_capacitance("C1 (hard)")
-    (None, None, None)
     """
-    bracket = _BRACKET.search(text)
-    if bracket:
-        inside = bracket[1].strip()
-        scale = re.search(r"\d", inside) and re.search(r"(?:^|[\s\d*.])[afpnuµμm]?F\b", inside)
-        return inside if scale or inside.casefold() in _SHORT | _LONG else None
-    match = _OTHER.search(text)
-    return match[1] if match and match[1].casefold() in _LONG else None
+    word, in_brackets = last_word(name), name.rstrip().endswith((")", "]"))
+    is_other = not unit_in(name, PICOFARADS) and (in_brackets or word.casefold() in _OTHERS)
+    return word if is_other else None
 
 
 def bare(name: str) -> str:
     """Return a name without its unit: 'C1 (pF)' gives 'C1'."""
-    match = _UNIT.search(name)
-    known = match and (match[1] in PICOFARADS or match[1] in SECONDS or match[1] == "%")
+    match, word = _LAST.search(name), last_word(name)
+    known = match and (word in PICOFARADS or word in SECONDS or word == "%")
     return (name[: match.start()] if match and known else name).strip(" _/")
 
 
-def bare_name(name: str) -> str:
-    """Return a name in lower case and without its unit: 'C (pF)', 'c_pF' and 'C' are equal."""
-    return bare(name).casefold()
+TIMES = frozenset({
+    "time", "t", "timestamp", "timestamps", "datetime", "date", "clock", "elapsed", "elapsedtime", "seconds", "secs", "millis",
+    "milliseconds", "micros", "microseconds", "nanos", "nanoseconds", "lsltimestamp", "epoch", "unixtime", "utc", "hosttime",
+    "zeit", "uhrzeit", "datum", "zeitstempel", "thard", "timehard", "hardtime", "timea", "time1", "t1",
+    *(unit.casefold() for unit in SECONDS),
+})  # fmt: skip
+"""Names of a column of times, without blanks, underscores and units."""
+SOFT_TIMES = frozenset({"tsoft", "timesoft", "softtime", "timeb", "time2", "t2"})
+"""Names of the times of the soft channel, beside those of the hard channel."""
+PAIRS = (("hard", "soft"), ("chard", "csoft"), ("hardbump", "softbump"), ("c1", "c2"), ("cin1", "cin2"),
+         ("cap1", "cap2"), ("capacitance1", "capacitance2"))  # fmt: skip
+"""Names of the hard and the soft channel. Others leave open which is which."""
+
+
+def simple_name(name: str) -> str:
+    """Return a name in lower case, without unit, blanks and underscores: 'C_1 (pF)' gives 'c1'.
+
+    A name that is a unit of time stays: 'ms' is a name of a column of times.
+    """
+    return re.sub(r"[\s_./#:-]+", "", bare(name)).casefold() or name.strip().casefold()
+
+
+NO_VALUE = frozenset({
+    "", "OL", "+OL", "-OL", "OVL", "OVLD", "OVER", "OVERLOAD", "OVERFLOW", "OVFL", "OPEN", "ERR", "ERROR", "NAN", "NA",
+    "N/A", "NAT", "<NA>", "NULL", "NONE", "-", "--", "---", "INF", "+INF", "-INF", "#N/A", "#NUM!", "#VALUE!", "#DIV/0!",
+    "#REF!", "#NAME?", "#NULL!",
+})  # fmt: skip
+"""Cells (upper case) that mean "no value" in the files of loggers and spreadsheets."""
+OVERLOAD = 1e30
+"""Numbers of this magnitude mean "no value": SCPI instruments send 9.9E+37."""
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
+
+
+def to_number(cell: str) -> float:
+    """Return the value of a cell; nan if it is one of `NO_VALUE`.
+
+    Raises
+    ------
+    ValueError
+        Neither a number nor one of `NO_VALUE`.
+
+    Examples
+    --------
+    >>> to_number("6,1"), to_number("OL")
+    (6.1, nan)
+    """
+    if cell.upper() in NO_VALUE:
+        return math.nan
+    if "_" in cell:
+        raise ValueError(cell)
+    text = unicodedata.normalize("NFKC", cell).replace("\u2212", "-")  # full-width digits, minus sign
+    value = float(text.replace(",", ".") if _DECIMAL_COMMA.match(text) else text)
+    return value if abs(value) < OVERLOAD else math.nan

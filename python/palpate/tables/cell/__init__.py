@@ -1,1 +1,0 @@
-"""What is written in a cell: a number, a time, a unit, no value."""

@@ -1,1 +1,0 @@
-"""Formats that are not text: Excel, XDF, Parquet, Arrow, data frames."""

@@ -1,1 +1,0 @@
-"""Text tables: encoding, delimiter, header, samples, and what is neither."""

@@ -1,1 +1,0 @@
-"""The times of the rows: units, steps, pairs of two channels."""
