@@ -1,4 +1,4 @@
-"""The ratio of a touch from its readings: instrumental variables, spikes left out, a lag of a channel removed."""
+"""The ratio of a touch from its readings: windows without mismatch, instrumental variables, spikes and a lag removed."""
 
 import math
 from dataclasses import dataclass, replace
@@ -7,10 +7,83 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.afterwards.levels import Level, Readings
-from palpate.afterwards.windows import HARD, SOFT, Windows, windows
+from palpate.afterwards.idle import IdleLevel, Readings
+from palpate.pair_filter import BAND_Hz
 
 Array = NDArray[np.float64]
+
+HARD, SOFT = 5, 6
+"""Readings of each channel in a window."""
+_LINES_Hz, _SLOW = 3.0, 0.3  # as for the live filters: weight 1 from 3 Hz on, 0.3 below
+_NOISE = 1e-6  # weight of the power gain of white noise, against a mean square mismatch
+_AT_ONCE = 4096  # windows solved together: some 10 MB
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Windows of the readings of one channel and their filters: which readings, and weights, the sum of each row is 1."""
+
+    readings: Readings
+    at: NDArray[np.intp]
+    weight: Array
+
+    @property
+    def value(self) -> Array:
+        """The filtered value in each window."""
+        return np.asarray((self.weight * self.readings.value[self.at]).sum(axis=1))
+
+    def spread(self, values: Array) -> Array:
+        """Return for each reading the sum of its weight times the value of its windows."""
+        weighted = (self.weight * values[:, None]).ravel()
+        return np.asarray(np.bincount(self.at.ravel(), weighted, len(self.readings.t)), np.float64)
+
+
+def windows(all_hard: Readings, all_soft: Readings) -> tuple[Windows, Windows, Array]:
+    """Return a window around each hard reading that has enough neighbours, and |A - B|, rms over the band, in each."""
+    # With A = sum a_i exp(j w t_i) of the hard readings at t_i, and B of the soft ones likewise, the weights are the
+    # minimum of the mean of |A - B|^2 over the band, plus 1e-6 (sum a_i^2 + sum b_i^2), with sum a_i = sum b_i = 1. The
+    # mean of cos w (t_i - t_j) over the band has a closed form; so no even grid is needed.
+    t_hard_s, t_soft_s = all_hard.t, all_soft.t
+    before, half = HARD // 2, SOFT // 2
+    centre = np.arange(before, len(t_hard_s) - before)
+    after = np.searchsorted(t_soft_s, t_hard_s[centre])
+    whole = (after >= half) & (after <= len(t_soft_s) - half)
+    hard_at = centre[whole, None] + np.arange(-before, before + 1)
+    soft_at = after[whole, None] + np.arange(-half, half)
+    times = np.concatenate([t_hard_s[hard_at], t_soft_s[soft_at]], axis=1)
+    parts = [_designed(times[i : i + _AT_ONCE]) for i in range(0, max(len(times), 1), _AT_ONCE)]
+    weights, mismatch = (np.concatenate(part) for part in zip(*parts, strict=True))
+    hard, soft = Windows(all_hard, hard_at, weights[:, :HARD]), Windows(all_soft, soft_at, weights[:, HARD:])
+    return hard, soft, mismatch
+
+
+def _designed(times: Array) -> tuple[Array, Array]:
+    """Return weights, shape (n, 11), and mismatch, shape (n,)."""
+    number, size = len(times), HARD + SOFT
+    sign = np.where(np.arange(size) < HARD, 1.0, -1.0)
+    square = sign[:, None] * sign * _mean_cosine(times[:, :, None] - times[:, None, :])
+    system = np.zeros((number, size + 2, size + 2))
+    system[:, :size, :size] = square + _NOISE * np.eye(size)
+    system[:, :HARD, size] = system[:, size, :HARD] = 1
+    system[:, HARD:size, size + 1] = system[:, size + 1, HARD:size] = 1
+    wanted = np.zeros((number, size + 2, 1))
+    wanted[:, size:] = 1
+    weights: Array = np.asarray(np.linalg.solve(system, wanted)[:, :size, 0], np.float64)
+    left = np.einsum("ni,nij,nj->n", weights, square, weights)
+    return weights, np.asarray(np.sqrt(np.maximum(left, 0)))
+
+
+def _mean_cosine(lag_s: Array) -> Array:
+    """Return the weighted mean of cos(2 pi f lag) over the band: the integral of cos is f sinc(2 f lag)."""
+    low, high = BAND_Hz
+
+    def to(f: float) -> Array:
+        return np.asarray(f * np.sinc(2 * f * lag_s))
+
+    slow, lines = to(_LINES_Hz) - to(low), to(high) - to(_LINES_Hz)
+    return (_SLOW * slow + lines) / (_SLOW * (_LINES_Hz - low) + high - _LINES_Hz)
+
+
 FEWEST = 8
 """Pairs for a result."""
 _ROUNDS = 11  # of leaving out readings, and of removing a lag
@@ -26,23 +99,14 @@ _LEAST = 0.001  # change from the flanks to the height, share
 
 @dataclass(frozen=True)
 class Aligned:
-    """Changes of both channels, pF, and what the windows make of them.
+    """Changes of both channels, pF, and what the windows make of them."""
 
-    Attributes
-    ----------
-    hard, soft : Readings
-    windows : Windows
-    row : numpy.ndarray of int, shape (n,)
-        Row of the hard reading in the middle.
-    y, x, z : numpy.ndarray, shape (n,)
-        Hard, soft, and the instrument: the mean of the soft readings around those of x, without them.
-    good : numpy.ndarray of bool, shape (n,)
-        Windows without a gap.
-    """
+    # row: Row of the hard reading in the middle.
+    # y, x, z: Hard, soft, and the instrument: the mean of the soft readings around the readings of x, which are left out.
+    # good: Windows without a gap.
 
-    hard: Readings
-    soft: Readings
-    windows: Windows
+    hard: Windows
+    soft: Windows
     row: NDArray[np.intp]
     y: Array
     x: Array
@@ -59,47 +123,29 @@ class Aligned:
         return self.y - ratio * self.x
 
 
-@dataclass(frozen=True)
-class Found:
-    """The result: ratio, its standard error, unscaled covariance, number of windows, readings left out, lag removed."""
-
-    ratio: float
-    standard_error: float
-    covariance: float
-    samples: int
-    left_out: int
-    lag_s: float
-    first_s: float
-    last_s: float
-
-
 def aligned(hard: Readings, soft: Readings) -> Aligned | None:
     """Return the windows of changes; None: there are too few."""
-    made = windows(hard.t, soft.t)
-    if len(made.mismatch) < FEWEST:
+    in_hard, in_soft, mismatch = windows(hard, soft)
+    if len(mismatch) < FEWEST:
         return None
-    y = (made.hard_weight * hard.value[made.hard_at]).sum(axis=1)
-    x = (made.soft_weight * soft.value[made.soft_at]).sum(axis=1)
-    good = made.mismatch <= max(_MISMATCH, 3 * float(np.median(made.mismatch)))
-    row = hard.row[made.hard_at[:, HARD // 2]]
-    return Aligned(hard, soft, made, row, y, x, _instrument(soft.value, made), good)
+    good = mismatch <= max(_MISMATCH, 3 * float(np.median(mismatch)))
+    row = hard.row[in_hard.at[:, HARD // 2]]
+    return Aligned(in_hard, in_soft, row, in_hard.value, in_soft.value, _instrument(in_soft), good)
 
 
-def _instrument(soft: Array, made: Windows) -> Array:
-    sums = np.append(0, np.cumsum(soft))
-    first, end = made.soft_at[:, 0], made.soft_at[:, -1] + 1
-    low, high = np.maximum(first - _REACH, 0), np.minimum(end + _REACH, len(soft))
+def _instrument(made: Windows) -> Array:
+    sums = np.append(0, np.cumsum(made.readings.value))
+    first, end = made.at[:, 0], made.at[:, -1] + 1
+    low, high = np.maximum(first - _REACH, 0), np.minimum(end + _REACH, len(sums) - 1)
     count = np.maximum(high - low - SOFT, 1)
     return np.asarray((sums[high] - sums[low] - (sums[end] - sums[first])) / count)
 
 
-def fitted(hard: Readings, soft: Readings, levels: tuple[Level, Level]) -> Found | None:
-    """Return the ratio of changes of both channels; None: there are too few.
-
-    r = sum z y / sum z x. In rounds: a lag of the soft channel, y = r (x + lag x'), is removed from its times where it
-    is significant; then of the windows that are 6 standard deviations off, in each run of them, the reading that
-    explains most is left out.
-    """
+def fitted(hard: Readings, soft: Readings, levels: tuple[IdleLevel, IdleLevel]) -> dict[str, Any] | None:
+    """Return the ratio of changes of both channels; None: there are too few."""
+    # r = sum z y / sum z x. In rounds: a lag of the soft channel, y = r (x + lag x'), is removed from its times where
+    # it is significant; then of the windows that are 6 standard deviations off, in each run of them, the reading that
+    # explains most is left out.
     lag, left_out, whole = 0.0, 0, None
     for last in [False] * _ROUNDS + [True]:
         pairs = aligned(hard, soft)
@@ -126,7 +172,7 @@ def _lag(pairs: Aligned, ratio: float) -> float:
     near = pairs.good & (np.abs(rest) <= _OUTLIER * _MAD * float(np.median(np.abs(rest[pairs.good]))))
     if np.count_nonzero(near) < FEWEST:
         return 0.0
-    slope = np.gradient(pairs.x, pairs.hard.t[pairs.windows.hard_at[:, HARD // 2]])[near]
+    slope = np.gradient(pairs.x, pairs.hard.readings.t[pairs.hard.at[:, HARD // 2]])[near]
     squares = float(slope @ slope)
     if squares == 0 or ratio == 0:
         return 0.0
@@ -135,49 +181,44 @@ def _lag(pairs: Aligned, ratio: float) -> float:
     return late / ratio if abs(late) > _PROVEN * error else 0.0
 
 
-def _noise2(pairs: Aligned, ratio: float, levels: tuple[Level, Level]) -> Array:
+def _noise2(pairs: Aligned, ratio: float, levels: tuple[IdleLevel, IdleLevel]) -> Array:
     """Return the variance of the windows by the noise of the readings."""
-    hard, soft = ((weight**2).sum(axis=1) for weight in (pairs.windows.hard_weight, pairs.windows.soft_weight))
+    hard, soft = ((made.weight**2).sum(axis=1) for made in (pairs.hard, pairs.soft))
     return np.asarray(levels[0].noise ** 2 * hard + (ratio * levels[1].noise) ** 2 * soft)
 
 
-def _scale(pairs: Aligned, ratio: float, levels: tuple[Level, Level]) -> float:
+def _scale(pairs: Aligned, ratio: float, levels: tuple[IdleLevel, IdleLevel]) -> float:
     seen = _MAD * float(np.median(np.abs(pairs.rest(ratio)[pairs.good])))
     return max(seen, math.sqrt(float(np.median(_noise2(pairs, ratio, levels)))))
 
 
 def _without_spikes(pairs: Aligned, ratio: float, bad: NDArray[np.intp]) -> tuple[Any, Any]:
     """Return masks of the readings to keep: without the one that explains most of each run of bad windows."""
-    rest, made = pairs.rest(ratio), pairs.windows
-    keep = [np.ones(len(channel.t), bool) for channel in (pairs.hard, pairs.soft)]
-    places = (made.hard_at, made.soft_at)
-    explained = [
-        _explained(at, weight, rest, len(kept))
-        for at, weight, kept in zip(places, (made.hard_weight, made.soft_weight), keep, strict=True)
-    ]
+    sides = (pairs.hard, pairs.soft)
+    keep = [np.ones(len(made.readings.t), bool) for made in sides]
+    explained = [_explained(made, pairs.rest(ratio)) for made in sides]
     for run in np.split(bad, np.flatnonzero(np.diff(bad) > 1) + 1):
-        best = [of[at[run]].max() for of, at in zip(explained, places, strict=True)]
+        best = [of[made.at[run]].max() for of, made in zip(explained, sides, strict=True)]
         worst = int(best[1] > best[0])
-        inside = np.unique(places[worst][run])
+        inside = np.unique(sides[worst].at[run])
         keep[worst][inside[np.argmax(explained[worst][inside])]] = False
     return keep[0], keep[1]
 
 
-def _explained(at: NDArray[np.intp], weight: Array, rest: Array, size: int) -> Array:
+def _explained(made: Windows, rest: Array) -> Array:
     """Return the part of the sum of squares that an error of each reading explains."""
-    top = np.bincount(at.ravel(), (weight * rest[:, None]).ravel(), size)
-    squares = np.bincount(at.ravel(), (weight**2).ravel(), size)
-    return np.asarray(top**2 / np.where(squares > 0, squares, 1))
+    squares = replace(made, weight=made.weight**2).spread(np.ones(len(rest)))
+    return np.asarray(made.spread(rest) ** 2 / np.where(squares > 0, squares, 1))
 
 
 def _solved(
     pairs: Aligned,
     used: NDArray[np.bool_],
     whole: Aligned,
-    levels: tuple[Level, Level],
+    levels: tuple[IdleLevel, IdleLevel],
     left_out: int,
     lag: float,
-) -> Found | None:
+) -> dict[str, Any] | None:
     """Return the result from some windows; `whole`: the pairs before readings were left out."""
     if np.count_nonzero(used) < FEWEST:
         return None
@@ -185,34 +226,31 @@ def _solved(
     size = float(z @ pairs.x)
     ratio = float(z @ pairs.y) / size
     # ratio = truth + sum of each reading's error times its weight: exact, since the windows are linear.
-    made = pairs.windows
-    hard = np.bincount(made.hard_at.ravel(), (z[:, None] * made.hard_weight).ravel(), len(pairs.hard.t)) / size
-    soft = -np.bincount(made.soft_at.ravel(), (z[:, None] * made.soft_weight).ravel(), len(pairs.soft.t)) * ratio / size
+    hard = pairs.hard.spread(z) / size
+    soft = -pairs.soft.spread(z) * ratio / size
     of_readings = levels[0].noise ** 2 * float(hard @ hard) + levels[1].noise ** 2 * float(soft @ soft)
     scores = (z * pairs.rest(ratio))[used] / size
     number = max(min(_BATCHES, len(scores) // 4), 2)
     parts = np.array([part.sum() for part in np.array_split(scores, number)])
     seen = float(parts @ parts) * number / (number - 1)
-    of_levels = _of_levels(((hard, pairs.hard.t, levels[0]), (soft, pairs.soft.t, levels[1])))
-    times = pairs.hard.t[made.hard_at[used]]
-    return Found(
-        ratio=ratio,
-        standard_error=math.sqrt(max(of_readings, seen) + of_levels + _open(whole, ratio, levels) ** 2),
-        covariance=1 / size,
-        samples=len(scores),
-        left_out=left_out,
-        lag_s=lag,
-        first_s=float(times.min()),
-        last_s=float(times.max()),
-    )
+    of_levels = _of_levels(((hard, pairs.hard.readings.t, levels[0]), (soft, pairs.soft.readings.t, levels[1])))
+    times = pairs.hard.readings.t[pairs.hard.at[used]]
+    return {
+        "ratio": ratio,
+        "standard_error": math.sqrt(max(of_readings, seen) + of_levels + _open(whole, ratio, levels) ** 2),
+        "covariance": 1 / size,
+        "samples": len(scores),
+        "left_out": left_out,
+        "lag_s": lag,
+        "start_s": float(times.min()),
+        "stop_s": float(times.max()),
+    }
 
 
-def _open(pairs: Aligned, ratio: float, levels: tuple[Level, Level]) -> float:
-    """Return twice the change of the ratio from the flanks of the touch to its height, if it is significant; else 0.
-
-    An offset or a curve makes one. At half of the height, that of an offset is the error of the result; that of a
-    curve half of it.
-    """
+def _open(pairs: Aligned, ratio: float, levels: tuple[IdleLevel, IdleLevel]) -> float:
+    """Return twice the change of the ratio from the flanks of the touch to its height, if it is significant; else 0."""
+    # An offset or a curve causes it. At half of the height, the change by an offset is the error of the result; a curve
+    # has half of its change as error.
     height = np.abs(pairs.x) / float(np.median(np.abs(pairs.x[pairs.high])))
     flank = pairs.good & (height > 0.2) & (height < 0.8)
     if np.count_nonzero(flank) < _FLANK:
@@ -224,11 +262,9 @@ def _open(pairs: Aligned, ratio: float, levels: tuple[Level, Level]) -> float:
 
 
 def _of_levels(channels: Any) -> float:
-    """Return the variance of the ratio by the baselines, and what a drift that was not even leaves open: 1 / 16.
-
-    As in the live result, for a drift of more than 3 standard errors: half of the correction is open for a jump, a
-    quarter for an exponential.
-    """
+    """Return the variance of the ratio by the baselines, and what a drift that was not even leaves open: 1 / 16."""
+    # As in the live result, for a drift of more than 3 standard errors: half of the correction is open for a jump, a
+    # quarter for an exponential.
     variance, shift, noise2 = 0.0, 0.0, 0.0
     for weight, t, level in channels:
         late = float(weight @ level.share(t))
@@ -237,3 +273,41 @@ def _of_levels(channels: Any) -> float:
         shift += late * (level.value[-1] - level.value[0])
         noise2 += late**2 * (level.variance[0] + level.variance[-1])
     return float(variance + (shift**2 / 16 if shift**2 > 9 * noise2 else 0.0))
+
+
+_KNOWN = 4  # pairs of a part whose ratio can be compared
+_AGREE = 5.0  # standard errors between two parts
+
+
+def since_change(pairs: Aligned, alarms: NDArray[np.intp]) -> int | None:
+    """Return the row with which the part since the last change begins; None: that part is too short to be known."""
+    # An alarm is a change only if the ratios on both sides of it differ: noise of a burst alarms, too. From the last
+    # part back, parts are joined as long as they agree; one that is too short to be compared joins with the one before
+    # it.
+    high = pairs.high
+    ratios, rows = pairs.y[high] / pairs.x[high], pairs.row[high]
+    parts = np.split(ratios, np.searchsorted(rows, alarms + 1))
+    starts = [int(pairs.hard.readings.row[0]), *(int(alarm) + 1 for alarm in alarms)]
+    known = [i for i, part in enumerate(parts) if len(part) >= _KNOWN]
+    if not known:
+        return None
+    last = known.pop()
+    joined = parts[last]
+    tail = np.concatenate(parts[last + 1 :]) if last + 1 < len(parts) else joined[:0]
+    if len(tail) and abs(np.median(tail) - np.median(joined)) > _OUTLIER * _spread(joined):
+        return None
+    begin = last
+    while known and _agree(parts[known[-1]], joined):
+        begin = known.pop()
+        joined = np.concatenate([parts[begin], joined])
+    return starts[begin]
+
+
+def _spread(ratios: Array) -> float:
+    return _MAD * float(np.median(np.abs(ratios - np.median(ratios))))
+
+
+def _agree(one: Array, other: Array) -> bool:
+    """Return whether two medians agree; their errors are 1.25 spread / sqrt(n), and 1.5 times for neighbours alike."""
+    errors = [1.9 * _spread(ratios) / np.sqrt(len(ratios)) for ratios in (one, other)]
+    return bool(abs(np.median(one) - np.median(other)) <= _AGREE * np.hypot(*errors))

@@ -8,15 +8,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch
-from palpate.afterwards.changes import since_change
-from palpate.afterwards.fit import aligned, fitted
-from palpate.afterwards.levels import Level, Readings, idle, level_of, pause
-from palpate.afterwards.times import smooth
-from palpate.afterwards.windows import HARD, SOFT
-from palpate.touch import Blocks, Channels, replayed, timed, tracker_of
+from palpate.afterwards.fit import HARD, SOFT, aligned, fitted, since_change
+from palpate.afterwards.idle import IdleLevel, Readings, idle, level_of, pause
+from palpate.touch import Blocks, Channels, feed_recording, timed, tracker_of
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
+
+
+Array = NDArray[np.float64]
+_REACH = 16  # rows on either side
+_PAUSE = 8.0  # periods
+
+
+def smooth(t: Array) -> Array:
+    """Return times, shape (n,), n at least 2, each replaced by the mean over up to 16 rows on either side."""
+    # For readings at an even rate that is the middle of a straight line through them. A pause is not smoothed.
+    out = np.empty_like(t)
+    steps = np.abs(np.diff(t))
+    pauses = np.flatnonzero(steps > _PAUSE * np.median(steps)) + 1
+    for rows in np.split(np.arange(len(t)), pauses):
+        part = t[rows] - t[rows[0]]
+        sums, place = np.append(0, np.cumsum(part)), np.arange(len(rows))
+        reach = np.minimum(_REACH, np.minimum(place, place[::-1]))
+        out[rows] = t[rows[0]] + (sums[place + reach + 1] - sums[place - reach]) / (2 * reach + 1)
+    return out
+
 
 METHOD = f"offline: matched pair of {HARD} + {SOFT} points"
 """Name of the method."""
@@ -63,7 +80,7 @@ class OfflineTouch:
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """Warnings about the touch: those of `live`."""
+        """Warnings about the touch: the flags of `live`."""
         return self.live.flags
 
     @property
@@ -87,17 +104,17 @@ def offline(
     the last change of its ratio to its end, are estimated by another method:
 
     - a matched pair of filters of 5 + 6 points around each hard reading, designed for the real times of its readings;
-    - instrumental variables, r = sum z y / sum z x, z the mean of the soft readings around those of x, without them: no
-      bias in a light touch;
-    - single readings that contradict the others are left out, and windows with gaps; a constant lag of the soft channel
+    - instrumental variables, r = sum z y / sum z x, z the mean of the soft readings around the readings of x: no bias in
+      a light touch;
+    - single readings that contradict their neighbours are left out, and windows with gaps; a constant lag of the soft channel
       (or of its times) is removed;
     - the baseline is the line between the means of the idle readings of up to 4 s before and after: only before, if the
       live result has the flag "creep", only after with the flag "baseline"; never across a gap or a tare.
 
     The standard error is made of the noise of the readings or the scatter of the parts of the touch, whichever is
     larger, of the baselines, and of what a ratio that differs on the flanks leaves open. With a flag that the readings
-    contradict hard = ratio * soft it is at least that of the live result. With the flag "drift" the ratio is a mean over
-    the touch; that of the live result is nearer to its end.
+    contradict hard = ratio * soft it is not below the live one. With the flag "drift" the ratio is a mean over
+    the touch; the live ratio is nearer to its end.
 
     Parameters
     ----------
@@ -133,7 +150,7 @@ def offline(
     if hasattr(recording, "full_scale_pF") and not timed(recording):
         raise ValueError("recording: got one without times, allowed: one with times; name its column, as time=COL")
     tracker = tracker_of(recording, scene, settings)
-    parts = list(replayed(tracker, recording))
+    parts = list(feed_recording(tracker, recording))
     tracker.finish()
     if not tracker.touches:
         return []
@@ -174,7 +191,7 @@ def _estimated(
     return found
 
 
-def _level(touch: Touch, unused: Readings, start: int, after: tuple[int, int], channel: Readings) -> Level | None:
+def _level(touch: Touch, unused: Readings, start: int, after: tuple[int, int], channel: Readings) -> IdleLevel | None:
     nothing = unused[:0]
     before = nothing if "baseline" in touch.flags else unused.rows(0, start)
     later = nothing if "creep" in touch.flags else unused.rows(*after)
@@ -183,7 +200,9 @@ def _level(touch: Touch, unused: Readings, start: int, after: tuple[int, int], c
     return level_of(before, later, *(float(t[0]) if len(t) else math.inf for t in (begin, following)))
 
 
-def _one(touch: Touch, inside: list[Readings], levels: list[Level | None], alarms: NDArray[np.intp]) -> OfflineTouch:
+def _one(
+    touch: Touch, inside: list[Readings], levels: list[IdleLevel | None], alarms: NDArray[np.intp]
+) -> OfflineTouch:
     hard_level, soft_level = levels
     if hard_level is None or soft_level is None:
         return _without(touch, "no idle readings before and after the touch")
@@ -200,23 +219,11 @@ def _one(touch: Touch, inside: list[Readings], levels: list[Level | None], alarm
     found = fitted(hard, soft, (hard_level, soft_level))
     if found is None:
         return _without(touch, "too few pairs" + (" since the last change of the ratio" if len(alarms) else ""))
-    error = found.standard_error
-    if _MISFITS & set(touch.flags) and touch.standard_error > error:
-        error = touch.standard_error
+    if _MISFITS & set(touch.flags):
+        found["standard_error"] = max(found["standard_error"], touch.standard_error)
     names = [level.side for level in (hard_level, soft_level)]
-    return OfflineTouch(
-        ratio=found.ratio,
-        standard_error=error,
-        method=METHOD,
-        baselines=names[0] if names[0] == names[1] else f"{names[0]} (hard), {names[1]} (soft)",
-        samples=found.samples,
-        covariance=found.covariance,
-        start_s=found.first_s,
-        stop_s=found.last_s,
-        left_out=found.left_out,
-        lag_s=found.lag_s,
-        live=touch,
-    )
+    baselines = names[0] if names[0] == names[1] else f"{names[0]} (hard), {names[1]} (soft)"
+    return OfflineTouch(**found, method=METHOD, baselines=baselines, live=touch)
 
 
 def _without(touch: Touch, reason: str) -> OfflineTouch:

@@ -1,14 +1,12 @@
-"""Whether a recording is as it was written: its rows against the end or the checkpoint, its sidecar against its checksum."""
+"""What is known of a recording beside its rows, and whether it is as it was written."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
-from palpate.recording.filelock import is_locked
-from palpate.recording.lines import Pass
+from palpate.recording.lock import is_locked
 from palpate.tables.packed import STANDARD_INPUT, unpacked_name
 
 SOURCE_FAILED = "the source ended with an error"
@@ -30,20 +28,24 @@ class Integrity(NamedTuple):
         Rows whose checksum is right.
     """
 
-    doubts: tuple[str, ...]
-    limits: tuple[str, ...]
-    remarks: tuple[str, ...]
-    verified: int
+    doubts: tuple[str, ...] = ()
+    limits: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    verified: int = 0
+
+    def doubts_before(self, change: str, end: dict[str, Any]) -> list[str]:
+        """Return the doubts for the end of a changed file: those that are not in its end yet are from before the change."""
+        return [text if text in end.get("doubts", []) else f"before the {change}: {text}" for text in self.doubts]
 
 
 @dataclass(frozen=True)
 class Known:
-    """What was known of a recording before its rows were read.
+    """What is known of a recording before its rows are read.
 
     Attributes
     ----------
-    document : dict or None
-        The sidecar; None: missing or not valid.
+    document : dict
+        The sidecar; empty: missing or not valid.
     intact : bool or None
         Whether the sidecar is as it was written; None: it has no checksum.
     problem : str
@@ -52,35 +54,35 @@ class Known:
         Whether it is still being recorded.
     """
 
-    document: dict[str, Any] | None
-    intact: bool | None
-    problem: str
-    running: bool
+    document: dict[str, Any] = field(default_factory=dict)
+    intact: bool | None = None
+    problem: str = ""
+    running: bool = False
 
     @property
     def end(self) -> dict[str, Any]:
         """The end of the recording; empty without one."""
-        return dict((self.document or {}).get("end", {}))
+        return dict(self.document.get("end", {}))
 
-    @property
-    def seal(self) -> dict[str, Any]:
-        """Rows, bytes and CRC-32 of the end, or else of the last checkpoint; empty without both."""
-        return self.end or dict((self.document or {}).get("checkpoint", {}))
+    def sealed(self, name: str) -> int | None:
+        """Return rows, bytes or CRC-32 of the end, or else of the last checkpoint; None: not there."""
+        value = (self.end or self.document.get("checkpoint", {})).get(name)
+        return value if type(value) is int and value >= 0 else None
 
-    @property
-    def rows(self) -> int:
-        """Number of rows that were written, from the end; 0 without one."""
-        return _count(self.end.get("rows")) or 0
 
-    @property
-    def marked(self) -> int | None:
-        """Number of bytes that the CRC-32 is of; None: all, or unknown."""
-        return _count(self.seal.get("bytes"))
+class Bytes(NamedTuple):
+    """What was counted in the bytes of a file.
 
-    @property
-    def is_old(self) -> bool:
-        """Whether the sidecar has the first schema, in which a checksum may be missing."""
-        return (self.document or {}).get("schema") != sidecar.SCHEMA
+    `joined` is the CRC-32 without carriage returns: the sum of a file whose line ends were changed. `marked` is the one of
+    the bytes that the end or the checkpoint is of; None: the file has not as many. `torn` bytes are of an incomplete row.
+    """
+
+    size: int
+    crc32: int
+    joined: int
+    marked: int | None
+    rows: int
+    torn: int = 0
 
 
 def known_of(path: Path) -> Known:
@@ -91,102 +93,90 @@ def known_of(path: Path) -> Known:
     except OSError as error:
         raise RecordingError(path, f"cannot be read: {error.strerror or error}") from error
     except RecordingError as error:
-        return Known(None, None, str(error), running)
+        return Known(problem=str(error), running=running)
     if loaded is None:
         missing = Path(unpacked_name(path)).with_suffix(".json").name
         problem = "standard input has none" if path == STANDARD_INPUT else f"{missing} is missing"
-        return Known(None, None, problem, running)
-    return Known(*loaded, "", running)
+        return Known(problem=problem, running=running)
+    return Known(*loaded, running=running)
 
 
-def judge(known: Known, seen: Pass, rows: int) -> Integrity:
-    """Compare what was read with what is known.
-
-    Parameters
-    ----------
-    known : Known
-    seen : Pass
-        The pass over the whole file.
-    rows : int
-        Number of rows in it.
-
-    Returns
-    -------
-    Integrity
-    """
-    if known.document is None:
+def judge(known: Known, seen: Bytes) -> Integrity:
+    """Compare what was read to the end with what is known."""
+    torn = f"the last row is cut off: its {seen.torn} bytes are left out" if seen.torn else ""
+    if not known.document:
         what = "the rows cannot be verified, the device and its range are unknown"
-        return Integrity((), (f"no valid sidecar ({known.problem}): {what}",), (), 0)
-    found = _ended(known, seen, rows) if known.end else _open(known, seen, rows)
+        return Integrity((torn,) if torn else (), (f"no valid sidecar ({known.problem}): {what}",))
+    found = _judge_closed(known, seen, torn) if known.end else _judge_open(known, seen, torn)
     if known.intact is not False:
         return found
     changed = (
         "the sidecar was changed after it was written (its checksum differs): device, settings, marks, end may be wrong"
     )
-    only = (
-        "; the rows agree with the checksum in it: take the sidecar from a copy"
-        if found.verified and not found.doubts
-        else ""
-    )
-    return found._replace(doubts=(changed + only, *found.doubts))
+    if found.verified and not found.doubts:
+        changed += "; the rows agree with the checksum in it: take the sidecar from a copy"
+    return found._replace(doubts=(changed, *found.doubts))
 
 
-def _ended(known: Known, seen: Pass, rows: int) -> Integrity:
-    end = known.end
-    doubts, limits, remarks = list(map(str, _items(end, "doubts"))), list[str](), list(_remarks(end))
-    checksum = _count(end.get("crc32"))
-    held = seen.checksum if known.marked is None else seen.marked_checksum
-    if held != checksum == seen.joined_checksum:
+def _judge_closed(known: Known, seen: Bytes, torn: str) -> Integrity:
+    """Judge a recording by its end."""
+    end, checksum, remarks = known.end, known.sealed("crc32"), list[str]()
+    if "repaired" in end:
+        remarks.append(f"repaired: {end['repaired']!s:.500}")
+    elif end.get("clean") and end.get("error"):
+        remarks.append(f"{SOURCE_FAILED}: {end['error']!s:.300}")
+    held = seen.crc32 if known.sealed("bytes") is None else seen.marked
+    if held != checksum == seen.joined:
         held = checksum
         remarks.append("the line ends were changed to those of Windows; the rows are as they were written")
-    if end.get("rows") != rows:
-        written = f"{end.get('rows')!r:.20}"
-        there = f"{rows} rows in the file, but {written}" if seen.size else f"the file is empty, but {written} rows"
-        doubts.append(f"{there} were written")
-    elif checksum is None and not known.is_old:
-        doubts.append(
-            "the end in the sidecar has no checksum, which palpate always writes: the rows cannot be verified"
-        )
-    elif checksum is None:
+    is_complete = end.get("rows") == seen.rows
+    if checksum is None and is_complete and known.document["schema"] != sidecar.SCHEMA:
         remarks.append("no checksum in the sidecar, which an older palpate wrote: only the number of rows is verified")
-    elif checksum != held:
-        doubts.append(_changed(f"the {rows:,} rows"))
-    if not end.get("clean") and "repaired" not in end:
-        limits.append(f"the recorder stopped with an error: {end.get('error')!s:.300}")
-    proven = rows if end.get("rows") == rows and checksum is not None and checksum == held else 0
-    before = _count(end.get("verified"))  # of a repaired one
-    return Integrity(tuple(doubts), tuple(limits), tuple(remarks), proven if before is None else min(proven, before))
+    before, wrong = end.get("doubts", []), _wrong(known, seen, held, torn)
+    doubts = [*map(str, before if isinstance(before, list) else [before]), *([wrong] if wrong else [])]
+    stopped = not (end.get("clean") or "repaired" in end)
+    limits = (f"the recorder stopped with an error: {end.get('error')!s:.300}",) if stopped else ()
+    verified = seen.rows if is_complete and checksum is not None and checksum == held else 0
+    if type(end.get("verified")) is int and end["verified"] >= 0:  # of a repaired one
+        verified = min(verified, end["verified"])
+    return Integrity(tuple(doubts), limits, tuple(remarks), verified)
 
 
-def _remarks(end: dict[str, Any]) -> Iterator[str]:
-    if "repaired" in end:
-        yield f"repaired: {end['repaired']!s:.500}"
-    elif end.get("clean") and end.get("error"):
-        yield f"{SOURCE_FAILED}: {end['error']!s:.300}"
+def _wrong(known: Known, seen: Bytes, held: int | None, torn: str) -> str:
+    """Return how the rows differ from what the end says of them; "" if they do not."""
+    written, checksum = known.end.get("rows"), known.sealed("crc32")
+    if torn and known.sealed("rows") == seen.rows + 1:
+        return torn
+    if written != seen.rows:
+        there = f"{seen.rows} rows in the file, but {written!r:.20} were written"
+        there = there if seen.size else f"the file is empty, but {written!r:.20} rows were written"
+        return f"{there}; {torn}" if torn else there
+    if checksum is None and known.document["schema"] == sidecar.SCHEMA:
+        return "the end in the sidecar has no checksum, which palpate always writes: the rows cannot be verified"
+    return torn if checksum in (None, held) else _changed(f"the {seen.rows:,} rows")
 
 
-def _open(known: Known, seen: Pass, rows: int) -> Integrity:
+def _judge_open(known: Known, seen: Bytes, torn: str) -> Integrity:
     """Judge a recording without an end, by its last checkpoint."""
-    size, checksum = known.marked, _count(known.seal.get("crc32"))
-    claimed = _count(known.seal.get("rows")) or 0
+    size, claimed = known.sealed("bytes"), known.sealed("rows") or 0
     doubts, verified = list[str](), 0
     if size is not None and seen.size < size:
-        doubts.append(
-            f"the file ends {size - seen.size:,} bytes before its last checkpoint: rows that were written are missing"
-        )
-    elif size is not None and checksum is not None and seen.marked_checksum == checksum:
-        verified = min(claimed, rows)
-    elif known.seal:
+        missing = f"{size - seen.size:,} bytes before its last checkpoint"
+        doubts.append(f"the file ends {missing}: rows that were written are missing")
+    elif size is not None and seen.marked == known.sealed("crc32"):
+        verified = min(claimed, seen.rows)
+    elif known.document.get("checkpoint"):
         doubts.append(_changed(f"the first {claimed:,} rows"))
-    return Integrity(tuple(doubts), (_unended(known, verified, rows),), (), verified)
-
-
-def _unended(known: Known, verified: int, rows: int) -> str:
-    part = f"the first {verified:,} of {rows:,} rows are verified" if verified else "no row is verified"
+    if torn and not known.running and seen.size >= (size or 0):
+        doubts.append(torn)
+    part = f"the first {verified:,} of {seen.rows:,} rows are verified" if verified else "no row is verified"
     if known.running:
-        return f"still being recorded: only the rows written until now are there; {part}"
-    why = "" if known.seal else " (it has no checkpoint)"
-    return f"no end in the sidecar: the recording was not closed; {part}{why}; palpate check --repair writes an end"
+        limit = f"still being recorded: only the rows written until now are there; {part}"
+    else:
+        why = "" if known.document.get("checkpoint") else " (it has no checkpoint)"
+        end = f"{part}{why}; palpate check --repair writes an end"
+        limit = f"no end in the sidecar: the recording was not closed; {end}"
+    return Integrity(tuple(doubts), (limit,), (), verified)
 
 
 def _changed(what: str) -> str:
@@ -194,13 +184,3 @@ def _changed(what: str) -> str:
         "the rows were changed after they were written, or the sidecar belongs to another recording (checksum of "
         f"{what} differs): results may be wrong; take the file from a copy"
     )
-
-
-def _items(end: dict[str, Any], name: str) -> list[Any]:
-    found = end.get(name, [])
-    return found if isinstance(found, list) else [found]
-
-
-def _count(value: Any) -> int | None:
-    """Return a number from a sidecar, if it is one."""
-    return value if type(value) is int and value >= 0 else None

@@ -1,27 +1,105 @@
-"""A recording as a sequence of blocks: only a part of the file is in memory."""
+"""A recording as a sequence of blocks, only a part of which is in memory."""
 
+import io
 import math
 import os
+import zlib
 from collections.abc import Iterator
+from itertools import groupby
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
+from palpate._core import OwnRows
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
-from palpate.recording.codes import Codes, codes_of
-from palpate.recording.integrity import Integrity, Known, judge, known_of
-from palpate.recording.lines import LONGEST_ROW, Damage, Pass, Piece, add, sift
-from palpate.recording.recognition import is_own
-from palpate.recording.rows import COLUMNS, HEADER, RowError, columns_of, is_whole, parse_rows, unreadable
+from palpate.recording.integrity import Bytes, Integrity, Known, judge, known_of
+from palpate.recording.recording import Mark, Recording
+from palpate.recording.rows import COLUMNS, HEADERS, Codes, RowError, codes_of, columns_of, is_whole, parse_rows
+from palpate.recording.rows import unreadable as reason_of
+from palpate.recording.session import plan_of
 from palpate.recording.survey import Survey
-from palpate.samples import Block
+from palpate.samples import DTYPE, Block, usable
+from palpate.tables.packed import opened
 
+_OWN = OwnRows()
+_LONGEST_ROW = 256  # bytes; the longest row that palpate writes has some 150
+_BEGIN = 1 << 16  # bytes in which a file is recognised
+_FIRST = 1 << 12  # bytes of the rows that show the scale of the codes
 _CHUNK = 1 << 18  # bytes, some 3,000 rows: more would not stay in the cache, and be new pages for each block
-_MOST_TOLD = 5  # gaps
-_NONE = Integrity((), (), (), 0)
+_MOST_GAPS = 5  # in the notes
+_ROUNDED_PF = 1e-3  # by a spreadsheet
+_MOVED_S = 0.005  # a wall clock that NTP holds moves less in an hour
+
+
+class Damage(NamedTuple):
+    """A place in a file that is no row, and was not left by a writer that was stopped.
+
+    Attributes
+    ----------
+    line, lines : int
+        Number of its first line, from 1; number of lines. 0 lines: the header is missing there.
+    offset, bytes : int
+        Where it begins in the file, and its length.
+    rows_before : int
+        Rows of the file before it.
+    reason : str
+    """
+
+    line: int
+    lines: int
+    offset: int
+    bytes: int
+    rows_before: int
+    reason: str
+
+
+class _Piece(NamedTuple):
+    """Whole lines of a file: where they begin, and the number of the first one."""
+
+    data: bytes
+    offset: int
+    line: int
+
+
+class _Pass:
+    """Reads a file once: whole lines, and checksums."""
+
+    # marked: how many bytes the CRC-32 of the sidecar is of. tail: what is after the last line end, which is at offset,
+    # in this line.
+
+    def __init__(self, marked: int | None = None) -> None:
+        self._marked = marked
+        self.size = self.crc32 = self.joined = self.offset = 0
+        self.marked_crc32: int | None = None
+        self.tail, self.line = b"", 1
+        self._returns = False
+
+    def pieces(self, file: BinaryIO, chunk: int) -> Iterator[_Piece]:
+        """Yield the lines of a file that have an end, in order."""
+        while data := file.read(chunk):
+            self.count(data)
+            end = data.rfind(b"\n") + 1
+            if not end:
+                self.tail += data
+                continue
+            lines = b"".join((self.tail, memoryview(data)[:end]))  # one copy
+            yield _Piece(lines, self.offset, self.line)
+            self.offset += len(lines)
+            self.line += _OWN.count_lines(lines)
+            self.tail = data[end:]
+
+    def count(self, data: bytes) -> None:
+        """Count the next bytes."""
+        to_mark = -1 if self._marked is None else self._marked - self.size
+        if 0 <= to_mark <= len(data):
+            self.marked_crc32 = zlib.crc32(data[:to_mark], self.crc32)
+        self.crc32 = zlib.crc32(data, self.crc32)
+        self._returns = self._returns or b"\r" in data
+        self.joined = zlib.crc32(data.replace(b"\r", b""), self.joined) if self._returns else self.crc32
+        self.size += len(data)
 
 
 class Recorded:
@@ -30,24 +108,32 @@ class Recorded:
     Parameters
     ----------
     path : path-like
+    known : Known, optional
+        With `data`: what its sidecar says.
+    data : bytes, optional
+        The rows as text, of a recording that was converted to another format.
 
     Attributes
     ----------
     path : pathlib.Path
     known : Known
         What the sidecar says; read once, when the recording is opened.
+    document : dict
+        The sidecar; empty without a valid one.
     survey : Survey
         Counts over the blocks of the last `blocks()`.
-    seen : Pass
-        The bytes of the last `blocks()`.
-    torn_bytes : int
-        Bytes after the last complete row, after `blocks()`: the recording was not closed.
+    seen : Bytes
+        Counts over the bytes of the last `blocks()`, if it came to the end.
+    integrity : Integrity
+        Whether the recording is as it was written; known after `blocks()`.
     headed : bool
         Whether the first line is the header, after `blocks()`.
     columns : tuple of str
         Names of its columns, after `blocks()`: a recording of an earlier version has fewer.
     codes : Codes or None
-        Scale of the codes, from the sidecar. Without one that of the AD7746, if it agrees with the first rows, else None.
+        Scale of the codes: from the sidecar; else the AD7746 if the first rows agree with it; else None.
+    full_scale_pF : float
+        Full scale, pF: from the sidecar; else the range of the AD7746 if rows have codes; else inf.
     timed : bool
         True: every row has its times. A table of another program may have none.
     understood : str
@@ -68,75 +154,68 @@ class Recorded:
     timed = True
     understood = ""
 
-    def __init__(self, path: str | os.PathLike[str]) -> None:
+    def __init__(self, path: str | os.PathLike[str], known: Known | None = None, data: bytes | None = None) -> None:
         self.path: Path = Path(path)
-        self.known = self._known()
+        self.data = data
+        if data is None and not is_own(self.path):
+            raise RecordingError(
+                self.path, f"not a recording made by palpate; its first line has to be {HEADERS[0].decode()}"
+            )
+        self.known: Known = known or known_of(self.path)
+        self.document: dict[str, Any] = self.known.document
         self.survey: Survey = Survey()
-        self.seen = Pass(self.path)
-        self.torn_bytes: int = 0
+        self.seen: Bytes = Bytes(0, 0, 0, None, 0)
+        self.integrity: Integrity = Integrity()
         self.headed: bool = False
         self.columns: tuple[str, ...] = COLUMNS
-        self.codes: Codes | None = codes_of(self.document["device"]) if self.document else self._likely_codes()
+        self.codes: Codes | None = None
+        self.full_scale_pF: float = math.inf
+        if self.document:
+            device = self.document["device"]
+            self.codes, self.full_scale_pF = codes_of(device), float(device.get("full_scale_pF", math.inf))
+        else:
+            self._recognise_codes()
 
-    def _known(self) -> Known:
-        """Return what is known of the file before its rows are read."""
-        if not is_own(self.path):
-            raise RecordingError(
-                self.path, f"not a recording made by palpate; its first line has to be {HEADER.strip()}"
-            )
-        return known_of(self.path)
+    def _recognise_codes(self) -> None:
+        """Use the codes as those of an AD7746 if the first rows agree, within what a spreadsheet may round."""
+        written = self._first_rows()
+        self.codes = Codes()
+        computed = self._first_rows()
+        if not all(
+            np.allclose(written[name], computed[name], rtol=0, atol=_ROUNDED_PF, equal_nan=True)
+            for name in ("hard", "soft")
+        ):
+            self.codes = None
+        elif (computed["hard_raw"][:1] >= 0).any():
+            self.full_scale_pF = SATURATED_PF
 
-    @property
-    def document(self) -> dict[str, Any] | None:
-        """The sidecar; None without a valid one."""
-        return self.known.document
-
-    @property
-    def full_scale_pF(self) -> float:
-        """Full scale from the sidecar, pF; without one that of the AD7746 if the first row has a code, else inf."""
-        if self.document is not None:
-            return float(self.document["device"].get("full_scale_pF", math.inf))
-        first = next(self._parsed(Pass(self.path), 4096, []), None)
-        return SATURATED_PF if first is not None and first["hard_raw"][0] >= 0 else math.inf
+    def _first_rows(self) -> Block:
+        return next(self._parsed(_Pass(), _FIRST, []), np.zeros(0, DTYPE))
 
     @property
     def host_stamps(self) -> bool:
-        """Whether the times are those of the arrival at the computer, from the sidecar."""
+        """Whether the computer stamped the samples when they arrived, from the sidecar."""
         return self.describe().get("stamps") == "host"
 
     @property
     def settings(self) -> dict[str, Any]:
         """Scene and settings of the live measurement; empty if unknown."""
-        return sidecar.settings_of(self.document or {})
+        return sidecar.settings_of(self.document)
 
     @property
     def tares(self) -> frozenset[int]:
         """Numbers of the samples after which the baseline was measured again; each is the last of a block."""
-        return sidecar.tares_of(self.document or {})
+        return sidecar.tares_of(self.document)
 
     @property
     def gap_marks(self) -> list[tuple[int, str]]:
         """Those of `tares` that are before a gap, each with what happened there: the board was opened again, ..."""
-        return sidecar.gaps_of(self.document or {})
+        return sidecar.gaps_of(self.document)
 
     @property
     def zero_utc_ns(self) -> int | None:
         """UTC of t = 0, ns since 1970, by the wall clock at the begin; None: unknown."""
-        return sidecar.zero_of(self.document or {})[0]
-
-    @property
-    def _moved(self) -> str:
-        """What to say of a wall clock that was moved; "": nothing."""
-        begin, end = sidecar.zero_of(self.document or {})
-        moved_s = 0.0 if begin is None or end is None else (end - begin) / 1e9
-        if abs(moved_s) <= _MOVED_S:
-            return ""
-        return f"the wall clock was moved by {moved_s:+.3f} s during the recording: UTC is that of its begin"
-
-    @property
-    def integrity(self) -> Integrity:
-        """Whether the recording is as it was written; known after `blocks()`."""
-        return judge(self.known, self.seen, self.survey.rows) if self.seen.complete else _NONE
+        return sidecar.zero_of(self.document)[0]
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -145,36 +224,29 @@ class Recorded:
 
     @property
     def told(self) -> tuple[str, ...]:
-        """What the recorder said: it began late, was disturbed, or had gaps; and what a rescue lacks before it."""
-        notes = (*sidecar.told_of(self.document or {}), *self._told_gaps())
-        missing = self.survey.first_seq if any(note.startswith(sidecar.RESCUED) for note in notes) else 0
-        if not missing or any(note.startswith(sidecar.BEGUN) for note in notes):
-            return notes
-        return (*notes, f"{missing} samples are missing before the first row")
-
-    def _told_gaps(self) -> list[str]:
-        marks = self.gap_marks
-        told = [f"gap after sample {seq}: {text}: the baseline was measured again" for seq, text in marks[:_MOST_TOLD]]
-        return told + ([f"{len(marks) - _MOST_TOLD} more gaps"] if len(marks) > _MOST_TOLD else [])
+        """What the recorder said: it began late, or had gaps."""
+        marks, more = self.gap_marks[:_MOST_GAPS], len(self.gap_marks) - _MOST_GAPS
+        gaps = [f"gap after sample {seq}: {text}: the baseline was measured again" for seq, text in marks]
+        return (*sidecar.told_of(self.document), *gaps, *([f"{more} more gaps"] if more > 0 else []))
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks on the data; complete after `blocks()`."""
-        survey = self.survey
+        survey, found = self.survey, self.integrity
+        begin, end = sidecar.zero_of(self.document)
+        moved_s = 0.0 if begin is None or end is None else (end - begin) / 1e9
+        moved = f"the wall clock was moved by {moved_s:+.3f} s during the recording: UTC is by the clock at its begin"
+        order = "the order of the file is used"
         notes = {
             f"{survey.refused} of {survey.rows} rows have no value in a channel: left out": survey.refused,
             f"{survey.lost} samples are missing {survey.in_gaps}": survey.lost,
-            f"time goes back at {survey.backward} of {survey.rows} rows: the order of the file is used": (
-                survey.backward
-            ),
-            "the last row is incomplete (no line end): left out": self.torn_bytes,
+            f"time goes back at {survey.backward} of {survey.rows} rows: {order}": survey.backward,
             survey.told_pause: survey.told_pause,
             "the codes are not those of an AD7746, and no sidecar says their scale: left out": self.codes is None,
-            self._moved: self._moved,
+            moved: abs(moved_s) > _MOVED_S,
         }
-        found = self.integrity
         whole = (*found.doubts, *found.limits, *found.remarks)
-        return (*whole, *self.told, *(note for note, holds in notes.items() if holds))
+        return (*whole, *self.told, *(note for note, is_so in notes.items() if is_so))
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""
@@ -193,94 +265,125 @@ class Recorded:
         numpy.ndarray, shape (n,), of `palpate.SampleRing.dtype`
         """
         self.survey = Survey(marked=self.tares, largest_code=(self.codes or Codes()).largest)
-        self.seen = Pass(self.path, self.known.marked)
-        tares = sorted(self.tares)
-        for block in self._parsed(self.seen, _CHUNK, damage):
+        self.integrity, tares = Integrity(), sorted(self.tares)
+        for block in self._parsed(_Pass(self.known.sealed("bytes")), _CHUNK, damage):
             self.survey.add(block)
             cuts = np.flatnonzero(np.isin(block["seq"][:-1], tares)) + 1 if tares else np.zeros(0, np.int64)
             yield from np.split(block, cuts)
+        self.integrity = judge(self.known, self.seen)
 
-    def _likely_codes(self) -> Codes | None:
-        """Return the scale of the AD7746 if the first rows have it, within what a spreadsheet may round."""
-        self.codes = None
-        written = next(self._parsed(Pass(self.path), 4096, []), None)
-        self.codes = Codes()
-        computed = next(self._parsed(Pass(self.path), 4096, []), None)
-        agree = (
-            written is None
-            or computed is None
-            or all(
-                np.allclose(written[name], computed[name], rtol=0, atol=_ROUNDED_PF, equal_nan=True)
-                for name in ("hard", "soft")
-            )
+    @property
+    def recording(self) -> Recording:
+        """The whole recording in memory."""
+        block = np.concatenate([np.zeros(0, DTYPE), *self.blocks()])
+        last = np.flatnonzero(np.isin(block["seq"][:-1], [seq for seq, _ in self.gap_marks]))
+        return Recording(
+            *(block["t_hard_ns"] / 1e9, block["t_soft_ns"] / 1e9, *usable(block, self.full_scale_pF)),
+            notes=self.notes,
+            full_scale_pF=self.full_scale_pF,
+            host_stamps=self.host_stamps,
+            doubts=self.doubts,
+            gap_rows=tuple((last + 1).tolist()),
+            zero_utc_ns=self.zero_utc_ns,
+            marks=tuple(Mark(*mark) for mark in sidecar.marks_of(self.document)),
+            plan=plan_of(self.document),
         )
-        return self.codes if agree else None
 
-    def _parsed(self, seen: Pass, chunk: int, damage: list[Damage] | None) -> Iterator[Block]:
+    def _parsed(self, seen: _Pass, chunk: int, damage: list[Damage] | None) -> Iterator[Block]:
         rows, self.headed = 0, False
-        for piece in seen.pieces(chunk):
-            rest = self._without_header(piece, damage) if piece.line == 1 else piece
-            try:
-                block = self._block(rest, rows, damage)
-            except RowError as error:
-                if error.number:  # the rows before it
-                    lines = rest.data.split(b"\n")[: error.number]
-                    yield self._block(rest._replace(data=b"\n".join((*lines, b""))), rows, damage)
-                self._refuse(rest.line + error.number, str(error))
-            rows += len(block)
-            if len(block):
-                yield block
-        yield from self._last(seen, rows, damage)
+        try:
+            with io.BytesIO(self.data) if self.data is not None else opened(self.path) as file:
+                for piece in seen.pieces(file, chunk):
+                    rest = self._without_header(piece, damage) if piece.line == 1 else piece
+                    block = self._block(rest, rows, damage)
+                    rows += len(block)
+                    if len(block):
+                        yield block
+        except OSError as error:
+            raise RecordingError(self.path, f"cannot be read: {error.strerror or error}") from error
+        last, torn = self._last(seen, rows, damage)
+        self.seen = Bytes(seen.size, seen.crc32, seen.joined, seen.marked_crc32, rows + len(last), torn)
+        if len(last):
+            yield last
 
-    def _without_header(self, piece: Piece, damage: list[Damage] | None) -> Piece:
+    def _without_header(self, piece: _Piece, damage: list[Damage] | None) -> _Piece:
         first, _, rest = piece.data.partition(b"\n")
         line = first.removesuffix(b"\r")
         self.columns = columns_of(piece.data.split(b"\n")) or COLUMNS
         self.headed = line == ",".join(self.columns).encode()
         if self.headed:
-            return Piece(rest, len(first) + 1, 2, 0)
-        if unreadable(line, self.columns) is None:
-            self._damaged(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
+            return _Piece(rest, len(first) + 1, 2)
+        if reason_of(line, self.columns) is None:
+            self._add(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
         return piece
 
-    def _block(self, piece: Piece, rows: int, damage: list[Damage] | None) -> Block:
-        if not piece.left_out:
-            try:
-                return parse_rows(piece.data, self.columns, self.codes)
-            except RowError:
-                if damage is None:
-                    raise
-        good, places = sift(piece, rows, self.columns)
-        for place in places:
-            self._damaged(place, damage)
-        return parse_rows(good, self.columns, self.codes)
+    def _block(self, piece: _Piece, rows: int, damage: list[Damage] | None) -> Block:
+        """Return the lines that are rows, and add the rest as damaged places."""
+        try:
+            return parse_rows(piece.data, self.columns, self.codes)
+        except RowError:
+            good, number, offset = list[bytes](), piece.line, piece.offset
+        lines = [line + b"\n" for line in piece.data.split(b"\n")[:-1]]
+        for reason, group in groupby(
+            lines, lambda line: reason_of(line.rstrip(b"\n").removesuffix(b"\r"), self.columns)
+        ):
+            alike = list(group)
+            size = sum(map(len, alike))
+            if reason is None:
+                good += alike
+            else:
+                self._add(Damage(number, len(alike), offset, size, rows + len(good), reason), damage)
+            number, offset = number + len(alike), offset + size
+        return parse_rows(b"".join(good), self.columns, self.codes)
 
-    def _last(self, seen: Pass, rows: int, damage: list[Damage] | None) -> Iterator[Block]:
-        """Yield a last row without a line end; what is left then is an incomplete row, zeros of a power cut, or damage."""
-        last = seen.tail.partition(b"\0")[0]
-        begin = seen.tail_offset
+    def _last(self, seen: _Pass, rows: int, damage: list[Damage] | None) -> tuple[Block, int]:
+        """Return a last row without a line end, and how many bytes are left: of an incomplete row, or zeros of a power cut."""
+        text, begin = seen.tail.partition(b"\0")[0], seen.offset
         if begin == 0:
-            self.columns = columns_of([last]) or COLUMNS
-        if is_whole(last, self.columns):
-            if begin == 0:
-                self._damaged(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
-            yield parse_rows(last, self.columns, self.codes)
-            begin, rows = begin + len(last), rows + 1
-        self.torn_bytes = seen.size - begin
-        if seen.filled - begin > LONGEST_ROW:
-            self.torn_bytes = 0
-            reason = f"{seen.size - begin} bytes without a line end"
-            self._damaged(Damage(seen.tail_line, 1, begin, seen.size - begin, rows, reason), damage)
+            self.columns = columns_of([text]) or COLUMNS
+        row = text if is_whole(text, self.columns) else b""
+        if row and begin == 0:
+            self._add(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
+        left = len(seen.tail) - len(row)
+        if len(seen.tail.rstrip(b"\0")) - len(row) > _LONGEST_ROW:
+            place = Damage(seen.line, 1, begin + len(row), left, rows + bool(row), f"{left} bytes without a line end")
+            self._add(place, damage)
+            left = 0
+        return parse_rows(row, self.columns, self.codes), left
 
-    def _damaged(self, place: Damage, damage: list[Damage] | None) -> None:
+    def _add(self, place: Damage, damage: list[Damage] | None) -> None:
         if damage is None:
-            self._refuse(place.line, place.reason)
-        add(damage, place)
+            advice = "damaged; palpate check counts what can still be read, palpate check --repair takes the rest out"
+            raise RecordingError(self.path, f"{place.reason}: {advice}", place.line)
+        if damage and damage[-1].offset + damage[-1].bytes == place.offset:  # it makes the last one longer
+            last = damage.pop()
+            place = last._replace(lines=last.lines + place.lines, bytes=last.bytes + place.bytes)
+        damage.append(place)
 
-    def _refuse(self, line: int, reason: str) -> NoReturn:
-        advice = "damaged; palpate check counts what can still be read, palpate check --repair takes the rest out"
-        raise RecordingError(self.path, f"{reason}: {advice}", line)
+
+def is_own(path: Path) -> bool:
+    """Return whether a file is a recording made by palpate.
+
+    Its first line is the header. If it has a sidecar, the header may be damaged, as long as there are rows; or it was
+    stopped before its first row.
+    """
+    begin = begin_of(path, _BEGIN)
+    first, *others = begin.split(b"\n")
+    if first.removesuffix(b"\r") in HEADERS:
+        return True
+    try:
+        if sidecar.load(path) is None:
+            return False
+    except RecordingError:
+        return False
+    stopped = any(header.startswith(begin.rstrip(b"\0")) for header in HEADERS)
+    return stopped or columns_of([b"", *others]) is not None
 
 
-_ROUNDED_PF = 1e-3
-_MOVED_S = 0.005  # a wall clock that NTP holds moves less in an hour
+def begin_of(path: Path, most: int) -> bytes:
+    """Return the first bytes of what is in a file; RecordingError if it cannot be read."""
+    try:
+        with opened(path) as file:
+            return file.read(most)
+    except OSError as error:
+        raise RecordingError(path, f"cannot be read: {error.strerror or error}") from error

@@ -8,9 +8,10 @@ import os
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from threading import Event, Thread
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,31 +19,21 @@ from palpate._core import SampleRing
 from palpate.epoch import at
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
-from palpate.recording.remarks import Remarks, marked
-from palpate.recording.writer import Writer
-from palpate.samples import DTYPE, Block, Sample, samples_of
+from palpate.recording.session import Plan
+from palpate.recording.sidecar import marked
+from palpate.recording.writer import SidecarFile, Writer, unwritable
+from palpate.samples import DTYPE, Block, Sample, block_of, samples_of
 
 FLUSH_S, SYNC_S = 0.1, 1.0
 CAPACITY = 32768  # samples: a disk may hang for 14 minutes at 38 pairs a second
-_HANGS_S, _MOST = (
-    3.0,
-    2**20,
-)  # a disk may hang so long at any rate that the instrument says, if that are not more samples
+_HANGS_S, _MOST = 3.0, 2**20  # a disk may hang so long at any rate, if that are not more samples
 
 
-class Earlier(NamedTuple):
-    """Samples that were read before a recording began, and from where they begin; "": there is nothing to say."""
-
-    block: Block
-    note: str
-
-
-class Recorder(Remarks):
+class Recorder:
     """Writes a recording while it is measured.
 
-    If the file is removed, renamed, replaced, or changed by another program, or its disk fails, `error` is set, and
-    all rows that can still be had and the samples until the end go to a rescue recording: NAME.rescued.csv, beside it
-    or in a new folder for temporary files. A full disk has none.
+    If the file is removed, renamed, replaced, or changed by another program, or its disk fails or is full, `error` is
+    set, and nothing more is written: it says how many rows are on the disk.
 
     Parameters
     ----------
@@ -59,6 +50,10 @@ class Recorder(Remarks):
 
     Attributes
     ----------
+    path : pathlib.Path
+        NAME.csv, absolute.
+    first_s : float or None
+        Time of the first sample of the recording, s; None: there is none yet.
     conditions : list of dict
         What the source measured beside the samples so far; a longer list takes its place. It goes to the sidecar with
         each checkpoint, and at the end.
@@ -94,16 +89,18 @@ class Recorder(Remarks):
         zero_ns: Callable[[], int | None] = lambda: None,
     ) -> None:
         document = sidecar.fresh(device, settings, list(notes))
-        self._clock: dict[str, int] = document["clock"]
+        self.path: Path = Path(path).absolute()
+        self.first_s: float | None = None
         self.conditions: list[dict[str, float]] = []
+        self.popped: Callable[[], None] = lambda: None
+        self._clock: dict[str, int] = document["clock"]
         self._find_zero: Callable[[], int | None] | None = zero_ns
-        self.popped: Callable[[], None] = _nobody
         self._ring = SampleRing(capacity_for(device))
-        self._earlier: Earlier | None = None
+        self._earlier: tuple[Block, str] | None = None  # samples that were read before, and from where they begin
         self._last: Sample | None = None  # in the ring
         self._gaps: deque[dict[str, Any]] = deque()
-        self._wake = Event()
-        super().__init__(Writer(Path(path).absolute(), document))
+        self._wake, self._closing = Event(), False
+        self._writer = Writer(self.path, document)
         self._thread = Thread(target=self._run, name="palpate-recorder", daemon=True)
         self._thread.start()
 
@@ -115,12 +112,12 @@ class Recorder(Remarks):
     @property
     def rows(self) -> int:
         """Number of rows in the file."""
-        return self._writer.rows
+        return self._writer.written.rows
 
     @property
     def dropped(self) -> int:
         """Number of samples that are not in the file: the disk was too slow or failed, or another program cut it."""
-        waiting = len(self._ring) if self._writer.stopped else 0
+        waiting = len(self._ring) if self.error else 0
         return self._ring.dropped + self._writer.missing + waiting
 
     @property
@@ -149,15 +146,11 @@ class Recorder(Remarks):
             self._begin_clock(int(earlier["t_hard_ns"][0]))
             self._last = samples_of(earlier[-1:])[0]
         self._gaps.extend(marks)
-        self._earlier = Earlier(earlier, note)
+        self._earlier = earlier, note
 
     def push(self, sample: Sample) -> bool:
         """Add a sample; return whether there was room. To be called from one thread only."""
-        self._begin_clock(sample.t_hard_ns)
-        taken = self._ring.push(sample)
-        self._last = sample if taken else self._last
-        self._wake_writer()
-        return taken
+        return self.push_many(block_of([sample])) == 1
 
     def push_many(self, block: Block) -> int:
         """Add consecutive samples; return for how many, the first ones, there was room. From the thread of `push`."""
@@ -165,16 +158,56 @@ class Recorder(Remarks):
             self._begin_clock(int(block["t_hard_ns"][0]))
         taken = self._ring.push_many(block)
         self._last = samples_of(block[taken - 1 : taken])[0] if taken else self._last
-        self._wake_writer()
+        if self.is_behind:
+            self._wake.set()
         return taken
 
     def gap(self, text: str) -> None:
-        """Mark that from the next sample on the baseline before does not hold; from the thread that pushes.
+        """Mark that the earlier baseline is not valid from the next sample on; from the thread that pushes.
 
-        The mark is at the last sample before it, as that of a tare, and is in the sidecar before any later row is in the
+        The mark is at the last sample before it, as for a tare, and is in the sidecar before any later row is in the
         file.
         """
         self._gaps.append(marked(text, self._last, tare=True, gap=True))
+
+    def note(self, text: str) -> None:
+        """Add a note to the sidecar; from any thread.
+
+        Raises
+        ------
+        ValueError
+            There is no room for more notes in this recording, which goes on; or it is closed.
+        RecordingError
+            The sidecar cannot be written.
+        """
+        self._change(lambda file: file.add("notes", text))
+
+    def mark(self, text: str, sample: Sample | None, **more: Any) -> int:
+        """Add a mark at a sample to the sidecar; return its number, from 1. Errors as in `note`."""
+        return int(self._change(lambda file: file.add("marks", marked(text, sample, **more))))
+
+    def mark_at(self, t_s: float, text: str) -> int:
+        """Add a mark at a time, s, as `mark`; ValueError, too, if the recording began later."""
+        if self.first_s is None or not t_s >= self.first_s:
+            begins = "it has no row yet" if self.first_s is None else f"from {self.first_s:.3f} s on, where it begins"
+            raise ValueError(f"mark: got {t_s:.3f} s, allowed: a time that is in the recording: {begins}")
+        return int(self._change(lambda file: file.add("marks", {"t_s": t_s, "text": text})))
+
+    def rename_mark(self, number: int, text: str) -> None:
+        """Give a mark another text; ValueError, too, if there is no such mark, or it is a tare or a gap."""
+        self._change(lambda file: file.rename(number, text))
+
+    def session(self, plan: Plan) -> None:
+        """Store what is touched; it goes to the sidecar with the next checkpoint, and at the end. Errors as in `note`."""
+        self._change(lambda file: file.set("session", plan.as_dict()))
+
+    def _change(self, change: Callable[[SidecarFile], Any]) -> Any:
+        if self._closing:
+            raise ValueError(f"{self.path.name}: got a change of a closed recording, allowed: until it is closed")
+        try:
+            return change(self._writer.sidecar)
+        except OSError as error:
+            raise unwritable(self.path, error) from error
 
     def close(self, counters: Callable[[], dict[str, int]] = dict, error: str | None = None) -> None:
         """Write the remaining samples and the end of the sidecar, and close the file.
@@ -189,7 +222,7 @@ class Recorder(Remarks):
         Raises
         ------
         RecordingError
-            The end cannot be written, or the rescue recording failed, too.
+            The end cannot be written.
         """
         if self._closing:
             return
@@ -214,19 +247,15 @@ class Recorder(Remarks):
             self._clock = {**self._clock, "zero_monotonic_ns": zero_ns, "zero_utc_ns": at(zero_ns).utc_ns}
         self._find_zero = None
 
-    def _wake_writer(self) -> None:
-        if self.is_behind:
-            self._wake.set()
-
     def _run(self) -> None:
         waiting = np.empty(self._ring.capacity, DTYPE)
         synced, closing = time.monotonic(), False
-        while not closing and not self._writer.stopped:
+        while not closing and not self.error:
             closing = self._closing
             count = self._ring.pop_many(waiting)
             self.popped()
             while self._gaps:
-                self._writer.mark(self._gaps.popleft())
+                self._writer.attempt(partial(self._writer.sidecar.add, "marks", self._gaps.popleft()))
             self._write_earlier()  # after the pop: what was popped came later
             self._writer.write(waiting[:count])
             if closing or time.monotonic() - synced >= SYNC_S:
@@ -239,22 +268,19 @@ class Recorder(Remarks):
 
     def _write_earlier(self) -> None:
         if self._earlier:
-            if self._earlier.note:
-                self._writer.note(self._earlier.note)
-            self._writer.write(self._earlier.block)
+            block, note = self._earlier
+            if note:
+                self._writer.attempt(lambda: self._writer.sidecar.put(note))
+            self._writer.write(block)
             self._earlier = None
 
 
-def capacity_for(device: Mapping[str, Any]) -> int:
-    """Return the room for the samples of an instrument: those of 3 s, at least 32768.
+def capacity_for(device: Mapping[str, Any], seconds: float = _HANGS_S, least: int = CAPACITY) -> int:
+    """Return the room for the samples that an instrument takes in some seconds.
 
     Examples
     --------
     >>> capacity_for({}), capacity_for({"period_s": 1e-5})
     (32768, 300000)
     """
-    return min(max(CAPACITY, round(_HANGS_S / float(device.get("period_s", _HANGS_S)))), _MOST)
-
-
-def _nobody() -> None:
-    """Wake nobody."""
+    return min(max(least, round(seconds / float(device.get("period_s", seconds)))), _MOST)

@@ -1,19 +1,23 @@
 """A recording in memory: both channels as arrays."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any, NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.extras import display
+from palpate.frames import Framed
 from palpate.recording.session import Plan
-from palpate.tables.readers.outgoing import Framed
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
     from palpate.touch import Touches
+
+
+_ARRAYS = ("t_hard_s", "t_soft_s", "hard", "soft")
 
 
 class Mark(NamedTuple):
@@ -48,13 +52,13 @@ class Recording(Framed):
     notes : tuple of str
         Remarks on the data: rows without a value, an incomplete last row, times that go back.
     full_scale_pF : float
-        Readings of this magnitude are saturated: that of the AD7746 in palpate's own files, else inf.
+        Readings of this magnitude are saturated: the range of the AD7746 in palpate's own files, else inf.
     host_stamps : bool
-        Whether the times are those of the arrival at the computer; False if it is not known.
+        Whether the computer stamped the samples when they arrived; False if it is not known.
     doubts : tuple of str
         Those of the notes that say that the file is not as it was written: results may be wrong.
     gap_rows : tuple of int
-        Rows from which on the baseline before does not hold, from 1: the board was opened again, or its range moved.
+        Rows from which on the earlier baseline is not valid, from 1: the board was opened again, or its range moved.
     zero_utc_ns : int or None
         UTC of t = 0, ns since 1970, by the wall clock of the computer that recorded; None: unknown.
     understood : str
@@ -98,21 +102,38 @@ class Recording(Framed):
         return len(self.hard)
 
     def __getitem__(self, span: slice) -> "Recording":
-        """Return the part between two times, s."""
-        from palpate.recording.part import part
+        """Return the pairs whose hard reading is at `span.start` or later, and before `span.stop`, s.
 
-        return part(self, span)
+        Raises
+        ------
+        TypeError
+            Not a slice of seconds: whole numbers may be meant as rows.
+        ValueError
+            The recording has no times, or there is no pair between these.
+        """
+        begin, end = _seconds(span)
+        length_s = self.duration.total_seconds()  # an error without times
+        inside = (self.t_hard_s >= begin) & (self.t_hard_s < end)
+        if not inside.any() or -math.inf < begin < 0 <= self.t_hard_s[0]:  # a negative time, as if counted from the end
+            ends = f"{self.t_hard_s[0]:.3f} to {self.t_hard_s[0] + length_s:.3f} s" if len(self) else "none"
+            raise ValueError(f"recording[{begin}:{end}]: got no pair, allowed: times from {ends}")
+        before = np.append(0, np.cumsum(inside))  # how many pairs are kept before each row
+        gaps = sorted({int(before[row]) for row in self.gap_rows} - {0, len(self.hard[inside])})
+        note = f"the part {begin}:{end} s of a recording; other notes and doubts are of the whole"
+        return replace(
+            self,
+            **{name: getattr(self, name)[inside] for name in _ARRAYS},
+            gap_rows=tuple(gaps),
+            marks=tuple(mark for mark in self.marks if begin <= mark.t_s < end),
+            notes=(*self.notes, note),
+        )
 
     def __repr__(self) -> str:
         """Return what there is, in one line; the arrays are `hard`, `soft`, `t_hard_s` and `t_soft_s`."""
-        from palpate.display import text
-
-        return text.recording(self)
+        return str(display("text.recording", self))
 
     def _repr_html_(self) -> str:
-        from palpate.display import cards
-
-        return cards.recording(self)
+        return str(display("cards.recording", self))
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the change of both channels over time, pF, with the marks, and a dashed line at each gap.
@@ -131,19 +152,17 @@ class Recording(Framed):
         MissingExtra
             matplotlib is missing; type: pip install 'palpate[science]'.
         """
-        from palpate.display import plots
-
-        return plots.recording(self, ax)
+        return display("plots.recording", self, ax)
 
     def touches(self, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]) -> "Touches":
         """Return the touches, as `palpate.touches`."""
-        from palpate.touch import touches
+        from palpate.touch import tracked
 
-        return touches(self, scene=scene, **settings)
+        return tracked(self, scene=scene, **settings).touches
 
     def to_arrow(self) -> Any:
         """Return a pyarrow.Table of the four arrays; `palpate.read` makes the same recording of it, without notes and marks."""
-        from palpate.recording.exchange.frames import to_arrow
+        from palpate.recording.own_frame import to_arrow
 
         return to_arrow(self)
 
@@ -180,7 +199,7 @@ class Recording(Framed):
     def __post_init__(self) -> None:
         """Convert the fields to arrays, and check them."""
         size = np.size(self.hard)
-        for name in ("t_hard_s", "t_soft_s", "hard", "soft"):
+        for name in _ARRAYS:
             given: Any = getattr(self, name)
             array = np.asarray(np.ma.filled(given.astype(float), math.nan) if np.ma.isMaskedArray(given) else given)
             if array.dtype.kind not in "biuf":
@@ -188,3 +207,14 @@ class Recording(Framed):
             if array.shape != (size,):
                 raise ValueError(f"{name}: got shape {array.shape}, allowed: ({size},)")
             object.__setattr__(self, name, np.asarray(array, float))
+
+
+def _seconds(span: slice) -> tuple[float, float]:
+    is_span = isinstance(span, slice) and span.step is None
+    if not is_span or not all(isinstance(end, float | np.floating | None) for end in (span.start, span.stop)):
+        raise TypeError(
+            f"recording: got [{span!r:.60}], allowed: seconds with a point, as recording[2.0:5.0]; rows are those of the "
+            "arrays, as recording.hard[2:5]"
+        )
+    begin, end = -math.inf if span.start is None else span.start, math.inf if span.stop is None else span.stop
+    return float(begin), float(end)

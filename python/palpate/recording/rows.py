@@ -1,40 +1,116 @@
-"""Samples as text, one line for each sample, and back: without any loss of digits."""
+"""The rows of a recording: samples as text, one line for each sample, and back, without any loss of digits."""
 
+import math
 import re
 from codecs import BOM_UTF8
-from contextlib import suppress
-from decimal import Decimal, InvalidOperation
+from collections.abc import Mapping
+from decimal import Decimal
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate._core import OwnRows
+from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, ZERO_CODE
 from palpate.errors import quoted
-from palpate.recording.codes import MOST, Codes
 from palpate.samples import DTYPE, Block, Status
+
+LARGEST_CODE: int = 2**31 - 1
+"""Largest code that a sample can have."""
+LARGEST_STATUS = int(Status.LOST)
+"""The status is the last column and has one digit: so an incomplete line is always recognised."""
+
+
+class Codes(NamedTuple):
+    """What the codes of a converter mean; the default is the AD7746.
+
+    A code is an integer from 0: add an offset to the codes of a converter that gives negative ones, as `zero`.
+
+    Attributes
+    ----------
+    zero : int
+        The code of 0 pF, -(2**31) to 2**31 - 1.
+    per_pF : float
+        Codes for one pF, 1e-6 to 1e15.
+    largest : int
+        Largest code, 1 to 2**31 - 1.
+
+    Examples
+    --------
+    >>> fdc1004 = Codes(zero=2**23, per_pF=2**19, largest=2**24 - 1)
+    >>> fdc1004.pF(2**23 + 2**20)
+    2.0
+    >>> {"codes": fdc1004._asdict()}  # in the description of a source
+    {'codes': {'zero': 8388608, 'per_pF': 524288, 'largest': 16777215}}
+    """
+
+    zero: int = ZERO_CODE
+    per_pF: float = CODES_PER_PF
+    largest: int = LAST_CODE
+
+    def pF(self, code: int) -> float:
+        """Return the capacitance of a code; the readers of a recording compute the same bits."""
+        return (code - self.zero) / self.per_pF
+
+    def disagreement(self, name: str, code: int, value: float) -> str | None:
+        """Return what is wrong with a value and its code; None: there is no code, or the value is the one of the code."""
+        if code > self.largest:
+            return f"{name}_raw: got {code}, allowed: -1 to {self.largest}, as describe()['codes'] says"
+        if code < 0 or value == self.pF(code):
+            return None
+        return (
+            f"{name}: got {value!r} pF for the code {code}, allowed: {self.pF(code)!r}, (code - zero) / per_pF with "
+            f"describe()['codes'], by default those of the AD7746; or -1 in place of the code"
+        )
+
+
+def codes_of(device: Mapping[str, Any]) -> Codes:
+    """Return the scale of the codes from the description of an instrument.
+
+    Parameters
+    ----------
+    device : mapping
+        As from `Source.describe`; its key `codes` has `zero`, `per_pF` and `largest`.
+
+    Returns
+    -------
+    Codes
+        That of the AD7746 without such a key.
+
+    Raises
+    ------
+    ValueError
+        A part is missing, unknown, or outside its range.
+
+    Examples
+    --------
+    >>> codes_of({"codes": {"zero": 0, "per_pF": 1000, "largest": 65535}}).pF(1500)
+    1.5
+    """
+    given = device.get("codes", Codes()._asdict())
+    if not isinstance(given, Mapping) or set(given) != set(Codes._fields):
+        raise ValueError(f"codes: got {quoted(given)}, allowed: the keys {', '.join(Codes._fields)}")
+    found = Codes(**given)
+    for name, low in (("zero", -LARGEST_CODE - 1), ("largest", 1)):
+        if type(value := given[name]) is not int or not low <= value <= LARGEST_CODE:
+            raise ValueError(f"codes: {name}: got {quoted(value)}, allowed: an integer from {low} to {LARGEST_CODE}")
+    per_pF = found.per_pF
+    if isinstance(per_pF, bool) or not isinstance(per_pF, int | float) or not 1e-6 <= per_pF <= 1e15:
+        raise ValueError(f"codes: per_pF: got {quoted(per_pF)}, allowed: a number from 1e-6 to 1e15")
+    return found
+
 
 COLUMNS = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "t_uncertainty_us", "status")
 EARLIER = tuple(name for name in COLUMNS if name != "t_uncertainty_us")
 """Columns of recordings that were made before the uncertainty of the times was known; they are still read."""
-HEADER = ",".join(COLUMNS) + "\n"
-LARGEST_CODE, LARGEST_STATUS = MOST, int(Status.LOST)
-"""The status is the last column and has one digit: so an incomplete line is always recognised."""
+HEADERS = [",".join(columns).encode() for columns in (COLUMNS, EARLIER)]
+HEADER = HEADERS[0].decode() + "\n"
 
 _AD7746 = Codes()
 _OWN = OwnRows()
 # Two roundings of 2**-53 each: below this time rounding to the nearest ns is exact.
 _EXACT_S = 2**51 / 1e9
 _LATEST_S = 1e10  # a little more than 64-bit nanoseconds can hold (292 years)
-_LONGEST = 31  # characters of a time; numpy would silently truncate longer text
-
-_TEXT = [
-    ("seq", "i8"),
-    ("t_hard", f"S{_LONGEST + 1}"),
-    ("t_soft", f"S{_LONGEST + 1}"),
-    ("hard_raw", "i4"),
-    ("soft_raw", "i4"),
-]
-_TEXT += [("hard", "f8"), ("soft", "f8"), ("t_uncertainty_us", "i4"), ("status", "u1")]
+_LONGEST = 31  # characters of a time
 
 
 class RowError(ValueError):
@@ -65,18 +141,6 @@ def format_rows(block: Block) -> bytes:
     return _OWN.format(np.ascontiguousarray(block))
 
 
-def lines_of(data: bytes) -> list[bytes]:
-    r"""Split bytes at the line ends; those of Windows are understood.
-
-    Examples
-    --------
-    >>> lines_of(b"1\r\n2\n\n3")
-    [b'1', b'2', b'', b'3']
-    """
-    lines = data.split(b"\n")
-    return [line.removesuffix(b"\r") for line in (lines if lines[-1] else lines[:-1])]
-
-
 def columns_of(lines: list[bytes]) -> tuple[str, ...] | None:
     r"""Return the columns of a recording from its first lines: from its header, else from the first row; None: neither.
 
@@ -85,12 +149,13 @@ def columns_of(lines: list[bytes]) -> tuple[str, ...] | None:
     >>> columns_of([HEADER.encode()]) == COLUMNS, columns_of([b"7,0.026,0.039,-1,-1,0,2.5,0"]) == EARLIER, columns_of([b""])
     (True, True, None)
     """
-    for columns in (COLUMNS, EARLIER):
-        if lines[0].rstrip(b"\r\n") == ",".join(columns).encode():
-            return columns
-    found = (columns for line in lines for columns in (COLUMNS, EARLIER)
-             if unreadable(line.removesuffix(b"\r"), columns) is None)  # fmt: skip
-    return next(found, None)
+    if (first := lines[0].rstrip(b"\r\n")) in HEADERS:
+        return (COLUMNS, EARLIER)[HEADERS.index(first)]
+    for line in lines:
+        for columns in (COLUMNS, EARLIER):
+            if unreadable(line.removesuffix(b"\r"), columns) is None:
+                return columns
+    return None
 
 
 def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | None = _AD7746) -> Block:
@@ -121,73 +186,15 @@ def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | N
 
 
 def parse_any_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | None = _AD7746) -> Block:
-    """Return lines as samples as `parse_rows`, also those that palpate never writes, and say what is wrong with others."""
-    if not data:
-        return np.zeros(0, DTYPE)
-    # numpy takes more bytes for blanks than `unreadable`
-    if not data.translate(None, _USED + b"\r\n") and data.count(b"\r") == data.count(b"\r\n"):
-        text = data.decode("ascii").splitlines()
-        with suppress(ValueError, InvalidOperation):
-            return _parsed(text, columns, scale)
-        with suppress(ValueError, InvalidOperation):
-            return _parsed([_EMPTY.sub(",nan", line) for line in text], columns, scale)
-    wrong = ((number, reason) for number, line in enumerate(lines_of(data)) if (reason := unreadable(line, columns)))
-    raise RowError(*next(wrong, (0, "not rows of a recording")))
-
-
-_EMPTY = re.compile(",(?=,)")  # spreadsheets write nan as an empty cell
-_USED = b"0123456789+-., \tabcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-
-
-def _parsed(lines: list[str], columns: tuple[str, ...], scale: Codes | None) -> Block:
-    if "" in lines:
-        raise ValueError("an empty line")
-    kinds = [kind for name, kind in zip(COLUMNS, _TEXT, strict=True) if name in columns]
-    text = np.loadtxt(lines, dtype=kinds, delimiter=",", comments=None, ndmin=1)
-    uncertainty = text["t_uncertainty_us"] if columns == COLUMNS else np.array([-1])
-    codes = np.minimum(text["hard_raw"], text["soft_raw"])
-    if (
-        len(text) != len(lines)
-        or (text["status"] > LARGEST_STATUS).any()
-        or (text["seq"] < 0).any()
-        or min(codes.min(), uncertainty.min()) < -1
-    ):
-        raise ValueError
-    block = np.zeros(len(text), DTYPE)
-    for name in ("seq", "hard_raw", "soft_raw", "status"):
-        block[name] = text[name]
-    block["t_uncertainty_us"] = uncertainty
-    if scale is None:
-        block["hard_raw"] = block["soft_raw"] = -1
-    for name in ("hard", "soft"):
-        block[f"t_{name}_ns"] = _nanoseconds(text[f"t_{name}"])
-        block[name] = capacitances(block[f"{name}_raw"], text[name], scale or _AD7746)
+    """As `parse_rows`, in Python: also for rows that palpate never writes; the error says what is wrong with a line."""
+    lines = data.removesuffix(b"\n").split(b"\n") if data else []
+    block = np.zeros(len(lines), DTYPE)
+    for number, line in enumerate(lines):
+        try:
+            block[number] = _row(line.removesuffix(b"\r"), columns, scale)
+        except ValueError as error:
+            raise RowError(number, str(error)) from None
     return block
-
-
-def capacitances(
-    codes: NDArray[np.integer], written: NDArray[np.float64], scale: Codes = _AD7746
-) -> NDArray[np.float64]:
-    """Return the capacitances of the codes, pF; without a code the written value. All nan have the same bits."""
-    readings = np.where(codes >= 0, (codes.astype(np.int64) - scale.zero) / scale.per_pF, written)
-    readings[np.isnan(readings)] = np.nan
-    return readings
-
-
-def _nanoseconds(seconds: NDArray[np.bytes_]) -> NDArray[np.int64]:
-    approximate = seconds.astype(np.float64)
-    if not (np.abs(approximate) < _LATEST_S).all() or (np.char.str_len(seconds) > _LONGEST).any():
-        raise ValueError("time")
-    if np.abs(approximate).max() < _EXACT_S:
-        return np.rint(approximate * 1e9).astype(np.int64)
-    return np.array([_exactly(text.decode()) for text in seconds], np.int64)
-
-
-def _exactly(text: str) -> int:
-    ns = int(Decimal(text).scaleb(9))
-    if not -(2**63) <= ns < 2**63:
-        raise ValueError("time")
-    return ns
 
 
 def unreadable(line: bytes, columns: tuple[str, ...] = COLUMNS) -> str | None:
@@ -200,15 +207,10 @@ def unreadable(line: bytes, columns: tuple[str, ...] = COLUMNS) -> str | None:
     >>> unreadable(BOM_UTF8 + HEADER.encode())
     'begins with a byte order mark, put there by another program'
     """
-    if zeros := line.count(b"\0"):
-        return f"got {zeros} zero bytes, allowed: text"
-    if line.startswith(BOM_UTF8):
-        return "begins with a byte order mark, put there by another program"
-    if (cells := line.count(b",") + 1) != len(columns):
-        return f"got {cells} cells, allowed: {len(columns)}"
-    for name, cell in zip(columns, line.decode("latin-1").split(","), strict=True):
-        if not _fits(name, cell):
-            return f"{quoted(cell)} is not a valid value for column {name}"
+    try:
+        _row(line, columns, None)
+    except ValueError as error:
+        return str(error)
     return None
 
 
@@ -225,23 +227,57 @@ def is_whole(line: bytes, columns: tuple[str, ...] = COLUMNS) -> bool:
 
 _WHOLE = re.compile(r"[ \t]*[+-]?[0-9]+[ \t]*")
 _REAL = re.compile(r"[ \t]*[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)(e[+-]?[0-9]+)?[ \t]*", re.IGNORECASE)
-_NO_NUMBER = re.compile(r"[ \t]*[+-]?(nan|inf|infinity)[ \t]*|", re.IGNORECASE)
-
-
-def _fits(name: str, cell: str) -> bool:
-    try:
-        if name.endswith("_pF"):
-            return bool(_REAL.fullmatch(cell) or _NO_NUMBER.fullmatch(cell))
-        if name.endswith("_s"):
-            return bool(_REAL.fullmatch(cell)) and len(cell) <= _LONGEST and _is_time(cell)
-        return _WHOLE.fullmatch(cell) is not None and _LOWEST.get(name, 0) <= int(cell) <= _HIGHEST[name]
-    except (ValueError, InvalidOperation):
-        return False
-
-
+_NO_NUMBER = re.compile(
+    r"[ \t]*[+-]?(nan|inf|infinity)[ \t]*|", re.IGNORECASE
+)  # spreadsheets write nan as an empty cell
 _LOWEST = {"hard_raw": -1, "soft_raw": -1, "t_uncertainty_us": -1}
 _HIGHEST = dict.fromkeys(_LOWEST, LARGEST_CODE) | {"seq": 2**63 - 1, "status": LARGEST_STATUS}
 
 
-def _is_time(cell: str) -> bool:
-    return abs(float(cell)) < _LATEST_S and isinstance(_exactly(cell), int)
+def _row(line: bytes, columns: tuple[str, ...], scale: Codes | None) -> tuple[Any, ...]:
+    """Return a line as the fields of a sample; ValueError with the reason if it is not a row."""
+    cells = _cells(line, len(columns))
+    found: dict[str, Any] = {"t_uncertainty_us": -1}
+    for name, cell in zip(columns, cells, strict=True):
+        found[name] = _value(name, cell)
+        if found[name] is None:
+            raise ValueError(f"{quoted(cell)} is not a valid value for column {name}")
+    for name in ("hard", "soft"):
+        if scale is None:
+            found[f"{name}_raw"] = -1
+        elif (code := found[f"{name}_raw"]) >= 0:
+            found[f"{name}_pF"] = scale.pF(code)
+    order = ("seq", "t_hard_s", "t_soft_s", "hard_raw", "soft_raw", "hard_pF", "soft_pF", "status", "t_uncertainty_us")
+    return tuple(found[name] for name in order)
+
+
+def _cells(line: bytes, many: int) -> list[str]:
+    if zeros := line.count(b"\0"):
+        raise ValueError(f"got {zeros} zero bytes, allowed: text")
+    if line.startswith(BOM_UTF8):
+        raise ValueError("begins with a byte order mark, put there by another program")
+    cells = line.decode("latin-1").split(",")
+    if len(cells) != many:
+        raise ValueError(f"got {len(cells)} cells, allowed: {many}")
+    return cells
+
+
+def _value(name: str, cell: str) -> float | None:
+    """Return the value of a cell, a time in ns; None: it is not valid."""
+    if name.endswith("_pF"):
+        if _NO_NUMBER.fullmatch(cell):
+            return float(cell) if "i" in cell.lower() else math.nan  # all nan have the same bits
+        return float(cell) if _REAL.fullmatch(cell) else None
+    if name.endswith("_s"):
+        return _nanoseconds(cell) if _REAL.fullmatch(cell) and len(cell) <= _LONGEST else None
+    if _WHOLE.fullmatch(cell) is None or len(cell) > 1000:
+        return None
+    return number if _LOWEST.get(name, 0) <= (number := int(cell)) <= _HIGHEST[name] else None
+
+
+def _nanoseconds(cell: str) -> int | None:
+    approximate = float(cell)
+    if abs(approximate) < _EXACT_S:
+        return round(approximate * 1e9)
+    ns = int(Decimal(cell).scaleb(9)) if abs(approximate) < _LATEST_S else 2**63
+    return ns if -(2**63) <= ns < 2**63 else None

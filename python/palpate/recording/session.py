@@ -1,10 +1,8 @@
 """What was touched: the specimens, which touch is on which of them, which are left out, and notes; from the sidecar."""
 
-from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass, fields
-from math import isnan
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeGuard, cast
 from unicodedata import category
 
 from palpate.errors import quoted
@@ -141,21 +139,16 @@ class Plan:
         """Return the plan as the entry `session` of a sidecar."""
         return {name: list(part) if isinstance(part, tuple) else part for name, part in asdict(self).items()}
 
-    def of(self, touch: "Touch", period_s: float = PERIOD_S) -> Entry | None:
-        """Return the entry of a touch: the one whose begin is nearest, within the length of the touch; None: there is none.
+    def matched(self, touches: "Sequence[Touch]", period_s: float = PERIOD_S) -> list[Entry | None]:
+        """Return the entry of each touch, whose begin is nearest, within the length of the touch; None: there is none.
 
-        `matched` does the same for all touches of a recording, each entry with one touch at most.
+        An entry belongs to one touch: the one that is nearest to it.
 
         Parameters
         ----------
-        touch : Touch
+        touches : sequence of Touch
         period_s : float
-            Time from pair to pair, s: it makes a length of the samples of the touch.
-        """
-        return self.matched([touch], period_s)[0]
-
-    def matched(self, touches: "Sequence[Touch]", period_s: float = PERIOD_S) -> list[Entry | None]:
-        """Return the entry of each touch, as `of`; an entry belongs to the touch that is nearest to it.
+            Time from pair to pair, s: it makes a length of the samples of a touch.
 
         Examples
         --------
@@ -165,24 +158,18 @@ class Plan:
         >>> [entry and entry.specimen for entry in plan.matched(touches)]
         [None, '70 OO', None, None]
         """
-        found: list[Entry | None] = [None] * len(touches)
-        used = set[int]()
-        for _, at, number in sorted(self._near(touches, period_s)):
-            if found[at] is None and number not in used:
+        near = []
+        for at, touch in enumerate(touches):
+            length_s = (touch.samples + touch.saturated + touch.refused) * period_s
+            for number, entry in enumerate(self.touches):
+                if (apart_s := abs(entry.start_s - touch.start_s)) <= length_s:  # false for nan, without times
+                    near.append((apart_s, at, number))
+        found, used = dict[int, Entry](), set[int]()
+        for _, at, number in sorted(near):
+            if at not in found and number not in used:
                 found[at] = self.touches[number]
                 used.add(number)
-        return found
-
-    def _near(self, touches: "Sequence[Touch]", period_s: float) -> Iterator[tuple[float, int, int]]:
-        """Yield the distance, s, of each touch and each entry within its length, with their positions."""
-        order = sorted(range(len(self.touches)), key=lambda number: self.touches[number].start_s)
-        starts = [self.touches[number].start_s for number in order]
-        for at, touch in enumerate(touches):
-            begin_s, length_s = touch.start_s, (touch.samples + touch.saturated + touch.refused) * period_s
-            if isnan(begin_s):  # a table without times
-                continue
-            for place in range(bisect_left(starts, begin_s - length_s), bisect_right(starts, begin_s + length_s)):
-                yield abs(starts[place] - begin_s), at, order[place]
+        return [found.get(at) for at in range(len(touches))]
 
 
 _MOST = {"specimens": MOST_SPECIMENS, "touches": MOST_TOUCHES, "notes": MOST_NOTES}
@@ -204,46 +191,33 @@ def plan_of(document: Mapping[str, Any]) -> Plan:
     >>> plan_of({}) == Plan()
     True
     """
-    given = _known("session", document.get("session", {}), Plan)
-    parts = {name: _parts(name, given[name], kind) for name, kind in _KINDS.items() if name in given}
-    try:
-        return Plan(**{**given, **parts})
-    except ValueError as error:
-        raise ValueError(f"session: {error}") from error
+    return cast("Plan", _made("session", document.get("session", {}), Plan))
 
 
-def _parts(name: str, given: Any, kind: type[Any]) -> tuple[Any, ...]:
-    if not isinstance(given, list):
-        raise ValueError(f"session: {name}: got {quoted(given)}, allowed: a list")  # noqa: TRY004  of a file
-    return tuple(_part(f"{name}, {place}", each, kind) for place, each in enumerate(given, 1))
-
-
-def _part(place: str, given: Any, kind: type[Any]) -> Any:
-    known = _known(f"session: {place}", given, kind)
+def _made(place: str, given: Any, kind: type[Any]) -> Any:
+    """Return a dataclass made of names and values, and of lists of them; ValueError with the place of what is wrong."""
+    if not isinstance(given, Mapping):
+        raise ValueError(f"{place}: got {quoted(given)}, allowed: names and values")  # noqa: TRY004  of a file
+    known = {each.name: given[each.name] for each in fields(kind) if each.name in given}
     if missing := [each.name for each in fields(kind) if each.default is MISSING and each.name not in known]:
-        raise ValueError(f"session: {place}: got no {missing[0]}, allowed: one in each")
+        raise ValueError(f"{place}: got no {missing[0]}, allowed: one in each")
+    for name, part in _KINDS.items() if kind is Plan else ():
+        each = known.get(name, [])
+        if not isinstance(each, list):
+            raise ValueError(f"{place}: {name}: got {quoted(each)}, allowed: a list")  # noqa: TRY004  of a file
+        known[name] = tuple(_made(f"{place}: {name}, {at}", one, part) for at, one in enumerate(each, 1))
     try:
         return kind(**known)
     except ValueError as error:
-        raise ValueError(f"session: {place}: {error}") from error
-
-
-def _known(place: str, given: Any, kind: type[Any]) -> dict[str, Any]:
-    if not isinstance(given, Mapping):
-        raise ValueError(f"{place}: got {quoted(given)}, allowed: names and values")  # noqa: TRY004  of a file
-    return {each.name: given[each.name] for each in fields(kind) if each.name in given}
+        raise ValueError(f"{place}: {error}") from error
 
 
 def _require_text(name: str, text: object, most: int, *, least: int = 0, lines: bool = False) -> None:
     if not isinstance(text, str) or not least <= len(text) <= most:
         raise ValueError(f"{name}: got {quoted(text)}, allowed: a text of {least} to {most} characters")
-    plain = text.replace("\n", "") if lines else text
-    if not plain.isprintable() and (odd := next((mark for mark in plain if not _is_shown(mark)), None)):
+    odd = next((mark for mark in text if category(mark) in _NOT_SHOWN and not (lines and mark == "\n")), None)
+    if odd:
         raise ValueError(f"{name}: got the character {odd!a}, allowed: characters that can be shown")
-
-
-def _is_shown(mark: str) -> bool:
-    return category(mark)[0] != "C" and category(mark) not in ("Zl", "Zp")
 
 
 def _require_time(name: str, value: object) -> None:
@@ -256,3 +230,4 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 
 _LARGEST = 1e18  # also false for nan
+_NOT_SHOWN = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})  # categories of Unicode

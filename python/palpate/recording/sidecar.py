@@ -8,7 +8,6 @@ import math
 import platform
 import time
 import zlib
-from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,16 +15,14 @@ from typing import Any, NamedTuple
 from palpate._core import __version__
 from palpate.errors import RecordingError, quoted, shortened
 from palpate.files import read_bytes, replacing
-from palpate.recording.codes import codes_of
-from palpate.recording.session import plan_of
+from palpate.recording.rows import codes_of
+from palpate.recording.session import Plan, plan_of
+from palpate.samples import Sample
 from palpate.systems import require_file_name
 from palpate.tables.packed import unpacked_name
 
 BEGUN = "begun after "
 """First words of the note that a recording was started later than the measurement."""
-RESCUED = "rescued: "
-"""First word of the notes of a rescue recording."""
-AGAIN = "the sidecar was removed while it was recorded, and is written again"
 SCHEMA = "palpate-recording-2"
 SCHEMAS = ("palpate-recording-1", SCHEMA)
 """Those that can be read: the first one has no checkpoint and no checksum of its own."""
@@ -33,8 +30,6 @@ LARGEST = 4_000_000
 """Bytes of a sidecar, at most."""
 MOST_MARKS = 10_000
 """Marks, and notes, at most."""
-MOST_LEVELS = 32
-"""Levels of lists and objects in others, at most."""
 _SUM = '"sidecar_crc32": "'
 
 
@@ -169,60 +164,67 @@ def parsed(path: Path, data: bytes) -> Loaded:
     try:
         text = data.decode()
         document = json.loads(text)
+        _plain(document)  # nested too deeply to be written again: refused, too
     except (ValueError, RecursionError) as error:
         raise RecordingError(path, f"not JSON: {error}") from error
     if not isinstance(document, dict) or document.get("schema") not in SCHEMAS:
         raise RecordingError(path, f"not the sidecar of a recording: no schema {' or '.join(SCHEMAS)} in it")
-    if wrong := next(_wrong(document), None):
-        raise RecordingError(path, f"not the sidecar of a recording: {wrong}")
+    try:
+        _require_valid(document)
+    except ValueError as error:
+        raise RecordingError(path, f"not the sidecar of a recording: {error}") from error
     document.pop("sidecar_crc32", None)
     return Loaded(document, is_intact(text))
 
 
-def _wrong(document: dict[str, Any]) -> Iterator[str]:
-    """Yield the first invalid one of the parts that are used in computations."""
+def _require_valid(document: dict[str, Any]) -> None:
+    """Raise ValueError with the first invalid one of the parts that are used in computations."""
     for name, kind in _PARTS.items():
-        if not isinstance(document.get(name, {} if name in _OPTIONAL else None), kind):
-            yield f"{name}: got {quoted(document.get(name))}, allowed: {'a list' if kind is list else 'names and values'}"
-            return
-        if kind is list and len(document[name]) > MOST_MARKS:
-            yield f"{name}: got {len(document[name])}, allowed: {MOST_MARKS} at most"
-            return
-    if is_deep(document):
-        yield f"got lists or objects deeper than {MOST_LEVELS} in others, allowed: {MOST_LEVELS} levels"
-        return
+        part: Any = document.get(name, {} if name in _OPTIONAL else None)
+        if not isinstance(part, kind):
+            allowed = "a list" if kind is list else "names and values"
+            raise ValueError(f"{name}: got {quoted(part)}, allowed: {allowed}")  # noqa: TRY004  of a file
+        if kind is list and len(part) > MOST_MARKS:
+            raise ValueError(f"{name}: got {len(part)}, allowed: {MOST_MARKS} at most")
     full_scale = document["device"].get("full_scale_pF", math.inf)
-    full_scale = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
-    if isinstance(full_scale, bool) or not isinstance(full_scale, int | float) or not _usable(full_scale):
-        yield f"full_scale_pF: got {quoted(full_scale)}, allowed: above 0, a number of 64 bits or inf"
-    try:
-        codes_of(document["device"])
-        plan_of(document)
-    except ValueError as error:
-        yield str(error)
+    number: Any = _INFINITE.get(full_scale, full_scale) if isinstance(full_scale, str) else full_scale
+    if type(number) not in (int, float) or not number > 0 or (type(number) is int and number >= 2**63):
+        raise ValueError(f"full_scale_pF: got {quoted(full_scale)}, allowed: above 0, a number of 64 bits or inf")
+    codes_of(document["device"])
+    plan_of(document)
 
 
-def _usable(full_scale: float) -> bool:
-    return full_scale > 0 and (isinstance(full_scale, float) or full_scale < 2**63)
-
-
-def is_deep(document: dict[str, Any]) -> bool:
-    """Return whether a value is deeper than `MOST_LEVELS` in others; without recursion."""
-    level: list[Any] = [document]
-    for _ in range(MOST_LEVELS):
-        level = [inner for value in level if isinstance(value, dict | list)
-                 for inner in (value.values() if isinstance(value, dict) else value)]  # fmt: skip
-    return bool(level)
-
-
-_PARTS: dict[str, type] = {"device": dict, "settings": dict, "notes": list, "marks": list}
 _OPTIONAL = ("clock", "session", "checkpoint", "end")
+_PARTS: dict[str, Any] = {"device": dict, "settings": dict, "notes": list, "marks": list}
 _PARTS |= dict.fromkeys(_OPTIONAL, dict)
 
 
 def told_of(document: dict[str, Any]) -> tuple[str, ...]:
-    """Return those notes of the recorder that every reader repeats: it began late, or it was disturbed."""
-    return tuple(str(note) for note in document.get("notes", []) if str(note).startswith((BEGUN, RESCUED, AGAIN)))
+    """Return the notes of the recorder that every reader repeats: the recording began late."""
+    return tuple(str(note) for note in document.get("notes", []) if str(note).startswith(BEGUN))
+
+
+def marked(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:
+    """Return a mark at a sample, as it is in the sidecar."""
+    where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
+    return {**where, "text": text, **more}
+
+
+def amend(path: Path, plan: Plan) -> None:
+    """Replace what was touched in the sidecar of a recording that has ended.
+
+    Raises
+    ------
+    RecordingError
+        The sidecar is gone, is no longer one, or cannot be written.
+    """
+    document = load(path)
+    if document is None:
+        raise RecordingError(sidecar_path(path), "is gone: the change of the session is in no file")
+    try:
+        save(sidecar_path(path), {**document, "session": plan.as_dict()})
+    except OSError as error:
+        raise RecordingError(path, f"cannot be written: {error.strerror}") from error
 
 
 def zero_of(document: dict[str, Any]) -> tuple[int | None, int | None]:
@@ -238,30 +240,31 @@ def tares_of(document: dict[str, Any]) -> frozenset[int]:
 
 
 def gaps_of(document: dict[str, Any]) -> list[tuple[int, str]]:
-    """Return those of `tares_of` that are before a gap in the measurement, each with what happened there."""
-    return [
-        (mark["seq"], shortened(str(mark.get("text", "")), 500)) for mark in _tares(document) if mark.get("gap") is True
-    ]
+    """Return the tares before a gap in the measurement: number of the sample, and what happened."""
+    return [(mark["seq"], _text_of(mark)) for mark in _tares(document) if mark.get("gap") is True]
 
 
 def marks_of(document: dict[str, Any]) -> list[tuple[float, str]]:
     """Return all marks: time of their sample, s (nan: unknown), and text."""
-    marks = [mark for mark in document.get("marks", []) if isinstance(mark, dict)]
-    return [(_time_of(mark), shortened(str(mark.get("text", "")), 500)) for mark in marks]
+    return [(_time_of(mark), _text_of(mark)) for mark in _marks(document)]
+
+
+def _marks(document: dict[str, Any]) -> list[dict[str, Any]]:
+    return [mark for mark in document.get("marks", []) if isinstance(mark, dict)]
+
+
+def _tares(document: dict[str, Any]) -> list[dict[str, Any]]:
+    tares = [mark for mark in _marks(document) if mark.get("tare") is True]
+    return [mark for mark in tares if type(mark.get("seq")) is int and 0 <= mark["seq"] < 2**63]
+
+
+def _text_of(mark: dict[str, Any]) -> str:
+    return shortened(str(mark.get("text", "")), 500)
 
 
 def _time_of(mark: dict[str, Any]) -> float:
     time_s: Any = mark.get("t_s")
-    is_number = isinstance(time_s, int | float) and not isinstance(time_s, bool)
-    return float(time_s) if is_number and abs(time_s) < _LATEST_S else math.nan
-
-
-_LATEST_S = 2**63 / 1e9
-
-
-def _tares(document: dict[str, Any]) -> list[dict[str, Any]]:
-    marks = [mark for mark in document.get("marks", []) if isinstance(mark, dict) and mark.get("tare") is True]
-    return [mark for mark in marks if isinstance(mark.get("seq"), int) and 0 <= mark["seq"] < 2**63]
+    return float(time_s) if type(time_s) in (int, float) and abs(time_s) < 2**63 / 1e9 else math.nan
 
 
 def settings_of(document: dict[str, Any]) -> dict[str, Any]:

@@ -3,11 +3,12 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate._core import OwnRows
-from palpate.recording.codes import Codes
+from palpate.recording.rows import Codes
 from palpate.samples import Block, Status, refused
+
+_OWN = OwnRows()
 
 
 @dataclass
@@ -19,13 +20,13 @@ class Survey:
     rows : int
         Number of rows.
     first_seq, last_seq : int or None
-        Numbers of the first and last sample.
+        Numbers of the first and the last sample.
     gaps, lost : int
         Number of gaps in `seq`, and of samples missing in them.
     disordered : int
-        Rows whose `seq` is not above that of the row before.
+        Rows whose `seq` is not above the one of the row before.
     backward : int
-        Rows whose time is before that of the row before.
+        Rows whose time is earlier than in the row before.
     refused, excitation, hard_saturated, soft_saturated : int
         Rows without a usable value; those of them with EXCERR of the converter; rows with a saturated channel.
     miscoded : int
@@ -78,56 +79,14 @@ class Survey:
 
     @property
     def told_pause(self) -> str:
-        """What to say of a pause without a mark, above a second and 20 periods; "": nothing."""
+        """A note on a pause without a mark, above a second and 20 periods; "" if there is none."""
         seconds, seq = self.pause
         if not seconds > max(1.0, 20 * self.period_s):
             return ""
         return (
             f"no sample for {seconds:.1f} s after sample {seq}, and no mark says why: if the board was opened again there, "
-            "the baseline before does not hold, and the touches after it may be wrong"
+            "the earlier baseline is not valid, and the touches after it may be wrong"
         )
-
-    def add(self, block: Block) -> None:
-        """Add the next block of samples."""
-        if not len(block):
-            return
-        if self.first_seq is None:
-            self.first_seq, self.first_ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
-        if not self._is_ordinary(block):
-            self._add_any(block)
-        self.rows += len(block)
-        self.last_seq, self.last_ns = int(block["seq"][-1]), int(block["t_hard_ns"][-1])
-
-    def _is_ordinary(self, block: Block) -> bool:
-        """Add a block without anything to count, all but its number of rows, in one pass; False: it is another one."""
-        found = None if self.marked else _OWN.ordinary(np.ascontiguousarray(block), self.largest_code)
-        seq, ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
-        if found is None or (self.last_seq is not None and (seq != self.last_seq + 1 or ns < self.last_ns)):
-            return False
-        pause_s, before, hard, soft = found
-        if self.last_seq is not None:
-            self._add_pause(ns / 1e9 - self.last_ns / 1e9, self.last_seq)
-        self._add_pause(pause_s, seq + before)
-        self._add_span("hard", *hard)
-        self._add_span("soft", *soft)
-        return True
-
-    def _add_any(self, block: Block) -> None:
-        seqs, times = (
-            np.append(np.array([last] if self.rows else [], np.int64), block[name])
-            for last, name in ((self.last_seq, "seq"), (self.last_ns, "t_hard_ns"))
-        )
-        self._add_order(seqs)
-        self._add_times(seqs, times)
-        self._add_values(block)
-
-    def _add_pause(self, seconds: float, seq: int) -> None:
-        if seconds > self.pause[0]:  # of equal ones the first, however the file is cut
-            self.pause = seconds, seq
-
-    def _add_span(self, name: str, low: float, high: float) -> None:
-        known = self.spans_pF.get(name, (np.inf, -np.inf))
-        self.spans_pF[name] = (min(known[0], low), max(known[1], high))
 
     @property
     def seconds(self) -> float:
@@ -140,21 +99,53 @@ class Survey:
         pairs = self.rows - 1 + self.lost
         return self.seconds / pairs if pairs > 0 else float("nan")
 
-    def _add_order(self, seqs: NDArray[np.int64]) -> None:
-        steps = np.diff(seqs)
-        gaps = steps[steps > 1].tolist()
-        self.gaps += len(gaps)
-        self.lost += sum(gaps) - len(gaps)
-        self.disordered += int(np.count_nonzero(steps < 1))
+    def add(self, block: Block) -> None:
+        """Add the next block of samples."""
+        if not len(block):
+            return
+        if self.first_seq is None:
+            self.first_seq, self.first_ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
+        if not self._is_ordinary(block):
+            self._add_steps(block)
+            self._add_values(block)
+        self.rows += len(block)
+        self.last_seq, self.last_ns = int(block["seq"][-1]), int(block["t_hard_ns"][-1])
 
-    def _add_times(self, seqs: NDArray[np.int64], times: NDArray[np.int64]) -> None:
+    def _is_ordinary(self, block: Block) -> bool:
+        """Fast path: True if the block has nothing to report, and its times and values were added."""
+        found = None if self.marked else _OWN.ordinary(np.ascontiguousarray(block), self.largest_code)
+        seq, ns = int(block["seq"][0]), int(block["t_hard_ns"][0])
+        if found is None or (self.last_seq is not None and (seq != self.last_seq + 1 or ns < self.last_ns)):
+            return False
+        pause_s, before, hard, soft = found
+        if self.last_seq is not None:
+            self._add_pause(ns / 1e9 - self.last_ns / 1e9, self.last_seq)
+        self._add_pause(pause_s, seq + before)
+        self._add_span("hard", *hard)
+        self._add_span("soft", *soft)
+        return True
+
+    def _add_pause(self, seconds: float, seq: int) -> None:
+        if seconds > self.pause[0]:  # of equal ones the first, however the file is cut
+            self.pause = seconds, seq
+
+    def _add_span(self, name: str, low: float, high: float) -> None:
+        known = self.spans_pF.get(name, (np.inf, -np.inf))
+        self.spans_pF[name] = (min(known[0], low), max(known[1], high))
+
+    def _add_steps(self, block: Block) -> None:
+        known = slice(0 if self.rows else 1, None)  # the last row before, if there is one
+        seqs = np.append(np.int64(self.last_seq or 0), block["seq"])[known]
+        times = np.append(np.int64(self.last_ns), block["t_hard_ns"])[known]
+        steps = np.diff(seqs)
+        self.gaps += int(np.count_nonzero(steps > 1))
+        self.lost += sum((steps[steps > 1] - 1).tolist())
+        self.disordered += int(np.count_nonzero(steps < 1))
         self.backward += int(np.count_nonzero(times[1:] < times[:-1]))  # a difference of integers can overflow
-        steps = np.diff(times / 1e9)
-        if len(steps):
-            if self.marked:
-                steps[np.isin(seqs[:-1], list(self.marked))] = 0.0
-            at = int(np.argmax(steps))
-            self._add_pause(float(steps[at]), int(seqs[at]))
+        pauses = np.where(np.isin(seqs[:-1], list(self.marked)), 0.0, np.diff(times / 1e9))
+        if len(pauses):
+            longest = int(np.argmax(pauses))
+            self._add_pause(float(pauses[longest]), int(seqs[longest]))
 
     def _add_values(self, block: Block) -> None:
         status = block["status"]
@@ -168,6 +159,3 @@ class Survey:
             values = block[name][np.isfinite(block[name])]
             if len(values):
                 self._add_span(name, float(values.min()), float(values.max()))
-
-
-_OWN = OwnRows()

@@ -8,11 +8,10 @@ from typing import Any
 
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.integrity import SOURCE_FAILED
-from palpate.recording.lines import Damage
-from palpate.recording.own_file import Recorded
+from palpate.recording.own_file import Damage, Recorded
 from palpate.recording.repair import repair as mend
 from palpate.recording.repair import why_not
-from palpate.recording.sidecar import BEGUN, RESCUED
+from palpate.recording.sidecar import BEGUN
 from palpate.recording.survey import Survey
 
 
@@ -34,13 +33,11 @@ class Verification:
     faults : tuple of str
         Why the file may differ from the measured samples.
     findings : tuple of str
-        Lost, refused or saturated samples in the measurement itself; and an earlier repair or rescue.
+        Lost, refused or saturated samples in the measurement itself; and an earlier repair.
     verified : int
         Rows whose checksum is right.
     damaged : tuple of Damage
         Places in the file that are no rows.
-    rescued : bool
-        Whether it is a rescue recording, of one that was disturbed while it ran.
     changed : bool
         Whether no row is missing, but the recording is not as it was written.
     timed : bool
@@ -64,7 +61,6 @@ class Verification:
     findings: tuple[str, ...]
     verified: int = 0
     damaged: tuple[Damage, ...] = ()
-    rescued: bool = False
     changed: bool = False
     timed: bool = True
     understood: str = ""
@@ -84,8 +80,6 @@ class Verification:
             return "changed" if self.changed else "not complete"
         if self.repaired:
             return "repaired"
-        if self.rescued:
-            return "rescued"
         if self.clean is None:
             return "readable"
         failed = any(text.startswith(SOURCE_FAILED) for text in self.findings)
@@ -95,14 +89,10 @@ class Verification:
         """Return the fields as plain values, for JSON."""
         survey = self.survey
         numbers = {name: value for name, value in asdict(survey).items() if isinstance(value, int)}
+        flags = ("clean", "running", "repaired", "changed", "understood")
         return {
             "file": str(self.path),
-            "clean": self.clean,
-            "running": self.running,
-            "repaired": self.repaired,
-            "rescued": self.rescued,
-            "changed": self.changed,
-            "understood": self.understood,
+            **{name: getattr(self, name) for name in flags},
             "seconds": survey.seconds if self.timed else None,
             **{name: value for name, value in numbers.items() if not name.endswith("_ns")},
             "faults": list(self.faults),
@@ -121,9 +111,9 @@ def check(
     ----------
     path : path-like
     repair : bool
-        If the recording was not closed: remove an incomplete last row, and write the end into the sidecar. What is
-        removed is kept in NAME.torn, the files before it in NAME.csv.unrepaired and NAME.json.unrepaired. A file that
-        is still being recorded is not changed; nor is one with an end, unless it has damaged places.
+        If the recording was not closed: remove an incomplete last row, and write the end into the sidecar. The files
+        before it are kept in NAME.csv.unrepaired and NAME.json.unrepaired. A file that is still being recorded is not
+        changed; nor is one with an end, unless it has damaged places.
     remove_damage : bool
         With `repair`: also remove damaged places, which are more than an incomplete last row. The rows of before and
         after are kept, and the missing ones are a gap in `seq`.
@@ -150,7 +140,7 @@ def check(
 def verified(recording: AnyRecording, *, repair: bool = False, remove_damage: bool = False) -> Verification:
     """Check a recording that is open already, as `check`."""
     damage: list[Damage] = []
-    for _ in recording.blocks(damage) if isinstance(recording, Recorded) else recording.blocks():
+    for _ in recording.blocks(damage):
         pass
     if not repair or not isinstance(recording, Recorded):
         return judged(recording, damage)
@@ -166,79 +156,58 @@ def judged(recording: AnyRecording, damage: list[Damage], refused: str = "") -> 
 
     Parameters
     ----------
-    recording : Recorded, Foreign or BinaryData
+    recording : Recorded or Foreign
     damage : list of Damage
         What its `blocks()` has left out.
     refused : str
         Why it is not repaired.
     """
-    if isinstance(recording, Recorded):
-        return _verification(recording, damage, refused)
-    return Verification(
-        recording.path,
-        recording.survey,
-        None,
-        False,
-        False,
-        (),
-        (*_findings(recording.survey), *recording.notes),
-        timed=recording.timed,
-        understood=recording.understood,
-    )
-
-
-def _verification(recording: Recorded, damage: list[Damage], refused: str) -> Verification:
-    known, found, survey = recording.known, recording.integrity, recording.survey
+    survey = recording.survey
+    if not isinstance(recording, Recorded):
+        found = (*_findings(survey, None), *recording.notes)
+        timed, understood = recording.timed, recording.understood
+        return Verification(recording.path, survey, None, False, False, (), found, timed=timed, understood=understood)
+    known, integrity = recording.known, recording.integrity
     advice = refused or (_ADVICE if damage else "")
-    faults = (*found.limits, *found.doubts, *_faults(recording, damage), *([advice] if advice else []))
+    faults = (*integrity.limits, *integrity.doubts, *_faults(survey, damage), *([advice] if advice else []))
     told = [note for note in recording.told if not note.startswith(BEGUN)]
     pause = [survey.told_pause] if survey.told_pause else []
-    findings = (*found.remarks, *told, *pause, *_findings(survey, known.end))
-    clean = bool(known.end.get("clean")) and not faults
     repaired = "repaired" in known.end
     return Verification(
         recording.path,
         survey,
-        clean,
+        bool(known.end.get("clean")) and not faults,
         known.running,
         repaired,
         faults,
-        findings,
-        found.verified,
+        (*integrity.remarks, *told, *pause, *_findings(survey, known.end.get("dropped"))),
+        integrity.verified,
         tuple(damage),
-        rescued=any(note.startswith(RESCUED) for note in told),
-        changed=bool(found.doubts) and not (found.limits or repaired) and known.rows == survey.rows,
+        changed=bool(integrity.doubts) and not (integrity.limits or repaired) and known.sealed("rows") == survey.rows,
     )
-
-
-def _faults(recording: Recorded, damage: list[Damage]) -> Iterator[str]:
-    survey = recording.survey
-    yield from _damaged(damage, survey.rows)
-    counts = {
-        f"{recording.torn_bytes} bytes after the last complete row": recording.torn_bytes,
-        f"{survey.disordered} rows out of order: their seq does not rise": survey.disordered,
-        f"time goes back at {survey.backward} rows": survey.backward,
-        f"{survey.miscoded} rows have codes above {survey.largest_code}, the largest of the converter": survey.miscoded,
-    }
-    yield from (text for text, holds in counts.items() if holds)
 
 
 _SHOWN = 3  # damaged places
 _ADVICE = "a damaged recording is not read; --repair takes out what is no row, and keeps it in a file"
 
 
-def _damaged(damage: list[Damage], rows: int) -> Iterator[str]:
+def _faults(survey: Survey, damage: list[Damage]) -> Iterator[str]:
     for place in damage[:_SHOWN]:
         last = place.line + max(place.lines, 1) - 1
         where = f"line {place.line}" if last == place.line else f"lines {place.line} to {last}"
-        around = f"{place.rows_before} rows before, {rows - place.rows_before} after"
+        around = f"{place.rows_before} rows before, {survey.rows - place.rows_before} after"
         yield f"damaged: {where}, {place.bytes} bytes ({place.reason}); {around}"
     if more := damage[_SHOWN:]:
         yield f"damaged: {len(more)} more places, {sum(place.bytes for place in more)} bytes"
+    counts = {
+        f"{survey.disordered} rows out of order: their seq does not rise": survey.disordered,
+        f"time goes back at {survey.backward} rows": survey.backward,
+        f"{survey.miscoded} rows have codes above {survey.largest_code}, the largest of the converter": survey.miscoded,
+    }
+    yield from (text for text, count in counts.items() if count)
 
 
-def _findings(survey: Survey, end: dict[str, Any] | None = None) -> Iterator[str]:
-    dropped = (end or {}).get("dropped")
+def _findings(survey: Survey, dropped: Any) -> Iterator[str]:
     counts = {
         f"{survey.lost} samples lost {survey.in_gaps}": survey.lost,
         f"{dropped!s:.20} samples were read, but are not in the file": dropped,
@@ -248,4 +217,4 @@ def _findings(survey: Survey, end: dict[str, Any] | None = None) -> Iterator[str
         f"saturated: {survey.soft_saturated} rows in the soft channel": survey.soft_saturated,
         "no rows": survey.rows == 0,
     }
-    yield from (text for text, holds in counts.items() if holds)
+    yield from (text for text, count in counts.items() if count)

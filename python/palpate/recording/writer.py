@@ -1,23 +1,40 @@
-"""Writes the two files of a recording, and goes on in a rescue recording if they are disturbed."""
+"""The two files of a recording in progress: rows are added at the end, the sidecar is replaced at each change."""
 
-import errno
+import os
+import zlib
 from collections.abc import Callable
 from contextlib import suppress
+from io import FileIO
 from pathlib import Path
-from typing import Any
+from threading import Lock
+from typing import Any, NamedTuple
 
 from palpate.errors import RecordingError
-from palpate.recording import rescue
-from palpate.recording.row_file import RowFile
-from palpate.recording.sidecar import RESCUED, sidecar_path
-from palpate.recording.sidecar_file import SidecarFile
+from palpate.files import read_bytes, replacing
+from palpate.recording import sidecar
+from palpate.recording.lock import lock, unlock
+from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block
+from palpate.systems import to_disk
 
-_FULL = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
+# O_APPEND: after another program has cut the file, a row does not leave a hole of zeros before it.
+_FLAGS = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_APPEND | getattr(os, "O_BINARY", 0)
+_MOST_BYTES = sidecar.LARGEST - 20_000  # the rest is for checkpoint and end
+_MOST = {"notes": sidecar.MOST_MARKS - 10, "marks": sidecar.MOST_MARKS}  # the rest is for notes of the recorder
+
+
+class Written(NamedTuple):
+    """A part of the file from its first byte on: number of rows and of bytes, and the CRC-32 of the bytes."""
+
+    rows: int = 0
+    bytes: int = 0
+    crc32: int = 0
 
 
 class Writer:
     """The files of a recording in progress; used by one thread, but for `sidecar`.
+
+    After the first error nothing more is written: what was synced is on the disk.
 
     Parameters
     ----------
@@ -28,13 +45,11 @@ class Writer:
 
     Attributes
     ----------
-    path : pathlib.Path
-        NAME.csv, or the rescue recording.
     sidecar : SidecarFile
     error : RecordingError or None
         What happened to the recording.
-    stopped : bool
-        Whether nothing more is written.
+    written, synced : Written
+        What the system has taken, which survives the end of the process; what is on the disk.
 
     Raises
     ------
@@ -47,42 +62,47 @@ class Writer:
     def __init__(self, path: Path, document: dict[str, Any]) -> None:
         self.path = path
         self.error: RecordingError | None = None
-        self.stopped: bool = False
-        self.sidecar: SidecarFile
-        self.sidecar, self._rows = _create(path, document)
-        self._checkpointed = self._rows.synced
+        self.written = self.synced = self._checkpointed = Written()
         self._taken = 0
-        self._rescued = False
+        if path.exists():
+            raise RecordingError(path, "already exists: choose another name")
+        try:  # first the sidecar: rows always have one, even if the process is killed
+            self.sidecar = SidecarFile(sidecar.sidecar_path(path), document)
+        except OSError as error:
+            raise unwritable(sidecar.sidecar_path(path), error) from error
+        try:
+            self._file = self._created()
+        except OSError as error:
+            self.sidecar.path.unlink()
+            raise unwritable(path, error) from error
 
-    @property
-    def rows(self) -> int:
-        """Number of rows in the file."""
-        return self._rows.written.rows
+    def _created(self) -> FileIO:
+        file: FileIO = os.fdopen(os.open(self.path, _FLAGS, 0o666), "r+b", buffering=0)
+        try:
+            lock(file)
+            held = os.fstat(file.fileno())
+            self._is_numbered = os.path.samestat(held, self.path.stat())  # not on some network file systems
+            write(file, HEADER.encode())
+        except OSError:
+            file.close()
+            self.path.unlink()
+            raise
+        self.written = Written(0, len(HEADER), zlib.crc32(HEADER.encode()))
+        return file
 
     @property
     def missing(self) -> int:
         """Number of samples that are not in the file."""
-        return max(0, self._taken - self.rows)
+        return self._taken - self.written.rows
 
     def write(self, block: Block) -> None:
-        """Write samples as rows."""
-        self._attempt(lambda: self._rows.append(block))
+        """Write samples as rows: all of them or, after an error, none; report a file that was removed or changed."""
+        self.attempt(lambda: self._append(len(block), format_rows(block)))
         self._taken += len(block)
 
-    def mark(self, what: dict[str, Any]) -> None:
-        """Add a mark without which the rows after it would be read wrongly: if it has no room, nothing more is written."""
-        before = self.path
-        self._attempt(lambda: self.sidecar.add("marks", what))
-        if self.path != before:  # a rescue recording, begun without it
-            self._attempt(lambda: self.sidecar.add("marks", what))
-
-    def note(self, text: str) -> None:
-        """Add a note on the rows that come."""
-        self._attempt(lambda: self.sidecar.put(text))
-
     def checkpoint(self, entries: dict[str, Any]) -> None:
-        """Sync the rows; then say in the sidecar how many are on the disk. One that cannot be saved is tried again."""
-        self._attempt(lambda: self._checkpoint(entries))
+        """Sync the rows; then store in the sidecar how many are on the disk."""
+        self.attempt(lambda: self._checkpoint(entries))
 
     def end(self, entries: dict[str, Any], end: dict[str, Any]) -> None:
         """Close the file, and write the end of the sidecar: `end`, with the rows and whether they are complete.
@@ -90,89 +110,169 @@ class Writer:
         Raises
         ------
         RecordingError
-            It cannot be written, or the rescue recording failed, too.
+            It cannot be written.
         """
-        self._rows.close()
-        failure = {"error": str(self.error)} if self.stopped else {}
-        last = {} if self.stopped else {"checkpoint": None}  # the end says the same
-        whole = {**self._rows.written._asdict(), "clean": not self.stopped, **end, **failure}
+        unlock(self._file)
+        self._file.close()
+        whole = {**self.written._asdict(), "clean": self.error is None, **end}
+        if self.error:
+            whole["error"] = str(self.error)
+        else:
+            entries = {**entries, "checkpoint": None}  # the end has the same numbers
         try:
-            self.sidecar.put(**entries, end=whole, **last)
+            self.sidecar.put(**entries, end=whole)
+        except RecordingError as error:
+            raise self.error or error from None
         except OSError as error:
             raise self.error or unwritable(self.path, error) from error
-        if self.error and self.stopped and self._rescued:
-            raise self.error
+
+    def _append(self, rows: int, data: bytes) -> None:
+        self._require_own_file()
+        try:
+            write(self._file, data)
+        except OSError:
+            with suppress(OSError):  # a row that was written in part
+                self._file.truncate(self.written.bytes)
+            raise
+        self.written = Written(
+            self.written.rows + rows, self.written.bytes + len(data), zlib.crc32(data, self.written.crc32)
+        )
+
+    def _require_own_file(self) -> None:
+        """Compare the open file with its path."""
+        held, wrong = os.fstat(self._file.fileno()), ""
+        try:
+            named = self.path.stat()
+            if self._is_numbered and not os.path.samestat(held, named):
+                wrong = "was replaced by another file"
+            elif held.st_size != self.written.bytes:
+                wrong = f"was changed by another program, from {self.written.bytes} bytes to {held.st_size},"
+        except (FileNotFoundError, NotADirectoryError):
+            wrong = "was removed, renamed or moved"
+        if wrong:
+            raise RecordingError(self.path, f"{wrong} while it was recorded")
 
     def _checkpoint(self, entries: dict[str, Any]) -> None:
-        self._rows.sync()
-        if self._rows.synced != self._checkpointed or self.sidecar.unsaved:
-            with suppress(OSError):
-                self.sidecar.put(**entries, checkpoint=self._rows.synced._asdict())
-                self._checkpointed = self._rows.synced
+        to_disk(self._file.fileno(), data_only=True)
+        self.synced = self.written
+        if self.synced != self._checkpointed or self.sidecar.unsaved:
+            with suppress(OSError):  # it is tried again
+                self.sidecar.put(**entries, checkpoint=self.synced._asdict())
+                self._checkpointed = self.synced
 
-    def _attempt(self, step: Callable[[], object]) -> None:
+    def attempt(self, step: Callable[[], object]) -> None:
+        """Take a step without which later rows would be read wrongly: its error ends the recording."""
+        if self.error:
+            return
         try:
             step()
-        except RecordingError as fault:
-            self._disturbed(fault)
-        except OSError as fault:
-            said = unwritable(self.path, fault)
-            if fault.errno in _FULL and not self.error:
-                self._stop(said)
-            else:
-                self._disturbed(said)
-        except Exception as fault:  # noqa: BLE001  the thread must not end in silence
-            self._stop(RecordingError(self.path, f"cannot be written: {type(fault).__name__}: {fault}"))
-
-    def _stop(self, error: RecordingError) -> None:
-        self.stopped, self.error = True, error
-
-    def _disturbed(self, fault: RecordingError) -> None:
-        if self.error:
-            self._stop(RecordingError(self.error.path, f"{self.error.reason}, but not all: {fault}"))
-        else:
-            self._rescue(fault)
-
-    def _rescue(self, fault: RecordingError) -> None:
-        """Go on in a rescue recording. The error is set first: the source ends while the rows are copied."""
-        lost = self._rows
-        try:
-            rescued = rescue.begin(lost, self.sidecar, str(fault))
+        except RecordingError as error:
+            self.error = error
         except OSError as error:
-            self._stop(RecordingError(fault.path, f"{fault.reason}; no rescue recording could be made: {error}"))
-            return
-        self._rescued = True
-        self.path, self._rows = rescued.path, rescued
-        self.error = RecordingError(fault.path, f"{fault.reason}; what could be saved is in {rescued.path}")
-        self._attempt(lambda: self._fill(rescued, lost))
+            synced = f"{self.synced.rows:,} rows are synced to the disk"
+            self.error = RecordingError(self.path, f"cannot be written: {error.strerror}; {synced}")
+        except Exception as error:  # noqa: BLE001  the thread must not end in silence
+            self.error = RecordingError(self.path, f"cannot be written: {type(error).__name__}: {error}")
 
-    def _fill(self, rescued: RowFile, lost: RowFile) -> None:
+
+class SidecarFile:
+    """The sidecar of a recording in progress, never written over the file of another program; from any thread.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        Absolute path of a file that does not exist.
+    document : dict
+        As from `sidecar.fresh`.
+
+    Attributes
+    ----------
+    unsaved : bool
+        Whether an entry was set that is not yet in the file.
+    """
+
+    def __init__(self, path: Path, document: dict[str, Any]) -> None:
+        self.path, self.unsaved = path, False
+        self._lock, self._document = Lock(), document
+        self._with("notes", document["notes"])
+        path.open("xb").close()  # the process that creates it owns the name
+        self._saved = b""
         try:
-            rescue.fill(rescued, lost)
-        finally:
-            lost.close()
-        if missing := lost.written.rows + lost.refused - rescued.written.rows:
-            self.sidecar.put(f"{RESCUED}{missing} rows are missing: {lost.path} has lost them, or cannot be read")
+            self._save(document)
+        except OSError:
+            path.unlink()
+            raise
+
+    def add(self, name: str, what: Any) -> int:
+        """Add a note or a mark; return how many there are with it. ValueError if there is no room; errors as `put`."""
+        with self._lock:
+            longer = [*self._document[name], what]
+            self._save(self._with(name, longer))
+            return len(longer)
+
+    def rename(self, number: int, text: str) -> None:
+        """Give a mark another text; its number, from 1, is as `add` returned it. Errors as of `add`."""
+        with self._lock:
+            marks = list(self._document["marks"])
+            if not 1 <= number <= len(marks):
+                raise ValueError(f"mark: got number {number}, allowed: 1 to {len(marks)}, as it was returned")
+            if marks[number - 1].get("tare"):
+                raise ValueError(f"mark: got number {number}, a tare or gap, allowed: a mark that was made by hand")
+            marks[number - 1] = {**marks[number - 1], "text": text}
+            self._save(self._with("marks", marks))
+
+    def set(self, name: str, what: dict[str, Any]) -> None:
+        """Set an entry, which is saved with the next `put`; ValueError if there is no room for it."""
+        with self._lock:
+            self._document, self.unsaved = self._with(name, what), True
+
+    def put(self, *notes: str, **entries: Any) -> None:
+        """Add notes of the recorder, set entries, and save; None removes one.
+
+        Raises
+        ------
+        RecordingError
+            Another program has changed the sidecar: it is left as it is.
+        OSError
+            The sidecar cannot be written; it is as it was before.
+        """
+        with self._lock:
+            document = {**self._document, "notes": [*self._document["notes"], *notes], **entries}
+            self._save({name: value for name, value in document.items() if value is not None})
+
+    def _with(self, name: str, what: Any) -> dict[str, Any]:
+        """Return the document with an entry; ValueError if it has too many of them, or is too long with them."""
+        if len(what) > _MOST.get(name, len(what)):
+            raise ValueError(f"{name}: got {len(what)}, allowed: {_MOST[name]} in one recording; begin another one")
+        document = {**self._document, name: what}
+        size = len(sidecar.text_of(document))
+        if size > _MOST_BYTES:
+            raise ValueError(
+                f"{name}: got {size} bytes of sidecar with them, allowed: {_MOST_BYTES}; begin another one"
+            )
+        return document
+
+    def _save(self, document: dict[str, Any]) -> None:
+        text = sidecar.text_of(document).encode()
+        with replacing(self.path) as file:
+            file.write(text)
+            file.flush()
+            to_disk(file.fileno())
+            with suppress(FileNotFoundError):  # removed: it is written again
+                if read_bytes(self.path, sidecar.LARGEST) != self._saved:
+                    raise RecordingError(self.path, "was changed by another program while it was recorded")
+        self._document, self._saved, self.unsaved = document, text, False
 
 
 def unwritable(path: Path, error: OSError) -> RecordingError:
     """Return the error that a file cannot be written."""
+    if isinstance(error, FileExistsError):
+        return RecordingError(path, "already exists: choose another name")
     return RecordingError(path, f"cannot be written: {error.strerror}")
 
 
-def _create(path: Path, document: dict[str, Any]) -> tuple[SidecarFile, RowFile]:
-    """Create the sidecar, then the file: rows always have a sidecar, even if the process is killed."""
-    if path.exists():
-        raise RecordingError(path, "already exists: choose another name")
-    beside = sidecar_path(path)
-    try:
-        described = SidecarFile(beside, document)
-    except FileExistsError as error:
-        raise RecordingError(beside, "already exists: choose another name") from error
-    except OSError as error:
-        raise unwritable(path, error) from error
-    try:
-        return described, RowFile(path)
-    except OSError as error:
-        described.discard()
-        raise unwritable(path, error) from error
+def write(file: FileIO, data: bytes) -> None:
+    """Write all bytes: one write to a raw file may write only a part."""
+    left = memoryview(data)
+    while left:
+        left = left[file.write(left) or 0 :]

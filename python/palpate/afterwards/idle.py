@@ -36,14 +36,8 @@ class Readings:
 
 
 @dataclass(frozen=True)
-class Level:
-    """A line between two means, or one mean: times, values, their variances; the noise of a reading, pF; and where they are.
-
-    Examples
-    --------
-    >>> Level(np.array([0.0, 10.0]), np.array([1.0, 2.0]), np.array([0.1, 0.1]), 0.5, "").at(np.array([-1.0, 5.0]))
-    array([1. , 1.5])
-    """
+class IdleLevel:
+    """A line between two means, or one mean: times, values, their variances; the noise of a reading, pF; and where they are."""
 
     t: Array
     value: Array
@@ -61,11 +55,9 @@ class Level:
 
 
 def pause(rows: NDArray[Any], last: int, end: int, *, measured: bool) -> int:
-    """Return the first row of the baseline after a touch, whose last row is `last`; `end`: it was not measured.
-
-    The tracker measures it from the last of its 32 readings on. If it is exactly the old one, the first row is not
-    known, and 32 rows after the release are left out.
-    """
+    """Return the first row of the baseline after a touch, whose last row is `last`; `end`: it was not measured."""
+    # The tracker measures it from the last of its 32 readings on. If it is exactly the old one, the first row is not
+    # known, and 32 rows after the release are left out.
     out = np.flatnonzero(~rows["contact"][last:end])
     if not len(out):
         return end
@@ -78,10 +70,8 @@ def pause(rows: NDArray[Any], last: int, end: int, *, measured: bool) -> int:
 
 
 def idle(rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int]) -> NDArray[np.bool_]:
-    """Return which rows have a baseline: none of a touch, and none before the tracker measured a wrong one again.
-
-    Such a baseline jumps, by more than 25 standard deviations of the hard readings.
-    """
+    """Return which rows have a baseline: not in a touch, and not before a wrong baseline was measured again."""
+    # Such a baseline jumps, by more than 25 standard deviations of the hard readings.
     free = np.ones(len(rows), bool)
     noise = 1.0484 * float(np.median(np.abs(np.diff(hard.value))))  # 1.4826 / sqrt(2)
     jumps = np.abs(np.diff(rows["hard_baseline"], prepend=np.nan)) > _JUMP * noise
@@ -93,16 +83,8 @@ def idle(rows: NDArray[Any], hard: Readings, starts: list[int], pauses: list[int
     return free
 
 
-def level_of(before: Readings, after: Readings, begin_s: float, next_s: float) -> Level | None:
-    """Return the baseline of one channel from idle readings before and after a touch; None: there are none.
-
-    Parameters
-    ----------
-    before, after : Readings
-        Idle ones; empty if they are not to be used.
-    begin_s, next_s : float
-        Times of the first reading of the touch, and of the next touch.
-    """
+def level_of(before: Readings, after: Readings, begin_s: float, next_s: float) -> IdleLevel | None:
+    """Return the baseline of one channel from idle readings before and after a touch; None: there are none."""
     sides = {}
     if len(before.t):
         sides["before"] = before[(before.t > before.t[-1] - _NEAR_S) & (before.t < begin_s - _MARGIN_S)]
@@ -112,7 +94,7 @@ def level_of(before: Readings, after: Readings, begin_s: float, next_s: float) -
     if not means:
         return None
     t, value, variance, noise = np.array(list(means.values())).T
-    return Level(t, value, variance, float(np.sqrt(np.mean(noise**2))), " and ".join(means))
+    return IdleLevel(t, value, variance, float(np.sqrt(np.mean(noise**2))), " and ".join(means))
 
 
 def _mean(readings: Readings) -> tuple[float, float, float, float]:
@@ -137,10 +119,8 @@ def _mean(readings: Readings) -> tuple[float, float, float, float]:
 
 
 def _rounding(code: float, noise2: float) -> float:
-    """Return the variance of the mean of rounded values: half the square of code / pi exp(-2 pi^2 noise^2 / code^2).
-
-    The noise before rounding: that of the codes has code^2 / 12 more.
-    """
+    """Return the variance of the mean of rounded values: half the square of code / pi exp(-2 pi^2 noise^2 / code^2)."""
+    # The noise before rounding: rounding adds code^2 / 12 to the variance.
     if code == 0:
         return 0.0
     before = max(noise2 / code**2 - 1 / 12, 0)
