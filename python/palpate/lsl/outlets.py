@@ -1,27 +1,34 @@
 """Sends a measurement to Lab Streaming Layer."""
 
+import json
+import math
+import socket
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.lsl.description import ESTIMATES, estimates_info, marks_info, samples_info
-from palpate.lsl.marks import ended_text, revised_text
-from palpate.sources.claims import described, gap_of
-from palpate.sources.lsl.library import SAMPLES, ahead_ns, library
+from palpate import __version__
+from palpate._core import Touch
+from palpate.sources.base import described, gap_of
+from palpate.sources.lsl import MANUFACTURER, SAMPLES, ahead_ns, library
 from palpate.stream import Batch, Stream
 
-_LAST_S = 0.5
-"""liblsl drops at once what it has not sent yet when an outlet is closed."""
+# Labels of the channels of the stream of estimates.
+ESTIMATES = ("ratio", "standard_error", "contact", "touch", "alarm")
+_UNITS = {"hard_pF": "pF", "soft_pF": "pF", "soft_offset_s": "s"}
+_TYPES = {"hard_pF": "Capacitance", "soft_pF": "Capacitance", "soft_offset_s": "Time", "ratio": "Ratio",
+          "standard_error": "Ratio"}  # fmt: skip
+_LAST_S = 0.5  # liblsl drops at once what it has not sent yet when an outlet is closed.
 
 
 class Outlets:
     """Three streams of a measurement: NAME (samples), NAME-estimates, NAME-marks.
 
-    Time stamps are those of the conversions, on the clock of LSL; of a sample, that of its hard channel. Receivers stay
+    The time stamp of a sample is its hard conversion, on the clock of LSL. Receivers stay
     connected while one measurement follows another one. If the outlets cannot be made, the stream is closed.
 
     Parameters
@@ -55,8 +62,14 @@ allowed: one in real time
             self._pylsl = library()
             self.follow(stream)
             device = described(stream.source)
-            infos = (make(self._pylsl, name, device) for make in (samples_info, estimates_info, marks_info))
-            self._outlets = [self._pylsl.StreamOutlet(info) for info in infos]
+            self._outlets = [
+                self._pylsl.StreamOutlet(_info(self._pylsl, stream_name, kind, labels, device))
+                for stream_name, kind, labels in (
+                    (name, "Capacitance", SAMPLES),
+                    (f"{name}-estimates", "Estimate", ESTIMATES),
+                    (f"{name}-marks", "Markers", ("mark",)),
+                )
+            ]
             on_failure.pop_all()
 
     def __enter__(self) -> Self:
@@ -144,11 +157,12 @@ allowed: one in real time
         rows, zero_s = batch.rows, self._zero_ns / 1e9
         for number, touch in enumerate(batch.touches, batch.first):
             own = np.flatnonzero(rows["touch"] == number)
-            yield int(own[-1]) if len(own) else 0, ended_text(number, touch, zero_s + touch.start_s)
+            first = (touch.first_ratio, touch.first_standard_error)  # also if it was revised
+            yield int(own[-1]) if len(own) else 0, _touch_text("touch", number, touch, *first, zero_s)
         places = np.flatnonzero(rows["revised"]).tolist()
         places += [len(rows) - 1] * (len(batch.revised) - len(places))  # at the end of the stream there may be no row
         for at, (number, touch) in zip(places, batch.revised, strict=True):
-            yield at, revised_text(number, touch, zero_s + touch.start_s)
+            yield at, _touch_text("revised", number, touch, touch.ratio, touch.standard_error, zero_s)
 
     def _push(self, text: str, stamp_s: float) -> None:
         self._outlets[2].push_sample([text], stamp_s)
@@ -158,3 +172,34 @@ def _table(labels: tuple[str, ...], columns: list[NDArray[np.generic]]) -> NDArr
     """Return columns as rows of float64, in the order of the labels."""
     assert len(labels) == len(columns)
     return np.column_stack([np.asarray(column, np.float64) for column in columns])
+
+
+def _info(pylsl: Any, name: str, kind: str, labels: Sequence[str], device: Mapping[str, Any]) -> Any:
+    """Return a stream without a rate: each sample has its own stamp, and a lost one is not smoothed over."""
+    form = pylsl.cf_string if kind == "Markers" else pylsl.cf_double64
+    # The same when palpate is started again, so that receivers continue.
+    identity = f"{MANUFACTURER} {name} {socket.gethostname()}"
+    info = pylsl.StreamInfo(name, kind, len(labels), pylsl.IRREGULAR_RATE, form, identity)
+    about = info.desc()
+    about.append_child_value("manufacturer", MANUFACTURER)
+    channels = about.append_child("channels")
+    for label in labels:
+        channel = channels.append_child("channel")
+        said = {"label": label, "unit": _UNITS.get(label, "none"), "type": _TYPES.get(label, "Misc")}
+        for key, value in said.items():
+            channel.append_child_value(key, value)
+    acquisition = about.append_child("acquisition")
+    acquisition.append_child_value("version", __version__)
+    acquisition.append_child_value("instrument", str(device.get("name") or device.get("converter") or ""))
+    acquisition.append_child_value("stamps", str(device.get("stamps", "converter")))
+    for key in ("period_s", "full_scale_pF"):
+        if key in device:
+            acquisition.append_child_value(key, str(device[key]))
+    return info
+
+
+def _touch_text(kind: str, number: int, touch: Touch, ratio: float, standard_error: float, zero_s: float) -> str:
+    """Return the mark of a touch: its kind, and a JSON object with all digits."""
+    values = {"ratio": ratio, "standard_error": standard_error, "start": zero_s + touch.start_s}
+    known = {name: value if math.isfinite(value) else None for name, value in values.items()}
+    return f"{kind} {json.dumps({'number': number, **known, 'samples': touch.samples, 'flags': list(touch.flags)})}"

@@ -1,6 +1,6 @@
 """Sources of samples: boards, the driver of the Linux kernel, serial ports, files, a simulated board."""
 
-from palpate.recording.codes import Codes
+from palpate.recording.rows import Codes
 from palpate.sources.base import Gap, Source
 from palpate.sources.devices import Found
 from palpate.sources.uri import GROUP, open, schemes

@@ -1,10 +1,16 @@
 """The interface of all sources of samples."""
 
+import json
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
-from palpate.samples import Sample
+import numpy as np
+
+from palpate.errors import ProtocolError, quoted
+from palpate.recording.rows import codes_of
+from palpate.samples import DTYPE, Block, Sample
 
 
 def _silent(_: str) -> None:
@@ -12,7 +18,7 @@ def _silent(_: str) -> None:
 
 
 class Gap(NamedTuple):
-    """A place from which the baseline before does not hold: the device was opened again, or its range was moved.
+    """A place from which the earlier baseline is no longer valid: the device was opened again, or its range was moved.
 
     Attributes
     ----------
@@ -36,7 +42,7 @@ class Source(Protocol):
     """A source of samples: hardware, a simulated board, or a file.
 
     It is a context manager and an iterable. One thread may iterate and another one close it; the latter calls
-    `interrupt` first. A stream calls both in a thread of their own, and waits 0.5 s and 2 s at most. To write a source,
+    `interrupt` first; the iteration then has 0.5 s to end. To write a source,
     derive from this class and define `__iter__` and `describe`. To register its scheme, add an entry point of the group
     ``palpate.sources``: a function of address and options.
 
@@ -97,8 +103,8 @@ class Source(Protocol):
 
         `palpate.Stream` uses these keys, and refuses other values of them: `full_scale_pF` (readings from this
         size on are saturated; above 0), `period_s` (time from one pair to the next; above 0), and `stamps`: "host" if
-        the times are those of the arrival at the computer, which are smoothed (the setting `host_stamps`); "converter",
-        the default, if they are those of the conversions. If samples have codes that are not those of an AD7746, `codes`
+        the times are arrivals at the computer, which are smoothed (the setting `host_stamps`); "converter",
+        the default, if they are conversions. If samples have codes of another converter than the AD7746, `codes`
         says their scale, as `palpate.sources.Codes(...)._asdict()`: readers of a recording compute the capacitances from
         the codes. Values that JSON has no type for are stored as text.
         """
@@ -130,7 +136,7 @@ class Source(Protocol):
 
     @property
     def zero_ns(self) -> int | None:
-        """`time.monotonic_ns()` at t = 0 of the samples; None: unknown, then the arrival of the first one tells."""
+        """`time.monotonic_ns()` at t = 0 of the samples; None: unknown, then it follows from the arrival of the first one."""
         return None
 
     def centre(self) -> None:
@@ -147,3 +153,31 @@ class Source(Protocol):
     def close(self) -> None:
         """Release everything; may be called twice."""
         return
+
+
+def described(source: Source) -> dict[str, Any]:
+    """Return a copy of the description of a source, in JSON's types; values that JSON has no type for are text."""
+    try:
+        device: dict[str, Any] = json.loads(json.dumps(dict(source.describe()), default=str))
+        codes_of(device)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ProtocolError(f"source: describe() cannot be stored in a recording: {error}") from error
+    for name in ("full_scale_pF", "period_s"):
+        value = device.get(name, 1)
+        if not isinstance(value, int | float) or not 0 < value <= (math.inf if name == "full_scale_pF" else 1e9):
+            raise ProtocolError(f"source: describe(): {name}: got {quoted(value)}, allowed: a number above 0")
+    if device.get("stamps", "converter") not in ("converter", "host"):
+        raise ProtocolError(f"source: describe(): stamps: got {quoted(device['stamps'])}, allowed: converter or host")
+    return device
+
+
+def gap_of(source: Source, number: int) -> Gap | None:
+    """Return a gap of a source, by its number from 0; None: there is no such gap so far."""
+    gaps = source.gaps
+    return gaps[number] if len(gaps) > number else None
+
+
+def blocks_of(source: Any) -> Iterator[Block]:
+    """Return the blocks of a source that has `read_block`, until its end; dense, without the padding that numpy adds."""
+    while len(block := source.read_block()):
+        yield np.ascontiguousarray(block, DTYPE)

@@ -4,38 +4,35 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
-from palpate.ad7746.bus import RegisterBus
-from palpate.ad7746.clock import Clock, RealClock
+from palpate.ad7746.bus import Clock, RealClock, RegisterBus
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.ad7746.driver import LIMIT_NS, Ad7746
-from palpate.ad7746.wiring import Wiring
-from palpate.ad7746.wiring_watch import WiringWatch
-from palpate.errors import DeviceRefused, SourceError, quoted
+from palpate.ad7746.wiring import Wiring, WiringWatch
+from palpate.errors import DeviceRefused, PalpateError, SourceError, quoted
 from palpate.samples import Sample
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import Check, anything, checked, number, text, yes_no
+
+if TYPE_CHECKING:
+    from palpate.ad7746.evalkit.board import EvalKit
+    from palpate.ad7746.evalkit.find import Board, Hotplug, Look
 
 _PINS = ("A", "B", "AB")
 _CONDITIONS_NS = 10_000_000_000
 
 
 def excitation(name: str, value: Any) -> tuple[str, str]:
-    """Return the excitation pins of the hard and the soft bump; one word is for both.
-
-    Examples
-    --------
-    >>> excitation("excitation", "B,A"), excitation("excitation", "AB")
-    (('B', 'A'), ('AB', 'AB'))
-    """
+    """Return the excitation pins of the hard and the soft bump; one word is for both."""
     words = str(value).split(",")
     if len(words) > 2 or not set(words) <= set(_PINS):
         raise ValueError(f"{name}: got {quoted(value)}, allowed: {', '.join(_PINS)}, or two of them: HARD,SOFT as B,A")
     return words[0], words[-1]
 
 
+# Options of `Configuration`, and the longest time to wait for an unplugged device, s.
 CONVERTER: dict[str, Check] = {
     "capf": number(0, 7, whole=True),
     "excitation": excitation,
@@ -46,32 +43,10 @@ CONVERTER: dict[str, Check] = {
     "soft_input": number(1, 2, whole=True),
     "replug": number(0, 86400),
 }
-"""Options: those of `Configuration`, and the longest time to wait for an unplugged device, s."""
 
 
 def configuration_of(options: Mapping[str, Any]) -> Configuration:
-    """Return the configuration of checked options.
-
-    Parameters
-    ----------
-    options : mapping
-        Checked options, as in `CONVERTER`; others are ignored.
-
-    Returns
-    -------
-    Configuration
-
-    Raises
-    ------
-    ValueError
-        Both bumps are on the same input.
-
-    Examples
-    --------
-    >>> found = configuration_of({"soft_input": 1, "excitation": ("B", "A")})
-    >>> found.hard_input, found.hard.excitation, found.soft.excitation
-    (2, 'B', 'A')
-    """
+    """Return the configuration of checked options."""
     chosen = {name: options[name] for name in ("capf", "level", "chop", "differential") if name in options}
     hard, soft = options.get("excitation", (Channel.excitation, Channel.excitation))
     hard_input = options.get("hard_input", 3 - options.get("soft_input", 2))
@@ -81,19 +56,7 @@ def configuration_of(options: Mapping[str, Any]) -> Configuration:
 
 
 class BoardSource(Source):
-    """Pairs of both channels of the AD7746, until it is interrupted.
-
-    Parameters
-    ----------
-    bus : RegisterBus
-        An open bus.
-    options : mapping
-        Checked options, as in `CONVERTER`; and `limit_ns`, as in `Ad7746`.
-    clock : Clock
-        The clock of the bus.
-    kit : bool
-        Whether it is the evaluation kit: messages about the wiring name its sockets and resistors.
-    """
+    """Pairs of both channels of the AD7746, until it is interrupted."""
 
     def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock, *, kit: bool = True) -> None:
         self.bus: RegisterBus = bus
@@ -114,15 +77,7 @@ class BoardSource(Source):
         self._started = False
 
     def __enter__(self) -> Self:
-        """Configure the converter, check the wiring, and set the CAPDACs so that both idle signals are in its range.
-
-        Raises
-        ------
-        DeviceRefused
-            The wiring lets no ratio be measured; the message says where to look and what to do.
-        SourceError
-            As from the driver.
-        """
+        """Configure the converter, check the wiring, and set the CAPDACs so that both idle signals are in its range."""
         try:
             self.driver.start()
             self._check_wiring()
@@ -212,10 +167,42 @@ class BoardSource(Source):
         self.driver.close()
 
 
+class WatchedKit(BoardSource):
+    """Pairs of the evaluation kit, with a message within a second if a board is plugged in or unplugged."""
+
+    def __init__(self, kit: "EvalKit", options: Mapping[str, Any], clock: Clock, look: "Look | None" = None) -> None:
+        super().__init__(kit, options, clock)
+        self._evalkit, self._look = kit, look
+        self._hotplug: Hotplug | None = None
+
+    def __enter__(self) -> Self:
+        """Configure the converter, as `BoardSource`, and begin to watch."""
+        from palpate.ad7746.evalkit.find import Hotplug
+
+        super().__enter__()
+        with suppress(OSError, PalpateError):  # a measurement does not need it
+            self._hotplug = Hotplug(self._tell, self._look)
+        return self
+
+    def close(self) -> None:
+        """Close the device, and end the watch."""
+        if self._hotplug:
+            self._hotplug.close()
+        super().close()
+
+    def _tell(self, before: "set[Board]", now: "set[Board]") -> None:
+        measuring = self._evalkit.board
+        beside = f"; usb:{measuring} goes on measuring" if measuring in now else ""
+        for board in sorted(before - now):
+            if board.ports != measuring.ports or board.bus != measuring.bus:
+                self.notify(f"usb:{board} was unplugged{beside}.")
+        for board in sorted(now - before):
+            self.notify(f"usb:{board} was plugged in{beside if board != measuring else ''}.")
+
+
 def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
     """Return the source of `usb:` or `usb:BUS/ADDRESS`, the evaluation kit."""
     from palpate.ad7746.evalkit.board import EvalKit
-    from palpate.sources.watched import WatchedKit
 
     given = checked("usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything})
     match = re.fullmatch(r"(?:(\d{1,3})/(\d{1,3}))?", address)

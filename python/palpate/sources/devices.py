@@ -11,8 +11,8 @@ from palpate.sources.uri import entry_points, loaded, package_of
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
+# Group of entry points that search for devices of a scheme: functions () -> list of `Found`, which open no device.
 GROUP = "palpate.devices"
-"""Group of entry points that search for devices of a scheme: functions () -> list of `Found`, which open no device."""
 
 _STREAMS_S = 1.0
 
@@ -49,12 +49,12 @@ def devices_of_packages() -> tuple[list[Found], list[str]]:
 
 
 def boards() -> tuple[list[Found], list[str]]:
-    """Return the connected AD7746 only, in the same form as `devices`: evaluation kits, and those of the kernel."""
+    """Return the connected AD7746 only, in the same form as `devices`: evaluation kits, and chips with the kernel's driver."""
     return _look_for(_boards, _iio)
 
 
 def streams() -> tuple[list[Found], list[str]]:
-    """Return the streams of numbers of Lab Streaming Layer, in the same form as `devices`; takes 1 s, and longer as long as others answer."""
+    """Return the streams of numbers of Lab Streaming Layer, in the same form as `devices`; takes 1 s or more."""
     return _look_for(_streams)
 
 
@@ -95,8 +95,7 @@ def _ports() -> list[Found]:
 
 
 def _streams() -> list[Found]:
-    from palpate.sources.lsl.channels import NUMBERS
-    from palpate.sources.lsl.finding import search, shown, told
+    from palpate.sources.lsl import NUMBERS, search, shown, told
 
     found = [info for info in search({}, _STREAMS_S) if info.channel_format() in NUMBERS]
     return [Found(f"lsl:{shown(info.name())}", f"{told(info)}, {info.channel_count()} channels") for info in found]

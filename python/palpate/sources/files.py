@@ -9,43 +9,23 @@ from typing import Any
 import numpy as np
 
 from palpate.errors import RecordingError
-from palpate.recording.foreign import RATE, AnyRecording, recorded
+from palpate.recording.columns import RATE
+from palpate.recording.foreign import AnyRecording, recorded
 from palpate.samples import DTYPE, Block, Sample, Status, samples_of
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, choice, number
-from palpate.tables.asked import DECIMALS, parsed_map
+from palpate.tables.asked import parsed_map
+from palpate.tables.table import DECIMALS
 from palpate.tables.units import PICOFARADS, SECONDS
 
 _NOTHING = np.empty(0, DTYPE)
+# Message of a source that was stopped before the end of its file, where the checksum is compared.
 UNREAD = "not read to its end: its rows are not verified"
-"""Message of a source that was stopped before the end of its file, where the checksum is compared."""
 _STOOD_S = 0.25
 
 
 class FileSource(Source):
-    """The samples of a file, as fast as possible or with the timing of the recording.
-
-    `notify` is called first with the line that says how a table was understood, and after the last sample with each note
-    on the recording: what is wrong with it is known then.
-
-    Parameters
-    ----------
-    path : str
-        File to read.
-    speed : float, optional
-        1: the timing of the recording; 10: ten times as fast; None: as fast as possible.
-    **asked
-        Keywords of `palpate.read`, and `known`, as in `palpate.recorded`.
-
-    Raises
-    ------
-    ValueError
-        A table without times, and no rate.
-
-    Attributes
-    ----------
-    recording : Recorded, Foreign or BinaryData
-    """
+    """The samples of a file, as fast as possible or with the timing of the recording."""
 
     def __init__(self, path: str, speed: float | None = None, **asked: Any) -> None:
         self.recording: AnyRecording = recorded(path, **asked)
@@ -140,7 +120,7 @@ class FileSource(Source):
 
     @property
     def host_stamps(self) -> bool:
-        """Whether the times are those of the arrival at the computer."""
+        """Whether the times are arrivals at the computer."""
         return self.recording.host_stamps
 
     @property
@@ -171,10 +151,9 @@ class FileSource(Source):
 def open_file(address: str, options: Mapping[str, Any]) -> FileSource:
     """Return the source of a path; `map` is `columns` as text."""
     given = dict(options)
-    known = given.pop("known", ())
     if "map" in given:
         given["columns"] = parsed_map(str(given.pop("map")))
-    return FileSource(address, known=known, **checked("file", given, _ALLOWED))
+    return FileSource(address, **checked("file", given, _ALLOWED))
 
 
 def _marked(block: Block) -> Block:

@@ -1,8 +1,11 @@
 """The AD7746 with the driver of the Linux kernel: `iio:`, files in sysfs. Not tried on hardware.
 
-There is no buffer: reading the file of a channel waits for one conversion of this channel.
+The driver (drivers/iio/cdc/ad7746.c) leaves the CAPDACs at 0, and drives no excitation unless the device tree says so.
+There is no buffer: reading the file of a channel starts one conversion of this channel, and sleeps for a fixed time.
 """
 
+import errno
+import itertools
 import math
 import statistics
 import time
@@ -10,62 +13,96 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import Event
-from typing import Any, NamedTuple, Self
+from typing import Any, Final, Self
 
 from palpate.ad7746 import datasheet
-from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, quoted
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, number, yes_no
-from palpate.sources.sysfs import LEVEL, NAME, PINS, KernelDevice, text_of
 
 DEVICES = Path("/sys/bus/iio/devices")
-STREAK = 3
-FIRST_PAIRS = 4
-"""Pairs that are read at the begin, to measure the period."""
-SAME = 8
-"""So many equal codes in a row are no measurement: the least noise of the chip is 9 codes rms."""
+NAME: Final = "ad7746"
+# `in_capacitanceN_offset` of one step of the CAPDAC: 21 pF / 127, in codes, rounded as the driver has it.
+CODES_PER_STEP: Final = 338646
+LAST_STEP: Final = 126  # The driver refuses offsets above 43,008,000, which is a little less than 127 steps.
+FIRST_PAIRS = 4  # Pairs that are read at the begin, to measure the period.
+STREAK = 3  # This many pairs in a row that cannot be read are an error.
+SAME = 8  # This many equal codes in a row are no measurement: the least noise of the chip is 9 codes rms.
+LATE_NS = 12_000_000  # A tick of the slowest kernel, and 2 ms.
+# Sampling frequency -> conversion time, least sleep of the driver, ns.
+_TIMES_NS: dict[float, tuple[int, int]] = {
+    frequency: (round(conversion_s * 1e9), sleep_ms * 1_000_000)
+    for frequency, conversion_s, sleep_ms in zip(
+        (91, 84, 50, 26, 16, 13, 11, 9), datasheet.CONVERSION_S, (12, 13, 21, 39, 63, 78, 93, 111), strict=True
+    )
+}
 
 
-LATE_S = 0.012
-"""A tick of the slowest kernel, and 2 ms."""
+class KernelDevice:
+    """The folder of an AD7746 in sysfs; raises DeviceNotFound, DeviceRefused or ProtocolError."""
 
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        if (name := self._text("name")) != NAME:
+            raise DeviceNotFound(f"{path} is {quoted(name)}, not an {NAME}")
+        known = 1 / datasheet.CODES_PER_PF  # pF a code; the driver rounds it to 0.000000488
+        self._number("in_capacitance_scale", known * 0.999, known * 1.001)
+        frequency = self._number("in_capacitance_sampling_frequency", min(_TIMES_NS), max(_TIMES_NS))
+        if frequency not in _TIMES_NS:
+            raise ProtocolError(f"{path}: got a sampling frequency of {frequency:g}, allowed: {[*_TIMES_NS]}")
+        self.conversion_ns, self.sleep_ns = _TIMES_NS[frequency]
 
-class _Reading(NamedTuple):
-    t_ns: int
-    code: int
-    uncertainty_us: int
+    def code(self, channel: int) -> int:
+        """Convert channel 0 or 1; return the 24-bit code."""
+        zero = datasheet.ZERO_CODE  # the kernel subtracts it
+        return int(self._number(f"in_capacitance{channel}_raw", -zero, zero - 1)) + zero
 
+    def steps(self) -> list[int]:
+        """Return the CAPDACs of both channels, in steps."""
+        most = CODES_PER_STEP * datasheet.DAC_STEPS
+        return [round(self._number(f"in_capacitance{n}_offset", 0, most) / CODES_PER_STEP) for n in (0, 1)]
 
-def devices(root: Path = DEVICES) -> list[Path]:
-    """Return the devices that are an AD7746."""
-    found = []
-    for path in sorted(root.glob("iio:device*")):
-        with suppress(OSError):
-            if text_of(path / "name") == NAME:
-                found.append(path)
-    return found
+    def move(self, channel: int, steps: int) -> None:
+        """Set the CAPDAC of a channel; raises DeviceRefused without permission: usually only root may."""
+        file = self.path / f"in_capacitance{channel}_offset"
+        try:
+            write(file, str(steps * CODES_PER_STEP))
+        except OSError as error:
+            raise _error(file, error, "write") from error
+
+    def centre(self, channel: int) -> None:
+        """Set the CAPDAC by halving until the reading is in range, then to its middle; a signal beyond it stays out."""
+        low, high, steps = 0, LAST_STEP, self.steps()[channel]
+        self.move(channel, steps)
+        while datasheet.saturated(code := self.code(channel)):
+            low, high = (steps + 1, high) if code > datasheet.ZERO_CODE else (low, steps - 1)
+            if low > high:
+                return
+            steps = (low + high) // 2
+            self.move(channel, steps)
+        steps += round(datasheet.capacitance_pF(code) / datasheet.DAC_STEP_PF)
+        self.move(channel, min(max(steps, 0), LAST_STEP))
+
+    def _text(self, name: str) -> str:
+        try:
+            return text_of(self.path / name)
+        except OSError as error:
+            raise _error(self.path / name, error, "read") from error
+
+    def _number(self, name: str, low: float, high: float) -> float:
+        """Return the number in a file."""
+        text = self._text(name)
+        with suppress(ValueError):
+            if low <= float(text) <= high:
+                return float(text)
+        raise ProtocolError(
+            f"{self.path}/{name}: got {quoted(text)}, allowed: {low:g} to {high:g}; check the kernel's driver"
+        )
 
 
 class IioSource(Source):
-    """Pairs of both channels, read from two files one after the other.
-
-    The time of a value is the begin of its read, and half a conversion: writing the registers before a conversion takes
-    some 0.3 to 1.2 ms more, alike in both channels. The driver does not say when a conversion begins: somewhere in its
-    read, the least sleep before the end. What is left of the longer read is `t_uncertainty_us`: some 3 ms with a kernel
-    of 1000 ticks a second, 18 ms with 100. A pair with a read `LATE_S` longer than usual is LOST.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        Folder of the device in sysfs.
-    hard_input : int
-        1: the hard bump is channel 0; 2: it is channel 1.
-    centre : bool
-        Set the CAPDACs at the begin so that both idle signals are in the middle of the range; needs write permission.
-    clock_ns : callable
-        Returns the time, ns.
-    """
+    """Pairs of both channels, read from two files one after the other."""
 
     def __init__(
         self,
@@ -80,35 +117,26 @@ class IioSource(Source):
         self._stopped, self._to_centre = Event(), Event()
         if centre:
             self._to_centre.set()
-        self._begun = False
         self._errors = 0
         self._gaps: list[Gap] = []
-        self._conversion_s, self._sleep_s = self._device.times_s()
-        self._period_s = 2 * self._sleep_s
-        self._longest_ns = math.inf
-        self._steps = self._read_steps()
-        self._unjudged = True
-        self._same = {"hard": (-1, 0), "soft": (-1, 0)}
+        self._period_ns, self._longest_ns = 2.0 * self._device.sleep_ns, math.inf
+        self._steps = self._device.steps()
+        self._is_unjudged = True  # since the CAPDACs were moved
+        self._same = {"hard": (-1, 0), "soft": (-1, 0)}  # the last code, and how often it came
         self._start_ns: int | None = None
 
     def __enter__(self) -> Self:
         """Centre the range, if this was asked for, and measure the period."""
-        self._begun = True
-        if self._device.excitation == "":
-            self.notify(f"{self._device.path}: no excitation: {_HOW_TO_EXCITE}")
-        if self._to_centre.is_set():
-            self._centre_both()
-            self._steps = self._read_steps()
+        self._centre_if_asked()
+        self._steps = self._device.steps()
         with suppress(ProtocolError):  # the iteration counts it
-            self._period_s = self._measured_period()
+            self._measure_period()
         return self
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the pairs; a pair that cannot be read is LOST, and `STREAK` of them in a row are an error."""
-        if not self._begun:
-            self.__enter__()
-        start_ns, seq, streak = self._clock_ns(), 0, 0
-        self._start_ns = start_ns
+        start_ns = self._start_ns = self._clock_ns()
+        seq, streak = 0, 0
         while not self._stopped.is_set():
             try:
                 sample = self._pair(seq, start_ns)
@@ -117,9 +145,9 @@ class IioSource(Source):
                 self._errors, streak = self._errors + 1, streak + 1
                 if streak == STREAK:
                     raise
-                sample = self._lost(seq, start_ns)
-            if sample:
-                yield sample
+                sample = None
+            now = self._clock_ns() - start_ns
+            yield sample or Sample(seq, now, now, -1, -1, math.nan, math.nan, Status.LOST)
             seq += 1
 
     @property
@@ -135,21 +163,19 @@ class IioSource(Source):
     @property
     def gaps(self) -> Sequence[Gap]:
         """Samples from which on the range was another one: the offset of a channel was written."""
-        return tuple(self._gaps)
+        return self._gaps
 
     def describe(self) -> dict[str, Any]:
         """Return the folder of the device, its range and speed."""
-        known = math.isfinite(self._period_s)
         return {
             "name": "AD7746 by the kernel's driver",
             "note": "not tried on hardware",
             "path": str(self._device.path),
-            "scale": self._device.scale,
             "capdac": {name: self._steps[channel] for name, channel in self._channels.items()},
-            "excitation": self._device.excitation,
             "full_scale_pF": datasheet.SATURATED_PF,
             "stamps": "converter",
-            **({"conversion_s": self._conversion_s, "period_s": self._period_s} if known else {}),
+            "conversion_s": self._device.conversion_ns / 1e9,
+            "period_s": self._period_ns / 1e9,
         }
 
     def centre(self) -> None:
@@ -157,110 +183,80 @@ class IioSource(Source):
         self._to_centre.set()
 
     def interrupt(self) -> None:
-        """Stop the iteration after the present conversion."""
+        """Stop the iteration after the present pair."""
         self._stopped.set()
 
     def _pair(self, seq: int, start_ns: int) -> Sample | None:
-        """Return the next pair; None: it was interrupted."""
-        if self._to_centre.is_set():
-            self._centre_again()
-        hard = self._convert(self._channels["hard"])
-        if self._stopped.is_set():
+        """Return the next pair; None: the CAPDACs were moved in it."""
+        try:
+            self._centre_if_asked()
+        except DeviceRefused as error:  # the measurement goes on
+            self.notify(str(error))
+        t_hard_ns, hard, hard_us = self._convert("hard")
+        t_soft_ns, soft, soft_us = self._convert("soft")
+        if (steps := self._device.steps()) != self._steps:
+            text = f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps"
+            self._gaps.append(Gap(seq, text))
+            self._steps, self._is_unjudged = steps, True
             return None
-        soft = self._convert(self._channels["soft"])
-        if self._was_moved(seq):
-            return self._lost(seq, start_ns)
-        for name, reading in (("hard", hard), ("soft", soft)):
-            self._judge(name, reading.code)
-        self._unjudged = False
-        return _sample(seq, start_ns, hard, soft)
+        self._judge("hard", hard)
+        self._judge("soft", soft)
+        self._is_unjudged = False
+        status = Status.HARD_SATURATED * datasheet.saturated(hard) | Status.SOFT_SATURATED * datasheet.saturated(soft)
+        values = datasheet.capacitance_pF(hard), datasheet.capacitance_pF(soft)
+        times = t_hard_ns - start_ns, t_soft_ns - start_ns
+        return Sample(seq, *times, hard, soft, *values, int(status), max(hard_us, soft_us))
 
-    def _lost(self, seq: int, start_ns: int) -> Sample:
-        now = self._clock_ns() - start_ns
-        return Sample(seq, now, now, -1, -1, math.nan, math.nan, Status.LOST)
-
-    def _convert(self, channel: int) -> _Reading:
+    def _convert(self, name: str) -> tuple[int, int, int]:
+        """Return time, ns, code, and uncertainty of the time, us, of a conversion."""
+        # The driver does not say when a conversion begins: somewhere in its read, the least sleep before the end. What is
+        # left of the longer read is the uncertainty. Writing the registers before takes 0.3 to 1.2 ms more in both channels.
         begun = self._clock_ns()
-        code = self._device.code(channel)
+        code = self._device.code(self._channels[name])
         lasted = self._clock_ns() - begun
         if lasted > self._longest_ns:
             raise ProtocolError(
                 f"{self._device.path}: a conversion lasted {lasted / 1e6:.0f} ms, allowed: {self._longest_ns / 1e6:.0f} ms: "
                 "another program uses the driver, or changed its sampling frequency"
             )
-        if math.isnan(self._conversion_s):
-            return _Reading(begun + lasted // 2, code, -1)
-        uncertainty_us = math.ceil(max(lasted - self._sleep_s * 1e9, 0) / 1000)
-        return _Reading(begun + round(self._conversion_s * 1e9 / 2), code, uncertainty_us)
+        uncertainty_us = math.ceil(max(lasted - self._device.sleep_ns, 0) / 1000)
+        return begun + self._device.conversion_ns // 2, code, uncertainty_us
 
-    def _measured_period(self) -> float:
-        """Return the time from pair to pair, s: the driver sleeps for a time that depends on the kernel's tick."""
-        lasted = []
+    def _measure_period(self) -> None:
+        """Measure the time from pair to pair: the driver sleeps for a time that depends on the kernel's tick."""
+        begun = [self._clock_ns()]
         for _ in range(FIRST_PAIRS):
-            begun = self._clock_ns()
-            for channel in self._channels.values():
-                if not self._stopped.is_set():
-                    self._convert(channel)
-            self._read_steps()
-            lasted.append(self._clock_ns() - begun)
-        period_ns = max(statistics.median(lasted), 1)
-        self._longest_ns = period_ns / 2 + LATE_S * 1e9
-        return period_ns / 1e9
-
-    def _read_steps(self) -> list[int | None]:
-        return [self._device.steps(channel) for channel in (0, 1)]
-
-    def _was_moved(self, seq: int) -> bool:
-        """Return whether the offset of a channel was written since the pair before; then note the gap."""
-        if (steps := self._read_steps()) == self._steps:
-            return False
-        text = f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps"
-        self._gaps.append(Gap(seq, text))
-        self.notify(f"{text}: the baseline is measured again")
-        self._steps, self._unjudged = steps, True
-        return True
+            self._convert("hard")
+            self._convert("soft")
+            self._device.steps()
+            begun.append(self._clock_ns())
+        self._period_ns = max(statistics.median(b - a for a, b in itertools.pairwise(begun)), 1)
+        self._longest_ns = self._period_ns / 2 + LATE_NS
 
     def _judge(self, name: str, code: int) -> None:
-        """Tell of a channel that measures nothing: saturated at the begin, or the same code again and again."""
+        """Report a channel that measures nothing: saturated at the begin, or the same code again and again."""
         before, count = self._same[name]
-        self._same[name] = code, count + 1 if code == before else 1
-        if self._unjudged and datasheet.saturated(code):
-            self.notify(f"{name}: {self._device.out_of_range(self._channels[name], code)}")
-        elif count + 1 == SAME and code == before and not datasheet.saturated(code):
-            pins = f"driven: EXC{', EXC'.join(self._device.excitation)}" if self._device.excitation else _HOW_TO_EXCITE
+        count = count + 1 if code == before else 1
+        self._same[name] = code, count
+        channel = self._channels[name]
+        if self._is_unjudged and datasheet.saturated(code):
             self.notify(
-                f"{name}: CIN{self._channels[name] + 1} gives exactly {datasheet.capacitance_pF(code):g} pF, "
-                f"{SAME} times in a row: its sensor has no excitation ({pins})"
+                f"{name}: CIN{channel + 1} is {'above' if code > datasheet.ZERO_CODE else 'below'} the range of "
+                f"{2 * datasheet.FULL_SCALE_PF:g} pF, its CAPDAC is at {self._steps[channel]} steps: as root, "
+                f"iio:{self._device.path}?centre=yes moves it"
+            )
+        elif count == SAME and not datasheet.saturated(code):
+            self.notify(
+                f"{name}: CIN{channel + 1} gives exactly {datasheet.capacitance_pF(code):g} pF, {SAME} times in a row: its "
+                "sensor has no excitation: the node of the chip in the device tree needs adi,exca-output-en; or "
+                "adi,excb-output-en;, for the pin that the sensor is wired to, and adi,excitation-vdd-permille = <500>;"
             )
 
-    def _centre_again(self) -> None:
-        """Centre during the measurement, which goes on if that is not permitted."""
-        try:
-            self._centre_both()
-        except DeviceRefused as error:
-            self.notify(str(error))
-
-    def _centre_both(self) -> None:
-        self._to_centre.clear()
-        for channel in self._channels.values():
-            self._device.centre(channel)
-
-
-_HOW_TO_EXCITE = (
-    f"the node of the chip in the device tree needs {PINS['A']}; or {PINS['B']};, for the pin that the sensor is wired to, "
-    f"and {LEVEL} = <500>;"
-)
-
-
-def _sample(seq: int, start_ns: int, hard: _Reading, soft: _Reading) -> Sample:
-    status = Status.HARD_SATURATED * datasheet.saturated(hard.code) | Status.SOFT_SATURATED * datasheet.saturated(
-        soft.code
-    )
-    values = datasheet.capacitance_pF(hard.code), datasheet.capacitance_pF(soft.code)
-    times = hard.t_ns - start_ns, soft.t_ns - start_ns
-    return Sample(
-        seq, *times, hard.code, soft.code, *values, int(status), max(hard.uncertainty_us, soft.uncertainty_us)
-    )
+    def _centre_if_asked(self) -> None:
+        if self._to_centre.is_set():
+            self._to_centre.clear()
+            for channel in (0, 1):
+                self._device.centre(channel)
 
 
 def open_iio(address: str, options: Mapping[str, Any]) -> IioSource:
@@ -268,12 +264,39 @@ def open_iio(address: str, options: Mapping[str, Any]) -> IioSource:
     allowed = {"hard_input": number(1, 2, whole=True), "centre": yes_no, "root": anything, "clock_ns": anything}
     given = checked("iio", options, allowed)
     root = Path(given.pop("root", DEVICES))
-    if address:
-        return IioSource(Path(address), **given)
-    found = devices(root)
+    found = [Path(address)] if address else devices(root)
     if len(found) != 1:
-        there = ", ".join(f"iio:{path}" for path in found)
-        raise DeviceNotFound(
-            f"{len(found)} devices in {root} are an {NAME}" + (f": choose one of {there}" if there else "")
-        )
+        there = ", ".join(f"iio:{path}" for path in found) or "none"
+        raise DeviceNotFound(f"{len(found)} devices in {root} are an {NAME}: choose one of {there}")
     return IioSource(found[0], **given)
+
+
+def devices(root: Path = DEVICES) -> list[Path]:
+    """Return the devices that are an AD7746."""
+    found = []
+    for path in sorted(root.glob("iio:device*")):
+        with suppress(OSError):
+            if text_of(path / "name") == NAME:
+                found.append(path)
+    return found
+
+
+def text_of(path: Path) -> str:
+    """Return the text of one of the kernel's files."""
+    return path.read_text(encoding="utf-8", errors="replace").strip()
+
+
+def write(path: Path, text: str) -> None:
+    """Write one of the kernel's files: in one call, and never a new file."""
+    with path.open("r+b", buffering=0) as file:
+        file.write(f"{text}\n".encode())
+
+
+def _error(path: Path, error: OSError, step: str) -> SourceError:
+    if error.errno in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
+        return DeviceNotFound(
+            f"{path}: not found: check that the kernel's driver ad7746 is loaded and bound to the chip"
+        )
+    if isinstance(error, PermissionError):
+        return DeviceRefused(f"{path}: no permission to {step} it: run palpate as root")
+    return ProtocolError(f"{path}: {error.strerror}")

@@ -15,11 +15,9 @@ from palpate.errors import quoted, unlike
 
 __all__ = ["LONGEST", "Check", "anything", "checked", "choice", "number", "split", "text", "yes_no"]
 
-Check = Callable[[str, Any], Any]
-"""(name, value) of an option -> checked value, or ValueError."""
+Check = Callable[[str, Any], Any]  # (name, value) of an option -> checked value, or ValueError.
 
-LONGEST = 10_000
-"""Characters of the name of a source, at most."""
+LONGEST = 10_000  # Characters of the name of a source, at most.
 _YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
 _LONG_PATH = "\\\\?\\"  # Windows: \\?\C:\... may be longer than 260 characters
 _SCHEME = re.compile(r"([a-z][a-z0-9+.-]+):(.*)", re.DOTALL)  # two letters or more: C:\ is a drive

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from palpate.ad7746.clock import Clock, RealClock, VirtualClock
+from palpate.ad7746.bus import Clock, RealClock, VirtualClock
 from palpate.ad7746.evalkit.board import EvalKit
 from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
@@ -12,8 +12,8 @@ from palpate.ad7746.twin.wiring import WIRINGS
 from palpate.errors import quoted, unlike
 from palpate.samples import Sample
 from palpate.simulation.board import kit_of, known, limit_ns
+from palpate.simulation.hand import SESSIONS
 from palpate.simulation.scenarios import SCENARIOS
-from palpate.simulation.sessions import SESSIONS
 from palpate.sources.board import CONVERTER, BoardSource
 from palpate.sources.options import Check, checked, choice, number
 
@@ -29,15 +29,7 @@ class Incident(NamedTuple):
 
 
 class SimSource(BoardSource):
-    """The pairs of a simulated scenario, until its end.
-
-    Parameters
-    ----------
-    name : str
-        Key of `palpate.simulation.SCENARIOS`, or of `palpate.simulation.sessions.SESSIONS`, that the board can follow.
-    options : mapping
-        Checked options: those of `CONVERTER`, and seed, speed, bus_kHz, fault, wiring, idle.
-    """
+    """The pairs of a simulated scenario, until its end."""
 
     def __init__(self, name: str, options: Mapping[str, Any]) -> None:
         scenario = (SCENARIOS | SESSIONS)[name]
@@ -77,23 +69,7 @@ class SimSource(BoardSource):
 
 
 def faults(name: str, value: Any) -> list[Incident]:
-    """Parse faults, KIND[:AMOUNT]@SECONDS, separated by commas; a blank in a kind may be a dash.
-
-    Parameters
-    ----------
-    name : str
-        Of the option, for the message.
-    value : str
-
-    Returns
-    -------
-    list of Incident
-
-    Examples
-    --------
-    >>> faults("fault", "unplug:1.5@12")[0].fault
-    Fault(kind='unplug', amount=1.5, skip=0, request=None, times=1)
-    """
+    """Parse faults, KIND[:AMOUNT]@SECONDS, separated by commas; a blank in a kind may be a dash."""
     return [_incident(name, text) for text in str(value).split(",")]
 
 

@@ -7,28 +7,27 @@ from typing import TYPE_CHECKING, Any
 
 from palpate.errors import PalpateError, SourceError, nearest, shortened
 from palpate.sources.base import Source
-from palpate.sources.claims import is_source
 from palpate.sources.options import split
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
+# Group of entry points that add a scheme: a function of address (str) and options (mapping) -> `Source`.
 GROUP = "palpate.sources"
-"""Group of entry points that add a scheme: a function of address (str) and options (mapping) -> `Source`."""
 _OWN = {
     "usb": ("palpate.sources.board", "open_usb"),
     "sim": ("palpate.sources.sim", "open_sim"),
     "i2c": ("palpate.sources.board", "open_i2c"),
     "iio": ("palpate.sources.iio", "open_iio"),
-    "serial": ("palpate.sources.serial.opening", "open_serial"),
-    "lsl": ("palpate.sources.lsl.opening", "open_lsl"),
+    "serial": ("palpate.sources.serial", "open_serial"),
+    "lsl": ("palpate.sources.lsl", "open_lsl"),
 }
 
 Factory = Callable[[str, Mapping[str, Any]], Source]
 
 
 def schemes() -> list[str]:
-    """Return the names of all schemes that `open` accepts, with those of other packages.
+    """Return the names of all schemes that `open` accepts, also of other packages.
 
     Returns
     -------
@@ -59,8 +58,8 @@ def open(uri: str, **options: Any) -> Source:
         usb, without the last two. sim: as i2c, and seed, speed (1: real time; default: as fast as possible), bus_kHz
         (10 to 400), fault (KIND[:AMOUNT]@SECONDS, separated by commas), wiring (a mistake of the wiring; a wrong name
         lists all), idle (s at rest before the scenario). iio: hard_input, centre (yes or no). serial: columns (names
-        of the cells of a line) or pattern (a regular expression with groups of these names), unit, decimal (comma,
-        point), code_pF, baud, reset (yes, no: leave DTR and RTS inactive), replug. lsl: type, source_id, host (which
+        of the cells of a line) or pattern (a regular expression with groups of these names), unit (or pF of a count), baud,
+        reset (yes, no: leave DTR and RTS inactive), replug. lsl: type, source_id, host (which
         stream), hard, soft (labels or positions of the channels), unit, stamps (converter, host), wait (s until it
         answers), replug. A path: map (as hard=COL,soft=COL), unit, time_unit, rate, decimal, soft, part, as in
         `palpate.read`, and speed.
@@ -96,7 +95,7 @@ def open(uri: str, **options: Any) -> Source:
     if not scheme:
         return _factory("palpate.sources.files", "open_file")(address, {**in_uri, **options})
     source = _find(scheme)(address, {**in_uri, **options})
-    if not is_source(source):
+    if not isinstance(source, Source):
         raise SourceError(f"{scheme}: gave an object of type {type(source).__name__}, allowed: a palpate.Source")
     return source
 

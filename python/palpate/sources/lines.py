@@ -1,0 +1,227 @@
+"""The grammar of lines on a serial port: a line is read as a whole, or refused with a reason."""
+
+import json
+import math
+import re
+from collections.abc import Sequence
+from functools import reduce
+from operator import xor
+from typing import Any, NamedTuple
+
+from palpate.ad7746.datasheet import LAST_CODE
+from palpate.errors import quoted
+
+Values = dict[str, Any]  # Role -> value: pF (float; nan: no value), ns (int), or a whole number.
+UNUSED = "-"  # Name of a column that is not used; its cells may be any text.
+TIMES = ("t", "t_hard", "t_soft")
+CHANNELS = ("hard", "soft")
+NANOSECONDS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
+PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "F": 1e12}
+# Columns of whole numbers, with their range.
+WHOLE = {
+    "seq": (0, 2**32 - 1),
+    "hard_raw": (-1, LAST_CODE),
+    "soft_raw": (-1, LAST_CODE),
+    "capdac_hard": (0, 255),
+    "capdac_soft": (0, 255),
+    "status": (0, 8),
+    "t_uncertainty_us": (-1, 2**31 - 1),
+}
+# Words in place of a number, in any case and with any sign: the instrument has no value.
+MARKS = frozenset(["OL", "OVL", "OVLD", "OVER", "OVERLOAD", "OVF", "NAN", "INF"])
+OVERLOAD = 1e30  # Numbers from this size on say that there is no value, too: SCPI instruments send 9.9E+37.
+SMALLEST_PF, LARGEST_PF = 0.01, 100.0  # Range of the first capacitance of a channel whose unit is not given.
+LONGEST = 1000  # Bytes of a line, at most: anything longer is not text.
+_LONGEST_NS = 2**62
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+_CELL = re.compile(r"(?:([A-Za-z_]\w*)[=:])?(.*)", re.ASCII)
+_NAMES = "columns= names each cell in order: hard, soft, t_ms, seq, ... or - if it is not used"
+
+
+class Refused(ValueError):
+    """A line that is not read; its text is the reason, and which option helps."""
+
+
+class LineColumn(NamedTuple):
+    """What a cell is: hard, soft, a time, a name in `WHOLE`, or "-"; and the unit in its name, or ""."""
+
+    role: str
+    unit: str = ""
+
+
+Cells = list[tuple[str, str]]  # Name, "" without one, and text of each cell of a line.
+
+
+class Grammar:
+    """Reads lines. The first line that is read fixes the names, and the checksum, of the lines after it.
+
+    `columns` are the cells in order, `pattern` is a regular expression with columns as its groups; `unit_pF` is the unit of
+    capacitances whose name has none.
+    """
+
+    def __init__(
+        self,
+        columns: Sequence[LineColumn] = (),
+        pattern: "re.Pattern[str] | None" = None,
+        unit_pF: float | None = None,
+    ) -> None:
+        self.columns: Sequence[LineColumn] = [column(name) for name in pattern.groupindex] if pattern else columns
+        self.by_order = False
+        self.form: tuple[bool, list[str]] | None = None  # of all lines: checksum, names
+        self._given, self._pattern, self._unit_pF = columns, pattern, unit_pF
+        self._sized = False
+
+    def read(self, line: bytes) -> Values:
+        """Return the values of a line; raises Refused."""
+        if len(line) > LONGEST:
+            raise Refused(f"more than {LONGEST} bytes without a line end")
+        text, summed = unsummed(line)
+        cells = self._matched(text) if self._pattern else split(text)
+        form = summed, [] if self._pattern else [label for label, _ in cells]
+        if self.form not in (None, form):
+            raise Refused("its names or its checksum are not as in the first line")
+        columns = self._columns_of(cells)
+        values = {
+            each.role: self._value(each, cell)
+            for each, (_, cell) in zip(columns, cells, strict=True)
+            if each.role != UNUSED
+        }
+        self._check_sizes(columns, values)
+        if self.form is None:
+            self.form, self.columns = form, self.columns or columns
+            self.by_order = not (self._given or self._pattern or any(form[1]))
+        return values
+
+    def _matched(self, text: str) -> Cells:
+        match = self._pattern.fullmatch(text) if self._pattern else None
+        if not match:
+            raise Refused("it does not match the pattern as a whole")
+        return [(name, found.strip()) for name, found in match.groupdict().items() if found is not None]
+
+    def _columns_of(self, cells: Cells) -> Sequence[LineColumn]:
+        """Return what the cells are: by the option, by their names, or two numbers as hard and soft."""
+        labels = [label for label, _ in cells]
+        if self._given:
+            if len(cells) != len(self._given):
+                raise Refused(f"it has {len(cells)} cells, but columns= has {len(self._given)} names")
+            return self._given
+        if all(labels):
+            columns = [column(label) for label in labels]
+            require_pair(columns)
+            return columns
+        if any(labels):
+            raise Refused("it has cells with and without a name; a decimal comma is not read")
+        if len(cells) != 2:
+            raise Refused(f"{len(cells)} cells without names: which are hard and soft? {_NAMES}")
+        if self.form is None and not all("." in text for _, text in cells):
+            raise Refused("no decimals, no names: are they hard and soft, in pF? columns=hard,soft")
+        return [LineColumn("hard"), LineColumn("soft")]
+
+    def _value(self, one: LineColumn, text: str) -> float | int:
+        if one.role in TIMES:
+            return _ns(one, text)
+        if one.role in CHANNELS:
+            return number(text) * (PICOFARADS[one.unit] if one.unit else self._unit_pF or 1.0)
+        return whole(text, *WHOLE[one.role])
+
+    def _check_sizes(self, columns: Sequence[LineColumn], values: Values) -> None:
+        """Check that the first values without a unit have the size of pF; raises Refused."""
+        if self._sized or self._unit_pF:
+            return
+        bare = [abs(values[one.role]) for one in columns if one.role in CHANNELS and not one.unit]
+        if any(size < SMALLEST_PF or size > LARGEST_PF for size in bare):
+            allowed = f"pF from {SMALLEST_PF:g} to {LARGEST_PF:g}"
+            raise Refused(f"it has no unit, and its first values are not {allowed}: which unit? unit=fF")
+        self._sized = not math.isnan(sum(bare))
+
+
+def _named_columns() -> dict[str, LineColumn]:
+    """Return all names of columns in lower case, with each unit behind those that have one."""
+    found = {name: LineColumn(name) for name in (*WHOLE, UNUSED)}
+    found |= {"millis": LineColumn("t", "ms"), "micros": LineColumn("t", "us")}
+    aliases = {"hard": "hard", "c1": "hard", "soft": "soft", "c2": "soft", "time": "t"} | {name: name for name in TIMES}
+    for name, role in aliases.items():
+        units = PICOFARADS if role in CHANNELS else NANOSECONDS
+        found |= {name: LineColumn(role)} | {f"{name}_{unit}".casefold(): LineColumn(role, unit) for unit in units}
+    return found
+
+
+COLUMNS = _named_columns()  # Name in lower case -> column.
+
+
+def column(name: str) -> LineColumn:
+    """Return what a name means; raises Refused."""
+    try:
+        return COLUMNS[name.strip().casefold()]
+    except KeyError:
+        raise Refused(f"what is {quoted(name)}? {_NAMES}") from None
+
+
+def require_pair(columns: Sequence[LineColumn]) -> None:
+    """Check for both channels, no role twice, and one time, both times or none; raises Refused."""
+    roles = [one.role for one in columns if one.role != UNUSED]
+    if twice := sorted({role for role in roles if roles.count(role) > 1}):
+        raise Refused(f"{twice[0]} is there twice")
+    if set(roles) & {"hard", "soft", "hard_raw", "soft_raw"} not in ({"hard", "soft"}, {"hard_raw", "soft_raw"}):
+        raise Refused("it has not both channels: hard and soft, or hard_raw and soft_raw")
+    if ("t_hard" in roles) != ("t_soft" in roles) or ("t" in roles and "t_hard" in roles):
+        raise Refused("it has not one time t, or both times t_hard and t_soft")
+
+
+def unsummed(line: bytes) -> tuple[str, bool]:
+    """Return a line without its checksum, and whether it had one: `*` and the XOR of all bytes before; raises Refused."""
+    match = re.fullmatch(rb"(.*)\*([0-9A-Fa-f]{2})", line, re.DOTALL)
+    if not match:
+        return line.decode(errors="replace").strip(), False
+    found = reduce(xor, match[1], 0)
+    if found != int(match[2], 16):
+        raise Refused(f"its checksum is {match[2].decode()}, but its text has {found:02X}")
+    return match[1].decode(errors="replace").strip(), True
+
+
+def split(text: str) -> Cells:
+    """Return the cells between ";", "|", "," or blanks, or the members of a JSON object; raises Refused."""
+    if text.startswith("{"):
+        try:
+            members = json.loads(text, object_pairs_hook=list, parse_int=str, parse_float=str, parse_constant=str)
+        except (ValueError, RecursionError) as error:
+            raise Refused("it begins as a JSON object, but is none") from error
+        return [(label, "nan" if value is None else str(value)) for label, value in members]
+    tight = re.sub(r"\s*([=:;|,])\s*", r"\1", text)
+    cells = (_CELL.fullmatch(part) for part in re.split(r"[;|,]|\s+", tight))
+    return [(cell[1] or "", cell[2]) for cell in cells if cell]
+
+
+def number(text: str) -> float:
+    """Return the value of a cell; nan: the instrument has no value; raises Refused."""
+    if text.lstrip("+-").upper() in MARKS:
+        return math.nan
+    if not _NUMBER.fullmatch(text):
+        raise Refused(f"{quoted(text)} is not a number")
+    value = float(text)
+    return value if abs(value) < OVERLOAD else math.nan
+
+
+def whole(text: str, low: int, high: int) -> int:
+    """Return the value of a cell that is a whole number in a range; raises Refused."""
+    if not (re.fullmatch("-?[0-9]{1,20}", text) and low <= int(text) <= high):
+        raise Refused(f"{quoted(text)} is not a whole number from {low} to {high}")
+    return int(text)
+
+
+def shown(values: Values) -> str:
+    """Return values as a message shows them."""
+    forms = dict.fromkeys(CHANNELS, "{} {:.9g} pF") | dict.fromkeys(TIMES, "{} {:.9g} s")
+    scaled = {role: value / 1e9 if role in TIMES else value for role, value in values.items()}
+    return ", ".join(forms.get(role, "{} {}").format(role, value) for role, value in scaled.items())
+
+
+def _ns(one: LineColumn, text: str) -> int:
+    if not one.unit:
+        raise Refused(
+            f"the unit of {one.role} is not known: name it {one.role}_s, {one.role}_ms or {one.role}_us; {_NAMES}"
+        )
+    value = number(text) * NANOSECONDS[one.unit]
+    if not 0 <= value < _LONGEST_NS:
+        raise Refused(f"{quoted(text)} is not a time")
+    return round(value)

@@ -1,0 +1,384 @@
+"""A stream of Lab Streaming Layer as a source, `lsl:NAME`; and the library, with its clock beside the computer's."""
+
+import math
+import os
+import socket
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from threading import Event
+from typing import Any, Self
+
+from palpate.errors import (
+    DeviceNotFound,
+    MissingExtra,
+    ProtocolError,
+    SourceError,
+    SourceTimeout,
+    listed,
+    quoted,
+    shortened,
+)
+from palpate.extras import need
+from palpate.samples import Sample, Status
+from palpate.sources.base import Gap, Source
+from palpate.sources.lines import PICOFARADS, LineColumn, Refused, column
+from palpate.sources.options import Check, checked, choice, number, text
+
+# Labels of the channels of palpate's own stream of samples. gaps: number of gaps of the source so far.
+SAMPLES = ("hard_pF", "soft_pF", "soft_offset_s", "seq", "status", "gaps")
+MANUFACTURER = "palpate"  # in the description of palpate's own streams
+NUMBERS = (1, 2, 4, 5, 6, 7)  # the formats of LSL but 3, text
+_SILENT = "[log]\nlevel = -3\n"  # fatal errors only: palpate reports itself what happens to a stream
+
+WAIT_S = 5.0
+_POLL_S = 0.05
+_OTHERS_S = 1.0  # The search waits this long for more streams after each answer: LSL asks twice in this time.
+_TURN_S = 0.1  # of a call of liblsl: an interruption ends between two
+_ANSWER_S = 5.0
+_SILENT_S = 5.0
+_LOOK_S = 1.0  # of one search for a stream that was lost
+_STREAK = 100  # stamps in a row that go back are an error
+# LSL's estimate is better than 0.2 ms. Clocks of two machines count from their starts: they agree to 1 ms by chance alone.
+_AGREE_S = 1e-3
+_FOREIGN_S = 600.0  # liblsl keeps 360 s of samples
+_STEP_NS = 1_000_000  # A new estimate of the clocks' difference may be this much below the last one.
+_MOST = 2.0**53  # of a whole number in a stream
+
+
+@cache
+def library() -> Any:
+    """Import pylsl; raises MissingExtra. liblsl prints no messages, unless the user has a configuration file for it."""
+    try:
+        found = need("pylsl", "lsl")
+    except (RuntimeError, OSError) as error:  # from its search for liblsl
+        said = str(error).strip().split("\n")[0]
+        raise MissingExtra(
+            f"pylsl finds no liblsl ({said:.100}); type: pip install --force-reinstall 'palpate[lsl]', "
+            "or set PYLSL_LIB to the library"
+        ) from error
+    with suppress(RuntimeError):  # liblsl before 1.17.7 has no such call; or there is no home folder
+        files = [Path("lsl_api.cfg"), Path("~/lsl_api/lsl_api.cfg").expanduser(), Path("/etc/lsl_api/lsl_api.cfg")]
+        if "LSLAPICFG" not in os.environ and not any(file.exists() for file in files):
+            found.set_config_content(_SILENT)
+    return found
+
+
+def ahead_ns(pylsl: Any) -> int:
+    """Return how far the clock of LSL is ahead of `time.monotonic_ns()`, ns; exactly 0 where they are the same clock."""
+    read = [(time.monotonic_ns(), pylsl.local_clock(), time.monotonic_ns()) for _ in range(5)]
+    before, lsl_s, after = min(read, key=lambda times: times[2] - times[0])
+    lsl_ns = round(lsl_s * 1e9)
+    return 0 if before <= lsl_ns <= after else lsl_ns - (before + after) // 2
+
+
+def search(
+    wanted: Mapping[str, str],
+    limit_s: float,
+    stopped: Callable[[], bool] = lambda: False,
+    others_s: float | None = None,
+) -> list[Any]:
+    """Return all streams with these properties of LSL, sorted, without their descriptions; empty after the limit."""
+    predicate = " and ".join(f"{name}={_literal(name, value)}" for name, value in wanted.items())
+    pylsl = library()
+    resolver = pylsl.ContinuousResolver(pred=predicate) if predicate else pylsl.ContinuousResolver()
+    found: list[Any] = []
+    until = time.monotonic() + limit_s
+    while time.monotonic() < until and not stopped():
+        answered = resolver.results()
+        if len(answered) > len(found):
+            found, until = answered, time.monotonic() + (_OTHERS_S if others_s is None else others_s)
+        time.sleep(_POLL_S)
+    return sorted(found, key=told)
+
+
+def only(wanted: Mapping[str, str], limit_s: float) -> Any:
+    """Return the one stream with these properties; raises DeviceNotFound: there is none, or there are several."""
+    found = search(wanted, limit_s)
+    asked = ", ".join(f"{name} {quoted(value)}" for name, value in wanted.items())
+    if not found:
+        raise DeviceNotFound(
+            f"lsl: no stream with {asked} answered within {limit_s:g} s: is it running, in the same network? "
+            "`palpate devices --lsl` lists those that answer"
+        )
+    if len(found) > 1:
+        there = listed([told(info) for info in found])
+        raise DeviceNotFound(
+            f"lsl: {len(found)} streams have {asked}: {there}; choose one by its name and ?type=, source_id= or host="
+        )
+    return found[0]
+
+
+def told(info: Any) -> str:
+    """Return a stream as a message shows it."""
+    marked = f", source_id {quoted(info.source_id())}" if info.source_id() else ""
+    return f"{shown(info.name())} ({shown(info.type()) or 'no type'}, on {shown(info.hostname())}{marked})"
+
+
+def shown(text: str) -> str:
+    """Return a text from the network as a terminal may show it."""
+    return shortened(text) if text.isprintable() else quoted(text)
+
+
+def _literal(name: str, value: str) -> str:
+    """Return a text in the quotes of XPath 1.0, which has no escapes."""
+    if '"' in value and "'" in value:
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: no text with both kinds of quotes")
+    return f"'{value}'" if '"' in value else f'"{value}"'
+
+
+class Channels:
+    """Which channels of a stream are the two of the probe, with their unit."""
+
+    def __init__(
+        self, labels: Sequence[str], units: Sequence[str], asked: Mapping[str, str], own: bool = False
+    ) -> None:
+        self._labels, self._units, self._asked = labels, units, asked
+        hard, soft = self._place("hard"), self._place("soft")
+        if hard == soft:
+            raise ValueError(f"hard, soft: got {self._shown(hard)} for both, allowed: two channels")
+        found = {"hard": (hard, self._unit("hard", hard)), "soft": (soft, self._unit("soft", soft))}
+        self.names = {name: f"{labels[place] or place + 1}, {unit}" for name, (place, unit) in found.items()}
+        self._places = [(place, PICOFARADS[unit]) for place, unit in found.values()]
+        self._extra = {label: labels.index(label) for label in SAMPLES[2:] if own and label in labels}
+
+    @property
+    def numbered(self) -> bool:
+        """Whether each sample has the number of its sender."""
+        return "seq" in self._extra
+
+    def values(self, row: Sequence[float]) -> tuple[float, float]:
+        """Return both capacitances of a sample, pF; nan: none."""
+        hard, soft = (float(row[place]) * factor for place, factor in self._places)
+        return hard if math.isfinite(hard) else math.nan, soft if math.isfinite(soft) else math.nan
+
+    def own(self, row: Sequence[float], name: str, low: float = 0, high: float = _MOST) -> float:
+        """Return a number that only palpate's own streams have; 0: this one has none."""
+        value = row[self._extra[name]] if name in self._extra else 0
+        if not low <= value <= high:
+            raise ProtocolError(f"lsl: {name}: got {value:g}, allowed: {low:g} to {high:g}")
+        return value
+
+    def _place(self, name: str) -> int:
+        """Return the channel with the asked label or position; if nothing is asked, the one whose label says the name."""
+        wanted = self._asked.get(name)
+        if wanted is None:
+            found = [i for i, label in enumerate(self._labels) if _column(label).role == name]
+        else:
+            found = [i for i, label in enumerate(self._labels) if wanted in (label, str(i + 1))]
+        if len(found) != 1:
+            there = listed([self._shown(i) for i in range(len(self._labels))])
+            got = "nothing" if wanted is None else quoted(wanted)
+            raise ValueError(f"{name}: got {got}, allowed: {name}=LABEL or a position from 1, one of {there}")
+        return found[0]
+
+    def _unit(self, name: str, place: int) -> str:
+        said = self._units[place]
+        unit = self._asked.get("unit") or said or _column(self._labels[place]).unit
+        if unit not in PICOFARADS:
+            raise ValueError(
+                f"unit: the stream says {quoted(said)} for {name}, channel {self._shown(place)}; "
+                f"allowed: unit=, one of {', '.join(PICOFARADS)}"
+            )
+        return unit
+
+    def _shown(self, place: int) -> str:
+        return f"{place + 1} ({self._labels[place]})" if self._labels[place] else f"{place + 1}"
+
+
+def _column(label: str) -> LineColumn:
+    try:
+        return column(label)
+    except Refused:
+        return LineColumn("")
+
+
+def channels_of(info: Any, asked: Mapping[str, str]) -> Channels:
+    """Return the channels of a stream with its description; errors as `Channels`, and for a stream of text."""
+    if info.channel_format() not in NUMBERS:
+        raise ValueError(f"lsl: the stream {quoted(info.name())} has no numbers, allowed: a stream of numbers")
+    channel, labels, units = info.desc().child("channels").child("channel"), [], []
+    for _ in range(info.channel_count()):  # a description with fewer of them has empty texts for the rest
+        labels.append(channel.child_value("label"))
+        units.append(channel.child_value("unit"))
+        channel = channel.next_sibling("channel")
+    return Channels(labels, units, asked, info.desc().child_value("manufacturer") == MANUFACTURER)
+
+
+class LslSource(Source):
+    """Two channels of a stream, as samples."""
+
+    def __init__(self, info: Any, asked: Mapping[str, str], stamps: str | None = None, replug: float = 30.0) -> None:
+        self._pylsl = library()
+        self._asked, self._stamps, self._replug_s = asked, stamps, replug
+        self._stopped = Event()
+        self._zero_ns = time.monotonic_ns()
+        self._to_t_ns = -ahead_ns(self._pylsl) - self._zero_ns
+        self._gaps: list[Gap] = []
+        self._errors = self._reconnects = self._streak = 0
+        self._away = ""  # why the next sample comes after a gap
+        self._seq, self._t_ns = -1, -(2**62)  # of the last sample
+        self._base = self._sender_gaps = 0  # the sender's number of sample 0; the sender's gaps so far
+        self._inlet: Any = self._connected(info)
+
+    def __enter__(self) -> Self:
+        """Begin to receive."""
+        self._patiently(self._inlet.open_stream)
+        return self
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Return the samples."""
+        heard_s = time.monotonic()
+        while not self._stopped.is_set() and (inlet := self._inlet):
+            try:
+                row, stamp_s = inlet.pull_sample(_TURN_S)
+            except self._pylsl.util.LostError:
+                row, heard_s = None, -math.inf
+            if row is not None:
+                heard_s = time.monotonic()
+                if sample := self._sample(row, stamp_s):
+                    yield sample
+            elif time.monotonic() - heard_s > _SILENT_S:
+                self._reconnect()
+                heard_s = time.monotonic()
+
+    def describe(self) -> dict[str, Any]:
+        """Return the stream, its channels, and what its description says of the instrument."""
+        info, acquisition = self._info, self._info.desc().child("acquisition")
+        names = ("period_s", "full_scale_pF", "stamps")  # of palpate's own streams
+        said = {name: acquisition.child_value(name) if self._channels.numbered else "" for name in names}
+        period_s = _positive(said["period_s"]) or (1 / rate if (rate := info.nominal_srate()) > 0 else None)
+        numbers = {"period_s": period_s, "full_scale_pF": _positive(said["full_scale_pF"])}
+        own = {"name": info.name(), "type": info.type(), "source_id": info.source_id(), "host": info.hostname()}
+        return {
+            "name": "LSL stream",
+            "stream": own,
+            "channels": self._channels.names,
+            "clock": f"{self._clock}; ns since the stream was opened",
+            "stamps": self._stamps or ("converter" if said["stamps"] == "converter" else "host"),
+            **{name: value for name, value in numbers.items() if value},
+        }
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Samples that were refused, because their stamps go back (`errors`), and `reconnects`."""
+        return {"errors": self._errors, "reconnects": self._reconnects}
+
+    @property
+    def gaps(self) -> Sequence[Gap]:
+        """Where the stream was lost, or its sender had a gap or began again."""
+        return self._gaps
+
+    @property
+    def zero_ns(self) -> int | None:
+        """Opening of the stream on the clock of the computer."""
+        return self._zero_ns
+
+    def interrupt(self) -> None:
+        """Stop the iteration."""
+        self._stopped.set()
+
+    def close(self) -> None:
+        """Close the stream."""
+        self._stopped.set()
+        self._inlet = None
+
+    def _connected(self, info: Any) -> Any:
+        """Connect to a stream, read its description, and compare the clocks; return its inlet."""
+        inlet = self._pylsl.StreamInlet(info, recover=False)
+        self._info = self._patiently(inlet.info)
+        self._channels = channels_of(self._info, self._asked)
+        correction_s = self._patiently(inlet.time_correction)
+        if self._info.hostname() == socket.gethostname() and abs(correction_s) < _AGREE_S:
+            self._clock = "this computer"  # the correction is noise
+            return inlet
+        self._clock = "the sender, with LSL's time correction"
+        return self._pylsl.StreamInlet(info, recover=False, processing_flags=self._pylsl.proc_clocksync)
+
+    def _patiently(self, call: Callable[[float], Any]) -> Any:
+        """Call a function of an inlet in turns, until it answers or this is stopped."""
+        until = time.monotonic() + _ANSWER_S
+        while time.monotonic() < until and not self._stopped.is_set():
+            try:
+                return call(_TURN_S)
+            except self._pylsl.util.TimeoutError:
+                continue
+            except self._pylsl.util.LostError as error:
+                raise DeviceNotFound("lsl: the stream ended while it was opened: start it again") from error
+        raise SourceTimeout(f"lsl: the stream does not answer within {_ANSWER_S:g} s: is TCP or UDP blocked?")
+
+    def _reconnect(self) -> None:
+        """Look for a stream that was lost, or is silent."""
+        info, self._inlet = self._info, None
+        name, begun = told(info), time.monotonic()
+        if not self._away:
+            self.notify(f"lsl: the stream {name} was lost, or is silent. Waiting for it, up to {self._replug_s:g} s.")
+        wanted = {"name": info.name(), "type": info.type(), "source_id": info.source_id()}
+        wanted = {key: value for key, value in wanted.items() if value}
+        while not self._stopped.is_set():
+            for found in search(wanted, _LOOK_S, self._stopped.is_set, others_s=0.0)[:1]:
+                with suppress(SourceError):  # it ended again
+                    self._inlet = self._connected(found)
+                    self._patiently(self._inlet.open_stream)
+                    self._away = self._away or f"the stream {name} was lost"
+                    return
+            if time.monotonic() - begun > self._replug_s:
+                raise DeviceNotFound(f"lsl: the stream {name} was lost: start its sender again")
+
+    def _sample(self, row: Sequence[float], stamp_s: float) -> Sample | None:
+        """Return a sample; None: its stamp goes back."""
+        if not abs(stamp_s - self._pylsl.local_clock()) < _FOREIGN_S:
+            raise ProtocolError(f"lsl: got the time stamp {stamp_s:g}, allowed: within {_FOREIGN_S:g} s of LSL's clock")
+        t_ns = round(stamp_s * 1e9) + self._to_t_ns
+        if t_ns < self._t_ns - _STEP_NS:
+            self._errors, self._streak = self._errors + 1, self._streak + 1
+            if self._streak == _STREAK:
+                raise ProtocolError(f"lsl: the time stamps of {_STREAK} samples in a row go back, allowed: rising ones")
+            return None
+        self._streak, self._t_ns = 0, max(t_ns, self._t_ns)
+        values, offset_s = self._channels.values(row), self._channels.own(row, "soft_offset_s", -1, 1)
+        status = int(Status.LOST) if math.isnan(sum(values)) else int(self._channels.own(row, "status", 0, 7))
+        self._count(int(self._channels.own(row, "seq")), int(self._channels.own(row, "gaps")))
+        return Sample(self._seq, self._t_ns, self._t_ns + round(offset_s * 1e9), -1, -1, *values, status)
+
+    def _count(self, number: int, gaps: int) -> None:
+        """Take the number of the sender, which leaves out lost samples, else the next one; add a gap if there is one."""
+        following, why = self._seq + 1, self._away
+        self._reconnects += bool(self._away)
+        seq = number - self._base if self._channels.numbered else following
+        if seq < following or not following:
+            why = why or ("the sender began again" if following else "")
+            self._base, seq = number - following, following
+        elif gaps > self._sender_gaps:
+            why = why or "the sender had a gap"
+        self._seq, self._sender_gaps, self._away = seq, gaps, ""
+        if why:
+            self._gaps.append(Gap(seq, why))
+
+
+def _positive(text: str) -> float | None:
+    """Return a number above 0; None: it is not one."""
+    with suppress(ValueError):
+        return found if 0 < (found := float(text)) < math.inf else None
+    return None
+
+
+# Options that choose a stream -> property of LSL.
+_WHICH = {"type": "type", "source_id": "source_id", "host": "hostname"}
+_CHANNELS: dict[str, Check] = {"hard": text, "soft": text, "unit": choice(*PICOFARADS)}
+_STREAM: dict[str, Check] = {"stamps": choice("converter", "host"), "replug": number(0, 86400)}
+
+
+def open_lsl(address: str, options: Mapping[str, Any]) -> LslSource:
+    """Return the source of `lsl:NAME`: the stream with this name and these options."""
+    allowed = {**dict.fromkeys(_WHICH, text), **_CHANNELS, **_STREAM, "wait": number(0, 86400)}
+    given = checked("lsl", options, allowed)
+    wanted = {"name": address} if address else {}
+    wanted |= {_WHICH[name]: given[name] for name in _WHICH if name in given}
+    if not wanted:
+        raise ValueError("lsl: got no stream, allowed: lsl:NAME or lsl:?type=TYPE; see `palpate devices --lsl`")
+    info = only(wanted, given.get("wait", WAIT_S))
+    asked = {name: given[name] for name in _CHANNELS if name in given}
+    return LslSource(info, asked, **{name: given[name] for name in _STREAM if name in given})

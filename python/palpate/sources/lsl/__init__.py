@@ -1,1 +1,0 @@
-"""A stream of Lab Streaming Layer as a source: `lsl:NAME`."""

@@ -1,0 +1,434 @@
+"""Pairs from the lines of a serial port: `serial:`. A line is read as a whole or not at all."""
+
+import math
+import re
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from itertools import chain
+from threading import Event
+from typing import Any, NamedTuple
+
+from palpate.ad7746.datasheet import SATURATED_PF, capacitance_pF, saturated
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, quoted, shortened
+from palpate.extras import need
+from palpate.samples import Sample, Status
+from palpate.sources.base import Gap, Source
+from palpate.sources.lines import (
+    CHANNELS,
+    LONGEST,
+    PICOFARADS,
+    TIMES,
+    Grammar,
+    LineColumn,
+    Refused,
+    Values,
+    column,
+    require_pair,
+    shown,
+)
+from palpate.sources.options import Check, checked, number, text, yes_no
+from palpate.systems import fine_ns
+
+WRAPS = {"ms": 10**6 * 2**32, "us": 10**3 * 2**32}  # ns after which a counter of 32 bits begins again.
+AHEAD_NS = 2 * 10**9  # A device's clock that gets ahead of the computer's by more was set.
+APART_NS = 10**10  # Longest time between the channels of a pair.
+RESTARTS = 20  # Pairs in a row that look like a restart of the board are an error.
+PACE, PACE_NS = 3, 10**10  # No clock is that wrong in this time, but a unit is.
+SILENCE_NS = 10**10
+PATIENCE_S = 10.0
+SETTLE_S = 5.0  # Longest time for which the description waits for the first line.
+_TURN_S = 0.1  # of a read, and between two attempts to open a port that is gone
+_COMMENTS = 20
+
+
+class Line(NamedTuple):
+    """A line, without blanks around it, and when it came; empty: nothing came."""
+
+    text: bytes
+    arrived_ns: int
+
+
+class Port:
+    """A serial port as lines of bytes, through unplugging."""
+
+    def __init__(self, name: str, baud: int = 115200, replug: float = 30.0, reset: bool = True) -> None:
+        self.name, self.baud, self.replug_s = name, baud, replug
+        self.stopped = Event()
+        self.reconnects: int = 0
+        self.away_s: float = 0.0  # since the last pair; the source sets it to 0
+        self._reset = reset
+        self._begun_ns = fine_ns()
+        self._port = self._open()
+
+    def lines(self, source: Source) -> Iterator[Line]:
+        """Yield each line but the first one, which may have been cut; an empty one after each read."""
+        rest, is_cut = b"", True
+        while not self.stopped.is_set():
+            try:
+                data = self._port.read(max(self._port.in_waiting, 1))
+            except OSError as error:  # also of pyserial
+                source.notify(f"{self.name} was unplugged. Waiting for it, up to {self.replug_s:g} s.")
+                self._wait_for_replug(error)
+                rest, is_cut = b"", True
+                continue
+            arrived_ns = fine_ns() - self._begun_ns
+            *parts, rest = re.split(rb"[\r\n]", rest + data)
+            if is_too_long := len(rest) > LONGEST:
+                parts.append(rest)
+            for part in parts:
+                if part.strip() and not is_cut:
+                    yield Line(part.strip(), arrived_ns)
+                is_cut = False
+            if is_too_long:
+                rest, is_cut = b"", True
+            yield Line(b"", arrived_ns)
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.close()
+
+    def _open(self) -> Any:
+        serial = need("serial", "serial")
+        try:
+            # Exclusive: of two programs that read a port each gets a part of every line.
+            port = serial.Serial(None, self.baud, timeout=_TURN_S, exclusive=True)
+            port.port = self.name
+            if not self._reset:
+                port.dtr = port.rts = False
+            port.open()
+        except (OSError, ValueError) as error:
+            raise port_error(self.name, error) from error
+        return port
+
+    def _wait_for_replug(self, gone: Exception) -> None:
+        begun = time.monotonic()
+        self._port.close()
+        while not self.stopped.wait(_TURN_S):
+            with suppress(SourceError):
+                self._port = self._open()
+                self.away_s += time.monotonic() - begun
+                self.reconnects += 1
+                return
+            if time.monotonic() - begun > self.replug_s:
+                raise DeviceNotFound(f"{self.name} was unplugged: plug it in again") from gone
+
+
+def port_error(port: str, error: Exception, system: str = sys.platform) -> SourceError:
+    """Return the error of palpate for one of pyserial."""
+    said = str(error)
+    denied = "Permission" in said
+    if "exclusively lock" in said or "busy" in said or (denied and system == "win32"):  # there a port has one user
+        return DeviceRefused(
+            f"{port}: another program reads it, and each would get a part of the lines: close that program"
+        )
+    if denied:
+        return DeviceRefused(
+            f"{port}: no permission to open it; `sudo usermod -aG dialout $USER`, then log out and in again"
+        )
+    return DeviceNotFound(f"{port} cannot be opened ({said}); `palpate devices` lists the ports")
+
+
+class Place(NamedTuple):
+    """Number and times of a pair, and why the earlier baseline is no longer valid; empty: it is."""
+
+    seq: int
+    t_hard_ns: int
+    t_soft_ns: int
+    gap: str
+
+
+class Numbering:
+    """Numbers and times of the samples; after a restart of the board both go on from the last sample.
+
+    `unit` is the unit of the times in the lines, "" without times: then a time is the arrival of a line.
+    """
+
+    def __init__(self, unit: str = "") -> None:
+        self.next = self.lost = 0
+        self._unit, self._wrap_ns = unit, WRAPS.get(unit, 0)
+        self._seq: int | None = None  # as the board counts
+        self._clock_ns: int | None = None  # as the board counts
+        self._begun_ns = self._arrived_ns = self._last_ns = 0
+        self._capdacs: tuple[int | None, ...] = ()
+        self._restarts = 0
+        self._is_paced = False
+
+    def place(self, values: Values, arrived_ns: int, away_s: float = 0.0) -> Place:
+        """Return number and times of a pair; `away_s`: how long the port was gone before it; raises Refused."""
+        t_hard_ns, t_soft_ns, jump = self._times(values, arrived_ns)
+        self._begun_ns = self._begun_ns if self.next else arrived_ns
+        missing = 0
+        if away_s and self._arrived_ns > self._begun_ns:
+            period_ns = (self._arrived_ns - self._begun_ns) / (self.next - 1)
+            missing = max(int((arrived_ns - self._arrived_ns) / period_ns) - 1, 0)
+        restart = self._count(values.get("seq"), missing)
+        self._restarts = self._restarts + 1 if jump or restart else 0
+        if self._restarts >= RESTARTS:
+            unit = f", or its times are not in {self._unit}" if self._unit else ""
+            raise ProtocolError(
+                f"the board restarts with each line, or does not count up{unit}: {jump or restart}; check columns="
+            )
+        away = f"the port was unplugged for {away_s:.1f} s" if away_s else ""
+        gap = "; ".join(filter(None, [away, restart or jump, self._moved(values)]))
+        self._arrived_ns, self._last_ns, self.next = arrived_ns, t_hard_ns, self.next + 1
+        return Place(self.next - 1, t_hard_ns, t_soft_ns, gap)
+
+    def _count(self, seq: int | None, missing: int) -> str:
+        """Leave out the numbers of lost pairs; return why the board must have restarted."""
+        before, self._seq = self._seq, seq
+        why = ""
+        if seq is not None and before is not None:
+            if seq > before:
+                missing = seq - before - 1
+            else:
+                why = f"the board restarted: seq {seq} after {before}"
+        self.next += missing
+        self.lost += missing
+        return why
+
+    def _times(self, values: Values, arrived_ns: int) -> tuple[int, int, str]:
+        """Return the times of both channels, and why the board must have restarted."""
+        if not self._unit:
+            return arrived_ns, arrived_ns, ""
+        before = self._clock_ns
+        clock_ns, apart = self._clock(values)
+        if before is None:
+            now = max(arrived_ns, -apart)
+            return now, now + apart, ""
+        waited, step, jump = max(arrived_ns - self._arrived_ns, 1), clock_ns - before, ""
+        if step < 0 and self._wrap_ns:
+            step %= self._wrap_ns
+        if not 0 < step <= waited + AHEAD_NS:
+            jump = f"the board restarted, or its clock was set: {clock_ns / 1e9:.6g} s after {before / 1e9:.6g} s"
+            step = waited
+        now = self._last_ns + step
+        self._check_unit(now - self._begun_ns, arrived_ns - self._begun_ns, waited)
+        return now, now + apart, jump
+
+    def _clock(self, values: Values) -> tuple[int, int]:
+        """Take the board's time of the hard channel; return it, and the time from there to the soft one; raises Refused."""
+        hard = values.get("t_hard", values.get("t"))
+        if hard is None:
+            raise Refused("it has no time")
+        if hard == self._clock_ns:
+            raise Refused("its time is equal to the one before")
+        apart = values.get("t_soft", hard) - hard
+        if self._wrap_ns:  # the counter may begin again between the channels
+            apart = (apart + self._wrap_ns // 2) % self._wrap_ns - self._wrap_ns // 2
+        if abs(apart) > APART_NS:
+            raise Refused(f"its channels are {abs(apart) / 1e9:.3g} s apart; allowed: {APART_NS / 1e9:g} s")
+        self._clock_ns = hard
+        return hard, apart
+
+    def _check_unit(self, clock_ns: int, computer_ns: int, waited_ns: int) -> None:
+        """Compare the clocks of board and computer once; not if the computer slept meanwhile."""
+        if self._is_paced or computer_ns < PACE_NS:
+            return
+        self._is_paced = True
+        if waited_ns < PACE_NS and not 1 / PACE < clock_ns / computer_ns < PACE:
+            raise ProtocolError(
+                f"the times of the lines are not in {self._unit}: by them {clock_ns / 1e9:.4g} s went by in "
+                f"{computer_ns / 1e9:.4g} s of the computer's clock; name their unit, for example columns=t_us,hard,soft"
+            )
+
+    def _moved(self, values: Values) -> str:
+        before, now = self._capdacs, tuple(values.get(f"capdac_{channel}") for channel in CHANNELS)
+        self._capdacs = now
+        return f"CAPDAC {before[0]}, {before[1]} -> {now[0]}, {now[1]}" if before and before != now else ""
+
+
+def sample_of(values: Values) -> Sample:
+    """Return the values as a sample, without number and times; raises Refused if its status contradicts its values."""
+    hard_raw, soft_raw = codes = [values.get(f"{name}_raw", -1) for name in CHANNELS]
+    known = [capacitance_pF(code) if code >= 0 else math.nan for code in codes]
+    hard, soft = (values.get(name, value) for name, value in zip(CHANNELS, known, strict=True))
+    lost = math.isnan(hard) or math.isnan(soft)
+    status = values.get("status", int(Status.LOST) if lost else 0)
+    if (status == Status.LOST) != lost:
+        raise Refused(f"its status is {status}, but {'a value' if lost else 'no value'} is missing")
+    if not lost:
+        flags = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
+        status |= sum(flag for code, flag in zip(codes, flags, strict=True) if code >= 0 and saturated(code))
+    return Sample(0, 0, 0, hard_raw, soft_raw, hard, soft, int(status), values.get("t_uncertainty_us", -1))
+
+
+class SerialSource(Source):
+    """Pairs from lines of text on a serial port."""
+
+    def __init__(self, port: Port, grammar: Grammar) -> None:
+        self._port, self._grammar = port, grammar
+        self._lines = port.lines(self)
+        self._early: list[Line] = []  # that the description read
+        self._described: dict[str, Any] | None = None
+        self._numbering = Numbering()
+        self._gaps: list[Gap] = []
+        self._comments: set[bytes] = set()
+        self._errors = 0
+        self._is_shown = False  # how the first line is read
+        self._is_noise = True  # until a line is read, also after a reconnect
+        self._unread_ns: int | None = None  # arrival of the first line since the last one that was read
+        self._value_ns: float = 0.0  # arrival of the last pair with both values; infinity: silence was reported
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Return the pairs; lines that are not read are counted as errors."""
+        self.describe()
+        for line in chain(self._early, self._lines):
+            pair = self._pair(line) if line.text else None
+            self._watch_silence(pair, line.arrived_ns)
+            if pair:
+                yield pair
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Lines that are not read (`errors`), `reconnects`, and `lost` pairs."""
+        return {"errors": self._errors, "reconnects": self._port.reconnects, "lost": self._numbering.lost}
+
+    @property
+    def gaps(self) -> Sequence[Gap]:
+        """Where the port was opened again, the board restarted, or its CAPDAC changed."""
+        return self._gaps
+
+    def describe(self) -> dict[str, Any]:
+        """Return the settings of the port and the columns of its lines; waits up to 5 s for the first line."""
+        if self._described is None:
+            until = time.monotonic() + SETTLE_S
+            while not self._grammar.columns and time.monotonic() < until and (line := next(self._lines, None)):
+                self._early.append(line)
+                with suppress(Refused):
+                    self._grammar.read(line.text)
+            columns = self._grammar.columns
+            unit = next((each.unit for each in columns if each.role in TIMES), "")
+            self._numbering = Numbering(unit)
+            self._described = {
+                "name": "serial port",
+                "port": self._port.name,
+                "baud": self._port.baud,
+                "columns": [f"{each.role} {each.unit}".strip() for each in columns],
+                "clock": f"{'clock of the board' if unit else 'arrival of a line'}, ns since the port was opened",
+                "stamps": "converter" if unit else "host",
+            }
+            if any(each.role == "hard_raw" for each in columns):
+                self._described["full_scale_pF"] = SATURATED_PF
+        return self._described
+
+    def interrupt(self) -> None:
+        """Stop the iteration."""
+        self._port.stopped.set()
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.close()
+
+    def _pair(self, line: Line) -> Sample | None:
+        """Return the pair of a line; None: it is a comment, or not read."""
+        if line.text.startswith(b"#"):
+            self._show_comment(line.text)
+            return None
+        away_s = self._port.away_s
+        self._is_noise = self._is_noise or away_s > 0
+        try:
+            values = self._grammar.read(line.text)
+            sample = sample_of(values)
+            place = self._numbering.place(values, line.arrived_ns, away_s)
+        except Refused as refused:
+            self._refuse(line, refused)
+            return None
+        self._port.away_s, self._is_noise, self._unread_ns = 0.0, False, None
+        if not self._is_shown:
+            self._is_shown = True
+            guess = "; hard is the first: columns=soft,hard if it is not" if self._grammar.by_order else ""
+            self.notify(f"{_quoted(line.text)} -> {shown(values)}{guess}")
+        if place.gap:
+            self._gaps.append(Gap(place.seq, place.gap))
+        return sample._replace(seq=place.seq, t_hard_ns=place.t_hard_ns, t_soft_ns=place.t_soft_ns)
+
+    def _refuse(self, line: Line, refused: Refused) -> None:
+        """Count a line that is not read; show the 10th, the 100th and so on; raise ProtocolError if no line is read for long."""
+        if not self._is_noise:
+            self._errors += 1
+            if self._errors > 1 and str(self._errors).strip("0") == "1":
+                self.notify(f"{self._errors:,} lines were not read; the last: {_quoted(line.text)}: {refused}")
+        if self._unread_ns is None:
+            self._unread_ns = line.arrived_ns
+        limit_s = max(PATIENCE_S, self._port.replug_s if self._is_shown else 0.0)
+        if line.arrived_ns - self._unread_ns >= limit_s * 1e9:
+            hint = "" if line.text.isascii() else f". It is not plain text: check the baud rate, {self._port.baud}"
+            raise ProtocolError(
+                f"{self._port.name}: no line is read. The last: {_quoted(line.text)}. Reason: {refused}{hint}"
+            )
+
+    def _show_comment(self, line: bytes) -> None:
+        """Show a comment of the board once; of many the first ones."""
+        if len(self._comments) < _COMMENTS and line not in self._comments:
+            self._comments.add(line)
+            self.notify(f"{self._port.name}: {_quoted(line)}")
+
+    def _watch_silence(self, pair: Sample | None, now_ns: int) -> None:
+        """Report once that no pair with both values comes."""
+        if pair and pair.status != Status.LOST:
+            self._value_ns = now_ns
+        elif now_ns - self._value_ns > SILENCE_NS:
+            self._value_ns = math.inf
+            self.notify(
+                f"{self._port.name}: no pair with both values for {SILENCE_NS / 1e9:g} s: check the board, the baud rate, "
+                f"{self._port.baud}, and the probe's connection"
+            )
+
+
+def _quoted(line: bytes) -> str:
+    """Return a line as a message shows it."""
+    return shortened(repr(line.decode(errors="replace")), 100)
+
+
+def _columns(name: str, value: Any) -> tuple[LineColumn, ...]:
+    return _complete(name, str(value), str(value).split(","), "names of all cells in order, as t_ms,hard,soft")
+
+
+def _pattern(name: str, value: Any) -> "re.Pattern[str]":
+    try:
+        found = re.compile(str(value))
+    except (re.error, OverflowError, RecursionError) as error:
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: a regular expression ({error})") from error
+    _complete(name, str(value), list(found.groupindex), "groups (?P<hard>...) and (?P<soft>...), named as columns")
+    return found
+
+
+def _complete(name: str, value: str, names: list[str], allowed: str) -> tuple[LineColumn, ...]:
+    """Return the columns of these names, if they have both channels."""
+    try:
+        found = tuple(map(column, names))
+        require_pair(found)
+    except Refused as error:
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: {allowed} ({error})") from error
+    return found
+
+
+def _unit(name: str, value: Any) -> float:
+    """Return a unit, or the size of one count of a converter, pF."""
+    allowed = f"{name} ({', '.join(PICOFARADS)}, or pF of one count)"
+    return PICOFARADS[value] if value in PICOFARADS else float(number(0, above=True)(allowed, value))
+
+
+OF_LINES: dict[str, Check] = {"columns": _columns, "pattern": _pattern, "unit": _unit}
+_OF_PORT: dict[str, Check] = {
+    "baud": number(50, 4_000_000, whole=True),
+    "reset": yes_no,
+    "replug": number(0, 86400),
+}
+
+
+def grammar_of(given: Mapping[str, Any]) -> Grammar:
+    """Return the grammar of checked options."""
+    if {"columns", "pattern"} <= set(given):
+        raise ValueError("columns: got a pattern, too, allowed: one of them; the groups of a pattern are its columns")
+    return Grammar(given.get("columns", ()), given.get("pattern"), given.get("unit"))
+
+
+def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:
+    """Return the source of `serial:PORT`."""
+    given = checked("serial", options, {**OF_LINES, **_OF_PORT})
+    grammar = grammar_of(given)
+    port = {name: given[name] for name in _OF_PORT if name in given}
+    return SerialSource(Port(text("serial's port", address), **port), grammar)
