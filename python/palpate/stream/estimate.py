@@ -93,7 +93,7 @@ class Batch(NamedTuple):
 class StreamCounters:
     """Numbers of samples that a stream read, used, dropped and lost.
 
-    `read + lost` is the sequence number after the last sample (minus that of the first one, if a file begins later);
+    `read + lost` is the sequence number after the last sample (minus the first one, if a file begins later);
     `read = delivered + dropped + waiting`; with a recording, `read = recorded + unrecorded` when it is closed.
 
     Attributes

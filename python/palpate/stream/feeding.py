@@ -1,7 +1,6 @@
-"""The consumer's side of a stream: sends samples to the tracker, and counts them."""
+"""The consumer's side of a stream: sends samples to the tracker, counts them, and tells the listeners."""
 
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from threading import RLock
 from typing import Any
 
@@ -9,31 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
-from palpate.samples import DTYPE, RETAKEN, Block, Sample, columns_for, feed, refused, samples_of, saturated
+from palpate.samples import DTYPE, RETAKEN, Block, Sample, Status, columns_for, feed, refused, samples_of, saturated
 from palpate.sources.base import Gap
 from palpate.stream.estimate import Batch
-from palpate.stream.places import Places
-from palpate.stream.promise_watch import PromiseWatch
-from palpate.stream.range_watch import RangeWatch
-from palpate.stream.waiting import Waiting
+from palpate.stream.listener import Listener
+from palpate.stream.queue import SampleQueue
 
+IDLE_S, PRESSED_S = 2.0, 10.0
+"""Shortest time outside the range of the converter that is reported, s: without a touch; since a touch that has samples."""
+_CHANNELS = (("hard", Status.HARD_SATURATED), ("soft", Status.SOFT_SATURATED))
 _PART = 32  # samples: the baseline after a touch takes as many, so a touch is not revised in the part in which it ends
 
 
 class Feeding:
-    """Sends the samples that wait to a tracker.
-
-    Parameters
-    ----------
-    waiting : Waiting
-    tracker : Tracker
-    gaps : deque of Gap
-        Those that the samples that wait have not yet passed: at each the baseline is measured again.
-    notify : callable
-        Called with a message at a gap, when the baseline is found to be wrong, when the range is left without a touch,
-        and at the first sample of each kind that no source should give.
-    places : Places, optional
-        Follows what the tracker takes.
+    """Sends the samples that wait to a tracker, and the results to the listeners.
 
     Attributes
     ----------
@@ -46,32 +34,18 @@ class Feeding:
         Held while samples go to the tracker: one thread may iterate while another one closes.
     """
 
-    def __init__(
-        self,
-        waiting: Waiting,
-        tracker: Tracker,
-        gaps: deque[Gap],
-        notify: Callable[[str], None],
-        places: Places | None = None,
-    ) -> None:
+    def __init__(self, queue: SampleQueue, tracker: Tracker, listeners: Listener) -> None:
         self.lock: RLock = RLock()
         settings = tracker.settings
         self.range: RangeWatch = RangeWatch(settings["full_scale"], settings["initial_ratio"])
-        self._promises = PromiseWatch()
-        self._waiting, self._gaps = waiting, gaps
         self.delivered = self.refused = self.saturated = 0
         self.last: Sample | None = None
-        self._tracker, self._notify, self._places = tracker, notify, places
+        self._queue, self._tracker, self._listeners = queue, tracker, listeners
         self._touches, self._revisions = tracker.touch_count, tracker.revision_count  # in batches so far
-        self._retaken = self._told = tracker.retaken
+        self._retaken = self._reported = tracker.retaken
         self._ended: list[Touch] = []
         self._revised: list[tuple[int, Touch]] = []
         self._finished = False
-
-    @property
-    def dropped(self) -> int:
-        """Samples that had no room."""
-        return self._waiting.ring.dropped
 
     @property
     def retaken(self) -> int:
@@ -79,10 +53,18 @@ class Feeding:
         return self._tracker.retaken - self._retaken
 
     def take(self, most: int = 1024) -> Batch | None:
-        """Send the samples that wait, so many at most, to the tracker; None: none waits."""
+        """Feed at most `most` queued samples to the tracker; None if the queue is empty."""
         with self.lock:
-            block = self._waiting.take(most)
-            return self._send(block) if len(block) else None
+            block = self._queue.take(most)
+            if not len(block):
+                return None
+            batch, gaps, messages = self._send(block)
+        for gap in gaps:  # when all is done: a listener may raise
+            self._listeners.gap(gap)
+        for message in messages:
+            self._listeners.message(message)
+        self._listeners.batch(batch)
+        return batch
 
     def drain(self) -> None:
         """Send all samples that wait, and end a touch that is still running."""
@@ -90,49 +72,54 @@ class Feeding:
             pass
         self.finish()
 
-    def _send(self, block: Block) -> Batch:
+    def finish(self) -> Batch | None:
+        """End a touch that is still running; return the last batch, None if nothing ended."""
+        with self.lock:
+            if self._finished:
+                return None
+            self._finished = True
+            self._tracker.finish()
+            if self._tracker.touch_count == self._touches:
+                return None
+            nothing = np.empty(0, DTYPE)
+            last = self._batch(nothing, feed(self._tracker, nothing))
+        self._listeners.batch(last)
+        return last
+
+    def _send(self, block: Block) -> tuple[Batch, list[Gap], list[str]]:
+        """Return the estimates of samples, the gaps between them, and messages."""
         self.delivered += len(block)
-        rows, messages = self._feed(block)
+        rows, gaps = self._feed(block)
         self.last = samples_of(block[-1:])[0]
-        if self._places:
-            self._places.follow(block, rows)
-        found = int(np.count_nonzero(refused(block)))
-        self.refused += found
+        self.refused += int(np.count_nonzero(refused(block)))
         if block["status"].any():
             self.saturated += int(np.count_nonzero(saturated(block)))
-        while self._told < self._tracker.retaken:
-            self._told += 1
-            messages.append(RETAKEN)
-        messages += self.range.follow(block, rows)
-        messages += self._promises.follow(block, has_refused=found > 0)
-        for message in messages:  # when all is done: it may raise
-            self._notify(message)
-        return self._batch(block, rows)
+        messages = [f"{gap.text}: the baseline is measured again: touch nothing" for gap in gaps]
+        messages += [RETAKEN] * (self._tracker.retaken - self._reported)
+        self._reported = self._tracker.retaken
+        return self._batch(block, rows), gaps, messages + self.range.follow(block, rows)
 
-    def _feed(self, block: Block) -> tuple[NDArray[Any], list[str]]:
-        """Send samples to the tracker; return its rows, and messages.
-
-        Each gap comes directly before its sample, so that a replay has the same bits.
-        """
+    def _feed(self, block: Block) -> tuple[NDArray[Any], list[Gap]]:
+        """Send samples to the tracker, each gap directly before its sample, as a replay does; return its rows, and the gaps."""
         parts: list[NDArray[Any]] = []
-        messages: list[str] = []
-        begin = 0
-        while self._gaps and self._gaps[0].seq <= block["seq"][-1]:
-            gap = self._gaps.popleft()
+        passed: list[Gap] = []
+        gaps, begin = self._queue.gaps, 0
+        while gaps and gaps[0].seq <= block["seq"][-1]:
+            gap = gaps.popleft()
             at = max(begin, int(np.searchsorted(block["seq"], gap.seq)))
             parts += self._parts(block[begin:at])
             self._tracker.gap()
             begin = at
-            messages.append(f"{gap.text}: the baseline is measured again: touch nothing")
+            passed.append(gap)
         parts += self._parts(block[begin:])
         if len(parts) == 1:
-            return parts[0], messages
+            return parts[0], passed
         rows = np.empty(len(block), parts[0].dtype)
         begin = 0
         for part in parts:
             rows[begin : begin + len(part)] = part
             begin += len(part)
-        return rows, messages
+        return rows, passed
 
     def _parts(self, block: Block) -> Iterator[NDArray[Any]]:
         """Send samples, few at a time; note each touch as it is at its end, before it is revised."""
@@ -149,21 +136,55 @@ class Feeding:
         self._ended += touches
         self._revised += [(n, self._tracker.touches_since(n - 1)[0]) for n in numbers]
 
-    def finish(self) -> Batch | None:
-        """End a touch that is still running; return the last batch, None if nothing ended."""
-        with self.lock:
-            if self._finished:
-                return None
-            self._finished = True
-            self._tracker.finish()
-            if self._tracker.touch_count == self._touches:
-                return None
-            nothing = np.empty(0, DTYPE)
-            return self._batch(nothing, feed(self._tracker, nothing))
-
     def _batch(self, block: Block, rows: NDArray[Any]) -> Batch:
         """Return a batch with the touches that ended, and those that were revised, since the last one."""
         self._note_touches()
         ended, self._ended = self._ended, []
         revised, self._revised = self._revised, []
         return Batch(block, rows, ended, self._touches - len(ended) + 1, revised)
+
+
+class RangeWatch:
+    """Follows which channels are outside the range of the converter, and for how long.
+
+    Attributes
+    ----------
+    channels : tuple of str
+        Those of "hard" and "soft" that are outside the range, and not because of a touch.
+    """
+
+    def __init__(self, full_scale_pF: float, initial_ratio: float) -> None:
+        self.channels: tuple[str, ...] = ()
+        self._full_scale_pF, self._initial_ratio = full_scale_pF, initial_ratio
+        self._since_ns: dict[str, int] = {}
+
+    def follow(self, block: Block, rows: NDArray[Any]) -> list[str]:
+        """Take the next samples, at least one, with their rows of `Tracker.process`; return messages."""
+        outside = {
+            name: (block["status"] & int(flag) != 0) | (np.abs(block[name]) >= self._full_scale_pF)
+            for name, flag in _CHANNELS
+        }
+        if not self._since_ns and not any(are_outside.any() for are_outside in outside.values()):
+            return []
+        # A channel that left its range begins a touch without any samples.
+        pressed = rows["contact"] & (rows["ratio"] != self._initial_ratio)
+        messages: list[str] = []
+        for row, t_ns in enumerate(block["t_hard_ns"].tolist()):
+            for name, are_outside in outside.items():
+                if are_outside[row]:
+                    self._since_ns.setdefault(name, t_ns)
+                elif np.isfinite(block[name][row]):  # a lost reading changes nothing
+                    self._since_ns.pop(name, None)
+            longest_s = PRESSED_S if pressed[row] else IDLE_S
+            now = tuple(name for name in outside if t_ns - self._since_ns.get(name, t_ns) >= longest_s * 1e9)
+            if set(now) - set(self.channels):
+                messages.append(_out_of_range(now, longest_s))
+            self.channels = now
+        return messages
+
+
+def _out_of_range(channels: tuple[str, ...], longest_s: float) -> str:
+    return (
+        f"{' and '.join(channels)}: outside the range of the converter for {longest_s:g} s, and nothing is measured: "
+        "lift the probe; if it stays so, the range has to be set again, without contact (Stream.centre; record --recentre)"
+    )

@@ -1,42 +1,79 @@
-"""The thread that reads a source, independent of the disk and of the consumer."""
+"""The thread that reads a source: it checks and counts the samples, and passes them to recorder, memory and queue."""
 
-from collections.abc import Callable
-from contextlib import suppress
-from threading import Thread, current_thread
+import math
+import time
+from collections.abc import Iterator
+from threading import Event, RLock, Thread, current_thread
 from typing import Any
 
+import numpy as np
+
 from palpate.errors import ProtocolError, SourceTimeout
+from palpate.recording.recorder import Recorder
+from palpate.recording.rows import Codes
+from palpate.recording.sidecar import marked
+from palpate.samples import DTYPE, Block, Sample, Status, block_of, samples_of
 from palpate.sources import Source
-from palpate.sources.blocks import blocks_of
-from palpate.stream.intake import Intake
-from palpate.stream.limited import ended, limited
-from palpate.stream.waiting import Waiting
+from palpate.sources.base import Gap, blocks_of, gap_of
+from palpate.stream.memory import Memory
+from palpate.stream.queue import SampleQueue
+
+_LATE = 1.5  # periods after the sample before
+_MOST_CONDITIONS = 2000
+_FARTHEST_NS = 2**62  # the difference of two such times is exact
 
 
 class Reader:
-    """Reads a source in a thread, in blocks if it can.
-
-    Parameters
-    ----------
-    source : Source
-        After `__enter__`.
-    intake : Intake
-        Gets the samples.
-    waiting : Waiting
-        Closed at the end of the source.
+    """Reads a source in a thread of its own, independent of the disk and of the consumer.
 
     Attributes
     ----------
-    intake : Intake
+    read, lost, late : int
+        As in `StreamCounters`.
+    last : Sample or None
+    zero_ns : int or None
+        `time.monotonic_ns()` at t = 0, after the first sample; None: the source has no times of this computer.
+    lock : RLock
+        Held while samples are counted and stored. With it a caller sees complete samples, and may change the recorder.
     error : BaseException or None
         The error that ended the thread.
     """
 
-    def __init__(self, source: Source, intake: Intake, waiting: Waiting) -> None:
-        self.intake = intake
+    def __init__(
+        self,
+        source: Source,
+        queue: SampleQueue,
+        recorder: Recorder | None,
+        memory: Memory | None,
+        *,
+        period_s: float = math.nan,
+        codes: Codes = Codes(),  # noqa: B008  it cannot be changed
+        outlives_recording: bool = False,
+    ) -> None:
+        self.read = self.lost = self.late = 0
+        self.last: Sample | None = None
+        self.zero_ns: int | None = None
+        self.lock: RLock = RLock()
         self.error: BaseException | None = None
-        self._source, self._waiting = source, waiting
+        self._source, self._queue, self._memory = source, queue, memory
+        self._late_ns, self._codes = _LATE * period_s * 1e9, codes
+        self._outlives_recording = outlives_recording
+        self._stopping = Event()
+        self._gaps_passed, self._conditions, self._has_gone_back = 0, 0, False
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
+        self.recorder = recorder
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """The recorder, which wakes a source that waits for it; None: no recording."""
+        return self._recorder
+
+    @recorder.setter
+    def recorder(self, recorder: Recorder | None) -> None:
+        if recorder:
+            recorder.popped = self._queue.wake_source
+            self._conditions = 0
+        self._recorder = recorder
 
     @property
     def is_this_thread(self) -> bool:
@@ -49,65 +86,198 @@ class Reader:
 
     def stop(self) -> None:
         """Request the end; returns at once. Later samples are neither counted nor stored."""
-        self.intake.stop()
+        self._stopping.set()
+        self._queue.wake_source()
         self._source.interrupt()
 
     def end(self, limit_s: float) -> None:
-        """Request the end, and wait for it.
-
-        Raises
-        ------
-        SourceTimeout
-            The source did not stop within this time; its thread still runs.
-        Exception
-            What its `interrupt` raises.
-        """
-        what = "the source did not stop"
+        """Request the end, and wait for it; raises SourceTimeout if the thread still runs after this time."""
         try:
-            limited(self.stop, limit_s, what)
+            self.stop()
         finally:
             if not self.join(limit_s):
-                raise SourceTimeout(f"{what} within {limit_s:g} s; it still runs")
+                raise SourceTimeout(f"the source did not stop within {limit_s:g} s; it still runs")
 
-    def join(self, timeout_s: float) -> bool:
+    def join(self, limit_s: float) -> bool:
         """Wait for the end; return whether the thread has ended."""
-        if self._thread.ident is not None:
-            ended(self._thread, timeout_s)
-        with self.intake.lock:  # a sample that is being stored is complete now
+        for _ in range(10):  # a time in which the whole program stood still counts as one part
+            if self._thread.ident is not None:
+                self._thread.join(limit_s / 10)
+        with self.lock:  # a sample that is being stored is complete now
             return not self._thread.is_alive()
 
     def _run(self) -> None:
         try:
-            self._read()
-        except BaseException as error:  # noqa: BLE001  the consumer gets any error of a source
-            self.error = _told(error)
-        finally:
-            self._finish()
-            self._waiting.close()
-
-    def _read(self) -> None:
-        blocks = blocks_of(self._source)
-        take: Callable[[Any], None] = self.intake.take if blocks is None else self.intake.take_block
-        for each in self._source if blocks is None else blocks:
-            take(each)
-            if self.intake.stopping.is_set():
-                return
-
-    def _finish(self) -> None:
-        """Pass on what the source measured at its end."""
-        with self.intake.lock:
             try:
-                self.intake.pass_conditions()
-            except ProtocolError as error:
-                self.error = self.error or error
+                for block in self._blocks():
+                    self._take(block)
+                    if self._stopping.is_set():
+                        break
+            finally:
+                with self.lock:
+                    self._pass_conditions()
+        except BaseException as error:  # noqa: BLE001  the consumer gets any error of a source
+            self.error = error
+        finally:
+            self._queue.close()
+
+    def _blocks(self) -> Iterator[Block]:
+        if hasattr(self._source, "read_block"):
+            yield from blocks_of(self._source)
+            return
+        for sample in self._source:
+            try:
+                yield block_of([sample])
+            except (TypeError, ValueError) as error:
+                where = f"after seq {self.last.seq}" if self.last else "first sample"
+                raise ProtocolError(f"source, {where}: {error}") from error
+
+    def _take(self, block: Block) -> None:
+        """Store samples; of a source that can wait, as many at a time as there is room for."""
+        wrong = first_wrong(block, self.last.seq if self.last else -1, self._codes)
+        block, rest = (block, None) if wrong is None else (block[: wrong[0]], wrong[1])
+        while len(block) and (room := len(block) if self._source.live else self._room()):
+            self._store(block[:room])
+            block = block[room:]
+        if rest:
+            raise ProtocolError(rest)
+
+    def _store(self, block: Block) -> None:
+        """Count and store samples, each gap directly before its sample."""
+        gaps, begin = self._gaps_until(int(block["seq"][-1])), 0
+        with self.lock:
+            if self._is_over():
+                return
+            for gap in gaps:
+                at = max(begin, int(np.searchsorted(block["seq"], gap.seq)))
+                self._put(block[begin:at])
+                self._pass_gap(gap._replace(seq=int(block["seq"][at])))
+                begin = at
+            self._put(block[begin:])
+            self._pass_conditions()
+
+    def _put(self, block: Block) -> None:
+        if len(block):
+            self._count(block)
+            if self._memory:
+                self._memory.push_many(block)
+            if self._recorder:
+                self._recorder.push_many(block)
+            self._queue.push_many(block)
+
+    def _is_over(self) -> bool:
+        """Return whether the end was requested; raise the error of the recording, or go on without it."""
+        if self._recorder and self._recorder.error and not self._stopping.is_set():
+            if not self._outlives_recording:
+                raise self._recorder.error
+            self._recorder = None
+        return self._stopping.is_set()
+
+    def _gaps_until(self, seq: int) -> list[Gap]:
+        """Return the gaps between the last sample and this one."""
+        found = []
+        while (gap := gap_of(self._source, self._gaps_passed)) and gap.seq <= seq:
+            self._gaps_passed += 1
+            found.append(gap)
+        return found
+
+    def _pass_gap(self, gap: Gap) -> None:
+        """Pass on a gap before its sample; before the first sample there is no baseline."""
+        if self.last:
+            self._queue.gaps.append(gap)
+            if self._memory:
+                self._memory.marks.append(marked(gap.text, self.last, tare=True, gap=True))
+            if self._recorder:
+                self._recorder.gap(gap.text)
+
+    def _pass_conditions(self) -> None:
+        """Pass on what the source measured beside the samples; of very many only some, evenly."""
+        given = self._source.conditions
+        if self._recorder and len(given) > self._conditions:
+            self._conditions = len(given)
+            step = len(given) // _MOST_CONDITIONS + 1
+            self._recorder.conditions = [dict(each) for each in [*given[:-1:step], given[-1]]]
+
+    def _count(self, block: Block) -> None:
+        times, newest, before = block["t_hard_ns"], samples_of(block[-1:])[0], self.last
+        steps = np.diff(times, prepend=before.t_hard_ns if before else times[0])
+        self.late += int(np.count_nonzero(steps > self._late_ns))
+        if not self._has_gone_back and steps.min() < 0:
+            self._has_gone_back, at = True, int(np.argmax(steps < 0))
+            self._source.notify(
+                f"source: t_hard_ns: goes back by {-steps[at] / 1e9:.3g} s at sample {block['seq'][at]}, allowed: times "
+                "that do not fall: touches there may be wrong"
+            )
+        if before is None and self._source.live:
+            self.zero_ns = self._zero(newest)
+        expected = before.seq + 1 if before else 0 if self._source.live else int(block["seq"][0])
+        self.lost += newest.seq + 1 - expected - len(block)
+        self.last = newest
+        self.read += len(block)
+
+    def _zero(self, newest: Sample) -> int | None:
+        """Return `time.monotonic_ns()` at t = 0: as the source knows it, else from the arrival of the newest sample."""
+        if not getattr(self._source, "real_time", True):
+            return None
+        zero_ns = self._source.zero_ns
+        return time.monotonic_ns() - max(newest.t_hard_ns, newest.t_soft_ns) if zero_ns is None else zero_ns
+
+    def _room(self) -> int:
+        """Wait until consumer and recorder have room; return for how many samples, 0 if the end was requested before."""
+        while not self._stopping.is_set():
+            recorder = self._recorder
+            room = min(self._queue.room, recorder.room) if recorder else self._queue.room
+            if room > 0:
+                return room
+            self._queue.wait_for_room()
+        return 0
 
 
-def _told(error: BaseException) -> BaseException:
-    """Return the error of a source; another one for it, if it cannot be printed or a generator cannot raise it."""
-    with suppress(Exception):  # of the error's own text
-        str(error)
-        if not isinstance(error, StopIteration):
-            return error
-    told = ProtocolError(f"source: raised {type(error).__name__}, allowed: an error with a text, SourceError")
-    told.__cause__ = error
-    return told
+def first_wrong(block: Block, last: int, codes: Codes) -> tuple[int, str] | None:
+    """Return the first sample that a recording cannot store, and why: its position and a message; None: all are good.
+
+    Parameters
+    ----------
+    block : numpy.ndarray of `SampleRing.dtype`, shape (n,)
+    last : int
+        Number of the sample before.
+    codes : Codes
+        Readings have to be those of their codes: else a replay would have other readings.
+
+    Examples
+    --------
+    >>> samples = block_of([Sample(seq, 0, 0, -1, -1, 1.5, 2.5) for seq in (3, 4)])
+    >>> first_wrong(samples, 2, Codes())
+    >>> first_wrong(samples, 3, Codes())
+    (0, 'source: sample 3: seq: got 3, allowed: above the one before')
+    """
+    before: Any = last
+    if len(block) == 1:  # plain numbers: a twentieth of the time
+        fields = dict(zip(_NAMES, block.item(), strict=True))
+    else:
+        fields = {name: block[name].astype(np.int64) if name.endswith("_raw") else block[name] for name in _NAMES}
+        before = np.concatenate([[last], block["seq"][:-1]])
+    rules = _rules(fields, before, codes)
+    wrong = [
+        (int(np.argmin(good)), name, allowed) for name, good, allowed in rules if good is not True and not np.all(good)
+    ]
+    if not wrong:
+        return None
+    at, name, allowed = min(wrong, key=lambda found: found[0])
+    return at, f"source: sample {block['seq'][at]}: {name}: got {block[name][at]}, allowed: {allowed}"
+
+
+_NAMES = DTYPE.names or ()
+
+
+def _rules(fields: dict[str, Any], before: Any, codes: Codes) -> Iterator[tuple[str, Any, str]]:
+    """Yield each field, whether it is good, and what is allowed; of one sample as numbers, or of many as arrays."""
+    yield "seq", fields["seq"] > before, "above the one before"
+    yield "status", fields["status"] <= int(Status.LOST), f"0 to {int(Status.LOST)}"
+    yield "t_uncertainty_us", fields["t_uncertainty_us"] >= -1, "-1 or more"
+    for name in ("hard", "soft"):
+        raw, time_ns = fields[f"{name}_raw"], fields[f"t_{name}_ns"]
+        yield f"t_{name}_ns", (time_ns > -_FARTHEST_NS) & (time_ns < _FARTHEST_NS), "less than 146 years"
+        yield f"{name}_raw", (raw >= -1) & (raw <= codes.largest), f"-1 to {codes.largest}"
+        is_same = (raw - codes.zero) / codes.per_pF == fields[name]
+        yield name, (raw < 0) | is_same, "the pF of its code, or no code (-1)"

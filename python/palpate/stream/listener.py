@@ -1,0 +1,105 @@
+"""The one way out of a measurement: its listeners get the same few events."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from palpate._core import Touch
+from palpate.sources.base import Gap
+from palpate.stream.estimate import Batch
+
+if TYPE_CHECKING:
+    from palpate.stream.stream import Stream
+
+
+class Listener:
+    """Follows a measurement: the page, the Lab Streaming Layer, messages. Override the events that you need.
+
+    `Stream.listen` adds one. All events come in the thread that iterates over the stream, but `message`, which may come
+    from any thread, and `ended`, which comes from the thread that closes the stream. The next batch waits until all
+    listeners have returned; an error of a listener ends the iteration. The recorder gets the samples, gaps and the end
+    in the thread that reads the source, so that no listener can delay it.
+
+    Examples
+    --------
+    >>> class Printer(Listener):
+    ...     def touch(self, number, touch):
+    ...         print(number, touch.samples, touch.revised)
+    >>> from palpate import Stream
+    >>> with Stream("sim:stiff-steady?seed=1") as stream:
+    ...     stream.listen(Printer())
+    ...     for batch in stream.batches():
+    ...         pass
+    1 208 False
+    1 208 True
+    """
+
+    def begun(self, stream: "Stream") -> None:
+        """Take notice that the measurement begins; there is no sample yet."""
+
+    def gap(self, gap: Gap) -> None:
+        """Take notice that the earlier baseline is not valid from sample `gap.seq` on, which is in the next batch."""
+
+    def batch(self, batch: Batch) -> None:
+        """Take samples with their estimates."""
+
+    def touch(self, number: int, touch: Touch) -> None:
+        """Take a touch of the last batch that has ended, or has been revised; its number counts from 1."""
+
+    def message(self, text: str) -> None:
+        """Take a message for the user, of the source or of the stream."""
+
+    def ended(self, error: BaseException | None) -> None:
+        """Take notice that measurement and recording have ended; `error` has ended them, or closing failed."""
+
+
+class Listeners(Listener):
+    """Passes each event to all listeners, in the order in which they were added."""
+
+    def __init__(self) -> None:
+        self.all: list[Listener] = []
+
+    def begun(self, stream: "Stream") -> None:
+        """Pass it on."""
+        for each in self.all:
+            each.begun(stream)
+
+    def gap(self, gap: Gap) -> None:
+        """Pass it on."""
+        for each in self.all:
+            each.gap(gap)
+
+    def batch(self, batch: Batch) -> None:
+        """Pass on a batch, then each of its touches: as it ended, as it was revised, then the next one."""
+        revised = dict(batch.revised)
+        ended = dict(enumerate(batch.touches, batch.first))
+        for each in self.all:
+            each.batch(batch)
+            for number in sorted({*ended, *revised}):
+                for touch in (touches[number] for touches in (ended, revised) if number in touches):
+                    each.touch(number, touch)
+
+    def message(self, text: str) -> None:
+        """Pass it on."""
+        for each in self.all:
+            each.message(text)
+
+    def ended(self, error: BaseException | None) -> None:
+        """Pass it on."""
+        for each in self.all:
+            each.ended(error)
+
+
+class Messages(Listener):
+    """Passes the messages to a function.
+
+    Parameters
+    ----------
+    show : callable
+    """
+
+    def __init__(self, show: Callable[[str], object]) -> None:
+        self._show = show
+
+    def message(self, text: str) -> None:
+        """Pass it on."""
+        self._show(text)
