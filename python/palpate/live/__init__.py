@@ -1,6 +1,7 @@
-"""The live page: a running measurement in a browser, on this machine.
+"""The live page: a running measurement, or a recording, in a browser.
 
-`session` measures and runs commands; `feed` makes frames of samples; `protocol` parses the messages from pages;
-`summary` is the state that is sent to the pages; `hub` sends it, to each page as fast as the page reads; `gatekeeper`
-is the access control; `server` connects these parts.
+`measurement` measures, or reads a recording, and sends events to its parts: `events`, `plan`, `signal_state`. `commands`
+has the table of commands, and the parts that obey; `state_rules` says what to do and what is wrong. `feed` makes messages
+and frames of samples, `levels` keeps them at several levels of detail, `hub` sends them to each page as fast as it reads.
+`app` is the web application, `access` decides who may open it, `server` runs it.
 """

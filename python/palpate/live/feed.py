@@ -1,5 +1,7 @@
-"""Binary frames of samples and estimates for the page: the exact values of the tracker, column by column."""
+"""What goes to a page: messages, and frames of samples and estimates with the exact values of the tracker."""
 
+import json
+import math
 import struct
 from enum import IntEnum, IntFlag
 from typing import Any
@@ -10,6 +12,8 @@ from numpy.typing import NDArray
 from palpate.samples import refused, saturated
 from palpate.stream.estimate import Batch
 
+Document = dict[str, Any]
+"""Plain values, ready for JSON."""
 Rows = NDArray[np.void]
 """Rows that a page draws: shape (n,), dtype `ROW`."""
 FIELDS = ("t_s", "hard", "soft", "ratio", "standard_error", "statistic")
@@ -18,6 +22,29 @@ HEADER = struct.Struct("<4I")
 VERSION = 3
 BINS_PER_S = 500.0
 """Beyond two rows in each of these parts of a second, a page gets two: lowest and highest values."""
+
+
+class RefusedCommand(ValueError):
+    """The message of a page is not valid, or not possible now. The text says what is allowed."""
+
+
+def message_of(kind: str, /, **what: Any) -> str:
+    """Return a message to a page: JSON, with null for nan and inf.
+
+    Examples
+    --------
+    >>> message_of("state", ratio=float("nan"), touches=[1.5])
+    '{"type": "state", "ratio": null, "touches": [1.5]}'
+    """
+    return json.dumps({"type": kind, **_plain(what)}, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _plain(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 class Kind(IntEnum):

@@ -1,62 +1,138 @@
 """Sends the measurement to the pages as soon as there are rows; fewer and larger frames to a page that reads slowly."""
 
 import asyncio
-from collections.abc import Callable, Collection
+from collections import deque
+from collections.abc import Awaitable, Iterable
 from contextlib import suppress
+from typing import Protocol
 
-from palpate._core import Touch
-from palpate.live.pages import Page
-from palpate.live.protocol import Command, Refused, told
-from palpate.live.traces import trace_of
-from palpate.live.workbench import Workbench
+from palpate.live.commands import COMMANDS, Command, Workbench
+from palpate.live.feed import Document, Kind, message_of, pack
+from palpate.live.levels import Levels
 
 PAGES = 16
+AHEAD = 30  # sent frames that a page has not confirmed; more would only fill buffers and be shown late
+FRAME_ROWS = 1024
+"""Rows of a frame; a page that was asleep gets what it missed in several frames."""
+_ANSWERS = 32
+_VIEWS = 4  # of more the oldest are not sent: the page looks elsewhere by now
 _STATES_PER_S = 5
-_TRACES = 24  # courses of touches that a page gets when it is opened
+
+
+class Sending(Protocol):
+    """The methods of a web socket that a page needs."""
+
+    def send_text(self, data: str) -> Awaitable[None]: ...  # noqa: D102
+    def send_bytes(self, data: bytes) -> Awaitable[None]: ...  # noqa: D102
+
+
+class Page:
+    """One open page: how far it has read the rows, the newest message of each kind, and what it asked for.
+
+    The page confirms every fourth frame. One that confirms nothing, asleep or on a slow line, gets nothing more;
+    afterwards it continues where it stopped, so that it draws no hole. If those rows are no longer kept for it, it begins
+    again with the recent ones, and asks for views of those before.
+    """
+
+    def __init__(self, socket: Sending, bench: Workbench) -> None:
+        self.sent: int = 0  # frames, without views
+        self.listens: bool = False  # whether it shows the noise
+        self._socket, self._bench = socket, bench
+        self._unseen: deque[int] = deque()
+        self._latest: dict[str, str] = {}
+        self._answers: deque[str] = deque(maxlen=_ANSWERS)
+        self._views: deque[tuple[int, float, float, int]] = deque(maxlen=_VIEWS)
+        self._something = asyncio.Event()
+        self.wake = self._something.set  # look at the rows again
+        self.begin(bench.measurement.levels)
+
+    def begin(self, levels: Levels) -> None:
+        """Follow these rows from the oldest recent one."""
+        self._levels, self._next, self._anew = levels, levels.begin, True
+        self.wake()
+
+    def tell(self, kind: str, message: str) -> None:
+        """Queue a message; it replaces a message of the same kind that is still in the queue."""
+        self._latest[kind] = message
+        self.wake()
+
+    def answer(self, message: str) -> None:
+        """Queue the answer to a command of the page."""
+        self._answers.append(message)
+        self.wake()
+
+    def do(self, command: Command) -> Document:
+        """Obey a command that is about this page alone; return the answer, empty without one."""
+        answer = getattr(self, COMMANDS[command.do].obeys.removeprefix("page."))(**command.given)
+        return {} if answer is None else {"message": answer}
+
+    def look(self, id: int, from_s: float, to_s: float, rows: int) -> None:
+        """Queue a view; of too many the newest are sent."""
+        self._views.append((id, from_s, to_s, rows))
+        self.wake()
+
+    def seen(self, frame: int) -> None:
+        """Confirm all frames up to this number."""
+        while self._unseen and self._unseen[0] <= frame:
+            self._unseen.popleft()
+        self.wake()
+
+    def trace(self, touch: int) -> None:
+        """Queue the course of a touch."""
+        self.tell(*self._bench.trace(touch))
+
+    def listen(self, on: bool) -> str:
+        """Begin or end to show the noise."""
+        self.listens = on
+        return "" if on else "The noise is no longer computed."
+
+    async def send(self) -> None:
+        """Send the queue, until cancelled."""
+        while True:
+            self._something.clear()
+            while await self._send_next():
+                pass
+            await self._something.wait()
+
+    async def _send_next(self) -> bool:
+        """Send what comes first, and return whether there was something that may be sent now."""
+        if self._latest:  # the state before the answer, so that the page shows it when the answer arrives
+            await self._socket.send_text(self._latest.pop(next(iter(self._latest))))
+        elif self._answers:
+            await self._socket.send_text(self._answers.popleft())
+        elif self._views:
+            number, from_s, to_s, rows = self._views.popleft()
+            await self._socket.send_bytes(pack(number, self._levels.view(from_s, to_s, rows), Kind.VIEW))
+        elif len(self._unseen) < AHEAD and (self._anew or self._next < self._levels.end):
+            await self._socket.send_bytes(self._frame())
+        else:
+            return False
+        return True
+
+    def _frame(self) -> bytes:
+        missed, rows = self._levels.following(self._next, FRAME_ROWS)
+        self._next += missed + len(rows)
+        self.sent += 1
+        self._unseen.append(self.sent)
+        kind, self._anew = Kind.ANEW if self._anew or missed else Kind.NEXT, False
+        return pack(self.sent, rows, kind)
 
 
 class Hub:
-    """All pages of a workbench; runs in the event loop of the server.
-
-    Parameters
-    ----------
-    bench : Workbench
-    """
+    """All pages of a workbench; runs in the event loop of the server."""
 
     def __init__(self, bench: Workbench) -> None:
         self.pages: set[Page] = set()
-        self._bench, self._session = bench, bench.session
-        self._measurement = bench.session.number
+        self._bench, self._measurement = bench, bench.measurement
+        self._number = self._measurement.number
         self._told: dict[str, str] = {}
-        self._traced = 0
 
     def join(self, page: Page) -> None:
         """Add a page and send it everything."""
-        self._announce("hello", told("hello", **self._bench.hello()))
+        self._announce("hello")
         for kind, message in self._told.items():
             page.tell(kind, message)
-        page.begin(self._session.levels)
         self.pages.add(page)
-        self._send_traces([page], 0)
-
-    def hear(self, page: Page, command: Command) -> bool:
-        """Obey a command that is about this page alone; return whether it is one.
-
-        Raises
-        ------
-        Refused
-            There is no such touch, or the page asks for too many.
-        """
-        about: dict[str, Callable[[Page, Command], None]] = {
-            "seen": lambda page, command: page.seen(command["frame"]),
-            "view": Page.look,
-            "trace": self._show_trace,
-            "noise": self._listen,
-        }
-        if command.do not in about:
-            return False
-        about[command.do](page, command)
-        return True
 
     async def run(self) -> None:
         """Send rows when they come, and states, until cancelled."""
@@ -66,7 +142,7 @@ class Hub:
             with suppress(RuntimeError):  # the server has ended
                 loop.call_soon_threadsafe(self._look)
 
-        self._session.on_rows = look
+        self._measurement.on_rows = look
         while True:
             self._look()
             self.send_state()
@@ -74,62 +150,34 @@ class Hub:
 
     def send_state(self) -> None:
         """Send the state to every page, and each other document that has changed."""
-        self._announce("hello", told("hello", **self._bench.hello()))
-        for kind, document in self._bench.told.items():
-            self._announce(kind, told(kind, **document()))
-        self._send_traces(self.pages, self._traced)
-        self._send_noise()
-        state = self._bench.state()
-        for page in self.pages:
-            page.tell("state", told("state", **state, frames={"sent": page.sent, "lost": page.lost}))
-
-    def _show_trace(self, page: Page, command: Command) -> None:
-        number, touches = command["touch"], self._session.touches
-        if not 1 <= number <= len(touches):
-            raise Refused(f"trace: got touch {number}, allowed: 1 to {len(touches)}, those that have ended")
-        if not page.traces.take():
-            raise Refused("trace: too many touches; wait a second")
-        page.tell(*self._trace(number, touches[number - 1]))
-
-    def _listen(self, page: Page, command: Command) -> None:
-        page.listens = command["on"]
-        page.answer(told("done", do="noise", message="" if page.listens else "The noise is no longer computed."))
-
-    def _send_noise(self) -> None:
+        for kind in self._bench.documents:
+            self._announce(kind)
         listening = [page for page in self.pages if page.listens]
         if listening and (found := self._bench.noise.document()):
-            for page in listening:
-                page.tell("noise", told("noise", **found))
+            self._tell(listening, "noise", found)
+        self._tell(self.pages, "state", self._bench.state())
 
-    def _send_traces(self, pages: Collection[Page], after: int) -> None:
-        """Send the courses of the newest completed touches, after the touch of this number."""
-        touches = self._session.touches
-        for number in range(max(after, len(touches) - _TRACES), len(touches)) if pages else ():
-            trace = self._trace(number + 1, touches[number])
-            for page in pages:
-                page.tell(*trace)
-        self._traced = len(touches)
-
-    def _trace(self, number: int, touch: Touch) -> tuple[str, str]:
-        """Return the course of a touch: what it replaces, and the message."""
-        session, start_s = self._session, touch.start_s
-        trace = trace_of(number, start_s, session.ends.get(number, start_s), session.levels)
-        return f"trace {number}", told("trace", **trace)
-
-    def _announce(self, kind: str, message: str) -> None:
+    def _announce(self, kind: str) -> None:
+        """Send a document to every page, if it has changed."""
+        message = message_of(kind, **self._bench.documents[kind]())
         if self._told.get(kind) != message:
             self._told[kind] = message
-            self._for_all(lambda page: page.tell(kind, message))
+            for page in self.pages:
+                page.tell(kind, message)
+
+    @staticmethod
+    def _tell(pages: Iterable[Page], kind: str, document: Document) -> None:
+        message = message_of(kind, **document)
+        for page in pages:
+            page.tell(kind, message)
 
     def _look(self) -> None:
-        if self._session.number != self._measurement:
-            self._measurement, self._traced = self._session.number, 0
-            self._announce("hello", told("hello", **self._bench.hello()))
-            self._for_all(lambda page: page.begin(self._session.levels))
-        self._for_all(Page.wake)
+        if self._number != self._measurement.number:
+            self._number = self._measurement.number
+            self._announce("hello")
+            for page in self.pages:
+                page.begin(self._measurement.levels)
+        for page in self.pages:
+            page.wake()
         if self._bench.is_news():
             self.send_state()
-
-    def _for_all(self, do: Callable[[Page], object]) -> None:
-        for page in self.pages:
-            do(page)

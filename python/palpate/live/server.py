@@ -1,188 +1,149 @@
-"""The server of the page: its files, the web socket and the downloads."""
+"""The server of the page: its socket, its address, and its limits; it runs until SIGINT or SIGTERM."""
 
 import asyncio
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
-from functools import partial
-from importlib.resources import files
-from pathlib import Path
+import socket
+import sys
+from collections.abc import Callable
 from typing import Any
-from urllib.parse import quote
 
-from starlette.applications import Starlette
-from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response, StreamingResponse
-from starlette.routing import BaseRoute, Route, WebSocketRoute
+import uvicorn
 from starlette.types import ASGIApp
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from palpate.errors import PalpateError
-from palpate.live.access.framed import Framed
-from palpate.live.access.gatekeeper import Gatekeeper
-from palpate.live.access.limits import (
-    COMMANDS,
-    DOWNLOAD_PER_S,
-    DOWNLOADS,
-    DOWNLOADS_ASKED,
-    MESSAGES,
-    PAGES_OPENED,
-    Bucket,
-)
-from palpate.live.hub import PAGES, Hub
-from palpate.live.pages import Page
-from palpate.live.protocol import Command, Refused, parse, told
-from palpate.live.workbench import Workbench
+from palpate.live.commands import LONGEST
 
-_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
-DOWNLOADED = {
-    ".csv": ("text/csv", "attachment"),
-    ".json": ("application/json", "attachment"),
-    ".toml": ("application/toml", "attachment"),
-    ".html": ("text/html; charset=utf-8", "inline"),
-}
-"""Files of a run: type, and whether a browser stores them or shows them."""
-READ_ONLY = (
-    "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'none'"
-)
-"""Of a report, whose text comes from files: no script runs in it, it asks for nothing, and it is a stranger to the page."""
-_PART = 1 << 16
+PATIENCE_S = 5.0
+"""Time for a whole request to arrive."""
+HEAD = 16384
+"""Bytes of a request; a browser sends about 700, and the cookies of other programs at the same host."""
+CONNECTIONS = 128
+"""Open connections. Of more none is kept: each takes a file descriptor, which the recording needs, too."""
+_BACKLOG = 64  # connections accepted at once
+_GRACE_S = 1
+_SWITCH_S = 1e-4  # how long the reader of the source waits for the interpreter at most; Python: 5 ms
+_NOWHERE = ("192.0.2.1", 9)  # RFC 5737: an address without a host; connecting a datagram socket sends nothing
 
 
-def page_files() -> dict[str, tuple[bytes, str]]:
-    """Return the files of the page: URL path -> content, type. Requests never open a file by its name."""
-    found = {}
-    page = files("palpate.live") / "page"
-    for folder, prefix in ((page, "/"), (page / "charts", "/charts/")):
-        for file in folder.iterdir():
-            kind = _TYPES.get(Path(file.name).suffix)
-            if kind:
-                found[prefix + file.name] = (file.read_bytes(), f"{kind}; charset=utf-8")
-    found["/"] = found.pop("/index.html")
-    return found
-
-
-class Server:
-    """The web application of one workbench.
+def listen(host: str, port: int) -> socket.socket:
+    """Return a listening socket.
 
     Parameters
     ----------
-    bench : Workbench
+    host : str
+    port : int
+        0: any free port.
 
-    Attributes
-    ----------
-    hub : Hub
+    Raises
+    ------
+    ValueError
+        The host is not an address of this machine, or the port is in use.
     """
+    try:
+        [(family, *_, address), *_] = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        listening = socket.socket(family, socket.SOCK_STREAM)
+    except OSError as error:
+        raise ValueError(f"host: got {host!r}: {error.strerror}, allowed: a name or address of this machine") from error
+    try:
+        # On Windows SO_REUSEADDR would let two programs share a port, and each get some of the connections.
+        option = getattr(socket, "SO_EXCLUSIVEADDRUSE", socket.SO_REUSEADDR)
+        listening.setsockopt(socket.SOL_SOCKET, option, 1)
+        listening.bind(address)
+        listening.listen(_BACKLOG)
+    except OSError as error:
+        listening.close()
+        raise ValueError(
+            f"port: got {port} at {host}: {error.strerror}, allowed: a free port, 0 takes any; an address of this machine"
+        ) from error
+    return listening
 
-    def __init__(self, bench: Workbench) -> None:
-        self._bench = bench
-        self.hub: Hub = Hub(bench)
-        self._opened, self._commands = Bucket(PAGES_OPENED), Bucket(COMMANDS)
-        self._downloads, self._asked = asyncio.Semaphore(DOWNLOADS), 0
 
-    def app(self, host: str, port: int, token: str | None = None, ticket: str | None = None) -> ASGIApp:
-        """Return the application for this address, with access control."""
-        return Gatekeeper(self._pages(), host, port, token, ticket)
+def address_of(listening: socket.socket, host: str, token: str | None = None) -> str:
+    """Return the address of the page."""
+    name = host if host not in ("0.0.0.0", "::") else _own_address()
+    name = f"[{name}]" if ":" in name else name
+    query = f"?token={token}" if token else ""
+    return f"http://{name}:{listening.getsockname()[1]}/{query}"
 
-    def framed(self, host: str, port: int, token: str) -> ASGIApp:
-        """Return the application for a frame in another page, with access control."""
-        return Framed(self._pages(), host, port, token)
 
-    def _pages(self) -> ASGIApp:
-        routes: list[BaseRoute] = [Route(path, partial(_file, *content)) for path, content in page_files().items()]
-        routes += [Route("/recording/{name}", self._download), WebSocketRoute("/ws", self._page)]
-        return Starlette(routes=routes, lifespan=self._life)
+def serve(app: ASGIApp, listening: socket.socket, ended: Callable[[], bool] = lambda: False) -> None:
+    """Serve until SIGINT or SIGTERM; their previous handlers run after the last page is closed.
 
-    @asynccontextmanager
-    async def _life(self, _: Starlette) -> AsyncIterator[None]:
-        running = asyncio.create_task(self.hub.run())
-        yield
-        running.cancel()
-        with suppress(asyncio.CancelledError):
-            await running
+    In another thread than the main one signals do not end it.
 
-    async def _download(self, request: Request) -> Response:
-        name = request.path_params["name"]
-        path = self._bench.session.recordings.find(name)
-        if path is None or not path.is_file():
-            return PlainTextResponse("this run has no such recording\n", 404)
-        if self._asked >= DOWNLOADS_ASKED:
-            return PlainTextResponse(f"too many downloads, allowed: {DOWNLOADS_ASKED}; wait for one to end\n", 503)
-        kind, where = DOWNLOADED.get(path.suffix.lower(), ("application/octet-stream", "attachment"))
-        headers = {"Content-Disposition": f"{where}; filename*=UTF-8''{quote(name)}"}
-        if path.suffix.lower() == ".json":  # a recording that runs replaces it: size and content are of one file
-            return Response(await asyncio.to_thread(path.read_bytes), headers=headers, media_type=kind)
-        if where == "inline":
-            headers["Content-Security-Policy"] = READ_ONLY
-        size = path.stat().st_size
-        headers["Content-Length"] = str(size)
-        return StreamingResponse(self._parts(path, size), headers=headers, media_type=kind)
+    Parameters
+    ----------
+    app : ASGI application
+    listening : socket
+    ended : callable
+        Whether to end, asked ten times a second.
+    """
+    config = uvicorn.Config(
+        app,
+        http=_Requests,
+        ws="websockets-sansio",
+        lifespan="on",
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        backlog=_BACKLOG,
+        limit_concurrency=CONNECTIONS,
+        h11_max_incomplete_event_size=HEAD,
+        ws_max_size=4 * LONGEST,
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=_GRACE_S,
+    )
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(_SWITCH_S)
+    try:
+        asyncio.run(_Server(config, ended).serve([listening]))
+    finally:
+        sys.setswitchinterval(before)
 
-    async def _parts(self, path: Path, size: int) -> AsyncIterator[bytes]:
-        """Yield a file in parts, up to its size at the time of the request; not faster than allowed."""
-        self._asked += 1
+
+class _Requests(H11Protocol):
+    """A connection: too many are closed at once, and one whose request has not arrived within 5 s."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self._clock = self.loop.call_later(PATIENCE_S, self._expire)
+        if len(self.connections) > CONNECTIONS:
+            transport.abort()
+
+    def _expire(self) -> None:
+        if self.cycle is None:  # there is no request yet
+            self.transport.abort()
+
+    def handle_websocket_upgrade(self, event: Any) -> None:
+        self._clock.cancel()
+        super().handle_websocket_upgrade(event)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._clock.cancel()
+        super().connection_lost(exc)
+
+
+class _Server(uvicorn.Server):
+    """A server that also ends when it is asked to."""
+
+    def __init__(self, config: uvicorn.Config, ended: Callable[[], bool]) -> None:
+        super().__init__(config)
+        self._ended = ended
+
+    async def on_tick(self, counter: int) -> bool:
+        return await super().on_tick(counter) or self._ended()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().shutdown(sockets)
+        if self.force_exit:  # by a second Ctrl-C: the pages are not waited for, but the application ends in order
+            await self.lifespan.shutdown()
+
+
+def _own_address() -> str:
+    """Return the address of this machine in the network; without a network, the loopback address."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            async with self._downloads:
-                with path.open("rb") as file:
-                    while size > 0 and (part := await asyncio.to_thread(file.read, min(size, _PART))):
-                        size -= len(part)
-                        yield part
-                        await asyncio.sleep(len(part) / DOWNLOAD_PER_S)
-        finally:
-            self._asked -= 1
-
-    async def _page(self, socket: WebSocket) -> None:
-        if len(self.hub.pages) >= PAGES:
-            await socket.close(1013, f"too many open pages, allowed: {PAGES}; close one")
-            return
-        if not self._opened.take():
-            await socket.close(1013, "too many pages opened; wait a second")
-            return
-        await socket.accept()
-        page = Page(socket)
-        self.hub.join(page)
-        sending, messages = asyncio.create_task(page.send()), Bucket(MESSAGES)
-        try:
-            while True:
-                message = await _next(socket)
-                if not messages.take():
-                    await socket.close(1008, f"messages: got more, allowed: {MESSAGES.per_s} a second")
-                    break
-                await self._hear(page, message)
-        except WebSocketDisconnect:
-            pass
-        finally:
-            self.hub.pages.discard(page)
-            sending.cancel()
-            with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
-                await sending
-
-    async def _hear(self, page: Page, message: str | bytes) -> None:
-        try:
-            command = parse(message)
-            if self.hub.hear(page, command):
-                return
-            if not self._commands.take():
-                raise Refused(f"{command.do}: too many commands; wait a second")
-            page.answer(told("done", do=command.do, **await self._obey(command)))
-        except Refused as refusal:
-            page.answer(told("refused", message=str(refusal)))
-        except (ValueError, PalpateError) as error:
-            page.answer(told("failed", message=str(error)))
-
-    async def _obey(self, command: Command) -> dict[str, Any]:
-        answer = await asyncio.to_thread(self._bench.do, command)
-        self.hub.send_state()
-        return answer
-
-
-async def _next(socket: WebSocket) -> str | bytes:
-    message = await socket.receive()
-    if message["type"] == "websocket.disconnect":
-        raise WebSocketDisconnect(message.get("code", 1000))
-    text = message.get("text")
-    return text if text is not None else bytes(message.get("bytes") or b"")
-
-
-async def _file(content: bytes, kind: str, _: Request) -> Response:
-    return Response(content, headers={"Content-Type": kind})
+            probe.connect(_NOWHERE)
+        except OSError:
+            return "127.0.0.1"
+        return str(probe.getsockname()[0])

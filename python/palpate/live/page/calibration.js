@@ -11,7 +11,7 @@ export class Calibrating {
   tell(type, { calibration }) {
     if (type !== "calibration") return;
     this.on = Boolean(calibration.on);
-    $("calibrate").setAttribute("aria-pressed", String(this.on));
+    $("calibrate").ariaPressed = String(this.on);
     document.body.classList.toggle("calibrating", this.on);
     $("touch").hidden = this.on;
     $("fit").hidden = !this.on;

@@ -42,11 +42,12 @@ export class Connection {
     this.again("");
   }
 
+  // A web socket does not tell why it was refused; a request does.
   async again(reason) {
     const wait = WAITS_MS[Math.min(this.failures, WAITS_MS.length - 1)];
     setTimeout(() => this.open(), wait);
     if (reason || !this.failures++) this.on.down(reason || LOST[0], LOST[1]);
-    const told = (await refused()) ? OLD : LOST;
+    const told = await fetch("icon.svg", { cache: "no-store" }).then(({ status }) => (status === 403 ? OLD : LOST), () => LOST);
     if (!reason && this.socket.readyState !== WebSocket.OPEN) this.on.down(...told);
   }
 
@@ -54,14 +55,5 @@ export class Connection {
     if (this.socket.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(message));
     return true;
-  }
-}
-
-// A web socket does not tell why it was refused; a request does.
-async function refused() {
-  try {
-    return (await fetch("icon.svg", { cache: "no-store" })).status === 403;
-  } catch {
-    return false;
   }
 }

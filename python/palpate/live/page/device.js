@@ -36,12 +36,6 @@ export class Device {
 }
 
 function told(value, warn, share) {
-  const cell = make("dd", { className: warn ? "warn" : "" });
-  if (share === null || share === undefined) cell.append(value);
-  else {
-    const bar = document.createElement("i");
-    bar.style.setProperty("--v", `${100 * share}%`);
-    cell.append(bar, make("em", { textContent: value }));
-  }
-  return cell;
+  const parts = typeof share === "number" ? [make("i", { style: `--v: ${100 * share}%` }), make("em", { textContent: value })] : [value];
+  return make("dd", { className: warn ? "warn" : "" }, ...parts);
 }

@@ -7,6 +7,15 @@ export function put(place, text) {
   if (element.textContent !== String(text)) element.textContent = text;
 }
 
+// Fills a place anew if `of`, what it shows, has changed.
+const filled = new WeakMap();
+export function fill(place, of, children) {
+  const now = JSON.stringify(of);
+  if (filled.get(place) === now) return;
+  filled.set(place, now);
+  place.replaceChildren(...children());
+}
+
 export function make(tag, properties = {}, ...children) {
   const element = Object.assign(document.createElement(tag), properties);
   element.append(...children);
@@ -27,19 +36,8 @@ export function ask(dialog, done = () => {}) {
   dialog.showModal();
 }
 
-// In a frame, a browser may forbid storage: then it holds until the page is closed.
-export function remembered(name) {
-  try {
-    return localStorage.getItem(name);
-  } catch {
-    return null;
-  }
-}
-
-export function remember(name, value) {
-  try {
-    localStorage.setItem(name, value);
-  } catch {
-    // as above
-  }
+// A number whose point stands under the point above it: its fraction is as wide as the longest of its column.
+export function aligned(text, longest) {
+  const [whole, part] = String(text).split("."), width = longest ? longest + 0.45 : 0;
+  return make("span", { className: "pt" }, whole, make("i", { textContent: part === undefined ? "" : `.${part}`, style: `width: ${width}ch` }));
 }

@@ -50,10 +50,12 @@ export function signed(value, decimals) {
   return (Number(text) === 0 ? "" : value < 0 ? "−" : "+") + text;
 }
 
-export function clock(seconds) {
-  const whole = Math.max(0, Math.floor(seconds)), two = (n) => String(n).padStart(2, "0");
-  const rest = `${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}`;
-  return whole >= 3600 ? `${Math.floor(whole / 3600)}:${rest}` : rest;
+// mm:ss, or h:mm:ss, as a clock shows it.
+export function clock(seconds, places = 0) {
+  const units = Math.floor(Math.abs(seconds) * 10 ** places + 1e-6), all = Math.floor(units / 10 ** places);
+  const [h, m, s] = [Math.floor(all / 3600), Math.floor(all / 60) % 60, all % 60].map((v) => String(v).padStart(2, "0"));
+  const part = places ? `.${String(units % 10 ** places).padStart(places, "0")}` : "";
+  return `${seconds < 0 && units ? "−" : ""}${all >= 3600 ? `${Number(h)}:` : ""}${m}:${s}${part}`;
 }
 
 export function grouped(count) {
@@ -63,14 +65,4 @@ export function grouped(count) {
 // Digits behind the point, the point not counted.
 export function places(text) {
   return (String(text).split(".")[1] ?? "").length;
-}
-
-// A number whose point stands under the point above it: its fraction is as wide as the longest of its column.
-export function aligned(text, longest) {
-  const [whole, part] = String(text).split("."), span = document.createElement("span"), fraction = document.createElement("i");
-  span.className = "pt";
-  fraction.textContent = part === undefined ? "" : `.${part}`;
-  fraction.style.width = `${longest ? longest + 0.45 : 0}ch`;
-  span.append(whole, fraction);
-  return span;
 }

@@ -1,6 +1,6 @@
 // Marks and notes. A mark is stamped when its key is pressed; its text comes in the field that appears, later, or never.
 
-import { $, make, put } from "./dom.js";
+import { $, fill, make, put } from "./dom.js";
 import { clock } from "./formatting.js";
 
 const OPEN_MS = 8000; // an empty field goes by itself
@@ -31,10 +31,7 @@ export class Marks {
   show({ events, session, hello }) {
     const origin = hello.origin_s ?? 0;
     const all = [...events.marks.map((mark) => ({ ...mark, mark: true })), ...(session.notes ?? [])].sort((a, b) => b.t_s - a.t_s);
-    const shown = JSON.stringify([all, origin]);
-    if (shown === this.shown) return;
-    this.shown = shown;
-    $("marks").replaceChildren(...all.map((one) => {
+    fill($("marks"), [all, origin], () => all.map((one) => {
       const words = one.mark && hello.kind !== "file" ? make("button", { type: "button", className: "plain", textContent: one.text || "mark: add a text" }) : make("span", { textContent: one.text || "mark" });
       if (one.mark) words.dataset.id = one.id;
       return make("li", {}, make("time", { textContent: clock(one.t_s - origin) }), words);

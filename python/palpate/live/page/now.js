@@ -1,10 +1,11 @@
 // Now: the word, how far the touch is, the number, and what is touched next.
 
-import { $, make, put } from "./dom.js";
+import { $, fill, make, put } from "./dom.js";
 import { modulusOf, plusMinus, signed } from "./formatting.js";
 
 const HEARD = ["hello", "state", "touches", "session", "calibration", "chosen"];
 const SLOTS = 8; // more touches of a specimen are only counted
+const NO_TOUCH = { number: "–", unit: "", range: "no touch is measured", secondname: "Ratio", number2: "–", range2: "" };
 
 export class Now {
   tell(type, known) {
@@ -24,33 +25,13 @@ export class Now {
   }
 
   showNumbers(known) {
-    const one = subject(known), fit = known.calibration.on ? pointOf(known.calibration, one) : null;
-    const ratio = one && plusMinus(one.ratio, one.uncertainty ?? one.standard_error);
-    const error = ratio?.[1] ? ratio[1] + (known.hello.scatter ? "" : ", noise only") : "uncertainty not known yet";
-    const byModulus = known.hello.calibrated && !known.calibration.on;
+    const one = subject(known), { hello, calibration } = known, byModulus = hello.calibrated && !calibration.on;
+    const fit = calibration.on ? pointOf(calibration, one) : null, name = byModulus ? "Modulus" : "Ratio";
     for (const id of ["main", "second"]) $(id).className = one?.kind ?? "void";
     $("second").hidden = !byModulus && !fit;
-    const name = byModulus ? "Modulus" : "Ratio";
     put("mainname", one ? `${name}, ${one.title}` : name);
-    put("unit", "");
-    if (!one) return empty();
-    if (byModulus) return this.showModulus(one, ratio[0], error);
-    put("number", ratio[0]);
-    put("range", error);
-    if (!fit) return;
-    put("secondname", "From eq. (2)");
-    put("number2", `${signed(100 * (fit.ratio / fit.fitted - 1), 1)} %`);
-    put("range2", known.hello.scatter ? `scatter ${(100 * known.hello.scatter).toFixed(1)} %` : "");
-  }
-
-  showModulus(one, ratio, error) {
-    const { value, interval, unit, more } = modulusOf(one.modulus);
-    put("number", value);
-    put("unit", unit);
-    put("range", unit ? `${interval}, 95 %${more}` : interval + (more ?? ""));
-    put("secondname", "Ratio");
-    put("number2", ratio);
-    put("range2", error);
+    const texts = one ? numbersOf(one, hello, byModulus, fit) : NO_TOUCH;
+    for (const [id, text] of Object.entries(texts)) put(id, text);
   }
 
   showNext({ hello, state, touches, session }) {
@@ -61,11 +42,8 @@ export class Now {
       : file ? `${all - kept} of them left out` : "specimens are not named";
     const large = next?.name ?? (file ? `${all} ${all === 1 ? "touch" : "touches"}` : `Touch ${(rows.at(-1)?.number ?? 0) + 1}`);
     const again = state.now?.tone === "caution" && state.now.word === "Repeat";
-    const shown = JSON.stringify([large, small, next, again]);
-    if (shown === this.shown) return;
-    this.shown = shown;
-    $("nextname").replaceChildren(make("span", { textContent: large }), make("small", { textContent: small }));
-    $("slots").replaceChildren(...slots(next, again));
+    fill($("nextname"), [large, small], () => [make("span", { textContent: large }), make("small", { textContent: small })]);
+    fill($("slots"), [next, again], () => slots(next, again));
   }
 }
 
@@ -85,12 +63,16 @@ export function running(state) {
   return ["contact", "adapting"].includes(state.state) && state.ratio !== null;
 }
 
-function empty() {
-  put("number", "–");
-  put("number2", "–");
-  put("range", "no touch is measured");
-  put("range2", "");
-  put("secondname", $("second").hidden ? "" : "Ratio");
+// Texts of the large and the small number.
+function numbersOf(one, { scatter }, byModulus, fit) {
+  const [ratio, sure] = plusMinus(one.ratio, one.uncertainty ?? one.standard_error);
+  const error = sure ? sure + (scatter ? "" : ", noise only") : "uncertainty not known yet";
+  if (byModulus) {
+    const { value, interval, unit, more = "" } = modulusOf(one.modulus);
+    return { number: value, unit, range: (unit ? `${interval}, 95 %` : interval) + more, secondname: "Ratio", number2: ratio, range2: error };
+  }
+  const distance = fit && { secondname: "From eq. (2)", number2: `${signed(100 * (fit.ratio / fit.fitted - 1), 1)} %`, range2: scatter ? `scatter ${(100 * scatter).toFixed(1)} %` : "" };
+  return { number: ratio, unit: "", range: error, ...distance };
 }
 
 function pointOf(calibration, one) {

@@ -1,48 +1,43 @@
 // Puts the parts of the page together. The measurement never waits for the page.
 
 import { Calibrating } from "./calibration.js";
-import { Charts } from "./charts/charts.js";
 import { FitPlot } from "./charts/fitplot.js";
 import { Spectrum } from "./charts/spectrum.js";
 import { Connection } from "./connection.js";
 import { Device } from "./device.js";
-import { $ } from "./dom.js";
-import { Keys } from "./keys.js";
-import { Line } from "./line.js";
+import { $, put } from "./dom.js";
 import { Marks } from "./marks.js";
-import { Now, running } from "./now.js";
-import { Plan } from "./plan.js";
+import { running } from "./now.js";
+import { Signals } from "./preferences.js";
 import { Record } from "./record.js";
-import { Session } from "./session.js";
-import { Signals } from "./signals.js";
+import { Screen } from "./screen.js";
+import { Plan, Session } from "./session.js";
 import { Store } from "./store.js";
-import { Table } from "./table.js";
-import { Theme } from "./theme.js";
 
 const CONFIRMED = 4; // every fourth frame; the server sends 30 more at most
 const KEPT = ["hello", "state", "touches", "events", "session", "calibration", "device"];
 const SILENT = ["trace", "view", "noise", "seen"]; // asked for by the charts, not by a person
-const NOTHING = { touches: { rows: [] }, events: { marks: [] }, session: { specimens: [], notes: [] }, calibration: {}, device: {} };
-const known = { hello: {}, state: {}, looking: null, chosen: null, ...NOTHING };
 
 const store = new Store();
-const line = new Line();
-const answer = (text, bad) => line.answer(text, bad);
 const connection = new Connection({
   up: () => link(null),
   down: (what, advice) => link({ title: sentence(what), text: sentence(advice) }),
   frame: (buffer) => {
     const frame = store.take(buffer);
     if (frame !== undefined && frame % CONFIRMED === 0) connection.say({ do: "seen", frame });
-    charts.frame();
+    screen.charts.frame();
   },
   text: hear,
 });
-const charts = new Charts(document, store, (message) => connection.say(message), { fitplot: FitPlot, spectrum: Spectrum });
 const marks = new Marks(say), session = new Session(say);
-const parts = [line, new Now(), new Table(say, (touch) => charts.choose(touch)), session, new Plan(say, answer), marks, new Device(say), new Calibrating(say), new Record(say), new Signals(), { tell: enable }];
-new Theme(() => charts.dress());
-new Keys({ next: () => session.next(), pause: () => charts.key(known.looking ? "live" : "pause"), close }, (name) => charts.key(name));
+const screen = new Screen(store, {
+  say: (message) => connection.say(message),
+  change: say,
+  others: { fitplot: FitPlot, spectrum: Spectrum },
+  acts: { next: () => session.next(), close },
+});
+const { known, line } = screen, answer = (text, bad) => line.answer(text, bad);
+screen.parts.push(session, new Plan(say, answer), marks, new Device(say), new Calibrating(say), new Record(say), new Signals(), { tell: enable });
 
 const ANSWERS = {
   done: (message) => {
@@ -60,20 +55,10 @@ const ANSWERS = {
 
 function hear(message) {
   const { type } = message;
-  if (type === "hello" && known.hello.measurement !== message.measurement) {
-    Object.assign(known, NOTHING, { chosen: null });
-    store.clear();
-  }
+  if (type === "hello" && known.hello.measurement !== message.measurement) screen.clear();
   ANSWERS[type]?.(message);
-  if (KEPT.includes(type)) {
-    known[type] = message;
-    tell(type);
-  }
-  charts.tell(type, message);
-}
-
-function tell(type) {
-  for (const part of parts) part.tell(type, known);
+  if (KEPT.includes(type)) screen.hear(type, message);
+  else screen.charts.tell(type, message);
 }
 
 function say(message) {
@@ -109,46 +94,28 @@ function enable(type) {
   $("pause").disabled = file;
   $("mark").disabled = $("record").disabled = !measuring;
   if (known.state.recording && up) $("record").disabled = false;
-  if ($("source").textContent !== sourceOf(known)) $("source").textContent = sourceOf(known);
-}
-
-function sourceOf({ hello, state }) {
-  return [hello.file?.name, hello.device || hello.source, hello.scene, state.recording?.name].filter(Boolean).join(" · ");
+  const { hello, state } = known;
+  put("source", [hello.file?.name, hello.device || hello.source, hello.scene, state.recording?.name].filter(Boolean).join(" · "));
 }
 
 function close() {
   if (!$("marking").hidden) return marks.close();
-  document.activeElement?.blur();
   menu(false);
-  charts.choose(null);
-  charts.key("clear");
+  screen.close();
 }
 
 function menu(open) {
   document.body.classList.toggle("menu", open);
-  $("more").setAttribute("aria-expanded", String(open));
+  $("more").ariaExpanded = String(open);
 }
 
 $("tare").onclick = () => say({ do: $("tare").textContent.startsWith("Tare anyway") ? "tare anyway" : "tare" });
 $("again").onclick = () => say({ do: "again" });
-$("pause").onclick = () => charts.key(known.looking ? "live" : "pause");
 $("more").onclick = () => menu(!document.body.classList.contains("menu"));
 $("menu").onclick = () => menu(false);
-$("closenoise").onclick = () => charts.key("spectrum");
-for (const button of document.querySelectorAll("[data-key]")) button.onclick = () => charts.key(button.dataset.key);
-document.addEventListener("looking", () => {
-  known.looking = charts.looking;
-  document.body.classList.toggle("looking", Boolean(known.looking));
-  $("pause").firstChild.textContent = known.looking ? "Live " : "Pause ";
-  line.show(known);
-});
-document.addEventListener("chosen", ({ detail }) => {
-  known.chosen = detail;
-  tell("chosen");
-});
+$("closenoise").onclick = () => screen.charts.key("spectrum");
 document.addEventListener("spectrum", ({ detail }) => {
   $("noise").hidden = !detail;
-  document.body.classList.toggle("noisy", Boolean(detail));
-  $("opennoise").setAttribute("aria-pressed", String(Boolean(detail)));
+  document.body.classList.toggle("noisy", detail);
+  $("opennoise").ariaPressed = String(detail);
 });
-addEventListener("resize", () => charts.dress());

@@ -1,8 +1,8 @@
 // Record, always there; the names of recordings; all downloads in one place.
 
-import { $, ask, make, put } from "./dom.js";
+import { $, ask, fill, make, put } from "./dom.js";
 import { clock, grouped } from "./formatting.js";
-import { asText } from "./sheets.js";
+import { asText } from "./table.js";
 
 const KINDS = { recording: "samples", settings: "settings, marks and notes", calibration: "calibration", report: "report" };
 
@@ -31,18 +31,8 @@ export class Record {
     $("record").title = recording ? recording.name : state.proposed ?? "";
     if (!this.typed && document.activeElement !== $("proposed")) $("proposed").value = state.proposed ?? "";
     $("proposed").disabled = file;
-    this.list(state.files ?? []);
-  }
-
-  list(files) {
-    const shown = JSON.stringify(files);
-    if (shown === this.shown) return;
-    this.shown = shown;
-    $("downloads").replaceChildren(...files.toReversed().map(({ name, kind }) => {
-      const link = make("a", { href: `recording/${encodeURIComponent(name)}`, download: name, textContent: name });
-      return make("li", {}, link, make("small", { textContent: KINDS[kind] ?? kind }));
-    }));
-    if (!files.length) $("downloads").replaceChildren(make("li", { textContent: "Nothing is recorded yet." }));
+    const files = (state.files ?? []).toReversed();
+    fill($("downloads"), files, () => (files.length ? files.map(download) : [make("li", { textContent: "Nothing is recorded yet." })]));
   }
 
   toggle() {
@@ -65,4 +55,9 @@ export class Record {
     make("a", { href: address, download: "touches.csv" }).click();
     setTimeout(() => URL.revokeObjectURL(address), 1000);
   }
+}
+
+function download({ name, kind }) {
+  const link = make("a", { href: `recording/${encodeURIComponent(name)}`, download: name, textContent: name });
+  return make("li", {}, link, make("small", { textContent: KINDS[kind] ?? kind }));
 }

@@ -1,7 +1,7 @@
 // The session: how far each specimen is, the next one, and the last touch: left out or kept.
 
-import { $, drawn, make, put } from "./dom.js";
-import { aligned, places } from "./formatting.js";
+import { $, aligned, ask, drawn, make, put } from "./dom.js";
+import { places } from "./formatting.js";
 
 const REACH = 0.08; // of the mean, at the edge of the small plot
 const WIDE = 124, HIGH = 18;
@@ -52,8 +52,7 @@ export class Session {
 
 function row({ name, modulus, kept, of, deviations }, here, longest, scatter, file) {
   const plot = drawn("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img", "aria-label": described(name, deviations) }, ...dots(deviations, scatter));
-  const button = make("button", { type: "button", className: "plain", textContent: name, disabled: file });
-  if (name === here) button.setAttribute("aria-current", "true");
+  const button = make("button", { type: "button", className: "plain", textContent: name, disabled: file, ariaCurrent: name === here ? "true" : null });
   return make("tr", { className: name === here ? "here" : "" },
     make("td", { className: "name" }, button), make("td", {}, modulus ? aligned(modulus, longest) : "?"),
     make("td", { className: "name" }, plot), make("td", { textContent: `${kept >= of ? "✓ " : ""}${kept}/${of}` }));
@@ -73,4 +72,49 @@ function dots(deviations, scatter) {
 function described(name, deviations) {
   const known = deviations.filter(({ deviation }) => deviation !== null);
   return known.length ? `${name}: ${known.map(({ touch, deviation, kept }) => `touch ${touch} ${(100 * deviation).toFixed(1)} %${kept ? "" : ", left out"}`).join("; ")}` : `${name}: no touch`;
+}
+
+// The dialog for the list of specimens: typed, pasted, or from a file.
+const LONGEST = 4000; // characters
+
+export class Plan {
+  constructor(say, answer) {
+    this.say = say;
+    $("openplan").onclick = () => this.open();
+    $("listfile").onchange = () => this.load(answer);
+    $("list").oninput = () => this.judge();
+  }
+
+  tell(type, known) {
+    this.session = known.session;
+  }
+
+  open() {
+    const { title, operator, wanted, specimens } = this.session;
+    $("title").value = title ?? "";
+    $("operator").value = operator ?? "";
+    $("wanted").value = wanted || 4;
+    $("list").value = specimens.map(({ name, modulus }) => (modulus ? `${name}; ${modulus}` : name)).join("\n");
+    $("listfile").value = "";
+    this.judge();
+    ask($("plan"), () => this.send());
+  }
+
+  async load(answer) {
+    const [file] = $("listfile").files;
+    if (!file) return;
+    if (file.size > LONGEST) answer(`${file.name}: ${file.size} bytes, allowed: ${LONGEST}; one specimen a line`, true);
+    else $("list").value = await file.text();
+    this.judge();
+  }
+
+  // A list that is too long is not cut without a word: the browser says what is wrong, and keeps the dialog open.
+  judge() {
+    const { length } = $("list").value;
+    $("list").setCustomValidity(length > LONGEST ? `${length} characters, allowed: ${LONGEST}. Shorten the names, or use two sessions.` : "");
+  }
+
+  send() {
+    this.say({ do: "plan", text: $("list").value, wanted: Math.max(1, Math.min(99, Math.round($("wanted").valueAsNumber) || 4)), title: $("title").value, operator: $("operator").value });
+  }
 }

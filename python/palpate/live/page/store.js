@@ -1,7 +1,7 @@
 // The newest rows of the measurement, or all of them: one typed array for each column, the newest row last.
 
-export const FIELDS = ["t", "hard", "soft", "ratio", "error", "statistic"];
-export const MEASURED = 2, ALARM = 4;
+const FIELDS = ["t", "hard", "soft", "ratio", "error", "statistic"];
+export const MEASURED = 2; // of the flags of a row
 const KEPT = 16384; // 160 s at 100 pairs per second, 16 s at 1,000
 const HEADER = 16, VERSION = 3, AGAIN = 1, VIEW = 2;
 
@@ -10,7 +10,7 @@ export class Store {
   constructor(kept = KEPT) {
     this.kept = kept;
     this.columns = Object.fromEntries(FIELDS.map((name) => [name, new Float64Array(2 * KEPT)]));
-    this.flags = new Uint8Array(2 * KEPT);
+    this.columns.flags = new Uint8Array(2 * KEPT);
     this.view = () => {}; // gets (id, block) of each view that comes
     this.again = () => {}; // all rows before are no longer valid
     this.clear();
@@ -38,28 +38,19 @@ export class Store {
   add(block) {
     const kept = Math.min(block.end, this.kept), from = block.end - kept;
     this.makeRoom(kept);
-    for (const name of FIELDS) this.columns[name].set(block[name].subarray(from), this.used);
-    this.flags.set(block.flags.subarray(from), this.used);
+    for (const [name, column] of Object.entries(this.columns)) column.set(block[name].subarray(from), this.used);
     if (this.origin === null && kept) this.origin = this.columns.t[this.used];
     this.used += kept;
   }
 
   makeRoom(size) {
-    if (this.used + size <= this.flags.length) return;
-    if (this.kept === Infinity) return this.grow(2 * (this.used + size));
-    const first = Math.max(this.used - this.kept, 0);
-    for (const column of [...Object.values(this.columns), this.flags]) column.copyWithin(0, first, this.used);
+    const { length } = this.columns.t, first = Math.max(this.used - this.kept, 0);
+    if (this.used + size <= length) return;
+    for (const [name, column] of Object.entries(this.columns)) {
+      this.columns[name] = new column.constructor(this.kept === Infinity ? 2 * (this.used + size) : length);
+      this.columns[name].set(column.subarray(first, this.used));
+    }
     this.used -= first;
-  }
-
-  grow(length) {
-    const longer = (column) => {
-      const made = new column.constructor(length);
-      made.set(column.subarray(0, this.used));
-      return made;
-    };
-    for (const name of FIELDS) this.columns[name] = longer(this.columns[name]);
-    this.flags = longer(this.flags);
   }
 
   get now() {
@@ -68,7 +59,7 @@ export class Store {
 
   // The kept rows as a block: columns, flags, and the rows [first, end) of them that are valid; bin: 0, all rows are there.
   get block() {
-    return { ...this.columns, flags: this.flags, first: Math.max(this.used - this.kept, 0), end: this.used, bin: 0 };
+    return { ...this.columns, first: Math.max(this.used - this.kept, 0), end: this.used, bin: 0 };
   }
 }
 

@@ -1,10 +1,10 @@
 // The table of touches: newest first, the running one on top. A row that is chosen can be assigned, left out or kept.
 
-import { $, make, put } from "./dom.js";
-import { aligned, modulusOf, number, places, signed } from "./formatting.js";
+import { $, aligned, make, put } from "./dom.js";
+import { modulusOf, number, places, signed } from "./formatting.js";
 import { running } from "./now.js";
 
-const AFTER_S = 2; // a mark so long after a touch is said beside it
+const AFTER_S = 2; // a mark so long after a touch is shown beside it
 
 export class Table {
   // say(message): null, if nothing can be changed; choose(number of a touch)
@@ -22,12 +22,11 @@ export class Table {
   show() {
     const { touches, chosen } = this.known;
     this.widest = widest(touches.rows);
-    const live = document.createElement("tr"), none = make("tr", {}, make("td", { colSpan: 7, className: "empty", textContent: "No touch yet." }));
-    live.className = "live";
-    this.live = live;
+    const none = make("tr", {}, make("td", { colSpan: 7, className: "empty", textContent: "No touch yet." }));
+    this.live = make("tr", { className: "live" });
     const rows = touches.rows.toReversed().map((one) => this.same(one, one.number === chosen));
     this.made = new Map(rows.map((row) => [row.dataset.touch, row]));
-    $("rows").replaceChildren(live, ...(rows.length ? rows : [none]));
+    $("rows").replaceChildren(this.live, ...(rows.length ? rows : [none]));
     const { together } = touches;
     put("together", together ? together.text + (together.modulus ? `, if all are on one object: ${together.modulus.text}` : "") : "");
     $("together").hidden = !together;
@@ -47,25 +46,20 @@ export class Table {
     const specimen = changes ? this.picker(one) : one.specimen ?? "";
     const row = this.cells(one, specimen, this.remark(one), changes ? [this.button(one)] : []);
     row.dataset.touch = one.number;
-    row.classList.toggle("out", out);
-    row.classList.toggle("chosen", chosen);
-    row.classList.toggle("best", one.number === this.known.touches.most_reliable);
+    row.className = [out && "out", chosen && "chosen", one.number === this.known.touches.most_reliable && "best"].filter(Boolean).join(" ");
     return row;
   }
 
   cells(one, specimen, remark, more = []) {
     const { value, interval } = modulusOf(one.modulus), { ratio, deviation, modulus } = this.widest;
-    const nth = make("button", { type: "button", className: "plain", textContent: one.number });
-    nth.setAttribute("aria-label", `Touch ${one.number}: show it`);
+    const nth = make("button", { type: "button", className: "plain", textContent: one.number, ariaLabel: `Touch ${one.number}: show it` });
     const away = one.deviation === null || one.deviation === undefined ? "–" : signed(100 * one.deviation, 1);
-    const cells = [
+    return make("tr", {},
       make("td", {}, nth), make("td", { className: "name" }, specimen),
       make("td", { className: "num" }, aligned(number(one.ratio, one.uncertainty ?? one.standard_error), ratio)),
       make("td", {}, aligned(away, deviation)),
       make("td", { className: "num" }, aligned(value, modulus)),
-      make("td", { className: "opt", textContent: interval.replace(/ MPa$/, "") }), make("td", { className: "name" }, ...more, ...(remark ? [make("div", { className: "remark", textContent: remark, title: remark })] : [])),
-    ];
-    return make("tr", {}, ...cells);
+      make("td", { className: "opt", textContent: interval.replace(/ MPa$/, "") }), make("td", { className: "name" }, ...more, ...(remark ? [make("div", { className: "remark", textContent: remark, title: remark })] : [])));
   }
 
   remark(one) {
@@ -90,14 +84,13 @@ export class Table {
   picker(one) {
     const names = ["", ...this.known.session.specimens.map(({ name }) => name)];
     const options = names.map((name) => make("option", { value: name, textContent: name || "none", selected: name === (one.specimen ?? "") }));
-    const picker = make("select", { onchange: () => this.say({ do: "assign", touch: one.number, name: picker.value }) }, ...options);
-    picker.setAttribute("aria-label", `Specimen of touch ${one.number}`);
-    return picker;
+    const onchange = ({ target }) => this.say({ do: "assign", touch: one.number, name: target.value });
+    return make("select", { onchange, ariaLabel: `Specimen of touch ${one.number}` }, ...options);
   }
 
   button(one) {
-    const what = one.kept === false ? "keep" : "discard";
-    return make("button", { type: "button", textContent: one.kept === false ? "Keep" : "Leave out", onclick: () => this.say({ do: what, touch: one.number }) });
+    const [what, textContent] = one.kept === false ? ["keep", "Keep"] : ["discard", "Leave out"];
+    return make("button", { type: "button", textContent, onclick: () => this.say({ do: what, touch: one.number }) });
   }
 
   click(event) {
@@ -119,4 +112,26 @@ function widest(rows) {
     modulus: most(rows.map((one) => modulusOf(one.modulus).value)),
     deviation: 1,
   };
+}
+
+// The table of touches as text: with all digits, for a spreadsheet.
+const COLUMNS = [
+  ["touch", (one) => one.number], ["specimen", (one) => one.specimen ?? ""], ["start_s", (one) => one.start_s], ["end_s", (one) => one.end_s],
+  ["samples", (one) => one.samples], ["ratio", (one) => one.ratio], ["standard_error", (one) => one.standard_error],
+  ["uncertainty", (one) => one.uncertainty], ["covariance", (one) => one.covariance], ["alarm_share", (one) => one.alarm_share],
+  ["modulus_MPa", (one) => one.modulus?.value_MPa], ["low_MPa", (one) => one.modulus?.low_MPa], ["high_MPa", (one) => one.modulus?.high_MPa],
+  ["deviation", (one) => one.deviation], ["kept", (one) => (one.kept === false ? "no" : "yes")], ["flags", (one) => one.flags.join(" ")],
+  ["remark", (one) => one.why || one.advice.join(". ")],
+];
+
+export function asText(rows, separator) {
+  const cell = (value) => quoted(String(value ?? ""), separator);
+  return [COLUMNS.map(([name]) => name), ...rows.map((one) => COLUMNS.map(([, of]) => of(one)))]
+    .map((line) => line.map(cell).join(separator) + "\r\n").join("");
+}
+
+// A spreadsheet would run a text that begins so as a formula.
+function quoted(text, separator) {
+  const safe = /^[=+\-@\t\r]/.test(text) && Number.isNaN(Number(text)) ? `'${text}` : text;
+  return safe.includes(separator) || /["\r\n]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;
 }

@@ -1,25 +1,23 @@
 // Puts the charts together: what the server tells goes to them, and one animation frame draws those that changed.
 
-import { fromRows, fromTrace, runningOf } from "./curves.js";
-import { Detail } from "./detail.js";
+import { $, put } from "../dom.js";
+import { clock } from "../formatting.js";
 import { Looking } from "./looking.js";
 import { Multiples } from "./multiples.js";
-import { Overview } from "./overview.js";
 import { Cursors } from "./readout.js";
 import { Rows } from "./rows.js";
-import { Tale } from "./tale.js";
-import { clock } from "./ticks.js";
+import { Tale, fromRows, fromTrace, runningOf } from "./tale.js";
+import { Detail, Overview } from "./timeline.js";
 import { TouchPlot } from "./touch.js";
 
 const PAN = 0.2, ZOOM = 0.5, EARLIER = 8; // by a key: a share of the window, a factor; touches behind the shown one
 const TOUCH_MS = 66;
 
 export class Charts {
-  // document: with the places of the charts; store: Store; say(message): to the server; others: what a page has beside
+  // store: Store; say(message): to the server; others: what a page has in addition
   // them, name -> class of it
-  constructor(document, store, say, others = {}) {
-    Object.assign(this, { document, store, say });
-    const place = (id) => document.getElementById(id), redraw = () => this.redraw("time", "touch");
+  constructor(store, say, others = {}) {
+    Object.assign(this, { store, say });
     this.dirty = new Set();
     this.hello = {};
     this.chosen = null;
@@ -27,39 +25,27 @@ export class Charts {
     this.tale = new Tale();
     this.rows = new Rows(store, say, () => this.redraw("time"));
     this.window = new Looking(() => this.moved());
-    this.cursors = new Cursors(place("readout"), { rows: this.rows, tale: this.tale, changed: () => this.redraw("time") });
-    const parts = { rows: this.rows, looking: this.window, tale: this.tale, cursors: this.cursors, choose: (n) => this.choose(n), redraw: () => this.redraw("time"), say };
-    this.overview = new Overview(place("overview"), parts);
-    this.detail = new Detail(place("detail"), parts);
-    this.touchplot = new TouchPlot(place("touchplot"), { subject: () => this.subject(), settings: () => this.settings, redraw });
-    this.multiples = new Multiples(place("multiples"), { touches: () => this.tale.all, curveOf: (one) => this.curveOf(one), settings: () => this.settings, choose: parts.choose, redraw });
-    for (const [name, Other] of Object.entries(others)) this[name] = new Other(place(name), { say, redraw: () => this.redraw(name) });
-    this.timetitle = place("timetitle");
+    this.cursors = new Cursors($("readout"), { rows: this.rows, tale: this.tale, changed: () => this.redraw("time") });
+    const parts = { rows: this.rows, looking: this.window, tale: this.tale, cursors: this.cursors, choose: (n) => this.choose(n), redraw: () => this.redraw("time") };
+    this.overview = new Overview($("overview"), parts);
+    this.detail = new Detail($("detail"), parts);
+    this.touchplot = new TouchPlot($("touchplot"), this, "touch");
+    this.multiples = new Multiples($("multiples"), this, "touch");
+    this.others = Object.entries(others).map(([name, Other]) => (this[name] = new Other($(name), this, name)));
     addEventListener("beforeprint", () => this.paint());
-  }
-
-  // null: the window follows the measurement.
-  get looking() {
-    return this.window.back;
-  }
-
-  get settings() {
-    const { threshold = null, seconds = null, scatter, probe } = this.hello;
-    return { threshold, seconds, scatter: scatter ?? probe?.scatter ?? null };
   }
 
   // A message of the server.
   tell(type, message) {
-    this[`tell_${type}`]?.(message);
+    for (const part of [this, ...this.others]) part[`tell_${type}`]?.(message);
   }
 
   tell_hello(message) {
     const same = (name) => message[name] === this.hello[name];
     if (!same("measurement") || !same("kind") || (this.hello.origin_s !== null && !same("origin_s"))) this.clear(message.kind === "file");
     this.hello = message;
-    if (this.spectrum?.on) this.say({ do: "noise", on: true }); // a new connection
+    this.asked.clear(); // perhaps on a new connection
     this.rows.told.begin = message.origin_s ?? null;
-    this.overview.changed();
     this.redraw("time", "touch");
   }
 
@@ -68,7 +54,6 @@ export class Charts {
     this.rows.clear();
     this.window.clear(file);
     this.cursors.clear();
-    this.asked.clear();
     this.chosen = null;
   }
 
@@ -83,7 +68,6 @@ export class Charts {
   tell_touches({ rows }) {
     this.tale.touches = rows;
     this.follow();
-    this.overview.changed();
     this.redraw("time", "touch");
   }
 
@@ -100,21 +84,8 @@ export class Charts {
   }
 
   tell_events({ marks = [], tares = [], gaps = [], flags = [] }) {
-    this.tale.events = { marks, tares, gaps, flags };
-    this.overview.changed();
+    Object.assign(this.tale, { marks, tares, gaps, flags });
     this.redraw("time", "touch");
-  }
-
-  tell_calibration(message) {
-    if (!this.fitplot) return;
-    this.fitplot.calibration = message?.points ? message : null;
-    this.redraw("fitplot");
-  }
-
-  tell_noise(message) {
-    if (!this.spectrum) return;
-    this.spectrum.noise = message?.hz ? message : null;
-    this.redraw("spectrum");
   }
 
   // New rows have come. The charts of touches, which are more work, follow some times a second.
@@ -144,7 +115,7 @@ export class Charts {
   // Shows a touch; null: the running or the newest one.
   choose(number) {
     this.chosen = number;
-    this.document.dispatchEvent(new CustomEvent("chosen", { detail: number }));
+    document.dispatchEvent(new CustomEvent("chosen", { detail: number }));
     this.redraw("touch");
   }
 
@@ -186,8 +157,8 @@ export class Charts {
   }
 
   moved() {
-    const back = this.looking, said = JSON.stringify(back);
-    if (said !== this.said) this.document.dispatchEvent(new CustomEvent("looking", { detail: back }));
+    const { back } = this.window, said = JSON.stringify(back);
+    if (said !== this.said) document.dispatchEvent(new CustomEvent("looking", { detail: back }));
     this.said = said;
     this.redraw("time");
   }
@@ -210,19 +181,6 @@ export class Charts {
     this.overview.draw();
     this.cursors.draw();
     this.detail.draw();
-    const text = `Timeline · ${clock(from - begin)} to ${clock(to - begin)} of ${clock(end - begin)}`;
-    if (this.timetitle && this.timetitle.textContent !== text) this.timetitle.textContent = text;
-  }
-
-  // What was drawn, for tests.
-  geometry() {
-    const { window: looking, overview, detail, touchplot, rows } = this;
-    return {
-      from: looking.from, to: looking.to, back: looking.back, extent: rows.extent, requests: rows.views.sent,
-      overview: { labels: overview.labels, points: overview.points, width: overview.sheet.width, height: overview.sheet.height },
-      detail: { labels: detail.labels, points: detail.points, left: detail.left, right: detail.right, top: detail.top, foot: detail.foot, width: detail.sheet.width, height: detail.sheet.height },
-      touch: { labels: touchplot.shown?.labels ?? [], scale: touchplot.shown?.scale ?? null, number: touchplot.shown?.touch.number ?? null, points: touchplot.shown?.curve.length ?? 0 },
-      cursors: this.cursors.values,
-    };
+    put("timetitle", `Timeline · ${clock(from - begin)} to ${clock(to - begin)} of ${clock(end - begin)}`);
   }
 }

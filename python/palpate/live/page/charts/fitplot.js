@@ -1,30 +1,29 @@
 // Calibration: ratio against modulus with eq. (2), and below it the distance of each touch from it, on one logarithmic axis.
 
-import { number } from "../formatting.js";
-import { hovering } from "./hover.js";
-import { placed } from "./labels.js";
-import { onResize, unit } from "./sheet.js";
-import { Drawing, area, clipped, escaped, label, line, measure, ruler } from "./svg.js";
-import { signed, stepOf, ticks } from "./ticks.js";
+import { number, signed } from "../formatting.js";
+import { decades, placed, stepOf, ticks } from "./axes.js";
+import { unit } from "./sheet.js";
+import { SvgChart, area, clipped, escaped, label, line, measure, ruler } from "./svg.js";
 
 const NEAR = 12; // pixels
 
-export class FitPlot {
-  constructor(place, { redraw }) {
-    this.drawing = new Drawing(place);
-    this.calibration = null;
-    onResize(place, redraw);
-    hovering(place, (x, y) => this.at(x, y));
+export class FitPlot extends SvgChart {
+  calibration = null;
+  dots = [];
+
+  tell_calibration(message) {
+    this.calibration = message.points ? message : null;
+    this.charts.redraw("fitplot");
   }
 
   draw() {
-    const [width, height] = this.drawing.size, { calibration } = this;
+    const [width, height] = this.size, { calibration } = this;
     this.dots = [];
     if (width < 120 || height < 120 || !calibration) return;
     const points = calibration.points.filter(({ modulus, ratio }) => modulus > 0 && ratio > 0);
-    if (!points.length) return this.drawing.say("No touch of a specimen with a known modulus yet.");
+    if (!points.length) return this.write("No touch of a specimen with a known modulus yet.");
     const shown = this.layout(width, height, points, calibration);
-    this.drawing.show(this.axes(shown) + this.curve(shown) + this.touches(shown), this.name(shown));
+    this.show(this.axes(shown) + this.curve(shown) + this.touches(shown), this.name(shown));
   }
 
   layout(width, height, points, { curve, rigid }) {
@@ -39,12 +38,7 @@ export class FitPlot {
   }
 
   axes({ k, left, right, split, foot, top, low, from, to, lowest, highest, reach, x, y, z }) {
-    const parts = [];
-    for (let e = Math.floor(from); e <= to; e++) {
-      for (const modulus of [1, 3].map((m) => m * 10 ** e)) {
-        if (Math.log10(modulus) >= from && Math.log10(modulus) <= to) parts.push(ruler(x(modulus), top, x(modulus), foot, "grid") + label(x(modulus), foot + 15 * k, Number(modulus.toPrecision(1)), "", "middle"));
-      }
-    }
+    const parts = decades(from, to, [1, 3]).map((modulus) => ruler(x(modulus), top, x(modulus), foot, "grid") + label(x(modulus), foot + 15 * k, Number(modulus.toPrecision(1)), "", "middle"));
     for (const ratio of ticks(lowest, highest, stepOf(highest - lowest, (split - top) / (30 * k)))) parts.push(ruler(left, y(ratio), right, y(ratio), "grid") + label(left - 6, y(ratio) + 4 * k, Number(ratio.toPrecision(4)), "", "end"));
     const step = stepOf(2 * reach, Math.max(4, (foot - low) / (22 * k)));
     for (const d of ticks(-reach, reach, step)) parts.push(ruler(left, z(d), right, z(d), d ? "grid" : "grid0") + label(left - 6, z(d) + 4 * k, signed(d, step < 1 ? 1 : 0), "", "end"));
@@ -84,7 +78,7 @@ export class FitPlot {
   }
 
   at(px, py) {
-    const found = (this.dots ?? []).map((dot) => ({ ...dot, far: Math.hypot(dot.x - px, dot.y - py) })).sort((a, b) => a.far - b.far)[0];
+    const found = this.dots.map((dot) => ({ ...dot, far: Math.hypot(dot.x - px, dot.y - py) })).sort((a, b) => a.far - b.far)[0];
     if (!found || found.far > NEAR) return null;
     const { touch, specimen, modulus, ratio, kept } = found.point, away = found.away === null ? "" : `${signed(found.away, 1)} % from eq. (2)`;
     return { x: found.x, lines: [`touch ${touch}, ${specimen ?? ""}`, `${number(modulus)} MPa`, `ratio ${number(ratio)}`, away, kept ? "" : "left out"].filter(Boolean) };

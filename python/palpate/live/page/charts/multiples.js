@@ -1,35 +1,29 @@
 // All touches small beside the running one: a row for each specimen, the same scale for all.
 
-import { number } from "../formatting.js";
-import { hovering } from "./hover.js";
-import { shortened } from "./labels.js";
-import { onResize, unit } from "./sheet.js";
-import { Drawing, box, clipped, label, line, measure, ruler } from "./svg.js";
-import { signed } from "./ticks.js";
+import { number, signed } from "../formatting.js";
+import { shortened } from "./axes.js";
+import { inside, unit } from "./sheet.js";
+import { SvgChart, box, clipped, label, line, measure, ruler } from "./svg.js";
 
 const RANGE = 8; // per cent, both ways
 const MANY = 8; // touches in a line without specimens
 const LEAST = 44, MOST = 100; // height of a row, px at 15 px text
 
-export class Multiples {
-  // touches() -> [{ number, specimen, ratio, kept, why, running }], curveOf(touch) -> [{ t, ratio }],
-  // settings() -> { seconds, scatter }, choose(number)
-  constructor(place, { touches, curveOf, settings, choose, redraw }) {
-    Object.assign(this, { touches, curveOf, settings, choose });
-    this.drawing = new Drawing(place);
-    this.cells = [];
-    onResize(place, redraw);
-    hovering(place, (x, y) => this.at(x, y));
+export class Multiples extends SvgChart {
+  cells = [];
+
+  constructor(place, charts, part) {
+    super(place, charts, part);
     place.addEventListener("click", (event) => {
-      const { left, top } = place.getBoundingClientRect(), cell = this.cellAt(event.clientX - left, event.clientY - top);
-      if (cell) this.choose(cell.touch.number);
+      const cell = this.cellAt(...inside(place, event));
+      if (cell) charts.choose(cell.touch.number);
     });
   }
 
   // Specimens with touches, the newest first.
   groups() {
     const found = new Map();
-    for (const touch of this.touches().toReversed()) {
+    for (const touch of this.charts.tale.all.toReversed()) {
       const name = touch.specimen ?? "";
       found.set(name, [touch, ...(found.get(name) ?? [])]);
     }
@@ -37,10 +31,10 @@ export class Multiples {
   }
 
   draw() {
-    const [width, height] = this.drawing.size, k = unit(), groups = this.groups();
+    const [width, height] = this.size, k = unit(), groups = this.groups();
     this.cells = [];
     if (width < 80 || height < 40) return;
-    if (!groups.length) return this.drawing.say("Touches are compared here.");
+    if (!groups.length) return this.write("Touches are compared here.");
     const named = groups.some(({ name }) => name), head = 18 * k, left = named ? 56 * k : 0;
     const longest = named ? Math.max(4, ...groups.map(({ list }) => list.length)) : MANY;
     const columns = Math.max(2, Math.min(longest, Math.floor((width - left) / (56 * k))));
@@ -48,8 +42,8 @@ export class Multiples {
     const lines = groups.flatMap((group) => this.rowsOf(group, columns, groups.length > 1 ? 1 : rows)).slice(0, rows);
     const high = Math.min((height - head) / lines.length, MOST * k), wide = (width - left) / columns;
     const inner = lines.map((one, row) => this.row(one, { left, wide, high, k, top: head + row * high }));
-    const scatter = this.settings().scatter ? "; band: scatter" : "", from = named ? "the mean" : "its result";
-    this.drawing.show(label(0, 12 * k, `Touches, % from ${from}; ±${RANGE} %${scatter}`) + inner.join(""), this.name(groups));
+    const scatter = this.charts.hello.scatter ? "; band: scatter" : "", from = named ? "the mean" : "its result";
+    this.show(label(0, 12 * k, `Touches, % from ${from}; ±${RANGE} %${scatter}`) + inner.join(""), this.name(groups));
   }
 
   // The newest touches of a specimen, in lines of so many.
@@ -65,7 +59,7 @@ export class Multiples {
   }
 
   cell(touch, mean, place, k) {
-    const { x, y, width, height } = place, curve = this.curveOf(touch), { seconds, scatter } = this.settings();
+    const { x, y, width, height } = place, curve = this.charts.curveOf(touch), { seconds, scatter } = this.charts.hello;
     const zero = mean ?? touch.ratio, length = Math.max(seconds ?? 0, curve.at(-1)?.t ?? 1), share = mean === null ? null : 100 * (touch.ratio / mean - 1);
     const level = (d) => y + height / 2 - (Math.max(-RANGE, Math.min(RANGE, d)) / RANGE) * (height / 2 - 2), s = 100 * (scatter ?? 0);
     const points = curve.map((p) => [x + (p.t / length) * width, level(100 * (p.ratio / zero - 1))]);

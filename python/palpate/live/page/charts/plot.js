@@ -3,7 +3,7 @@
 
 import { indexOf } from "../store.js";
 
-export const GAP_S = 0.5; // samples further apart are not joined by a line
+const GAP_S = 0.5; // samples further apart are not joined by a line
 const DENSE = 1; // rows in a pixel
 const THICK = 1.6; // pixels
 const CHUNK = 32; // points in a path: Chromium without a graphics card takes 8 ms for 4,600 points so, 130 ms for one path
@@ -41,12 +41,12 @@ function curve(sheet, colour, block, name, [first, end], x, y) {
   return points;
 }
 
-// For each pixel a bar from the lowest to the highest value; it begins where the one before it ended.
-function bars(sheet, colour, block, name, [first, end], x, y) {
+// For each pixel a bar from the lowest to the highest value; it begins where the one before it ended. under: from zero.
+export function bars(sheet, colour, block, name, [first, end], x, y, under = false) {
   const { t } = block, values = block[name], { context } = sheet;
   let points = 0, column = NaN, low = 0, high = 0, last = -1;
   const draw = (width) => {
-    const top = y(high), height = Math.max(THICK, y(low) - top);
+    const top = y(high), height = under ? y(0) - top : Math.max(THICK, y(low) - top);
     context.fillRect(column, top - (height === THICK ? THICK / 2 : 0), width, height);
     points++;
   };

@@ -1,8 +1,33 @@
+// What is read from the charts: the values beside the pointer, and at two cursors.
+
+import { fill, make } from "../dom.js";
+import { clock, number, signed } from "../formatting.js";
+
+export class Hover {
+  constructor(place) {
+    this.place = place;
+    place.classList.add("plot");
+    const ariaHidden = "true"; // the numbers are in the table, and in the cursors' read-out
+    this.hair = place.appendChild(make("i", { className: "hair", ariaHidden }));
+    this.tip = place.appendChild(make("p", { className: "tip", ariaHidden }));
+    this.hide();
+  }
+
+  // lines: texts, the first is what they belong to.
+  show(x, lines) {
+    this.tip.replaceChildren(...lines.map((text) => make("span", { textContent: text })));
+    this.hair.hidden = this.tip.hidden = false;
+    const most = this.place.clientWidth, width = this.tip.offsetWidth;
+    this.hair.style.left = `${x}px`;
+    this.tip.style.left = `${Math.max(0, x + 10 + width <= most ? x + 10 : x - 10 - width)}px`;
+  }
+
+  hide() {
+    this.hair.hidden = this.tip.hidden = true;
+  }
+}
+
 // Cursors A and B, and the table of their values and differences.
-
-import { number } from "../formatting.js";
-import { clock, signed } from "./ticks.js";
-
 export class Cursors {
   // place: element of the table; rows: Rows; tale: Tale; changed(): a cursor has moved
   constructor(place, { rows, tale, changed }) {
@@ -35,29 +60,15 @@ export class Cursors {
     const line = (name, text, difference) => [name, a ? text(a) : "", b ? text(b) : "", a && b ? difference : ""];
     const less = (name) => (a && b && Number.isFinite(b[name] - a[name]) ? signed(b[name] - a[name], 4) : "–");
     const share = a && b && Number.isFinite(b.ratio / a.ratio) ? `${signed(100 * (b.ratio / a.ratio - 1), 2)} %` : "–";
-    this.table([
+    const lines = [
       ["", "A", "B", "B − A"],
       line("time", ({ t }) => clock(t - begin, 2), `${signed((b?.t ?? 0) - (a?.t ?? 0), 2)} s`),
       line("hard, pF", ({ hard }) => pF(hard), less("hard")),
       line("soft, pF", ({ soft }) => pF(soft), less("soft")),
       line("ratio", ({ ratio, error }) => (Number.isFinite(ratio) ? number(ratio, error) : "–"), share),
       line("touch", ({ touch }) => (touch ? [touch.number, touch.specimen].filter((part) => part !== null && part !== undefined).join(", ") : "–"), ""),
-    ]);
-  }
-
-  table(lines) {
-    const said = JSON.stringify(lines);
-    if (this.said === said && this.place.firstChild) return;
-    this.said = said;
-    const table = document.createElement("table");
-    for (const [i, texts] of lines.entries()) {
-      const row = table.insertRow();
-      texts.forEach((text, k) => {
-        const head = !i || !k, cell = row.appendChild(document.createElement(head ? "th" : "td"));
-        if (head && text) cell.scope = i ? "row" : "col";
-        cell.textContent = text;
-      });
-    }
-    this.place.replaceChildren(table);
+    ];
+    const cell = (textContent, i, k) => (i && k ? make("td", { textContent }) : make("th", { textContent, scope: !textContent ? "" : i ? "row" : "col" }));
+    fill(this.place, lines, () => [make("table", {}, ...lines.map((texts, i) => make("tr", {}, ...texts.map((text, k) => cell(text, i, k)))))]);
   }
 }

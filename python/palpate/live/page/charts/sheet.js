@@ -1,20 +1,27 @@
 // A canvas that fills its place, sharp on every screen, in the colours of the theme.
 
-const observed = new WeakMap(), sizes = new WeakMap();
-const observer = new ResizeObserver((entries) => {
-  for (const { target } of entries) sizes.set(target, [target.clientWidth, target.clientHeight]);
-  for (const { target } of entries) observed.get(target)?.();
-});
+import { make } from "../dom.js";
+
+// Width and height as they were observed: to ask an element would lay out the whole page first.
+const sizes = new WeakMap();
+
+export function sizeOf(place) {
+  return sizes.get(place) ?? [place.clientWidth, place.clientHeight];
+}
 
 // Calls back when an element gets another size.
 export function onResize(place, call) {
-  observed.set(place, call);
-  observer.observe(place);
+  const observed = () => {
+    sizes.set(place, [place.clientWidth, place.clientHeight]);
+    call();
+  };
+  new ResizeObserver(observed).observe(place);
 }
 
-// Its width and height. As they were observed: to ask the element would lay out the whole page first.
-export function sizeOf(place) {
-  return sizes.get(place) ?? [place.clientWidth, place.clientHeight];
+// Where in an element a pointer is.
+export function inside(place, { clientX, clientY }) {
+  const { left, top } = place.getBoundingClientRect();
+  return [clientX - left, clientY - top];
 }
 
 // Charts grow with the text: 1 at 15 px.
@@ -24,8 +31,7 @@ export function unit() {
 
 export class Sheet {
   constructor(place, resized) {
-    this.canvas = document.createElement("canvas");
-    this.canvas.setAttribute("role", "img");
+    this.canvas = make("canvas", { role: "img" });
     this.context = this.canvas.getContext("2d");
     this.place = place;
     place.classList.add("plot");
@@ -37,7 +43,6 @@ export class Sheet {
   // Colours and sizes as the theme has them now.
   dress() {
     this.colours = new Map();
-    this.widths = new Map();
     this.unit = unit();
     this.font = `${Math.round(12 * this.unit)}px system-ui, sans-serif`;
   }
@@ -62,7 +67,7 @@ export class Sheet {
   }
 
   set name(text) {
-    if (this.named !== text) this.canvas.setAttribute("aria-label", (this.named = text));
+    if (this.canvas.ariaLabel !== text) this.canvas.ariaLabel = text;
   }
 
   fill(name, x, y, width, height, opacity = 1) {
@@ -92,17 +97,22 @@ export class Sheet {
 
   // Hatched, as a gap is.
   hatch(x, y, width, height) {
-    const { context } = this, path = new Path2D();
-    context.save();
-    context.beginPath();
-    context.rect(x, y, width, height);
-    context.clip();
-    const first = Math.floor((x - height) / 7) * 7; // lines stand still while the gap moves by whole steps
+    const path = new Path2D(), first = Math.floor((x - height) / 7) * 7; // lines stand still while the gap moves by whole steps
     for (let k = first; k < x + width; k += 7) {
       path.moveTo(k, y + height);
       path.lineTo(k + height, y);
     }
-    this.stroke("quiet", path, 1.5);
+    this.clipped(x, y, width, height, () => this.stroke("quiet", path, 1.5));
+  }
+
+  // What is outside of the box is not drawn.
+  clipped(x, y, width, height, draw) {
+    const { context } = this;
+    context.save();
+    context.beginPath();
+    context.rect(x, y, width, height);
+    context.clip();
+    draw();
     context.restore();
   }
 
@@ -119,12 +129,7 @@ export class Sheet {
 
   // Width of a text, px.
   measure(text, bold = false) {
-    const key = `${bold ? "b" : "n"}${text}`;
-    if (this.widths.size > 5000) this.widths.clear();
-    if (!this.widths.has(key)) {
-      this.context.font = bold ? `600 ${this.font}` : this.font;
-      this.widths.set(key, this.context.measureText(text).width);
-    }
-    return this.widths.get(key);
+    this.context.font = bold ? `600 ${this.font}` : this.font;
+    return this.context.measureText(text).width;
   }
 }

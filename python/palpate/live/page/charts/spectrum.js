@@ -1,41 +1,47 @@
 // Noise of both channels: rms and spectrum, asked for while the panel is open.
 
 import { number } from "../formatting.js";
-import { hovering } from "./hover.js";
-import { placed, shortened } from "./labels.js";
-import { onResize, unit } from "./sheet.js";
-import { Drawing, clipped, label, line, measure, ruler } from "./svg.js";
+import { decades, placed, shortened } from "./axes.js";
+import { unit } from "./sheet.js";
+import { SvgChart, clipped, label, line, measure, ruler } from "./svg.js";
 
 const FLOOR = 1e-3; // of the highest value: what is below is not drawn
 
-export class Spectrum {
-  // say(message): to the server
-  constructor(place, { say, redraw }) {
-    Object.assign(this, { place, say });
-    this.drawing = new Drawing(place);
-    this.noise = null;
+export class Spectrum extends SvgChart {
+  noise = null;
+
+  constructor(place, charts, part) {
+    super(place, charts, part);
     place.hidden = true;
-    onResize(place, redraw);
-    hovering(place, (x) => this.at(x));
   }
 
   get on() {
     return !this.place.hidden;
   }
 
+  tell_noise(message) {
+    this.noise = message.hz ? message : null;
+    this.charts.redraw("spectrum");
+  }
+
+  // Perhaps on a new connection.
+  tell_hello() {
+    if (this.on) this.charts.say({ do: "noise", on: true });
+  }
+
   toggle(on = !this.on) {
     this.place.hidden = !on;
     this.noise = null;
-    this.say({ do: "noise", on });
+    this.charts.say({ do: "noise", on });
     document.dispatchEvent(new CustomEvent("spectrum", { detail: on }));
     this.draw();
   }
 
   draw() {
-    const [width, height] = this.drawing.size, { noise } = this;
+    const [width, height] = this.size, { noise } = this;
     this.shown = null;
     if (!this.on || width < 80 || height < 60) return;
-    if (!noise?.hz.length) return this.drawing.say(noise?.text || "The noise is being measured. Do not touch anything.");
+    if (!noise?.hz.length) return this.write(noise?.text || "The noise is being measured. Do not touch anything.");
     const k = unit(), left = 52 * k, top = 20 * k, foot = height - 18 * k, right = width - 8;
     const { hz } = noise, values = [...noise.hard, ...noise.soft].filter((value) => value > 0);
     const f = [Math.log10(Math.min(...hz.filter((one) => one > 0))), Math.log10(Math.max(...hz))], most = Math.max(...values);
@@ -45,7 +51,7 @@ export class Spectrum {
     const curve = (name) => line(hz.map((one, i) => [one, noise[name][i]]).filter(([one, value]) => one > 0 && value > 0).map(([one, value]) => [x(one), y(value)]), name);
     const inner = this.axes({ f, v, x, y, k, left, right, top, foot, height }) + clipped(left, top, right - left, foot - top, curve("soft") + curve("hard")) + this.peaks({ x, y, k, left, right, top, foot });
     const said = shortened([this.sentence(), noise.text].filter(Boolean).join(" · "), width, (part) => measure(part, k));
-    this.drawing.show(label(0, 12 * k, said, "ink") + inner, `Noise spectrum. ${this.sentence()} ${noise.text}`);
+    this.show(label(0, 12 * k, said, "ink") + inner, `Noise spectrum. ${this.sentence()} ${noise.text}`);
   }
 
   sentence() {
@@ -55,13 +61,10 @@ export class Spectrum {
 
   axes({ f, v, x, y, k, left, right, top, foot, height }) {
     const parts = [label(left + 4, top + 10 * k, "aF/√Hz")];
-    for (let e = v[0]; e <= v[1]; e++) parts.push(ruler(left, y(10 ** e), right, y(10 ** e), "grid") + label(left - 6, y(10 ** e) + 4 * k, number(10 ** e).replace(/\.0+$/, ""), "", "end"));
-    for (let e = Math.floor(f[0]); e <= f[1]; e++) {
-      for (const one of [1, 2, 5].map((m) => m * 10 ** e)) {
-        if (Math.log10(one) < f[0] || Math.log10(one) > f[1]) continue;
-        const last = x(one) > right - 30 * k;
-        parts.push(ruler(x(one), top, x(one), foot, "grid") + label(last ? right : x(one), height - 4, `${Number(one.toPrecision(1))} Hz`, "", last ? "end" : "middle"));
-      }
+    for (const one of decades(...v, [1])) parts.push(ruler(left, y(one), right, y(one), "grid") + label(left - 6, y(one) + 4 * k, number(one).replace(/\.0+$/, ""), "", "end"));
+    for (const one of decades(...f, [1, 2, 5])) {
+      const last = x(one) > right - 30 * k;
+      parts.push(ruler(x(one), top, x(one), foot, "grid") + label(last ? right : x(one), height - 4, `${Number(one.toPrecision(1))} Hz`, "", last ? "end" : "middle"));
     }
     return parts.join("");
   }

@@ -1,6 +1,8 @@
 // Charts of few points as SVG text: they take the colours of the theme by their classes, and print sharply.
 
-import { sizeOf } from "./sheet.js";
+import { make } from "../dom.js";
+import { Hover } from "./readout.js";
+import { inside, onResize, sizeOf } from "./sheet.js";
 
 const ruler_ = document.createElement("canvas").getContext("2d");
 
@@ -24,8 +26,8 @@ export function ruler(x1, y1, x2, y2, name) {
   return `<line x1="${x1.toFixed(1)}" y1="${y1.toFixed(1)}" x2="${x2.toFixed(1)}" y2="${y2.toFixed(1)}" class="${name}"/>`;
 }
 
-export function box(x, y, width, height, name, more = "") {
-  return `<rect x="${x.toFixed(1)}" y="${y.toFixed(1)}" width="${Math.max(0, width).toFixed(1)}" height="${Math.max(0, height).toFixed(1)}" class="${name}" ${more}/>`;
+export function box(x, y, width, height, name) {
+  return `<rect x="${x.toFixed(1)}" y="${y.toFixed(1)}" width="${Math.max(0, width).toFixed(1)}" height="${Math.max(0, height).toFixed(1)}" class="${name}"/>`;
 }
 
 // What is outside of the box is not drawn.
@@ -39,13 +41,23 @@ export function measure(text, unit) {
   return ruler_.measureText(text).width;
 }
 
-// The element that holds the drawing, first in its place: what lies over it stays.
-export class Drawing {
-  constructor(place) {
-    this.place = place;
-    this.holder = document.createElement("div");
+// A chart as SVG. It fills its place, lies below the values at the pointer, and says by at(x, y) what they are:
+// { x, lines }, or null.
+export class SvgChart {
+  // charts: Charts, which draw it as this `part` of theirs
+  constructor(place, charts, part) {
+    Object.assign(this, { place, charts });
+    this.holder = make("div");
     place.classList.add("plot");
     place.prepend(this.holder);
+    onResize(place, () => charts.redraw(part));
+    const hover = new Hover(place);
+    place.addEventListener("pointermove", (event) => {
+      const found = this.at(...inside(place, event));
+      if (found) hover.show(found.x, found.lines);
+      else hover.hide();
+    });
+    place.addEventListener("pointerleave", () => hover.hide());
   }
 
   get size() {
@@ -57,7 +69,8 @@ export class Drawing {
     this.holder.innerHTML = `<svg width="${w}" height="${h}" viewBox="0 0 ${w} ${h}" role="img" aria-label="${escaped(name)}">${inner}</svg>`;
   }
 
-  say(sentence) {
-    this.holder.replaceChildren(Object.assign(document.createElement("p"), { className: "empty", textContent: sentence }));
+  // A sentence in place of the chart.
+  write(sentence) {
+    this.holder.replaceChildren(make("p", { className: "empty", textContent: sentence }));
   }
 }

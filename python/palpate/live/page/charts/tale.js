@@ -1,5 +1,7 @@
 // What happened in the measurement: touches, marks, tares, gaps, flags, and the traces of touches, as the server tells them.
 
+import { MEASURED, indexOf } from "../store.js";
+
 export class Tale {
   constructor() {
     this.clear();
@@ -7,21 +9,9 @@ export class Tale {
 
   clear() {
     this.touches = []; // completed ones
-    this.running = this.next = this.uncertainty = null; // the touch that goes on, its specimen, and that of its ratio
+    this.running = this.next = this.uncertainty = null; // the touch that goes on, its specimen, and the uncertainty of its ratio
     this.traces = new Map(); // touch -> { t, ratio, error, statistic }
-    this.events = { marks: [], tares: [], gaps: [], flags: [] };
-  }
-
-  get marks() {
-    return this.events.marks;
-  }
-
-  get tares() {
-    return this.events.tares;
-  }
-
-  get gaps() {
-    return this.events.gaps;
+    Object.assign(this, { marks: [], tares: [], gaps: [], flags: [] });
   }
 
   get all() {
@@ -39,7 +29,7 @@ export class Tale {
 
   // Flags that arose in a touch, with their sentences.
   flagsOf(number) {
-    return this.events.flags.filter(({ touch }) => touch === number);
+    return this.flags.filter(({ touch }) => touch === number);
   }
 
   // Sentences for what is at a moment, or `near` it.
@@ -50,7 +40,7 @@ export class Tale {
       ...this.gaps.filter(({ from_s, to_s }) => from_s - near <= t && t <= to_s + near).map(({ lost, text }) => text || `gap, ${lost} lost`),
       ...this.marks.filter(({ t_s }) => close(t_s)).map(({ text }) => text || "mark"),
       ...(this.tares.some(close) ? ["tare"] : []),
-      ...this.events.flags.filter(({ t_s }) => close(t_s)).map(({ text }) => text),
+      ...this.flags.filter(({ t_s }) => close(t_s)).map(({ text }) => text),
     ].filter(Boolean);
   }
 
@@ -58,4 +48,34 @@ export class Tale {
     const out = this.touches.filter(({ kept }) => !kept).length, many = (n, word) => `${n} ${word}${n === 1 ? "" : "s"}`;
     return [`${many(this.touches.length, "touch").replace("touchs", "touches")}${out ? ` (${out} left out)` : ""}`, many(this.marks.length, "mark"), many(this.gaps.length, "gap"), many(this.tares.length, "tare")].join(", ");
   }
+}
+
+const POINTS = 400;
+const ENDING_S = 0.5; // a touch that has just ended is shown on, until the server tells its result
+
+// A touch that goes on: since its first row after the last completed touch. null: none.
+export function runningOf(store, last) {
+  const { block, now } = store, after = last?.end_s ?? -Infinity;
+  let used = store.used;
+  while (used > block.first && !(block.flags[used - 1] & MEASURED) && now - block.t[used - 1] < ENDING_S) used--;
+  let first = used;
+  while (first > block.first && block.flags[first - 1] & MEASURED && block.t[first - 1] > after) first--;
+  return used - first < 2 ? null : { number: (last?.number ?? 0) + 1, start_s: block.t[first], end_s: block.t[used - 1], ratio: block.ratio[used - 1], standard_error: block.error[used - 1], kept: true, running: true };
+}
+
+// [{ t (s from the start), ratio, error, statistic }] of rows in [start, end]: at most so many; of several the last one, and
+// the highest statistic, so that no alarm is missed.
+export function fromRows({ block }, start, end) {
+  const first = indexOf(block, start), stop = indexOf(block, end + 1e-6), step = Math.max(1, Math.ceil((stop - first) / POINTS)), curve = [];
+  for (let k = first; k < stop; k += step) {
+    const last = Math.min(stop, k + step) - 1;
+    let statistic = NaN;
+    for (let i = k; i <= last; i++) if (!(block.statistic[i] <= statistic)) statistic = block.statistic[i];
+    if (!Number.isNaN(block.ratio[last])) curve.push({ t: block.t[last] - start, ratio: block.ratio[last], error: block.error[last], statistic });
+  }
+  return curve;
+}
+
+export function fromTrace({ t, ratio, error, statistic }) {
+  return t.map((at, k) => ({ t: at, ratio: ratio[k] ?? NaN, error: error[k] ?? NaN, statistic: statistic?.[k] ?? NaN })).filter((point) => Number.isFinite(point.ratio));
 }

@@ -1,41 +1,32 @@
 // One touch: its estimate in per cent of the present one, with its standard error; below it the CUSUM.
 
-import { number } from "../formatting.js";
-import { hovering } from "./hover.js";
-import { placed, wrapped } from "./labels.js";
-import { onResize, unit } from "./sheet.js";
-import { Drawing, area, clipped, label, line, measure, ruler } from "./svg.js";
-import { placesOf, signed, ticks, timeStep } from "./ticks.js";
+import { number, signed } from "../formatting.js";
+import { placed, placesOf, ticks, timeStep, wrapped } from "./axes.js";
+import { unit } from "./sheet.js";
+import { SvgChart, area, clipped, label, line, measure, ruler } from "./svg.js";
 
 const SCALES = [0.2, 0.5, 1, 2, 5, 10]; // per cent: steps, so that the eye learns them and nothing creeps
 const BEGIN_S = 0.4; // the first estimates of a touch may be far away: they do not set the scale
 const LONGEST = [2, 5, 7, 10, 15, 20, 30, 60, 120, 300, 600]; // s, where the length of a touch is not known
 const OVER = 1.04, EARLIER = 8, LINES = 3;
 
-export class TouchPlot {
-  // subject() -> { touch, curve, earlier: [curve], flags } or null; settings: { threshold, seconds }
-  constructor(place, { subject, settings, redraw }) {
-    Object.assign(this, { subject, settings, redraw });
-    this.drawing = new Drawing(place);
-    this.title = document.getElementById("touchtitle");
-    onResize(place, redraw);
-    hovering(place, (x) => this.at(x));
-  }
+export class TouchPlot extends SvgChart {
+  title = document.getElementById("touchtitle");
 
   draw() {
-    const [width, height] = this.drawing.size, found = this.subject();
+    const [width, height] = this.size, found = this.charts.subject();
     this.shown = null;
     if (width < 60 || height < 50) return;
     if (!found || found.curve.length < 2) return this.empty(found);
     const shown = (this.shown = { ...found, ...this.layout(width, height, found) });
     const inner = this.axes(shown) + clipped(shown.left, 0, shown.right - shown.left, shown.base + 2, this.curves(shown)) + this.cusum(shown) + this.flags(shown) + this.value(shown);
-    this.drawing.show(inner, this.name(shown));
-    if (this.title) this.title.textContent = [`Touch ${found.touch.number}`, found.touch.specimen, `ratio, % from ${found.touch.running ? "now" : "its result"}`].filter(Boolean).join(" · ");
+    this.show(inner, this.name(shown));
+    this.title.textContent = [`Touch ${found.touch.number}`, found.touch.specimen, `ratio, % from ${found.touch.running ? "now" : "its result"}`].filter(Boolean).join(" · ");
   }
 
   empty(found) {
-    if (this.title) this.title.textContent = found ? `Touch ${found.touch.number}` : "Touch";
-    this.drawing.say(found ? "The estimates of this touch are on their way." : "No touch yet. Press the probe on an object, and hold it.");
+    this.title.textContent = found ? `Touch ${found.touch.number}` : "Touch";
+    this.write(found ? "The estimates of this touch are on their way." : "No touch yet. Press the probe on an object, and hold it.");
   }
 
   layout(width, height, { touch, curve, earlier }) {
@@ -43,7 +34,7 @@ export class TouchPlot {
     const zero = touch.running ? curve.at(-1).ratio : touch.ratio, dev = ({ ratio }) => 100 * (ratio / zero - 1), se = ({ error }) => (Number.isFinite(error) ? 100 * Math.abs(error / zero) : 0);
     const settled = curve.filter(({ t }) => t > BEGIN_S), most = Math.max(0, ...(settled.length ? settled : curve.slice(-1)).map((p) => Math.abs(dev(p)) + se(p)));
     const scale = SCALES.find((step) => step >= most) ?? SCALES.at(-1);
-    const last = Math.max(curve.at(-1).t, ...earlier.map((one) => one.at(-1).t)), length = Math.max(this.settings().seconds ?? LONGEST.find((s) => s >= last) ?? last, curve.at(-1).t);
+    const last = Math.max(curve.at(-1).t, ...earlier.map((one) => one.at(-1).t)), length = Math.max(this.charts.hello.seconds ?? LONGEST.find((s) => s >= last) ?? last, curve.at(-1).t);
     const x = (t) => left + (t / length) * (right - left), y = (d) => base / 2 + 2 - (Math.max(-OVER, Math.min(OVER, d / scale)) * (base - 8)) / 2;
     return { k, left, right, foot, strip, base, zero, dev, se, scale, length, x, y, height };
   }
@@ -65,10 +56,10 @@ export class TouchPlot {
   }
 
   cusum({ k, curve, left, right, foot, strip, x }) {
-    const { threshold } = this.settings(), known = curve.filter(({ statistic }) => Number.isFinite(statistic));
+    const { threshold } = this.charts.hello, known = curve.filter(({ statistic }) => Number.isFinite(statistic));
     const top = 1.15 * (threshold ?? Math.max(1e-9, ...known.map(({ statistic }) => statistic))), g = (value) => foot - Math.min(1, value / top) * strip;
     const under = (value) => area(known.map((p) => [x(p.t), g(value(p))]), known.map((p) => [x(p.t), foot]), value === alarm ? "alarm" : "statistic");
-    const all = ({ statistic }) => statistic, alarm = ({ statistic }) => (threshold !== null && statistic > threshold ? statistic : 0);
+    const all = ({ statistic }) => statistic, alarm = ({ statistic }) => (statistic > threshold && threshold !== null ? statistic : 0);
     const limit = threshold ? ruler(left, g(threshold), right, g(threshold), "dash") + label(right + 6, g(threshold) + 4 * k, "change") : "";
     return ruler(left, foot, right, foot, "grid0") + limit + under(all) + under(alarm) + label(left - 6, foot - 6, "CUSUM", "", "end");
   }

@@ -1,1 +1,0 @@
-"""Who may ask the server of the page, and how much that may cost."""

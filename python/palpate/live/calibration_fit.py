@@ -1,0 +1,231 @@
+"""Guided calibration: the fit after each touch, what is still missing, and the file at the end."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate._core import Touch
+from palpate.calibration import Calibration
+from palpate.calibration.calibration import band
+from palpate.calibration.characterise import Specimen, calibrate
+from palpate.calibration.fit_tables import parameter_rows
+from palpate.errors import CalibrationError, MissingExtra, PalpateError, listed
+from palpate.files import replacing
+from palpate.live.feed import Document, RefusedCommand
+from palpate.live.files import RunFiles
+from palpate.report import calibration_page
+from palpate.several import objections
+
+FEWEST = 3
+"""Specimens of different moduli that eq. (2) needs."""
+_POINTS = 81
+
+
+@dataclass(frozen=True)
+class KnownSpecimen:
+    """A specimen of known modulus, and its touches: number, touch, and whether it is kept."""
+
+    name: str
+    modulus: float  # MPa
+    wanted: int  # touches that shall be kept
+    touches: tuple[tuple[int, Touch, bool], ...] = ()
+
+    @property
+    def kept(self) -> list[Touch]:
+        """The touches that are kept."""
+        return [touch for _, touch, kept in self.touches if kept]
+
+    @property
+    def usable(self) -> list[Touch]:
+        """The kept touches that a fit can use."""
+        return [touch for touch in self.kept if not objections(touch)]
+
+    @property
+    def lacks(self) -> int:
+        """Number of touches that it still needs."""
+        return max(self.wanted - len(self.usable), 0)
+
+
+class GuidedCalibration:
+    """Fits a calibration to the touches so far, in a thread of its own.
+
+    `known` returns the specimens of known modulus with their touches; `use` takes a saved calibration and its path: the
+    measurement goes on with it.
+    """
+
+    def __init__(
+        self,
+        known: Callable[[], Sequence[KnownSpecimen]],
+        files: RunFiles,
+        use: Callable[[Calibration, Path], None],
+        scene: Callable[[], str] = lambda: "handheld",
+    ) -> None:
+        self._known, self._files, self._use, self._scene = known, files, use, scene
+        self._on, self._saved = False, ""
+        self._worker = ThreadPoolExecutor(1, "palpate-calibrating")
+        self._seen: Any = None
+        self._running: Future[Document] | None = None
+        self._shown: Document = {}
+
+    def document(self) -> Document:
+        """Return the message: the newest fit that is ready, and never one of other touches with these."""
+        if not self._on:
+            return {"on": False}
+        known = self._known()
+        seen = (
+            [replace(each, touches=()) for each in known],
+            [(n, touch.ratio, kept) for each in known for n, touch, kept in each.touches],
+        )
+        if self._running and self._running.done():
+            self._shown, self._running = self._running.result(), None
+        if seen != self._seen and self._running is None:
+            self._seen = seen
+            self._running = self._worker.submit(self._grown, known)
+        return {"on": True, "saved": self._saved or None, **self._shown}
+
+    def switch(self, on: bool) -> str:
+        """Begin or end to calibrate; return the message."""
+        if not on:
+            self._on = False
+            return "Calibrating has ended; nothing is lost."
+        known = self._known()
+        if len(known) < FEWEST:
+            raise RefusedCommand(
+                f"calibrating: got {len(known)} specimens of known modulus, allowed: {FEWEST} or more, of different moduli; "
+                "give their moduli, MPa, in the list of specimens"
+            )
+        self._on, self._seen = True, None
+        return f"Calibrating with {len(known)} specimens of known modulus."
+
+    def save(self, name: str | None = None) -> Document:
+        """Save the calibration, and a report of it; return the answer."""
+        known = self._known()
+        path = self._files.checked(name, ".toml") if name else self._files.free("probe.toml")
+        try:
+            specimens, found = self._fit(known)
+        except (ValueError, PalpateError) as error:
+            raise RefusedCommand(f"save calibration: {error}") from error
+        found.save(path)
+        self._files.made(path, "calibration")
+        report = self._report(path, found, specimens)
+        self._saved = path.name
+        self._use(found, path)
+        doubt = "" if found.sound else " It is not reliable yet: its verdict is in the file."
+        return {"message": f"Saved as {path.name}; moduli are from it now.{doubt}", "file": path.name, "report": report}
+
+    def _report(self, path: Path, found: Calibration, specimens: list[Specimen]) -> str | None:
+        try:
+            text = calibration_page(found, specimens)
+        except MissingExtra:
+            return None
+        beside = self._files.free(f"{path.stem}-calibration.html")
+        with replacing(beside) as file:
+            file.write(text.encode())
+        self._files.made(beside, "report")
+        return beside.name
+
+    def _fit(self, known: Sequence[KnownSpecimen]) -> tuple[list[Specimen], Calibration]:
+        specimens = [Specimen(each.name, each.modulus, each.kept) for each in known if each.usable]
+        return specimens, calibrate(specimens, about={"scene": self._scene()})
+
+    def _grown(self, known: Sequence[KnownSpecimen]) -> Document:
+        found, verdict, error = None, "", None
+        try:
+            _, found = self._fit(known)
+            verdict = found.verdict
+        except CalibrationError as failure:
+            error, verdict = str(failure), f"Not enough yet: {failure}"
+        except (ValueError, PalpateError) as failure:  # MissingExtra, too
+            error = verdict = str(failure)
+        return {
+            "touches": sum(len(each.usable) for each in known),
+            "missing": missing(known),
+            "next": next_best(known),
+            "history": self._history(known),
+            "points": _points(known, found),
+            "verdict": verdict,
+            "sound": bool(found and found.sound),
+            "error": error,
+            **_fitted(found),
+        }
+
+    def _history(self, known: Sequence[KnownSpecimen]) -> list[float]:
+        """Return the relative standard error of the rigid ratio after each touch."""
+        found = []
+        for last in sorted(n for each in known for n, _, kept in each.touches if kept):
+            part = [replace(each, touches=tuple(row for row in each.touches if row[0] <= last)) for each in known]
+            with suppress(ValueError, PalpateError):
+                calibration = self._fit(part)[1]
+                found.append(float(calibration.fitted.covariance[0, 0] ** 0.5 / calibration.probe.rigid_ratio))
+        return found
+
+
+def missing(known: Sequence[KnownSpecimen]) -> list[str]:
+    """Return what is still missing, as sentences; empty if the plan is fulfilled.
+
+    Examples
+    --------
+    >>> missing([KnownSpecimen("30 OO", 0.143, 4), KnownSpecimen("70 A", 8.68, 4)])[-1]
+    'Not touched yet: 30 OO, 70 A.'
+    """
+    found = []
+    begun = [each for each in known if each.usable]
+    if len({each.modulus for each in begun}) < FEWEST:
+        found.append(f"{len(begun)} of at least {FEWEST} specimens are touched.")
+    if begun and not any(len(each.usable) > 1 for each in begun):
+        found.append("No specimen has two touches: the scatter from touch to touch is not known.")
+    if lacking := [f"{each.name} ({each.lacks} more)" for each in begun if each.lacks]:
+        found.append(f"Begun: {listed(lacking)}.")
+    if untouched := [each.name for each in known if not each.usable]:
+        found.append(f"Not touched yet: {listed(untouched)}.")
+    return found
+
+
+def next_best(known: Sequence[KnownSpecimen]) -> str:
+    """Return what to touch next, as a sentence; empty if nothing is missing.
+
+    A specimen that is begun comes first; then those that widen the range of the moduli.
+
+    Examples
+    --------
+    >>> next_best([KnownSpecimen("30 OO", 0.143, 4), KnownSpecimen("30 A", 0.87, 4), KnownSpecimen("70 A", 8.68, 4)])
+    'Next: 30 OO, then 70 A.'
+    """
+    lacking = [each for each in known if each.lacks]
+    if not lacking:
+        return ""
+    by_modulus = sorted(known, key=lambda each: each.modulus)
+    low, high = by_modulus[0], by_modulus[-1]
+    lacking.sort(key=lambda each: (not each.usable, each not in (low, high), each.modulus))
+    done, more = [each.modulus for each in known if not each.lacks], ""
+    if done and min(done) > low.modulus:
+        more = f" Below {min(done):g} MPa no specimen is finished."
+    elif done and max(done) < high.modulus:
+        more = f" Above {max(done):g} MPa no specimen is finished."
+    return f"Next: {', then '.join(each.name for each in lacking[:2])}.{more}"
+
+
+def _fitted(found: Calibration | None) -> Document:
+    if found is None:
+        return {"parameters": [], "curve": None, "rigid": None}
+    x, level, reach = band(found, _POINTS)
+    columns = {"modulus": np.exp(x), "ratio": level, "low": level - reach, "high": level + reach}
+    return {
+        "parameters": [dict(zip(("name", "value", "interval"), row, strict=True)) for row in parameter_rows(found)],
+        "curve": {name: values.tolist() for name, values in columns.items()},
+        "rigid": {"value": found.probe.rigid_ratio, "error": float(found.fitted.covariance[0, 0] ** 0.5)},
+    }
+
+
+def _points(known: Sequence[KnownSpecimen], found: Calibration | None) -> list[Document]:
+    points: list[Document] = []
+    for each in known:
+        named = {"modulus": each.modulus, "specimen": each.name}
+        named["fitted"] = found.probe.ratio(each.modulus) if found else None
+        points += [{**named, "touch": n, "ratio": touch.ratio, "kept": kept} for n, touch, kept in each.touches]
+    return points

@@ -1,0 +1,223 @@
+"""The commands of a page: one table of names, checks of values, and who obeys; and the workbench, whose parts obey."""
+
+import json
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+from palpate.calibration import Calibration
+from palpate.live.calibration_fit import GuidedCalibration
+from palpate.live.connection_state import ConnectionState
+from palpate.live.device import Device
+from palpate.live.events import Events
+from palpate.live.feed import Document, RefusedCommand, message_of
+from palpate.live.levels import ROWS
+from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
+from palpate.live.noise_spectrum import NoiseMeter
+from palpate.live.plan import TouchPlan
+from palpate.live.state_rules import file_state
+from palpate.live.touch_table import TouchTable
+from palpate.several import TOUCH_SCATTER
+
+LONGEST = 8192  # characters of a message
+LONGEST_TEXT = 200  # characters of a mark, a name, a note
+LONGEST_PLAN = 4000  # characters of a list of specimens
+FEWEST_ROWS = 16  # of a view
+LARGEST_S = 1e12
+
+Check = Callable[[str, Any], Any]
+
+
+@dataclass(frozen=True)
+class Command:
+    """One message of a page: its name, and its checked values; those that may be left out are missing then."""
+
+    do: str
+    given: Document = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Order:
+    """Who obeys a command, as part.method, and the check of each value; with a question mark: may be left out."""
+
+    obeys: str
+    values: dict[str, Check] = field(default_factory=dict)
+
+
+def parse(message: str) -> Command:
+    """Return the command of a message, or raise `RefusedCommand`.
+
+    Examples
+    --------
+    >>> parse('{"do": "note", "text": "second specimen"}')
+    Command(do='note', given={'text': 'second specimen'})
+    >>> parse('{"do": "format the disk"}')  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    palpate.live.feed.RefusedCommand: do: got 'format the disk', allowed: tare, tare anyway, ...
+    """
+    if len(message) > LONGEST:
+        _refuse("message", f"{len(message)} characters", f"{LONGEST} at most")
+    try:
+        given = json.loads(message)
+    except (ValueError, RecursionError):
+        _refuse("message", message, "JSON")
+    if not isinstance(given, dict):
+        _refuse("message", given, 'an object, for example {"do": "tare"}')
+    do = given.pop("do", None)
+    if not isinstance(do, str) or do not in COMMANDS:
+        _refuse("do", do, ", ".join(COMMANDS))
+    checked: Document = {}
+    for name, check in COMMANDS[do].values.items():
+        bare = name.rstrip("?")
+        if bare in given or bare == name:
+            checked[bare] = check(bare, given.pop(bare, None))
+    if given:
+        _refuse("message", min(given), f"no further names for {do}")
+    return Command(do, checked)
+
+
+class Workbench:
+    """What a page shows and may order; made before the measurement starts, which it does not close.
+
+    `scatter`: relative scatter from touch to touch without a calibration, for the question whether touches agree.
+    """
+
+    def __init__(
+        self,
+        measurement: LiveMeasurement | RecordedMeasurement,
+        source: str,
+        calibration: Calibration | None = None,
+        scatter: float = TOUCH_SCATTER,
+        calibration_file: Path | None = None,
+    ) -> None:
+        self.measurement: LiveMeasurement | RecordedMeasurement = measurement
+        self._calibration_file = calibration_file
+        plan = self._plan = TouchPlan(measurement, calibration.accepted if calibration else frozenset())
+        table = self._table = TouchTable(measurement, plan, calibration, scatter)
+        events = Events(measurement)
+        self.noise: NoiseMeter = NoiseMeter(lambda: measurement.levels.newest_rows())
+        self.documents: dict[str, Callable[[], Document]] = {
+            "hello": lambda: table.hello(source),
+            "touches": table.document,
+            "events": events.document,
+            "session": lambda: plan.document,
+        }
+        self._parts: dict[str, object] = {"bench": self}
+        if isinstance(measurement, RecordedMeasurement):
+            self._shown: Callable[[], Document] = lambda: file_state(measurement)
+            self.is_news: Callable[[], bool] = lambda: False
+            return
+        state = ConnectionState(measurement, plan, lambda: table.calibration)
+        self._shown, self.is_news = state.document, state.is_news
+        device = Device(measurement, state, source)
+        guided = GuidedCalibration(plan.known, measurement.files, self._use, lambda: measurement.tracker.scene)
+        self.documents |= {"device": device.document, "calibration": guided.document}
+        self._parts |= {"measurement": measurement, "events": events, "plan": plan, "device": device}
+        self._parts["calibration"] = guided
+
+    def state(self) -> Document:
+        """Return the values that change during a measurement."""
+        return {**self._table.now(), **self.measurement.recording_state(), **self._shown()}
+
+    def trace(self, number: int) -> tuple[str, str]:
+        """Return the course of a touch: what it replaces, and the message."""
+        touches = self.measurement.touches
+        if not 1 <= number <= len(touches):
+            raise RefusedCommand(f"trace: got touch {number}, allowed: 1 to {len(touches)}, those that have ended")
+        start_s = touches[number - 1].start_s
+        end_s = self.measurement.ends.get(number, start_s)
+        return f"trace {number}", message_of("trace", **self.measurement.levels.trace(number, start_s, end_s))
+
+    def do(self, command: Command) -> Document:
+        """Obey a command of a page; return the answer. May wait for the disk.
+
+        Raises `RefusedCommand` if it is not possible now, or not here; and what `Stream` raises.
+        """
+        part, _, name = COMMANDS[command.do].obeys.partition(".")
+        if part not in self._parts:
+            raise RefusedCommand(f"{command.do}: this is a recording, nothing is measured")
+        # A report takes seconds, and changes nothing that another command needs.
+        with nullcontext() if part == "bench" else self.measurement.commands:
+            answer = getattr(self._parts[part], name)(**command.given)
+        return answer if isinstance(answer, dict) else {"message": answer}
+
+    def report(self) -> Document:
+        """Write a report of the newest recording."""
+        return self.measurement.files.report(self._calibration_file)
+
+    def _use(self, calibration: Calibration, path: Path) -> None:
+        self._table.calibration, self._calibration_file = calibration, path
+        self._plan.accepted = calibration.accepted
+        self._plan.note(f"moduli are from {path.name} from here on")
+
+
+def _text(most: int, least: int = 1, *, lines: bool = False) -> Check:
+    def check(name: str, text: Any) -> str:
+        parts = text.replace("\t", " ").splitlines() if lines and isinstance(text, str) else [text]
+        known = isinstance(text, str) and least <= len(text.strip()) <= most
+        if not known or not all(part.isprintable() for part in parts):
+            _refuse(name, text, f"{least} to {most} {'characters in lines' if lines else 'printable characters'}")
+        return str(text).strip()
+
+    return check
+
+
+def _whole(least: int, most: int) -> Check:
+    def check(name: str, value: Any) -> int:
+        if type(value) is not int or not least <= value <= most:
+            _refuse(name, value, f"a whole number from {least} to {most}")
+        return value
+
+    return check
+
+
+def _seconds(name: str, value: Any) -> float:
+    if type(value) not in (int, float) or not -LARGEST_S <= value <= LARGEST_S:
+        _refuse(name, value, "a time, s")
+    return float(value)
+
+
+def _flag(name: str, value: Any) -> bool:
+    if not isinstance(value, bool):
+        _refuse(name, value, "true or false")
+    return value
+
+
+def _refuse(name: str, value: Any, allowed: str) -> NoReturn:
+    raise RefusedCommand(f"{name}: got {value!a:.60}, allowed: {allowed}")
+
+
+_ID = _whole(0, 2**32 - 1)
+_NAME, _MAYBE = _text(LONGEST_TEXT), _text(LONGEST_TEXT, 0)
+_LIST = _text(LONGEST_PLAN, 0, lines=True)
+_PLAN = {"text": _LIST, "wanted": _whole(1, 99), "title?": _MAYBE, "operator?": _MAYBE}
+_VIEW = {"id": _ID, "from_s": _seconds, "to_s": _seconds, "rows": _whole(FEWEST_ROWS, ROWS)}
+
+COMMANDS: dict[str, Order] = {
+    "tare": Order("events.tare"),
+    "tare anyway": Order("events.tare_anyway"),
+    "record": Order("measurement.record", {"name?": _NAME}),
+    "stop": Order("measurement.stop"),
+    "again": Order("measurement.again"),
+    "mark": Order("events.mark"),
+    "mark text": Order("events.mark_text", {"id": _ID, "text": _MAYBE}),
+    "note": Order("plan.note", {"text": _NAME}),
+    "centre": Order("device.centre"),
+    "device": Order("device.set", {"capf?": _whole(0, 7), "excitation?": _NAME}),
+    "plan": Order("plan.set_list", _PLAN),
+    "specimen": Order("plan.choose", {"name": _MAYBE}),
+    "assign": Order("plan.assign", {"touch": _ID, "name": _MAYBE}),
+    "discard": Order("plan.discard", {"touch": _ID}),
+    "keep": Order("plan.keep", {"touch": _ID}),
+    "more": Order("plan.more"),
+    "calibrating": Order("calibration.switch", {"on": _flag}),
+    "save calibration": Order("calibration.save", {"name?": _NAME}),
+    "report": Order("bench.report"),
+    "noise": Order("page.listen", {"on": _flag}),
+    "trace": Order("page.trace", {"touch": _ID}),
+    "view": Order("page.look", _VIEW),
+    "seen": Order("page.seen", {"frame": _ID}),
+}
+"""`page`: the page that sends the command; the other ones are parts of the workbench."""

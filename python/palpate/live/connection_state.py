@@ -1,0 +1,245 @@
+"""The state of a measurement over time: collects the facts, steadies the line, and says what a screen reader reads."""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from palpate._core import Touch
+from palpate.calibration import Calibration
+from palpate.digits import plus_minus
+from palpate.live.feed import Document
+from palpate.live.measurement import LiveMeasurement
+from palpate.live.plan import TouchPlan
+from palpate.live.signal_state import SignalFollower
+from palpate.live.state_rules import SILENT_S, Facts, LastTouch, Now, PairRate, StatusLine, view_of
+from palpate.recording.recorder import Recorder
+from palpate.sentences import advice
+from palpate.several import objections
+from palpate.sources import Source
+from palpate.sources.base import Gap
+from palpate.stream import Stream
+from palpate.stream.estimate import StreamCounters
+from palpate.stream.listener import Listener
+
+GAP_S = 3.0
+"""A gap, or a wrong baseline, is shown for this time, and until the baseline is measured again."""
+RATE_S, LATE_S = 2.0, 10.0
+"""Pairs a second are known after the first time; they, and late pairs, are counted over the second one."""
+HOLD_S = 3.0
+"""A line whose cause may come and go stays for this time after it."""
+SETTLED_S = 1.0
+"""What stays for this time is announced; a fault, and the end of a touch, at once."""
+_LOOK_S = 0.1
+_SETTLED_S = {"done": 0.0, "left out": 0.0, "after": 3.0}
+_COMES_AND_GOES = {"slow", "silent", "wiring", "constant", "unwired", "range"}
+
+
+class ConnectionState(Listener):
+    """What to do, what is wrong, and what a screen reader reads. `clock`: seconds that only rise."""
+
+    def __init__(
+        self,
+        measurement: LiveMeasurement,
+        plan: TouchPlan,
+        calibration: Callable[[], Calibration | None] = lambda: None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._measurement, self._plan, self._calibration, self._clock = measurement, plan, calibration, clock
+        self._signal = SignalFollower(clock)
+        self._shown: list[str] = []
+        measurement.listeners += [self._signal, self]
+        measurement.recording_begun.append(self._follow_recording)
+
+    def document(self) -> Document:
+        """Return now, line and announce, of the message `state`."""
+        shown = self._look()
+        self._shown = _key(shown)
+        return shown
+
+    def is_news(self) -> bool:
+        """Return whether word or line differ from the last document."""
+        return _key(self._look()) != self._shown
+
+    def _look(self) -> Document:
+        facts = self.facts()
+        return self._steady.show(*view_of(facts), facts.result, self._clock())
+
+    def begun(self, stream: Stream) -> None:
+        """Begin with the next measurement."""
+        self._awake_s = self._looked_s = self._clock()
+        self._steady = SteadyLine()
+        self._period_s = float(stream.source.describe().get("period_s", math.nan))
+        self._gap, self._gap_s, self._retaken_s = "", -math.inf, -math.inf
+        self._retaken = self._lost = self._cut = self._before = 0
+        self._gaps = len(stream.source.gaps)
+        self._reads: deque[tuple[float, StreamCounters]] = deque()
+        self._recorder: Recorder | None = None  # one that failed is shown until the next one begins
+        self._known: tuple[tuple[int, bool, str], LastTouch] | None = None
+
+    def gap(self, gap: Gap) -> None:
+        """Show a gap for a while."""
+        self._gap, self._gap_s = gap.text, self._clock()
+        self._gaps += 1
+
+    def _follow_recording(self, recorder: Recorder) -> None:
+        self._recorder = recorder
+
+    def facts(self) -> Facts:
+        """Return what is known now."""
+        at_s, measurement, stream, seen = self._clock(), self._measurement, self._measurement.stream, self._signal.seen
+        source, state, counters = stream.source, measurement.state, stream.counters
+        troubles: Mapping[str, str] = getattr(source, "troubles", {})
+        self._follow_gaps(state, troubles, counters, at_s)
+        if at_s - self._looked_s > SILENT_S and seen.at_s > self._awake_s:
+            self._awake_s = at_s  # this process stood still, not the source; once, until there is a sample again
+        self._looked_s = at_s
+        last, recorder = self._recorder, measurement.recorder
+        return Facts(
+            state,
+            seen=seen,
+            silent_s=at_s - max(self._awake_s, seen.at_s) if source.live and state != "ended" else 0.0,
+            period_s=self._period_s,
+            troubles=troubles,
+            outside=stream.out_of_range,
+            can_centre=can_centre(source),
+            full_scale_pF=stream.tracker.settings["full_scale"],
+            retaken_s=at_s - self._retaken_s,
+            gap_s=at_s - self._gap_s,
+            gap=self._gap,
+            lost=self._lost,
+            cut=self._cut,
+            pace=self._pace(at_s, counters) if source.live and not troubles else self._no_pace(),
+            recording=recorder.path.name if recorder else "",
+            recording_error=str(last.error or "") if last else "",
+            unrecorded=last.dropped if last and last.error else 0,
+            error=measurement.error,
+            result=self._result(),
+            next=self._plan.document["next"],
+        )
+
+    def _follow_gaps(self, state: str, troubles: Mapping[str, str], counters: StreamCounters, at_s: float) -> None:
+        """Note wrong baselines and what is lost at a gap, and forget those that are over."""
+        if counters.retaken > self._retaken:
+            self._retaken, self._retaken_s = counters.retaken, at_s
+        if "unplugged" in troubles and state in ("contact", "adapting"):
+            self._cut = self._cut or len(self._measurement.touches) + 1
+        if self._gap_s > -math.inf:
+            self._lost = counters.lost - self._before
+        elif not troubles and self._gaps == len(self._measurement.stream.source.gaps):  # no gap is on its way
+            self._before, self._cut = counters.lost, 0
+        if state != "baseline":
+            self._gap_s = self._gap_s if at_s - self._gap_s < GAP_S else -math.inf
+            self._retaken_s = self._retaken_s if at_s - self._retaken_s < GAP_S else -math.inf
+
+    def _no_pace(self) -> PairRate:
+        """Begin to count again: after an interruption pairs come together."""
+        self._reads.clear()
+        return PairRate()
+
+    def _pace(self, at_s: float, counters: StreamCounters) -> PairRate:
+        """Return how fast pairs arrive."""
+        if self._gap_s > -math.inf:
+            return self._no_pace()
+        if not self._reads or at_s - self._reads[-1][0] >= _LOOK_S:
+            self._reads.append((at_s, counters))
+        while at_s - self._reads[0][0] > LATE_S:
+            self._reads.popleft()
+        since_s, before = self._reads[0]
+        read, long_s = counters.read - before.read, at_s - since_s
+        per_s = read / long_s if long_s >= RATE_S else math.nan
+        late, dropped = counters.late - before.late, counters.dropped - before.dropped
+        return PairRate(per_s, 1 / self._period_s, read, late, dropped)
+
+    def _result(self) -> LastTouch | None:
+        """Return the last touch that ended; made anew only if it, or what is thought of it, has changed."""
+        touches, rows = self._measurement.touches, self._plan.rows
+        if not touches:
+            return None
+        touch, number = touches[-1], len(touches)
+        why = str(rows[number - 1]["why"]) if number <= len(rows) else ""
+        key = (number, touch.revised, why)
+        if self._known is None or self._known[0] != key:
+            swapped = next((text for text in advice(touch) if text.startswith("swapped")), "")
+            flags = objections(touch, self._plan.accepted)
+            text = _ratio_text(touch, self._calibration())
+            self._known = key, LastTouch(number, text, why, flags, swapped.removeprefix("swapped: "), touch.revised)
+        return self._known[1]
+
+
+class _Heard(NamedTuple):
+    """What a screen reader has to know: the word, the line, and the last result."""
+
+    word: str = ""
+    what: str = ""
+    result: str = ""
+
+
+class SteadyLine:
+    """Keeps the line and the announcement of one measurement: no flicker, and only what has settled is announced."""
+
+    def __init__(self) -> None:
+        self._line: StatusLine | None = None
+        self._began_s = self._caused_s = 0.0
+        self._heard, self._pending = _Heard(), _Heard()
+        self._since_s = -math.inf
+        self._announce = ""
+
+    def show(self, now: Now, line: StatusLine, result: LastTouch | None, at_s: float) -> Document:
+        """Return now, line and announce at a time, s, that only rises."""
+        line = self._steady(line, at_s)
+        self._listen(now, line, result, at_s)
+        since_s = None if line.level == "quiet" else round(at_s - self._began_s, 1)
+        return {"now": now._asdict(), "line": line.as_dict(since_s), "announce": self._announce}
+
+    def _steady(self, line: StatusLine, at_s: float) -> StatusLine:
+        """Return this line, or the one before if its cause comes and goes and nothing else is wrong."""
+        held = self._line
+        if held and held.what == line.what:
+            self._caused_s = at_s
+        elif (
+            held and held.what in _COMES_AND_GOES and line.level in ("quiet", "note") and at_s - self._caused_s < HOLD_S
+        ):
+            return held
+        else:
+            self._began_s = self._caused_s = at_s
+        self._line = line
+        return line
+
+    def _listen(self, now: Now, line: StatusLine, result: LastTouch | None, at_s: float) -> None:
+        """Announce what has settled and is new."""
+        heard = _Heard(now.word, line.what, f"{result.number}: {result.text}" if result and not result.why else "")
+        if heard != self._pending:
+            self._pending, self._since_s = heard, at_s
+        least_s = 0.0 if line.level == "fault" else _SETTLED_S.get(line.what, SETTLED_S)
+        if heard == self._heard or at_s - self._since_s < least_s:
+            return
+        told = []
+        if result and heard.result not in ("", self._heard.result):
+            told.append(f"Touch {result.number}{', revised' if result.revised else ''}: {result.text}.")
+        if heard.word != self._heard.word:
+            told.append(f"{now.word}.")
+        if heard.what != self._heard.what:
+            told.append(f"{line.title} {line.said or line.text}")
+        self._announce = " ".join(" ".join(told).split()) or self._announce
+        self._heard = heard
+
+
+def can_centre(source: Any) -> bool:
+    """Return whether a source can set its range again."""
+    return getattr(type(source), "centre", Source.centre) is not Source.centre
+
+
+def _key(shown: Mapping[str, Any]) -> list[str]:
+    return [shown["now"]["word"], shown["line"]["what"], shown["announce"]]
+
+
+def _ratio_text(touch: Touch, calibration: Calibration | None) -> str:
+    """Return the ratio of a touch, and its modulus if there is a calibration."""
+    ratio, error = touch.ratio, touch.standard_error
+    if not calibration:
+        return f"ratio {plus_minus(ratio, error)}"
+    text = f"ratio {plus_minus(ratio, calibration.uncertainty(ratio, error))}"
+    known = f", modulus {calibration.modulus(ratio, error if math.isfinite(error) else None)}"
+    return text + known if math.isfinite(ratio) else text

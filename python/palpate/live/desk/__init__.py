@@ -1,1 +1,0 @@
-"""What stands around the measurement on the page: plain Python, no web."""

@@ -1,0 +1,169 @@
+"""What is marked on the axis of time: marks, tares, gaps, and flags; and the buttons Mark, Tare and Tare anyway."""
+
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from palpate.errors import PalpateError
+from palpate.live.feed import Document, Flag, RefusedCommand
+from palpate.live.levels import ROWS
+from palpate.live.measurement import MOST, LiveMeasurement, Mark, RecordedMeasurement
+from palpate.recording.recorder import Recorder
+from palpate.sentences import advice
+from palpate.sources.base import Gap
+from palpate.stream import Stream
+from palpate.stream.estimate import Batch
+from palpate.stream.listener import Listener
+
+HOLE_S = 0.25
+"""A hole in the samples without a message of the source is shown from here on; all are counted."""
+_MOST_GAPS, _FLAGGED = 1000, 1000  # gaps, touches; the newest
+_AT_FIRST = {"saturated": Flag.SATURATED, "refused": Flag.REFUSED}  # shown at their first sample; the rest: at the end
+
+
+class Events(Listener):
+    """The events of a measurement: follows its samples."""
+
+    def __init__(self, measurement: LiveMeasurement | RecordedMeasurement) -> None:
+        self._measurement = measurement
+        self._number = 0
+        self._forget()
+        measurement.listeners.append(self)
+        measurement.recording_begun.append(self._recording_begun)
+
+    def _forget(self) -> None:
+        self._asked: bool | None = None  # a tare, and whether also in contact
+        self._gaps: deque[Document] = deque(maxlen=_MOST_GAPS)
+        self._texts: list[Gap] = []  # gaps whose samples have not come yet
+        self._last = np.empty(0, np.int64), np.empty(0)
+        self._flagged: tuple[Any, list[Document]] = (None, [])
+
+    def document(self) -> Document:
+        """Return the message `events`."""
+        marks, tares, gaps = self._measurement.marks.copy(), self._measurement.tares.copy(), self._gaps.copy()
+        shown = [{"id": mark.id, "t_s": mark.t_s, "text": mark.text} for mark in marks]
+        return {"marks": shown, "tares": list(tares), "gaps": list(gaps), "flags": self._flags()}
+
+    def begun(self, stream: Stream) -> None:
+        """Begin with the next measurement."""
+        self._forget()
+
+    def gap(self, gap: Gap) -> None:
+        """Keep a gap until its sample comes."""
+        self._texts.append(gap)
+
+    def batch(self, batch: Batch) -> None:
+        """Find holes and flags; tare, which only the thread of the measurement may do."""
+        if len(batch.samples):
+            self._find_holes(batch)
+        asked, self._asked = self._asked, None
+        if asked is not None and isinstance(self._measurement, LiveMeasurement):
+            self._tare_now(self._measurement, force=asked)
+
+    def tare(self, *, force: bool = False) -> str:
+        """Ask for a tare; return the message."""
+        measurement = self._live
+        measurement.require_running("tare")
+        if not force and measurement.moment.state in ("contact", "done"):
+            raise RefusedCommand(
+                "tare: the probe is in contact; lift it first. If nothing is touched, press Tare anyway"
+            )
+        self._asked = force
+        return "Measuring the baseline: do not touch anything."
+
+    def tare_anyway(self) -> str:
+        """Ask for a tare, also in contact; return the message."""
+        return self.tare(force=True)
+
+    def mark(self) -> Document:
+        """Stamp a mark now, with the last sample that the page could show."""
+        measurement = self._live
+        measurement.require_running("mark")
+        if measurement.last is None:
+            raise RefusedCommand("mark: no sample has come yet; wait a moment")
+        self._number += 1
+        mark = Mark(self._number, measurement.last_s, sample=measurement.last)
+        recorder = measurement.recorder
+        if recorder:
+            self._put(mark, recorder)
+        if measurement.outlets:
+            measurement.outlets.mark("mark", "")
+        measurement.marks.append(mark)
+        return {"id": mark.id, "message": "Marked." if recorder else "Marked; nothing is recorded yet."}
+
+    def mark_text(self, id: int, text: str) -> Document:
+        """Give a mark its text; return the answer."""
+        mark = next((mark for mark in self._live.marks if mark.id == id), None)
+        if mark is None:
+            raise RefusedCommand(f"id: got {id}, allowed: one of the newest {MOST} marks of this measurement")
+        mark.text = text
+        told = f"Marked: {text}" if text else "Marked."
+        if mark.within and mark.within[0] is self._live.recorder:
+            mark.within[0].rename_mark(mark.within[1], text)
+        elif mark.within:
+            told += " Its recording is closed, and keeps the text it had."
+        return {"id": id, "message": told}
+
+    @property
+    def _live(self) -> LiveMeasurement:
+        assert isinstance(self._measurement, LiveMeasurement)
+        return self._measurement
+
+    def _recording_begun(self, recorder: Recorder) -> None:
+        """Put the marks that are within a recording, since it begins earlier, into it."""
+        for mark in self._measurement.marks.copy():
+            if recorder.first_s is not None and mark.t_s >= recorder.first_s:
+                self._put(mark, recorder)
+
+    def _put(self, mark: Mark, recorder: Recorder) -> None:
+        try:
+            mark.within = (recorder, recorder.mark(mark.text, mark.sample))
+        except (ValueError, PalpateError) as error:  # a recording with 10,000 marks, or one that fails
+            self._measurement.say(str(error))
+
+    def _tare_now(self, measurement: LiveMeasurement, *, force: bool) -> None:
+        try:
+            measurement.stream.tare(force=force)
+        except RuntimeError as refusal:  # pressed after the command
+            measurement.say(str(refusal))
+            return
+        measurement.tares.append(measurement.last_s)
+        if measurement.outlets:
+            measurement.outlets.mark("tare")
+
+    def _find_holes(self, batch: Batch) -> None:
+        """Note where pairs are missing: at each gap of the source, and where a hole can be seen."""
+        new = batch.samples["seq"], batch.samples["t_hard_ns"] * 1e-9
+        seq, t_s = (np.append(last, each) for last, each in zip(self._last, new, strict=True))
+        self._last = seq[-1:], t_s[-1:]
+        passed = [gap for gap in self._texts if gap.seq <= seq[-1]]
+        self._texts = self._texts[len(passed) :]
+        texts = {int(np.searchsorted(seq, gap.seq)): gap.text for gap in passed}
+        long = np.flatnonzero((np.diff(seq) > 1) & (np.diff(t_s) >= HOLE_S)) + 1
+        for at in sorted({*texts, *long.tolist()} - {0}):
+            missing = max(int(seq[at] - seq[at - 1]) - 1, 0)
+            text = texts.get(at, f"{missing} pairs are missing")
+            self._gaps.append({"from_s": float(t_s[at - 1]), "to_s": float(t_s[at]), "lost": missing, "text": text})
+
+    def _flags(self) -> list[Document]:
+        """Return the flags of the newest touches, computed again when one has ended or was revised."""
+        touches = self._measurement.touches
+        if self._flagged[0] is not touches:
+            first = max(len(touches) - _FLAGGED, 0)
+            found = [
+                {"t_s": self._arises(flag, number, touch.start_s), "touch": number, "name": flag, "text": sentence}
+                for number, touch in enumerate(touches[first:], first + 1)
+                for flag, sentence in zip(touch.flags, advice(touch) if touch.flags else (), strict=False)
+            ]
+            self._flagged = touches, found
+        return self._flagged[1]
+
+    def _arises(self, flag: str, number: int, start_s: float) -> float:
+        """Return where a flag stands, s: at its first sample if that is known, else at the end of the touch."""
+        end_s = self._measurement.ends.get(number, start_s)
+        if flag in _AT_FIRST:
+            rows = self._measurement.levels.view(start_s, end_s, ROWS)
+            there = (rows["flags"] & int(_AT_FIRST[flag]) > 0) & (rows["t_s"] >= start_s) & (rows["t_s"] <= end_s)
+            return float(next(iter(rows["t_s"][there]), end_s))
+        return end_s

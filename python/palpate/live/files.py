@@ -1,0 +1,126 @@
+"""The files that a run of `palpate live` makes: their names, and reports; nothing is overwritten, no other file is read."""
+
+import re
+from datetime import date
+from itertools import chain, count
+from pathlib import Path
+from threading import Lock
+from typing import Literal
+
+from palpate.errors import quoted
+from palpate.live.feed import RefusedCommand
+from palpate.recording.sidecar import sidecar_path
+from palpate.report import write
+
+Kind = Literal["recording", "settings", "calibration", "report"]
+LONGEST = 100
+"""Characters of a name, at most."""
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]*")
+_ALLOWED = f"at most {LONGEST} of A-Z, a-z, 0-9, space, _, . and -, a letter or digit first"
+
+
+class RunFiles:
+    """The files of one run of `palpate live`.
+
+    `first` is the first recording, NAME.csv; NAME-2.csv, NAME-3.csv, ... are proposed for the next ones. Without it, names
+    with the date are proposed, palpate-2026-11-22-1.csv. `folder`: the folder of `first`, or the present one.
+
+    Examples
+    --------
+    >>> files = RunFiles("run.csv")
+    >>> files.made(files.next(), "recording").name, files.next().name, files.next("gel 1.csv").name
+    ('run.csv', 'run-2.csv', 'gel 1.csv')
+    >>> files.find("run.json") == Path("run.json"), files.find("../run.csv")
+    (True, None)
+    """
+
+    def __init__(self, first: Path | str | None = None, folder: Path | str | None = None) -> None:
+        self._first = None if first is None else Path(first)
+        if self._first:
+            sidecar_path(self._first)
+        self._folder = Path(folder) if folder is not None else self._first.parent if self._first else Path()
+        self._made: dict[Path, Kind] = {}
+        self._writing = Lock()
+
+    @property
+    def allowed(self) -> bool:
+        """Whether the user has given a name: then the first recording begins with the measurement."""
+        return self._first is not None
+
+    @property
+    def recordings(self) -> list[Path]:
+        """The recordings made, in order of time."""
+        return [path for path, kind in self._made.items() if kind == "recording"]
+
+    @property
+    def named(self) -> list[dict[str, str]]:
+        """Names and kinds of all files made, in order of time; after each recording its sidecar, the settings."""
+        return [{"name": path.name, "kind": kind} for path, kind in self._all().items()]
+
+    def next(self, name: str | None = None) -> Path:
+        """Return the path of the next recording; without a name: the proposed one.
+
+        The first is the one that the user gave, even if that file exists. Raises ValueError as `checked`.
+        """
+        if name is not None:
+            return self.checked(name)
+        if self._first and not self.recordings:
+            return self._first
+        stem = self._first.stem if self._first else f"palpate-{date.today():%Y-%m-%d}"
+        numbers = count(len(self.recordings) + 1 if self._first else 1)
+        paths = (self._folder / f"{stem}-{number}.csv" for number in numbers)
+        return next(path for path in paths if self._is_free(path))
+
+    def checked(self, name: str, suffix: str = ".csv") -> Path:
+        """Return the path of a new file; ValueError if the name is not allowed, or there is such a file."""
+        if len(name) > LONGEST or not _NAME.fullmatch(name) or not name.endswith(suffix):
+            raise ValueError(f"name: got {quoted(name)}, allowed: {_ALLOWED}, and {suffix} at the end")
+        if not self._is_free(path := self._folder / name):
+            raise ValueError(f"name: got {quoted(name)}, and there is such a file; choose another name")
+        return path
+
+    def free(self, name: str) -> Path:
+        """Return the path of a new file of this name, with a number behind it if there is such a file."""
+        return self._free(self._folder / name)
+
+    def made(self, path: Path, kind: Kind) -> Path:
+        """Remember a file that was made, for the page; return its path."""
+        self._made[path] = kind
+        return path
+
+    def find(self, name: str) -> Path | None:
+        """Return the path of a file of this run; None for any other name."""
+        return {path.name: path for path in self._all()}.get(name)
+
+    def report(self, calibration: Path | None) -> dict[str, str]:
+        """Write a report of the newest recording beside it, also of one that runs; return the answer to the page."""
+        if not self.recordings:
+            raise RefusedCommand("report: nothing is recorded yet, allowed: after Record")
+        if not self._writing.acquire(blocking=False):
+            raise RefusedCommand("report: one is being written; wait for it")
+        try:
+            newest = self.recordings[-1]
+            path = self._free(newest.with_name(f"{newest.stem}-report.html"))
+            write(path, self.recordings[-1:], calibration)
+        except OSError as error:
+            raise RefusedCommand(f"report: cannot be written: {error.strerror}") from error
+        finally:
+            self._writing.release()
+        self.made(path, "report")
+        return {"message": f"The report is {path.name}.", "file": path.name}
+
+    def _all(self) -> dict[Path, str]:
+        files: dict[Path, str] = {}
+        for path, kind in self._made.copy().items():
+            files[path] = kind
+            if kind == "recording":
+                files[sidecar_path(path)] = "settings"
+        return files
+
+    def _free(self, path: Path) -> Path:
+        numbered = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
+        return next(each for each in chain([path], numbered) if self._is_free(each))
+
+    def _is_free(self, path: Path) -> bool:
+        beside = path.with_suffix(".json")
+        return path not in self._made and not path.exists() and (path.suffix != ".csv" or not beside.exists())

@@ -1,0 +1,491 @@
+"""A measurement behind the page: one that runs, or a recording; in a thread of its own, which never waits for a page."""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from math import nan
+from pathlib import Path
+from threading import Event, Lock, Thread
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from palpate import sources
+from palpate._core import Touch, Tracker
+from palpate.errors import PalpateError, RecordingError
+from palpate.live.feed import Document, RefusedCommand, ends_of, rows_of
+from palpate.live.files import RunFiles
+from palpate.live.levels import Levels
+from palpate.lsl import Outlets
+from palpate.recording import sidecar
+from palpate.recording.columns import RATE
+from palpate.recording.foreign import AnyRecording
+from palpate.recording.own_file import Damage, Recorded
+from palpate.recording.recorder import Recorder
+from palpate.recording.verification import judged
+from palpate.samples import Block, Sample, samples_of
+from palpate.sources import Source
+from palpate.sources.base import Gap
+from palpate.sources.files import FileSource
+from palpate.sources.options import split
+from palpate.stream import Stream
+from palpate.stream.estimate import Batch, StreamCounters
+from palpate.stream.listener import Listener
+from palpate.touch import feed_recording, tracker_of
+
+MOST = 500
+"""Marks of a measurement that the page shows; older ones are in the recording only."""
+KEPT = 1 << 16
+"""Samples that a later recording begins with, at most: 28 min at 38 pairs a second."""
+_PAUSE_S = 1 / 120  # after a batch: the next pair of a slow source comes later, those of a fast one come together
+_BEHIND = 256  # pairs that wait: no pause
+_STATES = {"baseline": "baseline", "waiting": "no contact", "done": "done", "ended": "ended"}
+
+
+class Moment(NamedTuple):
+    """State of the tracker ("ended" after the measurement), ratio, standard error, and alarm in the last batch."""
+
+    state: str = "baseline"
+    ratio: float = nan
+    standard_error: float = nan
+    alarm: bool = False
+
+
+@dataclass
+class Mark:
+    """A mark: its number, its time and text; the sample at which it was stamped, and its number in a recording."""
+
+    id: int
+    t_s: float
+    text: str = ""
+    sample: Sample | None = None
+    within: tuple[Recorder, int] | None = None
+
+
+class Measurement(Listener):
+    """What the page shows of a measurement, from whichever source; its parts listen to the same events."""
+
+    kind = ""
+    tracker: Tracker
+
+    def __init__(self, files: RunFiles, tell: Callable[[str], None], *, whole: bool = False) -> None:
+        self.files = files
+        self.number: int = 0  # of the measurement, counted from 1
+        self.error: str = ""  # that ended the measurement
+        self.failed: bool = False  # a recording failed: the one written, or a file as the source
+        self.listeners: list[Listener] = []
+        self.recording_begun: list[Callable[[Recorder], None]] = []
+        self.on_rows: Callable[[], None] = lambda: None  # called from any thread when there is something to show
+        self.commands: Any = Lock()  # held while a command runs
+        self.say, self._whole = tell, whole  # show a message in the terminal
+        self._forget()
+
+    def _forget(self) -> None:
+        self.touches: list[Touch] = []  # completed; a revised one in place of its first result
+        self.ends: dict[int, float] = {}  # number of a touch -> time of its last sample, s
+        self.marks: deque[Mark] = deque(maxlen=MOST)
+        self.tares: deque[float] = deque(maxlen=MOST)  # times after which the baseline was measured again, s
+        self.levels: Levels = Levels(whole=self._whole)
+        self.moment: Moment = Moment()
+
+    def batch(self, batch: Batch) -> None:
+        """Keep the rows of a batch, and where its touches end."""
+        rows = rows_of(batch)
+        last = self.levels.span[1] if self.levels.span else -math.inf
+        rows["t_s"] = np.maximum.accumulate(np.maximum(rows["t_s"], last))  # times of a file may go back
+        self.levels.add(rows)
+        self.ends |= ends_of(batch)
+
+    @property
+    def state(self) -> str:
+        """The state as the page names it."""
+        moment = self.moment
+        if moment.state != "contact":
+            return _STATES[moment.state]
+        knows = self.tracker.scene in ("handheld", "sliding")
+        return "adapting" if moment.alarm or (knows and math.isnan(moment.standard_error)) else "contact"
+
+    @property
+    def file(self) -> Document | None:
+        """What the page says of a file that is shown; None: something is measured."""
+        return None
+
+    @property
+    def last_s(self) -> float:
+        """Time of the last sample that was estimated, s; 0 before the first one, and of a file."""
+        return 0.0
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """The recorder of the recording that runs; None: there is none."""
+        return None
+
+
+class LiveMeasurement(Measurement):
+    """Consecutive measurements with one source, and their recordings.
+
+    `open_source` opens the source; options that were changed come as keywords. `how`: scene and settings of `Stream`.
+    `tell` gets each message and error, and a line for each recording that is closed. `lsl`: name of the streams of Lab
+    Streaming Layer that the measurements are sent to.
+    """
+
+    kind = "live"
+
+    def __init__(
+        self,
+        open_source: Callable[..., Source],
+        files: RunFiles,
+        how: dict[str, Any],
+        tell: Callable[[str], None] = lambda _: None,
+        lsl: str | None = None,
+    ) -> None:
+        super().__init__(files, tell)
+        self.last: Sample | None = None  # that was estimated
+        self.records: bool = files.allowed  # whether this measurement, and so the next one, is recorded
+        self.outlets: Outlets | None = None
+        self._open, self._how, self._lsl = open_source, how, lsl
+        self._options: dict[str, Any] = {}
+        self.moment = Moment("ended")  # until it starts
+
+    def start(self) -> None:
+        """Start to measure and, if the measurement before was recorded or the user has named a file, to record.
+
+        Raises what `Stream` raises.
+        """
+        path = self.files.next() if self.records else None
+        source = self._open(**self._options)
+        stream = Stream(source, record=path, keep=KEPT, outlives_recording=True, notify=self.say, **self._how)
+        if self.outlets:
+            self.outlets.follow(stream)
+        elif self._lsl is not None:
+            self.outlets = Outlets(stream, self._lsl)
+        for listener in (self, *self.listeners):
+            stream.listen(listener)
+        stream.__enter__()
+        if stream.recorder:
+            self._begin_recording(stream.recorder)
+        self._thread = Thread(target=self._run, args=[stream], name="palpate-measurement", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop the measurement and close the recording."""
+        with self.commands:
+            self.stream.stop()
+            self._thread.join()
+            if self.outlets:
+                self.outlets.close()
+
+    def reopen(self, options: dict[str, Any], note: str) -> None:
+        """End this measurement, and begin the next one with other options of the source; both recordings get the note.
+
+        Raises as `start`: the measurement has ended then, and the next one has the options from before.
+        """
+        before, self._options = self._options, {**self._options, **options}
+        self.stream.note(note)
+        self.stream.stop()
+        self._thread.join()
+        try:
+            self.start()
+        except BaseException:
+            self._options = before
+            raise
+        self.stream.note(note)
+
+    def begun(self, stream: Stream) -> None:
+        """Begin with the next measurement."""
+        self.stream: Stream = stream
+        self.tracker = stream.tracker
+        self.error, self.last = "", None
+        self._forget()
+        self.number += 1
+
+    def batch(self, batch: Batch) -> None:
+        """Keep a batch; close a recording that failed: the measurement goes on."""
+        super().batch(batch)
+        tracker = self.tracker
+        self.moment = Moment(tracker.state, tracker.ratio, tracker.standard_error, bool(batch.rows["alarm"].any()))
+        if len(batch.samples):
+            self.last = samples_of(batch.samples[-1:])[0]
+        if batch.touches or batch.revised:
+            self.touches = self.stream.touches
+        if self.outlets:
+            self.outlets.send(batch)
+        if (recorder := self.stream.recorder) and recorder.error:
+            try:
+                self.stream.stop_recording()
+            except PalpateError as error:
+                self._lose_recording(error)
+
+    @property
+    def running(self) -> bool:
+        """Whether the measurement runs."""
+        return self.moment.state != "ended"
+
+    @property
+    def last_s(self) -> float:
+        """Time of the last sample that was estimated, s; 0 before the first one."""
+        return self.last.t_hard_ns / 1e9 if self.last else 0.0
+
+    @property
+    def recorder(self) -> Recorder | None:
+        """The recorder of the recording that runs; None: there is none."""
+        return self.stream.recorder if self.running else None
+
+    @property
+    def counters(self) -> StreamCounters:
+        """Numbers of samples read, used, dropped and lost."""
+        return self.stream.counters
+
+    def device(self) -> Document:
+        """Return what the source says of itself."""
+        return self.stream.source.describe()
+
+    def require_running(self, what: str) -> None:
+        """Raise `RefusedCommand` if the measurement has ended."""
+        if not self.running:
+            raise RefusedCommand(f"{what}: the measurement has ended; press Measure again first")
+
+    def recording_state(self) -> Document:
+        """Return the recording that runs, the name of the next one, and all files."""
+        now, recorder = None, self.recorder
+        if recorder:
+            seconds = None if recorder.first_s is None else max(self.last_s - recorder.first_s, 0.0)
+            now = {"name": recorder.path.name, "rows": recorder.rows, "seconds": seconds}
+        files = {"proposed": self.files.next().name, "files": self.files.named}
+        return {"recording": now, "counters": self.counters.as_dict(), **files}
+
+    def record(self, name: str | None = None) -> str:
+        """Begin a recording, with the samples that are kept; return the message."""
+        self.require_running("record")
+        if self.stream.recorder:
+            raise RefusedCommand("record: a recording is already running; stop it first")
+        path = self.files.next(name)
+        recorder = self.stream.start_recording(path, earlier=True)
+        self._begin_recording(recorder)
+        earlier = 0.0 if recorder.first_s is None else self.last_s - recorder.first_s
+        return f"Recording to {path.name}{f'; it begins {earlier:.0f} s ago' if earlier >= 1 else ''}"
+
+    def stop(self) -> str:
+        """End the recording; return the message."""
+        recorder = self.recorder
+        if recorder is None:
+            raise RefusedCommand("stop: no recording is running")
+        try:
+            self.stream.stop_recording()
+        except PalpateError as error:
+            self._lose_recording(error)
+            raise
+        self.records = False
+        return self._tell_closed(recorder)
+
+    def again(self) -> str:
+        """Begin the next measurement after one that has ended; return the message."""
+        if self.running:
+            raise RefusedCommand("again: the measurement still runs")
+        self._thread.join()
+        self.start()
+        return "A new measurement has started."
+
+    def _begin_recording(self, recorder: Recorder) -> None:
+        self.records = True
+        self.files.made(recorder.path, "recording")
+        for add in self.recording_begun:
+            add(recorder)
+
+    def _tell_closed(self, recorder: Recorder) -> str:
+        line = f"{recorder.path.name}: {recorder.rows} rows; file closed"
+        self.say(line)
+        return line
+
+    def _lose_recording(self, error: PalpateError) -> None:
+        self.failed, self.records = True, False
+        self.say(f"Error: {error}")
+
+    def _run(self, stream: Stream) -> None:
+        errors: list[Exception] = []
+        for step in (self._measure, Stream.close):
+            try:
+                step(stream)
+            except Exception as error:  # noqa: BLE001  the page shows any error of a source
+                errors.append(error)
+        self.touches = stream.touches
+        self.error = "; ".join(dict.fromkeys(str(error) or type(error).__name__ for error in errors))
+        self.failed |= any(isinstance(error, RecordingError) for error in errors)
+        self.moment = self.moment._replace(state="ended")
+        self.on_rows()
+        if stream.recorder:
+            self._tell_closed(stream.recorder)
+        if self.error:
+            self.say(f"Error: {self.error}")
+
+    def _measure(self, stream: Stream) -> None:
+        for _ in stream.batches():
+            self.on_rows()
+            if stream.counters.waiting < _BEHIND:
+                time.sleep(_PAUSE_S)
+
+
+class RecordedMeasurement(Measurement):
+    """A recording: it is tracked as a whole at once, and nothing is measured.
+
+    Its touches are those of `palpate replay`, bit for bit. Damaged places are left out. `how`: scene and settings of the
+    tracker, in place of those of the recording. A table without times and without a rate is a ValueError.
+    """
+
+    kind = "file"
+
+    def __init__(
+        self, recording: AnyRecording, how: dict[str, Any], tell: Callable[[str], None] = lambda _: None
+    ) -> None:
+        if not recording.timed:
+            raise ValueError(f"rate: got none, allowed: {RATE}")
+        files = RunFiles()
+        if isinstance(recording, Recorded):
+            files.made(recording.path, "recording")
+        super().__init__(files, tell, whole=True)
+        self.number = 1
+        given = {name: value for name, value in how.items() if name != "scene"}
+        settings: Any = (
+            {"scene": how["scene"]} if how.get("scene") else {"scene": "handheld"} | recording.settings
+        ) | given
+        self._recording, self._damage = recording, list[Damage]()
+        self._marked = dict(recording.gap_marks)
+        self._gaps = deque(sorted(Gap(seq + 1, text) for seq, text in self._marked.items()))
+        names = ("timed", "full_scale_pF", "host_stamps", "tares", "gap_marks")
+        self._opened: Any = SimpleNamespace(blocks=self._blocks, **{name: getattr(recording, name) for name in names})
+        self.tracker = tracker_of(self._opened, settings.pop("scene"), settings)
+        self.document: Document = recording.document or {}
+        marks = [(t_s, text) for t_s, text in sidecar.marks_of(self.document) if math.isfinite(t_s)]
+        self.marks = deque(Mark(number, *mark) for number, mark in enumerate(marks, 1))
+        self.moment = Moment("waiting")
+        self._verdict = ""  # what `palpate check` says; nothing while it is read
+        self._stopping = Event()
+        self._thread = Thread(target=self._run, name="palpate-review", daemon=True)
+
+    def start(self) -> None:
+        """Begin to read it."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop reading."""
+        self._stopping.set()
+        self._thread.join()
+
+    @property
+    def running(self) -> bool:
+        """Whether it is still read."""
+        return not (self._verdict or self.error)
+
+    @property
+    def period_s(self) -> float:
+        """Mean time from pair to pair, s."""
+        return self._recording.survey.period_s
+
+    @property
+    def file(self) -> Document:
+        """What the page says of the file."""
+        survey, is_read = self._recording.survey, bool(self._verdict)
+        return {
+            "name": self._recording.path.name,
+            "rows": survey.rows if is_read else 0,
+            "missing": survey.lost if is_read else 0,
+            "refused": survey.refused if is_read else 0,
+            "end": self._verdict or self.error or "being read",
+        }
+
+    def device(self) -> Document:
+        """Return what the recording says of its device."""
+        return self._recording.describe()
+
+    def recording_state(self) -> Document:
+        """Return the files; nothing is recorded."""
+        return {"recording": None, "proposed": "", "files": self.files.named}
+
+    def _run(self) -> None:
+        try:
+            for *_, estimates, _ in feed_recording(self.tracker, self._opened):
+                self._follow(Batch(self._block, estimates, (), 0))
+                if self._stopping.is_set():
+                    return
+            self._finish()
+        except (PalpateError, ValueError, OSError) as error:
+            self.error = str(error)
+            self.say(f"Error: {error}")
+        self.moment = Moment("ended")
+        self.on_rows()
+
+    def _blocks(self) -> Iterator[Block]:
+        """Yield the samples without damaged places; note the block that the tracker has."""
+        recording = self._recording
+        for block in recording.blocks(self._damage) if isinstance(recording, Recorded) else recording.blocks():
+            self._block = block
+            yield block
+
+    def _follow(self, batch: Batch) -> None:
+        """Pass on a batch, with the gaps in it; a block ends where the baseline was measured again."""
+        last = int(batch.samples["seq"][-1])
+        listeners = (self, *self.listeners)
+        while self._gaps and self._gaps[0].seq <= last:
+            gap = self._gaps.popleft()
+            for listener in listeners:
+                listener.gap(gap)
+        for listener in listeners:
+            listener.batch(batch)
+        if last in self._opened.tares and last not in self._marked:
+            self.tares.append(float(batch.samples["t_hard_ns"][-1] * 1e-9))
+        self.on_rows()
+
+    def _finish(self) -> None:
+        self.tracker.finish()
+        self.touches = self.tracker.touches
+        found = judged(self._recording, self._damage)
+        long = "too long to show every sample: at first only lowest and highest values are shown"
+        for line in (self._recording.understood, *found.faults, *found.findings, "" if self.levels.has_all else long):
+            if line:
+                self.say(line)
+        for listener in self.listeners:
+            listener.ended(None)
+        self._verdict = found.verdict
+
+
+def open_file(
+    source: str, given_beside: dict[str, Any], how: dict[str, Any], tell: Callable[[str], None]
+) -> RecordedMeasurement:
+    """Return a file as a recording to look at; errors as of `palpate.read`."""
+    opened = sources.open(source, **given_beside)
+    if not isinstance(opened, FileSource):
+        raise ValueError(f"source: got {source}, allowed: a file")  # noqa: TRY004  of a name
+    return RecordedMeasurement(opened.recording, how, tell)
+
+
+def is_file(source: str) -> bool:
+    """Return whether a source is a file to open as a whole: `palpate live run.csv`, but not "run.csv?speed=1".
+
+    Examples
+    --------
+    >>> is_file("run.csv"), is_file("run.csv?speed=1"), is_file("sim:tremor")
+    (True, False, False)
+    """
+    scheme, _, given = split(source)
+    return "speed" not in given and (scheme == "" or Path(source).exists())
+
+
+def opener(source: str, given_beside: dict[str, Any]) -> Callable[..., Source]:
+    """Return a function that opens the source; simulations and files run in real time unless `speed` is given.
+
+    Keywords of that function take the place of options with the same names.
+    """
+    scheme, address, given = split(source)
+    options = dict(given_beside)
+    if "speed" not in given and (scheme in ("sim", "") or Path(source).exists()):
+        options["speed"] = 1
+
+    def opened(**changed: Any) -> Source:
+        if not changed:
+            return sources.open(source, **options)
+        return sources.open(f"{scheme}:{address}", **{**given, **options, **changed})
+
+    return opened

@@ -1,0 +1,378 @@
+// The charts of time: the whole measurement as one strip with the window on it, and the window itself.
+
+import { clock, number } from "../formatting.js";
+import { placed, placesOf, shortened, stepOf, ticks, timeStep } from "./axes.js";
+import { bars, extremes, trace } from "./plot.js";
+import { Hover } from "./readout.js";
+import { Sheet, inside } from "./sheet.js";
+
+const STILL = 4; // pixels that a click may move
+const WHEEL = 0.0022; // zoom for each pixel of the wheel
+const HANDLE = 8; // pixels: an edge of the window, or a cursor, is dragged from there
+const STALE = 0.02; // share of the measurement that may be missing in the view of everything
+const LEAST_PF = 0.02; // height of the chart while it follows: the noise alone looks quiet
+const STACKED = 4; // labels one below the other
+const STILL_MS = 120; // then the window stands still, and is drawn exactly
+
+// A chart of time that is dragged, zoomed and read by pointer, wheel and fingers. A chart says what a drag does from an x:
+// grab(x) -> (x, dx) => {}, or null: a part is selected; what a click does; what is at the pointer: tell(x or null); and how
+// its pixels are times: x(t), time(x), seconds(pixels).
+class TimeChart {
+  // rows: Rows, looking: Looking, tale: Tale, cursors: Cursors, choose(number of a touch), redraw()
+  constructor(place, { rows, looking, tale, cursors, choose, redraw }) {
+    Object.assign(this, { place, rows, looking, tale, cursors, choose, redraw });
+    this.sheet = new Sheet(place, () => this.dress());
+    this.hover = new Hover(place);
+    this.labels = [];
+    this.selected = null; // [x, x] while a part is selected
+    this.held = new Map(); // pointers that are down -> x
+    place.addEventListener("pointerdown", (event) => this.down(event));
+    place.addEventListener("pointermove", (event) => this.move(event));
+    for (const name of ["pointerup", "pointercancel"]) place.addEventListener(name, (event) => this.up(event));
+    place.addEventListener("pointerleave", () => this.tell(null));
+    place.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+  }
+
+  dress() {
+    this.sheet.dress();
+    this.redraw();
+  }
+
+  down(event) {
+    if (event.button) return;
+    const [x] = inside(this.place, event);
+    this.place.setPointerCapture(event.pointerId);
+    this.held.set(event.pointerId, x);
+    this.start = this.held.size > 1 ? null : { x, last: x, moved: false, drag: event.shiftKey ? null : this.grab(x) };
+  }
+
+  move(event) {
+    const [x] = inside(this.place, event), before = this.pinch();
+    if (!this.held.has(event.pointerId)) return this.tell(x);
+    this.held.set(event.pointerId, x);
+    if (before) {
+      const { middle, apart } = this.pinch();
+      this.looking.zoom(before.apart / apart, this.time(middle));
+      this.looking.pan(this.seconds(before.middle - middle));
+    } else if (this.start) this.drag(x);
+  }
+
+  // Two fingers; null: there are not two.
+  pinch() {
+    const [a, b] = this.held.values();
+    return this.held.size === 2 ? { middle: (a + b) / 2, apart: Math.max(20, Math.abs(a - b)) } : null;
+  }
+
+  drag(x) {
+    const { start } = this;
+    start.moved ||= Math.abs(x - start.x) > STILL;
+    if (!start.moved) return;
+    if (start.drag) start.drag(x, x - start.last);
+    else this.select([Math.min(start.x, x), Math.max(start.x, x)]);
+    start.last = x;
+    this.tell(null);
+  }
+
+  up(event) {
+    const { start, selected } = this, known = this.held.delete(event.pointerId), [x, y] = inside(this.place, event);
+    if (this.held.size) return;
+    this.start = null;
+    if (!known || !start) return;
+    if (selected) this.select(null);
+    if (event.type !== "pointerup") return;
+    if (!start.moved) this.click(x, y, event);
+    else if (selected) this.looking.show(...selected.map((edge) => this.time(edge)));
+  }
+
+  wheel(event) {
+    event.preventDefault();
+    const scale = event.deltaMode ? 16 : 1, [x] = inside(this.place, event);
+    if (Math.abs(event.deltaX) > Math.abs(event.deltaY)) this.looking.pan(this.seconds(event.deltaX * scale));
+    else this.looking.zoom(Math.exp(Math.max(-240, Math.min(240, event.deltaY * scale)) * WHEEL), this.time(x));
+  }
+
+  select(selected) {
+    this.selected = selected;
+    this.redraw();
+  }
+
+  // Touches and gaps as areas, `strength` of those that were left out.
+  shade(touches, top, foot, strength) {
+    const { sheet } = this;
+    for (const { start_s, end_s, kept } of touches) {
+      const x = this.x(start_s), width = Math.max(1, this.x(end_s) - x);
+      sheet.fill(kept ? "fband" : "caution", x, top, width, foot - top, kept ? 1 : strength);
+    }
+  }
+
+  hatch({ from_s, to_s }, top, foot) {
+    this.sheet.hatch(this.x(from_s), top, Math.max(2, this.x(to_s) - this.x(from_s)), foot - top);
+  }
+}
+
+// The whole measurement as one strip: touches, marks, gaps, tares, and the window, which can be dragged.
+export class Overview extends TimeChart {
+  x(t) {
+    return ((t - this.since) / (this.until - this.since)) * this.sheet.width;
+  }
+
+  seconds(pixels) {
+    return (pixels / this.sheet.width) * (this.until - this.since);
+  }
+
+  time(x) {
+    return this.since + this.seconds(Math.max(0, Math.min(this.sheet.width, x)));
+  }
+
+  // Inside the window: it is dragged; at its edges: they are; elsewhere: a part is selected.
+  grab(x) {
+    const { from, to } = this.looking, [a, b] = [this.x(from), this.x(to)];
+    if (Math.abs(x - a) < HANDLE && b - a > 3 * HANDLE) return (to_x) => this.looking.show(Math.min(this.time(to_x), to - 0.01), to);
+    if (Math.abs(x - b) < HANDLE && b - a > 3 * HANDLE) return (to_x) => this.looking.show(from, Math.max(this.time(to_x), from + 0.01));
+    if (x < a - HANDLE || x > b + HANDLE || b - a > 0.98 * this.sheet.width) return null;
+    return (_, dx) => this.looking.pan(this.seconds(dx));
+  }
+
+  // The window goes to where it is clicked, and the touch there is shown.
+  click(x) {
+    const t = this.time(x), { from, to } = this.looking, touch = this.tale.touchAt(t, this.time(x + 4) - t);
+    const half = Math.min(to - from, Math.max(30, 0.1 * (to - from))) / 2;
+    if (touch) this.choose(touch.number);
+    this.looking.show(t - half, t + half);
+  }
+
+  tell(x) {
+    if (x === null || !this.until) return this.hover.hide();
+    const t = this.time(x), near = this.time(x + 4) - t;
+    const [low, high] = this.rows.within("hard", this.time(x - 1), this.time(x + 1));
+    const value = low <= high ? [`hard to ${high.toFixed(3)} pF`] : [];
+    this.hover.show(x, [clock(t - this.rows.extent.begin, 1), ...value, ...this.tale.said(t, near)]);
+  }
+
+  draw() {
+    if (!this.sheet.begin()) return;
+    const { sheet } = this, { begin, end, held } = this.rows.extent, top = 14 * sheet.unit, foot = sheet.height - 2;
+    this.since = begin;
+    this.until = Math.max(end, begin + 1);
+    this.ask(begin, end, held, sheet.width);
+    this.shade(this.tale.all, top, foot, 0.55);
+    this.area(top, foot);
+    this.signs(top, foot);
+    this.drawWindow(sheet);
+    sheet.name = `The whole ${this.looking.file ? "recording" : "measurement"}: ${clock(end - begin)}, ${this.tale.counted()}`;
+  }
+
+  // The window, and the labels above what it veils.
+  drawWindow({ context, width, height }) {
+    const { sheet } = this, a = Math.max(0, this.x(this.looking.from)), b = Math.max(a + 4, Math.min(width, this.x(this.looking.to)));
+    sheet.fill("ground", 0, 0, a, height, 0.6);
+    sheet.fill("ground", b, 0, width - b, height, 0.6);
+    this.label(14 * sheet.unit);
+    context.strokeStyle = sheet.colour("ink");
+    context.lineWidth = 2;
+    context.strokeRect(a + 1, 1, b - a - 2, height - 2);
+    if (this.selected) sheet.fill("band", this.selected[0], 0, this.selected[1] - this.selected[0], height);
+  }
+
+  ask(begin, end, held, width) {
+    const { all } = this.rows.views;
+    const stale = !all || all.to < held - STALE * (end - begin) || all.rows < width;
+    if (held > begin && stale && !this.rows.views.underWay().some(({ purpose }) => purpose === "all")) this.rows.views.ask("all", begin, end, 2 * width);
+  }
+
+  area(top, foot) {
+    const pieces = this.rows.pieces(this.since, this.until), range = [0, 0.2];
+    for (const { block, rows } of pieces) extremes(block, ["hard"], rows, range);
+    const x = (t) => this.x(t), y = (value) => foot - (Math.max(0, value) / (1.08 * range[1])) * (foot - top - 2);
+    this.points = pieces.reduce((sum, { block, rows }) => sum + bars(this.sheet, "past", block, "hard", rows, x, y, true), 0);
+  }
+
+  signs(top, foot) {
+    const { sheet, tale } = this;
+    for (const gap of tale.gaps) this.hatch(gap, top, foot);
+    for (const t of tale.tares) sheet.text("▴", this.x(t), foot - 5, { colour: "ink", align: "center" });
+    for (const { t_s } of tale.marks) sheet.line("ink", this.x(t_s), top, this.x(t_s), foot, { dash: [2, 3] });
+  }
+
+  // Numbers of the touches above them, M at a mark, where they have room: left out ones first.
+  label(top) {
+    const { sheet, tale } = this, height = 12 * sheet.unit, edges = { left: 0, right: sheet.width, top: 0, bottom: sheet.height };
+    const wanted = (text, t, y, colour) => {
+      const width = sheet.measure(text, colour === "bad"), x = this.x(t) - width / 2;
+      return { text, width, height, colour, places: [[Math.max(0, Math.min(sheet.width - width, x)), y]] };
+    };
+    const touches = tale.all.toSorted((a, b) => Number(a.kept) - Number(b.kept));
+    const numbers = touches.map(({ number, start_s, end_s, kept }) => wanted(String(number), (start_s + end_s) / 2, top / 2, kept ? "ink" : "bad"));
+    this.labels = placed([...numbers, ...tale.marks.map(({ t_s }) => wanted("M", t_s, top + height / 2, "ink"))], edges);
+    for (const { text, x, y, colour } of this.labels) sheet.text(text, x, y, { colour, bold: colour === "bad" });
+  }
+}
+
+// The window: the capacitance changes, with touches, marks, gaps, tares and two cursors.
+export class Detail extends TimeChart {
+  pointer = null; // time at the pointer
+  window = [];
+
+  x(t) {
+    return this.left + ((t - this.looking.from) / (this.looking.to - this.looking.from)) * (this.right - this.left);
+  }
+
+  seconds(pixels) {
+    return (pixels / (this.right - this.left)) * (this.looking.to - this.looking.from);
+  }
+
+  time(x) {
+    return this.looking.from + this.seconds(Math.max(this.left, Math.min(this.right, x)) - this.left);
+  }
+
+  grab(x) {
+    const which = this.cursors.times.findIndex((t) => t !== null && Math.abs(this.x(t) - x) < HANDLE);
+    if (which >= 0) return (to) => this.cursors.put(which, this.time(to));
+    return (_, dx) => this.looking.pan(-this.seconds(dx));
+  }
+
+  // In the line of the touches' labels: shows that touch. Below: puts cursor A, with shift or the second finger tap B.
+  click(x, y, event) {
+    const t = this.time(x), touch = y < this.top ? this.tale.touchAt(t) : null, [a, b] = this.cursors.times;
+    if (touch) return this.choose(touch.number);
+    const second = event.shiftKey || (event.pointerType === "touch" && a !== null && b === null);
+    this.cursors.put(second ? 1 : 0, t);
+  }
+
+  tell(x) {
+    this.pointer = x === null || x < this.left ? null : this.time(x);
+    if (this.pointer === null) return this.hover.hide();
+    const t = this.pointer, half = this.seconds(0.5), row = this.rows.at(t);
+    if (!row) return this.hover.hide();
+    const places = Math.min(4, placesOf(this.seconds(1)) + 1), values = ["hard", "soft"].map((name) => `${name} ${this.range(name, t, half, row)} pF`);
+    const ratio = Number.isNaN(row.ratio) ? [] : [`ratio ${number(row.ratio, row.error)}`];
+    this.hover.show(x, [clock(t - this.rows.extent.begin, places), ...values, ...ratio, ...this.tale.said(t, this.seconds(4))]);
+  }
+
+  // A value; of many rows in one pixel the lowest and highest.
+  range(name, t, half, row) {
+    const [low, high] = this.rows.within(name, t - half, t + half);
+    return low < high ? `${low.toFixed(4)} to ${high.toFixed(4)}` : Number.isNaN(row[name]) ? "–" : row[name].toFixed(4);
+  }
+
+  draw() {
+    if (!this.sheet.begin()) return;
+    const { sheet } = this, { unit } = sheet, { from, to } = this.looking;
+    Object.assign(this, { left: 46 * unit, right: sheet.width - 4 * unit, top: 17 * unit, foot: sheet.height - 18 * unit });
+    this.ask(from, to);
+    const pieces = this.rows.pieces(from, to), y = this.scale(pieces);
+    this.axes(from, to);
+    sheet.clipped(this.left, this.top, this.right - this.left, this.foot - this.top, () => {
+      this.shade(this.touches(from, to), this.top, this.foot, 0.45);
+      for (const gap of this.tale.gaps) if (gap.to_s >= from && gap.from_s <= to) this.hatch(gap, this.top, this.foot);
+      this.lines(pieces, y);
+    });
+    this.labels = [...this.touchLabels(from, to), ...this.signs(from, to)];
+    for (const label of this.labels) sheet.text(label.text, label.x, label.y, { colour: label.colour, bold: label.colour === "bad", back: !("touch" in label) });
+    this.drawCursors();
+    if (this.selected) sheet.fill("band", this.selected[0], this.top, this.selected[1] - this.selected[0], this.foot - this.top);
+    this.nameIt(from, to, pieces);
+  }
+
+  // A window that moves is drawn from wider views; one that stands still is asked for exactly.
+  ask(from, to) {
+    const { extent } = this.rows, now = performance.now(), moved = this.window[0] !== from || this.window[1] !== to;
+    if (moved) this.movedAt = now;
+    this.window = [from, to];
+    if (from >= extent.held) return;
+    const still = now - this.movedAt >= STILL_MS;
+    this.rows.views.need(from, to, this.right - this.left, still, extent);
+    clearTimeout(this.settling);
+    if (!still) this.settling = setTimeout(this.redraw, STILL_MS);
+  }
+
+  // Steps, so that the scale does not creep.
+  scale(pieces) {
+    const range = [0, this.looking.fixed ? 1e-6 : LEAST_PF], { unit } = this.sheet;
+    for (const { block, rows } of pieces) extremes(block, ["hard", "soft"], rows, range);
+    const step = stepOf(range[1] - range[0], Math.max(2, (this.foot - this.top) / (22 * unit)));
+    const high = Math.ceil((1.04 * range[1]) / (step / 2)) * (step / 2), noise = range[0] > -0.1 * high;
+    const low = noise ? 0 : Math.floor(range[0] / step) * step;
+    const bottom = noise ? Math.min(0, 1.2 * range[0]) : low;
+    const y = (value) => this.foot - ((value - bottom) / (high - bottom)) * (this.foot - this.top - 2);
+    Object.assign(this, { y, values: ticks(low, high, step), step });
+    return y;
+  }
+
+  axes(from, to) {
+    const { sheet, left, right, top, foot } = this, places = placesOf(this.step), small = this.step < 1e-4;
+    for (const value of this.values) {
+      sheet.line(Math.abs(value) < this.step / 2 ? "past" : "grid", left, this.y(value), right, this.y(value));
+      sheet.text(small ? value.toExponential(0) : value.toFixed(places).replace("-", "−"), left - 6, this.y(value), { align: "right" });
+    }
+    const { begin } = this.rows.extent, step = timeStep(to - from, (right - left) / (84 * sheet.unit)), digits = placesOf(step);
+    for (const t of ticks(from - begin, to - begin, step)) {
+      const x = this.x(t + begin), text = clock(t, digits), half = sheet.measure(text) / 2;
+      sheet.line("grid", x, top, x, foot);
+      sheet.text(text, Math.min(x, sheet.width - half), foot + 10 * sheet.unit, { align: "center" });
+    }
+  }
+
+  touches(from, to) {
+    return this.tale.all.filter(({ start_s, end_s }) => end_s >= from && start_s <= to);
+  }
+
+  lines(pieces, y) {
+    const { from, to } = this.looking, { left, right } = this, scale = (right - left) / (to - from), x = (t) => left + (t - from) * scale;
+    this.points = 0;
+    for (const name of ["soft", "hard"]) {
+      for (const { block, rows } of pieces) this.points += trace(this.sheet, name, block, name, rows, x, y);
+    }
+  }
+
+  // Number and ratio above each touch, or the numbers alone if that is too much.
+  touchLabels(from, to) {
+    const { sheet } = this, height = 13 * sheet.unit, edges = { left: 0, right: sheet.width, top: 0, bottom: this.top }, touches = this.touches(from, to);
+    const labels = (ratios) => {
+      const wanted = touches.map((one) => {
+        const text = `${one.kept ? "" : "▲ "}${one.number}${ratios ? ` · ${one.running ? "…" : number(one.ratio, one.uncertainty)}` : ""}`;
+        const width = sheet.measure(text, true), middle = (this.x(Math.max(from, one.start_s)) + this.x(Math.min(to, one.end_s))) / 2;
+        const x = Math.max(0, Math.min(sheet.width - width, middle - width / 2));
+        return { text, width, height, colour: one.kept ? "ink" : "bad", touch: one.number, places: [[x, this.top / 2]] };
+      });
+      return placed(wanted.toSorted((a, b) => Number(b.colour === "bad") - Number(a.colour === "bad")), edges);
+    };
+    const whole = labels(true);
+    return whole.length === touches.length ? whole : labels(false);
+  }
+
+  // Lines of marks, tares and flags, each with its label beside it, stacked where they meet.
+  signs(from, to) {
+    const { sheet, tale, top, foot } = this, height = 14 * sheet.unit, edges = { left: this.left, right: this.right, top, bottom: foot };
+    const flags = tale.flags.map(({ t_s, text, name }) => ({ t: t_s, text: `▲ ${text || name}`, colour: "bad" }));
+    const marks = tale.marks.map(({ t_s, text }) => ({ t: t_s, text: text || "mark", colour: "ink" }));
+    const tares = tale.tares.map((t) => ({ t, text: "tare", colour: "ink", low: true }));
+    const gaps = tale.gaps.map(({ from_s, to_s, lost }) => ({ t: Math.max(from_s, Math.min(from, to_s)), text: `gap, ${lost} lost`, colour: "ink", bare: true }));
+    const wanted = [...flags, ...marks, ...tares, ...gaps].filter(({ t }) => t >= from && t <= to).map((one) => {
+      const x = this.x(one.t), room = this.right - this.left - 10;
+      const text = shortened(one.text, room, (part) => sheet.measure(part, true)), width = sheet.measure(text, true);
+      if (!one.bare) sheet.line(one.colour, x, top, x, foot, { dash: [2, 3] });
+      const rows = Array.from({ length: Math.max(1, Math.min(STACKED, Math.floor((foot - top) / height))) }, (_, k) => (one.low ? foot - (k + 0.5) * height : top + (k + 0.5) * height));
+      return { ...one, text, width, height, at: x, places: rows.flatMap((row) => [[x + 5, row], [x - 5 - width, row]]) };
+    });
+    return placed(wanted, edges);
+  }
+
+  drawCursors() {
+    const { sheet, top, foot } = this, size = 16 * sheet.unit;
+    this.cursors.times.forEach((t, i) => {
+      if (t === null || t < this.looking.from || t > this.looking.to) return;
+      const x = this.x(t);
+      sheet.line("ink", x, top - 2, x, foot, { width: 1.5 });
+      sheet.fill("ink", x - size / 2, foot - size - 1, size, size);
+      sheet.text("AB"[i], x, foot - size / 2, { colour: "card", bold: true, align: "center" });
+    });
+  }
+
+  nameIt(from, to, pieces) {
+    const { begin } = this.rows.extent, [low, high] = pieces.reduce((range, { block, rows }) => extremes(block, ["hard"], rows, range), [Infinity, -Infinity]);
+    const found = this.touches(from, to).map(({ number: n }) => n), most = low <= high ? `, hard ${low.toFixed(3)} to ${high.toFixed(3)} pF` : "";
+    const touches = found.length ? `, touches ${found.length > 6 ? `${found[0]} to ${found.at(-1)}` : found.join(", ")}` : "";
+    this.sheet.name = `Capacitance changes from ${clock(from - begin)} to ${clock(to - begin)}${most}${touches}`;
+  }
+}

@@ -1,0 +1,439 @@
+"""What is touched: the specimens, which touch was on which of them, which are kept, what comes next, and notes."""
+
+import re
+from collections import defaultdict
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import wraps
+from math import inf, isfinite
+from threading import RLock
+from typing import Any
+
+from palpate._core import Touch
+from palpate.errors import PalpateError, quoted
+from palpate.live.calibration_fit import KnownSpecimen
+from palpate.live.feed import Document, RefusedCommand
+from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
+from palpate.recording import session as stored
+from palpate.recording.recorder import Recorder
+from palpate.recording.session import Specimen
+from palpate.recording.sidecar import amend
+from palpate.sentences import advice
+from palpate.several import objections
+from palpate.stream import Stream
+from palpate.stream.listener import Listener
+from palpate.tables.units import to_number
+
+DISCARDED = "discarded"
+MOST_NOTES = 500
+"""Notes of a measurement."""
+MOST = 200
+"""Specimens of a list."""
+LONGEST = 80
+"""Characters of the name of a specimen."""
+LARGEST_MPa = 1e6
+"""Of a modulus: steel has 2e5."""
+_FORM = (
+    f"name, or name; modulus in MPa, as 30 OO; 0.143: names of 1 to {LONGEST} characters, moduli above 0, {LARGEST_MPa:g} at "
+    "most"
+)
+_SHOWN = 99  # the newest touches of a specimen
+
+
+def _order(obey: Callable[..., str]) -> Callable[..., str]:
+    """Make an order: what it changes is in the documents and in the recording."""
+
+    @wraps(obey)
+    def ordered(plan: "TouchPlan", *args: Any, **given: Any) -> str:
+        with plan._lock:
+            message = obey(plan, *args, **given)
+            plan._changed(ordered=True)
+        return message
+
+    return ordered
+
+
+class TouchPlan(Listener):
+    """The plan of a measurement, and what was done of it; also in the recording, as far as it is within it.
+
+    `accepted`: the flags that do not exclude a touch, those of the calibration. `document`: the message `session`.
+    `rows`: what is known of each touch of the measurement: specimen, deviation, kept, and why it is not.
+    """
+
+    def __init__(
+        self,
+        measurement: LiveMeasurement | RecordedMeasurement,
+        accepted: Collection[str] = frozenset(),
+    ) -> None:
+        self._measurement = measurement
+        self.accepted: Collection[str] = accepted
+        self._progress = Progress()
+        self._lock = RLock()
+        self._head: Document = {"title": "", "operator": "", "wanted": 4}
+        self._notes: list[stored.Note] = []
+        self._recorder: Recorder | None = None  # of this measurement, also after its end
+        self._stored = stored.Plan()  # what it has
+        self._recorded: stored.Plan | None = None
+        if isinstance(measurement, RecordedMeasurement):
+            self._recorded = plan = stored.plan_of(measurement.document)
+            wanted = max((one.wanted for one in plan.specimens), default=0)
+            self._head = {"title": plan.title, "operator": plan.operator, "wanted": wanted}
+            self._notes, self._progress.specimens = list(plan.notes), list(plan.specimens)
+        measurement.listeners.append(self)
+        measurement.recording_begun.append(self._store)
+        self._changed()
+
+    def known(self) -> list[KnownSpecimen]:
+        """Return the specimens of known modulus with their touches; those of earlier measurements have numbers below 1."""
+        with self._lock:
+            return self._progress.known()
+
+    def begun(self, stream: Stream) -> None:
+        """Begin with the next measurement."""
+        with self._lock:
+            self._progress.begin()
+            self._notes, self._recorder = [], None
+            self._changed()
+
+    def touch(self, number: int, touch: Touch) -> None:
+        """Take a touch when it has ended, or was revised."""
+        with self._lock:
+            self._progress.take(self._measurement.touches)
+            self._changed()
+
+    def ended(self, error: BaseException | None) -> None:
+        """Take the touches of a recording when it has been read."""
+        measurement = self._measurement
+        if self._recorded and isinstance(measurement, RecordedMeasurement):
+            known = self._recorded.matched(measurement.touches, measurement.period_s)
+            self._progress.present = [
+                Done(number, touch, entry.specimen if entry else None, entry.left_out if entry else None)
+                for number, (touch, entry) in enumerate(zip(measurement.touches, known, strict=True), 1)
+            ]
+            self._changed()
+
+    @_order
+    def set_list(self, text: str, wanted: int, **head: str) -> str:
+        """Take another list of specimens; return the message."""
+        specimens = specimens_of(text, wanted)
+        self._head |= {"wanted": wanted, **head}
+        self._progress.replace(specimens)
+        touches = "1 touch" if wanted == 1 else f"{wanted} touches"
+        return f"{len(specimens)} specimens, {touches} of each." if specimens else "No specimens."
+
+    @_order
+    def choose(self, name: str) -> str:
+        """Choose the specimen of the next touch, "": the list decides; return the message."""
+        self._progress.chosen = (self._measurement.last_s, self._in_list(name)) if name else None
+        return self._following() or "Next: nothing is lacking."
+
+    @_order
+    def assign(self, touch: int, name: str) -> str:
+        """Give a touch another specimen, or none; return the message."""
+        done = self._done(touch)
+        done.specimen = self._in_list(name) or None
+        return f"Touch {touch}: {done.specimen or 'no specimen'}."
+
+    @_order
+    def discard(self, touch: int) -> str:
+        """Leave a touch out; return the message."""
+        self._done(touch).left_out = DISCARDED
+        return f"Touch {touch} is left out. {self._following()}".strip()
+
+    @_order
+    def keep(self, touch: int) -> str:
+        """Keep a touch, whatever its flags say; return the message."""
+        done = self._done(touch)
+        if not isfinite(done.touch.ratio):
+            raise RefusedCommand(f"keep: touch {touch} has no ratio; touch again")
+        done.left_out = "" if objections(done.touch, self.accepted) else None
+        return f"Touch {touch} is kept. {self._following()}".strip()
+
+    @_order
+    def more(self) -> str:
+        """Want one touch more of the specimen of the last touch; return the message."""
+        specimen = self._progress.more()
+        if specimen is None:
+            raise RefusedCommand(f"more: allowed: up to {stored.MOST_WANTED} touches of a specimen of the list")
+        return f"{specimen.name}: {specimen.wanted} touches are wanted."
+
+    @_order
+    def note(self, text: str) -> str:
+        """Add a note; return the message."""
+        if len(self._notes) >= MOST_NOTES:
+            raise RefusedCommand(f"note: got {MOST_NOTES} notes in this measurement, allowed: no more")
+        self._notes.append(stored.Note(self._measurement.last_s, text))
+        return f"Noted: {text}"
+
+    def _changed(self, *, ordered: bool = False) -> None:
+        """Make the documents anew; store the plan in the recording, after an order also in one that has ended."""
+        progress = self._progress
+        progress.settle(self._measurement.last_s, self.accepted)
+        rows = self.rows = progress.rows()
+        following, count = progress.following(), progress.count()
+        if self._recorded:
+            following, count = None, {"kept": sum(row["kept"] for row in rows), "of": len(rows)}
+        self.document: Document = {
+            **self._head,
+            "specimens": [progress.specimen_row(one) for one in progress.specimens],
+            "next": following,
+            "count": count,
+            "notes": [{"t_s": note.t_s, "text": note.text} for note in self._notes],
+            "last": {"touch": len(rows), "kept": rows[-1]["kept"]} if rows else None,
+        }
+        if recorder := self._measurement.recorder:
+            self._store(recorder)
+        elif ordered and self._recorder and self._recorder.first_s is not None:
+            amend(self._recorder.path, self._within(self._recorder.first_s))
+
+    def _store(self, recorder: Recorder) -> None:
+        """Give a recording the session as it is now: what is within it."""
+        with self._lock:
+            if recorder is not self._recorder:
+                self._recorder, self._stored = recorder, stored.Plan()
+            plan = self._within(-inf if recorder.first_s is None else recorder.first_s)
+            if plan == self._stored:
+                return
+            try:
+                recorder.session(plan)
+                self._stored = plan
+            except (ValueError, PalpateError) as error:  # no room for it, or closed at this moment
+                self._measurement.say(str(error))
+
+    def _within(self, first_s: float) -> stored.Plan:
+        progress = self._progress
+        entries = (
+            stored.Entry(done.touch.start_s, done.specimen, done.why[: stored.LONGEST_NAME])
+            for done in progress.present[-stored.MOST_TOUCHES :]
+            if (done.specimen or done.why) and isfinite(done.touch.start_s) and done.touch.start_s >= first_s
+        )
+        notes = tuple(note for note in self._notes if note.t_s >= first_s)
+        return stored.Plan(
+            self._head["title"], self._head["operator"], tuple(progress.specimens), tuple(entries), notes
+        )
+
+    def _following(self) -> str:
+        self._progress.settle(self._measurement.last_s, self.accepted)
+        following = self._progress.next
+        return f"Next: {following}." if following else ""
+
+    def _in_list(self, name: str) -> str:
+        if name and not self._progress.named(name):
+            names = ", ".join(one.name for one in self._progress.specimens[:10]) or "none: write a list first"
+            raise RefusedCommand(f"name: got {name!r:.60}, allowed: a specimen of the list: {names}")
+        return name
+
+    def _done(self, number: int) -> "Done":
+        present = self._progress.present
+        if not 1 <= number <= len(present):
+            raise RefusedCommand(f"touch: got {number}, allowed: a touch of this measurement, 1 to {len(present)}")
+        return present[number - 1]
+
+
+@dataclass
+class Done:
+    """A touch that has ended; its number counts from 1, in an earlier measurement it is 0 and less."""
+
+    number: int
+    touch: Touch
+    specimen: str | None
+    left_out: str | None = None  # why; "": it is kept; None: its flags decide
+    why: str = ""  # why it is left out now; "": it is kept
+
+    def judge(self, accepted: Collection[str]) -> None:
+        """Find why it is left out. `accepted`: flags that do not exclude a touch."""
+        if self.left_out is not None:
+            self.why = self.left_out
+            return
+        flags = objections(self.touch, accepted)
+        told = [sentence for sentence in advice(self.touch) if sentence.partition(":")[0] in flags]
+        self.why = (told or ["" if isfinite(self.touch.ratio) else "it has no ratio"])[0]
+
+
+class Progress:
+    """Specimens and the touches on them, in consecutive measurements.
+
+    A touch is on the specimen that was the next one when it began. The next one is the one that the user has chosen, else
+    the specimen of the last touch until as many touches of it are kept as are wanted, else the next one in the list that
+    lacks touches.
+    """
+
+    def __init__(self) -> None:
+        self.specimens: list[Specimen] = []
+        self.present: list[Done] = []  # the touches of this measurement
+        self.chosen: tuple[float, str] | None = None  # when, s, and which
+        self._accepted: Collection[str] = ()
+        self._earlier: list[Done] = []
+        self._on: dict[str, list[Done]] = {}
+        self._kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen
+        self._nexts: list[tuple[float, str | None]] = [(-inf, None)]
+
+    def begin(self) -> None:
+        """Begin a new measurement: times and numbers begin again; what was done stays."""
+        for done in [*self._earlier, *self.present]:
+            done.number -= len(self.present)
+        self._earlier, self.present = [*self._earlier, *self.present], []
+        if self.chosen:
+            self.chosen = (-inf, self.chosen[1])
+        self._nexts = [(-inf, None)]
+        self.settle(-inf, self._accepted)
+
+    def take(self, touches: Sequence[Touch]) -> None:
+        """Take all touches of this measurement: those that are new, and those that were revised since."""
+        for done, touch in zip(self.present, touches, strict=False):
+            done.touch = touch
+        for touch in touches[len(self.present) :]:
+            name = next((name for t_s, name in reversed(self._nexts) if not t_s > touch.start_s), None)
+            self.present.append(Done(len(self.present) + 1, touch, name))
+            if self.chosen and not self.chosen[0] > touch.start_s:
+                self.chosen = None
+            self.settle(touch.start_s, self._accepted)
+
+    def settle(self, t_s: float, accepted: Collection[str]) -> None:
+        """Judge each touch after a change at a time, s, and note what comes next from then on."""
+        self._accepted, self._on, self._kept = accepted, defaultdict(list), defaultdict(list)
+        for done in (*self._earlier, *self.present):
+            done.judge(accepted)
+            if done.specimen:
+                self._on[done.specimen].append(done)
+                if not done.why:
+                    self._kept[done.specimen].append(done.touch.ratio)
+        if (name := self.next) != self._nexts[-1][1]:
+            self._nexts.append((t_s, name))
+
+    def replace(self, specimens: Sequence[Specimen]) -> None:
+        """Take another list; a touch stays with its specimen."""
+        self.specimens = list(specimens)
+        if self.chosen and not self.named(self.chosen[1]):
+            self.chosen = None
+
+    def more(self) -> Specimen | None:
+        """Want one touch more of the specimen of the last touch, else of the next one; None: there is none."""
+        specimen = self.named(self._last or self.next)
+        if specimen is None:
+            return None
+        wanted = max(specimen.wanted, len(self._kept[specimen.name])) + 1
+        if wanted > stored.MOST_WANTED:
+            return None
+        longer = replace(specimen, wanted=wanted)
+        self.specimens[self.specimens.index(specimen)] = longer
+        self.chosen = None
+        return longer
+
+    @property
+    def next(self) -> str | None:
+        """Name of the specimen of the next touch; None: nothing is lacking."""
+        if self.chosen:
+            return self.chosen[1]
+        last = self._last
+        first = next((place for place, one in enumerate(self.specimens) if one.name == last), 0)
+        in_turn = [*self.specimens[first:], *self.specimens[:first]]
+        return next((one.name for one in in_turn if len(self._kept[one.name]) < one.wanted), None)
+
+    def named(self, name: str | None) -> Specimen | None:
+        """Return the specimen with this name; None: it is not in the list."""
+        return next((one for one in self.specimens if one.name == name), None)
+
+    def following(self) -> Document | None:
+        """Return the specimen of the next touch, for the page."""
+        one = self.named(self.next)
+        if one is None:
+            return None
+        nth = len(self._kept[one.name]) + 1
+        return {"name": one.name, "modulus": one.modulus_MPa, "nth": nth, "of": max(one.wanted, nth)}
+
+    def count(self) -> Document:
+        """Return how many of the wanted touches are done."""
+        kept = sum(min(len(self._kept[one.name]), one.wanted) for one in self.specimens)
+        return {"kept": kept, "of": sum(one.wanted for one in self.specimens)}
+
+    def specimen_row(self, one: Specimen) -> Document:
+        """Return a specimen with its touches, for the page."""
+        mean = self._mean(one.name)
+        shown = [
+            {
+                "touch": done.number if done.number > 0 else None,
+                "deviation": self._deviation(done),
+                "kept": not done.why,
+            }
+            for done in self._on[one.name][-_SHOWN:]
+        ]
+        known = {"name": one.name, "modulus": one.modulus_MPa, "kept": len(self._kept[one.name]), "of": one.wanted}
+        return {**known, "mean": mean, "deviations": shown}
+
+    def rows(self) -> list[Document]:
+        """Return specimen, deviation, whether it is kept, and why not, for each touch of the measurement."""
+        return [
+            {"specimen": done.specimen, "deviation": self._deviation(done), "kept": not done.why, "why": done.why}
+            for done in self.present
+        ]
+
+    def known(self) -> list[KnownSpecimen]:
+        """Return the specimens of known modulus with their touches."""
+        return [
+            KnownSpecimen(
+                one.name,
+                one.modulus_MPa,
+                one.wanted,
+                tuple((done.number, done.touch, not done.why) for done in self._on[one.name]),
+            )
+            for one in self.specimens
+            if one.modulus_MPa is not None
+        ]
+
+    @property
+    def _last(self) -> str | None:
+        """The specimen of the last touch that was on one of the list."""
+        newest_first = (done.specimen for part in (self.present, self._earlier) for done in reversed(part))
+        return next((name for name in newest_first if self.named(name)), None)
+
+    def _mean(self, name: str) -> float | None:
+        kept = self._kept[name]
+        return sum(kept) / len(kept) if kept else None
+
+    def _deviation(self, done: Done) -> float | None:
+        """Return the distance of a ratio from the mean of the kept touches on its specimen, relative."""
+        mean = self._mean(done.specimen) if done.specimen else None
+        return done.touch.ratio / mean - 1 if mean else None
+
+
+def specimens_of(text: str, wanted: int) -> list[Specimen]:
+    r"""Return the specimens of a list: one in each line, "name" or "name; modulus in MPa"; also with a tab or a comma.
+
+    The decimal point may be a comma. A first line with the names of the columns is left out, and so are empty lines. Of
+    each specimen `wanted` touches are wanted. `RefusedCommand` says which line is not of this form.
+
+    Examples
+    --------
+    >>> [(one.name, one.modulus_MPa) for one in specimens_of("30 OO; 0,143\ngel 7\n70 A\t8.68", 4)]
+    [('30 OO', 0.143), ('gel 7', None), ('70 A', 8.68)]
+    >>> specimens_of("30 OO\n30 OO", 4)
+    Traceback (most recent call last):
+    palpate.live.feed.RefusedCommand: line 2: got '30 OO' again, allowed: each name once
+    """
+    found: dict[str, Specimen] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        # Of a line without a tab and a semicolon the first comma is between name and modulus.
+        between = next((mark for mark in "\t;" if mark in line), ",")
+        name, modulus = (part.strip('" \t;') for part in line.partition(between)[::2])
+        heading = re.search("modul|mpa", modulus, re.IGNORECASE) and not re.search(r"\d", modulus)
+        if not (name or modulus) or (heading and not found):
+            continue
+        try:
+            specimen = _specimen(name, modulus, wanted)
+        except ValueError as error:
+            raise RefusedCommand(f"line {number}: got {quoted(line)}, allowed: {_FORM}") from error
+        if name in found:
+            raise RefusedCommand(f"line {number}: got {quoted(name)} again, allowed: each name once")
+        found[name] = specimen
+    if len(found) > MOST:
+        raise RefusedCommand(f"text: got {len(found)} specimens, allowed: {MOST} at most")
+    return list(found.values())
+
+
+def _specimen(name: str, modulus: str, wanted: int) -> Specimen:
+    """Return a specimen; ValueError if its name or its modulus is not allowed."""
+    value = to_number(re.sub(r"\s*mpa$", "", modulus, flags=re.IGNORECASE)) if modulus else None
+    if not 1 <= len(name) <= LONGEST or not (value is None or 0 < value <= LARGEST_MPa):
+        raise ValueError(name)
+    return Specimen(name, value, wanted)

@@ -1,0 +1,174 @@
+"""What the newest samples show beside the estimate: followed in the thread of the measurement, read from any other."""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.samples import Status
+from palpate.stream import Stream
+from palpate.stream.estimate import Batch
+from palpate.stream.listener import Listener
+
+CHANNELS = ("hard", "soft")
+PRESSED = ("contact", "done")
+_SATURATED = {"hard": Status.HARD_SATURATED, "soft": Status.SOFT_SATURATED}
+_MEDIAN_STEP = 0.954  # of the absolute difference of two samples, in standard deviations of the noise
+_ADAPTS, _MOST = 0.03, 32  # change of the noise with each sample, relative; of so many samples of a batch at most
+_BELOW_PF, _BELOW_NOISE = 0.02, 30  # below the baseline by this, and by so many times the noise
+_SAME_SAMPLES = 8  # two codes of a converter are rarely the same
+
+
+@dataclass(frozen=True)
+class ChannelSeen:
+    """What the samples of one channel show so far."""
+
+    name: str
+    reading: float = math.nan  # pF, the last with a value
+    noise_pF: float = math.nan  # without contact
+    limit_s: float = 0.0  # time of this contact at the limit
+    below_s: float = 0.0  # far below the baseline for this time; 0: it is not
+    below_pF: float = 0.0  # how far, of the last sample
+    constant_s: float = 0.0  # the same value for this time; 0: it is not
+
+
+@dataclass(frozen=True)
+class SignalSeen:
+    """What the samples of a measurement show so far."""
+
+    channels: tuple[ChannelSeen, ChannelSeen] = (ChannelSeen("hard"), ChannelSeen("soft"))
+    at_s: float = -math.inf  # time of the last batch on the clock; -inf: none yet
+    share: float | None = None  # part of the running touch that is measured; None: no touch, or one without a length
+    left_s: float = math.nan  # to the end of the touch
+    contact_s: float = math.nan  # in contact
+    done_s: float = math.nan  # in contact since the touch was complete
+    baseline_s: float = math.nan  # time at which the baseline was measured
+
+
+class SignalFollower(Listener):
+    """Follows the batches of a measurement; begins again with each new one. `clock`: seconds that only rise."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self.seen = SignalSeen()
+        self._clock = clock
+
+    def begun(self, stream: Stream) -> None:
+        """Begin with the next measurement."""
+        self._tracker = stream.tracker
+        self._channels = _Channel("hard"), _Channel("soft")
+        self._state, self._touch, self._count = "", 0, 0
+        self._contact_s = self._touch_s = self._done_s = self._baseline_s = math.nan
+        self.seen = SignalSeen()
+
+    def batch(self, batch: Batch) -> None:
+        """Take the next batch."""
+        if not len(batch.samples):
+            return
+        t_s, state = batch.samples["t_hard_ns"] * 1e-9, self._tracker.state
+        self._follow_state(batch, t_s, state)
+        hard, soft = (channel.follow(batch, t_s, state) for channel in self._channels)
+        last_s = float(t_s[-1])
+        share, left_s = self._progress(last_s, state)
+        self.seen = SignalSeen(
+            (hard, soft),
+            self._clock(),
+            share,
+            left_s,
+            last_s - self._contact_s,
+            last_s - self._done_s,
+            self._baseline_s,
+        )
+
+    def _follow_state(self, batch: Batch, t_s: NDArray[np.float64], state: str) -> None:
+        """Note when contact, touch, its completion and the baseline began."""
+        last_s, before, self._state = float(t_s[-1]), self._state, state
+        if state not in PRESSED:
+            self._contact_s = math.nan
+        elif before not in PRESSED:
+            self._contact_s = float(t_s[0])
+            for channel in self._channels:
+                channel.seen = replace(channel.seen, limit_s=0.0)
+        self._done_s = math.nan if state != "done" else self._done_s if before == "done" else last_s
+        if state != "baseline" and (before == "baseline" or math.isnan(self._baseline_s)):
+            self._baseline_s = last_s
+        number = int(batch.rows["touch"][-1])
+        mine = np.flatnonzero(batch.rows["touch"] == number)
+        if number != self._touch:
+            self._touch, self._count, self._touch_s = number, 0, float(t_s[mine[0]])
+        self._count += len(mine)
+
+    def _progress(self, t_s: float, state: str) -> tuple[float | None, float]:
+        """Return the part of the touch that is measured, and the seconds that are left."""
+        passed_s, settings = t_s - self._touch_s, self._tracker.settings
+        if state == "done":
+            return 1.0, math.nan
+        if not self._touch or state != "contact":
+            return None, math.nan
+        if seconds := settings.get("seconds"):
+            return round(min(passed_s / seconds, 1.0), 3), max(seconds - passed_s, 0.0)
+        if samples := settings.get("samples"):
+            left = max(samples - self._count, 0)
+            return round(1 - left / samples, 3), left * passed_s / max(self._count - 1, 1)
+        return None, math.nan
+
+
+class _Lasting:
+    """Since when something holds without a break."""
+
+    def __init__(self) -> None:
+        self.since_s, self.samples = math.nan, 0
+
+    def follow(self, holds: NDArray[np.bool_], t_s: NDArray[np.float64], least: int = 1) -> float:
+        """Return for how long it holds, s; 0: for fewer than these samples."""
+        broken = np.flatnonzero(~holds)
+        first = int(broken[-1]) + 1 if len(broken) else 0
+        if len(broken):
+            self.samples = 0
+        if first < len(holds) and not self.samples:
+            self.since_s = float(t_s[first])
+        self.samples += len(holds) - first
+        return float(t_s[-1]) - self.since_s if self.samples >= least else 0.0
+
+
+class _Channel:
+    """Follows one channel."""
+
+    def __init__(self, name: str) -> None:
+        self.seen = ChannelSeen(name)
+        self._below, self._same = _Lasting(), _Lasting()
+        self._last = self._last_s = math.nan
+
+    def follow(self, batch: Batch, t_s: NDArray[np.float64], state: str) -> ChannelSeen:
+        """Take the next batch; return what is seen."""
+        name, before = self.seen.name, self.seen
+        values, limited = batch.samples[name], (batch.samples["status"] & int(_SATURATED[name])) != 0
+        change = values - batch.rows[f"{name}_baseline"]
+        steps = np.diff(values, prepend=self._last)
+        passed_s = np.diff(t_s, prepend=t_s[0] if math.isnan(self._last_s) else self._last_s)
+        noise_pF = before.noise_pF if state in PRESSED else _adapted(before.noise_pF, steps)
+        margin = _BELOW_PF + _BELOW_NOISE * (0.0 if math.isnan(noise_pF) else noise_pF)
+        known = values[np.isfinite(values)]
+        self._last, self._last_s = float(values[-1]), float(t_s[-1])
+        self.seen = ChannelSeen(
+            name,
+            float(known[-1]) if len(known) else before.reading,
+            noise_pF,
+            before.limit_s + (float(passed_s[limited].sum()) if state in PRESSED else 0.0),
+            self._below.follow((change < -margin) & ~limited & (state == "waiting"), t_s),
+            -float(change[-1]),
+            self._same.follow((steps == 0) & ~limited, t_s, _SAME_SAMPLES),
+        )
+        return self.seen
+
+
+def _adapted(noise_pF: float, steps: NDArray[np.float64]) -> float:
+    """Return the noise by the median step between neighbours, so that the begin of a touch counts as a few samples."""
+    sizes = np.abs(steps[np.isfinite(steps)]) / _MEDIAN_STEP
+    if not len(sizes):
+        return noise_pF
+    noise_pF = noise_pF if noise_pF > 0 else float(np.median(sizes))
+    more = 2 * float(np.mean(sizes > noise_pF)) - 1
+    return noise_pF * math.exp(_ADAPTS * min(len(sizes), _MOST) * more)

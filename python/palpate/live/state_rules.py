@@ -1,0 +1,319 @@
+"""What to do, and what is wrong: rules from the facts of a moment to a word and a line, the most urgent rule first."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import chain
+from typing import Any, NamedTuple
+
+from palpate.live.feed import Document
+from palpate.live.measurement import RecordedMeasurement
+from palpate.live.signal_state import ChannelSeen, SignalSeen
+
+LIMIT_S = 0.1
+"""In contact a channel may be at its limit for this time."""
+BELOW_S = 1.0
+"""A channel is far below its baseline for this time before the page says it."""
+LONG_S = 10.0
+"""The probe is left in contact after a touch for this time before the page says it."""
+ENDLESS_S = 60.0
+"""A contact after a touch that lasts longer is likely none."""
+SILENT_S, SILENT_PERIODS = 1.0, 10
+"""Without a pair for this time, and for so many periods, a measurement is silent."""
+CONSTANT_S = 1.0
+"""A channel has the same value for this time before the page says it."""
+SLOW_SHARE, LATE_SHARE, FEWEST = 0.9, 0.05, 50
+"""Too slow: fewer pairs than this part of those that should come; more late ones; of so many pairs at least."""
+HOW = {
+    "offset": "hold upright",
+    "short": "hold longer",
+    "unsettled": "hold longer",
+    "saturated": "press less",
+    "curve": "press less",
+    "unexcited": "press deeper",
+    "lag": "press slowly",
+    "drift": "hold still",
+    "creep": "wait longer",
+}
+"""What to do better, in two words, by flag."""
+DAMAGED = {"changed": "This recording was changed.", "not complete": "This recording is not complete."}
+"""What `Verification.verdict` says of a recording that is not as it was made."""
+
+
+class Now(NamedTuple):
+    """What to do now: Touch, Hold, Lift, Repeat, Stop, Tare or Wait; File: nothing is measured."""
+
+    word: str
+    sub: str
+    tone: str = "idle"  # idle, busy, good, caution or fault
+    share: float | None = None  # part of the touch that is measured
+
+
+class StatusLine(NamedTuple):
+    """What there is to know; `said`: for a screen reader, in place of a text whose numbers run."""
+
+    what: str  # a key
+    level: str  # quiet, note, caution or fault
+    title: str
+    text: str
+    said: str = ""
+
+    def as_dict(self, since_s: float | None) -> Document:
+        """Return what the page gets; `since_s`: for how long it is shown."""
+        return {"level": self.level, "title": self.title, "text": self.text, "since_s": since_s, "what": self.what}
+
+
+View = tuple[StatusLine, Now | None]
+"""A line, and what to do; None: what one would do without it."""
+
+
+@dataclass(frozen=True)
+class LastTouch:
+    """The last touch that ended."""
+
+    number: int  # from 1
+    text: str  # ratio with its uncertainty; with a calibration the modulus, too
+    why: str = ""  # it is left out; empty: it is kept
+    flags: tuple[str, ...] = ()  # that exclude it
+    swapped: str = ""  # the sentence if the inputs seem to be exchanged
+    revised: bool = False
+
+
+@dataclass(frozen=True)
+class PairRate:
+    """How fast pairs arrive: pairs a second, now and by the period of the source; counts of the last seconds."""
+
+    per_s: float = math.nan
+    nominal_per_s: float = math.nan
+    read: int = 0
+    late: int = 0
+    dropped: int = 0
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is known of a measurement at one moment."""
+
+    state: str  # of the page: baseline, no contact, contact, adapting, done or ended
+    seen: SignalSeen = field(default_factory=SignalSeen)
+    silent_s: float = 0.0  # since the last pair
+    period_s: float = math.nan
+    troubles: Mapping[str, str] = field(default_factory=dict)  # of the source: kind -> sentence
+    outside: tuple[str, ...] = ()  # channels outside the range of the converter without a touch
+    can_centre: bool = False  # the source can set its range
+    full_scale_pF: float = math.inf
+    retaken_s: float = math.inf  # since the baseline was found to be wrong, until that is over
+    gap_s: float = math.inf  # since a gap, until that is over
+    gap: str = ""  # what happened at it
+    lost: int = 0  # pairs at it
+    cut: int = 0  # number of the touch that it cut
+    pace: PairRate = field(default_factory=PairRate)
+    recording: str = ""  # name of the recording that runs
+    recording_error: str = ""
+    unrecorded: int = 0  # pairs that the failed recording does not have
+    error: str = ""  # that ended the measurement
+    result: LastTouch | None = None
+    next: Mapping[str, Any] | None = None  # the next touch: name of its specimen, nth, of
+
+    @property
+    def pressed(self) -> bool:
+        """Whether the probe is in contact."""
+        return self.state in ("contact", "adapting", "done")
+
+    @property
+    def cut_text(self) -> str:
+        """The sentence about the touch that was cut."""
+        return f" Touch {self.cut} is cut: repeat it." if self.cut else ""
+
+
+def view_of(facts: Facts) -> tuple[Now, StatusLine]:
+    """Return what to do, and the most urgent line.
+
+    Examples
+    --------
+    >>> now, line = view_of(Facts("no contact", troubles={"unplugged": "The board is gone: plug it in again."}))
+    >>> now.word, now.tone, line.level, line.title
+    ('Stop', 'fault', 'fault', 'Unplugged.')
+    """
+    now, line = calm(facts)
+    urgent, do = next(chain(_device_faults(facts), _signal_faults(facts), _touch_doubts(facts)), (line, None))
+    return do or now, urgent
+
+
+def file_state(measurement: RecordedMeasurement) -> Document:
+    """Return word and line of a recording that is shown, as the message `state` has them."""
+    now, line = of_file(*(measurement.file[name] for name in ("name", "end", "rows", "missing", "refused")))
+    return {"now": now._asdict(), "line": line.as_dict(None), "announce": line.text}
+
+
+def of_file(name: str, verdict: str, rows: int, missing: int, refused: int = 0) -> tuple[Now, StatusLine]:
+    """Return word and line of a recording; `verdict`: as `Verification.verdict`."""
+    title = DAMAGED.get(verdict, "")
+    useless = f", {refused} without a value" if refused else ""
+    text = f"A recording: {verdict}, {rows} rows, {missing} missing{useless}. Nothing is being measured."
+    return Now("File", name), StatusLine("file", "caution" if title else "quiet", title, text)
+
+
+def _device_faults(facts: Facts) -> Iterator[View]:
+    """Yield what is wrong with the measurement, the device and the recording, the most urgent first."""
+    missing = f" {_count(facts.unrecorded, 'pair')} not recorded." if facts.unrecorded else ""
+    if facts.state == "ended":
+        again = "Measure again begins a new measurement."
+        level, title, text = "note", "Ended.", f"The source has no more samples. {again}"
+        if facts.error:
+            level, title = "fault", "The measurement ended with an error."
+            text = f"{_sentence(facts.error)}{missing} {again}"
+        tone = "fault" if facts.error else "idle"
+        yield StatusLine("ended", level, title, text), Now("Stop", "the measurement has ended", tone)
+    if text := facts.troubles.get("unplugged", ""):
+        text = f"{_sentence(text)}{facts.cut_text}{' The recording goes on.' if facts.recording else ''}"
+        now = Now("Stop", "no board: plug it in, it goes on by itself", "fault")
+        yield StatusLine("unplugged", "fault", "Unplugged.", text), now
+    if text := facts.troubles.get("wiring", ""):
+        line = StatusLine("wiring", "fault", "Look at the wires.", _sentence(text))
+        yield line, Now("Stop", "a wire is off", "fault")
+    if facts.silent_s > max(SILENT_S, SILENT_PERIODS * (0 if math.isnan(facts.period_s) else facts.period_s)):
+        text = "The source sends nothing. Look at its plug, its cable and its supply."
+        yield StatusLine("silent", "fault", "No data.", text), Now("Wait", "no data comes", "fault")
+    if text := facts.recording_error:
+        text = f"{_sentence(text)}{missing} The measurement goes on; record to another name or disk."
+        yield StatusLine("recording", "fault", "The recording failed.", text), None
+
+
+def _signal_faults(facts: Facts) -> Iterator[View]:
+    """Yield what is wrong with the signal and its baseline, the most urgent first."""
+    channels = facts.seen.channels
+    wait = Now("Wait", "do not touch anything", "caution") if facts.state == "baseline" else None
+    if constant := [one for one in channels if one.constant_s >= CONSTANT_S]:
+        yield _constant(constant)
+    if facts.outside:
+        do = "Lift the probe, then press Centre" if facts.can_centre else "Set the range of the source again"
+        text = f"The {_subject(facts.outside)} outside the range of the converter without a touch. {do}."
+        sub = "lift the probe, then press Centre" if facts.can_centre else "set the range again"
+        yield StatusLine("range", "fault", "Out of range.", text), Now("Stop", sub, "fault")
+    if facts.pressed and (limited := [one for one in channels if one.limit_s >= LIMIT_S]):
+        limit = f", {facts.full_scale_pF:.3f} pF" if math.isfinite(facts.full_scale_pF) else ""
+        said = f"The {_subject([one.name for one in limited])} at the limit"
+        long_s = max(one.limit_s for one in limited)
+        text = f"{said}{limit}, for {long_s:.1f} s of this touch. Press less: half of this is enough."
+        line = StatusLine("saturated", "caution", "Saturated.", text, f"{said}. Press less.")
+        yield line, Now("Repeat", "lift, then press less", "caution")
+    if facts.state == "no contact" and (low := [one for one in channels if one.below_s >= BELOW_S]):
+        who, deep = _subject([one.name for one in low]), max(one.below_pF for one in low)
+        text = f"The {who} {deep:.2f} pF below the baseline: something was touched while taring, or it jumped."
+        line = StatusLine("baseline", "fault", "Baseline lost.", text, f"The {who} below the baseline.")
+        yield line, Now("Tare", "lift the probe, then press T", "fault")
+    if math.isfinite(facts.gap_s):
+        lost = f": {_count(facts.lost, 'pair')} lost" if facts.lost else ""
+        text = f"{_sentence(facts.gap + lost)}{facts.cut_text} The baseline is measured again."
+        yield StatusLine("gap", "caution", "It goes on after a gap.", text), wait
+    if math.isfinite(facts.retaken_s):
+        text = (
+            "The channels fell far below it: it had been measured in contact, or it jumped. It is measured again; a touch "
+            "before may be wrong, and is flagged."
+        )
+        yield StatusLine("baseline", "caution", "Baseline lost.", text), wait
+
+
+def _constant(channels: Sequence[ChannelSeen]) -> View:
+    """Say that channels always have the same value: nothing is wired, or the source does not measure."""
+    if len(channels) == 2 and not any(one.reading for one in channels):
+        text = "Both channels read 0.000 pF. Wire the hard gauge and the soft one to their inputs."
+        now = Now("Stop", "nothing is wired to the inputs", "fault")
+        return StatusLine("unwired", "fault", "Nothing wired.", text), now
+    who = f"The {channels[0].name} channel reads" if len(channels) == 1 else "Both channels read"
+    read = " and ".join(f"{one.reading:.3f}" for one in channels)
+    text = f"{who} the same value all the time, {read} pF: no converter does. Look at wires and source."
+    return StatusLine("constant", "caution", "Nothing changes.", text), Now("Stop", "look at the wires", "caution")
+
+
+def _touch_doubts(facts: Facts) -> Iterator[View]:
+    """Yield what is doubtful about touches, the pace and the wiring, the most urgent first."""
+    result, between = facts.result, facts.state not in ("contact", "adapting")
+    if facts.state == "done" and facts.seen.done_s > ENDLESS_S:
+        text = "Contact has lasted for a minute after the touch. If nothing is touched, the baseline jumped: press Tare anyway."
+        yield StatusLine("endless", "caution", "Still in contact.", text), Now("Lift", "or Tare anyway", "caution", 1.0)
+    if line := slow(facts):
+        yield line, None
+    if result and result.swapped and between:
+        line = StatusLine("swapped", "caution", "Inputs exchanged?", _sentence(result.swapped))
+        yield line, Now("Stop", "look at the two wires", "caution")
+    if result and result.why and between:
+        lift, name = "lift, " if facts.pressed else "", f" {(facts.next or {}).get('name') or ''}".rstrip()
+        how = next((f"{HOW[flag]}, " for flag in result.flags if flag in HOW), "")
+        line = StatusLine("left out", "caution", f"Touch {result.number} is left out.", _sentence(result.why))
+        yield line, Now("Repeat", f"{lift}{how}touch{name} again", "caution", 1.0 if facts.pressed else None)
+    if not result and facts.state == "no contact" and (text := facts.troubles.get("hint", "")):
+        yield StatusLine("hint", "note", "Wiring.", _sentence(text)), None
+
+
+def slow(facts: Facts) -> StatusLine | None:
+    """Say that pairs come too slowly, too late, or have no room."""
+    pace = facts.pace
+    few = pace.read >= FEWEST and pace.per_s < SLOW_SHARE * pace.nominal_per_s
+    late = pace.read >= FEWEST and pace.late > LATE_SHARE * pace.read
+    if not (few or late or pace.dropped):
+        return None
+    told = [f"{pace.per_s:.0f} of {pace.nominal_per_s:.0f} pairs a second"] if few else []
+    told += [f"{pace.late} of the last {pace.read} pairs came late"] if pace.late else []
+    told += [f"{pace.dropped} were not estimated, but are recorded if a recording runs"] if pace.dropped else []
+    text = f"{_sentence('; '.join(told))} Close other programs. Ratios are less sure."
+    said = "Pairs come too slowly or too late. Close other programs."
+    return StatusLine("slow", "caution", "Computer too slow.", text, said)
+
+
+def calm(facts: Facts) -> tuple[Now, StatusLine]:
+    """Return what to do if nothing is wrong, and what goes on."""
+    seen, kept, following = facts.seen, _kept(facts), _next(facts)
+    if facts.state == "done":
+        kept = kept or "The touch is complete."
+        now = Now("Lift", f"kept; then {following}" if facts.next else "the touch is complete", "good", 1.0)
+        if seen.done_s > LONG_S:
+            text = f"{kept} The next touch needs a new contact."
+            return now, StatusLine("left in contact", "note", "Lift the probe.", text)
+        return now, StatusLine("done", "quiet", "", kept, "Complete.")
+    if facts.pressed:
+        sub = f"{seen.contact_s:.0f} s so far" if math.isfinite(seen.contact_s) else "measuring"
+        if math.isfinite(seen.left_s):
+            sub = f"{seen.left_s:.1f} s more"
+        about = f" {_sentence(following)}" if facts.next else ""
+        return Now("Hold", sub, "busy", seen.share), StatusLine("contact", "quiet", "", f"Measuring.{about}")
+    if facts.state != "baseline":
+        noise = max(one.noise_pF for one in seen.channels)
+        told = f"Noise {1e3 * noise:.2g} fF." if math.isfinite(noise) else ""
+        text = " ".join(part for part in ("Ready.", kept, told) if part)
+        sub = f"{following}: press, and hold" if facts.next else "press, and hold"
+        return Now("Touch", sub), StatusLine("ready", "quiet", "", text, "Ready.")
+    if facts.result and not facts.result.revised:
+        text = f"{kept} Its result is revised when the baseline after it is known."
+        return Now("Wait", "a second without touching"), StatusLine("after", "quiet", "", text.strip())
+    line = StatusLine("first baseline", "quiet", "", "The baseline is being measured.")
+    return Now("Wait", "do not touch anything"), line
+
+
+def _kept(facts: Facts) -> str:
+    return f"Touch {facts.result.number} is kept." if facts.result and not facts.result.why else ""
+
+
+def _next(facts: Facts) -> str:
+    given = facts.next or {}
+    counted = f"touch {given['nth']} of {given['of']}" if given.get("of") else "the next touch"
+    return f"{given['name']}, {counted}" if given.get("name") else counted
+
+
+def _subject(names: Sequence[str]) -> str:
+    """Return the subject of a sentence about channels, with its verb."""
+    return f"{names[0]} channel is" if len(names) == 1 else "channels are"
+
+
+def _count(number: int, noun: str) -> str:
+    """Return so many of something, with the verb."""
+    return f"1 {noun} is" if number == 1 else f"{number} {noun}s are"
+
+
+def _sentence(text: str) -> str:
+    """Return a text as a sentence: with a capital, unless it begins with the name of a file or a device; a full stop."""
+    text = text.strip()
+    first = text.partition(" ")[0].rstrip(".")
+    begin = text[:1] if set(first) & set("./\\") else text[:1].upper()
+    return begin + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")

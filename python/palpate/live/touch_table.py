@@ -1,0 +1,123 @@
+"""The table of touches on the page, and the values of `hello` and `state` beside it: plain values, ready for JSON."""
+
+import math
+from collections.abc import Sequence
+
+from palpate._core import Touch
+from palpate.calibration import Calibration
+from palpate.live.feed import Document
+from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
+from palpate.live.plan import TouchPlan
+from palpate.sentences import advice
+from palpate.several import TOUCH_SCATTER, Agreement, agreement, most_reliable
+
+_SHOWN = 200  # the newest touches
+_UNKNOWN: Document = {"specimen": None, "deviation": None, "kept": True, "why": ""}
+
+
+class TouchTable:
+    """The touches of a measurement, with what the plan knows of them, and moduli if there is a calibration.
+
+    `scatter`: relative scatter from touch to touch without a calibration, for the question whether touches agree.
+    """
+
+    def __init__(
+        self,
+        measurement: LiveMeasurement | RecordedMeasurement,
+        plan: TouchPlan,
+        calibration: Calibration | None = None,
+        scatter: float = TOUCH_SCATTER,
+    ) -> None:
+        self.calibration: Calibration | None = calibration  # a new one holds for all touches
+        self._measurement, self._plan, self._scatter = measurement, plan, scatter
+        self._made_for: tuple[int, Calibration | None] = (0, None)
+        self._rows: list[Document] = []
+        self._shown: tuple[tuple[object, ...], Document] | None = None
+
+    def hello(self, source: str) -> Document:
+        """Return the values that do not change during a measurement."""
+        measurement, tracker = self._measurement, self._measurement.tracker
+        device = measurement.device()
+        named = device["device"] if isinstance(device.get("device"), dict) else device
+        return {
+            "measurement": measurement.number,
+            "kind": measurement.kind,
+            "file": measurement.file,
+            "origin_s": measurement.levels.span and measurement.levels.span[0],
+            "seconds": tracker.settings.get("seconds"),
+            "source": source,
+            "device": ", ".join(str(named[key]) for key in ("name", "file") if key in named),
+            "scene": tracker.scene,
+            "threshold": tracker.settings.get("threshold"),
+            "calibrated": self.calibration is not None,
+            "scatter": self.calibration.touch_spread if self.calibration else None,
+        }
+
+    def now(self) -> Document:
+        """Return the values that change during a measurement."""
+        measurement = self._measurement
+        moment = measurement.moment
+        measured = moment.state in ("contact", "done")
+        ratio, error = (moment.ratio, moment.standard_error) if measured else (math.nan, math.nan)
+        return {
+            "state": measurement.state,
+            "end_s": measurement.levels.span and measurement.levels.span[1],
+            "ratio": ratio,
+            "standard_error": error,
+            **self._calibrated(ratio, error),
+        }
+
+    def document(self) -> Document:
+        """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do."""
+        measurement, touches, known = self._measurement, self._measurement.touches, self._plan.rows
+        if (made_for := (measurement.number, self.calibration)) != self._made_for:
+            self._made_for, self._rows = made_for, []
+        made_of = (touches, known, self.calibration)
+        if self._shown is None or any(one is not other for one, other in zip(self._shown[0], made_of, strict=True)):
+            self._shown = made_of, self._document(touches, known)
+        return self._shown[1]
+
+    def _document(self, touches: list[Touch], known: Sequence[Document]) -> Document:
+        for number, touch in enumerate(touches, 1):
+            if number > len(self._rows) or self._rows[number - 1]["revised"] != touch.revised:
+                self._rows[number - 1 : number] = [self._row(number, touch)]
+        alike = _on_the_last(touches, known)
+        found, best, together = self._agreement(alike), None, None
+        if found and found.agree:
+            best = touches.index(most_reliable(alike, scatter=None, accept=self._plan.accepted)) + 1
+        if found and found.touches > 1:
+            modulus = None
+            if self.calibration and found.agree:
+                modulus = self.calibration.modulus(found.ratio, found.own_error, touches=found.effective).as_dict()
+            together = {**found.as_dict(), "modulus": modulus}
+        rows = [{**row, **more} for row, more in zip(self._rows, [*known, *[_UNKNOWN] * len(touches)], strict=False)]
+        return {"rows": rows[-_SHOWN:], "most_reliable": best, "together": together}
+
+    def _row(self, number: int, touch: Touch) -> Document:
+        end_s, more = self._measurement.ends.get(number), self._calibrated(touch.ratio, touch.standard_error)
+        return {"number": number, **touch.as_dict(), "end_s": end_s, **more, "advice": advice(touch)}
+
+    def _calibrated(self, ratio: float, error: float) -> Document:
+        """Return the standard deviation of a ratio, with the scatter from touch to touch if it is known; the modulus."""
+        calibration, modulus = self.calibration, None
+        known = calibration.uncertainty(ratio, error) if calibration else error
+        if calibration and math.isfinite(ratio):
+            modulus = calibration.modulus(ratio, error if math.isfinite(error) else None).as_dict()
+        return {"uncertainty": known if math.isfinite(known) else None, "modulus": modulus}
+
+    def _agreement(self, touches: list[Touch]) -> Agreement | None:
+        """Return whether the touches agree; None if none is usable."""
+        try:
+            if self.calibration:
+                return self.calibration.agreement(touches)
+            return agreement(touches, scatter=self._scatter)
+        except ValueError:
+            return None
+
+
+def _on_the_last(touches: list[Touch], known: Sequence[Document]) -> list[Touch]:
+    """Return the touches that are kept, on the same specimen as the last one; all, if nothing else is known."""
+    here = known[: len(touches)]
+    specimen = here[-1]["specimen"] if here else None
+    kept = [touch for touch, row in zip(touches, here, strict=False) if row["kept"] and row["specimen"] == specimen]
+    return kept + touches[len(here) :]
