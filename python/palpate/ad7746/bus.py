@@ -1,11 +1,12 @@
-"""Access to the registers of the AD7746, with repetitions, and the counters of errors."""
+"""Access to the registers of the AD7746: buses and their clocks, repetitions, counters of errors."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-from palpate.ad7746.clock import Clock
-from palpate.errors import DeviceNotFound, ProtocolError, SourceTimeout
+from palpate.errors import DeviceRefused, ProtocolError, SourceTimeout
+from palpate.systems import fine_ns
 
 TRIES = 3
 _PAUSE_S = 0.001  # before an access is repeated
@@ -13,59 +14,81 @@ _PAUSE_S = 0.001  # before an access is repeated
 T = TypeVar("T")
 
 
-class NotReady(DeviceNotFound):
-    """The device is plugged in, but cannot be used yet: another program may be about to load its firmware."""
+class Clock(Protocol):
+    """Reads the time and waits."""
+
+    def now_ns(self) -> int:
+        """Return the time, ns; it never decreases."""
+
+    def sleep(self, seconds: float) -> None:
+        """Wait for this time."""
+
+
+class RealClock:
+    """The monotonic clock of the computer, optionally faster."""
+
+    def __init__(self, speed: float = 1.0) -> None:
+        if not 0 < speed < float("inf"):
+            raise ValueError(f"speed: got {speed}, allowed: above 0")
+        self.speed: float = speed
+
+    def now_ns(self) -> int:
+        """Return the time, ns."""
+        now = fine_ns()
+        return now if self.speed == 1 else round(now * self.speed)
+
+    def sleep(self, seconds: float) -> None:
+        """Wait for this time."""
+        time.sleep(max(seconds, 0.0) / self.speed)
+
+
+class VirtualClock:
+    """A clock that advances only in `sleep`, without waiting."""
+
+    def __init__(self) -> None:
+        self._now_ns = 0
+
+    def now_ns(self) -> int:
+        """Return the time, ns."""
+        return self._now_ns
+
+    def sleep(self, seconds: float) -> None:
+        """Advance by this time at once."""
+        self._now_ns += max(round(seconds * 1e9), 0)
+
+
+class NotReady(DeviceRefused):
+    """The device is there, but cannot be used yet: its permissions may be set, or its firmware loaded, in a moment."""
 
 
 class RegisterBus(Protocol):
-    """Access to the registers of the chip: over USB (`EvalKit`) or over a Linux I2C bus (`I2cBus`).
-
-    Each call is one access. It raises SourceTimeout or ProtocolError if it failed and may be repeated, and
-    DeviceNotFound if the device was unplugged. The driver repeats accesses and waits.
-    """
+    """Access to the registers of the chip: over USB (`EvalKit`) or over a Linux I2C bus (`I2cBus`)."""
 
     def read(self, register: int, count: int) -> bytes:
         """Return `count` registers from `register` on."""
-        ...
 
     def write(self, register: int, data: bytes) -> int:
         """Write registers from `register` on; return the time when the last byte was written, ns of the clock."""
-        ...
 
     def ready(self) -> bool:
         """Return whether a conversion has ended, without reading data."""
-        ...
 
     def reset(self) -> None:
         """Reset the chip; it does not answer during the next `datasheet.RESET_S`."""
-        ...
 
     def reopen(self) -> None:
         """Open the device again: the same one, or its replacement; NotReady is raised while it has to be waited for."""
-        ...
 
     def close(self) -> None:
         """Close the device; may be called twice."""
-        ...
 
     def describe(self) -> dict[str, Any]:
         """Return the identity of the device."""
-        ...
 
 
 @dataclass
 class Counters:
-    """Counters of a driver; `pairs + lost` is the sequence number after the last sample.
-
-    Attributes
-    ----------
-    pairs, lost : int
-        Samples with both values, and samples without a value or never read.
-    errors, retries : int
-        Failed accesses (a stuck RDY# pin counts as one), and those of them that were repeated.
-    reopened, reconnects : int
-        How often the device was opened again after too many lost pairs, and after it was unplugged.
-    """
+    """Counters of a driver; `pairs + lost` is the sequence number after the last sample."""
 
     pairs: int = 0
     lost: int = 0
@@ -75,37 +98,31 @@ class Counters:
     reconnects: int = 0
 
 
-def repeated(act: Callable[[], T], counters: Counters, clock: Clock, check: Callable[[], None]) -> T:
-    """Access the device, up to `TRIES` times.
+class Access:
+    """Access to a bus: each up to `TRIES` times, with `check` before each try; errors and repetitions are counted."""
 
-    Parameters
-    ----------
-    act : callable
-        One access.
-    counters : Counters
-        Its `errors` and `retries` are increased.
-    clock : Clock
-    check : callable
-        Called before each try; an exception that it raises ends the repetitions.
+    def __init__(self, bus: RegisterBus, clock: Clock, check: Callable[[], None] = lambda: None) -> None:
+        self.bus, self.clock, self.counters = bus, clock, Counters()
+        self._check = check
 
-    Returns
-    -------
-    object
-        The result of `act`.
+    def read(self, register: int, count: int) -> bytes:
+        """Return `count` registers from `register` on."""
+        return self.repeated(lambda: self.bus.read(register, count))
 
-    Raises
-    ------
-    SourceTimeout, ProtocolError
-        The error of the last try.
-    """
-    for left in reversed(range(TRIES)):
-        check()
-        try:
-            return act()
-        except (SourceTimeout, ProtocolError):
-            counters.errors += 1
-            if not left:
-                raise
-            counters.retries += 1
-            clock.sleep(_PAUSE_S)
-    raise AssertionError("unreachable")
+    def write(self, register: int, data: bytes) -> tuple[int, int]:
+        """Write registers from `register` on; return times before and after it, ns."""
+        return self.repeated(lambda: (self.clock.now_ns(), self.bus.write(register, data)))
+
+    def repeated(self, act: Callable[[], T]) -> T:
+        """Do an access, up to `TRIES` times."""
+        for left in reversed(range(TRIES)):
+            self._check()
+            try:
+                return act()
+            except (SourceTimeout, ProtocolError):
+                self.counters.errors += 1
+                if not left:
+                    raise
+                self.counters.retries += 1
+                self.clock.sleep(_PAUSE_S)
+        raise AssertionError("unreachable")

@@ -1,13 +1,10 @@
 """Configuration of the AD7746: checked when it is created, before it is written to the chip."""
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 from palpate.ad7746 import datasheet
 
-HARD, SOFT = 0, 1
-"""Numbers of the two channels, in the order in which a pair is read."""
+HARD, SOFT = 0, 1  # Numbers of the two channels, in the order in which a pair is read.
 NAMES = ("hard", "soft")
 
 # Bits that must read back as written: the mode returns to idle by itself when a conversion ends.
@@ -102,15 +99,10 @@ class Configuration:
     vtf: int = 0
 
     def __post_init__(self) -> None:
-        """Check the ranges, and each register write."""
+        """Check the ranges."""
         for name, allowed in (("capf", range(8)), ("hard_input", range(1, 3)), ("level", range(4)), ("vtf", range(4))):
             if getattr(self, name) not in allowed:
                 raise ValueError(f"{name}: got {getattr(self, name)!r}, allowed: {allowed[0]} to {allowed[-1]}")
-        for channel in (HARD, SOFT):
-            setup, in_range = self.registers(channel)
-            datasheet.check_write(datasheet.CAP_SETUP, setup)
-            datasheet.check_write(datasheet.CAPDAC_A, in_range)
-        datasheet.check_write(datasheet.CAP_SETUP, self.temperature_registers)
 
     def channel(self, number: int) -> Channel:
         """Return the hard (0) or the soft (1) channel."""
@@ -133,15 +125,9 @@ class Configuration:
         excitation = datasheet.EXCITATION[channel.excitation] | self.level
         return bytes([setup, 0, excitation, self._config]), channel.range_registers
 
-    @property
-    def temperature_registers(self) -> bytes:
-        """Bytes of registers 0x07 to 0x0A for one temperature reading."""
-        return bytes([0, datasheet.VTEN | datasheet.VTCHOP, self.level, self._config])
-
-    @property
-    def supply_registers(self) -> bytes:
-        """Bytes of registers 0x07 to 0x0A for one reading of the supply."""
-        return bytes([0, datasheet.VTEN | datasheet.VT_SUPPLY | datasheet.VTCHOP, self.level, self._config])
+    def voltage_registers(self, mode: int) -> bytes:
+        """Return the bytes of registers 0x07 to 0x0A for one reading of the voltage channel: VT_TEMPERATURE, VT_SUPPLY."""
+        return bytes([0, datasheet.VTEN | mode | datasheet.VTCHOP, self.level, self._config])
 
     @property
     def _config(self) -> int:
@@ -157,30 +143,9 @@ class Configuration:
         """Duration of a temperature reading, s."""
         return datasheet.VT_CONVERSION_S[self.vtf]
 
-    def as_dict(self) -> Mapping[str, Any]:
-        """Return all settings, for the description in a recording."""
-        return asdict(self)
-
 
 def differs(wanted: bytes, found: bytes) -> int | None:
-    """Return the first register that differs from the wanted value; the mode bits are not compared.
-
-    Parameters
-    ----------
-    wanted, found : bytes
-        Register values from 0x07 on.
-
-    Returns
-    -------
-    int or None
-        Address of the register; None: no difference.
-
-    Examples
-    --------
-    >>> differs(bytes.fromhex("80000b02"), bytes.fromhex("80000b00"))
-    >>> differs(bytes.fromhex("80000b02"), bytes.fromhex("c0000b00"))
-    7
-    """
+    """Return the first register that differs from the wanted value; the mode bits are not compared."""
     for number, (want, have, mask) in enumerate(zip(wanted, found, _MASK, strict=False)):
         if (want ^ have) & mask:
             return datasheet.CAP_SETUP + number

@@ -11,12 +11,10 @@ The time of a conversion is its middle, with bounds that hold however long the c
 
 import statistics
 from collections import defaultdict, deque
-from collections.abc import Callable
-from typing import NamedTuple, NoReturn, TypeVar
+from typing import NamedTuple
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.bus import Counters, RegisterBus, repeated
-from palpate.ad7746.clock import Clock
+from palpate.ad7746.bus import Access
 from palpate.ad7746.configuration import HARD, NAMES, SOFT, Configuration, differs
 from palpate.ad7746.pace import Middle, Pace, Seen
 from palpate.errors import ProtocolError, SourceTimeout
@@ -28,11 +26,10 @@ _PROMPT = 0.75  # part of the limit: a write that took longer leaves the begin t
 _PATIENCE = 3  # tries of a conversion in the CAPDAC search, and to begin one at a known time
 _BUS_S = 0.0047  # what bus and USB add to a conversion, until one was measured: the kit's bus at 85 kHz
 _STEPS = 15  # conversions whose median is the time of one
+_RDY = "STATUS shows another state; check the jumper RDY of link LK2"
 _SATURATED = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
 
-T = TypeVar("T")
-_Speed = tuple[int, bool]
-"""CAPF and CAPCHOP, which set the duration of a conversion."""
+_Speed = tuple[int, bool]  # CAPF and CAPCHOP, which set the duration of a conversion.
 
 
 class Reading(NamedTuple):
@@ -49,47 +46,16 @@ class Overdue(SourceTimeout):
 
 
 class Converter:
-    """Converts one channel at a time, with a configuration.
+    """Converts one channel at a time, with a configuration."""
 
-    Parameters
-    ----------
-    bus : RegisterBus
-    configuration : Configuration
-    clock : Clock
-        The clock of the bus.
-    counters : Counters
-        Counts failed and repeated accesses.
-    check : callable
-        Called before each access; an exception that it raises ends the method.
-    limit_ns : int
-        As in `Ad7746`: a conversion whose begin is nearly as uncertain is begun again.
-
-    Raises
-    ------
-    SourceError
-        From every method that accesses the chip, after the repetitions of `palpate.ad7746.bus.repeated`.
-    """
-
-    def __init__(
-        self,
-        bus: RegisterBus,
-        configuration: Configuration,
-        clock: Clock,
-        counters: Counters,
-        check: Callable[[], None],
-        limit_ns: int,
-    ) -> None:
-        self.limit_ns: int = limit_ns
-        self.configuration: Configuration = configuration
-        self.dump: bytes = b""
-        self._bus = bus
-        self._clock = clock
-        self._counters = counters
-        self._check = check
+    def __init__(self, access: Access, configuration: Configuration, limit_ns: int) -> None:
+        self.configuration = configuration
+        self.limit_ns = limit_ns
+        self.dump = b""
+        self._access, self._clock = access, access.clock
         self._paces: dict[_Speed, Pace] = {}
         self._steps_ns: dict[_Speed, deque[int]] = defaultdict(lambda: deque(maxlen=_STEPS))
         self._sooner_ns = 0
-        self._trust_pin = True
 
     @property
     def step_s(self) -> float:
@@ -104,22 +70,21 @@ class Converter:
 
     def set_up(self) -> None:
         """Reset the chip, write the configuration in idle mode, and check that it reads back the same."""
-        self._trust_pin = True
         self._paces.clear()  # it may be another chip
-        self._access(self._bus.reset)
+        self._access.repeated(self._access.bus.reset)
         self._clock.sleep(2 * datasheet.RESET_S)
         setup, in_range = self.configuration.registers(HARD)
         idle = setup[:-1] + bytes([setup[-1] & ~7])
-        self._access(lambda: self._bus.write(datasheet.CAPDAC_A, in_range))
-        self._access(lambda: self._bus.write(datasheet.CAP_SETUP, idle))
-        self.dump = self._access(lambda: self._bus.read(0, datasheet.REGISTERS))
-        _same(idle + in_range, self.dump)
+        self._access.write(datasheet.CAPDAC_A, in_range)
+        self._access.write(datasheet.CAP_SETUP, idle)
+        self.dump = self._access.read(0, datasheet.REGISTERS)
+        _require_same(idle + in_range, self.dump)
 
     def convert(self, channel: int) -> Reading:
         """Convert one channel, `HARD` or `SOFT`, once."""
         entered = self._clock.now_ns()
         setup, in_range = self.configuration.registers(channel)
-        self._access(lambda: self._bus.write(datasheet.CAPDAC_A, in_range))
+        self._access.write(datasheet.CAPDAC_A, in_range)
         pace = self._paces.setdefault(self._speed, Pace(self.configuration.conversion_s))
         seen, image = self._run(setup, in_range, pace, datasheet.RDYCAP)
         pace.learn(seen)
@@ -131,18 +96,11 @@ class Converter:
 
     def gains(self) -> bytes:
         """Return CAP_GAIN and VOLT_GAIN: set in the factory, other ones in each chip, and constant."""
-        return self._access(lambda: self._bus.read(datasheet.CAP_GAIN, datasheet.REGISTERS - datasheet.CAP_GAIN))
+        return self._access.read(datasheet.CAP_GAIN, datasheet.REGISTERS - datasheet.CAP_GAIN)
 
-    def temperature(self) -> float:
-        """Measure the temperature of the chip, degrees Celsius."""
-        return datasheet.temperature_C(self._voltage(self.configuration.temperature_registers))
-
-    def supply(self) -> float:
-        """Measure the supply of the chip, V."""
-        return datasheet.supply_V(self._voltage(self.configuration.supply_registers))
-
-    def _voltage(self, setup: bytes) -> int:
-        """Return a code of the voltage channel."""
+    def voltage(self, mode: int) -> int:
+        """Return a code of the voltage channel; `mode`: VT_TEMPERATURE or VT_SUPPLY."""
+        setup = self.configuration.voltage_registers(mode)
         _, image = self._run(setup, b"", Pace(self.configuration.temperature_s), datasheet.RDYVT)
         return int.from_bytes(image[datasheet.VT_DATA : datasheet.CAP_SETUP], "big")
 
@@ -150,11 +108,7 @@ class Converter:
         """Choose each channel's CAPDAC so that its present signal lies in the middle of the range."""
         for channel in (HARD, SOFT):
             self._centre(channel)
-        self.dump = self._access(lambda: self._bus.read(0, datasheet.REGISTERS))
-
-    def restore_capdac(self, hard: int, soft: int) -> None:
-        """Use these CAPDAC steps, from the next conversion on."""
-        self.configuration = self.configuration.with_capdac(HARD, hard).with_capdac(SOFT, soft)
+        self.dump = self._access.read(0, datasheet.REGISTERS)
 
     def _centre(self, channel: int) -> None:
         low, high = -datasheet.DAC_STEPS, datasheet.DAC_STEPS
@@ -186,71 +140,40 @@ class Converter:
 
     def _run(self, setup: bytes, in_range: bytes, pace: Pace, bit: int) -> tuple[Seen, bytes]:
         """Begin a conversion with the last byte of `setup`, wait until it has ended, read 0x00 to 0x0E."""
-        asked, begun = self._begin(setup)
+        for _ in range(_PATIENCE):
+            asked, begun = self._access.write(datasheet.CAP_SETUP, setup)
+            if begun - asked <= _PROMPT * self.limit_ns:
+                break  # else its begin is too uncertain: begin it again
         busy, ended = self._wait(asked, begun, pace, bit)
-        retries = self._counters.retries
-        image = self._access(lambda: self._bus.read(0, datasheet.CAP_GAIN))
-        _same(setup + in_range, image)
+        retries = self._access.counters.retries
+        image = self._access.read(0, datasheet.CAP_GAIN)
+        _require_same(setup + in_range, image)
         if image[datasheet.STATUS] & bit:
-            self._not_new(repeated=self._counters.retries != retries)
+            damaged = self._access.counters.retries != retries  # the chip marks data as new only once
+            raise ProtocolError("a transfer with data was damaged" if damaged else f"the pin RDY# is stuck low: {_RDY}")
         # A pin that was never high may be stuck low: then only STATUS, in the image, shows the end.
         return Seen(asked, begun, busy, ended if busy > asked else self._clock.now_ns()), image
 
-    def _begin(self, setup: bytes) -> tuple[int, int]:
-        """Begin a conversion; return times before and after it, ns. If they are far apart, begin it again."""
-        for _ in range(_PATIENCE):
-            asked, begun = self._access(lambda: (self._clock.now_ns(), self._bus.write(datasheet.CAP_SETUP, setup)))
-            if begun - asked <= _PROMPT * self.limit_ns:
-                break
-        return asked, begun
-
-    def _not_new(self, *, repeated: bool) -> NoReturn:
-        if repeated:
-            raise ProtocolError(
-                "a transfer with data was damaged; the AD7746 marks data as new only once, so they cannot be read again"
-            )
-        self._trust_pin = False  # from now on read STATUS instead, before the data
-        self._counters.errors += 1
-        raise ProtocolError("the RDY# pin shows the end of a conversion, STATUS does not: the pin is stuck low")
-
     def _wait(self, asked: int, begun: int, pace: Pace, bit: int) -> tuple[int, int]:
-        """Return two times, ns: the last poll that found the conversion running, the first that found it ended.
-
-        The first one is `asked` if no poll found it running. The polls begin at another time in each conversion: so one
-        is just before the end now and then, and shows the duration.
-        """
+        """Return two times, ns: the last poll that found the conversion running, the first that found it ended."""
         self._sooner_ns = (self._sooner_ns + _SECTION_NS) % _SOONER_NS
         self._clock.sleep((asked + pace.shortest_ns - self._sooner_ns - self._clock.now_ns()) / 1e9)
         busy = asked
         while True:
             now = self._clock.now_ns()
-            if self._ready(bit):
+            if self._access.repeated(self._access.bus.ready):
                 return busy, self._clock.now_ns()
             busy = now
             if now > begun + pace.overdue_ns:
-                self._check_overdue((now - begun) / 1e9, bit)
-                return asked, self._clock.now_ns()
-
-    def _check_overdue(self, waited_s: float, bit: int) -> None:
-        if not self._trust_pin or not self._ready_by_status(bit):
-            raise Overdue(
-                f"a conversion did not end within {waited_s:.3f} s: it was lost, or the chip is not clocked; "
-                "if it happens again, unplug the board for a moment"
-            )
-        self._trust_pin = False  # stuck high: from now on read STATUS instead
-        self._counters.errors += 1
-
-    def _ready(self, bit: int) -> bool:
-        return self._access(self._bus.ready) if self._trust_pin else self._ready_by_status(bit)
-
-    def _ready_by_status(self, bit: int) -> bool:
-        return not self._access(lambda: self._bus.read(datasheet.STATUS, 1))[0] & bit
-
-    def _access(self, act: Callable[[], T]) -> T:
-        return repeated(act, self._counters, self._clock, self._check)
+                if not self._access.read(datasheet.STATUS, 1)[0] & bit:
+                    raise ProtocolError(f"the pin RDY# is stuck high: {_RDY}")
+                raise Overdue(
+                    f"a conversion did not end within {(now - begun) / 1e9:.3f} s: it was lost, or the chip is not clocked; "
+                    "if it happens again, unplug the board for a moment"
+                )
 
 
-def _same(wanted: bytes, image: bytes) -> None:
+def _require_same(wanted: bytes, image: bytes) -> None:
     register = differs(wanted, image[datasheet.CAP_SETUP :])
     if register is not None:
         raise ProtocolError(

@@ -15,23 +15,22 @@ What happens after an error:
    failures of the device: it is not opened again.
 5. If the device is unplugged, the driver waits for it, up to `replug_s`. The pairs that the gap would have held
    are counted in `lost`, and their sequence numbers are skipped.
-6. Once a second the gains of the chip are read. If another program has changed them, the pair is LOST, and the device
-   is opened again.
+6. Once a second the gains of the chip are read: a chip has no serial number, but other gains than any other chip, set
+   in the factory. If another program has changed them, the pair is LOST, and the device is opened again.
 
-After 3, 5 and 6, and where the range was set again, the baseline before does not hold any more: `gaps` says from which
+After 3, 5 and 6, and where the range was set again, the earlier baseline is no longer valid: `gaps` lists from which
 sample on, and why.
 """
 
 import math
 from collections.abc import Callable
+from dataclasses import asdict
 from threading import Event
 from typing import Any
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.bus import Counters, RegisterBus
-from palpate.ad7746.clock import Clock, RealClock
+from palpate.ad7746.bus import Access, Clock, NotReady, RealClock, RegisterBus
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
-from palpate.ad7746.connection import Connection, OtherGains
 from palpate.ad7746.converter import Converter, Overdue, Reading
 from palpate.ad7746.inputs import Look, look
 from palpate.ad7746.pace import Middle, difference_ns
@@ -40,15 +39,22 @@ from palpate.samples import Sample, Status
 from palpate.systems import on_monotonic
 
 STREAK = 3
-LIMIT_NS = 2_000_000
-"""Largest possible error of the difference of the two times of a pair that is not LOST, ns."""
+LIMIT_NS = 2_000_000  # Largest possible error of the difference of the two times of a pair that is not LOST, ns.
 _UNKNOWN_NS = -1000
 _GRACE_NS = 200_000_000
 _CONDITIONS_S = 2 * (datasheet.VT_CONVERSION_S[0] + 0.005)
+_GAINS_NS = 1_000_000_000  # from one look at the gains to the next; it takes 1 ms
+_POLL_S = 0.1
+_SETTLING = 20  # tries until a board that is not ready is reported: permissions and firmware take up to 2 s
+_OPENINGS = 3  # tries to open the device again after an error
 
 
 class _Interrupted(Exception):
     """`interrupt` was called."""
+
+
+class _OtherGains(ProtocolError):
+    """The chip has not the gains that it had."""
 
 
 class Ad7746:
@@ -70,8 +76,11 @@ class Ad7746:
 
     Attributes
     ----------
+    counters : Counters
     gaps : list of (int, str)
-        Each: number of the sample from which on the baseline before does not hold; and why.
+        Each: number of the first sample for which the earlier baseline is no longer valid; and why.
+    away : str
+        While the driver waits for an unplugged device: a sentence that says so; else empty.
 
     Raises
     ------
@@ -80,8 +89,8 @@ class Ad7746:
 
     Examples
     --------
-    >>> from palpate.simulation.board import simulated
-    >>> driver = simulated("four-specimens", seed=1)
+    >>> import palpate
+    >>> driver = palpate.open("sim:four-specimens?seed=1").driver
     >>> driver.start()
     >>> driver.auto_capdac()
     (41, 27)
@@ -100,17 +109,15 @@ class Ad7746:
         notify: Callable[[str], None] = lambda _: None,
         limit_ns: int = LIMIT_NS,
     ) -> None:
-        self.counters: Counters = Counters()
         self.gaps: list[tuple[int, str]] = []
-        self._bus = bus
-        self._clock = clock or RealClock()
-        self._replug_s = replug_s
-        self._notify = notify
+        self.away = ""
+        self._bus, self._clock = bus, clock or RealClock()
+        self._replug_s, self._notify = replug_s, notify
         self._interrupted, self._centre = Event(), Event()
-        self._converter = Converter(
-            bus, configuration or Configuration(), self._clock, self.counters, self._check_interrupt, limit_ns
-        )
-        self._connection = Connection(bus, self._converter, self._clock, notify, self._check_interrupt)
+        access = Access(bus, self._clock, self._check_interrupt)
+        self.counters = access.counters
+        self._converter = Converter(access, configuration or Configuration(), limit_ns)
+        self._gains, self._look_at_gains_ns = b"", 0
         self._start_ns = self._last_ns = self._clock.now_ns()
         self._streak = self._next = self._grace_ns = 0
 
@@ -126,18 +133,13 @@ class Ad7746:
 
     @property
     def zero_ns(self) -> int | None:
-        """`time.monotonic_ns()` at t = 0; None: the clock is not that of the computer."""
+        """`time.monotonic_ns()` at t = 0; None: it is not the computer's clock."""
         real = isinstance(self._clock, RealClock) and self._clock.speed == 1
         return on_monotonic(self._start_ns) if real else None
 
-    @property
-    def away(self) -> str:
-        """While the driver waits for an unplugged device: a sentence that says so; else empty."""
-        return self._connection.away
-
     def start(self) -> None:
         """Reset and configure the chip, and begin to count time."""
-        self._connection.set_up()
+        self._set_up()
         self._start_ns = self._last_ns = self._clock.now_ns()
 
     def interrupt(self) -> None:
@@ -155,8 +157,8 @@ class Ad7746:
             "note": "driver not tried on hardware",
             "device": self._bus.describe(),
             "registers": self._converter.dump.hex(" "),
-            "fingerprint": self._connection.gains.hex(" "),  # of the chip: its gains from the factory
-            "configuration": self.configuration.as_dict(),
+            "fingerprint": self._gains.hex(" "),  # of the chip: its gains from the factory
+            "configuration": asdict(self.configuration),
             "conversion_s": self.configuration.conversion_s,
             "period_s": self.period_s,
             "clock": f"{type(self._clock).__name__}, ns since the start; a time is the middle of a conversion",
@@ -173,14 +175,14 @@ class Ad7746:
         (int, int)
             Steps of the hard and the soft channel, as in `Channel.capdac`.
         """
-        before = self._capdacs
+        before, capdacs = self.configuration, self._capdacs
         try:
             self._converter.auto_capdac()
         except BaseException:
-            self._converter.restore_capdac(*before)
+            self._converter.configuration = before
             raise
-        if self._next and before != self._capdacs:
-            self.gaps.append((self._next, f"the range was set again: CAPDAC {self._capdacs}, before {before}"))
+        if self._next and capdacs != self._capdacs:
+            self.gaps.append((self._next, f"the range was set again: CAPDAC {self._capdacs}, before {capdacs}"))
         return self._capdacs
 
     def centre(self) -> None:
@@ -189,7 +191,7 @@ class Ad7746:
 
     def read_temperature(self) -> float:
         """Measure the temperature of the chip, degrees Celsius; use it between touches, it takes 20 ms or more."""
-        return self._converter.temperature()
+        return datasheet.temperature_C(self._converter.voltage(datasheet.VT_TEMPERATURE))
 
     def read_conditions(self) -> dict[str, float] | None:
         """Measure temperature and supply of the chip, in about 50 ms; also after `interrupt`, then for 0.2 s at most.
@@ -202,12 +204,13 @@ class Ad7746:
         self._grace_ns = self._clock.now_ns() + _GRACE_NS
         try:
             t_s = (self._clock.now_ns() - self._start_ns) / 1e9
-            found = {"temperature_C": self._converter.temperature(), "supply_V": self._converter.supply()}
+            temperature_C = self.read_temperature()
+            supply_V = datasheet.supply_V(self._converter.voltage(datasheet.VT_SUPPLY))
         except (SourceError, _Interrupted):
             return None
         finally:
             self._grace_ns = 0
-        return {"t_s": round(t_s, 3), **{name: round(value, 3) for name, value in found.items()}}
+        return {"t_s": round(t_s, 3), "temperature_C": round(temperature_C, 3), "supply_V": round(supply_V, 3)}
 
     @property
     def conditions_are_free(self) -> bool:
@@ -258,7 +261,7 @@ class Ad7746:
         hard = soft = _empty(Middle(self._clock.now_ns() - self._start_ns))
         uncertainty_ns = _UNKNOWN_NS
         try:
-            self._connection.check_gains()
+            self._check_gains()
             hard = self.read_channel(HARD)
             soft = self.read_channel(SOFT)
             self._streak = 0
@@ -272,40 +275,90 @@ class Ad7746:
             good = not hard.status and hard.middle.error_ns <= self._converter.limit_ns
             hard, soft = hard._replace(status=Status.LOST) if good else _empty(hard.middle), _empty(soft.middle)
         self._last_ns = self._clock.now_ns()
-        return Sample(
-            seq,
-            hard.middle.t_ns,
-            soft.middle.t_ns,
-            hard.raw,
-            soft.raw,
-            hard.capacitance,
-            soft.capacitance,
-            hard.status | soft.status,
-            -(-uncertainty_ns // 1000),
-        )
+        times, codes = (hard.middle.t_ns, soft.middle.t_ns), (hard.raw, soft.raw)
+        values, status = (hard.capacitance, soft.capacitance), hard.status | soft.status
+        return Sample(seq, *times, *codes, *values, status, -(-uncertainty_ns // 1000))
 
     def _give_up(self, failure: SourceError, seq: int) -> None:
         deaf = isinstance(failure, SourceTimeout) and not isinstance(failure, Overdue)
-        at_once = deaf or isinstance(failure, OtherGains)
+        at_once = deaf or isinstance(failure, _OtherGains)
         self._streak = STREAK if at_once and self._streak < STREAK else self._streak + 1
         if self._streak >= 2 * STREAK:
             raise failure
         if self._streak == STREAK:
             self.counters.reopened += 1
-            other = self._connection.open_again()
+            other = self._open_again()
             self.gaps.append((seq + 1, f"the board was opened again after an error ({failure}){other}"))
 
+    def _open_again(self) -> str:
+        """Open the device, which was there all the time, again; return as `_set_up`."""
+        for _ in range(_OPENINGS - 1):
+            try:
+                self._bus.reopen()
+                return self._set_up()
+            except (SourceTimeout, ProtocolError, NotReady):
+                self._clock.sleep(_POLL_S)
+        self._bus.reopen()
+        return self._set_up()
+
+    def _set_up(self) -> str:
+        """Reset and configure the chip; return "" or, if it is another one than before, a text that says so."""
+        self._converter.set_up()
+        self._look_at_gains_ns = self._clock.now_ns() + _GAINS_NS
+        found = self._converter.dump[datasheet.CAP_GAIN :]
+        before, self._gains = self._gains or found, found
+        if found == before:
+            return ""
+        return f"; another board: the gains of its chip are {found.hex(' ')}, before {before.hex(' ')}"
+
+    def _check_gains(self) -> None:
+        """Raise _OtherGains if the gains have changed; looks once a second."""
+        now = self._clock.now_ns()
+        if now < self._look_at_gains_ns:
+            return
+        self._look_at_gains_ns = now + _GAINS_NS
+        if (found := self._converter.gains()) != self._gains:
+            raise _OtherGains(
+                f"the gains of the chip (registers 0x0F to 0x12) are {found.hex(' ')}, before {self._gains.hex(' ')}: "
+                "another program uses the board; close that program"
+            )
+
     def _wait_for_replug(self, gone: DeviceNotFound) -> int:
+        """Wait until an unplugged device is back; return the number of pairs lost meanwhile."""
+        self.away = f"The board is gone: plug it in again. It is waited for, up to {self._replug_s:g} s."
+        self._notify(f"{gone} Waiting for it, up to {self._replug_s:g} s.")
         try:
-            other = self._connection.wait(gone, self._replug_s)
+            other = self._open_when_back(self._clock.now_ns() + self._replug_s * 1e9)
             gap_s = (self._clock.now_ns() - self._last_ns) / 1e9
             lost = self._skipped()
             self.counters.reconnects += 1
             self.gaps.append((self._next, f"the board was unplugged for {gap_s:.1f} s{other}"))
         finally:
-            self._connection.away = ""  # after the gap: one of the two says what is going on
+            self.away = ""  # after the gap: one of the two says what is going on
         self._notify(f"The device is back after {gap_s:.1f} s: {lost} pairs lost{other}.")
         return lost
+
+    def _open_when_back(self, deadline_ns: float) -> str:
+        """Open the device as soon as possible; return as `_set_up`. Raises the error of the last try."""
+        not_ready = 0
+        while True:
+            try:
+                self._check_interrupt()
+                self._bus.reopen()
+                return self._set_up()
+            except NotReady as error:
+                if self._clock.now_ns() > deadline_ns:
+                    raise
+                not_ready += 1
+                if not_ready == _SETTLING:
+                    self.away = f"{error}. Waiting until it is ready."
+                    self._notify(self.away)
+            except DeviceRefused:
+                raise
+            except SourceError:
+                if self._clock.now_ns() > deadline_ns:
+                    raise
+            self._clock.sleep(_POLL_S)
 
     def _centred(self) -> int:
         """Set the range again if that was requested; return the number of pairs lost meanwhile."""

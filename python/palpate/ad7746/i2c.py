@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.clock import Clock, RealClock
-from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError, SourceTimeout
+from palpate.ad7746.bus import Clock, RealClock
+from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceTimeout
 
 try:
     from smbus2 import SMBus, i2c_msg
@@ -15,8 +15,18 @@ except ImportError as _missing:  # pragma: no cover
     raise MissingExtra("an I2C bus needs smbus2: pip install 'palpate[i2c]'") from _missing
 
 
-# The errors of Linux; the first one is on no other system.
-_NOT_ACKNOWLEDGED = (getattr(errno, "EREMOTEIO", errno.ENXIO), errno.ENXIO)
+_NO_BUS = (DeviceNotFound, "there is no such bus; on a Raspberry Pi `sudo raspi-config` turns it on.")
+_FORBIDDEN = (DeviceRefused, "no permission to open it; `sudo usermod -aG i2c $USER`, then log out and in again")
+_NOBODY = (ProtocolError, "not acknowledged: check that the AD7746 is wired to this bus and has its supply")
+_ERRORS = {
+    errno.ENOENT: _NO_BUS,
+    errno.ENODEV: _NO_BUS,
+    errno.EACCES: _FORBIDDEN,
+    errno.EPERM: _FORBIDDEN,
+    errno.ENXIO: _NOBODY,
+    121: _NOBODY,  # EREMOTEIO, which only Linux has
+    errno.ETIMEDOUT: (SourceTimeout, "the bus is blocked: a wire is shorted, or the chip hangs; switch it off and on"),
+}
 
 
 class I2cBus:
@@ -54,8 +64,6 @@ class I2cBus:
 
     def read(self, register: int, count: int) -> bytes:
         """Return registers, in one transaction."""
-        if not 1 <= count <= datasheet.REGISTERS:
-            raise ValueError(f"count: got {count}, allowed: 1 to {datasheet.REGISTERS}")
         pointer = i2c_msg.write(datasheet.I2C_ADDRESS, [register])
         data = i2c_msg.read(datasheet.I2C_ADDRESS, count)
         self._transfer(f"reading register 0x{register:02X}", pointer, data)
@@ -103,24 +111,5 @@ def _translated(what: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise _error(what, error) from error
-
-
-def _error(what: str, error: OSError) -> SourceError:
-    match error.errno:
-        case errno.ENOENT | errno.ENODEV:
-            return DeviceNotFound(f"{what}: there is no such bus; on a Raspberry Pi `sudo raspi-config` turns it on.")
-        case errno.EACCES | errno.EPERM:
-            return DeviceRefused(
-                f"{what}: no permission to open it; `sudo usermod -aG i2c $USER`, then log out and in again"
-            )
-        case number if number in _NOT_ACKNOWLEDGED:
-            return ProtocolError(
-                f"{what}: not acknowledged: check that the AD7746 is wired to this bus and has its supply"
-            )
-        case errno.ETIMEDOUT:
-            return SourceTimeout(
-                f"{what}: the bus is blocked: a wire is shorted, or the chip hangs; switch it off and on"
-            )
-        case _:
-            return ProtocolError(f"{what}: {error.strerror}")
+        kind, text = _ERRORS.get(error.errno or 0, (ProtocolError, error.strerror))
+        raise kind(f"{what}: {text}") from error

@@ -10,29 +10,15 @@ from palpate.ad7746.configuration import HARD, Channel
 from palpate.ad7746.converter import Converter
 from palpate.samples import Status
 
+# An input with less than this has no sensor. Open inputs of a real board are expected to have some fF [?].
 EMPTY_PF = 0.05
-"""An input with less than this has no sensor. Open inputs of a real board are expected to have some fF [?]."""
-MOST_PF = 17.0
-"""Range that every chip has; most have more."""
+MOST_PF = 17.0  # Range that every chip has; most have more.
 # CAPDAC steps that are tried: two neighbours see a common value on every chip, whose steps are 0.13 to 0.2 pF.
 _STEPS = (0, 37, 74, 111, datasheet.DAC_STEPS)
 
 
 class Look(NamedTuple):
-    """What one input has on one excitation pin.
-
-    Attributes
-    ----------
-    capacitance : float
-        pF; above 4 pF uncertain by 20 %, as the CAPDACs are. +-inf: outside the range of the chip; nan: not measured.
-    shorted : bool
-        Whether the chip reports EXCERR.
-
-    Examples
-    --------
-    >>> Look(6.92).is_empty, Look(0.003).is_empty, str(Look(6.92)), str(Look(0.003))
-    (False, True, 'about 6.9 pF', '0.003 pF')
-    """
+    """What one input has on one excitation pin."""
 
     capacitance: float
     shorted: bool = False
@@ -62,32 +48,11 @@ class Look(NamedTuple):
         return f"about {self.capacitance:.1f} pF" if size >= datasheet.FULL_SCALE_PF else f"{self.capacitance:.3f} pF"
 
 
-Looking = Callable[[str, str], Look]
-"""(input, excitation) -> `Look`, as `palpate.ad7746.driver.Ad7746.look`."""
+Looking = Callable[[str, str], Look]  # (input, excitation) -> `Look`, as `palpate.ad7746.driver.Ad7746.look`.
 
 
 def look(converter: Converter, name: str, excitation: str) -> Look:
-    """Measure the capacitance between an input and an excitation pin.
-
-    Parameters
-    ----------
-    converter : Converter
-        Its configuration is the same afterwards.
-    name : str
-        "1+", "1-", "2+" or "2-": CIN1+ to CIN2-. A "-" is the difference of two measurements, CIN+ less CIN+ minus CIN-.
-    excitation : str
-        "A", "B" or "AB".
-
-    Returns
-    -------
-    Look
-        After two to ten conversions, 12 ms each.
-
-    Raises
-    ------
-    SourceError
-        As from `Converter.convert`.
-    """
+    """Measure the capacitance between an input and an excitation pin."""
     plus = _capacitance(converter, int(name[0]), excitation, differential=False)
     if name[1] == "+" or plus.shorted:
         return plus

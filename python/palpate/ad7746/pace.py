@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 from palpate.errors import ProtocolError
 
+# Duration of a conversion before one was seen, relative to the data sheet's, at least: the chip's clock is +-5 %.
 _SHORTEST = 0.9
-"""Duration of a conversion before one was seen, relative to the data sheet's, at least: the chip's clock is +-5 %."""
+# If no poll found a conversion running, the polls may have begun too late: the next ones begin so much earlier.
 _UNSEEN_NS = 500_000
-"""If no poll found a conversion running, the polls may have begun too late: the next ones begin so much earlier."""
+# A conversion is overdue after this multiple of the data sheet's duration (about 2 with CAPCHOP) and this time.
 _OVERDUE, _OVERDUE_NS = 2.5, 20_000_000
-"""A conversion is overdue after so many of the data sheet's duration, about 2 with CAPCHOP, and this time."""
+# Change of the chip's clock from one conversion to the next, relative, at most: 0.018 to 0.18 % a second.
 _DRIFT = 2e-5
-"""Change of the chip's clock from one conversion to the next, relative, at most: 0.018 to 0.18 % a second."""
 
 
 class Seen(NamedTuple):

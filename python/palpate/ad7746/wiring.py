@@ -8,8 +8,10 @@ from collections.abc import Iterator
 from functools import cache
 from typing import NamedTuple
 
+from palpate.ad7746 import datasheet
 from palpate.ad7746.configuration import HARD, NAMES, SOFT, Configuration
 from palpate.ad7746.inputs import EMPTY_PF, Looking
+from palpate.samples import Sample, Status
 
 _SOCKETS = {"1+": " (socket P4)", "1-": " (socket P3)", "A": " (socket P1)", "B": " (socket P2)"}
 _DEMO = "the board's own length sensor, connected until R1 and R2 are removed"
@@ -17,17 +19,7 @@ _DEMO_PF = (0.9, 1.9)  # 1.4 pF by the schematic
 
 
 class Mistake(NamedTuple):
-    """One mistake.
-
-    Attributes
-    ----------
-    what : str
-        What was measured, and where.
-    remedy : str
-        What to do.
-    fatal : bool
-        Whether no ratio can be measured.
-    """
+    """One mistake."""
 
     what: str
     remedy: str
@@ -38,171 +30,223 @@ class Mistake(NamedTuple):
         return f"{self.what}: {self.remedy}"
 
 
-class Wiring:
-    """The wiring that looks at the inputs show.
+class _Bump:
+    """One bump: its inputs, its own excitation, and what CIN+ has on each excitation."""
 
-    Parameters
-    ----------
-    look : Looking
-        Called once at most for each input and excitation.
-    configuration : Configuration
-    kit : bool
-        Whether it is the evaluation kit, with its sockets and its length sensor.
-    """
+    def __init__(self, number: int, look: Looking, configuration: Configuration, *, kit: bool) -> None:
+        pin = configuration.input(number)
+        self.name = f"{NAMES[number]} bump"
+        self.plus, self.minus = f"{pin}+", f"{pin}-"
+        self.own = configuration.channel(number).excitation
+        self.driven = " and ".join(f"EXC{name}" for name in self.own)
+        self.on = {name: look(self.plus, name) for name in "AB"}
+        self.levels = " and ".join(f"{found} on EXC{name}" for name, found in self.on.items())
+        self.answers = any(self.on[name].is_sensor for name in self.own)
+        self.beside_demo = kit and pin == 2
+        self.is_demo = self.beside_demo and _DEMO_PF[0] < self.on["A"].capacitance < _DEMO_PF[1]
+        self.no_socket = "; the board has no socket for CIN2+ (P6)" if self.beside_demo else ""
+
+    @property
+    def place(self) -> str:
+        """The excitation to use: the own one, if the bump answers to it; else the other one; "": it answers to none."""
+        found = [name for name in "AB" if self.on[name].is_sensor and not (name == "A" and self.is_demo)]
+        return self.own if set(found) & set(self.own) else "".join(found[:1])
+
+
+class Wiring:
+    """The wiring that looks at the inputs show."""
 
     def __init__(self, look: Looking, configuration: Configuration, *, kit: bool) -> None:
         self._look = cache(look)
-        self._configuration = configuration
+        self._differential = configuration.differential
         self._kit = kit
+        self._bumps = [_Bump(number, self._look, configuration, kit=kit) for number in (HARD, SOFT)]
 
     def mistakes(self) -> list[Mistake]:
         """Return all mistakes, those that prevent a measurement first."""
-        if any(self._look(plus, name).is_unknown for plus in ("1+", "2+") for name in "AB"):
+        found = [found for bump in self._bumps for found in bump.on.values()]
+        if any(each.is_unknown for each in found):
             return []
         if shorts := list(self._shorts()):
             return shorts
-        if not any(self._connected(number, name) for number in (HARD, SOFT) for name in "AB"):
+        if not any(not each.is_empty or self._at_minus(bump) for bump in self._bumps for each in bump.on.values()):
             return [self._nothing()]
-        found = [mistake for number in (HARD, SOFT) for mistake in self._of(number)]
-        return sorted(found, key=lambda mistake: not mistake.fatal)
+        mistakes = [mistake for bump in self._bumps for mistake in self._of(bump)]
+        return sorted(mistakes, key=lambda mistake: not mistake.fatal)
 
     def _shorts(self) -> Iterator[Mistake]:
-        answers = all(self._answers(number) for number in (HARD, SOFT))
-        for name in sorted({*self._pins(HARD), *self._pins(SOFT)} if answers else "AB"):
-            if self._look("1+", name).shorted or self._look("2+", name).shorted:
+        used = "".join(bump.own for bump in self._bumps) if all(bump.answers for bump in self._bumps) else "AB"
+        for name in sorted(set(used)):
+            if any(bump.on[name].shorted for bump in self._bumps):
                 yield Mistake(
                     f"{self._at(name)} is shorted or overloaded (the chip reports EXCERR)",
                     f"look for a short from EXC{name} to ground or to a shield, in the cable, the plug and the probe",
                 )
 
-    def _of(self, number: int) -> Iterator[Mistake]:
-        plus = self._plus(number)
-        for name in self._pins(number) if self._answers(number) else "AB":
-            if math.isinf(self._look(plus, name).capacitance):
-                yield Mistake(
-                    f"{NAMES[number]} bump: {self._at(plus)} has {self._look(plus, name)} on EXC{name}",
-                    f"look for a short between CIN{plus} and EXC{name}, or a cable that is long or has no shield",
-                )
+    def _of(self, bump: _Bump) -> Iterator[Mistake]:
+        for name in bump.own if bump.answers else "AB":
+            if math.isinf(bump.on[name].capacitance):
+                what = f"{bump.name}: {self._at(bump.plus)} has {bump.on[name]} on EXC{name}"
+                wires = f"CIN{bump.plus} and EXC{name}, or a cable that is long or has no shield"
+                yield Mistake(what, f"look for a short between {wires}")
                 return
-        if not self._answers(number):
-            yield self._flat(number)
+        if not bump.answers:
+            yield self._flat(bump)
             return
-        yield from self._besides(number)
-        if self._configuration.differential:
-            yield from self._exchanged(number)
+        yield from self._besides(bump)
+        if self._differential:
+            yield from self._exchanged(bump)
 
-    def _exchanged(self, number: int) -> Iterator[Mistake]:
+    def _exchanged(self, bump: _Bump) -> Iterator[Mistake]:
         """Return that CIN+ minus CIN- is negative: of the wires, or of a reference that is larger than the bump."""
-        pin, own = self._configuration.input(number), self._pins(number)
-        plus, minus = (sum(self._look(f"{pin}{sign}", name).capacitance for name in own) for sign in "+-")
+        plus, minus = (sum(self._look(pin, name).capacitance for name in bump.own) for pin in (bump.plus, bump.minus))
         if plus - minus < -EMPTY_PF:
-            what = f"{NAMES[number]} bump: CIN{pin}+ minus CIN{pin}- is {plus - minus:.2f} pF"
-            remedy = (
-                f"exchange its wires at CIN{pin}+ and CIN{pin}-, unless the reference at CIN{pin}- is the larger one"
+            what = f"{bump.name}: CIN{bump.plus} minus CIN{bump.minus} is {plus - minus:.2f} pF"
+            wires = f"its wires at CIN{bump.plus} and CIN{bump.minus}"
+            yield Mistake(
+                what, f"exchange {wires}, unless the reference at CIN{bump.minus} is the larger one", fatal=False
             )
-            yield Mistake(what, remedy, fatal=False)
 
-    def _besides(self, number: int) -> Iterator[Mistake]:
+    def _besides(self, bump: _Bump) -> Iterator[Mistake]:
         """Return what is connected beside the bump: it does not prevent a measurement."""
-        plus, own = self._plus(number), self._pins(number)
-        demo = self._kit and plus == "2+"
-        if all(self._look(plus, name).is_sensor for name in "AB"):
-            what = f"{NAMES[number]} bump: {self._at(plus)} has {self._levels(plus)}"
-            if demo and own == "B":
+        if all(found.is_sensor for found in bump.on.values()):
+            what = f"{bump.name}: {self._at(bump.plus)} has {bump.levels}"
+            if not bump.beside_demo:
+                yield Mistake(what, f"pull off what is not the bump; measured is {bump.driven}", fatal=False)
+            elif bump.own == "B":
                 yield Mistake(f"{what}, {_DEMO}", "remove them; the measurement on EXCB goes on", fatal=False)
-            elif demo and own == "A" and self._is_demo(plus):
-                yield Mistake(f"{what}, {_DEMO}", f"remove them{self._option('B', number, ', and use {}')}")
-            elif demo:
-                yield Mistake(f"{what}, {_DEMO}", f"remove them{self._option('B', number, ', or use {}')}", fatal=False)
             else:
-                yield Mistake(what, f"pull off what is not the bump; measured is {self._driven(number)}", fatal=False)
-        elif demo and self._look(plus, "A").is_sensor:
-            what = f"{NAMES[number]} bump: EXCA also drives {_DEMO}"
+                only_demo = bump.own == "A" and bump.is_demo
+                option = self._option("B", bump, ", and use {}" if only_demo else ", or use {}")
+                yield Mistake(f"{what}, {_DEMO}", f"remove them{option}", fatal=only_demo)
+        elif bump.beside_demo and bump.on["A"].is_sensor:
             remedy = "remove them; the readings cannot show whether they are there"
-            if self._is_demo(plus):  # a small bump may be as large: it is measured
-                remedy += f". {self._look(plus, 'A')} is as much as they alone give: the bump may not be connected"
-            yield Mistake(what, remedy, fatal=False)
+            if bump.is_demo:  # a small bump may be as large: it is measured
+                remedy += f". {bump.on['A']} is as much as they alone give: the bump may not be connected"
+            yield Mistake(f"{bump.name}: EXCA also drives {_DEMO}", remedy, fatal=False)
 
-    def _flat(self, number: int) -> Mistake:
-        plus, own = self._plus(number), self._pins(number)
-        here = f"{NAMES[number]} bump: {self._at(plus)} has {self._look(plus, own[0])} on {self._driven(number)}"
-        for name in "AB".replace(own, ""):
-            if self._look(plus, name).is_sensor:
-                return Mistake(f"{here}, {self._look(plus, name)} on EXC{name}", self._to(name, number))
-        if negative := self._negative(number):
-            exchanged = f"exchange its wires at CIN{plus} and CIN{negative}"
-            remedy = exchanged if self._configuration.differential else f"move it to CIN{plus}"
-            return Mistake(f"{here}, its wire is at {self._at(negative)}", remedy)
-        return Mistake(
-            f"{NAMES[number]} bump: {self._at(plus)} has {self._levels(plus)}, nothing is connected",
-            f"look at its wires, one to CIN{plus}, the other to EXC{own[0]}{self._unpopulated(plus)}",
-        )
+    def _flat(self, bump: _Bump) -> Mistake:
+        """Return why a bump does not answer to its excitation."""
+        at = f"{bump.name}: {self._at(bump.plus)}"
+        here = f"{at} has {bump.on[bump.own[0]]} on {bump.driven}"
+        for name in "AB".replace(bump.own, ""):
+            if bump.on[name].is_sensor:
+                return Mistake(f"{here}, {bump.on[name]} on EXC{name}", self._to(name, bump))
+        if self._at_minus(bump):
+            exchange = f"exchange its wires at CIN{bump.plus} and CIN{bump.minus}"
+            remedy = exchange if self._differential else f"move it to CIN{bump.plus}"
+            return Mistake(f"{here}, its wire is at {self._at(bump.minus)}", remedy)
+        wires = f"one to CIN{bump.plus}, the other to EXC{bump.own[0]}{bump.no_socket}"
+        return Mistake(f"{at} has {bump.levels}, nothing is connected", f"look at its wires, {wires}")
 
-    def _to(self, name: str, number: int) -> str:
+    def _to(self, name: str, bump: _Bump) -> str:
         """Return what to do about a bump that answers to another pin."""
-        plus = self._plus(number)
-        if self._is_demo(plus) and name == "A":
+        if bump.is_demo and name == "A":
             return f"it is as large as {_DEMO}: remove them, and connect the bump to CIN2+ and EXCB"
-        remedy = self._option(name, number, "use {}, or ") + f"move its wire from EXC{name} to {self._driven(number)}"
-        if self._kit and (plus, name) == ("2+", "A"):
+        remedy = self._option(name, bump, "use {}, or ") + f"move its wire from EXC{name} to {bump.driven}"
+        if bump.beside_demo and name == "A":
             remedy += f". It may be {_DEMO}: then remove them, and connect the bump to CIN2+ and EXCB"
         return remedy
 
     def _nothing(self) -> Mistake:
-        levels = ", ".join(f"{self._at(plus)} has {self._levels(plus)}" for plus in ("1+", "2+"))
-        wires = (f"the {NAMES[n]} bump to CIN{self._plus(n)} and EXC{self._pins(n)[0]}" for n in (HARD, SOFT))
-        return Mistake(f"no probe is connected: {levels}", f"wire {', '.join(wires)}{self._unpopulated('2+')}")
+        by_input = sorted(self._bumps, key=lambda bump: bump.plus)
+        levels = ", ".join(f"{self._at(bump.plus)} has {bump.levels}" for bump in by_input)
+        wires = ", ".join(f"the {bump.name} to CIN{bump.plus} and EXC{bump.own[0]}" for bump in self._bumps)
+        return Mistake(f"no probe is connected: {levels}", f"wire {wires}{by_input[1].no_socket}")
 
-    def _connected(self, number: int, name: str) -> bool:
-        plus = self._plus(number)
-        return not self._look(plus, name).is_empty or bool(self._negative(number))
+    def _at_minus(self, bump: _Bump) -> bool:
+        return any(self._look(bump.minus, name).is_sensor for name in "AB")
 
-    def _answers(self, number: int) -> bool:
-        """Return whether a sensor is between CIN+ and a driven pin."""
-        return any(self._look(self._plus(number), name).is_sensor for name in self._pins(number))
-
-    def _negative(self, number: int) -> str:
-        """Return the name of CIN- if the bump is there; else ""."""
-        minus = f"{self._configuration.input(number)}-"
-        return minus if any(self._look(minus, name).is_sensor for name in "AB") else ""
-
-    def _is_demo(self, plus: str) -> bool:
-        """Return whether CIN2+ has the capacitance of the board's length sensor on EXCA."""
-        low, high = _DEMO_PF
-        return self._kit and plus == "2+" and low < self._look(plus, "A").capacitance < high
-
-    def _place(self, number: int) -> str:
-        """Return the excitation for a bump: the one in use, if it answers; "": it answers to none."""
-        own, plus = self._pins(number), self._plus(number)
-        found = [
-            name for name in "AB" if self._look(plus, name).is_sensor and not (name == "A" and self._is_demo(plus))
-        ]
-        return own if any(name in found for name in own) else "".join(found[:1])
-
-    def _option(self, name: str, number: int, words: str) -> str:
+    def _option(self, name: str, bump: _Bump, words: str) -> str:
         """Return, in words, the option that puts this bump on another pin; "": the other bump answers to none."""
-        pins = [self._place(HARD), self._place(SOFT)]
-        pins[number] = name
-        if not all(pins):
-            return ""
+        pins = [name if each is bump else each.place for each in self._bumps]
         value = pins[0] if pins[0] == pins[1] else ",".join(pins)
-        return words.format(f"excitation={value} (as in usb:?excitation={value})")
-
-    def _levels(self, plus: str) -> str:
-        return " and ".join(f"{self._look(plus, name)} on EXC{name}" for name in "AB")
-
-    def _plus(self, number: int) -> str:
-        return f"{self._configuration.input(number)}+"
-
-    def _pins(self, number: int) -> str:
-        return self._configuration.channel(number).excitation
-
-    def _driven(self, number: int) -> str:
-        return " and ".join(f"EXC{name}" for name in self._pins(number))
+        return words.format(f"excitation={value} (as in usb:?excitation={value})") if all(pins) else ""
 
     def _at(self, name: str) -> str:
         pin = f"EXC{name}" if name in "AB" else f"CIN{name}"
         return pin + (_SOCKETS.get(name, "") if self._kit else "")
 
-    def _unpopulated(self, plus: str) -> str:
-        return "; the board has no socket for CIN2+ (P6)" if self._kit and plus == "2+" else ""
+
+CONFIRM_S = 1.0  # Suspicious readings for this long are looked into.
+_AGAIN_S = 5.0  # to the next look after one that found nothing
+_BACK_S = 0.5
+_FALLEN = 0.7  # share of the idle capacitance that is missing; it is known to 20 %
+_SAME_CODES = 8  # the noise is above 8 codes rms at every speed: two are rarely the same
+_SATURATED = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
+
+
+class WiringWatch:
+    """Follows the pairs of a driver: a wire comes off, an excitation pin is shorted, or the converter stops measuring.
+
+    A reading only raises the suspicion: with a CAPDAC in use, an open input is saturated, or far below its idle value.
+    A look at the input itself decides, so that a deep press or a range that moved is never taken for it.
+    """
+
+    def __init__(self, look: Looking) -> None:
+        self._channels = [_Channel(number, look) for number in (HARD, SOFT)]
+
+    @property
+    def present(self) -> str:
+        """What is wrong now; empty: nothing."""
+        return "; ".join(channel.text for channel in self._channels if channel.text)
+
+    def take(self, sample: Sample, configuration: Configuration) -> list[str]:
+        """Return what has changed with this sample, one text for each channel; empty: nothing."""
+        if sample.status & Status.LOST:
+            return []
+        return [text for channel in self._channels if (text := channel.take(sample, configuration))]
+
+
+class _Channel:
+    """One channel: the present suspicion and its begin, and what was confirmed, with its text."""
+
+    def __init__(self, number: int, look: Looking) -> None:
+        self.text = ""
+        self._number, self._look = number, look
+        self._suspicion = self._confirmed = ""
+        self._since_ns = 0
+        self._code, self._same = -1, 0
+
+    def take(self, sample: Sample, configuration: Configuration) -> str:
+        """Return what has changed with this sample; empty: nothing."""
+        before, self._suspicion = self._suspicion, self._suspect(sample, configuration)
+        if self._suspicion != before:
+            self._since_ns = sample.t_hard_ns
+        lasting_s = (sample.t_hard_ns - self._since_ns) / 1e9
+        if self._suspicion == self._confirmed or lasting_s < (CONFIRM_S if self._suspicion else _BACK_S):
+            return ""
+        if not self._suspicion:
+            self._confirmed = self.text = ""
+            return f"{NAMES[self._number]} bump: it is measured again"
+        self._since_ns = sample.t_hard_ns + round((_AGAIN_S - CONFIRM_S) * 1e9)
+        if text := self._confirm(configuration):
+            self._confirmed, self.text = self._suspicion, f"{NAMES[self._number]} bump: {text}"
+            return self.text
+        return ""
+
+    def _suspect(self, sample: Sample, configuration: Configuration) -> str:
+        value, code = ((sample.hard, sample.hard_raw), (sample.soft, sample.soft_raw))[self._number]
+        self._same = self._same + 1 if code == self._code else 0
+        self._code = code
+        steps = configuration.channel(self._number).capdac
+        below = -value if steps < 0 else value
+        saturated = bool(sample.status & _SATURATED[self._number])
+        if sample.status & Status.EXCITATION:
+            return "short"
+        if below < EMPTY_PF - _FALLEN * abs(steps) * datasheet.DAC_STEP_PF or (saturated and below < 0):
+            return "flat"
+        return "same" if self._same >= _SAME_CODES and not saturated else ""
+
+    def _confirm(self, configuration: Configuration) -> str:
+        if self._suspicion == "same":
+            return "every reading is the same: the converter does not measure; replug the board"
+        plus, pins = f"{configuration.input(self._number)}+", configuration.channel(self._number).excitation
+        looks = {f"EXC{name}": self._look(plus, name) for name in pins}
+        if self._suspicion == "short":
+            shorted = " and ".join(name for name, found in looks.items() if found.shorted)
+            return shorted and f"{shorted} is shorted or overloaded (EXCERR): look at its wire, its plug and the probe"
+        if not all(found.is_empty for found in looks.values()):
+            return ""
+        levels = " and ".join(f"{found} on {name}" for name, found in looks.items())
+        return f"CIN{plus} has {levels}: its wire is off: look at CIN{plus} and EXC{pins[0]}"

@@ -1,29 +1,147 @@
 """The calibration curve of a probe, fitted to specimens of known modulus; gives a modulus with an interval."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import exp, hypot, isfinite
+from math import exp, hypot, inf, isfinite, isnan, nan
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate import digits
-from palpate._core import Touch
+from palpate._core import Touch, __version__
 from palpate.calibration import file as calibration_file
 from palpate.calibration import verdict
-from palpate.calibration.arguments import check_level, check_measured, checked
-from palpate.calibration.curve_fit import Fit, Rows, fit
-from palpate.calibration.interval import Measured, bounds
-from palpate.calibration.modulus import Modulus
+from palpate.calibration.curve_fit import Fit, Rows, curve, fit
+from palpate.calibration.interval import Measured, allowance, bounds
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
-from palpate.extras import need
+from palpate.extras import display, need
 from palpate.several import Agreement, agreement
 
 Array = NDArray[np.float64]
+
+_LARGEST = 690.0  # exp of it is still finite
+
+
+@dataclass(frozen=True)
+class Modulus:
+    """Modulus of an object with its interval; unpacks as value, low, high.
+
+    Attributes
+    ----------
+    value : float, MPa
+        By eq. (2); nan if the ratio is outside the range of the curve.
+    low, high : float, MPa
+        Ends of the interval. high is inf if all stiffer moduli agree with the ratio, low is 0 if all softer ones do;
+        both are nan if no modulus agrees.
+    reason : str
+        Why value is nan; else empty.
+    extrapolated : bool
+        Whether the value is unknown or outside the calibrated moduli.
+
+    Examples
+    --------
+    >>> value, low, high = Modulus(1.1, 1.0, 1.3)
+    >>> print(Modulus(value, low, high))
+    1.10 MPa (1.00 to 1.30)
+    """
+
+    value: float
+    low: float
+    high: float
+    reason: str = ""
+    extrapolated: bool = False
+
+    def __iter__(self) -> Iterator[float]:
+        """Iterate over value, low, high."""
+        return iter((self.value, self.low, self.high))
+
+    def as_dict(self) -> dict[str, float | str | bool | None]:
+        """Return all fields (moduli in MPa) and the text; nan and inf as None."""
+        numbers = {"value_MPa": self.value, "low_MPa": self.low, "high_MPa": self.high}
+        plain = {name: number if isfinite(number) else None for name, number in numbers.items()}
+        return {**plain, "text": str(self), "reason": self.reason, "extrapolated": self.extrapolated}
+
+    def __str__(self) -> str:
+        """Return the modulus as text: a value with its interval, or a bound."""
+        if self.high == inf and self.low > 0:
+            return f"stiffer than {digits.number(self.low)} MPa"
+        if self.low == 0 and self.high < inf:
+            return f"softer than {digits.number(self.high)} MPa"
+        if not self.low > 0:
+            return "no modulus agrees with this ratio" if self.low != 0 else "every modulus agrees with this ratio"
+        if not isfinite(self.value):
+            middle = (self.low + self.high) / 2
+            _, low, high = digits.between(middle, self.low, self.high)
+            return f"{low} to {high} MPa"
+        value, low, high = digits.between(self.value, self.low, self.high)
+        return f"{value} MPa ({low} to {high})"
+
+    @classmethod
+    def of(
+        cls, probe: Elasticity, ratio: float, bounds: tuple[float, float], calibrated: tuple[float, float]
+    ) -> "Modulus":
+        """Make a result from a ratio, the interval of log(E / MPa), and the range of the calibrated moduli, MPa."""
+        low, high = (_exp(x) for x in bounds)
+        reason = _reason(probe, ratio, agrees=not isnan(low))
+        value = nan if reason else probe.modulus(ratio)
+        return cls(value, low, high, reason, extrapolated=not calibrated[0] <= value <= calibrated[1])
+
+
+def _reason(probe: Elasticity, ratio: float, *, agrees: bool) -> str:
+    far = "" if agrees else "; the difference is larger than the uncertainty"
+    if ratio < probe.soft_ratio:
+        return f"the ratio is below {digits.number(probe.soft_ratio)}, the ratio of an infinitely soft object{far}"
+    if ratio >= probe.rigid_ratio:
+        return f"the ratio is not below {digits.number(probe.rigid_ratio)}, the ratio of a rigid object{far}"
+    return ""
+
+
+def _exp(x: float) -> float:
+    return x if isnan(x) else exp(x) if x < _LARGEST else inf
+
+
+def check_level(level: float) -> None:
+    """Refuse a probability that is not between 0 and 1."""
+    if not 0 < level < 1:
+        raise ValueError(f"level: got {level}, allowed: 0 < level < 1")
+
+
+def check_measured(ratio: float, standard_error: float, touches: float) -> None:
+    """Refuse a ratio, a standard error or a number of touches that cannot be."""
+    if not isfinite(ratio):
+        raise ValueError(f"ratio: got {ratio}, allowed: a finite number")
+    if not (isfinite(standard_error) and standard_error >= 0):
+        raise ValueError(f"standard_error: got {standard_error}, allowed: 0 or more, or None")
+    if not touches >= 1:
+        raise ValueError(f"touches: got {touches}, allowed: 1 or more")
+
+
+def checked(
+    ratios: ArrayLike, moduli: ArrayLike, standard_errors: ArrayLike | None, touches: ArrayLike | None
+) -> dict[str, Array]:
+    """Return the data of a fit as arrays of one length, by name; refuse what cannot be fitted."""
+    shape = np.shape(ratios)
+    count = np.asarray(1.0 if touches is None else touches, dtype=float)
+    given = {
+        "ratios": ratios,
+        "moduli": moduli,
+        "standard_errors": np.zeros(shape) if standard_errors is None else standard_errors,
+        "touches": np.broadcast_to(count, shape) if count.ndim == 0 else count,
+    }
+    data = {name: np.array(values, dtype=float) for name, values in given.items()}
+    for name, values in data.items():
+        if values.ndim != 1 or values.shape != shape:
+            raise ValueError(f"{name}: got shape {values.shape}, allowed: (n,), the same for all")
+        least = 0.0 if name == "standard_errors" else np.nextafter(0.0, 1.0) if name != "touches" else 1.0
+        wrong = ~(np.isfinite(values) & (values >= least))
+        if wrong.any():
+            allowed = {"standard_errors": "0 or more", "touches": "1 or more"}.get(name, "positive numbers")
+            raise ValueError(f"{name}: got {values[wrong][0]}, allowed: {allowed}")
+    return data
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,18 +232,14 @@ class Calibration:
                 f"moduli: got {len(known)} specimens, allowed: {least} or more, one more than the parameters"
             )
         rows = Rows(data["ratios"], data["standard_errors"], data["touches"], specimen)
-        return cls(fit(np.log(known), rows, soft_ratio), **data, about=dict(about or {}), version=_version())
+        return cls(fit(np.log(known), rows, soft_ratio), **data, about=dict(about or {}), version=__version__)
 
     def __repr__(self) -> str:
         """Return the specimens, the range and the rigid ratio, in one line."""
-        from palpate.display import text
-
-        return text.calibration(self)
+        return str(display("text.calibration", self))
 
     def _repr_html_(self) -> str:
-        from palpate.display import cards
-
-        return cards.calibration(self)
+        return str(display("cards.calibration", self))
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the curve, the band for a touch, and the measured ratios, over a logarithmic axis of moduli.
@@ -288,7 +402,23 @@ class Calibration:
         return cls(**calibration_file.load(Path(path)))
 
 
-def _version() -> str:
-    from palpate._core import __version__
+_BELOW, _ABOVE = 2.0, 4.0  # the drawing ends at the smallest calibrated modulus / 2, and at the largest times 4
 
-    return __version__
+
+class Band(NamedTuple):
+    """Points of the curve."""
+
+    # log_modulus: log(E / MPa), evenly spaced.
+    # reach: 95 % of single touches lie within so much of the ratio.
+
+    log_modulus: Array
+    ratio: Array
+    reach: Array
+
+
+def band(calibration: Calibration, points: int) -> Band:
+    """Return the curve at `points` moduli, from half the smallest calibrated one to four times the largest."""
+    low, high = calibration.range
+    log_modulus = np.linspace(np.log(low / _BELOW), np.log(high * _ABOVE), points)
+    ratio = curve(calibration.fitted.parameters, log_modulus)
+    return Band(log_modulus, ratio, allowance(calibration.fitted, Measured(1.0), log_modulus))

@@ -94,7 +94,7 @@ def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = ()) -> C
     touches : sequence of Touch
     by : str
         One of `CHOICES` except "all". A mean uses the usable touches, "level" with weights
-        1 / (`TOUCH_SCATTER`^2 + `unlevel`^2); the others as in `palpate.most_reliable`, without the test whether they
+        1 / (`TOUCH_SCATTER`^2 + `unlevel`^2); the other ones as in `palpate.most_reliable`, without the test whether they
         agree.
     accept : collection of str
         Flags that do not exclude a touch.
@@ -132,18 +132,9 @@ def choose(touches: Sequence[Touch], by: str, accept: Collection[str] = ()) -> C
 
 
 def unlevel(touch: Touch) -> float:
-    """Return how far from level the probe was held, by the fit of the touch: a share of the mean output, 0 or more.
-
-    It is the hard channel that the fitted line or curve has at zero force of the soft one, `curve` less `offset` in
-    `Touch.effects`: level bumps are reached together. 0 in a scene without a fit.
-
-    Examples
-    --------
-    >>> import palpate
-    >>> from palpate.simulation import scenarios
-    >>> [unlevel(*palpate.touches(scenarios.run(name))) > 0.01 for name in ("not-level", "stiff-steady")]
-    [True, False]
-    """
+    """Return how far from level the probe was held, by the fit of the touch: a share of the mean output, 0 or more."""
+    # It is the hard channel that the fitted line or curve has at zero force of the soft one, `curve` less `offset` in
+    # `Touch.effects`: level bumps are reached together. 0 in a scene without a fit.
     effects = touch.effects
     return abs(effects["curve"] - effects["offset"]) if effects else 0.0
 

@@ -3,7 +3,7 @@
 In x = log E, eq. (2) is a logistic, r = r_soft + (r_rigid - r_soft) / (1 + exp(log a - x)): the calibration curve
 of immunoassays, whose weighting and inversion are well studied (O'Connell, Belanger and Haaland, Calibration
 and assay development using the four-parameter logistic model, Chemometrics 20, 1993). The moduli are taken as
-exact and the ratios as scattered, so residuals are those of the ratio: residuals in log E would be the same to
+exact and the ratios as scattered, so residuals are differences of the ratio: residuals in log E would be the same to
 first order, but log E does not exist for a measured ratio of r_rigid or more.
 
 The ratio of touch j on specimen i is f(x_i) (1 + specimen_i + touch_ij) + error_ij. error_ij has the standard error of

@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from palpate import toml
 from palpate.calibration.curve_fit import Fit
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError, quoted, shortened
 from palpate.extras import need
-from palpate.files import replacing
+from palpate.files import parse_toml, read_toml, replacing
 
 SCHEMA = 1
 UNITS = {"modulus": "MPa", "ratio": "1", "standard_error": "1", "variance": "relative to the ratio squared"}
@@ -22,15 +21,9 @@ _RANGE = 1e30  # limit of a number: its fourth power, needed for an interval, st
 
 
 def save(path: Path, document: Mapping[str, Any]) -> None:
-    """Write a document; the file is replaced atomically.
-
-    Raises
-    ------
-    ValueError
-        The document is larger than `load` reads.
-    """
+    """Write a document; the file is replaced atomically."""
     text = need("tomli_w", "science").dumps(document)
-    toml.require_small(text)
+    parse_toml(text)
     with replacing(path) as file:
         file.write(text.encode())
 
@@ -62,7 +55,7 @@ def document(
 def load(path: Path) -> dict[str, Any]:
     """Return the arguments of `Calibration` from a file."""
     try:
-        read = toml.read(path)
+        read = read_toml(path)
     except OSError as error:
         raise CalibrationError(f"{path}: cannot be read: {error.strerror}") from error
     except ValueError as error:

@@ -1,7 +1,7 @@
 """Interval of the modulus for a measured ratio: the inverse of the calibration curve, with all uncertainties.
 
 The interval is the set of all E whose predicted ratio is within t standard deviations of the measured ratio. The
-variance is that of a new measurement at this E: the standard error of the ratio, the scatter from touch to touch and
+variance belongs to a new measurement at this E: the standard error of the ratio, the scatter from touch to touch and
 from object to object, and the error of the fitted curve. For every E the measured ratio is within t standard deviations
 of its prediction with the given probability; so the set contains the true E with this probability, also near the rigid
 ratio, where the interval is not symmetric or has no upper end. (The delta method, sigma dE/dr, fails there.)
@@ -36,10 +36,8 @@ class Measured:
 
 
 def bounds(fit: Fit, measured: Measured) -> tuple[float, float]:
-    """Return the lowest and highest log(E / MPa) that agree with a ratio; nan, nan if none agrees.
-
-    -inf: all softer objects agree; inf: all stiffer objects agree.
-    """
+    """Return the lowest and highest log(E / MPa) that agree with a ratio; nan, nan if none agrees."""
+    # -inf: all softer objects agree; inf: all stiffer objects agree.
     log_half = fit.parameters[1]
     inner = log_half + np.linspace(-_REACH, _REACH, _STEPS)
     middle = _best(fit, measured.ratio)
@@ -67,19 +65,12 @@ def _distance(fit: Fit, measured: Measured, x: Array) -> Array:
 
 
 class Variances(NamedTuple):
-    """The parts of the variance of a measured ratio, which add up.
+    """The parts of the variance of a measured ratio, which add up."""
 
-    Attributes
-    ----------
-    noise : float
-        The square of the standard error: noise of the converter.
-    touch : numpy.ndarray
-        Scatter from touch to touch: how the probe is held; of the mean of the touches.
-    specimen : numpy.ndarray
-        Scatter of specimens around the curve.
-    curve : numpy.ndarray
-        Error of the fitted curve.
-    """
+    # noise: The square of the standard error: noise of the converter.
+    # touch: Scatter from touch to touch: how the probe is held; of the mean of the touches.
+    # specimen: Scatter of specimens around the curve.
+    # curve: Error of the fitted curve.
 
     noise: float
     touch: Array

@@ -6,11 +6,9 @@ from typing import Any
 import numpy as np
 
 from palpate import digits
-from palpate.calibration.band import band
-from palpate.calibration.calibration import Calibration
+from palpate.calibration.calibration import Calibration, band
 from palpate.calibration.curve_fit import curve
-from palpate.display.plots import axes
-from palpate.figure_style import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, sheet
+from palpate.display.plots import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, axes, sheet
 from palpate.files import replacing
 
 _POINTS = 400
@@ -75,13 +73,7 @@ def _figure(figure: Any, calibration: Calibration) -> None:
 
 
 def save(calibration: Calibration, path: Path) -> None:
-    """Write the plot; the suffix selects the format: .png, .pdf, .svg.
-
-    Raises
-    ------
-    ValueError
-        Another suffix.
-    """
+    """Write the plot; the suffix selects the format: .png, .pdf, .svg."""
     if path.suffix not in (".png", ".pdf", ".svg"):
         raise ValueError(f"plot: got {path.name!r}, allowed: a name that ends in .png, .pdf or .svg")
     with sheet(1.3 * COLUMN_IN, 1.2 * COLUMN_IN) as figure:

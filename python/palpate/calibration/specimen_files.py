@@ -12,32 +12,15 @@ from palpate.files import read_bytes, replacing
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block
-from palpate.tables.cell.numbers import to_number
+from palpate.tables.units import to_number
 
-LARGEST = 200_000
+LARGEST = 100_000
 """Bytes of a table of moduli, at most."""
-LONGEST = 1000
-"""Characters of a line, at most."""
 
 
 def read_moduli(path: Path) -> dict[str, float]:
-    """Return the moduli from a table.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        A header row, then two columns: name of the specimen and modulus in MPa, separated by comma, semicolon or tab.
-
-    Returns
-    -------
-    dict of str to float
-        Modulus in MPa by name.
-
-    Raises
-    ------
-    CalibrationError
-        Not such a table; the message has the line and the reason.
-    """
+    """Return the moduli, MPa, by name."""
+    # A header row, then rows of name and modulus, separated by comma, semicolon or tab.
     lines = _lines(path)
     delimiter = next((mark for mark in "\t;" if lines and mark in lines[0]), ",")
     moduli: dict[str, float] = {}
@@ -59,16 +42,11 @@ def read_moduli(path: Path) -> dict[str, float]:
 
 def _lines(path: Path) -> list[str]:
     try:
-        text = read_bytes(path, LARGEST).decode("utf-8-sig")
+        return read_bytes(path, LARGEST).decode("utf-8-sig").splitlines()
     except OSError as error:
         raise CalibrationError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise CalibrationError(f"{path}: not a text table: {error}") from error
-    lines = text.splitlines()
-    for number, line in enumerate(lines, 1):
-        if len(line) > LONGEST:
-            raise CalibrationError(f"{path}, line {number}: got {len(line):,} characters, allowed: {LONGEST:,}")
-    return lines
 
 
 def _row(place: str, cells: list[str]) -> tuple[str, float]:
@@ -84,22 +62,9 @@ def _row(place: str, cells: list[str]) -> tuple[str, float]:
 
 
 def assign(files: Sequence[Path], moduli: Mapping[str, float]) -> dict[str, list[Path]]:
-    """Return the recordings of each specimen.
-
-    The file name is the name of the specimen, or begins with it, followed by a space, hyphen, underscore or dot:
-    `30 OO.csv`, `30OO-2.csv` and `30oo_monday.csv` belong to `30 OO`.
-
-    Raises
-    ------
-    CalibrationError
-        A file name does not begin with the name of a specimen.
-
-    Examples
-    --------
-    >>> found = assign([Path("30OO-1.csv"), Path("30oo-2.csv")], {"30 OO": 0.143, "70 A": 8.68})
-    >>> [path.name for path in found["30 OO"]], found["70 A"]
-    (['30OO-1.csv', '30oo-2.csv'], [])
-    """
+    """Return the recordings of each specimen."""
+    # The file name is the name of the specimen, or begins with it, followed by a space, hyphen, underscore or dot:
+    # `30 OO.csv`, `30OO-2.csv` and `30oo_monday.csv` belong to `30 OO`.
     names = {bare(name): name for name in moduli}
     found: dict[str, list[Path]] = {name: [] for name in moduli}
     for file in files:
@@ -124,13 +89,7 @@ def bare(name: str) -> str:
 
 
 def session_files(folder: Path, names: Iterable[str]) -> list[Path]:
-    """Return the files that `write_session` writes: the recordings, `moduli.csv`, and the sidecars.
-
-    Examples
-    --------
-    >>> [path.name for path in session_files(Path("gels"), ["30 OO"])]
-    ['30OO.csv', 'moduli.csv', '30OO.json']
-    """
+    """Return the files that `write_session` writes: the recordings, `moduli.csv`, and the sidecars."""
     paths = [folder / f"{name.replace(' ', '')}.csv" for name in names]
     return [*paths, folder / "moduli.csv", *map(sidecar.sidecar_path, paths)]
 
@@ -143,13 +102,7 @@ def write_session(
     force: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Path]:
-    """Write a recording for each specimen, and the moduli as `moduli.csv`; return the paths.
-
-    Raises
-    ------
-    FileExistsError
-        One of the files already exists, and `force` is False; then no file is written.
-    """
+    """Write a recording for each specimen, and the moduli as `moduli.csv`; return the paths."""
     files = session_files(folder, recordings)
     if there := [path for path in files if os.path.lexists(path) and not force]:
         raise FileExistsError(errno.EEXIST, "already exists", str(there[0]))
@@ -159,14 +112,11 @@ def write_session(
         if progress:
             progress(number, len(paths))
         data = HEADER.encode() + format_rows(block)
-        _write(path, data)
+        with replacing(path) as file:
+            file.write(data)
         device = {"name": "simulated probe", "full_scale_pF": SATURATED_PF}
         sidecar.save(sidecar.sidecar_path(path), sidecar.made(device, len(block), data))
     rows = "".join(f"{name},{moduli[name]!r}\n" for name in recordings)
-    _write(table, f"specimen,modulus_MPa\n{rows}".encode())
+    with replacing(table) as file:
+        file.write(f"specimen,modulus_MPa\n{rows}".encode())
     return [*paths, table]
-
-
-def _write(path: Path, data: bytes) -> None:
-    with replacing(path) as file:
-        file.write(data)

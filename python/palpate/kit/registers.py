@@ -16,34 +16,11 @@ class Register(NamedTuple):
 
 
 def named(dump: bytes) -> list[Register]:
-    """Return the registers of a dump by name.
-
-    Parameters
-    ----------
-    dump : bytes
-        All 19 registers, from STATUS on.
-
-    Returns
-    -------
-    list of Register
-
-    Raises
-    ------
-    ValueError
-        Not 19 bytes.
-
-    Examples
-    --------
-    >>> for register in named(bytes.fromhex("0780000080000080000b008800800066cc5c90"))[3:6]:
-    ...     print(f"{register.address:02X} {register.name:10} {register.content.hex()}  {register.words}")
-    07 CAP_SETUP  80  capacitive channel on, CIN1
-    08 VT_SETUP   00  off
-    09 EXC_SETUP  0b  EXCA driven, +-VDD/2
-    """
+    """Return the registers of a dump by name."""
     if len(dump) != datasheet.REGISTERS:
         raise ValueError(f"dump: got {len(dump)} bytes, allowed: {datasheet.REGISTERS}")
     found = []
-    for (name, (address, words)), end in zip(_REGISTERS.items(), [*_BEGINS[1:], len(dump)], strict=True):
+    for (address, name, words), end in zip(_REGISTERS, [*(begin for begin, *_ in _REGISTERS[1:]), None], strict=True):
         content = dump[address:end]
         found.append(Register(address, name, content, words(int.from_bytes(content, "big"))))
     return found
@@ -56,30 +33,16 @@ def _status(value: int) -> str:
     return f"new data: {', '.join(new) or 'none'}; {excitation}"
 
 
-def _capacitance(value: int) -> str:
-    return f"{datasheet.capacitance_pF(value):.6f} pF after the CAPDACs"
-
-
-def _voltage(value: int) -> str:
-    return f"{datasheet.temperature_C(value):.2f} C, or {datasheet.supply_V(value):.3f} V, by VTMD of that conversion"
-
-
 def _cap_setup(value: int) -> str:
-    return _listed(value, datasheet.CAPEN, [
-        "capacitive channel on", "CIN2" if value & datasheet.CIN2 else "CIN1",
-        "differential" if value & datasheet.CAPDIFF else "", "chopped" if value & datasheet.CAPCHOP else "",
-    ])  # fmt: skip
+    if not value & datasheet.CAPEN:
+        return "off"
+    words = f"capacitive channel on, {'CIN2' if value & datasheet.CIN2 else 'CIN1'}"
+    return words + ", differential" * bool(value & datasheet.CAPDIFF) + ", chopped" * bool(value & datasheet.CAPCHOP)
 
 
 def _vt_setup(value: int) -> str:
-    modes = ("internal temperature", "external temperature", "supply", "external voltage")
-    return _listed(value, datasheet.VTEN, [
-        f"measures {modes[value >> 5 & 3]}", "chopped" if value & datasheet.VTCHOP else "",
-    ])  # fmt: skip
-
-
-def _listed(value: int, enable: int, parts: list[str]) -> str:
-    return ", ".join(filter(None, parts)) if value & enable else "off"
+    mode = ("internal temperature", "external temperature", "supply", "external voltage")[value >> 5 & 3]
+    return f"measures {mode}" + ", chopped" * (value & datasheet.VTCHOP) if value & datasheet.VTEN else "off"
 
 
 def _exc_setup(value: int) -> str:
@@ -88,10 +51,18 @@ def _exc_setup(value: int) -> str:
 
 
 def _config(value: int) -> str:
-    modes = ("idle", "continuous", "single", "power-down", "reserved", "offset calibration", "gain calibration")
-    mode = modes[value & 7] if value & 7 < len(modes) else "reserved"
+    modes = [
+        "idle",
+        "continuous",
+        "single",
+        "power-down",
+        "reserved",
+        "offset calibration",
+        "gain calibration",
+        "reserved",
+    ]
     cap, vt = datasheet.CONVERSION_S[value >> 3 & 7], datasheet.VT_CONVERSION_S[value >> 6]
-    return f"{mode}; CAPF {value >> 3 & 7}: {1e3 * cap:.1f} ms, VTF {value >> 6}: {1e3 * vt:.1f} ms"
+    return f"{modes[value & 7]}; CAPF {value >> 3 & 7}: {1e3 * cap:.1f} ms, VTF {value >> 6}: {1e3 * vt:.1f} ms"
 
 
 def _dac(value: int) -> str:
@@ -99,26 +70,22 @@ def _dac(value: int) -> str:
     return f"{steps} steps, about {steps * datasheet.DAC_STEP_PF:.2f} pF" if value & datasheet.DAC_ENABLE else "off"
 
 
-def _offset(value: int) -> str:
-    return f"{(value - datasheet.OFFSET_ZERO) * datasheet.OFFSET_STEP_PF:+.5f} pF"
+def _voltage(value: int) -> str:
+    return f"{datasheet.temperature_C(value):.2f} C, or {datasheet.supply_V(value):.3f} V, by VTMD of that conversion"
 
 
-def _factory(_: int) -> str:
-    return "set in the factory"
-
-
-_REGISTERS: dict[str, tuple[int, Callable[[int], str]]] = {
-    "STATUS": (datasheet.STATUS, _status),
-    "CAP_DATA": (datasheet.CAP_DATA, _capacitance),
-    "VT_DATA": (datasheet.VT_DATA, _voltage),
-    "CAP_SETUP": (datasheet.CAP_SETUP, _cap_setup),
-    "VT_SETUP": (datasheet.VT_SETUP, _vt_setup),
-    "EXC_SETUP": (datasheet.EXC_SETUP, _exc_setup),
-    "CONFIG": (datasheet.CONFIG, _config),
-    "CAPDAC_A": (datasheet.CAPDAC_A, _dac),
-    "CAPDAC_B": (datasheet.CAPDAC_B, _dac),
-    "CAP_OFFSET": (datasheet.CAP_OFFSET, _offset),
-    "CAP_GAIN": (datasheet.CAP_GAIN, _factory),
-    "VOLT_GAIN": (datasheet.VOLT_GAIN, _factory),
-}
-_BEGINS = [address for address, _ in _REGISTERS.values()]
+_REGISTERS: list[tuple[int, str, Callable[[int], str]]] = [
+    (datasheet.STATUS, "STATUS", _status),
+    (datasheet.CAP_DATA, "CAP_DATA", lambda value: f"{datasheet.capacitance_pF(value):.6f} pF after the CAPDACs"),
+    (datasheet.VT_DATA, "VT_DATA", _voltage),
+    (datasheet.CAP_SETUP, "CAP_SETUP", _cap_setup),
+    (datasheet.VT_SETUP, "VT_SETUP", _vt_setup),
+    (datasheet.EXC_SETUP, "EXC_SETUP", _exc_setup),
+    (datasheet.CONFIG, "CONFIG", _config),
+    (datasheet.CAPDAC_A, "CAPDAC_A", _dac),
+    (datasheet.CAPDAC_B, "CAPDAC_B", _dac),
+    (datasheet.CAP_OFFSET, "CAP_OFFSET",
+     lambda value: f"{(value - datasheet.OFFSET_ZERO) * datasheet.OFFSET_STEP_PF:+.5f} pF"),
+    (datasheet.CAP_GAIN, "CAP_GAIN", lambda _: "set in the factory"),
+    (datasheet.VOLT_GAIN, "VOLT_GAIN", lambda _: "set in the factory"),
+]  # fmt: skip

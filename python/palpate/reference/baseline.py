@@ -69,12 +69,12 @@ class Level:
 
     @property
     def variance(self) -> float:
-        """Variance of the level: that of a value times the sum of the squared weights; 5 / 4 / 32 for 2 fast - slow."""
+        """Variance of the level: of a value, times the sum of the squared weights; 5 / 4 / 32 for 2 fast - slow."""
         return float(self.noise**2 * (1.25 / FIRST if self.drifts else self.weights @ self.weights))
 
     @property
     def age(self) -> float:
-        """Mean age of the values of the level; those of the first level count as its middle."""
+        """Mean age of the values of the level; the first level counts with its middle."""
         return 0.0 if self.drifts else float(self.weights @ self.ages)
 
 
@@ -92,9 +92,9 @@ def first_level(values: ArrayLike) -> Level:
 
     Notes
     -----
-    The mean is that of the values within 3 standard deviations of the median. The quartiles, each moved inwards by one
-    value, are 1.25 standard deviations apart; those of a half, moved by half a value, 1.14. The slope is that from the
-    median of the earlier half to that of the later one; a difference of 10 standard deviations is no drift.
+    The mean is over the values within 3 standard deviations of the median. The quartiles, each moved inwards by one
+    value, are 1.25 standard deviations apart; the quartiles of a half, moved by half a value, 1.14. The slope goes from the
+    median of the earlier half to the median of the later half; a difference of 10 standard deviations is no drift.
 
     Examples
     --------

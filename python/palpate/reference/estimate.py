@@ -11,7 +11,7 @@ from palpate.reference.noise import FEWEST, Noise
 
 
 def _begin() -> _Handover:
-    """Return the estimator of `handover_rls` with its defaults, which are those of the scene "handheld"."""
+    """Return the estimator of `handover_rls` with its defaults, which the scene "handheld" uses, too."""
     given = handover_rls.__kwdefaults__ or {}
     return _Handover(
         **{name: given[name] for name in ("steady", "drift", "threshold", "clip", "smoothing", "guard")},
@@ -110,7 +110,7 @@ class Estimate:
         noises : (float, float), pF
             Standard deviations of a hard and of a soft reading.
         shared : float, pF^2
-            Variance of the baselines, as that of C1 - r C2: an error that all samples have in common.
+            Variance of the baselines in C1 - r C2: an error that all samples have in common.
         left_open : float
             Variance of the ratio that a misfit leaves open.
 
@@ -121,7 +121,7 @@ class Estimate:
 
         Notes
         -----
-        The long-run variance of a sample is at least that of the readings. While the innovations are too few to show how
+        The long-run variance of a sample is not below the variance of the readings. While the innovations are too few to show how
         they are correlated, it is that plus 4 times what their variance has above half of it.
         """
         state, noise = self._state, self._state.noise

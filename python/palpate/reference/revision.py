@@ -122,8 +122,8 @@ def revised(
     Notes
     -----
     With D the change from the first baselines to those at the mean time of the samples, the true ratio is
-    r - (D_hard - r D_soft) / mean. D is a share of the whole change: that of the line, if the change is more than 3
-    standard deviations; otherwise that of the mean of both baselines with the smallest variance.
+    r - (D_hard - r D_soft) / mean. D is a share of the whole change: by the line, if the change is more than 3
+    standard deviations; otherwise by the mean of both baselines with the smallest variance.
 
     Examples
     --------

@@ -165,7 +165,7 @@ class _Tracker:
         return hard, soft
 
     def _errors(self, ratio: float) -> tuple[tuple[float, float], float]:
-        """Return the noises of the readings, and the variance of the baselines as that of C1 - r C2."""
+        """Return the noises of the readings, and the variance of the baselines in C1 - r C2."""
         hard, soft = self._baselines()
         return (hard.noise, soft.noise), hard.variance + ratio**2 * soft.variance
 

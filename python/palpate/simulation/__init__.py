@@ -1,16 +1,11 @@
 """Simulation of a hand-held probe with one converter and a known true ratio, and named scenarios."""
 
-from palpate.simulation.baseline import Baseline
-from palpate.simulation.bumps import Bumps, Gauge
-from palpate.simulation.converter import Converter, Stamps
-from palpate.simulation.faults import Faults
-from palpate.simulation.press import Press
+from palpate.simulation.bumps import Bumps, Gauge, Substrate
+from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
+from palpate.simulation.press import Lines, Peaks, Press, Record, Tilt
 from palpate.simulation.probe import Simulation, simulate
 from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import SCENARIOS, run
-from palpate.simulation.substrate import Substrate
-from palpate.simulation.tilt import Tilt
-from palpate.simulation.tremor import Lines, Peaks, Record
 
 __all__ = [
     "SCENARIOS",

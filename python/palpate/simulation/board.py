@@ -6,21 +6,17 @@ from math import sqrt
 
 import numpy as np
 
-from palpate.ad7746.clock import Clock, RealClock, VirtualClock
-from palpate.ad7746.configuration import Configuration
+from palpate.ad7746.bus import Clock
 from palpate.ad7746.datasheet import NOISE_PF
-from palpate.ad7746.driver import LIMIT_NS, Ad7746
-from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.driver import LIMIT_NS
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import BUS_KHZ, KitTwin
-from palpate.ad7746.twin.usb import TwinBackend
 from palpate.ad7746.twin.wiring import WIRINGS, Pins, Wiring
+from palpate.simulation.common import stream
 from palpate.simulation.converter import Converter, Stamps
-from palpate.simulation.ranges import stream
-from palpate.simulation.scenario import Scenario
+from palpate.simulation.hand import SESSIONS
+from palpate.simulation.scenario import Scenario, Truth
 from palpate.simulation.scenarios import SCENARIOS
-from palpate.simulation.sessions import SESSIONS
-from palpate.simulation.truth import Truth
 
 PARASITIC_PF = (6.3, 5.1)
 """Parasitic capacitance of the two bumps, hard and soft, pF, which the CAPDACs compensate."""
@@ -65,32 +61,7 @@ def kit_of(
     bus_kHz: float = BUS_KHZ,
     idle_s: float = 0.0,
 ) -> KitTwin:
-    """Return a board whose bumps follow a scenario from now on.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Its bus and jitter are not used: the times of the samples follow from the driver.
-    clock : Clock
-        The clock of the driver.
-    seed : int
-        The same seed gives the same readings.
-    wiring : Wiring
-        One of `palpate.ad7746.twin.wiring.WIRINGS`.
-    bus_kHz : float
-        I2C clock of the board.
-    idle_s : float
-        Time at rest before the scenario begins, s.
-
-    Returns
-    -------
-    KitTwin
-
-    Raises
-    ------
-    ValueError
-        The scenario has another converter than the AD7746, wrong time stamps, or runs of lost conversions.
-    """
+    """Return a board whose bumps follow a scenario from now on."""
     if foreign(scenario):
         raise ValueError(f"scenario: got {foreign(scenario)}, allowed on a board: its own; use palpate.simulation.run")
     random = np.random.default_rng(seed)
@@ -127,56 +98,3 @@ def _pins(truth: Truth, start_s: float) -> Pins:
         return PARASITIC_PF[bump - 1] + float(truth.mean_pF(bump - 1, middle, end_s - begin_s)[0])
 
     return mean_pF
-
-
-def simulated(
-    scenario: str | Scenario,
-    *,
-    seed: int = 0,
-    speed: float | None = None,
-    configuration: Configuration | None = None,
-    notify: Callable[[str], None] = lambda _: None,
-) -> Ad7746:
-    """Return the real driver with a simulated board that follows a scenario.
-
-    Parameters
-    ----------
-    scenario : str or Scenario
-        A name from `palpate.simulation.scenarios.SCENARIOS`, or a scenario of your own.
-    seed : int
-        With the virtual clock the same seed gives the same readings.
-    speed : float, optional
-        1: real time; 10: ten times as fast; None: as fast as possible, with a virtual clock.
-    configuration : Configuration, optional
-        Default: with the `capf` of the scenario's converter.
-    notify : callable, optional
-        As in `Ad7746`.
-
-    Returns
-    -------
-    Ad7746
-        Open, not started. The time of the scenario starts now.
-
-    Raises
-    ------
-    ValueError
-        `scenario` is not a known name, or one that the board cannot follow.
-
-    Examples
-    --------
-    >>> driver = simulated("four-specimens", seed=1)
-    >>> driver.start()
-    >>> driver.auto_capdac()
-    (41, 27)
-    >>> driver.close()
-    """
-    if isinstance(scenario, str):
-        if scenario not in known():
-            raise ValueError(f"scenario: got {scenario!r}, allowed: {', '.join(known())}")
-        scenario = SCENARIOS[scenario]
-    clock: Clock = VirtualClock() if speed is None else RealClock(speed)
-    backend = TwinBackend(clock)
-    backend.plug(kit_of(scenario, clock, seed))
-    kit = EvalKit(backend=backend, clock=clock)
-    settings = configuration or Configuration(capf=scenario.converter.capf)
-    return Ad7746(kit, settings, clock, notify=notify, limit_ns=limit_ns(speed))

@@ -1,13 +1,104 @@
-"""The converter and its bus: when conversions happen, and which times and codes are reported."""
+"""From capacitance to readings: baselines, the converter and its time stamps, disturbances."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf
+from math import exp, inf, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import CODES_PER_PF, CONVERSION_S, NOISE_PF, ZERO_CODE
-from palpate.simulation.ranges import positive, within
+from palpate.simulation.common import positive, recursion, within
+
+_STEP_S = 0.01  # largest step of the grid of the wander
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """Baseline of one channel. The truth is the ratio of the changes from it.
+
+    Attributes
+    ----------
+    level_pF : float
+        Capacitance at the beginning.
+    drift_pF_per_s, drift_from_s : float
+        Linear drift, from this time on.
+    wander_pF, wander_s : float
+        Low-pass noise: its rms and its time constant. For times t much shorter than wander_s it is a random walk with
+        a standard deviation of wander_pF * sqrt(2 t / wander_s).
+    jump_pF, jump_s : float
+        A jump, and its time.
+    thermal_pF, thermal_s : float
+        Exponential approach to this change, with this time constant, from the first contact on.
+
+    Raises
+    ------
+    ValueError
+        A value is outside its range.
+
+    Examples
+    --------
+    >>> course = Baseline(0.5, drift_pF_per_s=0.01).course(2.0, 10.0, np.random.default_rng(0))
+    >>> course(np.array([1.0, 5.0]), 0.011)
+    array([0.51, 0.55])
+    """
+
+    level_pF: float = 0.0
+    drift_pF_per_s: float = 0.0
+    drift_from_s: float = 0.0
+    wander_pF: float = 0.0
+    wander_s: float = 1.0
+    jump_pF: float = 0.0
+    jump_s: float = 0.0
+    thermal_pF: float = 0.0
+    thermal_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        within(self, 0, inf, "drift_from_s", "wander_pF", "jump_s")
+        positive(self, "wander_s", "thermal_s")
+
+    def course(
+        self, contact_s: float, duration_s: float, random: np.random.Generator
+    ) -> Callable[[NDArray[np.float64], float], NDArray[np.float64]]:
+        """Return the baseline as a function of time.
+
+        Parameters
+        ----------
+        contact_s : float
+            First contact; inf: none.
+        duration_s : float
+            Length of the wander; later it stands still.
+        random : numpy.random.Generator
+            For the wander.
+
+        Returns
+        -------
+        callable
+            (middles, span): mean during conversions with these middles, s, shape (n,), that last span, s.
+        """
+        wander = self._wander(duration_s, random) if self.wander_pF else None
+
+        def mean_pF(middles: NDArray[np.float64], span_s: float) -> NDArray[np.float64]:
+            mean = self.level_pF + self.drift_pF_per_s * np.maximum(middles - self.drift_from_s, 0)
+            if wander:
+                mean += np.interp(middles, *wander)
+            if self.jump_pF:
+                mean += self.jump_pF * np.clip((middles - self.jump_s) / span_s + 0.5, 0, 1)
+            if self.thermal_pF:
+                mean -= self.thermal_pF * np.expm1(-np.maximum(middles - contact_s, 0) / self.thermal_s)
+            return np.asarray(mean)
+
+        return mean_pF
+
+    def _wander(
+        self, duration_s: float, random: np.random.Generator
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        step_s = min(_STEP_S, self.wander_s / 10)
+        shocks = self.wander_pF * random.standard_normal(int(duration_s / step_s) + 2)
+        pole = exp(-step_s / self.wander_s)
+        shocks[1:] *= sqrt(1 - pole**2)  # stationary from the beginning
+        return np.asarray(step_s * np.arange(len(shocks))), recursion(shocks, pole)
 
 
 @dataclass(frozen=True)
@@ -132,3 +223,88 @@ class Stamps:
             hard = hard + self.host_s * random.uniform(-1, 1, hard.size)
             soft = hard if together else soft + self.host_s * random.uniform(-1, 1, soft.size)
         return hard, (soft + self.skew_s if self.skew_s else soft)
+
+
+@dataclass(frozen=True)
+class Faults:
+    """Disturbances of the readings.
+
+    Attributes
+    ----------
+    lost : float
+        Share of lost conversions, 0 to 1 (below 1 in runs).
+    lost_run : float
+        They are lost in runs with this mean number of conversions, 1 or more, both channels counted; 0: each at random.
+    spikes_per_s, spike_pF : float
+        Number of disturbed conversions per second, and the size of the disturbance, of either sign.
+    bursts_per_s, burst_s, burst_factor : float
+        Noise bursts: number per second, duration, and factor on the noise of the converter.
+    pickup_pF, pickup_Hz : float
+        Sine that both inputs pick up; a conversion averages it.
+
+    Raises
+    ------
+    ValueError
+        A value is outside its range.
+
+    Examples
+    --------
+    >>> Faults(lost=0.5, lost_run=4.0).begin_run
+    0.25
+    """
+
+    lost: float = 0.0
+    lost_run: float = 0.0
+    spikes_per_s: float = 0.0
+    spike_pF: float = 0.0
+    bursts_per_s: float = 0.0
+    burst_s: float = 0.3
+    burst_factor: float = 10.0
+    pickup_pF: float = 0.0
+    pickup_Hz: float = 50.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        within(self, 0, 1, "lost")
+        within(self, 0, inf, "spikes_per_s", "spike_pF", "bursts_per_s", "burst_s", "burst_factor", "pickup_pF")
+        positive(self, "pickup_Hz")
+        if not (self.lost_run == 0 or 1 <= self.lost_run < inf):
+            raise ValueError(f"lost_run: got {self.lost_run}, allowed: 0, or 1 or more")
+        if self.lost_run and not self.lost <= self.lost_run / (1 + self.lost_run):
+            limit = self.lost_run / (1 + self.lost_run)
+            raise ValueError(f"lost: got {self.lost}, allowed: at most {limit:.3g} with lost_run {self.lost_run}")
+
+    @property
+    def begin_run(self) -> float:
+        """Probability that a run of lost conversions begins after a good one: lost / ((1 - lost) lost_run)."""
+        return self.lost / ((1 - self.lost) * self.lost_run)
+
+    def lost_in_runs(self, count: int, random: np.random.Generator) -> NDArray[np.bool_]:
+        """Return which of `count` conversions, in the order of time, are lost in runs; bool, shape (count,)."""
+        if not self.lost:
+            return np.zeros(count, bool)
+        runs = count // 2 + 1  # every good and every lost run has one conversion or more
+        lengths = np.stack((random.geometric(self.begin_run, runs), random.geometric(1 / self.lost_run, runs)), axis=1)
+        good, lost = np.array([False, True]), random.random() < self.lost
+        states, lengths = (good[::-1], lengths[:, ::-1]) if lost else (good, lengths)
+        return np.repeat(np.tile(states, runs), np.minimum(lengths.ravel(), count))[:count]
+
+    def burst_noise(
+        self, duration_s: float, random: np.random.Generator
+    ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+        """Return the factor on the noise as a function of time, s: `burst_factor` in a burst, otherwise 1."""
+        starts = random.uniform(0, duration_s, random.poisson(self.bursts_per_s * duration_s))
+
+        def factor(t: NDArray[np.float64]) -> NDArray[np.float64]:
+            inside = ((t[:, None] >= starts) & (t[:, None] < starts + self.burst_s)).any(axis=1)
+            return np.where(inside, self.burst_factor, 1.0)
+
+        return factor
+
+    def pickup(self, phase: float, middles: NDArray[np.float64], span_s: float) -> NDArray[np.float64]:
+        """Return the mean of the picked-up sine during conversions, pF, shape (n,).
+
+        The mean of a sine over a span T is its value in the middle times sin(pi f T) / (pi f T).
+        """
+        share = self.pickup_pF * np.sinc(self.pickup_Hz * span_s)
+        return np.asarray(share * np.sin(2 * np.pi * self.pickup_Hz * middles + phase))

@@ -1,17 +1,16 @@
 """Simulation of a hand that touches an object several times, each time differently."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
-from palpate.simulation.bumps import Gauge
+from palpate.simulation.bumps import Gauge, Substrate
 from palpate.simulation.press import Press
 from palpate.simulation.probe import Simulation, simulate
 from palpate.simulation.scenario import Scenario
 from palpate.simulation.scenarios import PROBE
-from palpate.simulation.substrate import Substrate
 
 FIRST_S, EVERY_S, LAST_S = 1.5, 8.9, 0.6  # start of the first touch; from start to start; idle after the last
 SLIP_S = 3.2  # time of a slip after the start of a touch: half-way
@@ -109,7 +108,7 @@ def session(
     probe : Elasticity
         The true parameters of the probe.
     progress : function, optional
-        Called with the number of objects that are done, and with that of all.
+        Called with the number of finished objects, and the number of all objects.
 
     Returns
     -------
@@ -137,3 +136,27 @@ def session(
         scenario = (hand or Hand()).touches(probe.ratio(modulus), touches, random)
         made[name] = simulate(scenario, seed=int(random.integers(2**63)))
     return made
+
+
+TOUCHES = 4
+"""Touches of each specimen."""
+FREE_S = 8.0
+"""Time before the first touch: to measure the baseline on a busy computer too, and to enter the specimens."""
+
+
+def ten_specimens() -> Scenario:
+    """Return four touches on each specimen of Table I of the paper, in its order, 6.1 minutes in all."""
+    random = np.random.default_rng(0)
+    hand = Hand()
+    parts = [hand.touches(PROBE.ratio(modulus), TOUCHES, random) for modulus in SORBOTHANE_MPA.values()]
+    presses = [
+        replace(press, start_s=press.start_s + FREE_S + TOUCHES * EVERY_S * number)
+        for number, part in enumerate(parts)
+        for press in part.presses
+    ]
+    duration_s = FREE_S + parts[-1].duration_s + TOUCHES * EVERY_S * (len(parts) - 1)
+    return replace(parts[0], presses=presses, duration_s=duration_s)
+
+
+SESSIONS: dict[str, Scenario] = {"ten-specimens": ten_specimens()}
+"""Beside `palpate.simulation.SCENARIOS`: for a rehearsal of a whole session, not for comparisons of estimators."""

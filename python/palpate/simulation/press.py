@@ -1,12 +1,12 @@
-"""One simulated press: its force and the ratio of the object as functions of time."""
+"""What a hand does: presses, tilt of the probe, spectra of the tremor."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from palpate.simulation.ranges import positive, within
+from palpate.simulation.common import positive, within
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Press:
         constant, s.
     tilt_deg : (float, float), degrees
         Tilt of the substrate in the plane through both bumps (above 0: the hard bump is deeper), and at right angles
-        to it. What it does: `palpate.simulation.substrate.Substrate`.
+        to it. What it does: `palpate.simulation.bumps.Substrate`.
 
     Raises
     ------
@@ -81,3 +81,183 @@ class Press:
         if self.relaxes:
             ratio = ratio * (1 + self.relaxes * np.expm1(-np.maximum(t - self.start_s, 0) / self.relaxation_s))
         return np.asarray(ratio)
+
+
+_STEP_S = 0.01  # grid of the walk
+
+
+@dataclass(frozen=True)
+class Tilt:
+    """How a tilt of the probe changes the ratio. The truth is the changed ratio.
+
+    Attributes
+    ----------
+    oblique : float
+        Standard deviation of a random factor on the ratio, one for each press.
+    ramp_per_s : float, 1/s
+        Relative change of the ratio per second of a touch.
+    rock, rock_Hz : float, Hz
+        Rocking: the ratio follows a sine with this relative amplitude, from 0 at contact.
+    walk : float, 1/sqrt(s)
+        Random walk: standard deviation of the relative change of the ratio after one second of a touch.
+
+    Raises
+    ------
+    ValueError
+        A value is outside its range.
+
+    Examples
+    --------
+    >>> Tilting(Tilt(ramp_per_s=0.01), 10.0, np.random.default_rng(0)).factor(2.0, np.array([2.0, 5.0]))
+    array([1.  , 1.03])
+    """
+
+    oblique: float = 0.0
+    ramp_per_s: float = 0.0
+    rock: float = 0.0
+    rock_Hz: float = 0.5
+    walk: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        within(self, 0, np.inf, "oblique", "rock", "walk")
+        positive(self, "rock_Hz")
+
+
+class Tilting:
+    """The tilt as a function of time."""
+
+    def __init__(self, tilt: Tilt, duration_s: float, random: np.random.Generator) -> None:
+        self._tilt = tilt
+        if tilt.walk:
+            steps = random.standard_normal(int(duration_s / _STEP_S) + 1)
+            self._times = _STEP_S * np.arange(len(steps) + 1)
+            self._walk = tilt.walk * np.sqrt(_STEP_S) * np.cumsum(np.append(0.0, steps))
+
+    def factor(self, start_s: float, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the factor on the ratio at times t, s, of a press that begins at start_s."""
+        since = np.clip(t - start_s, 0, None)
+        factor = 1 + self._tilt.ramp_per_s * since
+        if self._tilt.rock:
+            factor *= 1 + self._tilt.rock * np.sin(2 * np.pi * self._tilt.rock_Hz * since)
+        if self._tilt.walk:
+            begin = np.interp(start_s, self._times, self._walk)
+            factor *= 1 + np.interp(start_s + since, self._times, self._walk) - begin
+        return np.asarray(factor)
+
+
+LOWEST_HZ, HIGHEST_HZ = 3.0, 12.0
+"""Band of physiological tremor."""
+SWAY_HZ = (0.1, 1.0)
+"""Band of the sway."""
+
+Course = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Times, s -> tremor with an rms of 1."""
+
+
+def _sum_of_sines(
+    frequencies: NDArray[np.float64], phases: NDArray[np.float64], amplitudes: NDArray[np.float64]
+) -> Course:
+    """Return a sum of sines with an rms of 1 over a long time."""
+    sines = list(zip(amplitudes / np.sqrt((amplitudes**2).sum() / 2), frequencies, phases, strict=True))
+
+    def course(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        total = np.zeros_like(t)
+        for amplitude, frequency, phase in sines:
+            total += amplitude * np.sin(2 * np.pi * frequency * t + phase)
+        return total
+
+    return course
+
+
+@dataclass(frozen=True)
+class Peaks:
+    """Sines with frequencies around two random, broad peaks between 3 and 12 Hz.
+
+    Frequencies of physiological tremor: 8-12 Hz neurogenic, 3-5 Hz of the loaded wrist (Elble and Koller, Tremor,
+    1990).
+    """
+
+    def course(self, random: np.random.Generator) -> Course:
+        """Return the tremor as a function of time."""
+        peaks = np.repeat([random.uniform(3.5, 5.0), random.uniform(7.0, 10.0)], 12)
+        frequencies = np.clip(peaks + random.normal(0.0, 0.8, 24), LOWEST_HZ, HIGHEST_HZ)
+        phases = random.uniform(0, 2 * np.pi, 24)
+        return _sum_of_sines(frequencies, phases, random.rayleigh(1.0, 24) * np.repeat([0.6, 1.0], 12))
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Lines with a width (narrow-band noise: sines close to each other), and sway.
+
+    Attributes
+    ----------
+    lines_Hz : tuple of float, Hz
+        Middle of each line, 3 to 12.
+    width_Hz : float, Hz
+        Standard deviation of the frequencies in a line. All are limited to 3 to 12 Hz.
+    sway : float
+        Rms of the part from 0.1 to 1 Hz, relative to the rms of the lines; it comes in addition.
+    sines : int
+        Number of sines of each line, and of the sway.
+
+    Raises
+    ------
+    ValueError
+        A value is outside its range.
+
+    Examples
+    --------
+    >>> Lines((8.0,), sway=0.0).course(np.random.default_rng(1))(np.array([0.0])).shape
+    (1,)
+    """
+
+    lines_Hz: tuple[float, ...] = (4.0, 9.0)
+    width_Hz: float = 0.4
+    sway: float = 0.5
+    sines: int = 12
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        within(self, LOWEST_HZ, HIGHEST_HZ, "lines_Hz")
+        within(self, 0, np.inf, "width_Hz", "sway")
+        within(self, 1, np.inf, "sines")
+
+    def course(self, random: np.random.Generator) -> Course:
+        """Return the tremor as a function of time."""
+        middles = np.repeat(self.lines_Hz, self.sines)
+        spread = middles + self.width_Hz * random.standard_normal(middles.size)
+        lines = _random_sum(np.clip(spread, LOWEST_HZ, HIGHEST_HZ), random)
+        if not self.sway:
+            return lines
+        sway = _random_sum(random.uniform(*SWAY_HZ, self.sines), random)
+        return lambda t: lines(t) + self.sway * sway(t)
+
+
+def _random_sum(frequencies: NDArray[np.float64], random: np.random.Generator) -> Course:
+    count = frequencies.size
+    return _sum_of_sines(frequencies, random.uniform(0, 2 * np.pi, count), random.rayleigh(1.0, count))
+
+
+@dataclass(frozen=True)
+class Record:
+    """A measured record, repeated.
+
+    Attributes
+    ----------
+    time_s, values : array_like, shape (n,)
+        Increasing times, s, and an acceleration in any unit.
+    """
+
+    time_s: ArrayLike
+    values: ArrayLike
+
+    def course(self, _: np.random.Generator) -> Course:
+        """Return the record as a function of time."""
+        times, values = np.asarray(self.time_s, float), np.asarray(self.values, float)
+        values = (values - values.mean()) / values.std()
+        span = times[-1] - times[0]
+        return lambda t: np.interp(times[0] + np.mod(t, span), times, values)
+
+
+Spectrum = Peaks | Lines | Record

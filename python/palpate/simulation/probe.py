@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import CODES_PER_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
 from palpate.samples import Block, Status, blank
+from palpate.simulation.common import stream
 from palpate.simulation.press import Press
-from palpate.simulation.ranges import stream
-from palpate.simulation.scenario import Scenario
-from palpate.simulation.truth import Truth
+from palpate.simulation.scenario import Scenario, Truth
 
 _Lost = tuple[NDArray[np.bool_], NDArray[np.bool_]]
 

@@ -1,18 +1,17 @@
-"""Settings of a simulation: presses, hand, probe, gauges, baselines, converter, faults."""
+"""A simulated measurement with its settings, and the true capacitances as functions of time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from math import inf
 
-from palpate.simulation.baseline import Baseline
-from palpate.simulation.bumps import Bumps, Gauge
-from palpate.simulation.converter import Converter, Stamps
-from palpate.simulation.faults import Faults
-from palpate.simulation.press import Press
-from palpate.simulation.ranges import within
-from palpate.simulation.substrate import Substrate
-from palpate.simulation.tilt import Tilt
-from palpate.simulation.tremor import Peaks, Spectrum
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.simulation.bumps import Bumps, Gauge, Gauged, Substrate
+from palpate.simulation.common import stream, within
+from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
+from palpate.simulation.press import Peaks, Press, Spectrum, Tilt, Tilting
 
 
 @dataclass(frozen=True)
@@ -81,3 +80,73 @@ class Scenario:
     def contact_s(self) -> float:
         """Time of the first contact, s; inf: none."""
         return min((press.start_s for press in self.presses), default=inf)
+
+
+# Gauss-Legendre points in units of half a conversion time: exact to 1e-8 for the press and the tremor.
+_MANY, _FEW = np.polynomial.legendre.leggauss(4), np.polynomial.legendre.leggauss(2)
+_SHORT_S = 0.001
+
+
+class Truth:
+    """True capacitances of the two bumps as functions of time, without converter and noise."""
+
+    # presses: The presses, with the factor of oblique contact in their ratios.
+
+    def __init__(self, scenario: Scenario, random: np.random.Generator, seed: int = 0) -> None:
+        self.presses: tuple[Press, ...] = tuple(
+            _oblique(press, 1 + scenario.tilt.oblique * random.standard_normal()) for press in scenario.presses
+        )
+        self._scenario = scenario
+        peaks = Peaks().course(random)  # always: the numbers after them stay the same
+        own = scenario.spectrum != Peaks()
+        self._tremor = scenario.spectrum.course(stream(seed, "tremor")) if own else peaks
+        self._nod = scenario.spectrum.course(stream(seed, "angle"))
+        self._tilting = Tilting(scenario.tilt, scenario.duration_s, stream(seed, "walk"))
+        self._baselines = [
+            baseline.course(scenario.contact_s, scenario.duration_s, stream(seed, f"wander {channel}"))
+            for channel, baseline in enumerate(scenario.baselines)
+        ]
+        self._phase = stream(seed, "pickup").uniform(0, 2 * np.pi)
+        self._gauged = [
+            Gauged(gauge, partial(self._force, hard=hard), scenario.duration_s)
+            for gauge, hard in zip(scenario.gauges, (True, False), strict=True)
+        ]
+
+    def ratio(self, press: Press, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the true ratio of one press at times t, s: for level, linear bumps without cross-talk."""
+        return press.ratio(t) * self._tilting.factor(press.start_s, t)
+
+    def mean_pF(self, channel: int, middles: NDArray[np.float64], span_s: float) -> NDArray[np.float64]:
+        """Return the mean capacitance during each conversion."""
+        points, weights = _FEW if span_s <= _SHORT_S else _MANY
+        change = self._change(channel, middles[:, None] + span_s / 2 * points) @ weights / 2
+        mean = self._baselines[channel](middles, span_s) + change
+        if self._scenario.faults.pickup_pF:
+            mean += self._scenario.faults.pickup(self._phase, middles, span_s)
+        return np.asarray(mean)
+
+    def _change(self, channel: int, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        change = self._gauged[channel](t)
+        if self._scenario.bumps.cross_talk:
+            change = change + self._scenario.bumps.cross_talk * self._gauged[1 - channel](t)
+        return change
+
+    def _force(self, t: NDArray[np.float64], *, hard: bool) -> NDArray[np.float64]:
+        total = np.zeros_like(t)
+        shaken = 1 + self._scenario.tremor * self._tremor(t) if self._scenario.tremor else 1.0
+        for press in self.presses:
+            pressed = press.depth_pF * press.profile(t) * shaken
+            ratio = self.ratio(press, t)
+            substrate, (along, across) = self._scenario.substrate, np.radians(press.tilt_deg)
+            if substrate.tremor_deg or along or across:
+                angle = substrate.angle_deg(press.tilt_deg[0], t - press.start_s)
+                if substrate.tremor_deg:
+                    angle = angle + substrate.tremor_deg * self._nod(t)
+                # The gauges see the part of the force normal to the substrate.
+                pressed = substrate.pressed(pressed * (np.cos(along) * np.cos(across)), ratio, angle, hard=hard)
+            total += self._scenario.bumps.force(pressed, press.depth_pF, ratio, hard=hard)
+        return total
+
+
+def _oblique(press: Press, factor: float) -> Press:
+    return replace(press, ratios=tuple((after, ratio * factor) for after, ratio in press.ratios))

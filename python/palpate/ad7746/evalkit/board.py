@@ -4,16 +4,14 @@ Claiming the interface locks the board against other programs; the requests them
 """
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.bus import NotReady
-from palpate.ad7746.clock import Clock, RealClock
-from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, Board, board_of, choose, devices, fresh, system_backend
-from palpate.ad7746.evalkit.firmware import read_hex
-from palpate.ad7746.evalkit.usberrors import NoFirmware, NotAllowed, translated
+from palpate.ad7746.bus import Clock, NotReady, RealClock
+from palpate.ad7746.evalkit import find
+from palpate.ad7746.evalkit.find import Board, board_of, translated
+from palpate.ad7746.evalkit.firmware import read_hex, transfer
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError, SourceTimeout
 
 try:
@@ -23,18 +21,15 @@ except ImportError as _missing:  # pragma: no cover
 
 TIMEOUT_MS = 200
 TRANSFER_BYTES = 64
+# Numbers of the vendor requests; RAM is of the FX2 chip itself, without firmware.
 PORTS, I2C_PLAIN, I2C, ERROR_COUNT, RAM = 0xDB, 0xDC, 0xDD, 0xDF, 0xA0
-"""Numbers of the vendor requests; RAM is of the FX2 chip itself, without firmware."""
 IN, OUT = 0xC0, 0x40
-CPUCS = 0xE600
-"""Address for the RAM request: 1 keeps the processor of the board in reset, 0 starts it."""
-RDY_PIN = 0x08
-"""Bit of port A; low: ready."""
-LED_PIN = 0x80
-"""Bit of port A, an output; low: the red LED is on."""
-_SETTLE_S = 2.0  # after the board is plugged in, until the permissions are set
+# wValue of a transfer. 0x50 to 0x57 is the memory with the board's identity: never use it.
+_ON_BUS = datasheet.I2C_ADDRESS << 1
+RDY_PIN = 0x08  # Bit of port A; low: ready.
+LED_PIN = 0x80  # Bit of port A, an output; low: the red LED is on.
 _STARTING_S, _AGAIN_S = 1.0, 0.1  # longest start of the firmware after loading; poll interval
-_LOADING_S = 3.0  # when opening: longest time for another program (udev, fxload) to load the firmware
+_READY_S = 3.0  # when opening: longest time for other programs (udev, fxload) to set permissions and load the firmware
 
 
 class EvalKit:
@@ -65,7 +60,7 @@ class EvalKit:
 
     Examples
     --------
-    >>> from palpate.ad7746.clock import VirtualClock
+    >>> from palpate.ad7746.bus import VirtualClock
     >>> from palpate.ad7746.twin.usb import TwinBackend
     >>> from palpate.simulation.board import kit_of
     >>> from palpate.simulation.scenarios import SCENARIOS
@@ -87,32 +82,34 @@ class EvalKit:
         backend: Any = None,
         clock: Clock | None = None,
     ) -> None:
-        self._acknowledged = False  # by the chip, ever
         path = firmware or os.environ.get("PALPATE_FIRMWARE")
         self._firmware = read_hex(Path(path)) if path else None
-        self._backend = backend or system_backend()
+        self._backend = backend or find.system_backend()
         self._clock = clock or RealClock()
         self._named = bus is not None or address is not None
-        self._refused_ns: int | None = None
-        self._unloaded = False
-        self._device = choose(self._backend, bus, address)
-        self._board = board_of(self._device)
-        self._take_when_loaded(lambda: choose(self._backend, bus, address))
+        self.board: Board  # its place; another one after it was plugged in again
+        self._acknowledged = False  # by the chip, ever
+        self._unloaded = False  # the firmware, when it was looked for last
+        self._device: Any = None
+        deadline = self._clock.now_ns() + _READY_S * 1e9
+        while self._device is None:
+            try:
+                self._take(find.choose(self._backend, bus, address))
+            except NotReady:
+                if self._clock.now_ns() > deadline:
+                    raise
+                self._clock.sleep(_AGAIN_S)
 
-    def read(self, register: int, count: int, i2c_address: int = datasheet.I2C_ADDRESS) -> bytes:
+    def read(self, register: int, count: int) -> bytes:
         """Return registers. All FF can mean "no answer", so the error counter of the board is read, too."""
-        value = _on_bus(i2c_address)
-        if not 1 <= count <= TRANSFER_BYTES:
-            raise ValueError(f"count: got {count}, allowed: 1 to {TRANSFER_BYTES}")
-        data = self._in(I2C, value, register, count)
+        data = self._in(I2C, _ON_BUS, register, count)
         self._check_acknowledged(f"reading register 0x{register:02X}")
         return data
 
-    def write(self, register: int, data: bytes, i2c_address: int = datasheet.I2C_ADDRESS) -> int:
+    def write(self, register: int, data: bytes) -> int:
         """Write registers; return when they were written, ns of the clock."""
-        value = _on_bus(i2c_address)
         datasheet.check_write(register, data)
-        self._out(I2C, value, register, data)
+        self._out(I2C, _ON_BUS, register, data)
         written = self._clock.now_ns()
         self._check_acknowledged(f"writing register 0x{register:02X}")
         return written
@@ -123,7 +120,7 @@ class EvalKit:
 
     def reset(self) -> None:
         """Reset the AD7746."""
-        self._out(I2C_PLAIN, _on_bus(datasheet.I2C_ADDRESS), 0, bytes([datasheet.RESET_POINTER]))
+        self._out(I2C_PLAIN, _ON_BUS, 0, bytes([datasheet.RESET_POINTER]))
         self._check_acknowledged("resetting the AD7746")
 
     def blink(self, seconds: float, half_s: float = 0.125) -> None:
@@ -141,22 +138,13 @@ class EvalKit:
     def reopen(self) -> None:
         """Open the board again: the one at the same ports if it was named, otherwise the only one."""
         self.close()
-        self._backend = fresh(self._backend)
-        found = [d for d in devices(self._backend) if not self._named or board_of(d)[::2] == self._board[::2]]
+        self._backend = find.fresh(self._backend)
+        found = find.devices(self._backend)
+        if self._named:
+            found = [device for device in found if board_of(device)[::2] == self.board[::2]]
         if len(found) != 1:
-            raise DeviceNotFound(f"the board at {self._board} was unplugged: plug it in again.")
-        self._device, self._board = found[0], board_of(found[0])
-        try:
-            self._take()
-        except NotAllowed as refused:
-            now = self._clock.now_ns()
-            self._refused_ns = self._refused_ns or now
-            if now - self._refused_ns < _SETTLE_S * 1e9:
-                raise DeviceNotFound(str(refused)) from refused
-            raise
-        except NoFirmware as refused:
-            raise NotReady(str(refused)) from refused
-        self._refused_ns = None
+            raise DeviceNotFound(f"the board at {self.board} was unplugged: plug it in again.")
+        self._take(found[0])
 
     def close(self) -> None:
         """Close the board."""
@@ -164,39 +152,24 @@ class EvalKit:
             usb.util.dispose_resources(self._device)
             self._device = None
 
-    @property
-    def board(self) -> Board:
-        """The place of the board; another one after it was plugged in again."""
-        return self._board
-
     def describe(self) -> dict[str, Any]:
         """Return the identity of the board; it has no serial number."""
         return {
             "name": "AD7746 evaluation kit",
-            "usb": f"{VENDOR:04x}:{PRODUCT:04x}",
-            "bus": self._board.bus,
-            "address": self._board.address,
-            "ports": list(self._board.ports),
+            "usb": f"{find.VENDOR:04x}:{find.PRODUCT:04x}",
+            "bus": self.board.bus,
+            "address": self.board.address,
+            "ports": list(self.board.ports),
         }
 
-    def _take_when_loaded(self, find: Callable[[], Any]) -> None:
-        deadline = self._clock.now_ns() + _LOADING_S * 1e9
-        while True:
-            try:
-                return self._take()
-            except NoFirmware:
-                if self._clock.now_ns() > deadline:
-                    raise
-            self._clock.sleep(_AGAIN_S)
-            self._device = find()
-            self._board = board_of(self._device)
-
-    def _take(self) -> None:
+    def _take(self, device: Any) -> None:
+        """Claim a device, and load its firmware."""
+        self._device, self.board = device, board_of(device)
         try:
-            if self._unloaded and not self._runs():  # not claimed: the program that loads it may want to claim it
-                raise self._without_firmware()
-            with translated(f"the board at {self._board}"):
-                usb.util.claim_interface(self._device, 0)
+            if self._unloaded and not self._firmware and not self._runs():
+                self._load()  # raises NotReady; not claimed: the program that loads the firmware may want to claim it
+            with translated(f"the board at {self.board}"):
+                usb.util.claim_interface(device, 0)
             self._unloaded = not self._runs()
             if self._unloaded:
                 self._load()
@@ -215,75 +188,55 @@ class EvalKit:
 
     def _load(self) -> None:
         if self._firmware is None:
-            raise self._without_firmware()
-        self._out(RAM, CPUCS, 0, b"\1")
-        for address, data in self._firmware.items():
-            self._load_chunk(address, data)
-        self._out(RAM, CPUCS, 0, b"\0")
+            raise NotReady(
+                f"the board at {self.board} has no firmware (unplugging the board erases it), and no other program has "
+                f"loaded it: give the path of Icv_usb.hex, which Analog Devices' software for the kit installs: "
+                "--firmware PATH, or PALPATE_FIRMWARE. If it was already loaded, unplug the board for a moment"
+            )
+        transfer(
+            self._firmware,
+            lambda address, data: self._out(RAM, address, 0, data),
+            lambda address, count: self._in(RAM, address, 0, count),
+        )
         for _ in range(round(_STARTING_S / _AGAIN_S)):
             if self._runs():
                 return
             self._clock.sleep(_AGAIN_S)
         raise DeviceRefused(
-            f"the firmware was loaded into the board at {self._board} but does not answer: check the file"
+            f"the firmware was loaded into the board at {self.board} but does not answer: check the file"
         )
-
-    def _without_firmware(self) -> NoFirmware:
-        return NoFirmware(
-            f"the board at {self._board} has no firmware (unplugging the board erases it), and no other program has "
-            f"loaded it: give the path of Icv_usb.hex, which Analog Devices' software for the kit installs: "
-            "--firmware PATH, or PALPATE_FIRMWARE. If it was already loaded, unplug the board for a moment"
-        )
-
-    def _load_chunk(self, address: int, data: bytes) -> None:
-        for start in range(0, len(data), TRANSFER_BYTES):
-            chunk = data[start : start + TRANSFER_BYTES]
-            self._out(RAM, address + start, 0, chunk)
-            if self._in(RAM, address + start, 0, len(chunk)) != chunk:
-                raise ProtocolError(
-                    f"firmware: verification failed at 0x{address + start:04X}: the value read back differs"
-                )
 
     def _in(self, request: int, value: int, index: int, count: int) -> bytes:
-        with translated(f"usb:{self._board}, request 0x{request:02X}"):
+        with translated(f"usb:{self.board}, request 0x{request:02X}"):
             data = bytes(self._opened.ctrl_transfer(IN, request, value, index, count, TIMEOUT_MS))
         if len(data) != count:
             raise ProtocolError(f"request 0x{request:02X}: got {len(data)} bytes, allowed: {count}: damaged transfer")
         return data
 
     def _out(self, request: int, value: int, index: int, data: bytes) -> None:
-        with translated(f"usb:{self._board}, request 0x{request:02X}"):
+        with translated(f"usb:{self.board}, request 0x{request:02X}"):
             count = self._opened.ctrl_transfer(OUT, request, value, index, data, TIMEOUT_MS)
         if count != len(data):
             raise ProtocolError(
-                f"request 0x{request:02X}: the board accepted {count} bytes of {len(data)}: damaged transfer"
+                f"request 0x{request:02X}: {count} bytes of {len(data)} were accepted: damaged transfer"
             )
 
     def _check_acknowledged(self, what: str) -> None:
         errors = self._in(ERROR_COUNT, 0, 0, 1)[0]
-        if errors and not self._acknowledged:
-            raise ProtocolError(
-                f"{what}: not acknowledged: the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link "
-                "LK2, and link LK1, its supply (5.0 V)"
-            )
-        if errors:
-            raise ProtocolError(
-                f"{what}: not acknowledged, errors counted by the board: {errors}; if it happens repeatedly, its "
-                "firmware hangs: unplug the board for a moment"
-            )
-        self._acknowledged = True
+        if not errors:
+            self._acknowledged = True
+            return
+        why = (
+            f"errors counted by the board: {errors}; if it happens repeatedly, its firmware hangs: unplug the board for a "
+            "moment"
+            if self._acknowledged
+            else "the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link LK2, and link LK1, its supply "
+            "(5.0 V)"
+        )
+        raise ProtocolError(f"{what}: not acknowledged: {why}")
 
     @property
     def _opened(self) -> Any:
         if self._device is None:
-            raise DeviceNotFound(f"the board at {self._board} is closed: open it again.")
+            raise DeviceNotFound(f"the board at {self.board} is closed: open it again.")
         return self._device
-
-
-def _on_bus(i2c_address: int) -> int:
-    """Return wValue of a transfer, for the only allowed address."""
-    if i2c_address != datasheet.I2C_ADDRESS:
-        raise ValueError(
-            f"i2c_address: got 0x{i2c_address:02X}, allowed: 0x48; 0x50 to 0x57 is the memory with the board's identity"
-        )
-    return i2c_address << 1

@@ -1,20 +1,61 @@
-"""Search for evaluation kits on USB, and for the USB library."""
+"""Evaluation kits on USB: their search, also for those that come and go, the USB library, and its errors in words."""
 
+import errno
+import os
 import sys
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from threading import Event, Thread
 from typing import Any, NamedTuple
 
-from palpate.ad7746.evalkit.usberrors import translated
-from palpate.errors import DeviceNotFound, MissingExtra
+from palpate.ad7746.bus import NotReady
+from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, PalpateError, ProtocolError, SourceTimeout
 
 try:
     import usb.core
 except ImportError as _missing:  # pragma: no cover
     raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from _missing
 
-VENDOR, PRODUCT = 0x0456, 0xB481
-"""USB identity, the same before and after the firmware is loaded."""
+VENDOR, PRODUCT = 0x0456, 0xB481  # USB identity, the same before and after the firmware is loaded.
+POLL_S = 1.0  # from one look for boards that come and go to the next
+_END_S = 1.0
 _LISTED = {"win32": "the Device Manager", "darwin": "`system_profiler SPUSBDataType`"}.get(sys.platform, "`lsusb`")
+_DRIVER = "On Windows the board needs the driver WinUSB: install it for 0456:b481 with Zadig (https://zadig.akeo.ie)"
+_PERMISSION = {
+    "win32": f"Close other programs that use the board. {_DRIVER}",
+    "darwin": "On macOS another program or a driver holds it: close that program, then plug the board in again",
+}.get(sys.platform, "Type `palpate doctor --install-udev`; in a container, on the host")
+_NOT_SUPPORTED = {
+    "win32": f"the driver of the board is not WinUSB. {_DRIVER}",
+    "darwin": "libusb cannot open it; `brew install libusb`, for the processor that this Python is for",
+}.get(sys.platform, "the USB library of this system does not support it; install libusb-1.0")
+_UNPLUGGED = (DeviceNotFound, "the board was unplugged: plug it in again.")
+_FORBIDDEN = (NotReady, f"no permission to open it. {_PERMISSION}")
+_ERRORS = {
+    errno.ENODEV: _UNPLUGGED,
+    errno.ENOENT: _UNPLUGGED,  # on systems other than Linux
+    errno.EACCES: _FORBIDDEN,
+    errno.EPERM: _FORBIDDEN,
+    errno.EBUSY: (DeviceRefused, "another program uses the board; close that program first"),
+    errno.EPIPE: (ProtocolError, "the board refused the request (stall); check that the kit's own firmware is loaded"),
+    errno.EIO: (ProtocolError, "error on the USB line; try another cable or port, without a hub"),
+    errno.EOVERFLOW: (ProtocolError, "the board sent more bytes than requested; try another cable or port"),
+}
+
+
+@contextmanager
+def translated(what: str) -> Iterator[None]:
+    """Translate errors of pyusb to palpate's."""
+    try:
+        yield
+    except usb.core.USBTimeoutError as error:
+        raise SourceTimeout(f"{what}: no answer in time; if it happens again, unplug the board for a moment") from error
+    except usb.core.USBError as error:
+        kind, text = _ERRORS.get(error.errno, (ProtocolError, str(error)))
+        raise kind(f"{what}: {text}") from error
+    except NotImplementedError as error:
+        raise DeviceRefused(f"{what}: {_NOT_SUPPORTED}") from error
 
 
 class Board(NamedTuple):
@@ -30,22 +71,7 @@ class Board(NamedTuple):
 
 
 def boards(backend: Any = None) -> list[Board]:
-    """Return the connected boards, without opening one.
-
-    Parameters
-    ----------
-    backend : usb.backend.IBackend, optional
-        Backend of a simulated board. Default: `system_backend`.
-
-    Returns
-    -------
-    list of Board
-
-    Raises
-    ------
-    MissingExtra
-        No libusb.
-    """
+    """Return the connected boards, without opening one."""
     return [board_of(device) for device in devices(backend or system_backend())]
 
 
@@ -75,18 +101,16 @@ def choose(backend: Any, bus: int | None, address: int | None) -> Any:
         return named[0]
     places = ", ".join(f"usb:{board_of(device)}" for device in found)
     if not found:
-        raise DeviceNotFound(
-            f"no AD7746 evaluation kit ({VENDOR:04x}:{PRODUCT:04x}) found: check the cable, and {_LISTED}"
-        )
-    if not named:
-        raise DeviceNotFound(f"no board at {bus}/{address}, found: {places}")
-    raise DeviceNotFound(
-        f"found {len(named)} boards: choose one of {places}; `palpate devices --blink` shows which is which"
-    )
+        text = f"no AD7746 evaluation kit ({VENDOR:04x}:{PRODUCT:04x}) found: check the cable, and {_LISTED}"
+    elif not named:
+        text = f"no board at {bus}/{address}, found: {places}"
+    else:
+        text = f"found {len(named)} boards: choose one of {places}; `palpate devices --blink` shows which is which"
+    raise DeviceNotFound(text)
 
 
 def system_backend() -> Any:
-    """Return libusb-1.0 for pyusb; first that of the system, since pyusb keeps the first one that is loaded."""
+    """Return libusb-1.0 for pyusb: the system's first, since pyusb keeps the first one that is loaded."""
     from ctypes.util import find_library
 
     from usb.backend import libusb1
@@ -104,3 +128,42 @@ def system_backend() -> Any:
 def fresh(backend: Any) -> Any:
     """Return a backend with a new context: without udev a libusb context never notices plugging and unplugging."""
     return type(backend)(backend.lib) if hasattr(backend, "lib") else backend
+
+
+def may_open(board: Board, usbfs: Path = Path("/dev/bus/usb")) -> bool | None:
+    """Return whether this user may open a board, without opening it; None: unknown."""
+    node = usbfs / f"{board.bus:03d}" / f"{board.address:03d}"
+    return os.access(node, os.R_OK | os.W_OK) if node.exists() else None
+
+
+Look = Callable[[], set[Board]]
+
+
+def look() -> set[Board]:
+    """Return the connected boards, through a context of libusb of its own."""
+    return set(boards(fresh(system_backend())))
+
+
+class Hotplug:
+    """Reports which boards come and go, from its begin to `close`."""
+
+    def __init__(
+        self, changed: Callable[[set[Board], set[Board]], object], search: Look | None = None, poll_s: float = POLL_S
+    ) -> None:
+        self._changed, self._look, self._poll_s = changed, search or look, poll_s
+        self._closing = Event()
+        self._known = self._look()
+        self._thread = Thread(target=self._run, name="palpate-hotplug", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread; may be called twice."""
+        self._closing.set()
+        self._thread.join(_END_S)
+
+    def _run(self) -> None:
+        while not self._closing.wait(self._poll_s):
+            with suppress(OSError, PalpateError):  # the next look may succeed
+                before, self._known = self._known, self._look()
+                if self._known != before:
+                    self._changed(before, self._known)

@@ -12,23 +12,29 @@ from pathlib import Path
 
 from palpate.files import read_bytes, replacing
 
+# For the user at the screen (uaccess), and for the users in a group (a machine without a screen).
 UDEV_RULE = (
     'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0660", GROUP="plugdev", TAG+="uaccess"'
 )
-"""For the user at the screen (uaccess), and for the users in a group (a machine without a screen)."""
 GROUP = "plugdev"
 RULES = tuple(
     Path(folder) for folder in ("/etc/udev/rules.d", "/run/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d")
 )
 RULE_FILE = "70-palpate.rules"
 _SEATS = "73-seat-late.rules"  # systemd's file that gives access where the tag uaccess is set before it
-_OLDER = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0666"'
 _LARGEST = 1_000_000  # bytes of a file of rules
-_VENDOR = re.compile(r'idVendor}=="0456"', re.IGNORECASE)
-_PRODUCT = re.compile(r'idProduct}=="b481"', re.IGNORECASE)
-_FOR_ALL = re.compile(r'MODE\s*:?=\s*"\d?\d\d[2367]"|-m 0?666')  # others may write; the second one is fxload's
-_BOARD = ("--subsystem-match=usb", "--attr-match=idVendor=0456", "--attr-match=idProduct=b481")
-_UDEVADM = (("control", "--reload"), ("trigger", "--action=change", *_BOARD))
+_BOARD = re.compile(r'(?=.*idVendor}=="0456").*idProduct}=="b481"', re.IGNORECASE)
+_FOR_ALL = re.compile(r'MODE\s*:?=\s*"\d?\d\d[2367]"|-m 0?666')  # every user may write; the second one is fxload's
+_UDEVADM = (
+    ("control", "--reload"),
+    (
+        "trigger",
+        "--action=change",
+        "--subsystem-match=usb",
+        "--attr-match=idVendor=0456",
+        "--attr-match=idProduct=b481",
+    ),
+)
 _WAIT_S = 10.0
 
 
@@ -38,30 +44,13 @@ def rules_matter() -> bool:
 
 
 def rule_files(folders: Iterable[Path] | None = None) -> list[Path]:
-    """Return the files of udev rules that name the board.
-
-    Examples
-    --------
-    >>> rule_files([Path("/nowhere")])
-    []
-    """
-    files = [
-        file
-        for folder in (RULES if folders is None else folders)
-        if folder.is_dir()
-        for file in sorted(folder.glob("*.rules"))
-    ]
+    """Return the files of udev rules that name the board."""
+    files = [file for folder in folders or RULES for file in sorted(folder.glob("*.rules"))]
     return [file for file in files if _of_the_board(file)]
 
 
 def flaw(file: Path) -> str:
-    """Return what is wrong with the rules for the board in a file; empty: nothing.
-
-    Examples
-    --------
-    >>> flaw(Path("/nowhere/70-palpate.rules"))
-    ''
-    """
+    """Return what is wrong with the rules for the board in a file; empty: nothing."""
     lines = _of_the_board(file)
     if any(_FOR_ALL.search(line) for line in lines):
         return "lets every user and program of this machine write to the board"
@@ -70,29 +59,21 @@ def flaw(file: Path) -> str:
     return ""
 
 
-def install(folder: Path | None = None) -> str:
-    """Write the rule file; return what was done.
-
-    Raises
-    ------
-    OSError
-        It cannot be written, or the file has rules of someone else: it stays as it is.
-    """
-    file = (folder or RULES[0]) / RULE_FILE
+def install() -> str:
+    """Write the rule file; return what was done."""
+    file = RULES[0] / RULE_FILE
     if not file.parent.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "this system has no udev; of a container: type it on the host", str(file))
-    before = _rules_in(read_bytes(file, _LARGEST)) if file.exists() else None
-    if before == [UDEV_RULE]:
-        return f"{file} is there already"
-    if before and not set(before) <= {UDEV_RULE, _OLDER}:
-        raise FileExistsError(
-            errno.EEXIST, f"has rules of someone else, stays as it is; move it away, or put in: {UDEV_RULE}", str(file)
-        )
+    if before := _rules(file) if file.exists() else []:
+        if before == [UDEV_RULE]:
+            return f"{file} is there already"
+        text = f"has other rules, stays as it is; move it away, or put in: {UDEV_RULE}"
+        raise FileExistsError(errno.EEXIST, text, str(file))
     file.parent.mkdir(exist_ok=True)
     with replacing(file) as out:
         out.write(f"# Access to the AD7746 evaluation kit; by `palpate doctor --install-udev`\n{UDEV_RULE}\n".encode())
     file.chmod(0o644)
-    return f"wrote {file}" if before is None else f"replaced {file}, which had {'an older rule' if before else 'none'}"
+    return f"wrote {file}"
 
 
 def reload() -> str:
@@ -103,29 +84,21 @@ def reload() -> str:
     for arguments in _UDEVADM:
         try:
             subprocess.run([udevadm, *arguments], check=True, capture_output=True, text=True, timeout=_WAIT_S)
-        except subprocess.TimeoutExpired:
-            return f"udevadm {arguments[0]}: no end within {_WAIT_S:g} s"
-        except (OSError, subprocess.CalledProcessError) as error:
-            told = getattr(error, "stderr", "") or str(error)
-            return f"udevadm {arguments[0]}: {told.strip():.200}"
+        except (OSError, subprocess.SubprocessError) as error:
+            return f"udevadm {arguments[0]}: {(getattr(error, 'stderr', '') or str(error)).strip():.200}"
     return ""
 
 
 def missing_group() -> str:
-    """Return what to type so that the user is in the group; empty: nothing.
-
-    The user is the one who called sudo, or this one; root needs no group.
-    """
+    """Return what to type so that the user is in the group; empty: nothing."""
     if sys.platform == "win32":
         return ""
     import grp
     import pwd
 
-    user = os.environ.get("SUDO_USER", "")
-    if not user:
-        user = str(os.getuid())
-        with suppress(KeyError):  # a number without a name, as in containers
-            user = pwd.getpwuid(os.getuid()).pw_name
+    user = os.environ.get("SUDO_USER") or str(os.getuid())
+    with suppress(KeyError, ValueError):  # a number without a name, as in containers
+        user = pwd.getpwuid(int(user)).pw_name
     if user == "root":
         return ""
     join = f"sudo usermod -aG {GROUP} {user}"
@@ -140,17 +113,12 @@ def missing_group() -> str:
 
 
 def _of_the_board(file: Path) -> list[str]:
-    return [line for line in _rules(file) if _VENDOR.search(line) and _PRODUCT.search(line)]
+    """Return the rules for the board in a file; nothing for a file that cannot be read."""
+    with suppress(OSError):
+        return [line for line in _rules(file) if _BOARD.search(line)]
+    return []
 
 
 def _rules(file: Path) -> list[str]:
-    """Return the rules of a file; nothing for a file that cannot be read."""
-    try:
-        return _rules_in(read_bytes(file, _LARGEST))
-    except OSError:
-        return []
-
-
-def _rules_in(data: bytes) -> list[str]:
-    lines = (line.strip() for line in data.decode(errors="replace").splitlines())
+    lines = map(str.strip, read_bytes(file, _LARGEST).decode(errors="replace").splitlines())
     return [line for line in lines if line and not line.startswith("#")]

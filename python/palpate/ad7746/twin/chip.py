@@ -6,16 +6,14 @@ All times are ns of the caller's clock; nothing here waits.
 import random
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from palpate.ad7746 import datasheet
 from palpate.ad7746.twin.wiring import WIRINGS, Pins, Wiring
 
-FACTORY = bytes([0x66, 0xCC, 0x5C, 0x90])
-"""CAP_GAIN and VOLT_GAIN of a chip."""
+FACTORY = bytes([0x66, 0xCC, 0x5C, 0x90])  # CAP_GAIN and VOLT_GAIN of a chip.
 _ALL_READY = datasheet.RDY | datasheet.RDYVT | datasheet.RDYCAP
-_CAP_BYTES, _VT_BYTES = range(1, 4), range(4, 7)
+_CAP_BYTES, _VT_BYTES = {1, 2, 3}, {4, 5, 6}
 
 
 class Conversion(NamedTuple):
@@ -28,8 +26,7 @@ class Conversion(NamedTuple):
     lost: bool
 
 
-@dataclass
-class Running:
+class Running(NamedTuple):
     """A running conversion, with the registers at its begin."""
 
     begin: int
@@ -38,28 +35,7 @@ class Running:
 
 
 class ChipTwin:
-    """A simulated AD7746.
-
-    Parameters
-    ----------
-    pins : Pins
-        Capacitance of the two bumps.
-    seed : int
-        Seed of the noise.
-    dac_step_pF : (float, float)
-        Step of CAPDAC_A and of CAPDAC_B on this chip, pF: other than the typical value.
-    noisy : bool
-        Whether to add the noise of the data sheet.
-    wiring : Wiring
-        Between which pins the bumps hang.
-
-    Attributes
-    ----------
-    factory : bytes
-        CAP_GAIN and VOLT_GAIN, which differ from chip to chip.
-    conversions : deque of Conversion
-        The last finished conversions, at most 4096.
-    """
+    """A simulated AD7746."""
 
     def __init__(
         self,
@@ -71,27 +47,20 @@ class ChipTwin:
         wiring: Wiring = WIRINGS["guide"],
     ) -> None:
         self.conversions: deque[Conversion] = deque(maxlen=4096)
-        self.factory: bytes = FACTORY
-        self.temperature_C: float = 25.0
-        self.supply_V: float = 3.3
+        self.factory = FACTORY
+        self.temperature_C, self.supply_V = 25.0, 3.3
         self.present = True
-        # Number of the next conversions that are lost, are of the other input, have EXCERR.
-        self.lose: int = 0
-        self.garble: int = 0
-        self.short: int = 0
-        self.overload_pF: float = 0.0
-        self.loose: int = 0  # input whose wires are off, 1 or 2
-        self.pace: float = 1.0  # a conversion's time, relative to the data sheet's
+        self.lose = self.garble = self.short = 0  # next conversions that are lost, are of the other input, have EXCERR
+        self.loose = 0  # input whose wires are off, 1 or 2
+        self.overload_pF = 0.0
         self.disturb: Callable[[], float] = lambda: 0.0  # pF, for each conversion
-        self._pins = pins
-        self._random = random.Random(seed)
-        self._noisy = noisy
-        self._wiring = wiring
-        self._dac_step_pF = dac_step_pF
+        self.pace = 1.0  # a conversion's time, relative to the data sheet's
+        self._pins, self._wiring, self._dac_step_pF = pins, wiring, dac_step_pF
+        self._random, self._noisy = random.Random(seed), noisy
         self._silent_until = 0
         self._pointer = 0
         self._running: Running | None = None
-        self.registers: bytearray = bytearray(datasheet.RESET_VALUES + FACTORY)
+        self.registers = bytearray(datasheet.RESET_VALUES + FACTORY)
 
     def acknowledges(self, now: int) -> bool:
         """Return whether the chip acknowledges its address."""
@@ -106,28 +75,28 @@ class ChipTwin:
     def write(self, data: bytes, now: int) -> None:
         """Process the bytes after the address: a register pointer, then values."""
         self._advance(now)
-        if data[:1] == bytes([datasheet.RESET_POINTER]):
-            return self.power_on(now)
+        if data[0] == datasheet.RESET_POINTER:
+            self.power_on(now)
+            return
         self._pointer = data[0]
         for byte in data[1:]:
-            self._write(byte, now)
-        return None
+            if datasheet.CAP_SETUP <= self._pointer < datasheet.REGISTERS:
+                self.registers[self._pointer] = byte
+            if self._pointer == datasheet.CONFIG:
+                self._begin(now)
+            self._pointer += 1
 
     def read(self, count: int, now: int, lasting: int = 0) -> bytes:
-        """Return registers from the pointer on; the transfer starts at `now` and takes `lasting`.
-
-        A conversion that ends while its data are being read is lost (data sheet, "Data registers").
-        """
+        """Return registers from the pointer on; the transfer starts at `now` and takes `lasting`."""
         self._advance(now)
         span = range(self._pointer, self._pointer + count)
         self._pointer = span.stop
         data = bytes(self.registers[number % datasheet.REGISTERS] for number in span)
-        running = self._running
-        if running and running.end <= now + lasting and any(n in span for n in (*_CAP_BYTES, *_VT_BYTES)):
-            self._end(running, lost=True)
-        if all(n in span for n in _CAP_BYTES):
+        if self._running and self._running.end <= now + lasting and (_CAP_BYTES | _VT_BYTES) & set(span):
+            self._end(self._running, lost=True)
+        if set(span) >= _CAP_BYTES:
             self.registers[datasheet.STATUS] |= datasheet.RDY | datasheet.RDYCAP
-        if all(n in span for n in _VT_BYTES):
+        if set(span) >= _VT_BYTES:
             self.registers[datasheet.STATUS] |= datasheet.RDYVT
         return data
 
@@ -137,18 +106,11 @@ class ChipTwin:
             return self.lose > 0
         return bool(self.registers[datasheet.STATUS] & datasheet.RDY)
 
-    def _write(self, byte: int, now: int) -> None:
-        if datasheet.CAP_SETUP <= self._pointer < datasheet.REGISTERS:
-            self.registers[self._pointer] = byte
-        if self._pointer == datasheet.CONFIG:
-            self._begin(now)
-        self._pointer += 1
-
     def _begin(self, now: int) -> None:
         self._running = None
         self.registers[datasheet.STATUS] |= _ALL_READY
         config = self.registers[datasheet.CONFIG]
-        if config & 7 not in (datasheet.CONTINUOUS, datasheet.SINGLE):
+        if config & 7 != datasheet.SINGLE:  # no other one is used
             return
         if self.garble:
             self.garble -= 1
@@ -162,7 +124,7 @@ class ChipTwin:
             self._running = Running(now, now + round(self.pace * seconds * 1e9), bytes(self.registers))
 
     def _advance(self, now: int) -> None:
-        while self._running and self._running.end <= now:
+        if self._running and self._running.end <= now:
             self._end(self._running, lost=False)
 
     def _end(self, running: Running, *, lost: bool) -> None:
@@ -175,10 +137,7 @@ class ChipTwin:
             self.registers[datasheet.VT_DATA : datasheet.CAP_SETUP] = code.to_bytes(3, "big")
             self.registers[datasheet.STATUS] &= ~(datasheet.RDY | datasheet.RDYVT)
         self._running = None
-        if self.registers[datasheet.CONFIG] & 7 == datasheet.CONTINUOUS:
-            self._begin(running.end)
-        else:
-            self.registers[datasheet.CONFIG] &= ~7
+        self.registers[datasheet.CONFIG] &= ~7
 
     def _vt_code(self, setup: int) -> int:
         if setup & datasheet.VT_SUPPLY:
@@ -191,9 +150,8 @@ class ChipTwin:
         self.conversions.append(Conversion(pin, running.begin, running.end, code, lost))
         if lost:
             return
-        counted = self.short > 0
-        self.short -= counted
-        shorted = counted or self._wiring.fails(running.registers[datasheet.EXC_SETUP])
+        shorted = self.short > 0 or self._wiring.fails(running.registers[datasheet.EXC_SETUP])
+        self.short = max(self.short - 1, 0)
         self.registers[datasheet.CAP_DATA : datasheet.VT_DATA] = code.to_bytes(3, "big")
         self.registers[datasheet.STATUS] &= ~(datasheet.RDY | datasheet.RDYCAP | datasheet.EXCERR)
         self.registers[datasheet.STATUS] |= datasheet.EXCERR * shorted
@@ -203,11 +161,10 @@ class ChipTwin:
         setup, excitation = registers[datasheet.CAP_SETUP], registers[datasheet.EXC_SETUP]
         total = self._wiring.mean_pF(self._pins, setup, excitation, running.begin / 1e9, running.end / 1e9, self.loose)
         total += self.disturb() + self.overload_pF
-        for register, step in zip((datasheet.CAPDAC_A, datasheet.CAPDAC_B), self._dac_step_pF, strict=True):
+        minus, plus = self._dac_step_pF
+        for register, step in ((datasheet.CAPDAC_A, -minus), (datasheet.CAPDAC_B, plus)):
             if registers[register] & datasheet.DAC_ENABLE:
-                total += (registers[register] & datasheet.DAC_STEPS) * (
-                    step if register == datasheet.CAPDAC_B else -step
-                )
+                total += (registers[register] & datasheet.DAC_STEPS) * step
         offset = int.from_bytes(registers[datasheet.CAP_OFFSET : datasheet.CAP_GAIN], "big")
         total += (offset - datasheet.OFFSET_ZERO) * datasheet.OFFSET_STEP_PF
         noise = datasheet.NOISE_PF[registers[datasheet.CONFIG] >> 3 & 7] if self._noisy else 0.0

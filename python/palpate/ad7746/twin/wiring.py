@@ -10,33 +10,18 @@ from typing import NamedTuple
 
 from palpate.ad7746 import datasheet
 
+# (bump, begin, end) -> mean capacitance, pF, of the hard (1) or the soft bump (2) between two times, s.
 Pins = Callable[[int, float, float], float]
-"""(bump, begin, end) -> mean capacitance, pF, of the hard (1) or the soft bump (2) between two times, s."""
 
-HARD, SOFT = 1, 2
-"""Numbers of the bumps: those of the inputs that they belong to."""
-STRAY_PF = 0.003
-"""Capacitance of an input without a wire to a driven excitation pin [?]."""
+HARD, SOFT = 1, 2  # Numbers of the bumps, and of their inputs.
+STRAY_PF = 0.003  # Capacitance of an input without a wire to a driven excitation pin [?].
+# The board's length sensor between CIN2+ and EXCA, which R1 and R2 connect; the value is from its schematic.
 DEMO_PF = 1.4
-"""The board's length sensor between CIN2+ and EXCA, which R1 and R2 connect; the value is from its schematic."""
-SHORT_PF = 1000.0
-"""An input that is shorted to an excitation pin: far outside every range."""
+SHORT_PF = 1000.0  # An input that is shorted to an excitation pin: far outside every range.
 
 
 class Wire(NamedTuple):
-    """A capacitor between an input and an excitation pin.
-
-    Attributes
-    ----------
-    input : str
-        "1+", "1-", "2+" or "2-": CIN1+ to CIN2-.
-    excitation : str
-        "A" or "B".
-    bump : int
-        `HARD` or `SOFT`; 0: neither.
-    constant_pF : float
-        Added to the capacitance of the bump.
-    """
+    """A capacitor between an input and an excitation pin."""
 
     input: str
     excitation: str
@@ -50,43 +35,13 @@ class Wire(NamedTuple):
 
 @dataclass(frozen=True)
 class Wiring:
-    """All wires of a board.
-
-    Attributes
-    ----------
-    wires : tuple of Wire
-    shorted : str
-        Excitation pins with a short, "A", "B" or "AB": the chip sets EXCERR when it drives one.
-
-    Examples
-    --------
-    >>> both = datasheet.EXCA | datasheet.EXCB
-    >>> WIRINGS["guide"].mean_pF(lambda bump, begin, end: 5.0, datasheet.CIN2, datasheet.EXCB, 0.0, 0.011)
-    5.0
-    >>> WIRINGS["guide"].mean_pF(lambda bump, begin, end: 5.0, datasheet.CIN2, 0, 0.0, 0.011)
-    0.0
-    """
+    """All wires of a board."""
 
     wires: tuple[Wire, ...]
     shorted: str = ""
 
     def mean_pF(self, bumps: Pins, setup: int, excitation: int, begin_s: float, end_s: float, loose: int = 0) -> float:
-        """Return the mean capacitance that the chip measures between two times.
-
-        Parameters
-        ----------
-        bumps : Pins
-        setup, excitation : int
-            Registers CAP_SETUP and EXC_SETUP.
-        begin_s, end_s : float
-        loose : int
-            Input whose wires are off, 1 or 2; 0: none.
-
-        Returns
-        -------
-        float
-            CIN+, or CIN+ minus CIN- in differential mode, over the driven pins; 0.0 if none is driven.
-        """
+        """Return the mean capacitance that the chip measures between two times."""
         pin = 2 if setup & datasheet.CIN2 else 1
         signs = {f"{pin}+": 1.0} | ({f"{pin}-": -1.0} if setup & datasheet.CAPDIFF else {})
         driven = self._driven(excitation)
@@ -114,6 +69,11 @@ _GUIDE = _bumps("1+B", "2+B")
 _DEMO = Wire("2+", "A", constant_pF=DEMO_PF)
 _REFERENCES = (Wire("1-", "B", constant_pF=2.0), Wire("2-", "B", constant_pF=1.5))
 
+# By name: both bumps on EXCB, as in the guide; then other wirings. exca, hard-exca, soft-exca: both bumps, or one, on EXCA.
+# swapped: the hard bump on CIN2. demo, demo-exca, demo-alone: R1 and R2 are left in, with both bumps on EXCB, both on
+# EXCA, no soft bump. hard-minus: the hard bump on CIN1-. hard-open, soft-open, open: not connected. hard-shorted, soft-
+# shorted: the input to EXCB. exca-shorted, excb-shorted: the pin to ground. differential: a constant capacitor between
+# each CIN- and EXCB.
 WIRINGS: dict[str, Wiring] = {
     "guide": Wiring(_GUIDE),
     "exca": Wiring(_bumps("1+A", "2+A")),
@@ -133,10 +93,3 @@ WIRINGS: dict[str, Wiring] = {
     "excb-shorted": Wiring(_GUIDE, shorted="B"),
     "differential": Wiring((*_GUIDE, *_REFERENCES)),
 }
-"""By name: both bumps on EXCB, as in the guide; then others.
-
-exca, hard-exca, soft-exca: both bumps, or one, on EXCA. swapped: the hard bump on CIN2. demo, demo-exca, demo-alone: R1
-and R2 are left in, with both bumps on EXCB, both on EXCA, no soft bump. hard-minus: the hard bump on CIN1-. hard-open,
-soft-open, open: not connected. hard-shorted, soft-shorted: the input to EXCB. exca-shorted, excb-shorted: the pin to
-ground. differential: a constant capacitor between each CIN- and EXCB.
-"""
