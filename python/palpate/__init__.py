@@ -100,62 +100,36 @@ __all__ = [
 ]
 
 _LAZY = {
-    "Calibration": "calibration",
-    "Modulus": "calibration",
-    "OfflineTouch": "afterwards",
-    "Recording": "recording",
-    "Sample": "samples",
-    "Gap": "sources",
-    "Source": "sources",
-    "Status": "samples",
-    "Stream": "stream",
-    "advice": "sentences",
-    "agreement": "several",
-    "check": "recording",
-    "most_reliable": "several",
-    "offline": "afterwards",
-    "open": "sources",
-    "read": "recording",
-    "recorded": "recording",
-    "touches": "fleet",
+    "afterwards": ("OfflineTouch", "offline"),
+    "calibration": ("Calibration", "Modulus"),
+    "fleet": ("touches",),
+    "recording": ("Recording", "check", "read", "recorded"),
+    "samples": ("Sample", "Status"),
+    "sentences": ("advice",),
+    "several": ("agreement", "most_reliable"),
+    "sources": ("Gap", "Source", "open"),
+    "stream": ("Stream",),
 }
-_MODULES = {
-    "ad7746",
-    "afterwards",
-    "benchmark",
-    "calibration",
-    "design",
-    "digits",
-    "elasticity",
-    "figures",
-    "fleet",
-    "notebook",
-    "recording",
-    "reference",
-    "samples",
-    "sentences",
-    "several",
-    "simulation",
-    "sources",
-    "stream",
-    "testing",
-    "touch",
-}
-"""No module may have the name of a function above: its import would replace the function."""
+"""What its module is imported for. No module may have the name of a function: its import would replace the function."""
 
 
 def __getattr__(name: str) -> Any:
     from importlib import import_module
 
-    if name in _LAZY:
-        return getattr(import_module(f"palpate.{_LAZY[name]}"), name)
-    if name in _MODULES:
-        return import_module(f"palpate.{name}")
+    for module, names in _LAZY.items():
+        if name in names:
+            return getattr(import_module(f"palpate.{module}"), name)
+    try:
+        if not name.startswith("_"):
+            return import_module(f"palpate.{name}")
+    except ModuleNotFoundError as error:
+        if error.name != f"palpate.{name}":
+            raise
     raise AttributeError(f"module 'palpate' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, *_MODULES})
+    return sorted({*globals(), *__all__})
 
 
 def get_include() -> str:

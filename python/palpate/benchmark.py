@@ -1,21 +1,26 @@
 """Benchmark: error and run time of every estimator on every simulated scenario.
 
-Scenes run from the readings on, as in an application. Bare estimators (and other libraries) use the true contact: they
-get the changes of each channel from its mean before contact, from the beginning of the press, for as many pairs as the
-scenes use.
+Scenes run from the readings on, as in an application. Bare estimators and other libraries get the begin of the press: they
+get the changes of each channel from its mean before contact, for as many pairs as the scenes use. They run twice: on the
+readings as they come, and ("+A") on pairs aligned as in the scene handheld.
 """
 
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate._core import AdaptiveRls, Rls, Tracker
+from palpate import rivals
+from palpate._core import AdaptiveRls, HandoverRls, Rls, Tracker
+from palpate.display.plots import FAST, HANDHELD, HARD, PAGE_IN, PAPER, SLOW, SOFT, TRUTH, sheet
+from palpate.files import replacing
+from palpate.reference import matched_pair
 from palpate.simulation import scenarios
 from palpate.simulation.probe import Simulation, simulate
 from palpate.simulation.scenario import Scenario
@@ -28,7 +33,9 @@ SETTLED_S = 1.0  # after contact, and after a step; later samples are steady
 STEP_S = 4.0
 WITHIN = 0.03
 LENGTH_S = 6.5  # of a touch
+EARLY_S = 0.1  # the baseline ends so long before the press
 SCENES: tuple["_Scene", ...] = ("paper", "handheld", "sliding")
+ALIGNED = " +A"
 
 
 @dataclass(frozen=True)
@@ -59,7 +66,8 @@ class Row:
     pairs_to_3_percent, slowest_pairs : float
         Pairs after a step until the error stays below 3 %: median and largest over the seeds; nan without a step.
     ns : float
-        Run time for each pair, ns, minimum.
+        Run time for each pair, ns, minimum. Of a scene: all its stages. With "+A": the estimator, and all stages of the
+        scene handheld but its own estimator. Else the estimator alone.
     rms : float
         Relative rms error of the steady part over all seeds; 1 for a lost press. Above `rmse` where a few seeds are worse.
 
@@ -82,37 +90,75 @@ class Row:
     rms: float
 
 
-def _ewma_least_squares(output: Array, regressor: Array, forgetting: float = 0.995) -> Array:
-    from scipy.signal import lfilter
-
-    numerator = lfilter([1.0], [1.0, -forgetting], output * regressor)
-    return np.asarray(numerator / lfilter([1.0], [1.0, -forgetting], regressor**2))
-
-
 Estimate = Callable[[Array, Array], tuple[Array, NDArray[np.bool_]]]
 
 
-def _no_alarm(ratio: Array) -> tuple[Array, NDArray[np.bool_]]:
-    return ratio, np.zeros(len(ratio), bool)
+@dataclass(frozen=True)
+class Pairs:
+    """Changes of both channels in the first press of a simulation, for estimators without a detection of contact."""
+
+    since_s: Array
+    output: Array
+    regressor: Array
+    truth: Array
+
+    def trace(self, estimate: Estimate) -> ErrorTrace:
+        """Return the error of an estimator."""
+        ratio, alarm = estimate(self.output, self.regressor)
+        return ErrorTrace(self.since_s, ratio / self.truth - 1, alarm, np.full(len(ratio), math.nan))
+
+
+def pairs_as_read(run: Simulation) -> Pairs:
+    """Return the pairs of readings as they come, the soft one later than the hard one."""
+    used = np.isfinite(run.hard) & np.isfinite(run.soft) & (run.t_hard_s >= run.presses[0].start_s)
+    return _changes(run, np.flatnonzero(used), run.hard[used], run.soft[used])
+
+
+def pairs_aligned(run: Simulation) -> Pairs:
+    """Return the pairs that the scene handheld makes of the readings; each counts from the reading that completes it."""
+    t_hard, t_soft = (np.round(times * 1e9).astype(np.int64) for times in (run.t_hard_s, run.t_soft_s))
+    made = matched_pair(t_hard, t_soft, run.hard, run.soft)
+    soft_at = np.flatnonzero(np.isfinite(run.soft))
+    at = np.flatnonzero(made.valid)
+    middle = soft_at[np.searchsorted(soft_at, at) - 1]  # a pair is of the time before its last reading
+    at = at[run.t_hard_s[middle] >= run.presses[0].start_s]
+    return _changes(run, at, made.hard[at], made.soft[at])
+
+
+def _changes(run: Simulation, at: NDArray[np.intp], hard: Array, soft: Array) -> Pairs:
+    start = run.presses[0].start_s
+    inside = np.isfinite(run.true_ratio[at]) & (run.t_hard_s[at] < start + LENGTH_S)
+    idle = run.t_hard_s < start - EARLY_S
+    return Pairs(
+        run.t_hard_s[at[inside]] - start,
+        hard[inside] - np.nanmean(run.hard[idle]),
+        soft[inside] - np.nanmean(run.soft[idle]),
+        run.true_ratio[at[inside]],
+    )
+
+
+def _no_alarm(estimate: Callable[..., Array]) -> Estimate:
+    return lambda output, regressor: (estimate(output, regressor), np.zeros(len(output), bool))
 
 
 def _adaptive(output: Array, regressor: Array) -> tuple[Array, NDArray[np.bool_]]:
-    rows = AdaptiveRls().trace(output, regressor)
+    rows = AdaptiveRls(initial_covariance=rivals.COVARIANCE, max_covariance=rivals.COVARIANCE).trace(output, regressor)
     return rows["ratio"], rows["alarm"]
 
 
-def bare_estimators() -> dict[str, Estimate]:
-    """Return the estimators without a scene: those of palpate, and a scipy filter if scipy is installed."""
-    found: dict[str, Estimate] = {
-        "fixed 0.995": lambda y, x: _no_alarm(Rls(forgetting=0.995).process(y, x)),
-        "fixed 0.9": lambda y, x: _no_alarm(Rls(forgetting=0.9).process(y, x)),
-        "paper": _adaptive,
-    }
-    try:
-        import scipy.signal  # noqa: F401
-    except ImportError:
-        return found
-    return found | {"lfilter 0.995": lambda y, x: _no_alarm(_ewma_least_squares(y, x))}
+def _fixed(forgetting: float) -> Estimate:
+    settings = {"initial_covariance": rivals.COVARIANCE, "max_covariance": rivals.COVARIANCE}
+    return _no_alarm(lambda output, regressor: Rls(forgetting=forgetting, **settings).process(output, regressor))
+
+
+OWN: dict[str, Estimate] = {"fixed 0.995": _fixed(0.995), "fixed 0.9": _fixed(0.9), "paper": _adaptive}
+"""Estimators of palpate without a scene: name -> function(output, regressor) that returns (ratio, alarm)."""
+
+
+def bare_estimators(*, libraries: bool = True) -> dict[str, Estimate]:
+    """Return the estimators without a scene: those of palpate, other methods, and the other libraries that are installed."""
+    others = rivals.METHODS | (rivals.installed() if libraries else {})
+    return OWN | {name: _no_alarm(estimate) for name, estimate in others.items()}
 
 
 def scene_trace(scene: "_Scene", run: Simulation, **settings: Any) -> ErrorTrace:
@@ -124,18 +170,6 @@ def scene_trace(scene: "_Scene", run: Simulation, **settings: Any) -> ErrorTrace
     since = run.t_hard_s[used] - run.presses[0].start_s
     error = rows["ratio"][used] / truth - 1
     return ErrorTrace(since, error, rows["alarm"][used], rows["standard_error"][used] / truth)
-
-
-def bare_trace(estimate: Estimate, run: Simulation) -> ErrorTrace:
-    """Return the error of a bare estimator on the first press of a simulation."""
-    good = np.isfinite(run.hard) & np.isfinite(run.soft)
-    press = run.presses[0]
-    idle = good & (run.t_hard_s < press.start_s - 0.1)
-    used = good & np.isfinite(run.true_ratio) & (run.t_hard_s < press.start_s + LENGTH_S)
-    output, regressor = run.hard[used] - run.hard[idle].mean(), run.soft[used] - run.soft[idle].mean()
-    ratio, alarm = estimate(output, regressor)
-    error = ratio / run.true_ratio[used] - 1
-    return ErrorTrace(run.t_hard_s[used] - press.start_s, error, alarm, np.full(len(error), math.nan))
 
 
 def nanoseconds(work: Callable[[], Any], pairs: int, repeats: int = 25) -> float:
@@ -156,14 +190,16 @@ def long_touch() -> Simulation:
 
 
 def costs() -> dict[str, float]:
-    """Return the run time of every estimator for each pair, ns: scenes with all stages, the others alone."""
+    """Return the run time of every estimator for each pair, ns, as in `Row`."""
     run = long_touch()
     y, x = run.hard - 0.62, run.soft + 0.41
-    size = len(y)
-    found = {f"{s} scene": nanoseconds(_scene_work(s, run), size) for s in SCENES}
-    for name, estimate in bare_estimators().items():
-        found[name] = nanoseconds(partial(estimate, y, x), size)
-    return found
+    scenes = {f"{scene} scene": nanoseconds(_scene_work(scene, run), len(y)) for scene in SCENES}
+    stages = max(0.0, scenes["handheld scene"] - nanoseconds(partial(HandoverRls().process, y, x), len(y)))
+    bare = {name: nanoseconds(partial(estimate, y, x), len(y)) for name, estimate in OWN.items()}
+    few = slice(100, 600)  # the libraries take microseconds for each pair
+    for name, estimate in (rivals.METHODS | rivals.installed()).items():
+        bare[name] = nanoseconds(partial(estimate, y[few], x[few]), few.stop - few.start, repeats=10)
+    return scenes | bare | {name + ALIGNED: ns + stages for name, ns in bare.items()}
 
 
 def _scene_work(scene: "_Scene", run: Simulation) -> Callable[[], Any]:
@@ -171,7 +207,7 @@ def _scene_work(scene: "_Scene", run: Simulation) -> Callable[[], Any]:
     return lambda: Tracker(scene, samples=None).process(t_hard, t_soft, run.hard, run.soft)
 
 
-def summarise(scenario: str, estimator: str, traces: Iterable[ErrorTrace], ns: float) -> Row:
+def summarise(scenario: str, estimator: str, traces: Iterable[ErrorTrace], ns: float = math.nan) -> Row:
     """Return the row of one estimator, from its traces for all seeds."""
     rmse, last, alarm, covered, follow = [], [], [], [], []
     for t in traces:
@@ -235,20 +271,18 @@ def compare(seeds: int, names: Iterable[str] = SINGLE, extra: dict[str, Estimate
     ['scenario', 'estimator']
     """
     ns = costs()
-    return [row for name in names for row in on_scenario(name, seeds, ns, extra)]
+    return [row for name in names for row in on_scenario(name, seeds, ns, bare_estimators() | (extra or {}))]
 
 
-def on_scenario(name: str, seeds: int, ns: dict[str, float], extra: dict[str, Estimate] | None = None) -> list[Row]:
-    """Return the rows of one scenario; arguments as in `compare`, run times as from `costs`."""
+def on_scenario(name: str, seeds: int, ns: Mapping[str, float], bare: Mapping[str, Estimate]) -> list[Row]:
+    """Return the rows of one scenario: the scenes, then the bare estimators; run times as from `costs`."""
     runs = [scenarios.run(name, seed) for seed in range(seeds)]
-    rows = []
-    for scene in SCENES:
-        title = f"{scene} scene"
-        rows.append(summarise(name, title, (scene_trace(scene, run) for run in runs), ns.get(title, math.nan)))
-    for estimator, estimate in {**bare_estimators(), **(extra or {})}.items():
-        traces = (bare_trace(estimate, run) for run in runs)
-        rows.append(summarise(name, estimator, traces, ns.get(estimator, math.nan)))
-    return rows
+    found: dict[str, list[ErrorTrace]] = {f"{s} scene": [scene_trace(s, run) for run in runs] for s in SCENES}
+    for suffix, pairs_of in (("", pairs_as_read), (ALIGNED, pairs_aligned)):
+        pairs = [pairs_of(run) for run in runs]
+        for estimator, estimate in bare.items():
+            found[estimator + suffix] = [of_run.trace(estimate) for of_run in pairs]
+    return [summarise(name, title, traces, ns.get(title, math.nan)) for title, traces in found.items()]
 
 
 def table(rows: Iterable[Row]) -> str:
@@ -285,3 +319,85 @@ def table(rows: Iterable[Row]) -> str:
             f" {pairs:>23} {ns:>8}"
         )
     return "\n".join(lines)
+
+
+PLOTTED = {
+    "strong-tremor": "a hand that trembles",
+    "step-up": "a step of the ratio",
+    "spikes": "spikes in the readings",
+    "slow-drift": "ratio and baselines drift, another is better",
+}
+"""Scenarios of the picture, and what each shows."""
+_LOOKS: dict[str, tuple[str, str]] = {
+    "handheld scene": ("D", HANDHELD),
+    "sliding scene": ("d", HANDHELD),
+    "paper scene": ("o", PAPER),
+    "paper": ("P", PAPER),
+    "fixed 0.995": ("s", SLOW),
+    "fixed 0.9": ("s", FAST),
+    "Kalman walk": ("^", HARD),
+    "sum / sum": ("v", HARD),
+    **dict(zip(rivals.LIBRARIES, [(mark, SOFT) for mark in "X<>ph"], strict=True)),
+}
+
+
+def plot(rows: Sequence[Row], path: Path) -> None:
+    """Draw error against run time: a panel for each scenario, a point for each estimator, and the front of the best."""
+    names = list(dict.fromkeys(row.scenario for row in rows))
+    across = min(2, len(names))
+    down = -(-len(names) // across)
+    with sheet(PAGE_IN, 2.4 * down + 1.1) as figure:
+        axes = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
+        for ax, name in zip(axes.flat, names, strict=False):
+            _panel(ax, [row for row in rows if row.scenario == name])
+            ax.set_title(f"{name}: {PLOTTED[name]}" if name in PLOTTED else name)
+        for ax in axes.flat[len(names) :]:
+            ax.set_axis_off()
+        for ax in axes[-1]:
+            ax.set_xlabel("run time of a pair of readings, ns")
+        for ax in axes[:, 0]:
+            ax.set_ylabel("error of the ratio, %")
+        first = axes.flat[0]
+        first.plot([], [], "o", color="black", ms=5, mew=0.9, mfc="none", label="hollow: on readings as they come")
+        first.plot([], [], "o", color="black", ms=5, label="filled: on aligned pairs")
+        figure.legend(*first.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        with replacing(path) as file:
+            figure.savefig(file, format=path.suffix[1:], dpi=200)
+
+
+def _panel(ax: Any, rows: Sequence[Row]) -> None:
+    for row in rows:
+        name = row.estimator.removesuffix(ALIGNED)
+        mark, colour = _LOOKS.get(name, ("*", "black"))
+        filled = row.estimator.endswith(ALIGNED) or row.estimator in ("handheld scene", "sliding scene")
+        look: dict[str, Any] = {"mec": "white", "mew": 0.4} if filled else {"mfc": "none", "mew": 0.9}
+        if row.estimator == "handheld scene":
+            look |= {"ms": 8, "zorder": 4}
+            _name_point(ax, "handheld", row)
+        if row.estimator == "sliding scene":
+            look["zorder"] = 5
+        label = name if filled or name == "paper scene" else "_"
+        ax.loglog(row.ns, 100 * row.rmse, mark, color=colour, ls="", label=label, **{"ms": 5.5, "zorder": 3, **look})
+    best = front(rows)
+    ax.step(
+        [row.ns for row in best],
+        [100 * row.rmse for row in best],
+        where="post",
+        label="front: no other is better",
+        **TRUTH,
+    )
+
+
+def _name_point(ax: Any, text: str, row: Row) -> None:
+    box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none"}
+    at = (row.ns, 100 * row.rmse)
+    ax.annotate(text, at, (-8, -3), textcoords="offset points", ha="right", color=HANDHELD, bbox=box, zorder=3)
+
+
+def front(rows: Iterable[Row]) -> list[Row]:
+    """Return the rows that are better by 1 % than all faster ones, the fastest first."""
+    best: list[Row] = []
+    for row in sorted(rows, key=lambda row: row.ns):
+        if math.isfinite(row.ns) and (not best or row.rmse < 0.99 * best[-1].rmse):
+            best.append(row)
+    return best

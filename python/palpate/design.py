@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import erfc, exp, isinf, log, sqrt
+from math import erfc, exp, log, sqrt
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -11,10 +11,8 @@ STATES = 400  # of the Markov chain: at least this number, and 10 for each unit 
 _CLIPS = (1.0, 100.0)  # below 1 mostly the sign of the innovation remains; HandoverRls allows at most 100
 _THRESHOLDS = (1e-3, 128.0)
 _LONGEST = 1e15  # samples; above it the equations of the chain are singular in double precision
-_COARSE = 4  # the first search uses a chain with this factor fewer states: 50 times faster
-_APART = 1.005  # factor between the two thresholds that start the second search, around the result of the first
 _NEAR = 5e-4  # tolerance of the run length, relative
-_CELL = 1e-3  # tolerance of the threshold, relative; less than the width of a state. For run lengths that jump
+_CELL = 5e-5  # tolerance of the threshold, relative, for run lengths that jump
 
 
 @dataclass(frozen=True)
@@ -66,8 +64,7 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
 
     Notes
     -----
-    Run lengths by the Markov chain of Brook and Evans (Biometrika 59, 1972); the threshold by regula falsi and
-    bisection. The run length has an error of 0.05 % or less; if it jumps there, because of clipping, the threshold is
+    Run lengths by the Markov chain of Brook and Evans (Biometrika 59, 1972); the threshold by bisection. The run length has an error of 0.05 % or less; if it jumps there, because of clipping, the threshold is
     above the jump by 0.1 % or less. `HandoverRls` whitens its innovations, so the design is valid for correlated ones,
     too.
 
@@ -88,11 +85,10 @@ def cusum(*, false_alarm_interval: float, smallest_shift: float, clip: float = 3
     drift = smallest_shift / 2
     wanted = 2 * false_alarm_interval  # of one side: two sides alarm twice as often as one
 
-    def excess(states: int) -> Callable[[float], float]:
-        return lambda threshold: log(_solved(drift, threshold, 0.0, clip, states) / wanted)
+    def excess(threshold: float) -> float:
+        return log(run_length(drift, threshold, clip=clip) / wanted)
 
-    guess, _ = _search(excess(STATES // _COARSE), 4.0, 2.0)
-    threshold, reached = _search(excess(STATES), guess, _APART)
+    threshold, reached = _smallest(excess)
     if reached < -_NEAR:
         allowed = f"a larger shift, or a shorter interval than {false_alarm_interval:g} samples: threshold below {_THRESHOLDS[1]:g}"
         raise ValueError(f"smallest_shift: got {smallest_shift}, allowed: {allowed}")
@@ -125,73 +121,9 @@ def run_length(drift: float, threshold: float, *, shift: float = 0.0, clip: floa
     The range of the statistic is divided into states of equal width; the first is half as wide and around 0. The mean
     run lengths mu solve (I - Q) mu = 1, where Q are the probabilities of a step from state to state.
     """
-    return _solved(drift, threshold, shift, clip, STATES)
-
-
-def siegmund(drift: float, threshold: float) -> float:
-    """Return Siegmund's approximation (1985) of `run_length`, without a shift and without clipping.
-
-    Parameters
-    ----------
-    drift, threshold : float, standard deviations, above 0
-
-    Returns
-    -------
-    float
-        Mean run length, samples.
-
-    Notes
-    -----
-    Equation 2.57 of Siegmund, Sequential Analysis, 1985.
-
-    Examples
-    --------
-    >>> round(siegmund(0.5, 5.0))
-    938
-    """
-    b = threshold + 1.166
-    return (exp(2 * drift * b) - 2 * drift * b - 1) / (2 * drift**2)
-
-
-_Point = tuple[float, float]
-"""A threshold, and the logarithm of (its run length / the wanted run length)."""
-
-
-def _search(excess: Callable[[float], float], guess: float, factor: float) -> _Point:
-    """Return the smallest threshold whose run length is long enough; search from a guess in steps of a factor."""
-    least, most = _THRESHOLDS
-    low = high = (guess, excess(guess))
-    while high[1] < 0 and high[0] < most:
-        low, high = high, _at(excess, min(high[0] * factor, most))
-        factor *= factor
-    while low[1] >= 0 and low[0] > least:
-        low, high = _at(excess, max(low[0] / factor, least)), low
-        factor *= factor
-    return _narrowed(excess, low, high) if low[1] < 0 <= high[1] else high
-
-
-def _narrowed(excess: Callable[[float], float], low: _Point, high: _Point) -> _Point:
-    """Narrow the interval, alternately by regula falsi (fast for a smooth run length) and bisection (for jumps)."""
-    bisect = False
-    while high[1] > _NEAR and high[0] - low[0] > _CELL * high[0]:
-        share = 0.5 if bisect or isinf(high[1]) else low[1] / (low[1] - high[1])
-        new = _at(excess, low[0] + share * (high[0] - low[0]))
-        if abs(new[1]) <= _NEAR:
-            return new
-        low, high = (new, high) if new[1] < 0 else (low, new)
-        bisect = not bisect
-    return high
-
-
-def _at(excess: Callable[[float], float], threshold: float) -> _Point:
-    return threshold, excess(threshold)
-
-
-def _solved(drift: float, threshold: float, shift: float, clip: float, least: int) -> float:
-    """Return `run_length` from a chain of `least` states or more."""
     if clip - drift <= 0:
         return float("inf")
-    states = max(least, int(10 * threshold * least / STATES))
+    states = max(STATES, int(10 * threshold))
     width = threshold / (states - 0.5)
     # P(step <= distance from the centre of one state to the upper edge of another), step = clipped z - drift. It
     # depends only on the number of states between them: each row of the matrix is the row above it, shifted by one.
@@ -204,6 +136,22 @@ def _solved(drift: float, threshold: float, shift: float, clip: float, least: in
     except np.linalg.LinAlgError:
         return float("inf")
     return length if 0 < length < _LONGEST else float("inf")
+
+
+def _smallest(excess: Callable[[float], float]) -> tuple[float, float]:
+    """Return the smallest threshold whose run length is long enough, by bisection, and by how much: a logarithm."""
+    low, most = _THRESHOLDS
+    high = 1.0
+    while (reached := excess(high)) < 0 and high < most:
+        low, high = high, 2 * high
+    while reached > _NEAR and high - low > _CELL * high:
+        middle = sqrt(low * high)
+        found = excess(middle)
+        if found < 0:
+            low = middle
+        else:
+            high, reached = middle, found
+    return high, reached
 
 
 def _clipped_cdf(z: float, mean: float, clip: float) -> float:

@@ -59,7 +59,7 @@ def error(uncertainty: float) -> str:
 
 
 def plus_minus(value: float, uncertainty: float, unit: str = "") -> str:
-    """Return a value with its uncertainty, both with the same decimals; an unknown uncertainty is said.
+    """Return a value with its uncertainty, both with the same decimals; the text names an unknown uncertainty.
 
     Examples
     --------

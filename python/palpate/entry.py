@@ -1,11 +1,11 @@
-"""The program `palpate`: answers --version at once, and imports the command line for all else."""
+"""The program `palpate`: imports the command line, and hears a Ctrl-C meanwhile."""
 
 import sys
 from io import TextIOWrapper
 
-from palpate._core import __version__, simd
+from palpate._core import simd
 
-_INTERRUPTED = 130  # as in palpate.cli.exit, which may not be imported yet
+_INTERRUPTED = 130  # as in palpate.cli.group, which may not be imported yet
 
 
 def main() -> None:
@@ -18,8 +18,6 @@ def main() -> None:
 
         echo(f"Error: {error}", err=True)
         sys.exit(2)
-    if sys.argv[1:] == ["--version"] and _told(f"palpate, version {__version__}\n"):
-        return
     try:
         from palpate.cli import main as command
     except KeyboardInterrupt:  # Ctrl-C in the tenth of a second of the imports; from here on the command line hears it
@@ -34,7 +32,7 @@ def main() -> None:
 
 
 def _stay_ended() -> None:
-    """Ignore what ends a program: it ends already, all is closed, and the exit code is that of the first Ctrl-C."""
+    """Ignore what ends a program: it ends already, all is closed, and the first Ctrl-C gives the exit code."""
     import signal
 
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK"):
@@ -50,12 +48,3 @@ def _show_any_text() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="backslashreplace")
-
-
-def _told(text: str) -> bool:
-    try:
-        sys.stdout.write(text)
-        sys.stdout.flush()
-    except (OSError, AttributeError):  # closed, full, or none at all: the command line says it, as of any other text
-        return False
-    return True

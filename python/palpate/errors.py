@@ -81,7 +81,7 @@ def nearest(given: object, allowed: Iterable[str], prefix: str = "") -> str:
     Returns
     -------
     str
-        "" if it is like none of them, or too long.
+        "" if it is like no allowed word, or too long.
 
     Examples
     --------
@@ -159,7 +159,7 @@ class CalibrationError(PalpateError):
 
 
 class SomeFailed(PalpateError, ExceptionGroup):
-    """Some of several recordings failed; the results of the others are kept.
+    """Some of several recordings failed; the results of the rest are kept.
 
     Attributes
     ----------

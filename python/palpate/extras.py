@@ -1,4 +1,4 @@
-"""Import of optional packages, when they are used."""
+"""Import of optional packages, and of what shows an object, when they are used."""
 
 from importlib import import_module
 from typing import Any
@@ -41,3 +41,9 @@ def need(module: str, extra: str) -> Any:
             raise
         what = f"'palpate[{extra}]'" if extra else package
         raise MissingExtra(f"{package} is not installed; type: pip install {what}") from error
+
+
+def display(function: str, *shown: Any) -> Any:
+    """Call a function of palpate.display, as "cards.touches": a class names it, and imports it when it is shown."""
+    module, _, name = function.partition(".")
+    return getattr(import_module(f"palpate.display.{module}"), name)(*shown)

@@ -1,4 +1,4 @@
-"""Opens files that anyone may have made, and replaces a file as a whole."""
+"""Opens and parses files that anyone may have made, and replaces a file as a whole."""
 
 import errno
 import os
@@ -6,10 +6,12 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from palpate.systems import replace, require_file_name, to_disk
 
+MOST_TOML = 200_000  # characters
+MOST_DOTS = 32
 _KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFCHR: "a device", stat.S_IFBLK: "a device", stat.S_IFSOCK: "a socket"}
 
 
@@ -69,6 +71,40 @@ def read_bytes(path: Path, most: int) -> bytes:
     return data
 
 
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the contents of a TOML file; errors as of `read_bytes` and `parse_toml`, or ValueError if it is not UTF-8."""
+    return parse_toml(read_bytes(path, MOST_TOML).decode())
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Return the contents of a text in TOML.
+
+    Raises
+    ------
+    ValueError
+        Not TOML, too large, or more than `MOST_DOTS` in a line: a key of n parts costs n**2 of time and memory.
+
+    Examples
+    --------
+    >>> parse_toml("a.b = 1")
+    {'a': {'b': 1}}
+    >>> parse_toml("a." * 1000 + "b = 1")
+    Traceback (most recent call last):
+    ValueError: line 1: got 1,000 dots, allowed: 32 in a line
+    """
+    import tomllib
+
+    if len(text) > MOST_TOML:
+        raise ValueError(f"got {len(text):,} characters, allowed: {MOST_TOML:,}")
+    for number, line in enumerate(text.split("\n"), 1):
+        if (dots := line.count(".")) > MOST_DOTS:
+            raise ValueError(f"line {number}: got {dots:,} dots, allowed: {MOST_DOTS} in a line")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("got arrays or tables too deep in others, allowed: some hundred levels") from None
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[BinaryIO]:
     """Write a file that takes the place of another one when it is complete: a reader sees the old one or the new one.
@@ -81,7 +117,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     ------
     OSError
         The file cannot be written, or there is something else of this name: a pipe, a device, a folder. On Windows: it
-        stays open in another program, or the name is not that of a file.
+        stays open in another program, or the name does not belong to a file.
     """
     require_file_name(path)
     mode = _mode_of(path)

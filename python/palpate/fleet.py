@@ -10,12 +10,10 @@ from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, Unpack, overload
 
 from palpate._core import Tracker
 from palpate.errors import SomeFailed
-from palpate.recording.foreign import recorded
-from palpate.recording.reading import read
+from palpate.frames import Frame, is_frame
+from palpate.recording.foreign import read, recorded
 from palpate.recording.recording import Recording
-from palpate.tables.readers.frames import Frame, is_frame
-from palpate.touch import Blocks, Channels, Touches
-from palpate.touch import touches as of_recording
+from palpate.touch import Blocks, Channels, Touches, tracked
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -90,7 +88,7 @@ def touches(
         A file cannot be read.
     SomeFailed
         Of several recordings some failed, for any such reason. It is raised when all are done, with the results of the
-        others in its `results`.
+        the other ones in its `results`.
 
     Examples
     --------
@@ -120,9 +118,9 @@ def _of_one(recording: Any, *, scene: "_Scene", reading: Mapping[str, Any], sett
     if is_frame(recording) and not isinstance(recording, Recording):
         recording = read(recording, **reading)
     if not isinstance(recording, str | os.PathLike):
-        return of_recording(recording, scene=scene, **settings)
+        return tracked(recording, scene=scene, **settings).touches
     try:
-        found = of_recording(recorded(recording, **reading), scene=scene, **settings)
+        found = tracked(recorded(recording, **reading), scene=scene, **settings).touches
     except Exception as error:
         error.add_note(f"file: {os.fspath(recording)}")
         raise
@@ -158,8 +156,6 @@ def in_order(
     >>> [str(result) for result in in_order(float, ["1", "x", "2"], jobs=2)]
     ['1.0', "could not convert string to float: 'x'", '2.0']
     """
-    if jobs < 1:
-        raise ValueError(f"jobs: got {jobs}, allowed: 1 or more")
     attempt = partial(_attempt, work)
     if jobs == 1:
         yield from map(attempt, items)

@@ -90,26 +90,26 @@ class LivePage:
         height: int,
         how: dict[str, Any],
     ) -> None:
-        from palpate.live.access.framed import begin
-        from palpate.live.access.gatekeeper import new_token
-        from palpate.live.opening import opener
-        from palpate.live.recordings import Recordings
-        from palpate.live.serve import address_of, listen
-        from palpate.live.server import Server
-        from palpate.live.session import Session
-        from palpate.live.workbench import Workbench
+        from palpate.live.access import new_token
+        from palpate.live.app import PageApp
+        from palpate.live.commands import Workbench
+        from palpate.live.files import RunFiles
+        from palpate.live.measurement import LiveMeasurement, opener
+        from palpate.live.server import address_of, listen
 
         if LivePage._newest:
             LivePage._newest.close()
-        self._session = Session(opener(source, {}), Recordings(None if record is None else os.fspath(record)), how)
+        self._measurement = LiveMeasurement(
+            opener(source, {}), RunFiles(None if record is None else os.fspath(record)), how
+        )
+        self._page = PageApp(Workbench(self._measurement, source, calibration))
         self._listening, self._token = listen(_HOST, 0), new_token()
         try:
-            self._session.start()
+            self._measurement.start()
         except BaseException:
             self._listening.close()
             raise
-        self._server = Server(Workbench(self._session, source, calibration))
-        self.address: str = address_of(self._listening, _HOST).removesuffix("/") + begin(self._token)
+        self.address: str = f"{address_of(self._listening, _HOST)}token={self._token}/"
         self._source, self._height = source, height
         self._closing, self._seen_s = Event(), time.monotonic()
         self._thread = Thread(target=self._serve, name="palpate-page", daemon=True)
@@ -122,7 +122,7 @@ class LivePage:
         """The touches that have ended so far, in order of time."""
         from palpate.touch import Touches
 
-        return Touches(self._session.touches)
+        return Touches(self._measurement.touches)
 
     @property
     def running(self) -> bool:
@@ -150,25 +150,22 @@ class LivePage:
     def _repr_html_(self) -> str:
         if not self.running:
             return element("p", repr(self))
-        return element("iframe", src=self.address, title=f"live page of {self._source}", height=self._height, sandbox=_MAY,
-                       style="width:100%;border:0")  # fmt: skip
+        title, may = f"live page of {self._source}", "allow-scripts allow-same-origin allow-downloads"
+        style = "width:100%;border:0"  # `may`: the page cannot open another one in place of the notebook
+        return element("iframe", src=self.address, title=title, height=self._height, sandbox=may, style=style)
 
     def _serve(self) -> None:
-        from palpate.live.serve import serve
+        from palpate.live.server import serve
 
-        app = self._server.framed(_HOST, self._listening.getsockname()[1], self._token)
+        app = self._page.app(_HOST, self._listening.getsockname()[1], self._token, framed=True)
         try:
-            serve(app, self._listening, self._token, ended=self._ended)
+            serve(app, self._listening, self._ended)
         finally:
             self._listening.close()
-            self._session.close()
+            self._measurement.close()
 
     def _ended(self) -> bool:
         now = time.monotonic()
-        if self._server.hub.pages or self._session.stream.recorder:
+        if self._page.hub.pages or self._measurement.stream.recorder:
             self._seen_s = now
         return self._closing.is_set() or now - self._seen_s > _UNSEEN_S
-
-
-_MAY = "allow-scripts allow-same-origin allow-downloads"
-"""What the page may do in its frame; not, for example, open another page in place of the notebook."""

@@ -97,26 +97,7 @@ SATURATED = Status.HARD_SATURATED | Status.SOFT_SATURATED
 
 
 def block_of(samples: Iterable[Sample]) -> Block:
-    """Convert samples to an array.
-
-    Parameters
-    ----------
-    samples : iterable of Sample
-
-    Returns
-    -------
-    numpy.ndarray of `DTYPE`, shape (n,)
-
-    Raises
-    ------
-    TypeError, ValueError
-        A field is not a number or outside its range, as in `SampleRing.push`.
-
-    Examples
-    --------
-    >>> block_of([Sample(7, 0, 13_000_000, -1, -1, 1.5, 2.5)])["soft"]
-    array([2.5])
-    """
+    """Convert samples to an array."""
     row = SampleRing(2).row
     rows = [row(sample) for sample in samples]
     block = np.zeros(len(rows), DTYPE)
@@ -125,13 +106,7 @@ def block_of(samples: Iterable[Sample]) -> Block:
 
 
 def blank(count: int) -> Block:
-    """Return samples numbered from 0, without codes and with unknown uncertainty; times, capacitances and status are 0.
-
-    Examples
-    --------
-    >>> blank(2)[["seq", "hard_raw", "t_uncertainty_us"]].tolist()
-    [(0, -1, -1), (1, -1, -1)]
-    """
+    """Return samples numbered from 0, without codes and with unknown uncertainty; times, capacitances and status are 0."""
     block = np.zeros(count, DTYPE)
     block["seq"] = np.arange(count)
     for name in ("hard_raw", "soft_raw", "t_uncertainty_us"):
@@ -140,22 +115,7 @@ def blank(count: int) -> Block:
 
 
 def samples_of(block: Block) -> list[Sample]:
-    """Convert an array to samples.
-
-    Parameters
-    ----------
-    block : numpy.ndarray of `DTYPE`, shape (n,)
-
-    Returns
-    -------
-    list of Sample
-
-    Examples
-    --------
-    >>> sample = Sample(7, 0, 13_000_000, -1, -1, 1.5, 2.5, 0)
-    >>> samples_of(block_of([sample])) == [sample]
-    True
-    """
+    """Convert an array to samples."""
     return [_made(Sample, row) for row in block.tolist()]
 
 
@@ -171,25 +131,9 @@ def saturated(block: Block) -> NDArray[np.bool_]:
 
 
 def usable(block: Block, full_scale_pF: float = math.inf) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the readings of the hard and the soft channel that a tracker may use.
-
-    Parameters
-    ----------
-    block : numpy.ndarray of `DTYPE`, shape (n,)
-    full_scale_pF : float
-        `full_scale` of the tracker: it recognises readings from this size on as saturated, pF.
-
-    Returns
-    -------
-    (numpy.ndarray, numpy.ndarray), shape (n,), pF
-        nan for samples with an excitation error, and for saturated samples that the tracker would not recognise. Of a
-        lost sample the channel that has a value keeps it.
-
-    Examples
-    --------
-    >>> usable(block_of([Sample(0, 0, 0, -1, -1, 1.5, 2.5, Status.EXCITATION)]))
-    (array([nan]), array([nan]))
-    """
+    """Return the readings of the hard and the soft channel that a tracker may use, pF."""
+    # nan: an excitation error, or a saturated reading that the tracker would not recognise by its full scale. Of a lost
+    # sample the channel that has a value keeps it.
     hard, soft = block["hard"], block["soft"]
     unseen = ~((np.abs(hard) >= full_scale_pF) | (np.abs(soft) >= full_scale_pF))
     forbidden = ((block["status"] & int(Status.EXCITATION)) != 0) | (saturated(block) & unseen)
@@ -197,18 +141,7 @@ def usable(block: Block, full_scale_pF: float = math.inf) -> tuple[NDArray[np.fl
 
 
 def feed(tracker: Tracker, block: Block) -> NDArray[Any]:
-    """Send samples to a tracker and return the rows of `Tracker.process`.
-
-    Parameters
-    ----------
-    tracker : Tracker
-    block : numpy.ndarray of `DTYPE`, shape (n,)
-
-    Returns
-    -------
-    numpy.ndarray, shape (n,)
-        State of the tracker after each sample.
-    """
+    """Send samples to a tracker and return the rows of `Tracker.process`."""
     return tracker.process(*columns_for(tracker, block))
 
 
@@ -221,24 +154,7 @@ def columns_for(tracker: Tracker, block: Block) -> Columns:
 
 
 def settings_for(scene: "_Scene", instrument: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the settings of a tracker that follow from the instrument.
-
-    Parameters
-    ----------
-    scene : str
-    instrument : mapping
-        Description of a source: `full_scale_pF`, default inf; `stamps`, default "converter".
-
-    Returns
-    -------
-    dict of str
-        `full_scale`; and `host_stamps`, in a scene that has it.
-
-    Examples
-    --------
-    >>> settings_for("handheld", {"stamps": "host"}), settings_for("paper", {"full_scale_pF": 4.0, "stamps": "host"})
-    ({'full_scale': inf, 'host_stamps': True}, {'full_scale': 4.0})
-    """
+    """Return the settings of a tracker that follow from the instrument."""
     settings: dict[str, Any] = {"full_scale": float(instrument.get("full_scale_pF", math.inf))}
     if "host_stamps" in Tracker(scene).settings:
         settings["host_stamps"] = instrument.get("stamps") == "host"

@@ -158,17 +158,11 @@ def _creep(touch: Touch) -> str:
     )
 
 
-def _baseline(_: Touch) -> str:
-    return "it was measured in contact, and is measured again now: the ratio is wrong: touch again"
-
-
-def _gap(_: Touch) -> str:
-    return (
-        "the board was opened again, or its range was moved, during the touch or before it; so the baseline may be that of "
-        "a contact: lift the probe, and touch again"
-    )
-
-
+_BASELINE = "it was measured in contact, and is measured again now: the ratio is wrong: touch again"
+_GAP = (
+    "the board was opened again, or its range was moved, during the touch or before it; so the baseline may have been "
+    "measured in contact: lift the probe, and touch again"
+)
 _SENTENCES: dict[str, Callable[[Touch], str]] = {
     "short": _short,
     "saturated": _saturated,
@@ -181,8 +175,8 @@ _SENTENCES: dict[str, Callable[[Touch], str]] = {
     "lag": _lag,
     "curve": _curve,
     "creep": _creep,
-    "baseline": _baseline,
-    "gap": _gap,
+    "baseline": lambda _: _BASELINE,
+    "gap": lambda _: _GAP,
 }
 FLAGS = tuple(_SENTENCES)
 """The flags that a touch can have."""

@@ -16,7 +16,7 @@ from palpate.errors import unlike
 from palpate.extras import need
 
 TOUCH_SCATTER = 0.03
-"""Relative standard deviation of the ratio from touch to touch of a hand, if no calibration says it: that of the
+"""Relative standard deviation of the ratio from touch to touch of a hand, if no calibration says it: of the
 simulated hand (`palpate.simulation.hand.Hand.oblique`)."""
 DOUBT = 0.01
 """Probability below which differences are not by chance."""
@@ -26,7 +26,7 @@ USABLE_IF: Mapping[str, Callable[[Touch], bool]] = {
     "short": lambda touch: isfinite(touch.standard_error) and touch.samples >= FEWEST,
     "drift": lambda touch: isfinite(touch.standard_error) and bool(touch.revised),
 }
-"""Flags that do not exclude a touch, if this holds: its standard error includes what the flag says. All others do."""
+"""Flags that do not exclude a touch under a condition: its standard error includes their effect. All other flags do."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def agreement(
     if not freedom >= 1:
         raise ValueError(f"freedom: got {freedom}, allowed: 1 or more, or inf")
     kept = usable(touches, accept)
-    ratios, errors = [touch.ratio for touch in kept], [_error(touch) for touch in kept]
+    ratios, errors = [touch.ratio for touch in kept], [_error(touch, 0.0) for touch in kept]
     between = (scatter * sorted(ratios)[len(ratios) // 2]) ** 2
     variances = [error**2 + between for error in errors]
     weights = [1 / variance for variance in variances] if all(variances) else [1.0] * len(kept)
@@ -162,15 +162,7 @@ def objections(touch: Touch, accept: Collection[str] = ()) -> tuple[str, ...]:
 
 
 def usable(touches: Sequence[Touch], accept: Collection[str] = ()) -> list[Touch]:
-    """Return the touches without a flag that excludes them.
-
-    A touch that is only short counts if it has a standard error and 16 samples. `accept`: flags that do not exclude a touch.
-
-    Raises
-    ------
-    ValueError
-        No touch is usable.
-    """
+    """Return the touches without a flag that excludes them."""
     kept = [touch for touch in touches if not objections(touch, accept)]
     if not kept:
         flags = "; ".join(" ".join(touch.flags) for touch in touches) or "no touches"
@@ -231,14 +223,16 @@ def most_reliable(
 
 def _nearest(kept: list[Touch]) -> Touch:
     mean = sum(touch.ratio for touch in kept) / len(kept)
-    return min(kept, key=lambda touch: (len(kept) > 2 and abs(touch.ratio - mean), *_doubt(touch)))
+    return min(
+        kept, key=lambda touch: (len(kept) > 2 and abs(touch.ratio - mean), _error(touch, inf), touch.covariance)
+    )
 
 
 def _surest(kept: list[Touch]) -> Touch:
-    known = [touch for touch in kept if isfinite(touch.standard_error)]
-    if not known:
+    surest = min(kept, key=lambda touch: _error(touch, inf))
+    if not isfinite(surest.standard_error):
         raise ValueError("touches: got no touch with a standard error, allowed: at least one, or another `by`")
-    return min(known, key=lambda touch: touch.standard_error)
+    return surest
 
 
 _CHOICES: Mapping[str, Callable[[list[Touch]], Touch]] = {
@@ -248,12 +242,8 @@ _CHOICES: Mapping[str, Callable[[list[Touch]], Touch]] = {
 }
 
 
-def _doubt(touch: Touch) -> tuple[float, float]:
-    return touch.standard_error if isfinite(touch.standard_error) else inf, touch.covariance
-
-
-def _error(touch: Touch) -> float:
-    return touch.standard_error if isfinite(touch.standard_error) else 0.0
+def _error(touch: Touch, unknown: float) -> float:
+    return touch.standard_error if isfinite(touch.standard_error) else unknown
 
 
 def _deviation(values: list[float]) -> float:
@@ -276,11 +266,9 @@ def _probability(distances: list[float], variances: list[float], between: float,
 
 
 def _chi_squared_above(squares: float, degrees: int) -> float:
-    """Return the probability that chi-squared is above a value; Abramowitz and Stegun 26.4.4 and 26.4.5.
-
-    With h = squares / 2: a sum of exp(-h) h^j / gamma(j + 1), over j = 0, 1, ... for even degrees, and 1/2, 3/2, ... for
-    odd ones, which begin with erfc(sqrt(h)).
-    """
+    """Return the probability that chi-squared is above a value; Abramowitz and Stegun 26.4.4 and 26.4.5."""
+    # With h = squares / 2: a sum of exp(-h) h^j / gamma(j + 1), over j = 0, 1, ... for even degrees, and 1/2, 3/2, ...
+    # for odd ones, which begin with erfc(sqrt(h)).
     half, odd = squares / 2, degrees % 2
     if half == 0:
         return 1.0

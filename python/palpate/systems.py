@@ -26,21 +26,7 @@ def on_monotonic(ns: int) -> int:
 
 
 def to_disk(descriptor: int, *, data_only: bool = False) -> None:
-    """Write what the system has of an open file to the disk itself.
-
-    On macOS `fsync` ends when the disk has the data in its own memory; there, F_FULLFSYNC waits for the rest.
-
-    Parameters
-    ----------
-    descriptor : int
-    data_only : bool
-        Times of the file may stay behind.
-
-    Raises
-    ------
-    OSError
-        The disk failed.
-    """
+    """Write what the system has of an open file to the disk itself."""
     if sys.platform == "darwin":
         import fcntl
 
@@ -52,21 +38,7 @@ def to_disk(descriptor: int, *, data_only: bool = False) -> None:
 
 
 def replace(path: Path, target: Path, system: str = sys.platform) -> None:
-    """Give a file the name of another one, which is gone then; a reader has the old one or the new one.
-
-    On Windows this fails while a program has the other one open: it is tried again for `REPLACE_S`.
-
-    Parameters
-    ----------
-    path, target : pathlib.Path
-    system : str
-        As `sys.platform`.
-
-    Raises
-    ------
-    OSError
-        It is not possible, or another program still has the file open.
-    """
+    """Give a file the name of another one, which is gone then; a reader has the old one or the new one."""
     until = time.monotonic() + REPLACE_S
     while True:
         try:
@@ -83,27 +55,7 @@ def replace(path: Path, target: Path, system: str = sys.platform) -> None:
 
 
 def require_file_name(path: Path, system: str = sys.platform) -> None:
-    r"""Refuse a name that is no file on Windows: what is written there is lost, or is not found again.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    system : str
-        As `sys.platform`; any name is allowed on other systems.
-
-    Raises
-    ------
-    OSError
-        The name is that of a device (`nul.csv`), of a part of a file (`a:b.csv`), or ends in a dot or a blank, which
-        Windows leaves out.
-
-    Examples
-    --------
-    >>> require_file_name(Path("aux.csv"), "linux")
-    >>> require_file_name(Path("aux.csv"), "win32")
-    Traceback (most recent call last):
-    OSError: [Errno 22] is the name of a device on Windows: choose another name: 'aux.csv'
-    """
+    """Refuse a name that is no file on Windows: what is written there is lost, or is not found again."""
     if system != "win32":
         return
     what = ""

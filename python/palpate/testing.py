@@ -1,29 +1,24 @@
-"""A conformance test for sources: `check_source` runs any source, and says how it differs from `palpate.Source`."""
+"""A conformance test for sources: `check_source` runs any source, and lists how it differs from `palpate.Source`."""
 
 import math
 import statistics
 import threading
 import time
-from collections.abc import Callable
-from contextlib import suppress
-from itertools import pairwise
+from collections.abc import Callable, Mapping
+from itertools import chain, pairwise
 from typing import Any
 
 from palpate._core import SampleRing
 from palpate.errors import PalpateError
-from palpate.recording.codes import codes_of
-from palpate.samples import Sample, Status
+from palpate.recording.rows import codes_of
+from palpate.samples import Sample, Status, samples_of
 from palpate.sources import Gap, Source
 from palpate.sources import open as open_source
-from palpate.sources.blocks import samples_from
-from palpate.sources.claims import Conditions, conditions_of, counted, described, is_source, zero_of
+from palpate.sources.base import blocks_of, described
 
-BEGIN_S, INTERRUPT_S, CLOSE_S = 30.0, 0.3, 2.0
-_OWN_THREADS = "palpate-check-"
-_NO_OPTION = "no_option_has_this_name"
+INTERRUPT_S, CLOSE_S = 0.3, 2.0
 _AWRY = 0.2  # of a period
 _FAST = 300.0  # a recording or a simulation may be live, and so much faster than the clock
-_MOST_FINDINGS = 20
 
 
 def check_source(
@@ -31,17 +26,17 @@ def check_source(
 ) -> list[Sample]:
     """Run a source, and raise if it is not what `palpate.Source` asks for.
 
-    It is begun and read in one thread, by `read_block` if it has that, and interrupted, closed, and closed again in another one. Checked are: types,
-    order, times, status and codes of the samples; description, period, counters and gaps; that an interruption ends the
-    iteration within 0.3 s; that errors are of `palpate.PalpateError`; that no thread is left, and no sample comes after
-    the end; and, for a name, that an unknown option is refused.
+    It is begun and read in one thread, by `read_block` if it has that, and interrupted, closed, and closed again in
+    another one. Checked are: types, order, times, status and codes of the samples; description, period and gaps; that an
+    interruption ends the iteration within 0.3 s; that errors are of `palpate.PalpateError`; that no thread is left; and,
+    for a name, that an unknown option is refused.
 
     Parameters
     ----------
     source : str or Source
         A name for `palpate.open`, or a source that was not begun; it is used up.
     samples : int
-        So many are read before the interruption, or all.
+        Number of samples to read before the interruption; fewer if the source ends.
     seconds : float
         Longest time for them, s.
     patience : float
@@ -62,255 +57,136 @@ def check_source(
     >>> len(check_source("sim:soft-steady?seed=1", samples=20, patience=10))
     20
     """
-    trial = _Trial(samples, patience)
-    before = set(threading.enumerate())
-    made = trial.opened(source)
-    if made is not None:
-        trial.run(made, seconds)
-        trial.judge_threads(before)
-    if trial.findings:
-        more = len(trial.findings) - _MOST_FINDINGS
-        lines = [*trial.findings[:_MOST_FINDINGS], *([f"and {more} more"] if more > 0 else [])]
-        raise AssertionError("\n- ".join([f"{source!s:.100} is not a palpate.Source:", *lines]))
-    return trial.samples
+    findings = _unknown_option(source) if isinstance(source, str) else []
+    made: Any = open_source(source) if isinstance(source, str) else source
+    is_source = isinstance(made, Source)
+    if not is_source:
+        raise AssertionError(
+            f"got an object of type {type(made).__name__}, allowed: one that derives from palpate.Source"
+        )
+    threads = set(threading.enumerate())
+    run = _Run(made, samples)
+    run.thread.start()
+    run.enough.wait(seconds * patience)
+    findings += _called("interrupt", made.interrupt, INTERRUPT_S * patience)
+    run.thread.join(INTERRUPT_S * patience)
+    if run.thread.is_alive():
+        findings.append(f"interrupt: the iteration still runs after {INTERRUPT_S * patience:g} s, allowed: it ends")
+    device: dict[str, Any] = {}
+    findings += _called("describe", lambda: device.update(described(made)), math.inf)
+    findings += run.findings + _wrong_samples(run.samples, device) + _wrong_gaps(list(made.gaps))
+    for name, close in (("__exit__", lambda: made.__exit__(None, None, None)), ("close", made.close)):
+        findings += _called(name, close, CLOSE_S * patience)
+    findings += run.wrong_times(device.get("period_s"), patience)
+    for thread in set(threading.enumerate()) - threads - {run.thread}:
+        thread.join(INTERRUPT_S * patience)
+        if thread.is_alive():
+            findings.append(f"threads: {thread.name} still runs after close(), allowed: none")
+    if findings:
+        raise AssertionError("\n- ".join([f"{source!s:.100} is not a palpate.Source:", *dict.fromkeys(findings)]))
+    return run.samples
 
 
-class _Trial:
-    """One run of a source; `findings` has what is wrong."""
+def _unknown_option(name: str) -> list[str]:
+    try:
+        open_source(name, no_option_has_this_name=1).close()
+    except ValueError:
+        return []
+    return ["an unknown option: was ignored, allowed: ValueError, as from palpate.sources.options.checked"]
 
-    def __init__(self, count: int, patience: float) -> None:
-        self.findings: list[str] = []
+
+def _called(name: str, call: Callable[[], object], limit_s: float) -> list[str]:
+    """Call a method that may not raise or take long; return what is wrong."""
+    begun = time.monotonic()
+    try:
+        call()
+    except Exception as error:  # noqa: BLE001
+        return [f"{name}: raised {_text_of(error)}, allowed: no error"]
+    took_s = time.monotonic() - begun
+    return [f"{name}: took {took_s:.3g} s, allowed: {limit_s:g} s"] if took_s > limit_s else []
+
+
+class _Run:
+    """The samples of one run of a source, with the time at which each came, and what is wrong with the reading."""
+
+    def __init__(self, source: Source, count: int) -> None:
+        self.source = source
         self.samples: list[Sample] = []
-        self._count, self._patience = count, patience
-        self._ring = SampleRing(2)
-        self._lock = threading.Lock()
-        self._begun_s, self._spans_s = math.nan, [math.nan, math.nan]
-        self._entered, self._enough, self._ended = threading.Event(), threading.Event(), threading.Event()
-        self._over = False
-        self._codes = codes_of({})
-        self._gaps_seen: list[int] = []  # with each sample
+        self.findings: list[str] = []
+        self.enough = threading.Event()
+        self.thread = threading.Thread(target=self._read, args=(count,), daemon=True)
+        self._begun_s = math.nan
+        self._arrived_s: list[float] = []
 
-    def find(self, text: str) -> None:
-        with self._lock:
-            if text not in self.findings:
-                self.findings.append(text)
-
-    def opened(self, source: str | Source) -> Source | None:
-        """Return the source, opened by its name; None: it cannot be used."""
-        if isinstance(source, str):
-            self._refuses_unknown_options(source)
-            source = open_source(source)
-        if not is_source(source):
-            self.find(
-                f"got an object of type {type(source).__name__}, allowed: one that is derived from palpate.Source"
-            )
-            return None
-        if not isinstance(getattr(source, "live", None), bool):
-            self.find(f"live: got {getattr(source, 'live', None)!r:.60}, allowed: True or False")
-        source.notify = self._hear
-        return source
-
-    def run(self, source: Source, seconds: float) -> None:
-        """Read the source in a thread, and end it from this one."""
-        self._describe(source)
-        reading = threading.Thread(target=self._read, args=(source,), name=f"{_OWN_THREADS}reader", daemon=True)
-        reading.start()
-        if not self._entered.wait(BEGIN_S * self._patience):
-            self.find(f"__enter__: did not return within {BEGIN_S * self._patience:g} s")
-        self._enough.wait(seconds * self._patience)
-        self._interrupt(source)
-        with self._lock:
-            self._over = True
-        period_s = self._describe(source).get("period_s")
-        self._judge_counters(source)
-        self._judge_gaps(source)
-        for name in ("__exit__", "close"):
-            self._call(
-                name, (lambda: source.__exit__(None, None, None)) if name == "__exit__" else source.close, CLOSE_S
-            )
-        self._judge_times(bool(source.live), period_s)
-        self._after_the_end(source)
-
-    def judge_threads(self, before: set[threading.Thread]) -> None:
-        """Find threads of the source that still run."""
-        left = [thread for thread in threading.enumerate()
-                if thread not in before and not thread.name.startswith(_OWN_THREADS)]  # fmt: skip
-        deadline = time.monotonic() + INTERRUPT_S * self._patience
-        for thread in left:
-            thread.join(max(deadline - time.monotonic(), 0))
-        if names := sorted({thread.name for thread in left if thread.is_alive()}):
-            self.find(f"threads: {', '.join(names)} still run after close(), allowed: none")
-
-    def _refuses_unknown_options(self, name: str) -> None:
+    def _read(self, count: int) -> None:
+        """Begin and iterate; the first samples are kept."""
         try:
-            open_source(name, **{_NO_OPTION: 1}).close()
-        except ValueError:
-            return
-        except Exception as error:  # noqa: BLE001  a source may raise anything
-            self.find(f"an unknown option: raised {_told(error)}, allowed: ValueError")
-            return
-        self.find("an unknown option: was ignored, allowed: ValueError, as from palpate.sources.options.checked")
-
-    def _hear(self, message: Any) -> None:
-        if not isinstance(message, str):
-            self.find(f"notify: got {message!r:.60}, allowed: text")
-
-    def _describe(self, source: Source) -> dict[str, Any]:
-        try:
-            found = described(source)
-            self._codes = codes_of(found)
+            self.source.__enter__()
+            self._begun_s = time.monotonic()
+            row = SampleRing(2).row
+            is_in_blocks = hasattr(self.source, "read_block")
+            blocks = map(samples_of, blocks_of(self.source)) if is_in_blocks else [self.source]
+            for given in chain.from_iterable(blocks):
+                if len(self.samples) < count:
+                    self.samples.append(Sample(*row(given)))
+                    self._arrived_s.append(time.monotonic())
+                if len(self.samples) >= count:
+                    self.enough.set()
+        except PalpateError as error:
+            self.findings.append(f"reading: raised {_text_of(error)}")
+        except (TypeError, ValueError) as error:
+            self.findings.append(f"a sample: {error}")
         except Exception as error:  # noqa: BLE001
-            self.find(str(error) if isinstance(error, PalpateError) else f"describe(): raised {_told(error)}")
-            return {}
+            self.findings.append(f"reading: raised {_text_of(error)}, allowed: a palpate.SourceError")
+        finally:
+            self.enough.set()
+
+    def wrong_times(self, period_s: float | None, patience: float) -> list[str]:
+        """Compare the times with the described period and, of a live source, with the clock."""
+        if not self.samples and not self.findings:
+            return ["no sample came, or the iteration ended; if the device needs longer, give more seconds"]
+        if len(self.samples) < 3:
+            return []
+        found = []
+        steps = [(b.t_hard_ns - a.t_hard_ns) / max(b.seq - a.seq, 1) for a, b in pairwise(self.samples)]
+        median_s = statistics.median(steps) / 1e9
+        if period_s and not (1 - _AWRY) / patience * period_s <= median_s <= (1 + _AWRY * patience) * period_s:
+            found.append(f"period_s: got {period_s:g}, allowed: {median_s:.3g}, the median of its times, within 20 %")
+        first_s, last_s = self.samples[0].t_hard_ns / 1e9, self.samples[-1].t_hard_ns / 1e9
+        arrived_s = self._arrived_s
+        if self.source.live and not -1 <= first_s <= _FAST * (arrived_s[0] - self._begun_s + 1):
+            found.append(f"t_hard_ns: begins at {first_s:.3g} s, allowed: ns since the source was opened")
+        clock_s = max(arrived_s[-1] - arrived_s[0], 1e-3)
+        if self.source.live and not 1 / _FAST <= (last_s - first_s) / clock_s <= _FAST:
+            found.append(f"t_hard_ns: {last_s - first_s:.3g} s pass in {clock_s:.3g} s of the clock, allowed: ns")
         return found
 
-    def _read(self, source: Source) -> None:
-        """Begin and iterate; every sample is checked, the first ones are kept."""
-        try:
-            source.__enter__()
-            self._begun_s = time.monotonic()
-            self._entered.set()
-            for sample in samples_from(source):
-                self._take(source, sample)
-                if self._over:
-                    break
-        except Exception as error:  # noqa: BLE001
-            wrong = "" if isinstance(error, PalpateError) else ", allowed: a palpate.SourceError"
-            self.find(f"reading: raised {_told(error)}{wrong}")
-        finally:
-            self._entered.set()
-            self._enough.set()
-            self._ended.set()
 
-    def _take(self, source: Source, given: Any) -> None:
-        if self._over or len(self.samples) >= self._count:
-            return
-        now = time.monotonic()
-        try:
-            sample = Sample(*self._ring.row(given))
-        except Exception as error:  # noqa: BLE001
-            self.find(f"a sample: {error!s:.200}")
-            self._enough.set()  # a stream ends here
-            return
-        self._judge(sample)
-        self._gaps_seen.append(len(self._gaps_of(source)))
-        self._spans_s = [now if math.isnan(self._spans_s[0]) else self._spans_s[0], now]
-        self.samples.append(sample)
-        if len(self.samples) == self._count:
-            self._enough.set()
-
-    def _judge(self, sample: Sample) -> None:
-        """Compare a sample with the one before, and its parts with each other."""
-        if self.samples and sample.seq <= (last := self.samples[-1]).seq:
-            self.find(f"seq: got {sample.seq} after {last.seq}, allowed: above it")
+def _wrong_samples(samples: list[Sample], device: Mapping[str, Any]) -> list[str]:
+    """Compare each sample with the one before, and its parts with each other."""
+    found, codes = [], codes_of(device)
+    for before, sample in pairwise(samples):
+        if sample.seq <= before.seq:
+            found.append(f"seq: got {sample.seq} after {before.seq}, allowed: above it")
         for name in ("t_hard_ns", "t_soft_ns"):
-            if self.samples and getattr(sample, name) < getattr(self.samples[-1], name):
-                self.find(f"{name}: goes back at seq {sample.seq}, allowed: times that do not fall")
-        lost = bool(sample.status & Status.LOST)
-        if lost and sample.status != Status.LOST:
-            self.find(f"status: got {sample.status} at seq {sample.seq}, allowed: LOST alone")
-        if lost == (math.isfinite(sample.hard) and math.isfinite(sample.soft)):
-            allowed = "LOST (8) if a channel has no value, and only then"
-            self.find(f"status: got {sample.status} for {sample.hard} pF, {sample.soft} pF, allowed: {allowed}")
-        for name in ("hard", "soft"):
-            if wrong := self._codes.disagreement(name, getattr(sample, f"{name}_raw"), getattr(sample, name)):
-                self.find(wrong)
-
-    def _judge_gaps(self, source: Source) -> None:
-        """Compare the gaps with what was there when the first sample after each was given."""
-        gaps = self._gaps_of(source)
-        if any(not isinstance(gap, Gap) or type(gap.seq) is not int or not isinstance(gap.text, str) for gap in gaps):
-            self.find(f"gaps: got {gaps!r:.100}, allowed: a sequence of palpate.sources.Gap")
-            return
-        if any(later.seq < earlier.seq for earlier, later in pairwise(gaps)):
-            self.find(f"gaps: got {gaps!r:.100}, allowed: in the order of their seq")
-        with suppress(PalpateError):  # found as one of the counters
-            if (back := counted(source)[1]) > len(gaps):
-                self.find(f"gaps: got {len(gaps)} after {back} reconnects, allowed: one for each")
-        for number, gap in enumerate(gaps):
-            seen = [count for sample, count in zip(self.samples, self._gaps_seen, strict=True) if sample.seq >= gap.seq]
-            if seen and seen[0] <= number:
-                self.find(f"gaps: {gap} was not there when seq {gap.seq} was given, allowed: before this sample")
-
-    def _gaps_of(self, source: Source) -> list[Any]:
-        try:
-            return list(source.gaps)
-        except Exception as error:  # noqa: BLE001
-            self.find(f"gaps: raised {_told(error)}, allowed: a sequence of palpate.sources.Gap")
-            return []
-
-    def _interrupt(self, source: Source) -> None:
-        if not self.samples and not self.findings and self._count > 0:
-            more = (
-                "the iteration ended, allowed: a sample"
-                if self._ended.is_set()
-                else "if the device needs longer, give more seconds"
-            )
-            self.find(f"no sample came; {more}")
-        self._call("interrupt", source.interrupt, INTERRUPT_S)
-        if not self._ended.wait(INTERRUPT_S * self._patience):
-            self.find(f"interrupt: the iteration still runs after {INTERRUPT_S * self._patience:g} s, allowed: it ends")
-
-    def _call(self, name: str, call: Callable[[], Any], limit_s: float) -> None:
-        """Call a method in a thread; find an error, and a method that does not return."""
-        done = threading.Event()
-
-        def run() -> None:
-            try:
-                call()
-            except Exception as error:  # noqa: BLE001
-                self.find(f"{name}: raised {_told(error)}, allowed: no error")
-            finally:
-                done.set()
-
-        threading.Thread(target=run, name=f"{_OWN_THREADS}{name}", daemon=True).start()
-        if not done.wait(limit_s * self._patience):
-            self.find(f"{name}: did not return within {limit_s * self._patience:g} s")
-
-    def _judge_counters(self, source: Source) -> None:
-        try:
-            conditions_of(source, Conditions([], 0))
-            zero_of(source)
-            first, second = counted(source), counted(source)
-        except PalpateError as error:
-            self.find(str(error))
-            return
-        if any(later < earlier for earlier, later in zip(first, second, strict=True)):
-            self.find(f"counters: got {second} after {first}, allowed: numbers that do not fall")
-
-    def _judge_times(self, live: bool, period_s: float | None) -> None:
-        """Compare the times with each other, with the described period and, if live, with the clock."""
-        if len(self.samples) < 3:
-            return
-        steps = [(b.t_hard_ns - a.t_hard_ns) / (b.seq - a.seq) for a, b in pairwise(self.samples) if b.seq > a.seq]
-        median_s = statistics.median(steps or [math.nan]) / 1e9
-        least_s, most_s = (1 - _AWRY) / self._patience, 1 + _AWRY * self._patience
-        if period_s and not least_s * period_s <= median_s <= most_s * period_s:
-            self.find(f"period_s: got {period_s:g}, allowed: {median_s:.3g}, the median of its times, within 20 %")
-        if not live:
-            return
-        first, span_s = self.samples[0].t_hard_ns / 1e9, (self.samples[-1].t_hard_ns - self.samples[0].t_hard_ns) / 1e9
-        if not -1 <= first <= _FAST * (self._spans_s[0] - self._begun_s + 1):
-            self.find(f"t_hard_ns: begins at {first:.3g} s, allowed: ns since the source was opened")
-        if not 1 / _FAST <= span_s / max(clock_s := self._spans_s[1] - self._spans_s[0], 1e-3) <= _FAST:
-            self.find(f"t_hard_ns: {span_s:.3g} s pass in {clock_s:.3g} s of the clock, allowed: ns")
-
-    def _after_the_end(self, source: Source) -> None:
-        """Iterate again: a live source has no more samples."""
-
-        def iterate() -> None:
-            try:
-                sample = next(iter(source), None)
-            except (PalpateError, ValueError):
-                return
-            if source.live and sample is not None:
-                self.find(f"an iteration after close(): gave seq {getattr(sample, 'seq', '?')}, allowed: no sample")
-
-        self._call("an iteration after close()", iterate, INTERRUPT_S)
+            if getattr(sample, name) < getattr(before, name):
+                found.append(f"{name}: goes back at seq {sample.seq}, allowed: times that do not fall")
+    for sample in samples:
+        lost, has_both = bool(sample.status & Status.LOST), math.isfinite(sample.hard + sample.soft)
+        if lost == has_both or (lost and sample.status != Status.LOST):
+            allowed = "LOST (8) alone if a channel has no value, and only then"
+            found.append(f"status: got {sample.status} for {sample.hard} pF, {sample.soft} pF, allowed: {allowed}")
+        values = (("hard", sample.hard_raw, sample.hard), ("soft", sample.soft_raw, sample.soft))
+        found += filter(None, (codes.disagreement(*value) for value in values))
+    return found[:20]
 
 
-def _told(error: BaseException) -> str:
-    try:
-        return f"{type(error).__name__}: {error!s:.200}"
-    except Exception:  # noqa: BLE001  of the error's own text
-        return type(error).__name__
+def _wrong_gaps(gaps: list[Gap]) -> list[str]:
+    if any(not isinstance(gap, Gap) for gap in gaps):
+        return [f"gaps: got {gaps!r:.100}, allowed: a sequence of palpate.Gap"]
+    in_order = all(earlier.seq <= later.seq for earlier, later in pairwise(gaps))
+    return [] if in_order else [f"gaps: got {gaps!r:.100}, allowed: in the order of their seq"]
+
+
+def _text_of(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error!s:.200}"

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate._core import Touch, Tracker
+from palpate.extras import display
+from palpate.frames import Framed, arrow_of_touches
 from palpate.samples import Block, settings_for, usable
-from palpate.tables.readers.outgoing import Framed, touch_table
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -51,14 +52,10 @@ class Touches(list[Touch], Framed):
 
     def __repr__(self) -> str:
         """Return one line for each touch."""
-        from palpate.display import text
-
-        return text.touches(self, text.remarks(self.notes, self.doubts))
+        return str(display("text.touches", self, display("text.remarks", self.notes, self.doubts)))
 
     def _repr_html_(self) -> str:
-        from palpate.display import cards, text
-
-        return cards.touches(self, text.remarks(self.notes, self.doubts))
+        return str(display("cards.touches", self, display("text.remarks", self.notes, self.doubts)))
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the ratio of each touch over its begin, with its standard error and flags.
@@ -77,23 +74,18 @@ class Touches(list[Touch], Framed):
         MissingExtra
             matplotlib is missing; type: pip install 'palpate[science]'.
         """
-        from palpate.display import plots
-
-        return plots.touches(self, ax)
+        return display("plots.touches", self, ax)
 
     def to_arrow(self) -> Any:
         """Return a pyarrow.Table, a row for each touch: the fields of `Touch.as_dict`, flags and effects as plain columns."""
-        return touch_table([touch.as_dict() for touch in self])
+        return arrow_of_touches([touch.as_dict() for touch in self])
 
 
 _FIELDS = [(name, Any) for name, member in vars(Touch).items() if isinstance(member, GetSetDescriptorType)]
 _RECORD = make_dataclass("Touch", _FIELDS)
-for _name in (
-    "__dataclass_fields__",
-    "__dataclass_params__",
-    "__annotations__",
-):  # pandas and polars make columns of them
-    setattr(Touch, _name, getattr(_RECORD, _name))
+for _name in ("fields", "params"):  # pandas and polars make columns of them
+    setattr(Touch, f"__dataclass_{_name}__", getattr(_RECORD, f"__dataclass_{_name}__"))
+Touch.__annotations__ = _RECORD.__annotations__
 
 
 class Channels(Protocol):
@@ -124,42 +116,18 @@ class Blocks(Protocol):
     def blocks(self) -> Iterator[Block]: ...  # noqa: D102
 
 
-def touches(
-    recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
-) -> Touches:
-    """Return the touches of one recording, as `palpate.touches` does for any number of them."""
-    return tracked(recording, scene=scene, **settings).touches
-
-
 class Tracked(NamedTuple):
-    """What a tracker found in a recording.
-
-    Attributes
-    ----------
-    touches : list of Touch
-    retaken : int
-        How often the baseline was measured again.
-    cut : int
-        How many of the last touches ran when the recording ended: 0 or 1.
-    """
+    """What a tracker found in a recording."""
 
     touches: Touches
-    retaken: int
-    cut: int
+    retaken: int  # how often the baseline was measured again
+    cut: int  # how many of the last touches ran when the recording ended: 0 or 1
 
 
 def tracked(
     recording: Channels | Blocks, *, scene: "_Scene" = "handheld", **settings: Unpack["_AnySettings"]
 ) -> Tracked:
-    """Return the touches of a recording as `touches`, and what the tracker knows beside them.
-
-    Examples
-    --------
-    >>> from palpate.simulation import scenarios
-    >>> found = tracked(scenarios.run("stiff-steady"))
-    >>> len(found.touches), found.retaken, found.cut
-    (1, 0, 0)
-    """
+    """Return the touches of one recording, as `palpate.touches` does for any number of them, and what the tracker knows."""
     tracker = tracker_of(recording, scene, settings)
     for _, part in _parts(tracker, recording):
         tracker.take(*part)
@@ -204,15 +172,8 @@ def timed(recording: Channels | Blocks) -> bool:
     return bool(np.isfinite(recording.t_hard_s).all() and np.isfinite(recording.t_soft_s).all())
 
 
-def replayed(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[NDArray[Any], ...]]:
-    """Feed a recording to a tracker.
-
-    Yields
-    ------
-    tuple of six numpy.ndarray
-        Of each part of the recording: times of both channels, s; hard, soft, pF, as the tracker got them; the rows of
-        `Tracker.process`; and a number that is larger after each gap and tare: baselines before it do not hold.
-    """
+def feed_recording(tracker: Tracker, recording: Channels | Blocks) -> Iterator[tuple[NDArray[Any], ...]]:
+    """Feed a recording to a tracker; yield times, s, readings, the rows of the tracker, and the number of the era, in parts."""
     for era, part in _parts(tracker, recording):
         taken = tracker.process(*part)
         seconds = [ns / 1e9 for ns in part[:2]] if isinstance(recording, Blocks) else part[:2]

@@ -11,27 +11,28 @@ import click
 
 from palpate import __version__, get_cmake_dir, get_include
 from palpate.cli.group import Commands, debug_option
-from palpate.cli.inputs import InputFile
+from palpate.cli.paths import InputFile
 
 COMMANDS = {
-    "live": "Watch a measurement in the browser.",
-    "record": "Record from SOURCE and print a row for each touch as it ends, and another when its result is revised.",
-    "replay": "Send recordings through the estimator again: one row for each touch.",
-    "check": "Check that recordings are complete, without gaps and not saturated.",
-    "import": "Show how a table of another program is read, ask what is open, and remember the answer.",
-    "convert": "Convert a recording to Parquet, Arrow, or palpate's own CSV.",
-    "plot": "Draw a recording, with the ratio of each touch.",
-    "devices": "List the connected devices.",
-    "simulate": "Write simulated recordings of touches on known objects.",
-    "calibrate": "Fit a calibration to recordings of touches on known objects.",
-    "report": "Write a report of recordings as one HTML file, which prints on A4.",
-    "figures": "Draw the figures of the paper from simulated data.",
-    "bench": "Compare estimators on simulated touches: error and run time.",
-    "kit": "Check a board: wiring, noise, registers.",
-    "doctor": "Check installation, board and permissions, and print what to type.",
-    "completion": "Print a script for shell completion of commands, options and sources.",
+    "live": ("live", "Watch a measurement in the browser."),
+    "record": (
+        "record",
+        "Record from SOURCE and print a row for each touch as it ends, and another when its result is revised.",
+    ),
+    "replay": ("replay", "Send recordings through the estimator again: one row for each touch."),
+    "check": ("recordings", "Check that recordings are complete, without gaps and not saturated."),
+    "import": ("recordings", "Show how a table of another program is read."),
+    "convert": ("recordings", "Convert a recording to Parquet, Arrow, or palpate's own CSV."),
+    "plot": ("recordings", "Draw a recording, with the ratio of each touch."),
+    "devices": ("devices", "List the connected devices."),
+    "simulate": ("simulate", "Write simulated recordings of touches on known objects."),
+    "calibrate": ("calibrate", "Fit a calibration to recordings of touches on known objects."),
+    "report": ("recordings", "Write a report of recordings as one HTML file, which prints on A4."),
+    "bench": ("simulate", "Compare estimators on simulated touches: error and run time."),
+    "kit": ("kit", "Check a board: wiring, noise, registers."),
+    "doctor": ("devices", "Check installation, board and permissions, and print what to type."),
 }
-"""Help line of each command. The module palpate.cli.NAME has the function NAME; it is imported when it is used."""
+"""Module and help line of each command; the module is imported when the command is used."""
 
 
 def _tell(text: str) -> Callable[[click.Context, click.Parameter, bool], None]:
@@ -43,7 +44,7 @@ def _tell(text: str) -> Callable[[click.Context, click.Parameter, bool], None]:
     return tell
 
 
-@click.group("palpate", cls=Commands, commands_in="palpate.cli", short_helps=COMMANDS,
+@click.group("palpate", cls=Commands, known=COMMANDS,
              context_settings={"help_option_names": ["-h", "--help"], "auto_envvar_prefix": "PALPATE"})  # fmt: skip
 @click.version_option(__version__, prog_name="palpate")
 @click.option("--includes", is_flag=True, is_eager=True, expose_value=False, callback=_tell(f"-I{get_include()}"),
@@ -65,7 +66,6 @@ def main(context: click.Context, config: Path | None) -> None:
       palpate record sim:four-specimens -o run.csv
       palpate replay run.csv
     """  # noqa: D301
-    if context.invoked_subcommand != "doctor":  # doctor reports errors in these files itself
-        from palpate.cli.config import load
+    from palpate.cli.config import load
 
-        load(context, config, COMMANDS)
+    load(context, config, COMMANDS)

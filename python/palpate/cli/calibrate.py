@@ -1,27 +1,29 @@
 """`palpate calibrate`: fits a calibration to recordings."""
 
-import json
 import sys
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import click
 
-from palpate.cli.exit import NOT_RELIABLE
-from palpate.cli.inputs import InputFile
-from palpate.cli.options import json_option, recording_options
-from palpate.cli.outputs import OUTPUT, force_option, require_free
-from palpate.cli.progress import Reading
-from palpate.cli.specimens import Told, specimens_of
-from palpate.cli.words import OneOf
-from palpate.errors import shortened
+from palpate import Calibration, Touch, recorded, touches
+from palpate.calibration import characterise
+from palpate.calibration.characterise import Specimen
+from palpate.calibration.fit_tables import parameter_rows, specimen_records, specimen_rows
+from palpate.calibration.specimen_files import assign, bare, read_moduli
+from palpate.cli.group import Exit, json_option, show, show_notes, usage_errors
+from palpate.cli.options import recording_options
+from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free
+from palpate.cli.terminal import aligned
+from palpate.errors import CalibrationError, shortened
 from palpate.extras import need
 from palpate.files import replacing
+from palpate.recording.session import Entry, plan_of
 from palpate.sentences import FLAGS
+from palpate.several import FEWEST, objections
 
-if TYPE_CHECKING:
-    from palpate import Calibration
-    from palpate.calibration.characterise import Specimen
+_SHORT = f"short, below {FEWEST} samples or without a standard error"
 
 
 @click.command()
@@ -33,12 +35,9 @@ if TYPE_CHECKING:
 @click.option("--report", type=OUTPUT, help="The report to write, HTML: table, fit and plot.")
 @click.option("--by", default="all", show_default=True, help="Values to fit: all touches, or for each "
               "specimen one of mean, level, weighted, agreement, standard_error, covariance.")  # fmt: skip
-@click.option(
-    "--free-soft-ratio",
-    is_flag=True,
-    help="Fit the ratio on an infinitely soft object, too: for channels with different gains.",
-)
-@click.option("--accept", multiple=True, metavar="FLAG", type=OneOf(FLAGS),
+@click.option("--free-soft-ratio", is_flag=True,
+              help="Fit the ratio on an infinitely soft object, too: for channels with different gains.")  # fmt: skip
+@click.option("--accept", multiple=True, metavar="FLAG", type=click.Choice(FLAGS),
               help="Use touches with this flag all the same; may be repeated. The file says so.")  # fmt: skip
 @force_option
 @recording_options
@@ -53,8 +52,8 @@ def calibrate(
     free_soft_ratio: bool,
     accept: tuple[str, ...],
     force: bool,
-    as_json: bool,
-    **how: Any,
+    asked: dict[str, Any],
+    how: dict[str, Any],
 ) -> None:
     """Fit a calibration to recordings of touches on known objects.
 
@@ -62,7 +61,7 @@ def calibrate(
     its moduli are used, those of --moduli before them, and touches that were discarded are left out. Else all of its
     touches are on one specimen, and the file name begins with its name (30OO-2.csv belongs to "30 OO"). A touch weighs by its standard error and the scatter from touch to touch. One that is
     only short is used if it has a standard error; with another flag it is left out, and the flag is printed. What is
-    wrong with a recording is said on standard error and in the notes of --json. Exit codes: 4, not a recording, a
+    wrong with a recording appears on standard error and in the notes of --json. Exit codes: 4, not a recording, a
     damaged one, not a table of moduli, no calibration possible, or an output exists; 5, written, but not reliable (the
     verdict says why, or a recording is not as it was written).
 
@@ -71,57 +70,134 @@ def calibrate(
       palpate calibrate specimens/*A.csv specimens/*O.csv --moduli specimens/moduli.csv -o probe.toml --plot probe.png
       palpate calibrate palpate-2026-11-22-1.csv -o probe.toml
     """  # noqa: D301
-    from palpate.calibration import characterise
-
     require_free(filter(None, [output, plot, report]), [*files, *filter(None, [moduli])], force=force)
-    for module in ("scipy", "matplotlib") if plot else ("scipy",):
-        need(module, "science")  # before the touches are measured
-    with Reading("calibrate", files) as progress:
-        told = Told([], [], progress)
-        specimens = specimens_of(files, moduli, how, accept, told)
-    try:
-        about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
-        about |= {"doubts": shortened("; ".join(told.doubts), 1000)} if told.doubts else {}
+    need("scipy", "science")  # before the touches are measured
+    if plot:
+        need("matplotlib", "science")
+    if report:
+        need("jinja2", "report")
+    runs = [_run(file, asked, how) for file in files if moduli is None or file.resolve() != moduli.resolve()]
+    specimens = _specimens(runs, moduli, accept)
+    doubts = [doubt for run in runs for doubt in run.doubts]
+    about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
+    about |= {"doubts": shortened("; ".join(doubts), 1000)} if doubts else {}
+    with usage_errors():
         soft = None if free_soft_ratio else 1.0
         found = characterise.calibrate(specimens, by=by, soft_ratio=soft, about=about)
-        _draw(found, specimens, plot, report)
+        _write_pictures(found, specimens, plot, report)
         found.save(output)
-    except ValueError as error:
-        raise click.UsageError(str(error)) from error
-    click.echo(_document(found, specimens, output, told) if as_json else _table(found, specimens))
-    sys.exit(0 if found.sound and not told.doubts else NOT_RELIABLE)
+    notes = [f"{run.file}: {note}" for run in runs for note in run.notes]
+    records = {"sound": found.sound, "specimens": specimen_records(specimens), "notes": notes}
+    show({"calibration": str(output), **found.as_dict(), **records}, _fit_table(found, specimens))
+    sys.exit(0 if found.sound and not doubts else Exit.NOT_RELIABLE)
 
 
-def _draw(found: "Calibration", specimens: "list[Specimen]", plot: Path | None, report: Path | None) -> None:
+def _write_pictures(found: Calibration, specimens: list[Specimen], plot: Path | None, report: Path | None) -> None:
     if plot:
         from palpate.calibration.plot import save
 
         save(found, plot)
     if report:
-        from palpate.calibration.report import html
+        from palpate.report import calibration_page
 
         with replacing(report) as file:
-            file.write(html(found, specimens).encode())
+            file.write(calibration_page(found, specimens).encode())
 
 
-def _table(found: "Calibration", specimens: "list[Specimen]") -> str:
-    from palpate.calibration.report import parameter_rows, specimen_rows
+def _fit_table(found: Calibration, specimens: list[Specimen]) -> str:
 
-    rows = specimen_rows(specimens)
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
     parameters = [f"{name:15} {value:>12}   {interval}" for name, value, interval in parameter_rows(found)]
-    return "\n".join([*(line.rstrip() for line in lines), "", *parameters, "", found.verdict])
+    return "\n".join([aligned(specimen_rows(specimens)), "", *parameters, "", found.verdict])
 
 
-def _document(found: "Calibration", specimens: "list[Specimen]", output: Path, told: Told) -> str:
-    from palpate.calibration.report import specimen_records
+class _Run(NamedTuple):
+    """A recording: its touches, and for each what the sidecar says of it; without entries the file has the name."""
 
-    whole = {
-        "calibration": str(output),
-        **found.as_dict(),
-        "sound": found.sound,
-        "specimens": specimen_records(specimens),
-        "notes": told.notes,
+    file: Path
+    touches: list[Touch]
+    entries: list[Entry | None]
+    moduli: dict[str, float]
+    notes: Sequence[str]
+    doubts: list[str]
+
+
+def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> _Run:
+    """Measure the touches of a recording, and print the notes on it."""
+    try:
+        recording = recorded(file, **asked)
+        found = touches(recording, **how)
+    except (ValueError, TypeError) as error:
+        raise click.UsageError(f"{file}: {str(error).splitlines()[0]}") from error
+    show_notes(file, [recording.understood, *recording.notes])
+    plan = plan_of(recording.document or {})
+    entries = plan.matched(found, recording.survey.period_s) if plan.touches else []
+    doubts = [f"{file.name}: {doubt}" for doubt in recording.doubts]
+    return _Run(file, found, entries, plan.moduli if plan.touches else {}, recording.notes, doubts)
+
+
+def _specimens(runs: Sequence[_Run], table: Path | None, accept: tuple[str, ...]) -> list[Specimen]:
+    """Return the specimens with a usable touch, in order of modulus; print which touches are left out, and why."""
+    moduli, names = _moduli(runs, table)
+    found: dict[str, list[Touch]] = {name: [] for name in moduli}
+    for name, place, touch, left_out in _assigned(runs, moduli, names):
+        found[name] += [] if left_out else [touch]
+        if against := [left_out] if left_out else objections(touch, accept):
+            reasons = ", ".join(_SHORT if flag == "short" else flag for flag in against)
+            click.echo(f"{name}: {place} is left out: {reasons}", err=True)
+    flags = {flag for touches in found.values() for touch in touches for flag in touch.flags}
+    for flag in set(accept) - flags:
+        there = " ".join(sorted(flags)) or "none"
+        click.echo(f"--accept {flag}: no touch has this flag; those found: {there}", err=True)
+    kept = []
+    for name, modulus in sorted(moduli.items(), key=lambda item: item[1]):
+        if any(not objections(touch, accept) for touch in found[name]):
+            kept.append(Specimen(name, modulus, found[name], accept))
+        else:
+            click.echo(f"{name}: no usable touch among {len(found[name])}: the specimen is left out", err=True)
+    return kept
+
+
+def _moduli(runs: Sequence[_Run], table: Path | None) -> tuple[dict[str, float], dict[str, str]]:
+    """Return the modulus of each specimen, and its name by the bare name; a table has priority over the sidecars."""
+    if table is None and (unnamed := next((run.file for run in runs if not run.entries), None)):
+        raise click.UsageError(
+            "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each file name, for recordings "
+            f"whose sidecar names no specimens, as {unnamed}"
+        )
+    listed = read_moduli(table) if table else {}
+    moduli, names = dict(listed), {bare(name): name for name in listed}
+    for run in runs:
+        for given, modulus in run.moduli.items():
+            name = names.setdefault(bare(given), given)
+            known = moduli.setdefault(name, modulus)
+            said = f"{run.file}: {name}: got {modulus:g} MPa, "
+            if known != modulus and name not in listed:
+                raise CalibrationError(f"{said}allowed: {known:g} MPa, as in the file before; or --moduli with a table")
+            if known != modulus:
+                click.echo(f"{said}used: {known:g} MPa, as {table} says", err=True)
+    return moduli, names
+
+
+def _assigned(
+    runs: Sequence[_Run], moduli: Mapping[str, float], names: Mapping[str, str]
+) -> Iterator[tuple[str, str, Touch, str]]:
+    """Yield the name of the specimen of each touch, where it is, the touch, and why it is left out; "": it is kept."""
+    by_file = {
+        file: name
+        for name, files in assign([run.file for run in runs if not run.entries], moduli).items()
+        for file in files
     }
-    return json.dumps(whole, indent=2, allow_nan=False)
+    unknown = set[str]()
+    for run in runs:
+        for number, touch in enumerate(run.touches):
+            entry = run.entries[number] if run.entries else None
+            given = by_file.get(run.file) or (entry and entry.specimen)
+            left_out, place = entry.left_out if entry else "", f"touch {number + 1} of {run.file.name}"
+            if not given:
+                click.echo(f"{place} is left out: {left_out or 'no specimen is named for it'}", err=True)
+            elif name := names.get(bare(given)):
+                yield name, place, touch, left_out
+            else:
+                unknown.add(given)
+    for given in sorted(unknown):
+        click.echo(f"{given}: no modulus is known: the specimen is left out", err=True)

@@ -1,4 +1,4 @@
-"""Defaults of options: from palpate.toml, and from the environment.
+"""Defaults of options, from palpate.toml and from the environment.
 
 Priority, highest first: the command line, the environment, palpate.toml in the working folder, palpate.toml in the
 user's configuration folder.
@@ -11,11 +11,9 @@ from typing import Any
 
 import click
 
-from palpate.cli.known_loggers import ENTRIES
 from palpate.errors import nearest, quoted, unlike
 
 NAME = "palpate.toml"
-_FILES = "palpate.files"  # key in context.meta: command -> files and variables with defaults for it
 
 
 def places() -> list[Path]:
@@ -24,50 +22,26 @@ def places() -> list[Path]:
 
 
 def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -> None:
-    """Read the defaults from the files into the context of a group.
+    """Set click's map of defaults for the command that runs, and print where they are from.
 
     Raises
     ------
     click.UsageError
-        The file is not valid. For the command that runs: an unknown key or variable (the message lists the allowed
-        ones), or a value that the option does not accept.
+        The file is not valid; for the command that runs: an unknown key or variable. The message lists the allowed ones.
     """
-    merged: dict[str, dict[str, Any]] = {}
-    files: dict[str, list[Path]] = {}
-    loggers: list[tuple[Path, Any]] = context.meta.setdefault(ENTRIES, [])
-    for path in [chosen] if chosen else [path for path in places() if path.exists()]:
-        for name, table in read(path, commands).items():
-            if name == "import":
-                loggers.extend((path, entry) for entry in _entries(path, table))
-            _merge(merged.setdefault(name, {}), table)
-            files.setdefault(name, []).append(path)
-    context.meta[_FILES] = files
     group, run = context.command, context.invoked_subcommand
-    if isinstance(group, click.Group) and run and (command := group.get_command(context, run)):
-        _check_environment(command)
-        where = ", ".join(map(str, files.get(run, [])))
-        context.default_map = {run: parameters(where, command, merged.get(run, {}))}
-        if merged.get(run):
-            click.echo(f"defaults of {run} from {where}: {', '.join(merged[run])}", err=True)
-        files.setdefault(run, []).extend(Path(name) for name in sorted(os.environ) if name in _variables(command))
-
-
-def _entries(path: Path, table: dict[str, Any]) -> list[Any]:
-    """Take the entries [[import.logger]] out of a table."""
-    entries = table.pop("logger", [])
-    if not isinstance(entries, list):
-        raise click.UsageError(f"{path}: [import]: logger: got {quoted(entries)}, allowed: tables [[import.logger]]")
-    return entries
-
-
-def _merge(into: dict[str, Any], table: dict[str, Any]) -> None:
-    """Add a table to another one; where both have a table, add that one in the same way."""
-    for key, value in table.items():
-        before = into.get(key)
-        if isinstance(before, dict) and isinstance(value, dict):
-            into[key] = {**before, **value}
-        else:
-            into[key] = value
+    if not (isinstance(group, click.Group) and run and (command := group.get_command(context, run))):
+        return
+    paths = [chosen] if chosen else filter(Path.exists, places())
+    tables = {str(path): read(path, commands).get(run) for path in paths}
+    tables["the environment"] = _of_environment(command)
+    merged: dict[str, Any] = {}
+    for place, table in tables.items():
+        if table:
+            click.echo(f"defaults of {run} from {place}: {', '.join(table)}", err=True)
+            for key, value in parameters(place, command, table).items():
+                merged[key] = {**merged.get(key, {}), **value} if isinstance(value, dict) else value
+    context.default_map = {run: merged}
 
 
 def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
@@ -80,10 +54,10 @@ def read(path: Path, commands: Iterable[str]) -> dict[str, dict[str, Any]]:
     OSError
         The file cannot be read.
     """
-    from palpate import toml
+    from palpate.files import read_toml
 
     try:
-        tables = toml.read(path)
+        tables = read_toml(path)
     except ValueError as error:  # not UTF-8, or not TOML
         raise click.UsageError(f"{path}: not TOML: {error}") from error
     for name, table in tables.items():
@@ -98,20 +72,12 @@ def keys(command: click.Command) -> dict[str, click.Parameter]:
     found: dict[str, click.Parameter] = {}
     for parameter in command.params:
         long = [name[2:] for name in parameter.opts if name.startswith("--") and len(name) > 3]
-        if long:
-            found[long[0]] = parameter
-        elif parameter.name == "source":
-            found["source"] = parameter
+        if long or parameter.name == "source":
+            found[long[0] if long else "source"] = parameter
     return found
 
 
-def take_from_environment(command: click.Command) -> None:
-    """Set the environment variable of each option: PALPATE_COMMAND_OPTION."""
-    for key, parameter in keys(command).items():
-        parameter.envvar = parameter.envvar or _variable(command, key)
-
-
-def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dict[str, Any]:
+def parameters(place: object, command: click.Command, table: dict[str, Any]) -> dict[str, Any]:
     """Return the table of a command with the names of click's parameters as keys; a group has a table for each command.
 
     Raises
@@ -119,40 +85,30 @@ def parameters(where: str, command: click.Command, table: dict[str, Any]) -> dic
     click.UsageError
         An unknown key (the message lists the allowed ones), or a table in place of a value.
     """
-    inner = _commands_of(command)
-    if inner and (both := {key: value for key, value in table.items() if key in inner and isinstance(value, dict)}):
-        own = {key: value for key, value in table.items() if key not in both}
-        return parameters(where, command, own) | {
-            key: parameters(where, inner[key], value) for key, value in both.items()
-        }
-    allowed = keys(command)
+    allowed, inner, found = keys(command), _commands_of(command), dict[str, Any]()
     for key, value in table.items():
-        if key not in allowed:
-            raise click.UsageError(f"{where}: [{command.name}]: {unlike(key, [*allowed, *inner])}")
-        if isinstance(value, dict):
-            raise click.UsageError(
-                f"{where}: [{command.name}]: {key}: got a table, allowed: a value or a list of values"
-            )
-        if any(isinstance(one, int) and abs(one) >= 2**63 for one in (value if isinstance(value, list) else [value])):
-            raise click.UsageError(f"{where}: [{command.name}]: {key}: got {quoted(value)}, allowed: below 2**63")
-    return {allowed[key].name or key: value for key, value in table.items()}
+        where = f"{place}: [{command.name}]: "
+        if key in inner and isinstance(value, dict):
+            found[key] = parameters(place, inner[key], value)
+        elif key not in allowed:
+            raise click.UsageError(where + unlike(key, [*allowed, *inner]))
+        elif isinstance(value, dict):
+            raise click.UsageError(f"{where}{key}: got a table, allowed: a value or a list of values")
+        else:
+            several = getattr(allowed[key], "multiple", False) and isinstance(value, str)
+            found[allowed[key].name or key] = value.split() if several else value
+    return found
 
 
-def _check_environment(command: click.Command) -> None:
-    allowed, prefix = sorted(_variables(command)), _variable(command, "")
-    for variable in sorted(os.environ):
-        if variable.startswith(prefix) and variable not in allowed:
-            near = nearest(variable, allowed, prefix)
-            raise click.UsageError(f"environment: got {variable}, allowed: {', '.join(allowed)}{near}")
-
-
-def _variables(command: click.Command) -> set[str]:
-    own = {_variable(command, key) for key in keys(command)}
-    return own.union(*map(_variables, _commands_of(command).values()))
-
-
-def _variable(command: click.Command, key: str) -> str:
-    return f"PALPATE_{command.name}_{key}".upper().replace("-", "_").replace(".", "_")
+def _of_environment(command: click.Command) -> dict[str, Any]:
+    """Return the table of a command from the variables PALPATE_COMMAND_OPTION."""
+    begin, inner, table = f"PALPATE_{command.name}_".upper(), _commands_of(command), dict[str, Any]()
+    for variable in sorted(name for name in os.environ if name.startswith(begin)):
+        key = variable.removeprefix(begin).lower().replace("_", "-")
+        name, _, option = key.partition("-")
+        group, key = (table.setdefault(name, {}), option) if name in inner else (table, key)
+        group[key] = os.environ[variable]
+    return table
 
 
 def _commands_of(command: click.Command) -> dict[str, click.Command]:

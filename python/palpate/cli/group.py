@@ -1,109 +1,170 @@
 """The group of commands: imports a command when it is used, and ends it with one line and an exit code."""
 
 import errno
+import json
 import signal
 import sys
-from collections.abc import Callable, Mapping
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from enum import IntEnum
 from importlib import import_module
 from keyword import iskeyword
-from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 import click
 
-from palpate.cli.exit import INTERRUPTED, UNEXPECTED, code_of, one_line, said_of
+from palpate import DeviceNotFound, MissingExtra, PalpateError, SourceTimeout
 from palpate.cli.terminal import signals
-from palpate.errors import nearest, shortened, unlike
+from palpate.errors import shortened, unlike
 
 
-def _remember(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+class Exit(IntEnum):
+    """Exit codes."""
+
+    UNEXPECTED = 1
+    USAGE = 2
+    NO_DEVICE = 3
+    BAD_DATA = 4
+    NOT_RELIABLE = 5
+    MISSING_EXTRA = 6
+    INTERRUPTED = 130
+
+
+_LONGEST = 1500  # characters of a message
+
+
+def code_of(error: Exception) -> int:
+    """Return the exit code of an error."""
+    if isinstance(error, MissingExtra):
+        return Exit.MISSING_EXTRA
+    if isinstance(error, DeviceNotFound | SourceTimeout):
+        return Exit.NO_DEVICE
+    return Exit.BAD_DATA if isinstance(error, PalpateError | OSError) else Exit.UNEXPECTED
+
+
+def said_of(error: Exception) -> str:
+    """Return an error as one line."""
+    text = one_line(str(error))
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename}: {error.strerror}"
+    return text if isinstance(error, PalpateError | OSError) else f"unexpected: {type(error).__name__}: {text}"
+
+
+def one_line(message: str) -> str:
+    """Return a message as one line that fits a screen; libraries quote what they were given as a whole."""
+    return shortened(" ".join(message.splitlines()), _LONGEST)
+
+
+@contextmanager
+def usage_errors() -> Iterator[None]:
+    """Turn a wrong argument of palpate's functions into an error of the command line."""
+    try:
+        yield
+    except (ValueError, TypeError) as error:
+        raise click.UsageError(str(error).split("\n")[0]) from error
+
+
+def as_json() -> bool:
+    """Return whether the command that runs has --json."""
+    return "palpate.json" in click.get_current_context().meta
+
+
+def show(document: Any, text: str) -> None:
+    """Print a result: with --json one document, else a text, which may be empty."""
+    if as_json():
+        click.echo(json.dumps(document, indent=2, allow_nan=False))
+    elif text:
+        click.echo(text)
+
+
+def show_notes(file: object, notes: Iterable[str]) -> None:
+    """Print what is to be known of a file to standard error."""
+    for note in filter(None, notes):
+        click.echo(f"{file}: {note}", err=True)
+
+
+def _remember(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
     if asked:
-        context.meta["palpate.debug"] = True
+        context.meta[f"palpate.{parameter.name}"] = True
 
 
 _C = TypeVar("_C", bound=Callable[..., Any])
 debug_option: Callable[[_C], _C] = click.option(
     "--debug", is_flag=True, expose_value=False, callback=_remember, help="After an error print the traceback."
 )
+json_option: Callable[[_C], _C] = click.option(
+    "--json", is_flag=True, expose_value=False, callback=_remember, help="Print one JSON document instead."
+)
+"""Adds --json to a command; see `show`."""
 
 
 class Commands(click.Group):
-    """A group of commands, each in its own module.
+    """A group of commands, which are imported when they are used.
 
     Parameters
     ----------
-    commands_in : str
-        Package with one module for each command; the command has the name of the module.
-    short_helps : mapping
-        Help line of each command: listing the commands imports none of them.
+    known : mapping
+        Module and help line of each command, the function of its name there: listing the commands imports no command.
     """
 
-    def __init__(self, *args: Any, commands_in: str, short_helps: Mapping[str, str], **kwargs: Any) -> None:
+    def __init__(self, *args: Any, known: Mapping[str, tuple[str, str]], **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self._package = commands_in
-        self._short_helps = short_helps
+        self._known = known
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of the commands."""
-        return list(self._short_helps)
+        return list(self._known)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a command; add --debug and the defaults from the environment."""
-        if cmd_name not in self._short_helps:
-            return None
-        if cmd_name not in self.commands:
-            from palpate.cli.config import take_from_environment
-
+        """Import a command, and add --debug."""
+        if cmd_name in self._known and cmd_name not in self.commands:
+            module = import_module(f"palpate.cli.{self._known[cmd_name][0]}")
             name = f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name
-            command: click.Command = getattr(import_module(f"{self._package}.{name}"), name)
-            self.commands[cmd_name] = debug_option(command)
-            take_from_environment(command)
-        return self.commands[cmd_name]
+            self.commands[cmd_name] = debug_option(getattr(module, name))
+        return self.commands.get(cmd_name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find a command by its name."""
         name = args[0]
-        if name not in self._short_helps and not name.startswith("-") and not ctx.resilient_parsing:
-            raise click.UsageError(unlike(name, self._short_helps, "command"), ctx)
+        if name not in self._known and not name.startswith("-") and not ctx.resilient_parsing:
+            raise click.UsageError(unlike(name, self._known, "command"), ctx)
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands."""
         with formatter.section("Commands"):
-            formatter.write_dl(list(self._short_helps.items()))
+            formatter.write_dl([(name, text) for name, (_, text) in self._known.items()])
 
     def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
         """Parse the options of the group itself."""
-        try:
+        with _one_line_and_code({}):
             return super().make_context(*args, **kwargs)
-        except click.UsageError as error:
-            raise _one_line(error, []) from error
-        except OSError as error:
-            if error.errno == errno.EPIPE:
-                raise  # click ends without a message
-            _end(error, debug=False)
-        except KeyboardInterrupt:
-            _interrupted()
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; if it fails, end with one line and an exit code."""
-        try:
-            with signals(_interrupt, signal.SIGTERM):
-                return super().invoke(ctx)
-        except click.UsageError as error:
-            raise _one_line(
-                error, ctx.meta.get("palpate.files", {}).get(ctx.find_root().invoked_subcommand, [])
-            ) from error
-        except (click.ClickException, click.exceptions.Exit, click.Abort):
+        with _one_line_and_code(ctx.meta), signals(_interrupt, signal.SIGTERM):
+            return super().invoke(ctx)
+
+
+@contextmanager
+def _one_line_and_code(meta: Mapping[str, Any]) -> Iterator[None]:
+    """End with one line and an exit code after an error; click itself does so after a closed pipe, without a line."""
+    try:
+        yield
+    except click.UsageError as error:
+        raise _with_help(error) from error
+    except (click.ClickException, click.exceptions.Exit, click.Abort):
+        raise
+    except KeyboardInterrupt:
+        click.echo("interrupted", err=True)
+        sys.exit(Exit.INTERRUPTED)
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno == errno.EPIPE:
             raise
-        except Exception as error:
-            if isinstance(error, OSError) and error.errno == errno.EPIPE:
-                raise  # click ends without a message
-            _end(error, debug="palpate.debug" in ctx.meta)
-        except KeyboardInterrupt:
-            _interrupted()
+        _end(error, debug="palpate.debug" in meta)
 
 
 def _interrupt(*_: object) -> NoReturn:
@@ -111,34 +172,18 @@ def _interrupt(*_: object) -> NoReturn:
     raise KeyboardInterrupt
 
 
-def _interrupted() -> NoReturn:
-    click.echo("interrupted", err=True)
-    sys.exit(INTERRUPTED)
-
-
-def _one_line(error: click.UsageError, files: list[Path]) -> click.UsageError:
-    """Return the error with the source of the defaults and the help command; `palpate` alone shows its help."""
+def _with_help(error: click.UsageError) -> click.UsageError:
+    """Return the error as one line with the help command; `palpate` alone shows its help."""
     if error.ctx is None or isinstance(error, click.exceptions.NoArgsIsHelpError):
         return error
-    message = one_line(_said(error, error.ctx))
-    unnamed = [str(file) for file in files if str(file) not in message]
-    told = message + (f" (defaults: {', '.join(unnamed)})" if unnamed else "")
-    return click.UsageError(f"{told}{' See' if told.endswith('?') else '; see'} {error.ctx.command_path} --help")
-
-
-def _said(error: click.UsageError, context: click.Context) -> str:
-    if isinstance(error, click.NoSuchOption):
-        options = [name for parameter in context.command.get_params(context) for name in parameter.opts]
-        return f"No such option: {shortened(error.option_name)}{nearest(error.option_name, options)}"
-    return error.format_message().rstrip(".")
+    message = one_line(error.format_message().rstrip("."))
+    return click.UsageError(f"{message}{' See' if message.endswith('?') else '; see'} {error.ctx.command_path} --help")
 
 
 def _end(error: Exception, *, debug: bool) -> NoReturn:
     if debug:
-        from traceback import format_exception
-
-        click.echo("".join(format_exception(error)), err=True, nl=False)
+        traceback.print_exception(error)
     code = code_of(error)
-    more = "; please report it with the output of --debug" if code == UNEXPECTED and not debug else ""
+    more = "; please report it with the output of --debug" if code == Exit.UNEXPECTED and not debug else ""
     click.echo(f"Error: {said_of(error)}{more}", err=True)
     sys.exit(code)

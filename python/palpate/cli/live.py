@@ -1,6 +1,7 @@
 """`palpate live`: a measurement in the browser."""
 
 import json
+import logging
 import os
 import signal
 import sys
@@ -14,29 +15,24 @@ import click
 from click.core import ParameterSource
 
 from palpate import PalpateError
-from palpate.cli.exit import BAD_DATA, INTERRUPTED, one_line
-from palpate.cli.inputs import InputFile
-from palpate.cli.library_logs import library_logs
-from palpate.cli.lsl import lsl_option
-from palpate.cli.moduli import tell_origin
-from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
-from palpate.cli.outputs import OUTPUT, require_free, with_sidecar
-from palpate.cli.source import SourceType
+from palpate.cli.group import Exit, as_json, json_option, one_line, show_notes, usage_errors
+from palpate.cli.options import board_options, complete_source, lsl_option, recording_options
+from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
 from palpate.cli.terminal import say, signals
+from palpate.cli.touch_table import doubts_of_origin
+from palpate.extras import need
 from palpate.several import TOUCH_SCATTER
 
 if TYPE_CHECKING:
     from palpate.ad7746.evalkit.find import Board
     from palpate.calibration import Calibration
-    from palpate.live.review import Review
-    from palpate.live.session import Session
+    from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
 
 SIMULATED = "sim:four-specimens"
-_PORT = 8746
 
 
 @click.command()
-@click.argument("source", type=SourceType(), required=False)
+@click.argument("source", shell_complete=complete_source, required=False)
 @click.option("--record", "file", type=OUTPUT,
               help="The recording to write from the start, NAME.csv: a new file. The button Record continues with "
               "NAME-2.csv ...; without this option it proposes names with the date.")  # fmt: skip
@@ -51,9 +47,8 @@ _PORT = 8746
 @lsl_option
 @board_options
 @recording_options
-@click.option(
-    "--port", default=_PORT, show_default=True, type=click.IntRange(0, 65535), help="Port of the page; 0: any."
-)
+@click.option("--port", default=8746, show_default=True, type=click.IntRange(0, 65535),
+              help="Port of the page; 0: any.")  # fmt: skip
 @click.option("--host", default="127.0.0.1", show_default=True,
               help="Address to listen at. With another address than 127.0.0.1 others on the network can open the page, "
               "with the token.")  # fmt: skip
@@ -68,18 +63,12 @@ def live(
     calibration: Path | None,
     scatter: float,
     lsl: str | None,
-    firmware: Path | None,
-    excitation: str | None,
     asked: dict[str, Any],
-    scene: str,
-    touch_seconds: float | None,
-    samples: int | None,
-    settings: dict[str, float],
+    how: dict[str, Any],
     port: int,
     host: str,
     no_token: bool,
     no_open: bool,
-    as_json: bool,
 ) -> None:
     """Watch a measurement in the browser.
 
@@ -95,62 +84,50 @@ def live(
       palpate live usb: --record bench.csv --calibration probe.toml
       palpate live "sim:sliding?seed=1" --scene sliding --no-open
     """  # noqa: D301
-    _require()
-    require_free(with_sidecar(file) if file else [], force=None)
-    from palpate.live.access.gatekeeper import new_token
-    from palpate.live.opening import is_file, opener, review
-    from palpate.live.recordings import Recordings
-    from palpate.live.serve import address_of, listen, serve
-    from palpate.live.server import Server
-    from palpate.live.session import Session
-    from palpate.live.workbench import Workbench
-
-    token, named = _token(host, no_token=no_token), source
-    source = source or _plugged_in()
-    how: dict[str, Any] = {"scene": scene, **tracking(touch_seconds, samples, settings)}
-    beside, tell = opening(firmware, excitation) | asked, lambda message: say(one_line(message))
-    looks = is_file(source)
-    if looks:
-        _refuse_measuring(file, lsl)
-        if click.get_current_context().get_parameter_source("scene") is ParameterSource.DEFAULT:
-            how["scene"] = None  # that of the recording
-    calibrated = _calibration(calibration, scene) if calibration else None
-    try:
-        session = (
-            review(source, beside, how, tell)
-            if looks
-            else Session(opener(source, beside), Recordings(file, folder), how, tell, lsl)
-        )
-        with ExitStack() as unless_started:
-            listening = unless_started.enter_context(listen(host, port))
-            session.start()
-            unless_started.pop_all()
-    except (ValueError, TypeError) as error:
-        raise click.UsageError(str(error).split("\n")[0]) from error
-    debug = "palpate.debug" in click.get_current_context().meta
-    in_place = not named and source == SIMULATED
-    with _ending(session), _arrivals(session) if in_place else nullcontext(), listening, library_logs(debug=debug):
-        ticket = new_token() if token else None
-        server, port = Server(Workbench(session, source, calibrated, scatter, calibration)), listening.getsockname()[1]
-        _tell(address_of(listening, host, token), source, file, as_json=as_json)
-        if not no_open and _has_screen():
-            webbrowser.open(address_of(listening, host, ticket))
-        serve(server.app(host, port, token, ticket), listening, token, ticket)
-
-
-def _refuse_measuring(file: Path | None, lsl: str | None) -> None:
-    for name, given in {"--record": file, "--lsl": lsl}.items():
-        if given is not None:
-            raise click.UsageError(
-                f'{name}: got it with a recording, allowed: with a source that measures, or "FILE?speed=1"'
-            )
-
-
-def _require() -> None:
-    from palpate.extras import need
-
     for module in ("starlette", "uvicorn", "websockets"):
         need(module, "live")
+    require_free(with_sidecar(file) if file else [], force=None)
+    from palpate.live.access import new_token
+    from palpate.live.app import PageApp
+    from palpate.live.commands import Workbench
+    from palpate.live.files import RunFiles
+    from palpate.live.measurement import LiveMeasurement, RecordedMeasurement, is_file, open_file, opener
+    from palpate.live.server import address_of, listen, serve
+
+    context = click.get_current_context()
+    token, in_place = _token(host, no_token=no_token), not source
+    source = source or _plugged_in()
+    calibrated = _calibration(calibration, how["scene"]) if calibration else None
+    measurement: LiveMeasurement | RecordedMeasurement
+    with usage_errors(), ExitStack() as unless_started:
+        if is_file(source):
+            if file or lsl is not None:
+                said = "got it with a recording, allowed: with a source that measures, or"
+                raise click.UsageError(f'{"--record" if file else "--lsl"}: {said} "FILE?speed=1"')
+            if context.get_parameter_source("scene") is ParameterSource.DEFAULT:
+                how["scene"] = None  # the recording's
+            measurement = open_file(source, asked, how, _say_line)
+        else:
+            measurement = LiveMeasurement(opener(source, asked), RunFiles(file, folder), how, _say_line, lsl)
+        bench = Workbench(measurement, source, calibrated, scatter, calibration)
+        listening = unless_started.enter_context(listen(host, port))
+        measurement.start()
+        unless_started.pop_all()
+    arrivals = _arrivals(measurement) if in_place and source == SIMULATED else nullcontext()
+    with _ending(measurement), arrivals, listening, library_logs(debug="palpate.debug" in context.meta):
+        ticket = new_token() if token else None
+        page, port = PageApp(bench), listening.getsockname()[1]
+        address = address_of(listening, host, token)
+        document = {"address": address, "source": source, "recording": str(file) if file else None}
+        click.echo(json.dumps(document) if as_json() else f"{source} at {address} (Ctrl-C ends it)")
+        sys.stdout.flush()
+        if not no_open and _has_screen():
+            webbrowser.open(address_of(listening, host, ticket))
+        serve(page.app(host, port, token, ticket), listening)
+
+
+def _say_line(message: str) -> None:
+    say(one_line(message))
 
 
 def _plugged_in() -> str:
@@ -158,21 +135,22 @@ def _plugged_in() -> str:
     from palpate.sources.devices import boards
 
     found, notes = boards()
-    for note in [] if found else notes:
-        click.echo(f"not searched: {note}", err=True)
-    uri = found[0].uri if found else SIMULATED
-    click.echo(f"{uri}: {found[0].what}" if found else f"no board found; using a simulated one: {uri}", err=True)
-    return uri
+    if found:
+        click.echo(f"{found[0].uri}: {found[0].what}", err=True)
+        return found[0].uri
+    show_notes("not searched", notes)
+    click.echo(f"no board found; using a simulated one: {SIMULATED}", err=True)
+    return SIMULATED
 
 
 @contextmanager
-def _arrivals(session: "Session | Review") -> Iterator[None]:
+def _arrivals(measurement: "LiveMeasurement | RecordedMeasurement") -> Iterator[None]:
     """While a simulated board measures in place of one: tell when one is plugged in."""
-    from palpate.ad7746.evalkit.hotplug import Hotplug  # the simulated board needs pyusb, too
+    from palpate.ad7746.evalkit.find import Hotplug  # the simulated board needs pyusb, too
 
     def tell(before: "set[Board]", now: "set[Board]") -> None:
         for board in now - before:
-            session.stream.source.notify(
+            measurement.say(
                 f"usb:{board} was plugged in: to measure with it, end this with Ctrl-C, then type palpate live again"
             )
 
@@ -185,14 +163,14 @@ def _arrivals(session: "Session | Review") -> Iterator[None]:
 def _calibration(path: Path, scene: str) -> "Calibration":
     from palpate.calibration import Calibration
 
+    need("scipy", "science")  # now, not during the measurement
     found = Calibration.load(path)
-    found.modulus(found.probe.soft_ratio)  # raises MissingExtra now, not during the measurement
-    tell_origin(path, found.about, scene)
+    show_notes(path, doubts_of_origin(found.about, scene))
     return found
 
 
 def _token(host: str, *, no_token: bool) -> str | None:
-    from palpate.live.access.gatekeeper import is_loopback, new_token
+    from palpate.live.access import is_loopback, new_token
 
     if is_loopback(host):
         return None if no_token else new_token()
@@ -206,25 +184,52 @@ def _token(host: str, *, no_token: bool) -> str | None:
     return new_token()
 
 
-def _tell(address: str, source: str, file: Path | None, *, as_json: bool) -> None:
-    document = {"address": address, "source": source, "recording": str(file) if file else None}
-    click.echo(json.dumps(document) if as_json else f"{source} at {address} (Ctrl-C ends it)")
-    sys.stdout.flush()
-
-
 def _has_screen() -> bool:
     return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 @contextmanager
-def _ending(session: "Session | Review") -> Iterator[None]:
-    """Close the session when the server ends, also after an error."""
+def _ending(measurement: "LiveMeasurement | RecordedMeasurement") -> Iterator[None]:
+    """Close the measurement when the server ends, also after an error."""
     try:
         yield
     except KeyboardInterrupt:
         with signals(lambda *_: None, signal.SIGINT, signal.SIGTERM):  # another one changes nothing: it ends
             say("ended")
-            session.close()
-            sys.exit(BAD_DATA if session.failed else INTERRUPTED)
+            measurement.close()
+            sys.exit(Exit.BAD_DATA if measurement.failed else Exit.INTERRUPTED)
     finally:
-        session.close()
+        measurement.close()
+
+
+LIBRARIES = ("asyncio", "starlette", "uvicorn", "websockets")
+"""Loggers of the libraries of the page's server."""
+
+
+class OneLine(logging.Formatter):
+    """Writes an error as one line, without its traceback."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line."""
+        error = record.exc_info[1] if record.exc_info else None
+        said = f"{type(error).__name__}: {error}" if error else record.getMessage().strip().splitlines()[-1]
+        return f"page: {record.name}: {' '.join(said.split())[:200]}; --debug shows more"
+
+
+@contextmanager
+def library_logs(*, debug: bool) -> Iterator[None]:
+    """Print what the libraries log: errors as one line, or everything from warnings on with its traceback."""
+    handler = logging.StreamHandler()
+    if not debug:
+        handler.setLevel(logging.ERROR)
+        handler.setFormatter(OneLine())
+    loggers = [logging.getLogger(name) for name in LIBRARIES]
+    for logger in loggers:
+        logger.propagate = False
+        logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        for logger in loggers:
+            logger.removeHandler(handler)
+            logger.propagate = True

@@ -1,23 +1,45 @@
-"""Options that several commands share: how a recording is read, and how it is estimated."""
+"""Options and arguments that several commands share."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import wraps
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from palpate._core import scenes
-from palpate.cli.inputs import InputFile
-from palpate.cli.words import OneOf, scene_names, settings_of
+from palpate.cli.paths import InputFile
 from palpate.errors import quoted
 
 if TYPE_CHECKING:
-    from palpate.tables.loggers import Logger
+    from click.shell_completion import CompletionItem
+
+_Adding = Callable[[Callable[..., Any]], Callable[..., Any]]
+_SCHEMES = ("usb:", "sim:", "i2c:", "iio:", "serial:", "lsl:")
+_LSL_NAME = "palpate"
 
 
-def columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
-    """Parse the columns of --map."""
+def complete_source(_context: click.Context, _parameter: click.Parameter, begun: str) -> "list[CompletionItem]":
+    """Return what the shell offers: schemes; after a scheme, scenarios or connected devices; else files."""
+    from click.shell_completion import CompletionItem
+
+    words: Iterable[str] = _SCHEMES
+    if begun.startswith("sim:"):
+        from palpate.simulation.board import known
+
+        words = [f"sim:{name}" for name in known()]
+    elif begun.startswith(_SCHEMES):
+        from palpate.sources.devices import devices
+
+        words = [device.uri for device in devices()[0]]
+    found = [CompletionItem(word) for word in words if word.startswith(begun)]
+    return found or [CompletionItem(begun, type="file")]
+
+
+def _scene_names(_context: click.Context, _parameter: click.Parameter, begun: str) -> list[str]:
+    return [scene for scene in scenes if scene.startswith(begun)]
+
+
+def _columns(_context: click.Context, _parameter: click.Parameter, text: str | None) -> dict[str, str] | None:
     from palpate.tables.asked import parsed_map
 
     try:
@@ -26,79 +48,93 @@ def columns(_context: click.Context, _parameter: click.Parameter, text: str | No
         raise click.BadParameter(str(error).removeprefix("map: ")) from None
 
 
-def settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
-    """Parse NAME=VALUE, given any number of times."""
+def named_numbers(texts: Iterable[str], example: str) -> dict[str, float]:
+    """Parse NAME=NUMBER, given any number of times."""
     found = {}
     for text in texts:
         name, _, value = text.partition("=")
         try:
             found[name.strip()] = float(value)
         except ValueError:
-            raise click.BadParameter(f"got {quoted(text)}, allowed: NAME=NUMBER, for example threshold=6") from None
+            raise click.BadParameter(f"got {quoted(text)}, allowed: NAME=NUMBER, for example {example}") from None
     return found
 
 
-def opening(firmware: Path | None, excitation: str | None) -> dict[str, str]:
-    """Return the options of a board source that a user gave beside its name."""
-    given = {"firmware": firmware and str(firmware), "excitation": excitation}
-    return {name: value for name, value in given.items() if value}
+def _settings(_context: click.Context, _parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, float]:
+    return named_numbers(texts, "threshold=6")
 
 
-def tracking(touch_seconds: float | None, samples: int | None, settings: dict[str, float]) -> dict[str, Any]:
-    """Return the settings of the tracker that a user gave; a length replaces the one of the scene, or of a recording.
+def _lsl_name(_context: click.Context, _parameter: click.Parameter, text: str | None) -> str | None:
+    if text is not None and (":" in text or not text):
+        allowed = "a name without a colon; write --lsl after SOURCE, or --lsl=NAME"
+        raise click.BadParameter(f"got {quoted(text)}, allowed: {allowed}")
+    return text
+
+
+def _given(**values: Any) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def tracking(
+    scene: str | None, touch_seconds: float | None, samples: int | None, settings: dict[str, float]
+) -> dict[str, Any]:
+    """Return scene and settings of the tracker that a user gave; a length replaces the one of the scene, or of a recording.
 
     Examples
     --------
-    >>> tracking(None, 60, {"threshold": 6.0}), tracking(None, None, {"seconds": 3.0})
-    ({'threshold': 6.0, 'seconds': None, 'samples': 60}, {'seconds': 3.0, 'samples': None})
+    >>> tracking("paper", None, 60, {"threshold": 6.0})
+    {'scene': 'paper', 'seconds': None, 'samples': 60, 'threshold': 6.0}
     """
-    given: dict[str, Any] = {"seconds": touch_seconds, "samples": samples}
-    lengths = {name: value for name, value in given.items() if value is not None}
-    lengths |= {name: settings[name] for name in given if name in settings}
+    given = settings | _given(seconds=touch_seconds, samples=samples)
+    lengths = given.keys() & {"seconds", "samples"}
     if len(lengths) > 1:
         raise click.UsageError("got a length of a touch in seconds and in samples, allowed: only one of them")
-    return settings | ({**dict.fromkeys(given), **lengths} if lengths else {})
+    other_length = {"seconds": None, "samples": None} if lengths else {}
+    return _given(scene=scene) | other_length | given
 
 
-json_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
-    "--json", "as_json", is_flag=True, help="Print one JSON document instead."
-)
-"""Adds as_json to a command."""
+def tracking_of(recording: Any, how: dict[str, Any]) -> dict[str, Any]:
+    """Return scene and settings for a recording: without a given scene its own, with the given settings."""
+    return how if "scene" in how else {"scene": "handheld"} | recording.settings | how
 
-_BOARD = [
-    click.option("--firmware", type=InputFile(),
-                 help="Firmware file of the evaluation kit."),
-    click.option("--excitation", metavar="PINS",
-                 help="Excitation pins that the bumps are wired to: A, B, AB, or HARD,SOFT as B,A.  [default: B]"),
-]  # fmt: skip
+
 INPUT = InputFile(allow_dash=True)
 """The type of an argument that is a recording; - is standard input."""
+lsl_option: _Adding = click.option(
+    "--lsl", is_flag=False, flag_value=_LSL_NAME, callback=_lsl_name, metavar="[NAME]",
+    help="Send the measurement to Lab Streaming Layer, as the streams NAME (samples), NAME-estimates and NAME-marks. "
+    f"Without a name: {_LSL_NAME}.",
+)  # fmt: skip
+"""Adds lsl, the name of the streams or None, to a command."""
+firmware_option: _Adding = click.option("--firmware", type=InputFile(), help="Firmware file of the evaluation kit.")
+"""Adds firmware to a command."""
+_EXCITATION = click.option("--excitation", metavar="PINS", help="Excitation pins that the bumps are wired to: A, B, AB, "
+                           "or HARD,SOFT as B,A.  [default: B]")  # fmt: skip
 _READING = [
-    click.option("--map", "columns", callback=columns, metavar="hard=COL,soft=COL",
+    click.option("--map", "columns", callback=_columns, metavar="hard=COL,soft=COL",
                  help="Columns of a table of another program: names, or positions counted from 1; also time=COL."),
     click.option("--unit", help="Unit of the capacitances, aF to F.  [default: from the header, else by size]"),
     click.option("--time-unit", help="Unit of the times, ns to d.  [default: from the header, else by size]"),
     click.option("--rate", type=click.FloatRange(min=0, min_open=True),
                  help="Pairs a second, for a table without usable times."),
-    click.option("--decimal", type=OneOf(["point", "comma"]), help="Decimal mark, if the numbers leave it open."),
+    click.option("--decimal", type=click.Choice(["point", "comma"]), help="Decimal mark, if the numbers leave it open."),
     click.option("--soft", type=INPUT, help="File of the soft channel, if FILE has the hard channel only."),
     click.option("--part", metavar="NAME", help="Sheet of a workbook, or stream of an XDF file, if several fit."),
 ]  # fmt: skip
-_ASKED = ("columns", "unit", "time_unit", "rate", "decimal", "soft", "part")
 _SCENES = f"Method of estimation: {', '.join(scenes)}."
-_SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES, shell_complete=scene_names)
-_SCENE_AGAIN = click.option("--scene", shell_complete=scene_names,
+_SCENE = click.option("--scene", default="handheld", show_default=True, help=_SCENES, shell_complete=_scene_names)
+_SCENE_AGAIN = click.option("--scene", shell_complete=_scene_names,
                             help=f"{_SCENES}  [default: from the recording, else handheld]")  # fmt: skip
 _ESTIMATING = [
     click.option("--touch-seconds", type=click.FloatRange(min=0, min_open=True),
                  help="Length of a touch, s.  [default: from the scene]"),
     click.option("--samples", type=click.IntRange(min=1), help="Length of a touch in samples, in place of seconds."),
-    click.option("--set", "settings", callback=settings, multiple=True, metavar="NAME=VALUE", shell_complete=settings_of,
+    click.option("--set", "settings", callback=_settings, multiple=True, metavar="NAME=VALUE",
                  help="A setting of the estimator, as threshold=6; may be repeated. A wrong NAME lists all."),
 ]  # fmt: skip
 
 
-def _adding(options: list[Callable[..., Any]]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def _adding(options: list[Callable[..., Any]]) -> _Adding:
     def add(command: Callable[..., Any]) -> Callable[..., Any]:
         for option in reversed(options):
             command = option(command)
@@ -107,45 +143,33 @@ def _adding(options: list[Callable[..., Any]]) -> Callable[[Callable[..., Any]],
     return add
 
 
-board_options: Callable[[Callable[..., Any]], Callable[..., Any]] = _adding(_BOARD)
-"""Adds firmware and excitation; see `opening`."""
-
-
-def _asking(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Pass the values of `_READING` as one dict `asked`: those that were given, keywords of `palpate.read`."""
+def _together(command: Callable[..., Any], name: str, make: Callable[..., Any], *parts: str) -> Callable[..., Any]:
+    """Pass the values of those of these options that a command has as one argument, which a function makes of them."""
 
     @wraps(command)
-    def asked(*args: Any, **given: Any) -> Any:
-        values = {name: given.pop(name) for name in _ASKED}
-        values["known"] = _loggers(str(given.get("source") or given.get("file") or ""))
-        return command(*args, asked={name: value for name, value in values.items() if value is not None}, **given)
+    def called(*args: Any, **given: Any) -> Any:
+        made = make(**{part: given.pop(part) for part in parts if part in given})
+        return command(*args, **{name: made}, **given)
 
-    return asked
+    return called
 
 
-def _loggers(source: str) -> "list[Logger] | None":
-    """Return the loggers that palpate.toml remembers; None without one, or for a source that is no file."""
-    from palpate.cli.known_loggers import loggers
-    from palpate.sources.options import split
-
-    return None if split(source)[0] else loggers() or None
+board_options: _Adding = _adding([firmware_option, _EXCITATION])
+"""Adds firmware and excitation to a command with `reading_options`: they are in `asked`, too."""
 
 
 def reading_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add asked to a command: the keywords of `palpate.read` that were given, and `known` as in `recorded`."""
-    return _adding(_READING)(_asking(command))
+    """Add `asked` to a command: the keywords of `palpate.read`, or of `palpate.open`, that were given."""
+    names = ("columns", "unit", "time_unit", "rate", "decimal", "soft", "part", "firmware", "excitation")
+    return _adding(_READING)(_together(command, "asked", _given, *names))
 
 
-def estimating_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add scene, touch_seconds, samples and settings."""
-    return _adding([_SCENE, *_ESTIMATING])(command)
-
-
-def recording_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add asked, scene, touch_seconds, samples and settings."""
-    return reading_options(estimating_options(command))
+def recording_options(command: Callable[..., Any], scene: _Adding = _SCENE) -> Callable[..., Any]:
+    """Add `asked` and `how`, as of `tracking`, to a command."""
+    names = ("scene", "touch_seconds", "samples", "settings")
+    return reading_options(_adding([scene, *_ESTIMATING])(_together(command, "how", tracking, *names)))
 
 
 def replaying_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the same; scene is None if it is not given."""
-    return reading_options(_adding([_SCENE_AGAIN, *_ESTIMATING])(command))
+    """Add the same; `how` has a scene only if it is given: see `tracking_of`."""
+    return recording_options(command, _SCENE_AGAIN)

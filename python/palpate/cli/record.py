@@ -1,40 +1,32 @@
 """`palpate record`: a measurement without a screen."""
 
-import json
 import signal
 import sys
-import time
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
+from math import inf
 from pathlib import Path
 from threading import Timer
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate import PalpateError, digits
-from palpate.cli import touches as cli_touches
-from palpate.cli.exit import INTERRUPTED, NOT_RELIABLE
-from palpate.cli.lsl import lsl_option
-from palpate.cli.options import board_options, json_option, opening, recording_options, tracking
-from palpate.cli.outputs import OUTPUT, require_free, with_sidecar
-from palpate.cli.source import SourceType
+from palpate import PalpateError
+from palpate.cli.group import Exit, as_json, json_option, show, usage_errors
+from palpate.cli.options import board_options, complete_source, lsl_option, recording_options
+from palpate.cli.paths import OUTPUT, require_free, with_sidecar
 from palpate.cli.terminal import say, signals
 
 if TYPE_CHECKING:
-    from palpate import Touch
-    from palpate._core import _Scene
+    from palpate.cli.printer import Printer
     from palpate.lsl import Outlets
     from palpate.stream import Stream
-    from palpate.stream.estimate import Batch
 
-_PROGRESS_S = 0.2
 _GRACE_S = 1.0  # the first sample comes after the begin, and --seconds counts from it
-_REVISED_S = 5.0  # longest wait for the revised result of the last touch
 
 
 @click.command()
-@click.argument("source", type=SourceType())
+@click.argument("source", shell_complete=complete_source)
 @click.option("-o", "file", required=True, type=OUTPUT, help="The recording to write, NAME.csv: a new file.")
 @click.option("--touches", type=click.IntRange(min=1), help="Stop after this number of touches, the last one revised.")
 @click.option("--seconds", type=click.FloatRange(min=0, min_open=True), help="Stop after this time, s.")
@@ -52,15 +44,9 @@ def record(
     seconds: float | None,
     notes: tuple[str, ...],
     lsl: str | None,
-    firmware: Path | None,
-    excitation: str | None,
     recentre: bool,
     asked: dict[str, Any],
-    scene: "_Scene",
-    touch_seconds: float | None,
-    samples: int | None,
-    settings: dict[str, float],
-    as_json: bool,
+    how: dict[str, Any],
 ) -> None:
     """Record from SOURCE and print a row for each touch as it ends, and another when its result is revised.
 
@@ -77,209 +63,83 @@ def record(
       palpate record usb: -o bench.csv --lsl
     """  # noqa: D301
     from palpate import sources
+    from palpate.cli.printer import Printer
+    from palpate.lsl import Outlets
     from palpate.stream import Stream
 
     require_free(with_sidecar(file), force=None)
-    how = tracking(touch_seconds, samples, settings)
-    try:
-        opened = sources.open(source, **opening(firmware, excitation), **asked)
+    with usage_errors():
+        opened = sources.open(source, **asked)
         # A file or a simulation is read ahead, and what is read is recorded: not beyond the end that is asked for, nor in another range.
         ahead = 2 if (touches or seconds or recentre) and not opened.live else None
-        stream = Stream(opened, scene=scene, record=file, notes=list(notes), notify=say, capacity=ahead, **how)
-        outlets = _outlets(stream, lsl, notes) if lsl else None
-    except (ValueError, TypeError) as error:
-        raise click.UsageError(str(error).split("\n")[0]) from error
-    session = _Session(stream, touches, seconds, outlets=outlets, recentre=recentre, quiet=as_json)
+        stream = Stream(opened, record=file, notes=list(notes), notify=say, capacity=ahead, **how)
+        outlets = Outlets(stream, lsl) if lsl else None
+    for note in notes:
+        if outlets:
+            outlets.mark("note", note)
+    printer = Printer(stream, quiet=as_json())
+    stream.listen(printer)
     failure: PalpateError | None = None
     with _interruptible(stream) as came:
         try:
-            session.run()
+            with outlets or nullcontext():
+                _measure(stream, printer, outlets, touches or 0, seconds or inf, recentre=recentre)
         except PalpateError as error:
             failure = error
-        if recorder := stream.recorder:
-            written = file if recorder.path.name == file.name else recorder.path  # of a rescue recording: where it is
-            session.report(written, as_json, failure)
+        if stream.recorder:
+            printer.clear()
+            show(printer.document(file, failure), "")
+            say(f"{file}: {_counted(stream)}; file closed")
     if failure:
         raise failure
     if came:
-        sys.exit(INTERRUPTED)
+        sys.exit(Exit.INTERRUPTED)
+    if missing := _missing(source, stream, touches or 0):
+        click.echo(missing, err=True)
+        sys.exit(Exit.NOT_RELIABLE)
+
+
+def _missing(source: str, stream: "Stream", touches: int) -> str:
+    """Return what the measurement lacks; "": nothing."""
     if not stream.counters.read:
-        click.echo(f"{source}: no sample came: check that it measures, or give --seconds more time", err=True)
-        sys.exit(NOT_RELIABLE)
-    if touches and len(stream.touches) < touches:
-        click.echo(f"{len(stream.touches)} of {touches} touches were measured", err=True)
-        sys.exit(NOT_RELIABLE)
+        return f"{source}: no sample came: check that it measures, or give --seconds more time"
+    return f"{len(stream.touches)} of {touches} touches were measured" if len(stream.touches) < touches else ""
 
 
-def _outlets(stream: "Stream", name: str, notes: tuple[str, ...]) -> "Outlets":
-    """Return the outlets of --lsl."""
-    from palpate.lsl import Outlets
-
-    outlets = Outlets(stream, name)
-    for note in notes:
-        outlets.mark("note", note)
-    return outlets
-
-
-class _Session:
-    """One measurement: prints the touches, stops after --touches or --seconds."""
-
-    def __init__(
-        self,
-        stream: "Stream",
-        touches: int | None,
-        seconds: float | None,
-        *,
-        outlets: "Outlets | None",
-        recentre: bool,
-        quiet: bool,
-    ) -> None:
-        self._stream = stream
-        self._outlets = outlets
-        self._touches = touches
-        self._seconds = seconds
-        self._recentre = recentre
-        self._outside = False
-        self._quiet = quiet
-        self._first_ns: int | None = None
-        self._elapsed_s = 0.0
-        self._all_s: float | None = None  # when the last touch ended
-        self._printed = self._cut = 0
-        self._headed = False
-        self._said: set[str] = set()  # sentences about touches; a revised touch says them again
-        self._progress = _Progress()
-
-    def run(self) -> None:
-        """Measure until the stop condition or the end of the source."""
-        with self._outlets or nullcontext(), self._stream, _by_the_clock(self._stream, self._seconds):
-            for batch in self._stream.batches():
-                if self._outlets:
-                    self._outlets.send(batch)
-                self._count(batch)
-                self._print_batch(batch)
-                self._centre()
-                self._progress.show(self._line)
-                if self._enough():
-                    break
-        for touch in self._stream.tracker.touches_since(self._printed):
-            self._print_ended(touch, cut=True)  # it ran when the measurement was stopped
-
-    def report(self, file: Path, as_json: bool, failure: PalpateError | None) -> None:
-        """Print the number of rows and of missing samples."""
-        self._progress.clear()
-        counters = self._stream.counters
-        if as_json:
-            plain = cli_touches.records(self._stream.touches, cut=self._cut)
-            document = {"file": str(file), "seconds": self._elapsed_s, "counters": counters.as_dict(), "touches": plain}
-            document["error"] = str(failure) if failure else None
-            click.echo(json.dumps(document, indent=2, allow_nan=False))
-        parts = {
-            "lost": counters.lost,
-            "late": counters.late,
-            "not written": counters.unrecorded,
-            "not estimated": counters.dropped,
-            "samples without a value": counters.refused,
-            "saturated": counters.saturated,
-            "times a wrong baseline": counters.retaken,
-            "errors of the source": counters.errors,
-        }
-        told = "".join(f", {count} {what}" for what, count in parts.items() if count)
-        say(f"{file}: {counters.recorded} rows{told}; file closed")
-
-    def _centre(self) -> None:
-        """Set the range again, once each time that it was left without a touch."""
-        outside = bool(self._stream.out_of_range)
-        if self._recentre and outside and not self._outside:
-            try:
-                self._stream.centre()
-            except RuntimeError as error:
-                say(str(error))
-        self._outside = outside
-
-    def _count(self, batch: "Batch") -> None:
-        if len(batch.samples):
-            times = batch.samples["t_hard_ns"]
-            self._first_ns = int(times[0]) if self._first_ns is None else self._first_ns
-            self._elapsed_s = (int(times[-1]) - self._first_ns) / 1e9
-
-    def _enough(self) -> bool:
-        return self._has_all() or (self._seconds is not None and self._elapsed_s >= self._seconds)
-
-    def _has_all(self) -> bool:
-        """Return whether there are enough touches, the last one with its revised result if that comes soon."""
-        tracker = self._stream.tracker
-        if self._touches is None or tracker.touch_count < self._touches:
-            return False
-        self._all_s = self._elapsed_s if self._all_s is None else self._all_s
-        [last] = tracker.touches_since(self._touches - 1)[:1]
-        return last.revised or not last.effects or self._elapsed_s - self._all_s >= _REVISED_S
-
-    def _print_batch(self, batch: "Batch") -> None:
-        """Print each touch as it ended, then as it was revised, then the next one."""
-        revised = dict(batch.revised)
-        for number in sorted({*revised, *range(batch.first, batch.first + len(batch.touches))}):
-            if number >= batch.first:
-                self._print_ended(batch.touches[number - batch.first], cut=not len(batch.samples))
-            if number in revised:
-                self._print(number, revised[number])
-
-    def _print_ended(self, touch: "Touch", *, cut: bool) -> None:
-        self._printed += 1
-        self._cut += cut
-        self._print(self._printed, touch, cut=cut)
-
-    def _print(self, number: int, touch: "Touch", *, cut: bool = False) -> None:
-        if self._quiet:
-            return
-        self._progress.clear()
-        if not self._headed:
-            click.echo(cli_touches.HEADER)
-            self._headed = True
-        click.echo(cli_touches.row(number, touch))
-        for line in cli_touches.advised([touch], number, cut=int(cut)).splitlines():
-            if line not in self._said:
-                self._said.add(line)
-                click.echo(line)
-
-    def _line(self) -> str:
-        counters, tracker = self._stream.counters, self._stream.tracker
-        ratio = (
-            f", ratio {digits.plus_minus(tracker.ratio, tracker.standard_error)}" if tracker.state == "contact" else ""
-        )
-        return f"{self._elapsed_s:.1f} s, {counters.read} pairs, {counters.lost} lost, {tracker.state}{ratio}"
+def _measure(
+    stream: "Stream", printer: "Printer", outlets: "Outlets | None", touches: int, seconds: float, *, recentre: bool
+) -> None:
+    """Measure until the source ends, or there are enough touches or seconds."""
+    with stream, ExitStack() as ending:
+        if seconds < inf and stream.source.live:  # it ends also if no samples come
+            timer = Timer(seconds + _GRACE_S, stream.stop)
+            timer.daemon = True
+            timer.start()
+            ending.callback(timer.cancel)
+        for batch in stream.batches():
+            if outlets:
+                outlets.send(batch)
+            if recentre:
+                printer.centre()
+            if (touches and printer.has(touches)) or printer.elapsed_s >= seconds:
+                break
+    printer.print_cut()
 
 
-class _Progress:
-    """A status line on a terminal, updated in place; no output if stderr is not a terminal."""
-
-    def __init__(self) -> None:
-        self._terminal = sys.stderr.isatty()
-        self._shown_s, self._width = 0.0, 0
-
-    def show(self, line: Any) -> None:
-        now = time.monotonic()
-        if self._terminal and now - self._shown_s >= _PROGRESS_S:
-            text = line()
-            say(f"\r{text:{self._width}}", nl=False)
-            self._shown_s, self._width = now, len(text)
-
-    def clear(self) -> None:
-        if self._width:
-            say("\r" + " " * self._width + "\r", nl=False)
-            self._width = 0
-
-
-@contextmanager
-def _by_the_clock(stream: "Stream", seconds: float | None) -> Iterator[None]:
-    """End the measurement of a live source after this time and `_GRACE_S`, also if no samples come."""
-    timer = Timer((seconds or 0.0) + _GRACE_S, stream.stop)
-    timer.daemon = True
-    if seconds is not None and stream.source.live:
-        timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
+def _counted(stream: "Stream") -> str:
+    """Return the number of rows, and of what is missing or wrong in them."""
+    counters = stream.counters
+    parts = {
+        "lost": counters.lost,
+        "late": counters.late,
+        "not written": counters.unrecorded,
+        "not estimated": counters.dropped,
+        "samples without a value": counters.refused,
+        "saturated": counters.saturated,
+        "times a wrong baseline": counters.retaken,
+        "errors of the source": counters.errors,
+    }
+    return f"{counters.recorded} rows" + "".join(f", {count} {what}" for what, count in parts.items() if count)
 
 
 @contextmanager

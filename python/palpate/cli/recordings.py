@@ -1,66 +1,261 @@
-"""The recordings that a command line names: files, folders, and patterns that the shell did not expand."""
+"""`palpate check`, `import`, `convert`, `plot` and `report`: commands about whole recordings and tables."""
 
-import errno
-import re
-from glob import has_magic
+import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 
-_NO_RECORDING = "moduli.csv"  # which `palpate simulate` writes beside its recordings
+from palpate import RecordingError, touches
+from palpate.cli import touch_table
+from palpate.cli.group import Exit, as_json, json_option, show, show_notes, usage_errors
+from palpate.cli.options import INPUT, reading_options, replaying_options, tracking_of
+from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
+from palpate.cli.terminal import aligned, reading
+from palpate.digits import plus_minus
+from palpate.errors import listed, shortened
+from palpate.recording import columns
+from palpate.recording.foreign import AnyRecording, of_table, recorded
+from palpate.recording.own_file import is_own
+from palpate.recording.verification import Verification, verified
+from palpate.tables.asked import Asked
+from palpate.tables.formats import read_table
+from palpate.tables.table import Table
+from palpate.touch import tracked
+
+_SHOWN = 4  # rows of a preview
+_TOUCHES = 8  # in one line
+_WIDTH = 24  # characters of a cell
 
 
-class Named(NamedTuple):
-    """The files that one argument names; `several`: it may be any number of them."""
+@click.command()
+@click.argument("files", nargs=-1, required=True, type=INPUT)
+@reading_options
+@click.option("--repair", is_flag=True, help="After an unclean stop: remove an incomplete last row, and write the end.")
+@click.option("--yes", is_flag=True, help="With --repair: remove damaged places, too.")
+@json_option
+def check(files: tuple[Path, ...], asked: dict[str, Any], repair: bool, yes: bool) -> None:
+    """Check that recordings are complete, without gaps and not saturated.
 
-    files: list[Path]
-    several: bool
+    --repair never removes a row that can be read. The files before the repair are kept in NAME.csv.unrepaired and
+    NAME.json.unrepaired. More than an incomplete last row is removed only with --yes. Exit codes: 4, a file is not a
+    recording, not complete, or not as it was written; 5, samples are missing or have no usable value, or the file was
+    repaired.
+
+    \b
+    Example:
+      palpate check monday/*.csv
+    """  # noqa: D301
+    if yes and not repair:
+        raise click.UsageError("--yes: got it without --repair, allowed: both")
+    reports: list[Verification] = []
+    unreadable: list[RecordingError] = []
+    with reading("check", files) as done:
+        for file in files:
+            try:
+                reports.append(_checked(file, repair, yes, asked))
+            except RecordingError as error:
+                unreadable.append(error)
+            done(file)
+    document = {"recordings": [each.as_dict() for each in reports], "unreadable": [str(error) for error in unreadable]}
+    show(document, "\n".join(map(_lines, reports)))
+    for wrong in unreadable:
+        click.echo(f"Error: {wrong}", err=True)
+    if unreadable or any(report.faults for report in reports):
+        sys.exit(Exit.BAD_DATA)
+    sys.exit(Exit.NOT_RELIABLE if any(report.findings for report in reports) else 0)
 
 
-class Recordings(click.Path):
-    """The type of such an argument: FILE, a folder with all below it, or a pattern: `monday/*.csv`, `**/*.csv`."""
+def _checked(file: Path, repair: bool, yes: bool, asked: dict[str, Any]) -> Verification:
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the files that an argument names."""
-        if not value:
-            self.fail("got an empty name, allowed: a file, a folder or a pattern", param, ctx)
-        path = Path(value)
-        if path.is_dir():
-            found = _recordings(path, "**/*")
-        elif has_magic(value) and not path.exists():
-            found = _recordings(*_divided(path))
-        else:
-            return Named([path], several=False)
-        if not found:
-            reason = "no recording there, allowed: a folder or pattern with tables, as *.csv"
-            raise FileNotFoundError(errno.ENOENT, reason, value)
-        return Named(found, several=True)
+    try:
+        report = verified(recorded(file, **asked), repair=repair, remove_damage=yes)
+    except ValueError as error:
+        raise click.UsageError(f"{file}: {error}") from error
+    if repair and not yes and report.damaged and not report.running:
+        click.echo(f"{file}: --yes takes out what is damaged, and keeps it in a file", err=True)
+    return report
 
 
-def _recordings(folder: Path, pattern: str) -> list[Path]:
-    """Return the files that may be recordings, sorted: no sidecars, nothing hidden, nothing that a repair put aside."""
-    from palpate.tables.formats import readable
+def _lines(report: Verification) -> str:
+    survey = report.survey
+    pace = f", {1 / survey.period_s:.1f} pairs a second" if survey.rows > 1 and survey.period_s > 0 else ""
+    size = f"{survey.rows} rows" + (f" in {survey.seconds:.1f} s{pace}" if report.timed else ", rate unknown")
+    below = [report.understood] * bool(report.understood) + [f"fault: {text}" for text in report.faults]
+    return "\n  ".join([f"{report.path}: {report.verdict}: {size}", *below, *report.findings])
 
-    return sorted(
-        path
-        for path in folder.glob(pattern)
-        if readable(path)
-        and not any(part.startswith(".") for part in path.relative_to(folder).parts)
-        and path.name != _NO_RECORDING
-        and path.is_file()
+
+@click.command("import")
+@click.argument("file", type=INPUT)
+@reading_options
+@json_option
+def import_(file: Path, asked: dict[str, Any]) -> None:
+    """Show how a table of another program is read.
+
+    FILE is a table with two channels: text, Excel, Parquet, Arrow, XDF, also packed as .gz. Prints its first rows, and how
+    they are understood. What stays open is an error that lists the options to say it; `replay`, `record`, `live`, `check`,
+    `convert` and `calibrate` take the same options. Exit codes: 2, something is open; 4, not a table.
+
+    \b
+    Example:
+      palpate import other.csv
+      palpate import other.csv --map hard=2,soft=3 --unit fF
+    """  # noqa: D301
+    if is_own(file):
+        raise click.UsageError(f"{file}: is a recording of palpate, allowed: a table of another program")
+
+    with usage_errors():
+        table = read_table(file, Asked(**asked))
+        if not as_json():  # before it is understood: what is shown helps to say the rest
+            click.echo(f"{file}: {len(table.columns)} columns, {len(table)} rows\n{_preview(table)}")
+        found = of_table(file, table, **asked)
+    document = {
+        "file": str(file),
+        "columns": [column.name for column in table.columns],
+        "rows": len(table),
+        "understood": found.understood,
+        "notes": list(found.notes),
+        "asked": {name: str(value) if name == "soft" else value for name, value in asked.items()},
+    }
+    ratios = [plus_minus(touch.ratio, touch.standard_error) for touch in touches(found)]
+    measured = f"{len(ratios)} touch{'es' * (len(ratios) != 1)}" + (
+        f": ratio {listed(ratios, _TOUCHES)}" if ratios else ""
     )
+    show(document, "\n".join([found.understood, *found.notes, measured]))
 
 
-def _divided(pattern: Path) -> tuple[Path, str]:
-    """Return the folder without wildcards, and the rest; the stars of `**.csv` stand for folders, too.
+def _preview(table: Table) -> str:
+    """Return a line for each column: its position, its name, its first cells."""
+    cells = [[shortened(str(cell), _WIDTH) for cell in column.cells[:_SHOWN]] for column in table.columns]
+    names = [[f"{position:5}", column.name] for position, column in enumerate(table.columns, 1)]
+    return aligned([[*name, "  ".join(shown)] for name, shown in zip(names, cells, strict=True)], "<")
 
-    Examples
-    --------
-    >>> folder, rest = _divided(Path("runs/monday/**.csv"))
-    >>> folder.parts, rest
-    (('runs', 'monday'), '**/*.csv')
-    """
-    first = next(number for number, part in enumerate(pattern.parts) if has_magic(part))
-    rest = "/".join(pattern.parts[first:])
-    return Path(*pattern.parts[:first]), re.sub(r"(^|/)\*\*(?=[^/*])", r"\1**/*", rest)
+
+@click.command()
+@click.argument("file", type=INPUT)
+@click.option("-o", "output", required=True, type=OUTPUT,
+              help="NAME.parquet, NAME.arrow, or NAME.csv for palpate's own format.")  # fmt: skip
+@reading_options
+@force_option
+@json_option
+def convert(file: Path, output: Path, asked: dict[str, Any], force: bool) -> None:
+    """Convert a recording to Parquet, Arrow, or palpate's own CSV.
+
+    FILE is a recording, or a table of another logger. Every row is kept; a row without a value is marked as lost. A Parquet or Arrow file has the sidecar in its metadata, under the key palpate, and
+    can be converted back: the rows are the same, byte for byte. What is wrong with the
+    recording appears on standard error, in the notes of --json, and in the sidecar of the output. Exit codes: 4, not a
+    recording, a damaged one, or the output exists; 5, converted, but the recording is not as it was written; 6, Parquet
+    and Arrow need the extra tables.
+
+    \b
+    Example:
+      palpate convert run.csv -o run.parquet
+      palpate convert other.csv --map "hard=C1 (pF),soft=C2 (pF)" -o run.csv
+    """  # noqa: D301
+    require_free(with_sidecar(output), filter(None, [file, asked.get("soft")]), force=force)
+    with usage_errors():
+        recording = recorded(file, **asked)
+        rows = columns.convert(recording, output, force=force)
+    notes, counts = _convert_notes(recording), {"rows": rows, "lost": recording.survey.refused}
+    sys.exit(_print_written(file, output, recording, counts, notes))
+
+
+def _print_written(file: Path, output: Path, recording: AnyRecording, counts: dict[str, int], notes: list[str]) -> int:
+    """Print what was made of a recording, the first of `counts`, or all as JSON; return the exit code."""
+    show_notes(file, dict.fromkeys([recording.understood, *notes]))
+    what, count = next(iter(counts.items()))
+    document = {"file": str(file), "written": str(output), **counts, "notes": notes}
+    show(document, f"{output}: {count} {what}")
+    return Exit.NOT_RELIABLE if recording.doubts else 0
+
+
+def _convert_notes(recording: AnyRecording) -> list[str]:
+    refused = recording.survey.refused
+    notes = [note for note in recording.notes if "have no value in a channel" not in note]
+    if refused:
+        notes.append(f"{refused} of {recording.survey.rows} rows have no usable value: kept, marked as lost")
+    if unused := getattr(recording, "unused", None):
+        notes.append(f"columns left out: {', '.join(unused)}")
+    return notes
+
+
+@click.command()
+@click.argument("file", type=INPUT)
+@click.option("-o", "output", required=True, type=OUTPUT,
+              help="NAME.png, NAME.pdf or NAME.svg.")  # fmt: skip
+@replaying_options
+@force_option
+@json_option
+def plot(file: Path, output: Path, asked: dict[str, Any], how: dict[str, Any], force: bool) -> None:
+    """Draw a recording, with the ratio of each touch.
+
+    Above are the changes of both channels over time, below is the ratio of each touch at its begin. The touches
+    are those of `palpate replay` with the same options. What is wrong with the recording appears on standard error and in
+    the notes of --json. Exit codes: 4, not a recording, a damaged one, or the output exists; 5, drawn, but the recording
+    is not as it was written; 6, matplotlib is missing.
+
+    \b
+    Example:
+      palpate plot run.csv -o run.png
+    """  # noqa: D301
+    from palpate.display import plots
+
+    with usage_errors():
+        require_free([output], [file], force=force)
+        plots.check(output)
+        recording = recorded(file, **asked)
+        found, retaken, _ = tracked(recording, **tracking_of(recording, how))
+        plots.save(recording.recording, found, output)
+    notes = [note for note in [recording.understood, *touch_table.notes_of(recording, retaken)] if note]
+    sys.exit(_print_written(file, output, recording, {"touches": len(found)}, notes))
+
+
+@click.command()
+@click.argument("recordings", metavar="RECORDING...", nargs=-1, required=True, type=InputFile())
+@click.option("--calibration", type=InputFile(), help="Calibration file from `calibrate`: adds the moduli.")
+@click.option("--moduli", type=InputFile(),
+              help="Table of name and known modulus in MPa, for recordings whose session names no specimens.")  # fmt: skip
+@click.option("-o", "output", type=OUTPUT, help="The report to write, HTML.  [default: NAME-report.html]")
+@click.option("--title", default="", help="Title of the report.  [default: the session's title]")
+@click.option("--operator", default="", help="Who measured.  [default: from the session]")
+@click.option("--note", "notes", multiple=True, help="A note for the head of the report; may be repeated.")
+@force_option
+@json_option
+def report(
+    recordings: tuple[Path, ...],
+    calibration: Path | None,
+    moduli: Path | None,
+    output: Path | None,
+    title: str,
+    operator: str,
+    notes: tuple[str, ...],
+    force: bool,
+) -> None:
+    """Write a report of recordings as one HTML file, which prints on A4.
+
+    It has every touch with its plot and flags, also those left out, the result of each specimen, the repeatability, the
+    calibration with its data, what the uncertainty consists of, what `check` says of each recording, all settings,
+    checksums, and the commands that do it again. The specimens are those of the session in the sidecar. Without one
+    the file name begins with the name of the specimen, as for `calibrate`. The same files give the same report.
+
+    Exit codes: 4, not a recording or a damaged one, not a calibration, or the report exists; 5, written, but not reliable:
+    no touch found, a recording is not as it was written, or the calibration is not sound.
+
+    \b
+    Example:
+      palpate report gel/gel.csv --calibration probe.toml -o gel.html --operator "A. Bee"
+    """  # noqa: D301
+    from palpate.report import write
+
+    path = output or recordings[0].with_name(f"{recordings[0].stem}-report.html")
+    require_free([path], [*recordings, *filter(None, (calibration, moduli))], force=force)
+    try:
+        made = write(path, recordings, calibration, moduli=moduli, title=title, operator=operator, notes=notes)
+    except (ValueError, TypeError) as error:
+        said = str(error).splitlines()[0]
+        convert = ": use palpate convert, and report what it writes" if "--map" in said else ""
+        raise click.UsageError(f"{said}{convert}") from error
+    show_notes(f"{path}: results may be wrong", made.doubts)
+    document = {"report": str(path), "doubts": made.doubts, **made.results}
+    show(document, f"{path}\n{made.verdict}")
+    sys.exit(Exit.NOT_RELIABLE if made.doubts else 0)

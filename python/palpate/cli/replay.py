@@ -1,19 +1,30 @@
-"""`palpate replay`: sends recordings through the estimator again."""
+"""`palpate replay`: sends recordings through the estimator again, and prints one row for each touch."""
 
-import json
+import math
 import sys
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from palpate.cli.exit import NOT_RELIABLE
-from palpate.cli.inputs import InputFile
-from palpate.cli.moduli import Moduli
-from palpate.cli.options import INPUT, json_option, replaying_options, tracking
-from palpate.cli.progress import Reading
-from palpate.cli.recordings import Named, Recordings
-from palpate.cli.replayed import How, replayed
+import palpate
+from palpate.cli import touch_table
+from palpate.cli.group import Exit, code_of, json_option, said_of, show, show_notes, usage_errors
+from palpate.cli.options import INPUT, replaying_options, tracking_of
+from palpate.cli.paths import InputFile, Named, Recordings
+from palpate.cli.terminal import reading
+from palpate.fleet import in_order
+from palpate.recording.foreign import AnyRecording, recorded
+from palpate.recording.session import Entry, plan_of
+from palpate.touch import tracked
+
+if TYPE_CHECKING:  # they are imported when they are used
+    from palpate import Calibration, OfflineTouch
+
+_WORST = (Exit.UNEXPECTED, Exit.MISSING_EXTRA, Exit.BAD_DATA, Exit.NOT_RELIABLE, 0)
+"""Exit codes of several recordings: the first code here that one of them has is returned."""
 
 
 @click.command()
@@ -29,20 +40,16 @@ from palpate.cli.replayed import How, replayed
 def replay(
     files: tuple[Named, ...],
     asked: dict[str, Any],
-    scene: str | None,
-    touch_seconds: float | None,
-    samples: int | None,
-    settings: dict[str, float],
+    how: dict[str, Any],
     calibration: Path | None,
     is_offline: bool,
     jobs: int,
-    as_json: bool,
 ) -> None:  # \b below is click's mark for lines that it must not join
     """Send recordings through the estimator again: one row for each touch.
 
     Without --scene a recording made by palpate is estimated with the scene and settings of the live measurement and
     gives exactly the same results. Below the table there is a sentence for each flag: what it means, and what to do;
-    see help(palpate.Touch.flags). What is wrong with the recording is said on standard error and in the notes of --json.
+    see help(palpate.Touch.flags). What is wrong with the recording appears on standard error and in the notes of --json.
 
     If the sidecar says what was touched (`palpate live`), there is a column for it, and --json has `specimen` and `left_out`.
 
@@ -59,27 +66,144 @@ def replay(
     """  # noqa: D301
     if is_offline and calibration:
         raise click.UsageError("--offline and --calibration: allowed one of them; moduli are of the live result")
-    how = How(asked, scene, tracking(touch_seconds, samples, settings), is_offline)
+    made = palpate.Calibration.load(calibration) if calibration else None
+    one = partial(replayed, asked=asked, how=how, offline=is_offline, calibration=made)
     [first, *others] = dict.fromkeys(file for named in files for file in named.files)
     if others or any(named.several for named in files):
-        from palpate.cli.replaying import replay_all
+        if asked.get("soft"):
+            raise click.UsageError(f"--soft: got it with {len(others) + 1} recordings, allowed: with one FILE")
+        sys.exit(_replay_all([first, *others], one, jobs))
+    with usage_errors():
+        found = one(INPUT.convert(first, None, None))
+    show(found.document, "\n".join([*found.table, *found.below]))
+    show_notes(first, [found.understood, *found.notes])
+    sys.exit(0 if found.reliable else Exit.NOT_RELIABLE)
 
-        sys.exit(replay_all([first, *others], how, calibration, jobs, as_json=as_json))
-    _replay_one(INPUT.convert(first, None, None), how, calibration, as_json=as_json)
+
+@dataclass
+class Replayed:
+    """What is printed of one recording: a JSON document, or a table with sentences below it; and notes."""
+
+    document: dict[str, Any]
+    table: list[str]
+    understood: str
+    notes: list[str]
+    reliable: bool
+    below: list[str] = field(default_factory=list)
+
+    def add_specimens(self, entries: list[Entry | None]) -> None:
+        """Add what the sidecar says of each touch."""
+        self.table = touch_table.beside(self.table, ["specimen", *map(touch_table.specimen_of, entries)])
+        for record, entry in zip(self.document["touches"], entries, strict=True):
+            record |= {"specimen": entry and entry.specimen, "left_out": entry.left_out if entry else ""}
+
+    def add_moduli(self, calibration: "Calibration", touches: list[palpate.Touch]) -> None:
+        """Add the modulus of each touch, and of their mean."""
+        moduli = touch_table.Moduli.of(calibration, touches)
+        if touches:
+            self.table = touch_table.beside(self.table, moduli.column())
+            self.below += moduli.sentences(str(calibration.scatter))
+        for record, modulus in zip(self.document["touches"], moduli.each, strict=True):
+            record["modulus"] = modulus.as_dict()
+        self.document["agreement"] = moduli.agreement.as_dict() if moduli.agreement else None
+        self.document["modulus_of_mean"] = moduli.of_mean.as_dict() if moduli.of_mean else None
+
+    def add_offline(self, touches: "list[OfflineTouch]") -> None:
+        """Show the touches as they are estimated afterwards."""
+        self.table, self.below = touch_table.offline_table(touches), touch_table.methods(touches)
+        for record, touch in zip(self.document["touches"], touches, strict=False):
+            record["offline"] = touch.as_dict()
 
 
-def _replay_one(file: Path, how: How, calibration: Path | None, *, as_json: bool) -> None:
+def replayed(
+    file: Path, *, asked: dict[str, Any], how: dict[str, Any], offline: bool, calibration: "Calibration | None"
+) -> Replayed:
+    """Send a recording through the estimator.
+
+    Raises
+    ------
+    RecordingError, ValueError, TypeError
+        As from `palpate.touches`.
+    """
+    recording = recorded(file, **asked)
+    tracking = tracking_of(recording, how)
+    again = palpate.offline(recording, **tracking) if offline else None
+    touches, retaken, cut = tracked(recording, **tracking)
+    notes, plan = touch_table.notes_of(recording, retaken), plan_of(recording.document or {})
+    document = {
+        "file": str(file),
+        "scene": tracking["scene"],
+        "settings": {name: _plain(value) for name, value in tracking.items() if name != "scene"},
+        "palpate": palpate.__version__,
+        "rows": recording.survey.rows,
+        "notes": list(notes),
+        "touches": touch_table.records(touches, cut=cut),
+    }
+    reliable = bool(touches) and not recording.doubts
+    found = Replayed(document, touch_table.table(touches), recording.understood, notes, reliable)
+    if touches and plan.touches:
+        found.add_specimens(plan.matched(touches, recording.survey.period_s))
+    if calibration:
+        notes += touch_table.doubts_of_origin(calibration.about, tracking["scene"])
+        found.add_moduli(calibration, touches)
+    found.below += touch_table.advised(document["touches"])
+    if again is not None:
+        found.add_offline(again)
+    if not touches:
+        notes.append(f"no touch found: {_why_not(recording)}")
+    return found
+
+
+def _plain(value: Any) -> Any:
+    """Return a setting for JSON, which has no infinity."""
+    return str(value) if value in (math.inf, -math.inf) else value
+
+
+def _why_not(recording: AnyRecording) -> str:
+    spans = [f"{name} {high - low:.3g} pF" for name, (low, high) in recording.survey.spans_pF.items()]
+    if len(spans) < 2:
+        return "a channel has no values"
+    return f"no change was above the idle noise for long enough. The channels span {', '.join(spans)}; check --unit"
+
+
+def _replay_all(files: list[Path], one: partial[Replayed], jobs: int) -> int:
+    """Replay recordings in threads, print the results in order, and return the exit code."""
+    results: dict[Path, Replayed | Exception] = {}
+    work = in_order(one, files, jobs)
     try:
-        with Reading("replay", [file]) as progress:
-            found = replayed(file, how, progress.begin)
-    except (ValueError, TypeError) as error:
-        raise click.UsageError(str(error).split("\n")[0]) from error
-    for told in filter(None, [found.understood, *found.notes]):
-        click.echo(f"{file}: {told}", err=True)
-    moduli = Moduli(calibration, found.how["scene"]) if calibration else None
-    click.echo(json.dumps(found.document(moduli), indent=2, allow_nan=False) if as_json else found.table(moduli),
-               nl=as_json)  # fmt: skip
-    if found.fault:
-        click.echo(f"{file}: {found.fault}", err=True)
-    if not found.reliable:
-        sys.exit(NOT_RELIABLE)
+        with reading("replay", files) as done:
+            for file, result in zip(files, work, strict=True):
+                results[file] = result
+                done(file)
+    except KeyboardInterrupt:
+        work.close()  # waits for the threads
+        _print_all(results)
+        click.echo(f"{len(results)} of {len(files)} recordings are done", err=True)
+        raise
+    codes = _print_all(results)
+    return next(code for code in _WORST if code in codes)
+
+
+def _print_all(results: dict[Path, Replayed | Exception]) -> set[int]:
+    """Print a table or a list of all results, then their sentences, notes and errors; return the exit codes."""
+    width = max((len(str(file)) for file in results), default=0)
+    documents, lines, below, errors, codes, understood = [], list[str](), list[str](), list[str](), {0}, ""
+    for file, result in results.items():
+        if isinstance(result, Exception):
+            usual = isinstance(result, ValueError | TypeError)  # a column that is not there, for example
+            said = str(result).split("\n")[0] if usual else said_of(result)
+            codes.add(Exit.BAD_DATA if usual else code_of(result))
+            errors.append(f"Error: {said}" if said.startswith(str(file)) else f"Error: {file}: {said}")
+            documents.append({"file": str(file), "error": said})
+            continue
+        documents.append(result.document)
+        codes.add(0 if result.reliable else Exit.NOT_RELIABLE)
+        show_notes(file, [result.understood if result.understood != understood else "", *result.notes])
+        understood = result.understood
+        begin = [] if lines or not result.table else [f"{'file':{width}}  {result.table[0]}"]
+        lines += [*begin, *(f"{file!s:{width}}  {row}" for row in result.table[1:])]
+        below += [f"{file}: {line}" for line in result.below]
+    show(documents, "\n".join([*lines, *below]))
+    for error in errors:
+        click.echo(error, err=True)
+    return codes

@@ -1,10 +1,12 @@
-"""The terminal of a measurement: the signals that end it, and messages that must not end it."""
+"""The terminal of a command: tables, messages, progress, signals that end it."""
 
 import os
 import signal
+import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 import click
@@ -14,6 +16,18 @@ def say(message: str, *, nl: bool = True) -> None:
     """Print a message to standard error; a terminal or pipe that is closed does not end the measurement."""
     with suppress(OSError):
         click.echo(message, err=True, nl=nl)
+
+
+def row_below(header: Sequence[str], cells: Iterable[object]) -> str:
+    """Return a row of a table: each cell stands to the right, below its name in the header, whose blanks make its width."""
+    return "  ".join(f"{cell!s:>{len(name)}}" for name, cell in zip(header, cells, strict=True)).rstrip()
+
+
+def aligned(rows: Sequence[Sequence[str]], side: str = ">") -> str:
+    """Return rows as a table whose columns are as wide as they need; "<": with the cells to the left."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ["  ".join(f"{cell:{side}{width}}" for cell, width in zip(row, widths, strict=True)) for row in rows]
+    return "\n".join(line.rstrip() for line in lines)
 
 
 @contextmanager
@@ -38,16 +52,6 @@ def signals(handle: Callable[[int, Any], None], *numbers: int) -> Iterator[None]
             signal.signal(number, handler)
 
 
-@contextmanager
-def whole() -> Iterator[None]:
-    """Let Ctrl-C and SIGTERM wait until the block is done, and act then."""
-    came: list[int] = []
-    with signals(lambda number, _: came.append(number), signal.SIGINT, signal.SIGTERM):
-        yield
-    if came:
-        signal.raise_signal(came[0])
-
-
 def _hung_up() -> Callable[[int, Any], None]:
     """Return the handler: what is printed to the closed terminal goes nowhere from then on; a log goes on."""
     terminals = [output for output in (1, 2) if os.isatty(output)]  # asked now: a closed one is no terminal
@@ -61,3 +65,16 @@ def _hung_up() -> Callable[[int, Any], None]:
         signal.raise_signal(signal.SIGTERM)
 
     return handle
+
+
+def progress(label: str, items: Iterable[Any] | None = None, length: int | None = None) -> Any:
+    """Return click's bar of progress on standard error, over items or up to a length; hidden if that is no terminal."""
+    return click.progressbar(items, length, label, file=sys.stderr, hidden=not sys.stderr.isatty())
+
+
+@contextmanager
+def reading(label: str, files: Collection[Path]) -> Iterator[Callable[[Path], None]]:
+    """Show how far the reading of files is, by their sizes; yield the function to call when one has been read."""
+    sizes = {file: file.stat().st_size if file.is_file() else 1 for file in files}
+    with progress(label, length=sum(sizes.values())) as bar:
+        yield lambda file: bar.update(sizes[file])

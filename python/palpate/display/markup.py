@@ -1,7 +1,6 @@
 """HTML and SVG elements: all text in them is escaped, nothing is fetched, no script runs."""
 
-import re
-from html import escape, unescape
+from html import escape
 from typing import Any
 
 MINUS, NONE, LEFT_OUT = "\N{MINUS SIGN}", "\N{EN DASH}", "\N{MULTIPLICATION SIGN}"
@@ -9,9 +8,13 @@ MINUS, NONE, LEFT_OUT = "\N{MINUS SIGN}", "\N{EN DASH}", "\N{MULTIPLICATION SIGN
 
 
 class Markup(str):
-    """Text that is HTML already."""
+    """Text that is HTML already; templates do not escape it."""
 
     __slots__ = ()
+
+    def __html__(self) -> str:
+        """Return itself, for a template."""
+        return self
 
 
 def element(tag: str, *children: object, **attributes: object) -> Markup:
@@ -31,17 +34,6 @@ def element(tag: str, *children: object, **attributes: object) -> Markup:
     )
     inner = "".join(child if isinstance(child, Markup) else escape(str(child)) for child in children)
     return Markup(f"<{tag}{given}>{inner}</{tag}>")
-
-
-def plain(markup: Markup) -> str:
-    """Return the text of an element without tags.
-
-    Examples
-    --------
-    >>> plain(element("p", "a < b ", element("b", "&")))
-    'a < b &'
-    """
-    return unescape(re.sub(r"<[^<>]*>", "", markup))
 
 
 def card(title: str, facts: dict[str, object], *below: object, said: Any = ()) -> Markup:
@@ -82,5 +74,5 @@ def _cell(tag: str, content: object, more: str = "") -> Markup:
 
 
 ACCENT, WARNING = "#2a84c4", "#c96a12"
-"""Colours that can be read on white and on black; other lines have that of the text."""
+"""Colours that can be read on white and on black; other lines have the colour of the text."""
 _TABLE = "border-collapse:collapse;margin:0.3em 0;font-variant-numeric:tabular-nums"

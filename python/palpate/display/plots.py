@@ -1,6 +1,6 @@
-"""Figures of a recording and of touches, with matplotlib: axes in, axes out."""
+"""Figures of a recording and of touches with matplotlib (axes in, axes out), and the style of all figures."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from math import isnan
 from pathlib import Path
@@ -8,24 +8,47 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from palpate import digits
 from palpate.display import text
-from palpate.display.changes import changes
+from palpate.display.svg import changes
 from palpate.extras import need
-from palpate.figure_style import COLUMN_IN, HANDHELD, HARD, PAGE_IN, PAPER, SOFT, STYLE, sheet
 from palpate.files import replacing
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from palpate._core import Touch
-    from palpate.display.kinds import Pairs
+    from palpate.recording import Recording
 
 SUFFIXES = (".png", ".pdf", ".svg")
 """Formats of a figure in a file."""
+COLUMN_IN, PAGE_IN = 3.5, 7.16  # widths of one and of two columns of a journal page, inches
+HARD, SOFT, PAPER, HANDHELD, SLOW, FAST = "#3A3D40", "#7D848A", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
+"""Those of the live page, which colour-blind readers can distinguish (Okabe and Ito, 2008); each has one meaning."""
+TRUTH: dict[str, Any] = {"color": "black", "linewidth": 0.7, "linestyle": (0, (4, 2))}
+STYLE: dict[str, Any] = {
+    **dict.fromkeys(("font.size", "axes.titlesize", "axes.labelsize"), 8),
+    **dict.fromkeys(("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), 7),
+    **dict.fromkeys(("axes.linewidth", "grid.linewidth"), 0.5),
+    "lines.linewidth": 1.0,
+    "lines.markersize": 4,
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "legend.frameon": False,
+    "savefig.dpi": 300,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "palpate",
+}
 
 
 @contextmanager
-def axes(ax: Any, width_in: float = COLUMN_IN * 1.5, height_in: float = COLUMN_IN * 0.8) -> "Iterator[Any]":
+def sheet(width_in: float, height_in: float) -> Iterator[Any]:
+    """Yield an empty figure in print style; the caller's matplotlib settings do not change, no window opens."""
+    with need("matplotlib", "science").rc_context(STYLE):
+        yield need("matplotlib.figure", "science").Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+@contextmanager
+def axes(ax: Any, width_in: float = COLUMN_IN * 1.5, height_in: float = COLUMN_IN * 0.8) -> Iterator[Any]:
     """Yield the axes to draw on: those given, or new ones in a figure of pyplot, which a notebook shows by itself.
 
     The style holds inside only; nothing is shown, and the caller's settings stay.
@@ -38,68 +61,54 @@ def axes(ax: Any, width_in: float = COLUMN_IN * 1.5, height_in: float = COLUMN_I
         yield figure.add_subplot() if figure else ax
 
 
-def recording(shown: "Pairs", ax: Any = None) -> Any:
+def recording(shown: "Recording", ax: Any = None) -> Any:
     """Draw the change of both channels over time, with marks and gaps; return the axes."""
     with axes(ax) as drawn:
         timed = text.known_duration(shown) is not None
         t_hard, t_soft = (shown.t_hard_s, shown.t_soft_s) if timed else (np.arange(len(shown.hard)),) * 2
         for name, t, readings, colour in (("hard", t_hard, shown.hard, HARD), ("soft", t_soft, shown.soft, SOFT)):
-            change = changes(readings)
-            drawn.plot(t, change.values, color=colour, label=f"{name}, from {change.level}")
+            change, level_pF = changes(readings)
+            drawn.plot(t, change, color=colour, label=f"{name}, from {digits.number(level_pF)} pF")
         for row in shown.gap_rows:
             drawn.axvline(t_hard[row], color=PAPER, linestyle="--", linewidth=0.8)
         for at_s, name in shown.marks if timed else ():
             if not isnan(at_s):
-                _mark(drawn, at_s, name)
+                drawn.axvline(at_s, color="0.5", linestyle=":", linewidth=0.8)
+                drawn.annotate(name, (at_s, 1), xycoords=("data", "axes fraction"), xytext=(2, -2), va="top", ha="left",
+                               textcoords="offset points", rotation=90, fontsize=6, parse_math=False)  # fmt: skip
         drawn.set_xlabel("time, s" if timed else "pair")
         drawn.set_ylabel("change, pF")
-        _name(drawn)
+        drawn.legend(**_ABOVE)
     return drawn
 
 
-def _name(ax: Any) -> None:
-    """Put the legend above the axes, where nothing is drawn."""
-    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
-
-
-def _mark(ax: Any, at_s: float, name: str) -> None:
-    ax.axvline(at_s, color="0.5", linestyle=":", linewidth=0.8)
-    ax.annotate(name, (at_s, 1), xycoords=("data", "axes fraction"), xytext=(2, -2), textcoords="offset points",
-                rotation=90, ha="left", va="top", fontsize=6, parse_math=False)  # fmt: skip
+_ABOVE: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0, 1), "ncols": 2, "borderaxespad": 0.2}
+"""Place of a legend: above the axes, where nothing is drawn."""
 
 
 def touches(shown: "Sequence[Touch]", ax: Any = None) -> Any:
     """Draw the ratio of each touch over its begin, with its standard error and its flags; return the axes."""
     with axes(ax) as drawn:
         timed = all(not isnan(one.start_s) for one in shown)
-        for flagged in (False, True):
-            rows = [
-                (one.start_s if timed else number, one.ratio, one.standard_error, ", ".join(one.flags))
-                for number, one in enumerate(shown, 1)
-                if bool(one.flags) is flagged
-            ]
-            if rows:
-                _ratios(drawn, rows, flagged=flagged)
+        at = np.array([one.start_s if timed else number for number, one in enumerate(shown, 1)])
+        ratios = np.array([one.ratio for one in shown])
+        errors = np.nan_to_num([one.standard_error for one in shown], nan=0.0, posinf=0.0)
+        flagged = np.array([bool(one.flags) for one in shown], dtype=bool)
+        for rows, face, label in ((~flagged, HANDHELD, "ratio, std. error"), (flagged, "none", "with flags")):
+            if rows.any():
+                drawn.errorbar(at[rows], ratios[rows], errors[rows], fmt="o", color=HANDHELD, markerfacecolor=face,
+                               capsize=3, label=label)  # fmt: skip
+                drawn.legend(**_ABOVE)
+        for x, y, one in zip(at, ratios, shown, strict=True):
+            if one.flags and np.isfinite(y):
+                drawn.annotate(", ".join(one.flags), (x, y), xytext=(5, 3), textcoords="offset points", fontsize=6)
         drawn.set_xlabel("begin of the touch, s" if timed else "touch")
         drawn.set_ylabel("capacitance ratio")
         drawn.margins(x=0.08, y=0.2)
-        if shown:
-            _name(drawn)
     return drawn
 
 
-def _ratios(ax: Any, rows: list[tuple[float, float, float, str]], *, flagged: bool) -> None:
-    at, ratios, errors, names = zip(*rows, strict=True)
-    face = "none" if flagged else HANDHELD
-    label = "with flags" if flagged else "ratio, std. error"
-    known = np.nan_to_num(errors, nan=0.0, posinf=0.0)
-    ax.errorbar(at, ratios, known, fmt="o", color=HANDHELD, markerfacecolor=face, capsize=3, label=label)
-    for x, y, name in zip(at, ratios, names, strict=True):
-        if np.isfinite(y):
-            ax.annotate(name, (x, y), xytext=(5, 3), textcoords="offset points", fontsize=6)
-
-
-def save(shown: "Pairs", found: "Sequence[Touch]", path: Path) -> None:
+def save(shown: "Recording", found: "Sequence[Touch]", path: Path) -> None:
     """Write a figure of a recording, and of its touches below it; the suffix selects the format.
 
     Raises

@@ -10,7 +10,9 @@ if TYPE_CHECKING:
     from datetime import timedelta
 
     from palpate._core import Touch, Tracker
-    from palpate.display.kinds import Curve, Estimator, Measurement, Pairs
+    from palpate.calibration import Calibration
+    from palpate.recording import Recording
+    from palpate.stream import Stream
 
 _MOST = 20
 """Touches shown of a list; more leave out those in the middle."""
@@ -75,22 +77,25 @@ def own_class(shown: object) -> Any:
     return next(kind for kind in type(shown).__mro__ if kind.__module__ == "palpate")
 
 
-def estimator(shown: "Estimator") -> str:
+def estimator(shown: Any) -> str:
     """Return an estimator, with the settings that are not the default."""
-    others = changed(shown.settings, own_class(shown)().settings)
-    given = ", ".join(f"{name}={value!r}" for name, value in others.items())
-    state = f"ratio {ratio(shown.ratio, getattr(shown, 'standard_error', float('nan')))}, {counted(shown.samples, 'sample')}"
+    given = _given(shown.settings, own_class(shown)().settings)
+    measured = ratio(shown.ratio, getattr(shown, "standard_error", float("nan")))
     rejected = f", {shown.rejected:,} rejected" if shown.rejected else ""
-    return f"<{type(shown).__name__}({given}): {state}{rejected}>"
+    name = f"{type(shown).__name__}({', '.join(given)})"
+    return f"<{name}: ratio {measured}, {counted(shown.samples, 'sample')}{rejected}>"
+
+
+def _given(settings: dict[str, Any], defaults: dict[str, Any]) -> list[str]:
+    return [f"{name}={value!r}" for name, value in changed(settings, defaults).items()]
 
 
 def tracker(shown: "Tracker") -> str:
     """Return a tracker, with the settings that are not those of its scene."""
-    others = changed(shown.settings, own_class(shown)(shown.scene).settings)
-    given = ", ".join([repr(shown.scene), *(f"{name}={value!r}" for name, value in others.items())])
+    given = [repr(shown.scene), *_given(shown.settings, own_class(shown)(shown.scene).settings)]
     measured = f", ratio {running_ratio(shown)}" if running_ratio(shown) else ""
-    state = f"{shown.state}{measured}, {counted(shown.touch_count, 'touch')}"
-    return f"<{type(shown).__name__}({given}): {state}>"
+    name = f"{type(shown).__name__}({', '.join(given)})"
+    return f"<{name}: {shown.state}{measured}, {counted(shown.touch_count, 'touch')}>"
 
 
 def running_ratio(shown: "Tracker") -> str:
@@ -126,7 +131,7 @@ def remarks(notes: Sequence[str], doubts: Sequence[str]) -> list[str]:
     return [*(f"results may be wrong: {doubt}" for doubt in doubts), *(f"note: {x}" for x in notes if x not in doubts)]
 
 
-def recording(shown: "Pairs") -> str:
+def recording(shown: "Recording") -> str:
     """Return a recording: how long, how many pairs, and what was said of it."""
     said = [counted(len(group), name) for name, group in (("mark", shown.marks), ("note", shown.notes)) if group]
     doubts = [f"{counted(len(shown.doubts), 'doubt')}: results may be wrong"] if shown.doubts else []
@@ -134,7 +139,7 @@ def recording(shown: "Pairs") -> str:
     return f"<Recording: {', '.join(parts)}>"
 
 
-def known_duration(shown: "Pairs") -> "timedelta | None":
+def known_duration(shown: "Recording") -> "timedelta | None":
     """Return the duration of a recording; None without times."""
     try:
         return shown.duration
@@ -142,19 +147,19 @@ def known_duration(shown: "Pairs") -> "timedelta | None":
         return None
 
 
-def calibration(shown: "Curve") -> str:
+def calibration(shown: "Calibration") -> str:
     """Return a calibration: how many specimens, and the range of their moduli."""
     low, high = shown.range
     specimens = counted(len(set(shown.moduli.tolist())), "specimen")
     return f"<Calibration: {specimens}, {low:g} to {high:g} MPa, rigid ratio {rigid(shown)}>"
 
 
-def rigid(shown: "Curve") -> str:
+def rigid(shown: "Calibration") -> str:
     """Return the ratio on a rigid object, with its standard error."""
     return ratio(shown.probe.rigid_ratio, float(shown.fitted.covariance[0, 0]) ** 0.5)
 
 
-def stream(shown: "Measurement") -> str:
+def stream(shown: "Stream") -> str:
     """Return a measurement: its state, and how much it has measured."""
     counters = shown.counters
     parts = [shown.tracker.state, counted(counters.read, "sample"), counted(shown.tracker.touch_count, "touch")]

@@ -76,8 +76,8 @@ def repeatability(groups: Sequence[Sequence[float]], level: float = 0.95) -> Rep
     """Return the repeatability of values in groups, by a one-way analysis of variance.
 
     ICC(1,1) = (MSB - MSW) / (MSB + (k - 1) MSW), with k values in a group. With different numbers n_i of values k is
-    n_0 = (N - sum n_i^2 / N) / (groups - 1). The interval is that of F = MSB / MSW (McGraw and Wong, Table 7), exact for
-    groups of one size and approximate for others.
+    n_0 = (N - sum n_i^2 / N) / (groups - 1). The interval follows from F = MSB / MSW (McGraw and Wong, Table 7), exact for
+    groups of one size and approximate for other ones.
 
     Parameters
     ----------

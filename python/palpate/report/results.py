@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from palpate._core import Touch
-from palpate.calibration.calibration import Calibration
+from palpate.calibration.calibration import Calibration, Modulus
 from palpate.calibration.interval import Measured, Variances, variances
-from palpate.calibration.modulus import Modulus
 from palpate.calibration.specimen_files import assign
 from palpate.errors import CalibrationError
 from palpate.report.repeatability import Repeatability, repeatability
@@ -105,8 +104,8 @@ class Result:
 
 
 @dataclass(frozen=True)
-class Session:
-    """All that a report tells of.
+class Findings:
+    """All that a report shows.
 
     Attributes
     ----------
@@ -123,7 +122,7 @@ class Session:
     calibration: Calibration | None
 
     def repeatability(self, *, all_touches: bool = False) -> Repeatability | None:
-        """Return that of the logarithm of the ratio of the kept touches, or of all with a ratio above 0; None: no touch."""
+        """Return the repeatability of the logarithm of the ratio of the kept touches, or of all with a ratio above 0; None: no touch."""
         groups = [_logarithms(result.touches if all_touches else result.kept) for result in self.results]
         return repeatability(groups) if any(groups) else None
 
@@ -134,10 +133,12 @@ class Session:
         return sum(one.touch.ratio in known for one in self.touches)
 
 
-def session(runs: Sequence[Run], calibration: Calibration | None, moduli: Mapping[str, float] | None = None) -> Session:
+def findings(
+    runs: Sequence[Run], calibration: Calibration | None, moduli: Mapping[str, float] | None = None
+) -> Findings:
     """Find the specimen of each touch, and the result of each specimen.
 
-    The specimen is that of the session in the sidecar. Without one it is that of the name of the file, as
+    The specimen comes from the session in the sidecar. Without one it comes from the name of the file, as
     `palpate calibrate` finds it in the table of moduli, else the name without a number at its end.
 
     Parameters
@@ -159,7 +160,7 @@ def session(runs: Sequence[Run], calibration: Calibration | None, moduli: Mappin
     results = [
         _result(name, known.get(name), [one for one in touches if one.specimen == name], calibration) for name in names
     ]
-    return Session(list(runs), touches, results, calibration)
+    return Findings(list(runs), touches, results, calibration)
 
 
 def _touches(runs: Iterable[Run], accept: Collection[str], moduli: Mapping[str, float]) -> Iterator[Found]:
@@ -218,7 +219,7 @@ def _logarithms(touches: Iterable[Found]) -> list[float]:
     return [log(ratio) for ratio in ratios if isfinite(ratio) and ratio > 0]
 
 
-def as_dict(session: Session) -> dict[str, Any]:
+def as_dict(session: Findings) -> dict[str, Any]:
     """Return the results as plain numbers and text, for JSON."""
     found = session.repeatability()
     return {

@@ -3,7 +3,7 @@
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path, PurePath
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, Plan, plan_of
 from palpate.recording.verification import Verification, verified
 from palpate.tables.packed import unpacked_name
-from palpate.touch import replayed, timed, tracker_of
+from palpate.touch import feed_recording, timed, tracker_of
 
 Array = NDArray[np.float64]
 
@@ -106,11 +106,11 @@ def run(path: Path, name: str) -> Run:
     tracking = {"scene": "handheld"} | recording.settings
     settings: Any = {name: value for name, value in tracking.items() if name != "scene"}
     tracker = tracker_of(recording, tracking["scene"], settings)
-    rows = _rows(recording, tracker)
+    found = _traces(recording, tracker)
     ended = tracker.touch_count
     tracker.finish()
     touches = tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
-    traces = [_trace(rows, number) for number in range(1, len(touches) + 1)]
+    traces = [found.get(number, Trace(*(np.zeros(0),) * 3)) for number in range(1, len(touches) + 1)]
     document = recording.document or {}
     plan, survey = plan_of(document), recording.survey
     period_s = survey.period_s if recording.timed else float("nan")
@@ -134,22 +134,18 @@ def run(path: Path, name: str) -> Run:
     )
 
 
-def _rows(recording: AnyRecording, tracker: Any) -> tuple[Array, NDArray[Any]]:
-    """Return the times and the rows of the tracker that are of a touch."""
-    times, rows = [np.zeros(0)], []
-    for t_hard, _, _, _, taken, _ in replayed(tracker, recording):
-        touched = taken["touch"] > 0
-        times.append(t_hard[touched])
-        rows.append(taken[touched])
-    return np.concatenate(times), np.concatenate(rows) if rows else np.zeros(0, [("touch", int)])
+def _traces(recording: AnyRecording, tracker: Any) -> dict[int, Trace]:
+    """Replay a recording; return the trace of each touch by its number."""
+    parts: dict[int, list[Any]] = {}
+    for t_hard, _, _, _, taken, _ in feed_recording(tracker, recording):
+        for number in np.unique(taken["touch"][taken["touch"] > 0]).tolist():
+            of_it = taken["touch"] == number
+            parts.setdefault(number, []).append((t_hard[of_it], taken["ratio"][of_it], taken["standard_error"][of_it]))
+    return {number: _trace(*map(np.concatenate, zip(*each, strict=True))) for number, each in parts.items()}
 
 
-def _trace(rows: tuple[Array, NDArray[Any]], number: int) -> Trace:
-    times, taken = rows
-    of_it = taken["touch"] == number
-    t_s, found = times[of_it], taken[of_it]
-    begin = t_s - t_s[0] if len(t_s) and np.isfinite(t_s).all() else np.arange(len(t_s), dtype=float)
-    return Trace(begin, found["ratio"], found["standard_error"]) if len(found) else Trace(*(np.zeros(0),) * 3)
+def _trace(t_s: Array, ratio: Array, error: Array) -> Trace:
+    return Trace(t_s - t_s[0] if np.isfinite(t_s).all() else np.arange(len(t_s), dtype=float), ratio, error)
 
 
 def _files(path: Path) -> list[Path]:
@@ -159,14 +155,8 @@ def _files(path: Path) -> list[Path]:
     return [path, *(file for file in beside if file.exists())]
 
 
-def _digest(file: BinaryIO) -> str:
-    digest = hashlib.sha256()
-    while block := file.read(1 << 20):
-        digest.update(block)
-    return digest.hexdigest()
-
-
 def checksum(path: Path) -> str:
     """Return the SHA-256 of a file."""
-    with open_regular(path) as file:
-        return _digest(file)
+    opened: Any = open_regular(path)
+    with opened as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,20 +1,22 @@
-"""Writes a report: one HTML file."""
+"""Writes a report of recordings, or of a calibration, as one HTML file."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import exp
 from pathlib import Path
 from typing import Any
 
-from palpate._core import __version__
+from palpate import digits
 from palpate.calibration.calibration import Calibration
+from palpate.calibration.characterise import Specimen
+from palpate.calibration.fit_tables import parameter_rows, specimen_rows
 from palpate.calibration.specimen_files import read_moduli
-from palpate.display import page
-from palpate.display.markup import Markup, element, plain
 from palpate.extras import need
 from palpate.files import replacing
-from palpate.report import findings, records
-from palpate.report.results import Session, as_dict, session
+from palpate.report import sections
+from palpate.report.pictures import calibration_picture
+from palpate.report.results import as_dict, findings
 from palpate.report.runs import checksum, run
 
 _PathLike = str | os.PathLike[str]
@@ -81,7 +83,7 @@ def write(
     ValueError
         No recording, or a table that leaves open how it is read.
     MissingExtra
-        scipy is missing; type: pip install 'palpate[science]'.
+        jinja2 or scipy is missing; type: pip install 'palpate[report]'.
 
     Examples
     --------
@@ -90,76 +92,55 @@ def write(
     >>> made.results["touches"], made.path.name
     (4, 'report.html')
     """
-    need("scipy", "science")  # before the recordings are read
+    for module in ("scipy", "jinja2"):
+        need(module, "report")  # before the recordings are read
     probe, table = (None if given is None else Path(given) for given in (calibration, moduli))
     known = read_moduli(table) if table else None
     runs = [run(each, name) for name, each in _named(recordings, table).items()]
-    found = session(runs, Calibration.load(probe) if probe else None, known)
+    found = findings(runs, Calibration.load(probe) if probe else None, known)
+    files = [(name, file) for name, file in (("calibration", probe), ("moduli", table)) if file]
     given = [("title", title), ("operator", operator), *(("note", note) for note in notes)]
-    text = _page(found, probe, table, [(name, text) for name, text in given if text])
+    context = sections.context(found, files, [(name, text) for name, text in given if text])
+    context["sums"] |= {file.name: checksum(file) for _, file in files}
     with replacing(Path(path)) as file:
-        file.write(text.encode(errors="replace"))  # a name of a file may have bytes that are no text
-    return Written(Path(path), plain(findings.verdict(found)), tuple(_doubts(found)), as_dict(found))
+        file.write(_render(context).encode(errors="replace"))  # a name of a file may be no text
+    verdict = " ".join([*context["verdict"]["named"], context["verdict"]["rest"]])
+    return Written(Path(path), verdict, tuple(context["doubts"]), as_dict(found))
+
+
+def calibration_page(calibration: Calibration, specimens: Sequence[Specimen]) -> str:
+    """Return the report of a calibration as one HTML page without external files."""
+    head, *rows = specimen_rows(specimens)
+    context = {
+        "title": "palpate: calibration",
+        "calibration": calibration,
+        "picture": calibration_picture(calibration),
+        "parameters": parameter_rows(calibration),
+        "distances": sections.distances(calibration),
+        "columns": {name: "" if at else "name" for at, name in enumerate(head)},
+        "specimens": rows,
+        "about": sections.about(calibration),
+    }
+    return _render(context)
+
+
+def _render(context: Mapping[str, Any]) -> str:
+    """Return a page: everything in the context is escaped but markup, and a name that it lacks is an error."""
+    jinja2 = need("jinja2", "report")
+    loader, undefined = jinja2.FileSystemLoader(Path(__file__).parent), jinja2.StrictUndefined
+    pages = jinja2.Environment(
+        loader=loader, autoescape=True, undefined=undefined, trim_blocks=True, lstrip_blocks=True
+    )
+    pages.globals.update(zip=zip, digits=digits, exp=exp)
+    return str(pages.get_template("report.html.j2").render(context)).lstrip()
 
 
 def _named(recordings: Sequence[_PathLike], table: Path | None) -> dict[str, Path]:
-    """Return the recordings by the names that the report has for them; the table of moduli is none of them."""
+    """Return the recordings by the names that the report has for them, without the table of moduli."""
     paths = [Path(each) for each in recordings if not (table and Path(each).resolve() == table.resolve())]
     if not paths:
         raise ValueError("recordings: got none, allowed: one or more")
     alone = len({path.name for path in paths}) == len(paths)
-    named = {path.name if alone else path.as_posix(): path for path in paths}
     if len({path.resolve() for path in paths}) < len(paths):
         raise ValueError("recordings: got one twice, allowed: each once")
-    return named
-
-
-def _page(found: Session, probe: Path | None, table: Path | None, given: Sequence[tuple[str, str]]) -> str:
-    files = [("calibration", probe), ("moduli", table)]
-    title, operator = dict(given).get("title") or _default_title(found), dict(given).get("operator") or _operator(found)
-    sums = {name: value for each in found.runs for name, value in each.sums.items()}
-    sums |= {file.name: checksum(file) for file in (probe, table) if file}
-    first = found.runs[0]
-    simulated = records.simulated(found)
-    return page.document(
-        title,
-        element("h1", title),
-        element("p", simulated, class_="box") if simulated else Markup(""),
-        *(element("p", f"Results may be wrong: {doubt}", class_="box bad") for doubt in _doubts(found)),
-        findings.verdict(found),
-        records.head(found, operator, [text for name, text in given if name == "note"], probe),
-        findings.results(found),
-        findings.repeatability(found),
-        findings.uncertainty(found),
-        findings.calibration(found),
-        records.touches(found),
-        records.recordings(found),
-        records.settings(found),
-        records.again(found, sums, [*((name, file.name) for name, file in files if file), *given]),
-        element("div", element("span", "measured by, date"), element("span", "checked by, date"), class_="sign"),
-        footer=f"palpate {__version__} · {title} · {first.name} · sha256 {first.sums[first.name][:8]}…",
-    )
-
-
-def _doubts(found: Session) -> list[str]:
-    """Return why the report is not to be relied on."""
-    doubts = [f"{each.name}: {doubt}" for each in found.runs for doubt in each.doubts]
-    if found.calibration and not found.calibration.sound:
-        doubts.append(f"calibration: {found.calibration.verdict}")
-    if found.calibration and (made_of := found.calibration.about.get("doubts")):
-        doubts.append(f"the calibration was made from recordings that were not as written: {made_of}")
-    scenes = {each.tracking["scene"] for each in found.runs}
-    made_by = found.calibration.about.get("scene") if found.calibration else None
-    if made_by and scenes != {made_by}:
-        doubts.append(f"the calibration was made with scene {made_by}, the touches with {', '.join(sorted(scenes))}")
-    return doubts if found.touches else [*doubts, "no touch was found"]
-
-
-def _default_title(found: Session) -> str:
-    titles = dict.fromkeys(each.plan.title for each in found.runs if each.plan.title)
-    several = f"{len(found.runs)} recordings" if len(found.runs) > 1 else found.runs[0].name
-    return ", ".join(titles) or f"Report of {several}"
-
-
-def _operator(found: Session) -> str:
-    return ", ".join(dict.fromkeys(each.plan.operator for each in found.runs if each.plan.operator))
+    return {path.name if alone else path.as_posix(): path for path in paths}

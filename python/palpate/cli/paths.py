@@ -1,14 +1,67 @@
-"""Files that a command writes: one that exists is replaced only with --force, an input never."""
+"""Files that a command reads or writes: the types of its arguments. A wrong file is an OSError: exit code 4."""
 
 import errno
 import os
+import re
 from collections.abc import Callable, Iterable
+from glob import escape, glob, has_magic
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 
 from palpate.systems import require_file_name
+
+_NO_RECORDING = "moduli.csv"  # which `palpate simulate` writes beside its recordings
+
+
+class InputFile(click.Path):
+    """The type of an argument that is a file to read; with `allow_dash` "-" is standard input."""
+
+    def __init__(self, *, allow_dash: bool = False) -> None:
+        super().__init__(dir_okay=False, allow_dash=allow_dash, path_type=Path)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """Return the path of a file that can be read."""
+        path = Path(value)
+        if not (self.allow_dash and str(path) == "-") and not path.is_fifo():  # which would wait for its writer
+            path.open("rb").close()
+        return path
+
+
+class Named(NamedTuple):
+    """The files that one argument names; `several`: a folder or a pattern, any number of files."""
+
+    files: list[Path]
+    several: bool
+
+
+class Recordings(click.Path):
+    """The type of an argument that names recordings: FILE, a folder with all below it, or a pattern: `monday/**.csv`."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the files that an argument names."""
+        if not value:
+            self.fail("got an empty name, allowed: a file, a folder or a pattern", param, ctx)
+        path = Path(value)
+        if path.is_dir():
+            found = _recordings(f"{escape(path.as_posix())}/**/*")
+        elif has_magic(value) and not path.exists():
+            found = _recordings(re.sub(r"(^|/)\*\*(?=[^/*])", r"\1**/*", path.as_posix()))  # **.csv: in all folders
+        else:
+            return Named([path], several=False)
+        if not found:
+            reason = "no recording there, allowed: a folder or pattern with tables, as *.csv"
+            raise FileNotFoundError(errno.ENOENT, reason, value)
+        return Named(found, several=True)
+
+
+def _recordings(pattern: str) -> list[Path]:
+    """Return the files that may be recordings, sorted: no sidecars, nothing hidden, no files of a repair."""
+    from palpate.tables.formats import readable
+
+    paths = sorted(map(Path, glob(pattern, recursive=True)))  # noqa: PTH207 (Path.glob finds hidden files, too)
+    return [path for path in paths if readable(path) and path.name != _NO_RECORDING and path.is_file()]
 
 
 class _Output(click.Path):
@@ -42,24 +95,18 @@ def require_free(outputs: Iterable[Path], inputs: Iterable[Path] = (), *, force:
     OSError
         A file of this name exists, and `force` is not True; it is an input, or the sidecar of one; it is a folder; or its
         folder does not exist, or may not be written.
-    click.UsageError
-        Two outputs have the same name.
     """
-    read, chosen = [file for path in inputs for file in with_sidecar(path)], set[Path]()
+    read = [file for path in inputs for file in with_sidecar(path) if file.exists()]
     for path in outputs:
         _require_folder(path.parent)
         require_file_name(path)
-        if path.exists() and any(one.exists() and path.samefile(one) for one in read):
+        if path.exists() and any(map(path.samefile, read)):
             raise FileExistsError(errno.EEXIST, "is an input file: choose another name", str(path))
-        place = path.parent.resolve() / path.name  # a link is replaced, not what it points to
-        if place in chosen:
-            raise click.UsageError(f"got {path} for two files, allowed: another name for each")
         if path.is_dir():
             raise IsADirectoryError(errno.EISDIR, "is a folder: name a file in it", str(path))
         if os.path.lexists(path) and not force:
             how = "" if force is None else ", or use --force"
             raise FileExistsError(errno.EEXIST, f"already exists: choose another name{how}", str(path))
-        chosen.add(place)
 
 
 def with_sidecar(path: Path) -> list[Path]:
@@ -84,10 +131,7 @@ def require_free_in(folder: Path, outputs: Iterable[Path], *, force: bool) -> No
 
 
 def _require_folder(path: Path) -> None:
-    if not os.path.lexists(path):
-        raise FileNotFoundError(errno.ENOENT, "no such folder: make it, or name another one", str(path))
     if not path.is_dir():
-        path.stat()  # says why not, if it is a link to nothing
-        raise NotADirectoryError(errno.ENOTDIR, "is a file: name a folder", str(path))
+        raise NotADirectoryError(errno.ENOTDIR, "is no folder: make it, or name another one", str(path))
     if not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, f"cannot be written: {os.strerror(errno.EACCES)}", str(path))

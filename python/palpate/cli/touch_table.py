@@ -1,0 +1,141 @@
+"""Touches as a table, as sentences, and as records of a JSON document; with moduli, or estimated afterwards."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from palpate import Touch, digits
+from palpate.cli.terminal import row_below
+
+if TYPE_CHECKING:
+    from palpate import Calibration, Modulus, OfflineTouch
+    from palpate.recording.session import Entry
+    from palpate.several import Agreement
+
+HEADER = ("touch", " start_s", "samples", "   ratio", "std. error", "covariance", "alarm", " result", "flags")
+OFFLINE_HEADER = ("touch", " start_s", "samples", "   ratio", "std. error", "     live", "std. error", "flags")
+
+
+def row(number: int, touch: "Touch") -> str:
+    """Return one touch as a line of the table; the numbers begin at 1.
+
+    The result is the "first", known at the end of the touch, or "revised" with the baseline after the release; "-" in a
+    scene that revises none.
+    """
+    result = "-" if not touch.effects else "revised" if touch.revised else "first"
+    spread = (f"{touch.covariance:.3g}", f"{touch.alarm_share:.0%}", result, _flags(touch))
+    return row_below(HEADER, [number, *_begin(touch), *_ratio(touch), *spread])
+
+
+def _begin(touch: "Touch | OfflineTouch") -> tuple[str, int]:
+    return "-" if math.isnan(touch.start_s) else f"{touch.start_s:.3f}", touch.samples
+
+
+def _ratio(touch: "Touch | OfflineTouch") -> tuple[str, str]:
+    return digits.number(touch.ratio, touch.standard_error), digits.error(touch.standard_error)
+
+
+def _flags(touch: "Touch | OfflineTouch") -> str:
+    return f"{' '.join(touch.flags):{len('flags')}}"
+
+
+def table(touches: "Sequence[Touch]") -> list[str]:
+    """Return a header and a line for each touch; none without touches."""
+    return [row_below(HEADER, HEADER), *(row(*each) for each in enumerate(touches, 1))] if touches else []
+
+
+def offline_table(touches: "Sequence[OfflineTouch]") -> list[str]:
+    """Return a header, and a line for each touch with the live result beside; none without touches."""
+    lines = [
+        row_below(OFFLINE_HEADER, [number, *_begin(each), *_ratio(each), *_ratio(each.live), _flags(each)])
+        for number, each in enumerate(touches, 1)
+    ]
+    return [row_below(OFFLINE_HEADER, OFFLINE_HEADER), *lines] if touches else []
+
+
+def methods(touches: "Iterable[OfflineTouch]") -> list[str]:
+    """Return a sentence for each method, with the numbers of its touches."""
+    found: dict[str, list[str]] = {}
+    for number, touch in enumerate(touches, 1):
+        method = f"{touch.method}, baseline {touch.baselines}" if touch.baselines else touch.method
+        found.setdefault(method, []).append(str(number))
+    return [f"touch {', '.join(numbers)}: {method}" for method, numbers in found.items()]
+
+
+def beside(lines: Sequence[str], column: Sequence[str]) -> list[str]:
+    """Return lines of a table with one column more, which begins with its name."""
+    width = max(map(len, lines), default=0)
+    return [f"{line:{width}}  {cell}" for line, cell in zip(lines, column, strict=True)]
+
+
+def specimen_of(entry: "Entry | None") -> str:
+    """Return what was touched, and why a touch is left out."""
+    name = (entry and entry.specimen) or "-"
+    return f"{name}, left out: {entry.left_out}" if entry and entry.left_out else name
+
+
+def advised(records: Iterable[Mapping[str, Any]], first: int = 1) -> list[str]:
+    """Return a line for each flag of each touch, whose first one has this number: what it means, and what to do."""
+    return [f"touch {number}: {each}" for number, touch in enumerate(records, first) for each in touch["advice"]]
+
+
+def records(touches: "Sequence[Touch]", *, cut: int = 0) -> list[dict[str, Any]]:
+    """Return touches for JSON: their fields, and `advice`, a sentence for each flag.
+
+    The last `cut` touches ran when the recording ended.
+    """
+    from palpate.sentences import advice_at_end
+
+    whole = len(touches) - cut
+    return [{**touch.as_dict(), "advice": advice_at_end(touch, cut=n >= whole)} for n, touch in enumerate(touches)]
+
+
+def notes_of(recording: Any, retaken: int) -> list[str]:
+    """Return the notes on a recording, and how often its baseline was measured again."""
+    from palpate.samples import RETAKEN
+
+    again = [f"{RETAKEN} ({'once' if retaken == 1 else f'{retaken} times'})"] if retaken else []
+    return [*recording.notes, *again]
+
+
+def doubts_of_origin(about: Mapping[str, str], scene: str) -> list[str]:
+    """Return what may be wrong with a calibration for this scene, from what its file says about its origin."""
+    made_by, doubts = about.get("scene", scene), about.get("doubts", "")
+    other = f"the calibration was made with scene {made_by}, but this is scene {scene}: the moduli may be wrong"
+    doubtful = (
+        f"the calibration was made from recordings that were not as written, so the moduli may be wrong: {doubts}"
+    )
+    return [other] * (made_by != scene) + [doubtful] * bool(doubts)
+
+
+class Moduli(NamedTuple):
+    """Moduli of the touches of a recording, whether the usable ones agree, and the modulus of the mean if they do."""
+
+    each: "list[Modulus]"
+    agreement: "Agreement | None"
+    of_mean: "Modulus | None"
+
+    @classmethod
+    def of(cls, calibration: "Calibration", touches: Sequence[Touch]) -> "Moduli":
+        """Return the moduli by a calibration."""
+        from palpate.several import objections
+
+        errors = [touch.standard_error if math.isfinite(touch.standard_error) else None for touch in touches]
+        each = [calibration.modulus(touch.ratio, error) for touch, error in zip(touches, errors, strict=True)]
+        usable = [touch for touch in touches if not objections(touch, calibration.accepted)]
+        found = calibration.agreement(usable) if len(usable) > 1 else None
+        if not (found and found.agree):
+            return cls(each, found, None)
+        return cls(each, found, calibration.modulus(found.ratio, found.own_error, touches=found.effective))
+
+    def column(self) -> list[str]:
+        """Return a name and a cell for each touch."""
+        beyond = ["  beyond the calibrated moduli" if modulus.extrapolated else "" for modulus in self.each]
+        reasons = [f": {modulus.reason}" if modulus.reason else "" for modulus in self.each]
+        cells = [f"{modulus}{why}{more}" for modulus, why, more in zip(self.each, reasons, beyond, strict=True)]
+        return ["modulus (95 % interval)", *cells]
+
+    def sentences(self, scatter: str) -> list[str]:
+        """Return what stands below the table: the mean, and what the intervals include."""
+        mean = f", if all are on one object: {self.of_mean}" if self.of_mean else ""
+        return [f"{self.agreement}{mean}"] * bool(self.agreement) + [f"The intervals include the {scatter}."]
