@@ -1,17 +1,19 @@
-"""Tell whether the results in bench/results are those of the estimator's headers in this tree.
+"""With which headers the results in bench/results were measured.
 
     python -m bench.results_age
 
-Each JSON file of results has the hash of cpp/include/palpate, without comments and spaces, with which it was measured.
-Prints a line for each file; exit code 1: a file is older than the headers, or has no hash.
+Prints a line for each JSON file of results; exit code 1: a file is older than the headers, or does not say.
 """
 
 import hashlib
 import json
+import platform
 import re
+import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
+
+import palpate
 
 ROOT = Path(__file__).parents[1]
 HEADERS, RESULTS = ROOT / "cpp" / "include" / "palpate", ROOT / "bench" / "results"
@@ -26,20 +28,31 @@ def headers_hash(folder: Path = HEADERS) -> str:
     return found.hexdigest()[:16]
 
 
-def ages(results: Path = RESULTS, headers: Path = HEADERS) -> Iterator[tuple[str, bool]]:
-    """Return name and verdict of each file of results: whether it was measured with these headers."""
-    now = headers_hash(headers)
-    for path in sorted(results.glob("*.json")):
-        yield path.name, json.loads(path.read_text(encoding="utf-8")).get("headers") == now
+def about() -> dict[str, str]:
+    """Return machine, versions, commit (with a plus if there are uncommitted changes) and hash of the headers."""
+    cpu = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text()) if sys.platform == "linux" else None
+    git = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+"]
+    commit = subprocess.run(git, capture_output=True, text=True, check=False).stdout.strip()
+    return {
+        "machine": cpu[1] if cpu else platform.machine(),
+        "python": platform.python_version(),
+        "palpate": palpate.__version__,
+        "commit": commit or "unknown",
+        "headers": headers_hash(),
+    }
 
 
-def main() -> None:
+def main(results: Path = RESULTS) -> int:
     """Print the verdicts."""
-    found = dict(ages())
-    for name, current in found.items():
-        print(f"bench/results/{name}: {'current' if current else 'OLDER than cpp/include/palpate: measure again'}")
-    sys.exit(not all(found.values()))
+    old = [
+        path for path in sorted(results.glob("*.json")) if json.loads(path.read_text()).get("headers") != headers_hash()
+    ]
+    for path in sorted(results.glob("*.json")):
+        print(
+            f"bench/results/{path.name}: {'OLDER than cpp/include/palpate: measure again' if path in old else 'current'}"
+        )
+    return bool(old)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

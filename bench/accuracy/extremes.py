@@ -1,21 +1,27 @@
-"""Stiff and extreme inputs with the required result: for stability.py and tests/core/test_extremes.py.
+"""How large errors are with extreme inputs, and for which inputs an estimator is right.
 
+    python -m bench.accuracy.extremes
+
+Prints, for `AdaptiveRls` and `AdaptiveRls32`, how each case ends with its largest errors in eps; and the range of each estimator.
 Exact values are from the reference, with so many digits that its cancellation does not matter (700: a regressor of
-1e153 changes a covariance from 1e4 to 1e-306). Each estimator of palpate must end a case in one of these ways: right
-(within a number of eps), refused (samples counted, the state unchanged), or unexcited (the regressor is so small that
-the prior dominates: the ratio is the initial one, and the covariance stays near its initial value).
+1e153 changes a covariance from 1e4 to 1e-306). A case must end in one of these ways: right (within a number of eps),
+refused (samples counted, the state unchanged), or unexcited (the regressor is so small that the prior dominates: the ratio
+is the initial one, and the covariance stays near its initial value). tests/core/test_extremes.py checks all of them.
 """
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from decimal import Decimal, localcontext
 from typing import Any
 
 import numpy as np
+import palpate
 from numpy.typing import NDArray
 from palpate import reference
 
 Array = NDArray[np.float64]
+TWINS: dict[Any, Any] = {np.float64: palpate.AdaptiveRls, np.float32: palpate.AdaptiveRls32}
+ESTIMATORS = ("Rls", "AdaptiveRls", "HandoverRls", "Rls32", "AdaptiveRls32", "HandoverRls32")
 
 
 @dataclass(frozen=True)
@@ -50,83 +56,36 @@ def scaled(name: str, regressor: Array, seed: int = 2, **more: Any) -> Case:
     return Case(name, 2.5 * regressor * noise, regressor, **more)
 
 
-def ordinary() -> list[Case]:
-    """Return ordinary presses, and ratios of every size."""
-    cases = [Case("ordinary press", *press(400))]
+def exact_cases(kind: Any) -> Iterator[Case]:
+    """Yield all cases that are short enough for the reference."""
+    yield Case("ordinary press", *press(400))
     for ratio in (0.0, -3.0, 1e6, 1 + 1e-9, 11.06):
-        cases.append(Case(f"ratio {ratio:.10g}", *press(300, ratio, noise=1e-4 * max(abs(ratio), 1))))
-    return cases
-
-
-def stiff() -> list[Case]:
-    """Return regressors that jump over decades."""
-    rng = np.random.default_rng(3)
-    jump = np.where(np.arange(600) % 2, 1e4, 1e-4)
-    decades = 10 ** rng.uniform(-3, 3, 600)
+        yield Case(f"ratio {ratio:.10g}", *press(300, ratio, noise=1e-4 * max(abs(ratio), 1)))
     # After a large x the information is x^2, and the contribution of a small x is lost by rounding: the error of the
     # sums grows with the memory, not with the range of x.
-    return [
-        scaled("regressor 1e4 and 1e-4 in turn", jump, ratio_eps=64, covariance_eps=128),
-        scaled("regressor over six decades", decades, ratio_eps=64, covariance_eps=128),
-        scaled("four decades, then none", np.r_[decades[:300], np.zeros(300)], ratio_eps=64, covariance_eps=128),
-    ]
-
-
-def priors() -> list[Case]:
-    """Return initial covariances from certain to unknown."""
-    found = []
+    jump = np.where(np.arange(600) % 2, 1e4, 1e-4)
+    decades = 10 ** np.random.default_rng(3).uniform(-3, 3, 600)
+    yield scaled("regressor 1e4 and 1e-4 in turn", jump, ratio_eps=64, covariance_eps=128)
+    yield scaled("regressor over six decades", decades, ratio_eps=64, covariance_eps=128)
+    yield scaled("four decades, then none", np.r_[decades[:300], np.zeros(300)], ratio_eps=64, covariance_eps=128)
     for power in (-12, -6, 0, 6, 12, 20):
-        settings = {"initial_covariance": 10.0**power, "max_covariance": 10.0 ** max(power, 6)}
-        found.append(Case(f"initial covariance 1e{power}", *press(300), settings=settings))
+        prior = {"initial_covariance": 10.0**power, "max_covariance": 10.0 ** max(power, 6)}
+        yield Case(f"initial covariance 1e{power}", *press(300), settings=prior)
     for power in (9, 18):
-        settings = {"initial_covariance": 10.0**power, "max_covariance": 10.0**power}
-        found.append(Case(f"initial covariance 1e{power}, a step", *stepped(), settings=settings))
-    return found
-
-
-def alarms() -> list[Case]:
-    """Return data that turn the alarm on and off."""
+        prior = {"initial_covariance": 10.0**power, "max_covariance": 10.0**power}
+        yield Case(f"initial covariance 1e{power}, a step", *stepped(), settings=prior)
     output, regressor = press(400)
     flicker = output + np.where(np.arange(400) % 2, 0.06, -0.06)
-    return [
-        Case("alarm flickering every sample", flicker, regressor, {"drift": 0.055, "threshold": 0.002}),
-        Case("always in alarm", output + 0.1 * np.sign(np.sin(np.arange(400.0))), regressor, {"alarmed": 0.5}),
-    ]
-
-
-def units() -> list[Case]:
-    """Return presses in unsuitable units: farads, and the ends of the range."""
-    return [
-        Case("farads instead of picofarads", *press(300, scale=1e-12), ends="unexcited"),
-        Case("1e-30 pF", *press(300, scale=1e-30), ends="unexcited"),
-    ]
-
-
-def ends_of(kind: Any) -> list[Case]:
-    """Return the smallest and the largest numbers of a type."""
+    yield Case("alarm flickering every sample", flicker, regressor, {"drift": 0.055, "threshold": 0.002})
+    yield Case("always in alarm", output + 0.1 * np.sign(np.sin(np.arange(400.0))), regressor, {"alarmed": 0.5})
+    yield Case("farads instead of picofarads", *press(300, scale=1e-12), ends="unexcited")
+    yield Case("1e-30 pF", *press(300, scale=1e-30), ends="unexcited")
     info = np.finfo(kind)
-    large, small = float(info.max) / 8, float(info.tiny)
-    cases = [
-        Case(f"regressor {large:.0e}", *press(60, scale=large), ends="refused"),
-        Case(f"regressor {small:.0e}", *press(60, scale=small), ends="unexcited"),
-        Case("subnormal", *press(60, scale=small / 64), ends="unexcited"),
-    ]
-    root = float(info.max) ** 0.5 / 8
-    return [*cases, scaled(f"regressor {root:.0e}, whose square fits", root * np.ones(100))]
-
-
-def long_idle(size: int = 1_000_000) -> Case:
-    """Return a press, and then nothing for a long time at lambda 0.9."""
-    output, regressor = press(100)
-    idle = np.zeros(size)
-    settings = {"steady": 0.9, "alarmed": 0.9}
-    return Case("regressor 0 for 1e6 samples", np.r_[output, idle], np.r_[regressor, idle], settings)
-
-
-def exact_cases(kind: Any) -> list[Case]:
-    """Return all cases that are short enough for the reference."""
-    makers: list[Callable[[], list[Case]]] = [ordinary, stiff, priors, alarms, units]
-    return [case for make in makers for case in make()] + ends_of(kind)
+    large, small, root = float(info.max) / 8, float(info.tiny), float(info.max) ** 0.5 / 8
+    yield Case(f"regressor {large:.0e}", *press(60, scale=large), ends="refused")
+    yield Case(f"regressor {small:.0e}", *press(60, scale=small), ends="unexcited")
+    yield Case("subnormal", *press(60, scale=small / 64), ends="unexcited")
+    yield scaled(f"regressor {root:.0e}, whose square fits", root * np.ones(100))
 
 
 @dataclass(frozen=True)
@@ -138,11 +97,6 @@ class Outcome:
     ratio_eps: float = 0.0
     covariance_eps: float = 0.0
     alarms_differ: int = 0
-
-
-def settings_for(kind: Any, estimator: Any, case: Case) -> dict[str, float]:
-    """Return the settings, rounded to the type."""
-    return {name: float(kind(value)) for name, value in {**estimator().settings, **case.settings}.items()}
 
 
 def exactly(output: Any, regressor: Any, digits: int, **settings: float) -> reference.Trace:
@@ -166,7 +120,8 @@ def outcome(kind: Any, estimator: Any, case: Case, floor: float = 1.0) -> Outcom
     """Run a case: errors of the ratio relative to it, or to `floor` (the initial ratio) where that is larger."""
     with np.errstate(over="ignore", under="ignore"):
         output, regressor = case.output.astype(kind), case.regressor.astype(kind)
-    settings, info = settings_for(kind, estimator, case), np.finfo(kind)
+    settings = {name: float(kind(value)) for name, value in {**estimator().settings, **case.settings}.items()}
+    info = np.finfo(kind)
     one = estimator(**settings)
     rows = one.trace(output, regressor)
     if one.rejected:
@@ -202,3 +157,27 @@ def powers(estimator: Any) -> range:
     """Return the powers of ten of a type without its subnormal numbers."""
     info = np.finfo(np.float32 if estimator.__name__.endswith("32") else np.float64)
     return range(round(np.log10(info.tiny)) + 1, round(np.log10(info.max)))
+
+
+def ranges() -> Iterator[str]:
+    """Yield a line for each estimator: the regressors, pF, with which it is right."""
+    for name in ESTIMATORS:
+        kind = getattr(palpate, name)
+        ends = {0.25 * 10.0**power: ending(kind, 10.0**power) for power in powers(kind)}
+        right, refused = ([size for size, end in ends.items() if end == wanted] for wanted in ("right", "refused"))
+        yield f"{name:14} right from {min(right):.1e} to {max(right):.0e} pF, refused from {min(refused):.1e} pF"
+
+
+def main() -> None:
+    """Print both tables."""
+    for kind, estimator in TWINS.items():
+        for case in exact_cases(kind):
+            found = outcome(kind, estimator, case)
+            print(
+                f"{kind.__name__} {case.name:36} {found.ends:10} ratio {found.ratio_eps:5.1f} eps, covariance {found.covariance_eps:6.1f} eps"
+            )
+    print(*ranges(), sep="\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,34 +1,38 @@
-"""Cost and benefit of each stage: time and state of each composition, and the error as one is added after the other.
+"""Cost and benefit of each stage: its run time and state, and the error as one part after the other is added.
 
     python -m bench.accuracy.stages [--seeds 20]
 
-Prints the errors; bench.accuracy.error_vs_time prints both.
+Prints both tables. Needs a C++ compiler.
 """
 
 import argparse
 import itertools
-import json
-import math
-import subprocess
-import tempfile
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import palpate
 from numpy.typing import NDArray
 from palpate import benchmark
-from palpate.benchmark import Array, ErrorTrace, Estimate
+from palpate.benchmark import Array, ErrorTrace
 from palpate.simulation import Simulation, scenarios
 
-from bench.rivals import fixed, paper, rival_trace
+from bench.speed.calls import measure_native
 
-BENCH = Path(__file__).parents[1]
 NEVER, LEFT_OUT = 1e9, 100.0  # a threshold without alarms; more samples than a CUSUM side has at an alarm
 
 
-def _handover(**settings: float) -> Estimate:
+def cost_table() -> str:
+    """Return what a first pass over new readings takes, by bench/speed/native.cpp."""
+    rows = {name: row for name, row in measure_native(100).items() if isinstance(row, dict)}
+    lines = [f"{'composition':47} min ns  median  / AdaptiveRls  state bytes"]
+    for name, row in rows.items():
+        quotient = row["min"] / rows["AdaptiveRls"]["min"]
+        lines.append(f"{name:47} {row['min']:6.1f} {row['median']:7.1f} {quotient:14.2f} {row['bytes']:12d}")
+    return "\n".join(lines)
+
+
+def _handover(**settings: float) -> benchmark.Estimate:
     def estimate(output: Array, regressor: Array) -> tuple[Array, NDArray[np.bool_]]:
         rows = palpate.HandoverRls(**settings).trace(output, regressor)
         return rows["ratio"], rows["alarm"]
@@ -36,56 +40,20 @@ def _handover(**settings: float) -> Estimate:
     return estimate
 
 
-def stage_costs(compiler: str) -> dict[str, dict[str, float]]:
-    """Build and run bench/speed/stages.cpp; return what a first pass over new readings takes."""
-    with tempfile.TemporaryDirectory() as folder:
-        program = Path(folder) / "stages"
-        flags = ["-O3", "-std=c++17", f"-I{palpate.get_include()}"]
-        subprocess.run([compiler, *flags, str(BENCH / "speed" / "stages.cpp"), "-o", str(program)], check=True)
-        found = json.loads(subprocess.run([program], capture_output=True, check=True).stdout)
-    names = [name.removeprefix("bytes, ") for name in found if name.startswith("bytes, ")]
-    return {
-        name: {
-            "min_ns": found[name]["min"],
-            "median_ns": found[name]["median"],
-            "state_bytes": found[f"bytes, {name}"],
-        }
-        for name in names
-    }
+def _aligned(estimate: benchmark.Estimate, run: Simulation) -> ErrorTrace:
+    return benchmark.pairs_aligned(run).trace(estimate)
 
 
-def stage_table(costs: dict[str, dict[str, float]]) -> str:
-    """Return the time for a reading in each composition of stages, as text."""
-    paper = costs["AdaptiveRls"]["min_ns"]
-    lines = [f"{'composition':47} min ns  median  / AdaptiveRls  state bytes"]
-    for name, c in costs.items():
-        ratio = c["min_ns"] / paper
-        lines.append(f"{name:47} {c['min_ns']:6.1f} {c['median_ns']:7.1f} {ratio:14.2f} {c['state_bytes']:12.0f}")
-    return "\n".join(lines)
-
-
-SHOWN = (
-    *(
-        "stiff-steady",
-        "tremor",
-        "strong-tremor",
-        "skew",
-        "step-up",
-        "slow-drift",
-        "relaxing",
-        "tilt-ramp",
-        "light-touch",
-    ),
-    *("spikes", "bursts"),
-)
+SHOWN = ("stiff-steady", "tremor", "strong-tremor", "skew", "step-up", "slow-drift", "relaxing", "tilt-ramp",
+         "light-touch", "spikes", "bursts")  # fmt: skip
 STEPS: dict[str, Callable[[Simulation], ErrorTrace]] = {
-    "paper": partial(benchmark.bare_trace, paper),
-    "+ alignment": partial(rival_trace, paper),
-    "one memory": partial(rival_trace, fixed(0.995)),
-    "+ noise": partial(rival_trace, _handover(smoothing=1.0, threshold=NEVER)),
-    "+ instrument": partial(rival_trace, _handover(threshold=NEVER)),
-    "+ detector": partial(rival_trace, _handover(guard=LEFT_OUT)),
-    "+ hand-over": partial(rival_trace, _handover()),
+    "paper": lambda run: benchmark.pairs_as_read(run).trace(benchmark.OWN["paper"]),
+    "+ alignment": partial(_aligned, benchmark.OWN["paper"]),
+    "one memory": partial(_aligned, benchmark.OWN["fixed 0.995"]),
+    "+ noise": partial(_aligned, _handover(smoothing=1.0, threshold=NEVER)),
+    "+ instrument": partial(_aligned, _handover(threshold=NEVER)),
+    "+ detector": partial(_aligned, _handover(guard=LEFT_OUT)),
+    "+ hand-over": partial(_aligned, _handover()),
     "the scene": partial(benchmark.scene_trace, "handheld"),
 }
 """From the paper's estimator to the scene handheld, one part after the other. All but the last know when the press begins."""
@@ -102,9 +70,7 @@ def gains(seeds: int) -> dict[str, dict[str, float]]:
     found = {}
     for name in SHOWN:
         runs = [scenarios.run(name, seed) for seed in range(seeds)]
-        found[name] = {
-            step: benchmark.summarise(name, step, map(trace, runs), math.nan).rmse for step, trace in STEPS.items()
-        }
+        found[name] = {step: benchmark.summarise(name, step, map(trace, runs)).rmse for step, trace in STEPS.items()}
     return found
 
 
@@ -119,10 +85,11 @@ def gains_table(found: dict[str, dict[str, float]]) -> str:
 
 
 def main() -> None:
-    """Print the errors."""
+    """Print both tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seeds", type=int, default=20, help="recordings of each scenario")
-    print(gains_table(gains(parser.parse_args().seeds)))
+    options = parser.parse_args()
+    print(cost_table(), gains_table(gains(options.seeds)), sep="\n\n")
 
 
 if __name__ == "__main__":

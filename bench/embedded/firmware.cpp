@@ -4,7 +4,7 @@
 
 #include <initializer_list>
 
-#include "print.hpp"
+#include "readings.hpp"
 #include "subjects.hpp"
 
 #if !defined(REPEATS)

@@ -154,6 +154,5 @@ def host_results(compiler: str, folder: Path, *flags: str) -> list[str]:
     target = Target("host", (compiler, *flags))
     compiled = compile_subjects(target, "-O2", folder)
     program = folder / "host"
-    sources = (HERE / "results.cpp", HERE / "host.cpp")
-    run(compiler, *flags, *FLAGS, "-O2", f"-I{INCLUDE}", *sources, *compiled.values(), "-o", program)
+    run(compiler, *flags, *FLAGS, "-O2", f"-I{INCLUDE}", HERE / "results.cpp", *compiled.values(), "-o", program)
     return run(program).splitlines()

@@ -47,3 +47,30 @@ class Readings {
   int i_ = 0;
   std::uint32_t state_ = 12345;
 };
+
+// Results of a subject for the readings, as bits.
+
+/// Print a text: each program defines it.
+void put(const char* text);
+/// Print all results.
+void run();
+/// Print a line for each subject, with a hash of all its states, and a line for each touch.
+void print_results();
+
+inline void put_hex(std::uint32_t value) {
+  char text[9] = {};
+  for (int i = 7; i >= 0; --i, value >>= 4) {
+    text[i] = "0123456789abcdef"[value & 15];
+  }
+  put(text);
+}
+
+inline void put_number(std::uint32_t value) {
+  char text[11] = {};
+  int i = 10;
+  do {
+    text[--i] = static_cast<char>('0' + value % 10);
+    value /= 10;
+  } while (value > 0);
+  put(text + i);
+}

@@ -3,11 +3,12 @@
 
 #include <cstdint>
 
-#include "results.hpp"
+#include "readings.hpp"
 
 extern "C" {
-extern std::uint32_t data_image, data_start, data_end, bss_start, bss_end, stack_top;
+extern std::uint32_t data_image, data_start, data_end, bss_start, bss_end;
 
+void stack_top();  // of firmware.ld
 [[noreturn]] void reset();
 [[noreturn]] void halt() {
   put("halted\n");
@@ -28,22 +29,9 @@ std::uintptr_t semihost(std::uintptr_t operation, std::uintptr_t argument) {
 constexpr std::uintptr_t write0 = 0x04, exit_program = 0x18, application_exit = 0x20026;
 
 using Handler = void (*)();
-[[gnu::section(".vectors"), gnu::used]] const Handler vectors[] = {reinterpret_cast<Handler>(&stack_top),
-                                                                   reset,
-                                                                   halt,
-                                                                   halt,
-                                                                   halt,
-                                                                   halt,
-                                                                   halt,
-                                                                   nullptr,
-                                                                   nullptr,
-                                                                   nullptr,
-                                                                   nullptr,
-                                                                   halt,
-                                                                   halt,
-                                                                   nullptr,
-                                                                   halt,
-                                                                   halt};
+[[gnu::section(".vectors"), gnu::used]] const Handler vectors[] = {stack_top, reset,   halt,    halt,    halt,    halt,
+                                                                   halt,      nullptr, nullptr, nullptr, nullptr, halt,
+                                                                   halt,      nullptr, halt,    halt};
 
 }  // namespace
 

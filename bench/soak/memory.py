@@ -1,91 +1,93 @@
-"""Memory use of the ring and the tracker over a long time.
+"""Memory of `palpate live` over a long time: it plays a recording at 1,000 pairs a second, as long as it is watched.
 
-    python -m bench.soak.memory [--native 1000000000] [--samples 50000000]
+    python -m bench.soak.memory [--seconds 3600]
 
-Prints the resident set at the start, at each quarter and at the end: of a native program with two threads, sample by
-sample; and of Python with `SampleRing` and `Tracker.process`, in blocks. Needs a C++ compiler and /proc of Linux.
+Prints JSON: resident memory after a sixth of the time and at its end, MB, and pairs dropped; exit code 1 if it grew by more than
+`ALLOWED_MB`, or if pairs were dropped. Needs /proc of Linux, and the extra live.
 """
 
 import argparse
 import json
 import os
-import subprocess
+import sys
 import tempfile
+import time
 from pathlib import Path
+from subprocess import DEVNULL, PIPE, Popen
 from typing import Any
 
 import numpy as np
-import palpate
+from palpate.recording import sidecar
+from palpate.recording.writer import Writer
+from palpate.samples import blank
+from palpate.simulation import scenarios
+from websockets.sync.client import connect
+from websockets.typing import Origin
 
-HERE = Path(__file__).parent
-ALLOWED_KB = 1024
-_BLOCK = 4096
-
-
-def native(samples: int) -> dict[str, Any]:
-    """Build and run memory.cpp."""
-    with tempfile.TemporaryDirectory() as folder:
-        program = Path(folder) / "memory"
-        flags = ["-O2", "-std=c++17", "-ffp-contract=off", "-pthread", f"-I{palpate.get_include()}"]
-        subprocess.run(["c++", *flags, str(HERE / "memory.cpp"), "-o", str(program)], check=True)
-        found = json.loads(subprocess.run([program, str(samples)], check=True, capture_output=True).stdout)
-    assert isinstance(found, dict)
-    return found
+PERIOD_NS = 26_000_000
+RATE = 1000  # pairs a second
+ALLOWED_MB = 24
+"""The levels of the page fill in 10 minutes: 64k rows of 49 bytes each."""
 
 
-def resident_kb() -> int:
-    """Return the resident set of this process."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") // 1024
-
-
-def _presses() -> Any:
-    """Return a block of pairs: presses of 250 samples, with noise; a whole number of them."""
-    rows = np.zeros(_BLOCK, palpate.SampleRing().dtype)
-    press = np.where(np.arange(_BLOCK) % 512 < 250, 0.25, 0.0)
-    noise = 1e-5 * np.random.default_rng(0).standard_normal((2, _BLOCK))
-    rows["hard"], rows["soft"] = 0.5 + 2.5 * press + noise[0], 0.25 + press + noise[1]
+def written(path: Path, hours: float) -> int:
+    """Write a recording of touches without end; return its rows."""
+    run, rows = scenarios.run("four-specimens"), round(hours * 3600e9 / PERIOD_NS)
+    block = blank(rows)
+    block["t_hard_ns"] = np.arange(rows) * PERIOD_NS
+    block["t_soft_ns"] = block["t_hard_ns"] + PERIOD_NS // 2
+    for name in ("hard", "soft"):
+        block[name] = np.resize(getattr(run, name), rows)
+    writer = Writer(path, sidecar.fresh({"name": "made"}, {}, []))
+    for first in range(0, rows, 4096):
+        writer.write(block[first : first + 4096])
+    writer.checkpoint({})
+    writer.end({}, {"dropped": 0, "counters": {}})
     return rows
 
 
-def python(samples: int) -> dict[str, Any]:
-    """Push, pop and process blocks. A tracker keeps its touches, so from time to time a new tracker is used."""
-    rows, taken = _presses(), np.empty(_BLOCK, palpate.SampleRing().dtype)
-    ring, resident, touches, received = palpate.SampleRing(2 * _BLOCK), [], 0, 0
-    tracker = palpate.Tracker()
-    blocks = max(samples // _BLOCK, 8)
-    for block in range(blocks):
-        if block % 32 == 0:
-            touches += len(tracker.touches)
-            tracker = palpate.Tracker()
-        rows["t_hard_ns"] = (block * _BLOCK + np.arange(_BLOCK)) * 26_000_000
-        rows["t_soft_ns"] = rows["t_hard_ns"] + 13_000_000
-        ring.push_many(rows)
-        count = ring.pop_many(taken)
-        tracker.process(taken["t_hard_ns"], taken["t_soft_ns"], taken["hard"], taken["soft"])
-        received += count
-        if block == blocks // 100 or (block + 1) % (blocks // 4) == 0:
-            resident.append(resident_kb())
-    touches += len(tracker.touches)
-    return {"samples": received, "dropped": ring.dropped, "touches": touches, "resident_kB": resident[:5]}
+def resident_MB(pid: int) -> float:
+    """Return the resident memory of a process, MB."""
+    pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def growth_kb(found: dict[str, Any]) -> int:
-    """Return the growth of the resident set since the start."""
-    return int(max(found["resident_kB"]) - found["resident_kB"][0])
+def dropped(address: str) -> int:
+    """Return how many pairs the measurement has dropped, by the state that a page gets."""
+    url = f"{address.replace('http', 'ws')}/ws"
+    with connect(url, origin=Origin(address), max_size=None) as page:
+        while True:
+            message: Any = page.recv()
+            if isinstance(message, str) and json.loads(message)["type"] == "state":
+                return int(json.loads(message)["counters"]["dropped"])
+
+
+def measure(path: Path, seconds: float) -> dict[str, float]:
+    """Run the server for this time."""
+    source = f"{path}?speed={RATE * PERIOD_NS * 1e-9:g}"
+    command = [sys.executable, "-m", "palpate", "live", source, "--no-open", "--json", "--no-token", "--port", "0"]
+    with Popen(command, stdout=PIPE, stderr=DEVNULL, text=True) as server:
+        assert server.stdout
+        address = json.loads(server.stdout.readline())["address"].rstrip("/")
+        time.sleep(seconds / 6)
+        early = resident_MB(server.pid)
+        time.sleep(seconds * 5 / 6)
+        found = {"early_MB": early, "late_MB": resident_MB(server.pid), "dropped": dropped(address)}
+        server.terminate()
+    return found
 
 
 def main() -> None:
-    """Print both."""
+    """Print what was measured."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--native", type=int, default=1_000_000_000, help="samples of the native program")
-    parser.add_argument("--samples", type=int, default=50_000_000, help="samples in Python")
-    options = parser.parse_args()
-    for name, found in (("native", native(options.native)), ("Python", python(options.samples))):
-        print(
-            f"{name}: {found['samples']:.3g} samples, {found['touches']} touches, {found['dropped']} dropped; resident kB at "
-            f"the start, quarters and end {found['resident_kB']}: {growth_kb(found):+d}, allowed {ALLOWED_KB}"
-        )
+    parser.add_argument("--seconds", type=float, default=3600)
+    seconds = parser.parse_args().seconds
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.csv"
+        written(path, (seconds + 60) * RATE * PERIOD_NS / 3600e9)
+        found = measure(path, seconds)
+    print(json.dumps(found))
+    sys.exit(found["late_MB"] - found["early_MB"] > ALLOWED_MB or found["dropped"] > 0)
 
 
 if __name__ == "__main__":

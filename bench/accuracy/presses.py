@@ -1,4 +1,4 @@
-"""The press of the required results, variants of it, and the errors of what is found.
+"""The press of the required results, variants of it, and the errors of what is found: live, offline, and by a spline.
 
 Unless a row says otherwise: ratio 2.8, 0.25 pF, noise 40 aF, 26 ms a pair, 2 s of baseline, and a tremor of 5 % rms: a
 line of 3 to 7 Hz and one of 7 to 12 Hz, with a width, and sway. The same seed is the same hand in every row.
@@ -13,9 +13,7 @@ import numpy as np
 import palpate
 from numpy.typing import NDArray
 from palpate.simulation import Press, Scenario, Simulation, simulate
-from palpate.simulation.tremor import Lines
-
-from bench.accuracy.must_hold.row import Row
+from palpate.simulation.press import Lines
 
 if TYPE_CHECKING:
     from palpate._core import _Scene
@@ -76,6 +74,15 @@ def result(run: Simulation, *, host_stamps: bool = False) -> Result:
     return Result(touch.ratio / truth - 1, touch.standard_error / truth, frozenset(touch.flags) - {"short"})
 
 
+def afterwards(run: Simulation, *, host_stamps: bool = False) -> Result:
+    """Return the offline result of the first press."""
+    touch = longest(palpate.offline(run, host_stamps=host_stamps), run, lambda touch: touch.live)
+    if touch is None or math.isnan(touch.ratio):
+        return LOST
+    truth = run.presses[0].ratios[-1][1]
+    return Result(touch.ratio / truth - 1, touch.standard_error / truth, frozenset(touch.flags) - {"short"})
+
+
 def found(run: Simulation, *, host_stamps: bool = False) -> palpate.Touch | None:
     """Return the longest touch that begins in the first press, or a little before it."""
     return longest(palpate.touches(run, host_stamps=host_stamps), run, lambda touch: touch)
@@ -98,14 +105,30 @@ def running(run: Simulation, moments: Sequence[float], scene: "_Scene" = "handhe
     ]
 
 
-def rms_row(name: str, results: Sequence[Result], limit: float, **more: Any) -> Row:
-    """Return the row of the rms error, %, with the coverage of the intervals without a flag."""
-    coverage, count = coverage_of(results)
-    value = 100 * math.sqrt(np.mean([r.error**2 for r in results]))
-    return Row(name, value, limit, coverage=coverage, intervals=count, **more)
-
-
 def coverage_of(results: Iterable[Result]) -> tuple[float, int]:
     """Return the share of nominal 95 % intervals without a flag that hold the truth, and their number."""
     known = [r for r in results if not r.flags and math.isfinite(r.standard_error)]
     return (float(np.mean([r.covers for r in known])) if known else math.nan), len(known)
+
+
+def spline_ratio(run: Simulation, *, after: bool) -> float:
+    """Return the ratio of one press, offline: least squares on a cubic spline through all readings of the soft channel.
+
+    It knows when the press begins and ends. `after`: the baseline is a line between before and after the press.
+    """
+    from scipy.interpolate import CubicSpline
+
+    press, channels = run.presses[0], []
+    for times, values in ((run.t_hard_s, run.hard), (run.t_soft_s, run.soft)):
+        known = np.isfinite(values)
+        t, c = times[known], values[known]
+        before, behind = t < press.start_s, t > press.stop_s
+        base = np.full(len(t), c[before].mean())
+        if after:
+            ends = [[part.mean() for part in (t[side], c[side])] for side in (before, behind)]
+            base = np.interp(t, *np.transpose(ends))
+        channels.append((t, c - base))
+    (t, hard), soft = channels
+    inside = (t >= press.start_s) & (t <= press.stop_s)
+    regressor = CubicSpline(*soft)(t[inside])
+    return float(hard[inside] @ regressor / (regressor @ regressor))
