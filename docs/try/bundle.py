@@ -1,119 +1,131 @@
-"""The page of `docs/try` as one HTML file that needs nothing else: `python docs/try/bundle.py palpate-try.html`.
+"""The page as one HTML file that needs nothing else: `python docs/try/bundle.py palpate-try.html`.
 
-esbuild puts the modules together; the script goes in packed, and a browser unpacks it. The same sources give the same
-bytes.
+It needs esbuild, clang 14 or newer with wasm-ld, and the C and C++ libraries of WASI; docs/try.md names the packages of Debian.
+The same sources give the same bytes.
 """
 
 import base64
 import gzip
 import hashlib
+import json
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
-from build_core import build
+from palpate import Tracker
+from palpate.ad7746.datasheet import CODES_PER_PF, LAST_CODE, SATURATED_CODES, SATURATED_PF, ZERO_CODE
+from palpate.recording.rows import COLUMNS, EARLIER
+from palpate.recording.sidecar import SCHEMAS
+from palpate.sources.lines import COLUMNS as NAMES
+from palpate.sources.lines import MARKS, NANOSECONDS, PICOFARADS, UNUSED, WHOLE
 
 HERE = Path(__file__).parent
-PAGE = HERE.parents[1] / "python" / "palpate" / "live" / "page"
-MOST_BYTES = 150_000
+ROOT = HERE.parents[1]
+PAGE = ROOT / "python" / "palpate" / "live" / "page"
+MOST_BYTES = 200_000
 """A page that is larger is not written."""
 
 
-def bundle(out: Path) -> int:
-    """Write the page.
+def core(to: Path) -> None:
+    """Write the core, a module of WebAssembly; with these flags any program of the headers has the bits of every other target."""
+    flags = ["--target=wasm32-wasi", "-std=c++17", "-Oz", "-fno-exceptions", "-fno-rtti", "-ffp-contract=off"]
+    more = ["-mexec-model=reactor", "-DPALPATE_CONTRACTION_OFF", f"-I{ROOT / 'cpp' / 'include'}", "-Wl,--strip-all"]
+    _run("clang++", *flags, *more, ROOT / "cpp" / "wasm" / "palpate.cpp", "-o", to)
 
-    Parameters
-    ----------
-    out : pathlib.Path
-        A file that ends in ".html"; it is replaced.
 
-    Returns
-    -------
-    int
-        Its size, bytes.
+def scripts(folder: Path) -> None:
+    """Write the scripts of this folder and the live page's, and what they are given by palpate as data."""
+    shutil.copytree(PAGE, folder / "page", dirs_exist_ok=True)
+    for path in (*HERE.glob("*.js"), *HERE.glob("*.css")):
+        shutil.copy(path, folder)
+    (folder / "given.js").write_text(f"export const GIVEN = {json.dumps(_given())};\n", encoding="utf-8")
 
-    Raises
-    ------
-    RuntimeError
-        A program that it needs is missing or failed, or the page is too large.
-    """
-    if shutil.which("esbuild") is None:
-        raise RuntimeError("esbuild: not found; install it, on Debian: apt install esbuild")
+
+def demo(folder: Path) -> None:
+    """Write the recording that the page shows first."""
+    _run(
+        sys.executable, "-m", "palpate", "simulate", "-o", folder, "--object", "demo=2.18", "--touches", 3, "--seed", 22
+    )
+
+
+def page() -> bytes:
+    """Return the page."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        build(folder)
-        page = _page(folder)
-    if len(page) > MOST_BYTES:
-        raise RuntimeError(f"{out.name}: got {len(page)} bytes, allowed: {MOST_BYTES}")
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_bytes(page)
-    return len(page)
-
-
-def _page(folder: Path) -> bytes:
-    for path in [*HERE.glob("*.js"), *HERE.glob("*.css")]:
-        shutil.copy(path, folder)
-    shutil.copytree(PAGE, folder / "page", dirs_exist_ok=True)
-    (folder / "palpate.wasm.gz").write_bytes(_packed((folder / "palpate.wasm").read_bytes()))
-    script = _bundled(folder / "try.js", "--format=iife", "--loader:.gz=binary", "--target=es2022")
-    unpack = _bundled(folder / "unpack.js", "--format=iife", "--target=es2020")
-    style = _bundled(folder / "try.css")
-    icon = base64.b64encode((PAGE / "icon.svg").read_bytes()).decode()
-    head = (
-        f'<meta http-equiv="Content-Security-Policy" content="{_policy([unpack, script], style)}">\n'
-        f'<link rel="icon" href="data:image/svg+xml;base64,{icon}">\n<style>{style}</style>'
+        core(folder / "palpate.wasm")
+        scripts(folder)
+        demo(folder / "demo")
+        for path in (folder / "palpate.wasm", folder / "demo" / "demo.csv", folder / "demo" / "demo.json"):
+            (folder / f"{path.name}.gz").write_bytes(gzip.compress(path.read_bytes(), 9, mtime=0))
+        script = _bundled(folder / "try.js", "--format=iife", "--loader:.gz=binary", "--target=es2022")
+        style = _bundled(folder / "try.css")
+    policy = (  # it runs its own script, the core, and its own style; no request leaves it
+        f"default-src 'none'; script-src {_hash(script)} 'wasm-unsafe-eval'; style-src {_hash(style)}; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
     )
-    text = (HERE / "index.html").read_text(encoding="utf-8")
-    for place, inner in {
-        '<link rel="stylesheet" href="try.css">': head,
-        '<script src="try.js"></script>': _scripts(unpack, script),
-    }.items():
-        before, found, after = text.partition(place)
-        assert found, place
-        text = before + inner + after
-    return text.encode()
+    icon = base64.b64encode((PAGE / "icon.svg").read_bytes()).decode()
+    head = f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n<link rel="icon" href="data:image/svg+xml;base64,{icon}">'
+    text, live = (path.read_text(encoding="utf-8") for path in (HERE / "index.html", PAGE / "index.html"))
+    for empty in re.findall(r'<(?:section|dialog) id="\w+"></\w+>', text):  # the same part of the live page
+        whole = re.search(rf"{empty.partition('>')[0]}.*?{empty[empty.index('</') :]}", live, re.DOTALL)
+        assert whole, empty
+        text = text.replace(empty, whole[0])
+    text = text.replace('<link rel="stylesheet" href="try.css">', f"{head}\n<style>{style}</style>")
+    return text.replace('<script src="try.js"></script>', f"<script>{script}</script>").encode()
+
+
+def _given() -> dict[str, Any]:
+    settings = {"handheld": Tracker("handheld").settings, "sliding": Tracker("sliding").settings}
+    return {
+        "scenes": {scene: {name: own[name] for name in own if name != "full_scale"} for scene, own in settings.items()},
+        "headers": [",".join(COLUMNS), ",".join(EARLIER)],
+        "schemas": SCHEMAS,
+        "codes": {"zero": ZERO_CODE, "per_pF": CODES_PER_PF, "largest": LAST_CODE},
+        "saturated": [SATURATED_CODES, LAST_CODE - SATURATED_CODES],
+        "full_scale_pF": SATURATED_PF,
+        "columns": {name: column for name, column in NAMES.items() if name != UNUSED},
+        "picofarads": PICOFARADS,
+        "nanoseconds": NANOSECONDS,
+        "whole": WHOLE,
+        "marks": sorted(MARKS),
+    }
 
 
 def _bundled(path: Path, *options: str) -> str:
     """Return a module or a style sheet with all that it imports."""
-    command = ["esbuild", path.name, "--bundle", "--minify", "--charset=utf8", "--log-level=warning", *options]
-    done = subprocess.run(command, cwd=path.parent, capture_output=True, encoding="utf-8", check=False)
-    if done.returncode or done.stderr:
-        raise RuntimeError(f"esbuild {path.name}: {done.stderr.strip()}")
-    assert not re.search("</(script|style)", done.stdout, re.IGNORECASE)
+    return _run("esbuild", path, "--bundle", "--minify", "--charset=utf8", "--log-level=warning", *options)
+
+
+def _run(program: str, *given: Any) -> str:
+    if shutil.which(program) is None:
+        raise RuntimeError(f"{program}: not found; docs/try.md says what to install")
+    done = subprocess.run([program, *map(str, given)], capture_output=True, encoding="utf-8", check=False)
+    if done.returncode:
+        raise RuntimeError(f"{program}: {done.stderr.strip()}")
     return done.stdout
-
-
-def _packed(content: bytes) -> bytes:
-    return gzip.compress(content, 9, mtime=0)
-
-
-def _scripts(unpack: str, script: str) -> str:
-    """Return the script of the page, packed, and the one that unpacks it."""
-    packed = base64.b64encode(_packed(script.encode())).decode()
-    return f'<script type="text/plain" id="packed">{packed}</script>\n<script>{unpack}</script>'
-
-
-def _policy(scripts: list[str], style: str) -> str:
-    """Return what the page may do: run its own scripts, the core, and its own style. No request leaves it."""
-    own = " ".join(map(_hash, scripts))
-    return (
-        f"default-src 'none'; script-src {own} 'wasm-unsafe-eval'; style-src {_hash(style)}; img-src data:; "
-        "base-uri 'none'; form-action 'none'"
-    )
 
 
 def _hash(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Write the page."""
     if len(sys.argv) != 2 or not sys.argv[1].endswith(".html"):
         sys.exit("usage: python docs/try/bundle.py FILE.html")
     try:
-        print(f"{sys.argv[1]}: {bundle(Path(sys.argv[1])):,} bytes")
+        made = page()
     except RuntimeError as error:
         sys.exit(f"Error: {error}")
+    if len(made) > MOST_BYTES:
+        sys.exit(f"Error: {sys.argv[1]}: got {len(made)} bytes, allowed: {MOST_BYTES}")
+    Path(sys.argv[1]).write_bytes(made)
+    print(f"{sys.argv[1]}: {len(made):,} bytes")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,5 +1,7 @@
 // A serial port of this computer, by the Web Serial API (wicg.github.io/serial).
 
+import { Refused } from "./core.js";
+
 export const RATES = [9600, 19200, 38400, 57600, 115200, 230400, 250000, 460800, 500000, 921600, 1000000, 2000000];
 const ROOM = 65536; // bytes that wait while the page is busy
 
@@ -11,10 +13,8 @@ export function unsupported() {
 }
 
 export class Port {
-  constructor() {
-    this.asked = false; // whether it was closed by the user
-    this.name = "serial port";
-  }
+  asked = false; // whether it was closed by the user
+  name = "serial port";
 
   // Lets the user choose a port, and opens it.
   async open(baudRate) {
@@ -24,7 +24,7 @@ export class Port {
     try {
       await this.port.open({ baudRate, bufferSize: ROOM });
     } catch (error) {
-      throw new Error(`${this.name}: it cannot be opened (${error.message}) Is another program reading it? On Linux, are you in the group dialout?`);
+      throw new Refused(`${this.name}: it cannot be opened (${error.message}) Is another program reading it? On Linux, are you in the group dialout?`);
     }
   }
 
@@ -55,6 +55,6 @@ export class Port {
 
   // After the end of `chunks`: while they are read, a port cannot be closed.
   async close() {
-    await this.port.close().catch(() => {}); // it may be gone
+    await this.port?.close().catch(() => {}); // it may be gone
   }
 }

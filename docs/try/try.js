@@ -1,160 +1,186 @@
 // palpate in a browser alone: the core in WebAssembly behind the charts and tables of the live page.
 
-import { Refused, load } from "./core.js";
+import { Core, Refused } from "./core.js";
 import packed from "./palpate.wasm.gz";
-import { Charts } from "./page/charts/charts.js";
+import demoRows from "./demo.csv.gz";
+import demoSidecar from "./demo.json.gz";
 import { $, make, put } from "./page/dom.js";
-import { Keys } from "./page/keys.js";
-import { Line } from "./page/line.js";
-import { Now } from "./page/now.js";
+import { Screen } from "./page/screen.js";
 import { Store } from "./page/store.js";
-import { Table } from "./page/table.js";
-import { Theme } from "./page/theme.js";
-import { Dropping, told } from "./files.js";
-import { Measuring } from "./measuring.js";
-import { Playing } from "./playing.js";
-import { Truth, compared } from "./truth.js";
+import { Port, RATES, unsupported } from "./port.js";
+import { recordingOf } from "./recording.js";
+import { Serial } from "./serial.js";
 
-const KINDS = ["hello", "session", "events", "touches", "state"];
-const NOWHERE = { remember: () => {}, remembered: () => null }; // this page stores nothing
-const known = { hello: {}, state: {}, session: { specimens: [] }, events: { marks: [] }, touches: { rows: [] }, calibration: {}, device: {}, looking: null, chosen: null, truth: null };
+const MOST_BYTES = 3e8; // of a recording
+const SILENT_S = 3, TELL_MS = 200;
+const STAYS = "What was measured stays here until something else is opened.";
+const DEMO = {
+  now: { word: "Demo", sub: "simulated touches: nothing is measured", tone: "idle", share: null },
+  line: { level: "note", title: "This is a simulation.", text: "A hard and a soft bump press on rubber: their ratio tells how elastic it is. Drop a recording, or connect your probe." },
+};
+const KEYS = [["O", "Open a recording", "open"], ["C", "Connect a serial port, or end it", "connect"]];
 
-const store = new Store(Infinity), line = new Line();
-const charts = new Charts(document, store, () => false);
-const parts = [line, new Now(), new Table(null, (touch) => charts.choose(touch)), new Truth()];
-const core = unpacked().then(load);
-let shown = 0; // measurements so far
-let newest = 0; // the last one that was asked for: what comes of an earlier one is not shown
+$("opennoise").remove();
+const store = new Store(Infinity); // all rows
+const screen = new Screen(store, { say: () => false, more: KEYS, memory: {} }); // it stores nothing
+const { known, line, charts } = screen;
+const compiled = unpacked(packed).then((bytes) => WebAssembly.compile(bytes));
+let measurements = 0, current = null, port = null, later = null;
 
-const live = { core, begin: show, rows, tell: hear };
-const playing = new Playing({ ...live, ended: simulate });
-const measuring = new Measuring({
-  ...live,
-  begin: (got) => {
-    playing.stop();
-    newest++;
-    show(got);
-  },
-  answer: (text, bad) => line.answer(text, bad),
-  failed,
-  down: (fault) => {
-    line.down = fault;
-    line.show(known);
-  },
-});
-new Theme(() => charts.dress(), NOWHERE);
-new Keys({ pause: () => $("pause").hidden || charts.key(known.looking ? "live" : "pause"), close }, (name) => charts.key(name), [["O", "Open a recording", "open"], ["C", "Connect a serial port, or end it", "connect"], ["I", "Simulated touches", "simulate"], ["V", "Play them as if they were measured now", "play"]]);
-new Dropping(open);
-
-// The core came with the page, packed.
-async function unpacked() {
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Response(stream).arrayBuffer();
+async function unpacked(bytes) {
+  return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer());
 }
 
+// Shows a measurement from its begin.
 function show(got) {
-  store.clear();
+  current = got;
   line.down = null;
-  known.chosen = null;
-  known.truth = got.truth ?? null;
-  document.body.classList.toggle("simulated", Boolean(known.truth));
-  document.body.classList.toggle("file", got.hello.kind === "file");
-  $("tare").hidden = got.hello.kind === "file" || Boolean(known.truth);
-  $("pause").hidden = got.hello.kind === "file";
-  const begin = got.hello.origin_s ?? null;
-  hear("hello", { ...got.hello, measurement: ++shown, origin_s: got.block.end ? got.block.t[0] : begin });
-  store.add(got.block);
-  for (const kind of KINDS.slice(1)) hear(kind, got[kind]);
+  screen.clear();
+  const file = got.kind === "file";
+  document.body.classList.toggle("file", file);
+  $("tare").hidden = $("pause").hidden = file;
+  screen.hear("hello", { ...got.hello, measurement: ++measurements });
+  put("source", [...new Set([got.name, got.device, got.scene])].filter(Boolean).join(" · "));
+  follow(got);
+  tell(got);
+}
+
+// Shows the rows that came.
+function follow(got) {
+  for (const block of got.parts.splice(0)) store.add(block);
+  if (known.hello.origin_s === null) screen.hear("hello", { ...known.hello, origin_s: store.origin });
   charts.frame();
 }
 
-// Further rows of a measurement that goes on.
-function rows(block) {
-  store.add(block);
-  if (known.hello.origin_s === null) hear("hello", { ...known.hello, origin_s: store.origin });
-  charts.frame();
+// Shows what is known, and `more` that the port says.
+function tell(got, more = {}) {
+  clearTimeout(later);
+  later = null;
+  for (const kind of ["session", "events", "touches"]) screen.hear(kind, got[kind]);
+  screen.hear("state", { ...got.state, ...more });
+  $("found").hidden = !got.messages.length;
+  $("messages").replaceChildren(...got.messages.map((textContent) => make("li", { textContent })));
 }
 
-function hear(kind, told_it) {
-  const message = known.truth ? compared(kind, told_it, known.truth) : told_it;
-  known[kind] = message;
-  for (const part of parts) part.tell(kind, known);
-  charts.tell(kind, message);
-  if (kind === "hello") put("source", sourceOf(message));
-  if (kind === "state") list(message.messages ?? []);
-}
-
-function sourceOf({ file, source, device, scene }) {
-  const name = file?.name ?? source;
-  return [name, name.includes(device) ? "" : device, scene].filter(Boolean).join(" · ");
-}
-
-function list(messages) {
-  $("found").hidden = !messages.length;
-  if ($("messages").children.length !== messages.length) $("messages").replaceChildren(...messages.map((textContent) => make("li", { textContent })));
-}
-
-// Shows what is made; what fails is said, and what was shown stays.
-async function opened(name, make_it) {
-  const mine = ++newest;
-  if (measuring.on) return told("A port is connected", "Disconnect it first: the measurement would end, and this page records nothing.");
-  line.answer(`Reading ${name} …`);
+// Opens dropped files; reports a file that cannot be read, and keeps what was shown.
+async function open(files) {
+  if (!files.length) return said("Nothing to open", "What was dropped is no file. Drop run.csv of palpate with its run.json.");
+  if (port) return said("A port is connected", "Disconnect it first: the measurement would end, and this page records nothing.");
+  const names = files.map(({ name }) => name).join(", "), size = files.reduce((sum, file) => sum + file.size, 0);
+  if (size > MOST_BYTES) return said("Too large for this page", `${(size / 1e6).toFixed(0)} MB, at most ${MOST_BYTES / 1e6} MB are read here. palpate live FILE reads it.`);
+  line.answer(`Reading ${names} …`);
   try {
-    const got = await make_it(await core);
-    if (mine === newest && !measuring.on) {
-      playing.stop();
-      show(got);
+    const read = await Promise.all(files.map(async (file) => ({ name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) })));
+    const got = recordingOf(await Core.of(await compiled), read);
+    if (!port) show(got);
+  } catch (error) {
+    failed(`${names}: not opened`, error);
+  }
+  line.answer("");
+}
+
+async function demo() {
+  const [rows, sidecar] = await Promise.all([demoRows, demoSidecar].map(unpacked));
+  const got = recordingOf(await Core.of(await compiled), [{ name: "demo.csv", bytes: rows }, { name: "demo.json", bytes: sidecar }]);
+  if (current) return; // the visitor was faster
+  show(Object.assign(got, { name: "simulated touches" }));
+  screen.hear("state", { ...known.state, ...DEMO });
+}
+
+async function connect() {
+  if (port) return port.stop();
+  const baud = Number($("baud").value);
+  port = new Port();
+  let got = null;
+  try {
+    await port.open(baud);
+    got = new Serial(await Core.of(await compiled), port.name);
+    show(got);
+    dress();
+    line.answer("This page records nothing. palpate live does.");
+    await measure(got, baud);
+  } catch (error) {
+    if (error.name === "NotFoundError") line.answer("No port was chosen.");
+    else failed(got ? "The measurement has ended" : "The port was not opened", error);
+    if (got) end(got, "fault", "The measurement has ended.", `${error.message}. ${STAYS}`);
+  }
+  await port.close();
+  port = null;
+  dress();
+}
+
+// Takes what the port sends until it ends.
+async function measure(got, baud) {
+  let heard_s = performance.now() / 1000;
+  const watch = setInterval(() => {
+    const silent = performance.now() / 1000 - heard_s > SILENT_S;
+    line.down = silent ? { title: "No data.", text: `The port sends nothing. Look at its plug, its cable, and the rate: ${baud} baud.` } : null;
+    line.show(known);
+  }, 500);
+  try {
+    for await (const { chunk, lost } of port.chunks()) {
+      heard_s = performance.now() / 1000;
+      if (lost) line.answer(`The port lost characters (${lost}): a line or more is missing.`, true);
+      else got.hear(chunk, heard_s);
+      follow(got);
+      later ??= setTimeout(() => tell(got), TELL_MS);
     }
-    line.answer("");
-  } catch (error) {
-    line.answer("");
-    if (mine === newest) failed(`${name}: not opened`, error);
+  } finally {
+    clearInterval(watch);
+    line.down = null;
   }
+  if (port.asked) end(got, "note", "Disconnected.", STAYS);
+  else end(got, "fault", "The port is gone.", `Look at its plug, and connect it again. ${STAYS}`);
 }
 
-function open(files) {
-  return opened(files.map(({ name }) => name).join(", "), async (ready) => ready.open(await Promise.all(files.map(read))));
+function end(got, level, title, text) {
+  got.close(title);
+  got.messages.push(title);
+  follow(got);
+  tell(got, { line: { level, title, text }, announce: `${title} ${text}` });
 }
 
-async function read(file) {
-  try {
-    return { name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) };
-  } catch (error) {
-    throw new Error(`${file.name}: it cannot be read (${error.message}). Is it a folder, or was it taken away?`);
-  }
+function tare() {
+  if (current.tare()) line.answer("Measuring the baseline: do not touch anything.");
+  else line.answer("tare: got it while the probe is in contact, allowed: without contact. Lift the probe", true);
 }
 
-function simulate() {
-  return opened("the simulation", (ready) => ready.sample());
-}
-
-// A sentence that was made for the visitor stands as it is; what the browser throws is a fault of this page, or of it.
+// A refusal is for the visitor; what else the browser throws is a fault of this page, or of it.
 function failed(title, error) {
-  const meant = error.constructor === Error || error instanceof Refused;
-  told(title, meant ? error.message : `This page or the browser failed: ${error.name}, ${error.message}. palpate live does without it.`);
+  const meant = error instanceof Refused;
+  said(title, meant ? error.message : `This page or the browser failed: ${error.name}, ${error.message}. palpate live does without it.`);
   if (!meant) console.error(error);
 }
 
-function close() {
-  document.activeElement?.blur();
-  charts.choose(null);
-  charts.key("clear");
+// A sentence that needs room, until it is closed.
+function said(title, text) {
+  put("saidtitle", title);
+  put("saidtext", text);
+  if (!$("said").open) $("said").showModal();
 }
 
-$("simulate").onclick = simulate;
-$("play").onclick = () => (playing.flow ? simulate() : measuring.on || playing.start().catch((error) => failed("Not played", error)));
-$("tare").onclick = () => measuring.tare();
-$("pause").onclick = () => charts.key(known.looking ? "live" : "pause");
-for (const button of document.querySelectorAll("[data-key]")) button.onclick = () => charts.key(button.dataset.key);
-document.addEventListener("looking", () => {
-  known.looking = charts.looking;
-  $("pause").firstChild.textContent = known.looking ? "Live " : "Pause ";
-  line.show(known);
+function dress() {
+  $("connect").classList.toggle("on", Boolean(port));
+  $("connect").firstChild.textContent = port ? "Disconnect" : "Connect";
+  $("open").disabled = Boolean(port);
+  $("tare").disabled = !port;
+}
+
+$("open").onclick = () => $("files").click();
+$("files").onchange = () => {
+  open([...$("files").files]);
+  $("files").value = ""; // the same file may be chosen again
+};
+addEventListener("dragover", (event) => event.preventDefault());
+addEventListener("drop", (event) => {
+  event.preventDefault();
+  open([...(event.dataTransfer?.files ?? [])]);
 });
-document.addEventListener("chosen", ({ detail }) => {
-  known.chosen = detail;
-  for (const part of parts) part.tell("chosen", known);
-});
-addEventListener("resize", () => charts.dress());
-simulate();
-globalThis.palpate = { charts, known, store, measuring }; // for the console: the numbers that are shown
+$("baud").append(...RATES.map((rate) => new Option(rate, rate, rate === 115200, rate === 115200)));
+$("connect").disabled = Boolean(unsupported());
+$("connect").title = $("noport").textContent = unsupported();
+$("noport").hidden = !unsupported();
+$("connect").onclick = connect;
+$("tare").onclick = tare;
+addEventListener("beforeunload", (event) => port && event.preventDefault()); // the browser asks
+demo().catch((error) => failed("The page does not work", error));

@@ -1,295 +1,174 @@
 """The page for a browser alone, in Chromium, as a file: what it shows, opens, refuses and measures; no request leaves it."""
 
-import json
+import base64
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-import numpy as np
+import bundle
 import page_looks
 import palpate
 import pytest
-from live_browser import Browser, browser
-from page_states import SIZES, sized
+from live_browser import Browser
 from palpate import digits
 from project import ROOT, need
-from try_page import LONG_MS, Trial, labelled, made
-from try_reference import reviewed
 
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
-MOST_BYTES = 150_000
+FILES = {path.name: path.read_bytes() for path in (FOUR, FOUR.with_suffix(".json"))}
+LONG_MS = 26.0
+"""From line to line, as the recording has it."""
+
+DROP = """
+const [files] = arguments, carried = new DataTransfer();
+for (const [name, content] of files) carried.items.add(new File([Uint8Array.from(atob(content), (c) => c.charCodeAt(0))], name));
+document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: carried, bubbles: true, cancelable: true }));
+"""
+PORT = """
+Object.defineProperty(Navigator.prototype, "serial", { configurable: true, get: () => fake.serial });
+const fake = (globalThis.fake = {
+  opened: null, now: 1000,
+  serial: { requestPort: async () => fake.port },
+  port: {
+    readable: null,
+    getInfo: () => ({ usbVendorId: 0x2341, usbProductId: 0x43 }),
+    async open(options) { fake.opened = options; fake.stream(); },
+    async close() { this.readable = null; },
+  },
+  stream() { fake.port.readable = new ReadableStream({ start: (control) => (fake.control = control) }); },
+  send(text) { fake.control.enqueue(new TextEncoder().encode(text)); },
+  break(name) { const { control } = fake; fake.stream(); control.error(new DOMException("of the line", name)); },
+  lose() { const { control } = fake; fake.port.readable = null; control.error(new DOMException("The device has been lost.", "NetworkError")); },
+});
+performance.now = () => fake.now; // a line arrives when the test says so
+"""
+FEED = """
+const [lines, step, done] = arguments;
+(async () => {
+  for (const [number, line] of lines.entries()) {
+    fake.now += step;
+    fake.send(`${line}\\n`);
+    for (let k = 0; k < 30; k++) await null; // the page takes it
+    if (number % 50 === 49) await new Promise((next) => setTimeout(next)); // and draws
+  }
+})().then(done);
+"""
 
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return made(tmp_path_factory.mktemp("try"))
-
-
-@pytest.fixture(scope="module")
-def page(file: Path) -> Iterator[Browser]:
-    need("chromium")
-    need("chromedriver")
-    with browser(file.parent) as page:
-        sized(page, *SIZES["desk"])
-        yield page
+    """Make the page."""
+    for tool in ("clang++", "wasm-ld", "esbuild"):
+        need(tool)
+    path = tmp_path_factory.mktemp("try") / "palpate-try.html"
+    path.write_bytes(bundle.page())
+    return path
 
 
 @pytest.fixture
-def trial(page: Browser, file: Path) -> Iterator[Trial]:
-    """Return the page, newly opened; nothing may have failed in it, and nothing may have been asked for."""
-    page.driver.get("about:blank")
-    page.driver.get_log("browser")
-    page.driver.get_log("performance")
-    trial = Trial(page, file)
-    trial.open(port=True)
-    yield trial
-    assert [entry["message"] for entry in page.driver.get_log("browser")] == []
-    assert requests(page) <= {trial.address, "about:blank"}
-    assert trial.script("return [localStorage.length, sessionStorage.length, document.cookie]") == [0, 0, ""]
+def page(chromium: Browser, file: Path) -> Iterator[Browser]:
+    """Return the page with a fake serial port; nothing may have failed in it, and nothing may have been asked for."""
+    opened(chromium, file, PORT)
+    yield chromium
+    assert chromium.complaints() == []
+    assert chromium.requests() <= {file.as_uri(), "about:blank"}
+    assert chromium.run("return [localStorage.length, sessionStorage.length, document.cookie]") == [0, 0, ""]
 
 
-def requests(page: Browser) -> set[str]:
-    """Return the addresses that were asked for since the last call; what is in the page itself has none."""
-    told = [json.loads(entry["message"])["message"] for entry in page.driver.get_log("performance")]
-    asked = {one["params"]["request"]["url"] for one in told if one["method"] == "Network.requestWillBeSent"}
-    sockets = {one["params"]["url"] for one in told if one["method"] == "Network.webSocketCreated"}
-    return {url for url in asked | sockets if not url.startswith("data:")}
+def opened(chromium: Browser, file: Path, script: str) -> None:
+    """Open the page, with a script before its own, and wait for the simulated touches."""
+    chromium.reset()
+    added = chromium.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": script})
+    chromium.driver.get(file.as_uri())
+    chromium.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
+    chromium.until(lambda: chromium.text("word") == "Demo")
 
 
-def test_it_is_small_and_the_same_sources_give_the_same_bytes(file: Path, tmp_path: Path) -> None:
-    assert file.stat().st_size < MOST_BYTES
-    assert made(tmp_path).read_bytes() == file.read_bytes()
+def drop(page: Browser, files: dict[str, bytes]) -> None:
+    page.run(DROP, [[name, base64.b64encode(content).decode()] for name, content in files.items()])
 
 
-def test_the_simulated_touches_are_drawn_beside_their_truth(trial: Trial) -> None:
-    page = trial.page
+def refusal(page: Browser) -> str:
+    """Wait for the sentence over the page, and close it."""
+    page.until(lambda: page.run("return document.getElementById('said').open"))
+    said = f"{page.text('saidtitle')}: {page.text('saidtext')}"
+    page.run("document.getElementById('said').close()")
+    return said
+
+
+def ratios(page: Browser) -> list[float]:
+    return list(page.run("return palpate.known.touches.rows.map(({ ratio }) => ratio)"))
+
+
+def feed(page: Browser, lines: list[str]) -> None:
+    page.driver.execute_async_script(FEED, lines, LONG_MS)
+
+
+def test_it_is_small_and_the_same_sources_give_the_same_bytes(file: Path) -> None:
+    assert file.stat().st_size < bundle.MOST_BYTES
+    assert bundle.page() == file.read_bytes()
+
+
+def test_the_simulated_touches_are_drawn(page: Browser) -> None:
     assert page.text("says").startswith("● This is a simulation.")
-    known = trial.script("return { truth: palpate.known.truth, rows: palpate.known.touches.rows }")
-    assert trial.count == len(known["truth"]) == len(known["rows"]) >= 3
-    for truth, row in zip(known["truth"], known["rows"], strict=True):
-        assert row["number"] == truth["touch"]
-        assert row["ratio"] == pytest.approx(truth["touch_ratio"], rel=0.005)
-        assert row["deviation"] == pytest.approx(row["ratio"] / truth["touch_ratio"] - 1)
-    drawn = trial.drawn()
-    assert drawn["overview"]["points"] > 50
-    assert drawn["detail"]["points"] > 200
-    assert drawn["touch"]["points"] > 100
-    assert page.text("number") == digits.number(known["rows"][-1]["ratio"], known["rows"][-1]["standard_error"])
-    trial.script("document.querySelector(\"#rows tr[data-touch='1'] td\").click()")
-    assert page.text("truthname") == f"True ratio, {known['truth'][0]['name']}"
-    assert page.text("number") == digits.number(known["rows"][0]["ratio"], known["rows"][0]["standard_error"])
+    rows = page.run("return palpate.known.touches.rows")
+    assert page.text("number") == digits.number(rows[-1]["ratio"], rows[-1]["standard_error"])
+    page.drawn()
+    assert page.run("return palpate.charts.overview.points") > 50
+    assert page.run("return palpate.charts.detail.points") > 200
 
 
-def test_a_recording_has_the_bits_and_the_words_of_palpate(trial: Trial) -> None:
-    trial.drop(FOUR, FOUR.with_suffix(".json"))
-    trial.page.until(lambda: trial.page.text("sub") == FOUR.name)
-    wanted = reviewed(FOUR)
-    for name, column in trial.columns().items():
-        expected = wanted.rows[name]
-        assert column.shape == expected.shape
-        unknown = np.isnan(expected) if expected.dtype == np.float64 else np.zeros(len(expected), bool)
-        assert (np.isnan(column[unknown])).all(), name
-        assert (column[~unknown] == expected[~unknown]).all(), name
-    rows = trial.script("return palpate.known.touches.rows")
-    assert [row["ratio"] for row in rows] == [touch.ratio for touch in palpate.touches(FOUR)]
-    assert [row["advice"] for row in rows] == [row["advice"] for row in wanted.touches["rows"]]
-    for name in ("word", "sub"):
-        assert trial.page.text(name) == wanted.state["now"][name]
-    assert wanted.state["line"]["text"] in trial.page.text("says")
-    last = palpate.touches(FOUR)[-1]
-    assert trial.page.text("number") == digits.number(last.ratio, last.standard_error)
-    assert not trial.page["truth"].is_displayed()
+def test_a_recording_is_shown_with_the_numbers_of_palpate(page: Browser) -> None:
+    drop(page, FILES)
+    page.until(lambda: page.text("sub") == FOUR.name)
+    touches = palpate.touches(FOUR)
+    assert ratios(page) == [touch.ratio for touch in touches]
+    assert "A recording: complete, clean end, 1411 rows, 0 missing." in page.text("says")
+    assert page.text("number") == digits.number(touches[-1].ratio, touches[-1].standard_error)
+    assert page.run("return palpate.store.used") == 1411
+    drop(page, {"run.csv": FILES[FOUR.name][:-9], "run.json": FILES["four-specimens.json"]})
+    assert "run.csv is not as it was" in refusal(page)
+    assert ratios(page) == [touch.ratio for touch in touches]
 
 
-def test_a_recording_that_was_cut_is_told(trial: Trial) -> None:
-    trial.drop(run_csv=FOUR.read_bytes()[:-9])
-    trial.page.until(lambda: trial.page.text("sub") == "run.csv")
-    assert "A recording: not verified" in trial.page.text("says")
-    told = trial.page.text("messages")
-    assert "no sidecar: drop run.json together with run.csv" in told
-    assert "bytes after the last complete row, left out" in told
-
-
-def test_a_recording_that_was_changed_is_told(trial: Trial) -> None:
-    changed = FOUR.read_bytes().replace(b"0.6200088", b"0.6200089", 1)
-    trial.drop(run_csv=changed, run_json=FOUR.with_suffix(".json").read_bytes())
-    trial.page.until(lambda: trial.page.text("sub") == "run.csv")
-    assert "the rows were changed after they were written" in trial.page.text("messages")
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "words"),
-    [
-        ("table_csv", b"time,a,b\n0,1,2\n1,2,3\n", "palpate live"),
-        ("run_csv", b"", "run.csv"),
-        ("run_csv", FOUR.read_bytes().replace(b"0.6200088", b"0.62o0088", 1), "run.csv: line 3: got '1,0.026,"),
-        ("photo_png", b"\x89PNG\r\n\x1a\n" + bytes(99), "photo.png"),
-        ("run_json", b"{}", "NAME.csv"),
-    ],
-)
-def test_what_is_no_recording_is_refused_in_words(trial: Trial, name: str, content: bytes, words: str) -> None:
-    before = trial.count
-    trial.drop(**{name: content})
-    said = trial.refusal()
-    assert words in said
-    assert "undefined" not in said
-    assert "failed" not in said
-    assert trial.count == before
-    assert trial.page.text("word") == "Demo"
-
-
-def test_nothing_dropped_and_two_recordings_are_refused(trial: Trial) -> None:
-    trial.drop()
-    assert "is no file" in trial.refusal()
-    trial.drop(FOUR, other_csv=FOUR.read_bytes())
-    assert "one" in trial.refusal()
-
-
-def test_a_port_is_measured_live(trial: Trial) -> None:
-    page = trial.page
-    lines = labelled(FOUR)
-    trial.press("connect")
-    page.until(lambda: trial.script("return fake.opened") == {"baudRate": 115200, "bufferSize": 65536})
-    trial.feed(["rst:0x1 (POWERON_RESET)", *lines[:200]], LONG_MS)
+def test_a_port_is_measured_live_until_it_is_gone(page: Browser) -> None:
+    got = palpate.read(FOUR)
+    columns = zip(1e3 * got.t_hard_s, 1e3 * got.t_soft_s, got.hard, got.soft, strict=True)
+    lines = [f"t_hard_ms:{a:.0f},t_soft_ms:{b:.0f},hard_pF:{hard:.7f},soft_pF:{soft:.7f}" for a, b, hard, soft in columns]  # fmt: skip
+    page.click("connect")
+    page.until(lambda: page.run("return fake.opened") == {"baudRate": 115200, "bufferSize": 65536})
+    feed(page, ["rst:0x1 (POWERON_RESET)", *lines[:200]])
     page.until(lambda: page.text("word") == "Hold")
-    assert page.text("mainname") == "Ratio, touch 1"
-    assert float(page.text("number")) > 0
-    trial.press("tare")
+    page.click("tare")
     assert "Lift the probe" in page.text("answer")
-    trial.feed(lines[200:], LONG_MS)
-    page.until(lambda: trial.count == len(palpate.touches(FOUR)))
-    found = trial.script("return palpate.known.touches.rows.map(({ ratio }) => ratio)")
-    assert found == pytest.approx([touch.ratio for touch in palpate.touches(FOUR)], rel=1e-3)
-    trial.press("open")  # not while a port is open
-    trial.drop(FOUR)
-    assert "Disconnect it first" in trial.refusal()
-    trial.press("connect")
-    page.until(lambda: trial.script("return fake.closed"))
-    page.until(lambda: "Connect" in page.text("connect"))
-    assert page.text("says").startswith("● Disconnected.")
-    trial.press("simulate")
-    page.until(lambda: page.text("word") == "Demo")
-
-
-def test_what_goes_wrong_at_a_port_is_told(trial: Trial) -> None:
-    page = trial.page
-    lines = labelled(FOUR)
-    trial.press("connect")
-    page.until(lambda: trial.script("return Boolean(fake.opened)"))
-    trial.feed(lines[:50], LONG_MS)
-    trial.script("fake.break('FramingError')")
+    feed(page, lines[200:])
+    expected = [touch.ratio for touch in palpate.touches(FOUR)]
+    page.until(lambda: len(ratios(page)) == len(expected))
+    assert ratios(page) == pytest.approx(expected, rel=1e-3)
+    drop(page, FILES)  # not while a port is open
+    assert "Disconnect it first" in refusal(page)
+    page.run("fake.break('FramingError')")
     page.until(lambda: "FramingError" in page.text("answer"))
-    trial.feed(lines[50:60], LONG_MS)
-    trial.script("fake.now += 4000")
+    page.run("fake.now += 4000")
     page.until(lambda: page.text("says").startswith("✕ No data."))
-    trial.feed(lines[60:70], LONG_MS)
-    page.until(lambda: "No data" not in page.text("says"))
-    trial.script("fake.lose()")
+    page.run("fake.lose()")
     page.until(lambda: page.text("says").startswith("✕ The port is gone."))
     page.until(lambda: "Connect" in page.text("connect"))
     assert "stays here" in page.text("says")
-    assert "The port is gone." in page.text("messages")
 
 
-def test_a_page_that_is_full_says_so(trial: Trial) -> None:
-    trial.script("palpate.measuring.most = 40")
-    trial.press("connect")
-    trial.page.until(lambda: trial.script("return Boolean(fake.opened)"))
-    trial.feed(labelled(FOUR)[:41], LONG_MS)  # the first may be a part of a line
-    trial.page.until(lambda: trial.page.text("says").startswith("▲ This page is full."))
-    assert trial.script("return palpate.store.used") == 40
-
-
-def test_lines_without_names_are_refused(trial: Trial) -> None:
-    trial.press("connect")
-    trial.page.until(lambda: trial.script("return Boolean(fake.opened)"))
-    trial.feed(["6.92,4.69"] * 30, LONG_MS)
-    assert "6.92,4.69" in trial.refusal()
-    trial.page.until(lambda: "Connect" in trial.page.text("connect"))
-    assert trial.script("return fake.closed")
-    assert trial.page.text("says").startswith("✕ The measurement has ended.")
-
-
-def test_the_simulated_touches_are_played(trial: Trial) -> None:
-    page = trial.page
-    whole = trial.script("return palpate.known.touches.rows.map(({ ratio }) => ratio)")
-    trial.press("play")
-    page.until(lambda: page.text("word") == "Wait")
-    trial.wait("Hold")
-    assert page.text("truthname").startswith("True ratio, ")
-    assert "the estimate is " in page.text("off")
-    trial.press("pause")
-    page.until(lambda: "Looking back" in page.text("says"))
-    trial.press("pause")
-    trial.wait("Lift")
-    while trial.script("return palpate.known.hello.kind") == "live":
-        trial.script("fake.now += 3000")
-        trial.drawn()
-    page.until(lambda: page.text("word") == "Demo")
-    assert trial.script("return palpate.known.touches.rows.map(({ ratio }) => ratio)") == whole
-
-
-def test_a_port_that_is_not_chosen_or_busy(trial: Trial) -> None:
-    trial.script("fake.chosen = false")
-    trial.press("connect")
-    trial.page.until(lambda: trial.page.text("answer") == "No port was chosen.")
-    trial.script("Object.assign(fake, { chosen: true, busy: true })")
-    trial.press("connect")
-    said = trial.refusal()
-    assert "2341:0043" in said
-    assert "another program" in said
-
-
-def test_a_browser_without_serial_ports_says_so(page: Browser, file: Path) -> None:
-    trial = Trial(page, file)
-    trial.open(script="delete Navigator.prototype.serial")
-    assert not page["connect"].is_enabled()
-    assert "no access to serial ports" in page.text("noport")
-
-
-def test_the_keys(trial: Trial) -> None:
-    page = trial.page
-    body = page.driver.find_element("tag name", "body")
-    body.send_keys("?")
-    shown = {one.text for one in page["keylist"].find_elements("tag name", "kbd")}
-    assert {"O", "C", "I", "A", "?"} <= shown
-    assert not {"R", "D", "K", "P", "M", "S"} & shown
-    trial.script("document.getElementById('keys').close()")
-    span = trial.drawn()
-    body.send_keys("+")
-    closer = trial.drawn()
-    assert closer["to"] - closer["from"] < 0.6 * (span["to"] - span["from"])
-    body.send_keys("a")
-    page.until(lambda: page["readout"].is_displayed())
-    body.send_keys("c")
-    page.until(lambda: trial.script("return Boolean(fake.opened)"))
-    body.send_keys("c")
-    page.until(lambda: trial.script("return fake.closed"))
-    body.send_keys("i")
-    page.until(lambda: page.text("word") == "Demo")
+def test_a_browser_without_serial_ports_says_so_and_no_request_could_be_made(chromium: Browser, file: Path) -> None:
+    opened(chromium, file, "delete Navigator.prototype.serial")
+    assert not chromium["connect"].is_enabled()
+    assert "no access to serial ports" in chromium.text("noport")
+    ask = "fetch(arguments[0]).then(() => arguments[1]('allowed'), () => arguments[1]('refused'))"
+    assert chromium.driver.execute_async_script(ask, file.as_uri()) == "refused"
+    assert any("Content Security Policy" in text for text in chromium.complaints())
 
 
 @pytest.mark.parametrize("size", ["desk", "phone"])
-def test_looks(trial: Trial, size: str) -> None:
-    page = trial.page
-    try:
-        sized(page, *SIZES[size])
-        for theme in ("light", "dark"):
-            page.theme(theme)
-            wrong: dict[str, Any] = {what: trial.script(script) for what, script in page_looks.CHECKS.items()}
-            if size == "phone":
-                wrong["small"] = trial.script(page_looks.SMALL)
-            assert {what: found for what, found in wrong.items() if found} == {}, theme
-        assert page_looks.audit(page.driver) == []
-    finally:
-        sized(page, *SIZES["desk"])
-
-
-def test_the_policy_forbids_what_the_page_never_does(page: Browser, file: Path) -> None:
-    """The other tests would see a request; this one sees that none could be made."""
-    trial = Trial(page, file)
-    trial.open()
-    page.driver.get_log("browser")
-    ask = "fetch(arguments[0]).then(() => arguments[1]('allowed'), () => arguments[1]('refused'))"
-    assert page.driver.execute_async_script(ask, trial.address) == "refused"
-    assert any("Content Security Policy" in entry["message"] for entry in page.driver.get_log("browser"))
+def test_looks(page: Browser, size: str) -> None:
+    page.size(size)
+    for theme in ("light", "dark"):
+        page.theme(theme)
+        checks = page_looks.CHECKS | ({"small": page_looks.SMALL} if size == "phone" else {})
+        assert {what: found for what, script in checks.items() if (found := page.run(script))} == {}, theme
+    assert page_looks.audit(page.driver) == []

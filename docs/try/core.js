@@ -1,0 +1,215 @@
+// The core in WebAssembly, and what it makes of a measurement: rows, and the messages of the live page's server.
+// cpp/wasm/palpate.cpp says what its functions do.
+
+export class Refused extends Error {}
+
+// Refuses unless it holds.
+export function require(holds, text) {
+  if (!holds) throw new Refused(text);
+}
+
+const COLUMNS = ["t", "hard", "soft", "ratio", "error", "statistic"];
+const ROW = 56; // bytes of a sample, cpp/rows/row.hpp
+const NUMBERS = ["number", "start", "start_s", "end_s", "samples", "ratio", "covariance", "standard_error", "revised", "first_ratio", "first_standard_error",
+  "offset_ratio", "offset_standard_error", "offset", "drift", "lag", "curve", "shift", "alarm_share", "saturated", "refused"];
+
+export class Core {
+  static async of(compiled) {
+    const core = new Core(), ascii = (at, size) => String.fromCharCode(...new Uint8Array(core.wasm.memory.buffer, at, size));
+    core.word = (at) => ascii(at, new Uint8Array(core.wasm.memory.buffer, at).indexOf(0));
+    core.wasm = (await WebAssembly.instantiate(compiled, { env: { number: (at, size) => Number(ascii(at, size)) } })).exports;
+    core.wasm._initialize();
+    return core;
+  }
+
+  begin({ seconds, samples, release, full_scale, host_stamps }) {
+    this.wasm.begin(seconds ?? 0, samples ?? 0, release, full_scale, host_stamps);
+  }
+
+  // Reads whole lines: [rows that are plain, bytes of them].
+  parse(bytes) {
+    new Uint8Array(this.wasm.memory.buffer).set(bytes, this.wasm.text());
+    return [this.wasm.parse(bytes.length), this.wasm.parsed()];
+  }
+
+  put(number, { seq, t_hard_ns, t_soft_ns, hard_raw, soft_raw, hard, soft, status }) {
+    const view = new DataView(this.wasm.memory.buffer, this.wasm.rows() + ROW * number, ROW);
+    [seq, t_hard_ns, t_soft_ns].forEach((value, i) => view.setBigInt64(8 * i, BigInt(value), true));
+    view.setInt32(24, hard_raw, true);
+    view.setInt32(28, soft_raw, true);
+    view.setFloat64(32, hard, true);
+    view.setFloat64(40, soft, true);
+    view.setUint8(48, status);
+  }
+
+  // Gives the samples [from, to) to the tracker; yields a copy of the rows of each part.
+  *take(from, to) {
+    for (let at = from; at < to; ) {
+      const end = this.wasm.take(at, to), { buffer } = this.wasm.memory;
+      const block = { end, flags: new Uint8Array(buffer, this.wasm.flags(), end).slice() };
+      COLUMNS.forEach((name, i) => (block[name] = new Float64Array(buffer, this.wasm.column(i), end).slice()));
+      yield block;
+      at += end;
+    }
+  }
+
+  // The touches that ended, or were revised, since the last call of the core.
+  get touches() {
+    const size = this.wasm.touch_size();
+    return Array.from({ length: this.wasm.touch_count() }, (_, k) => {
+      const numbers = new Float64Array(this.wasm.memory.buffer, this.wasm.touches() + 8 * size * k, size);
+      const touch = Object.fromEntries(NUMBERS.map((name, i) => [name, orNull(numbers[i])]));
+      return { ...touch, revised: touch.revised === 1, flags: this.word(this.wasm.touch_flags(k)).split(",").slice(0, -1) };
+    });
+  }
+}
+
+const orNull = (value) => (Number.isNaN(value) ? null : value);
+const PRESSED = ["contact", "done"], NEWS_S = 10; // what happened stays in the line for so long
+const CONTACT = 2, USELESS = 8; // of a row's flags: a touch is measured; a reading has no value
+
+export class Measurement {
+  constructor(core, { kind, name, device, scene = "handheld", settings }) {
+    Object.assign(this, { core, kind, name, device, scene, error: "", messages: [], gaps: [], marks: [], tares: [], found: [] });
+    Object.assign(this, { rows: 0, lost: 0, useless: 0, retaken: 0, origin: null, end: null, contact: null, gapAt: -Infinity, retakenAt: -Infinity });
+    this.parts = []; // rows that are not shown yet
+    this.set(settings);
+  }
+
+  set(settings) {
+    this.settings = settings;
+    this.core.begin(settings);
+  }
+
+  // Gives samples that the core holds to the tracker.
+  take(from, to) {
+    for (const block of this.core.take(from, to)) {
+      this.origin ??= block.t[0];
+      this.end = block.t[block.end - 1];
+      this.rows += block.end;
+      block.flags.forEach((flags, i) => {
+        this.useless += (flags & USELESS) > 0;
+        this.contact = flags & CONTACT ? this.contact ?? block.t[i] : null;
+      });
+      this.parts.push(block);
+      this.note();
+    }
+    const retaken = this.core.wasm.retaken();
+    if (retaken > this.retaken) [this.retaken, this.retakenAt] = [retaken, this.end];
+  }
+
+  note() {
+    for (const touch of this.core.touches) this.found[touch.number - 1] = touch;
+  }
+
+  // Measures the baseline again; false: the probe is in contact.
+  tare(forced = false) {
+    if (!this.core.wasm.tare(forced)) return false;
+    this.note();
+    this.tares.push(this.end);
+    return true;
+  }
+
+  // The samples that follow are not those after the ones before.
+  gap() {
+    this.core.wasm.gap();
+    this.note();
+  }
+
+  showGap(from_s, to_s, lost, text) {
+    this.gaps.push({ from_s, to_s, lost, text });
+    this.gapAt = this.end;
+  }
+
+  close(error = "") {
+    if (!this.ended && this.core.wasm.finish()) this.note();
+    Object.assign(this, { ended: true, error });
+  }
+
+  get hello() {
+    const { kind, file = null, origin: origin_s, name: source, device, scene, settings: { samples, seconds, threshold } } = this;
+    return { kind, file, origin_s, source, device, scene, samples, seconds, threshold, calibrated: false, scatter: null };
+  }
+
+  get state() {
+    const { wasm } = this.core, raw = this.ended ? "ended" : this.core.word(wasm.state()), measured = PRESSED.includes(raw);
+    const error = measured ? orNull(wasm.standard_error()) : null, [now, line] = this.said(raw);
+    const state = raw === "waiting" ? "no contact" : raw === "contact" && (wasm.alarm() || error === null) ? "adapting" : raw;
+    const announce = `${now.word}. ${line.title} ${line.level === "quiet" && raw === "contact" ? "" : line.text}`;
+    return { state, end_s: this.end, ratio: measured ? wasm.ratio() : null, standard_error: error, uncertainty: error, now, line, announce, messages: this.messages };
+  }
+
+  // What to do, and what to know: the rules of the live page (python/palpate/live) that a port alone can obey.
+  said(raw) {
+    const last = this.found.at(-1), why = last ? whyOf(last) : "", baseline = raw === "baseline", wait = now("Wait", "do not touch anything", "caution");
+    const calm = this.calm(raw, last && !why ? `Touch ${last.number} is kept.` : "", last), warn = (title, text) => ({ level: "caution", title, text });
+    if (this.ended) return calm;
+    if (this.end - this.gapAt < NEWS_S) return [baseline ? wait : calm[0], warn("It goes on after a gap.", `${sentence(this.gaps.at(-1).text)} The baseline is measured again.`)];
+    if (this.end - this.retakenAt < NEWS_S) return [baseline ? wait : calm[0], warn("Baseline lost.", "It had been measured in contact, or it jumped. It is measured again; a touch before may be wrong, and is flagged.")];
+    if (why && raw !== "contact") return [now("Repeat", raw === "done" ? "lift, touch again" : "touch again", "caution", raw === "done" ? 1 : null), warn(`Touch ${last.number} is left out.`, sentence(why))];
+    return calm;
+  }
+
+  calm(raw, kept, last) {
+    const quiet = (text) => ({ level: "quiet", title: "", text: text.trim() }), { seconds } = this.settings;
+    if (raw === "baseline" && last && !last.revised) return [now("Wait", "a second without touching"), quiet(`${kept} Its result is revised when the baseline after it is known.`)];
+    if (raw === "baseline") return [now("Wait", "do not touch anything"), quiet("The baseline is being measured.")];
+    if (raw === "waiting") return [now("Touch", "press, and hold"), quiet(`Ready. ${kept}`)];
+    if (raw === "done") return [now("Lift", "the touch is complete", "good", 1), quiet(kept || "The touch is complete.")];
+    if (raw === "ended") return [now(this.file ? "File" : "Stop", this.name), quiet(this.file?.said ?? this.error)];
+    const passed = this.contact === null || !seconds ? NaN : Math.min(this.end - this.contact, seconds);
+    return [now("Hold", passed >= 0 ? `${(seconds - passed).toFixed(1)} s more` : "measuring", "busy", orNull(passed / seconds)), quiet("Measuring.")];
+  }
+
+  get touches() {
+    const rows = this.found.map((touch) => {
+      const why = whyOf(touch);
+      return { ...touch, uncertainty: touch.standard_error, modulus: null, specimen: null, deviation: null, advice: adviceOn(touch), kept: !why, why };
+    });
+    return { rows, most_reliable: null, together: null };
+  }
+
+  get events() {
+    const flags = this.found.flatMap((touch) => touch.flags.map((name) => ({ t_s: touch.end_s, touch: touch.number, name, text: `${name}: ${ADVICE[name]}` })));
+    return { marks: this.marks, tares: this.tares, gaps: this.gaps, flags };
+  }
+
+  get session() {
+    return { specimens: [], next: null, notes: [], last: null, count: { kept: this.found.filter((touch) => !whyOf(touch)).length, of: this.found.length } };
+  }
+}
+
+const now = (word, sub, tone = "idle", share = null) => ({ word, sub, tone, share });
+const sentence = (text) => `${text.charAt(0).toUpperCase()}${text.slice(1)}${text.endsWith(".") ? "" : "."}`;
+
+// What each flag means and asks for; palpate.advice says it with the numbers of the touch.
+export const ADVICE = {
+  short: "the touch ended before its full length: hold the probe longer",
+  saturated: "readings are outside the range of the converter and left out: press less deep",
+  refused: "readings gave no sample: check the cable and the connection of the board",
+  unsettled: "too few samples for a standard error: hold the probe longer",
+  unexcited: "the change of the capacitances was too small to move the ratio from its initial value: press deeper",
+  "one-sided": "the press did not raise both channels by amounts that can be compared: check that both gauges are wired, and to the right inputs; or press deeper",
+  offset: "hard against soft misses the origin: hold the probe upright",
+  drift: "a baseline or the object changed during the touch: hold the probe still, and keep hands and metal away from it",
+  lag: "one channel is late: press slowly; check that the channels are not swapped",
+  curve: "hard against soft bends: press less deep",
+  creep: "a channel recovers slowly after the release, so the ratio is not corrected: press for a shorter time",
+  baseline: "it was measured in contact, and is measured again now: the ratio is wrong: touch again",
+  gap: "the board restarted or was opened again during the touch or before it, so the baseline may have been measured in contact: lift the probe, and touch again",
+};
+const SWAPPED = "swapped: the soft channel changed more than the hard one: exchange the wires of the two inputs";
+const FEWEST = 16; // samples of a short touch that counts
+
+function adviceOn(touch) {
+  const { ratio, standard_error: error, samples, flags } = touch, least = 1 - (error === null ? 0.2 : 2 * error);
+  const swapped = samples >= 20 && ratio > 0 && ratio < least && !["unexcited", "one-sided", "baseline"].some((flag) => flags.includes(flag));
+  return [...flags.map((flag) => `${flag}: ${ADVICE[flag]}`), ...(swapped ? [SWAPPED] : [])];
+}
+
+// Why a touch does not count, as palpate.several says; "": it does.
+function whyOf({ flags, samples, standard_error: error, revised }) {
+  const harmless = { short: error !== null && samples >= FEWEST, drift: error !== null && revised };
+  const found = flags.find((flag) => !harmless[flag]);
+  return found ? `${found}: ${ADVICE[found]}` : "";
+}
