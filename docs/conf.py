@@ -17,11 +17,8 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
-    "mathml",
-    "command_help",
+    "site_parts",
     "cpp_reference",
-    "citation",
-    "try_page",
 ]
 exclude_patterns = ["extensions", "templates", "static"]
 templates_path = ["templates"]
@@ -51,7 +48,7 @@ napoleon_use_param = False
 napoleon_custom_sections = [("Attributes", "params_style")]  # "low, high : float" is one entry of two names
 # Types are in words: shapes, units, ranges.
 nitpick_ignore_regex = [("py:.*", ".*"), ("cpp:.*", ".*")]
-suppress_warnings = ["ref.python"]
+suppress_warnings = ["ref.python", "duplicate_declaration.cpp"]  # the namespace, on each page of a header
 
 
 def setup(app: Any) -> None:
