@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -62,6 +63,15 @@ def cmake() -> str:
     return need("cmake")
 
 
+@pytest.fixture(scope="session")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """One headless browser for all tests of a worker; `reset` gives it an empty page."""
+    from live_browser import browser
+
+    with browser(tmp_path_factory.mktemp("downloads")) as opened:
+        yield opened
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Shuffle the tests if there is a seed for their order."""
     if order := os.environ.get("PALPATE_ORDER"):
@@ -72,7 +82,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     """In a worker: send what was found to who prints it."""
     output: dict[str, Any] | None = getattr(session.config, "workeroutput", None)
     if output is not None:
-        output["tally"] = json.dumps(_TALLY.sent())  # text: what cannot be sent fails here, and is not lost
+        output["tally"] = json.dumps(vars(_TALLY))  # text: what cannot be sent fails here, and is not lost
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -84,13 +94,7 @@ def pytest_testnodedown(node: Any) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    sections = {
-        "measured": sorted(_TALLY.said),
-        "faults": list(_TALLY.fault_lines()),
-        "property tests": list(_TALLY.property_lines()),
-    }
-    for title, lines in sections.items():
-        if lines:
-            terminalreporter.section(title)
-        for line in lines:
-            terminalreporter.write_line(line)
+    if lines := list(_TALLY.lines()):
+        terminalreporter.section("measured")
+    for line in lines:
+        terminalreporter.write_line(line)

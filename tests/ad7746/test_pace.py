@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.ad7746.pace import Middle, Pace, Seen, difference_ns
+from palpate.ad7746.pace import Pace, Seen
 from palpate.errors import ProtocolError
 
 LENGTH_NS = 11_000_000
@@ -46,13 +46,6 @@ def test_no_narrower_bounds_hold(delays: tuple[int, int, int, int]) -> None:
         assert low <= high + 4  # half a nanosecond in each of them
 
 
-def test_clean_conversions_teach_the_duration() -> None:
-    pace = Pace(0.011)
-    pace.learn(seen(0, 11_400_000, (700_000, 100_000, 300_000, 100_000)))
-    pace.learn(seen(0, 11_400_000, (100_000, 50_000_000, 50_000, 100_000)))
-    assert (pace.shortest_ns, pace.longest_ns) == (11_000_000 - 220, 11_600_000)
-
-
 def test_another_duration_is_refused_and_forgotten() -> None:
     pace = Pace(0.011)
     clean = seen(0, LENGTH_NS, (100_000, 100_000, 100_000, 100_000))
@@ -61,12 +54,6 @@ def test_another_duration_is_refused_and_forgotten() -> None:
         pace.learn(clean._replace(busy=clean.busy + 3_000_000, ended=clean.ended + 3_000_000))
     pace.learn(clean._replace(busy=clean.busy + 3_000_000, ended=clean.ended + 3_000_000))
     assert pace.shortest_ns == 13_800_000
-
-
-def test_the_difference_of_two_times() -> None:
-    assert difference_ns(Middle(0, 300, 10), Middle(0, 20, 40)) == 340
-    assert difference_ns(Middle(0, 30, 100), Middle(0, 200, 40)) == 300
-    assert Middle(5, 30, 100).error_ns == 100
 
 
 def test_a_duration_that_is_too_long_is_corrected() -> None:

@@ -3,8 +3,7 @@
 import math
 from collections import deque
 
-import pytest
-from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.evalkit.board import EvalKit
@@ -67,16 +66,11 @@ class Script(KitTwin):
         return Reply(taken=len(data))
 
 
-def play(exchanges: list[Exchange]) -> tuple[Ad7746, Script]:
-    clock = VirtualClock()
-    script = Script(exchanges, clock)
-    backend = TwinBackend(clock)
-    backend.plug(script)
-    return Ad7746(EvalKit(backend=backend, clock=clock), CONFIGURATION, clock), script
-
-
 def test_a_pair() -> None:
-    driver, script = play([*OPEN, *START, *HARD, *SOFT])
+    clock = VirtualClock()
+    script, backend = Script([*OPEN, *START, *HARD, *SOFT], clock), TwinBackend(clock)
+    backend.plug(script)
+    driver = Ad7746(EvalKit(backend=backend, clock=clock), CONFIGURATION, clock)
     driver.start()
     sample = driver.read_pair(0)
     driver.close()
@@ -84,23 +78,3 @@ def test_a_pair() -> None:
     assert sample is not None
     assert (sample.seq, sample.hard_raw, sample.soft_raw, sample.status) == (0, 0x80F720, 0x800000, 0)
     assert (sample.hard, sample.soft) == (0.030890625, 0.0)
-
-
-def test_all_ff_with_an_error_counted_is_read_again() -> None:
-    refused: list[Exchange] = [
-        ("C0 DD 0090 0000 15", " ".join(["FF"] * 15)),
-        ("C0 DF 0000 0000 1", "01"),
-    ]
-    driver, script = play([*OPEN, *START, *HARD[:-2], *refused, *HARD[-2:], *SOFT])
-    driver.start()
-    sample = driver.read_pair(0)
-    assert not script.left
-    assert sample is not None
-    assert sample.hard_raw == 0x80F720
-    assert driver.counters.errors == driver.counters.retries == 1
-
-
-def test_a_script_is_strict() -> None:
-    driver, _ = play([*OPEN, ("40 DC 0090 0000", "BE")])
-    with pytest.raises(AssertionError):
-        driver.start()

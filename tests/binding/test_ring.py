@@ -6,7 +6,6 @@ from collections import deque
 from typing import Any
 
 import numpy as np
-import palpate
 import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
@@ -116,36 +115,21 @@ def test_two_threads_lose_nothing_that_is_not_counted() -> None:
     ("call", "kind", "message"),
     [
         (lambda r: SampleRing(1), ValueError, "capacity: got 1, allowed: 2 <= capacity"),
-        (lambda r: SampleRing(2**31), ValueError, "capacity: got 2147483648"),
         (
             lambda r: SampleRing("2"),  # type: ignore[arg-type]
             TypeError,
             "capacity: got '2', allowed: a whole number",
         ),
         (lambda r: r.push((1, 2, 3)), ValueError, "sample: got 3 fields, allowed: the 9 of palpate.Sample"),
-        (
-            lambda r: r.push(FIELDS._replace(hard_raw=2**31)),
-            ValueError,
-            "hard_raw: got 2147483648, allowed: .*-1 to 2147483647",
-        ),
         (lambda r: r.push(FIELDS._replace(soft_raw=-2)), ValueError, "soft_raw: got -2, allowed: an integer, -1 to"),
-        (lambda r: r.push(FIELDS._replace(status=9)), ValueError, "status: got 9, allowed: an integer, 0 to 8"),
-        (lambda r: r.push(FIELDS._replace(seq=-1)), ValueError, "seq: got -1, allowed: an integer, 0 to 922"),
         (lambda r: r.push(FIELDS._replace(t_soft_ns=-(2**63) - 1)), ValueError, "t_soft_ns: got -92233720368547758"),
         (lambda r: r.push(FIELDS._replace(seq=True)), TypeError, "seq: got True, allowed: an integer"),
         (lambda r: r.push(FIELDS._replace(hard="1")), TypeError, "hard: got '1', allowed: a real number, pF"),
-        (lambda r: r.push(FIELDS._replace(soft=False)), TypeError, "soft: got False, allowed: a real number"),
-        (lambda r: r.push(FIELDS._replace(soft=10**400)), TypeError, r"soft: got 10{59}\.\.\., allowed"),
-        (lambda r: r.push(FIELDS._replace(hard_raw=10**5000)), ValueError, "hard_raw: got a value of type int, allo"),
-        (lambda r: r.row([0] * 8), TypeError, "sample: got .*, allowed: a palpate.Sample"),
         (lambda r: pickle.dumps(r), TypeError, "cannot pickle a SampleRing"),
         (lambda r: r.push(7), TypeError, "sample: got 7, allowed: a palpate.Sample"),
         (lambda r: r.push_many(np.zeros(3)), TypeError, "samples: got float64, allowed: .*SampleRing.dtype"),
-        (lambda r: r.push_many([1, 2]), TypeError, "samples: got .*list"),
         (lambda r: r.push_many(samples(0, 4)[::2]), ValueError, "samples: got a strided"),
-        (lambda r: r.push_many(samples(0, 4).reshape(2, 2)), ValueError, r"samples: got shape \(2, 2\)"),
         (lambda r: r.pop_many(np.frombuffer(bytes(112), r.dtype)), ValueError, "out: got .*read-only"),
-        (lambda r: r.pop_many(), TypeError, "takes exactly one argument"),
     ],
 )
 def test_what_it_refuses(call: Any, kind: type[Exception], message: str) -> None:
@@ -153,34 +137,6 @@ def test_what_it_refuses(call: Any, kind: type[Exception], message: str) -> None
     with pytest.raises(kind, match=message):
         call(ring)
     assert (len(ring), ring.dropped) == (0, 0)
-
-
-def test_an_equal_dtype_will_do() -> None:
-    """As pickled or memory-mapped, the dtype is equal without being the same object."""
-    ring = SampleRing(8)
-    fields = ring.dtype.fields
-    assert fields is not None
-    again = np.dtype(
-        {
-            "names": list(fields),
-            "formats": [f[0] for f in fields.values()],
-            "offsets": [f[1] for f in fields.values()],
-            "itemsize": ring.dtype.itemsize,
-        }
-    )
-    assert ring.push_many(samples(0, 3).astype(again)) == 3
-    assert repr(ring) == "<SampleRing(8) len=3 dropped=0>"
-    assert ring.dtype.itemsize == 56
-
-
-def test_rows_and_samples_are_the_same_tuples() -> None:
-    sample, ring = Sample(7, 1, 2, 100, 200, 1.5, 2.5, 3), SampleRing(4)
-    assert ring.dtype.names == Sample._fields
-    assert ring.push(sample)
-    assert ring.push_many(np.array([sample], ring.dtype)) == 1
-    out = np.empty(2, ring.dtype)
-    assert ring.pop_many(out) == 2
-    assert [Sample(*row) for row in out.tolist()] == [sample, sample]
 
 
 def test_a_row_has_plain_numbers_and_the_ranges_of_a_recording() -> None:
@@ -194,22 +150,3 @@ def test_a_row_has_plain_numbers_and_the_ranges_of_a_recording() -> None:
         with pytest.raises(ValueError, match=field):
             ring.row(edges._replace(**{field: beyond}))
     assert len(ring) == 1
-
-
-def test_made_without_init() -> None:
-    class Lazy(palpate.SampleRing):
-        def __init__(self) -> None:
-            """Forget the base."""
-
-    with pytest.raises(TypeError, match="__init__"):
-        Lazy()
-    bare: Any = SampleRing.__new__(SampleRing)
-    for call in (
-        lambda: bare.push_many(samples(0, 1)),
-        lambda: bare.closed,
-        lambda: bare.dropped,
-        lambda: len(bare),
-        lambda: repr(bare),
-    ):
-        with pytest.raises(TypeError, match="__init__"):
-            call()

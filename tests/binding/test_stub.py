@@ -1,6 +1,5 @@
-"""What an editor knows of the compiled core: the stub is that of the module, and marks what Python would refuse."""
+"""What an editor knows of the compiled core: the stub describes the module, and marks what Python would refuse."""
 
-import ast
 import inspect
 import subprocess
 import sys
@@ -9,42 +8,25 @@ from pathlib import Path
 import palpate
 import pytest
 from palpate import _core
-from project import ROOT
 
 CLASSES = [value for value in vars(_core).values() if inspect.isclass(value)]
+PRIOR = {"initial_ratio": 1.0, "initial_covariance": 1e12, "max_covariance": 1e12}
+PAPER = {"steady": 0.995, "alarmed": 0.9, "drift": 0.01, "threshold": 0.05, "clear_level": 0.0}
+HANDHELD = {"steady": 0.9995, "drift": 0.75, "threshold": 10.0, "clip": 3.0, "smoothing": 0.0625, "guard": 2}
 DEFAULTS = {
-    "Rls": {"forgetting": 0.995, "initial_ratio": 1.0, "initial_covariance": 1e12, "max_covariance": 1e12},
-    "AdaptiveRls": {
-        "steady": 0.995,
-        "alarmed": 0.9,
-        "drift": 0.01,
-        "threshold": 0.05,
-        "clear_level": 0.0,
-        "initial_ratio": 1.0,
-        "initial_covariance": 1e12,
-        "max_covariance": 1e12,
-    },
-    "HandoverRls": {
-        "steady": 0.9995,
-        "drift": 0.75,
-        "threshold": 10.0,
-        "clip": 3.0,
-        "smoothing": 0.0625,
-        "guard": 2,
-        "initial_ratio": 1.0,
-        "initial_covariance": 1e10,
-        "max_covariance": 1e12,
-    },
+    "Rls": {"forgetting": 0.995} | PRIOR,
+    "AdaptiveRls": PAPER | PRIOR,
+    "HandoverRls": HANDHELD | PRIOR | {"initial_covariance": 1e10},
 }
 """Of the public interface: DESIGN says them."""
 
 
-def test_the_stub_is_written_from_the_module() -> None:
-    written = subprocess.run(
-        [sys.executable, str(ROOT / "tests" / "tools" / "core_stub.py")], capture_output=True, text=True, check=True
-    )
-    stub = (ROOT / "python" / "palpate" / "_core.pyi").read_text(encoding="utf-8")
-    assert ast.unparse(ast.parse(stub)) == ast.unparse(ast.parse(written.stdout))
+def test_the_stub_is_that_of_the_module(tmp_path: Path) -> None:
+    allowed = tmp_path / "allowed.txt"
+    allowed.write_text("palpate\\._core\\.[A-Z]\\w*\n")  # the metaclass of pybind11
+    command = [sys.executable, "-m", "mypy.stubtest", "palpate._core", "--concise", "--allowlist", str(allowed)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert (done.returncode, done.stdout) == (0, ""), done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("cls", CLASSES)
@@ -63,19 +45,6 @@ def test_the_defaults_are_the_cores(name: str) -> None:
         assert shown == cls().settings == bank(1).settings == DEFAULTS[name]
         assert list(shown) == list(cls().settings)
         assert list(inspect.signature(bank).parameters) == ["streams", *shown]
-
-
-def test_a_subclass_has_the_signature_of_its_own_constructor() -> None:
-    class Plain(palpate.Rls):
-        pass
-
-    class Own(palpate.Rls):
-        def __init__(self, memory: float) -> None:
-            super().__init__(forgetting=1 - 2 / memory)
-
-    assert inspect.signature(Plain) == inspect.signature(palpate.Rls)
-    assert list(inspect.signature(Own).parameters) == ["memory"]
-    assert Own(400).settings["forgetting"] == 0.995
 
 
 @pytest.mark.parametrize("cls", CLASSES)
@@ -105,13 +74,6 @@ def test_what_constructors_refuse(call: object, message: str) -> None:
         call()  # type: ignore[operator]
 
 
-def test_a_second_init_changes_nothing() -> None:
-    estimator = palpate.Rls(forgetting=0.9)
-    estimator.update(0.5, 0.25)
-    estimator.__init__()  # type: ignore[misc]
-    assert (estimator.settings["forgetting"], estimator.samples) == (0.9, 1)
-
-
 GOOD = """
 import palpate
 palpate.Tracker()
@@ -122,6 +84,11 @@ with palpate.Stream("sim:", scene="sliding", release=0.2) as stream:
     stream.stop()
 palpate.touches(palpate.read("a.csv"), scene="fixed", forgetting=0.9)
 """
+GOOD += "".join(
+    f"palpate.Tracker({scene!r}, {', '.join(f'{name}={value!r}' for name, value in settings.items())})\n"
+    for scene in _core.scenes
+    for settings in [palpate.Tracker(scene, full_scale=4.0).settings]  # type: ignore[call-overload]
+)
 BAD = [
     'palpate.Tracker(scene="handhel")',
     "palpate.Tracker(threshhold=3)",

@@ -2,14 +2,13 @@
 
 import re
 import tomllib
+from collections.abc import Callable
 from math import inf, isnan, nan
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import palpate
 import pytest
-import tomli_w
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
@@ -87,26 +86,6 @@ def test_specimens_that_are_off_are_told_from_touches_that_scatter() -> None:
     assert np.sqrt(np.mean([r.standardised**2 for r in found.residuals])) == pytest.approx(0.9, abs=0.2)
 
 
-def test_a_touch_with_a_large_standard_error_weighs_less() -> None:
-    data, errors = ratios(FOUR, 0.01), np.full(40, 1e-3)
-    clean = Calibration.fit(data, FOUR, standard_errors=errors)
-    data[38] *= 1.3  # on the stiffest specimen
-    errors[38] = 0.3 * data[38]
-    weighted, unweighted = Calibration.fit(data, FOUR, standard_errors=errors), Calibration.fit(data, FOUR)
-    true = clean.probe.rigid_ratio
-    assert abs(weighted.probe.rigid_ratio / true - 1) < 0.01 < abs(unweighted.probe.rigid_ratio / true - 1)
-
-
-def test_means_of_touches_count_as_many() -> None:
-    means = ratios(FOUR).reshape(10, 4).mean(axis=1)
-    one, four = Calibration.fit(means, MODULI), Calibration.fit(means, MODULI, touches=4)
-    assert four.touch_spread == pytest.approx(2 * one.touch_spread, rel=1e-3)
-    assert one.probe.rigid_ratio == pytest.approx(four.probe.rigid_ratio, rel=1e-6)
-    a, b = one.modulus(4.0), four.modulus(4.0, touches=4)
-    assert list(a) == pytest.approx(list(b), rel=1e-3)
-    assert four.modulus(4.0).high > b.high
-
-
 def test_the_interval_is_asymmetric_and_then_one_sided(calibration: Calibration) -> None:
     rigid = calibration.probe.rigid_ratio
     soft, middle, stiff = (calibration.modulus(share * rigid, 1e-3) for share in (0.3, 0.85, 0.98))
@@ -123,14 +102,6 @@ def test_the_interval_is_asymmetric_and_then_one_sided(calibration: Calibration)
     near = [calibration.modulus(rigid * (1 - step), 1e-3) for step in (1e-3, 1e-6, 1e-9)]
     assert near[2].value > 1e5 * near[0].value
     assert near[2].low == pytest.approx(near[0].low, rel=0.02)
-
-
-def test_wider_for_a_larger_error_and_a_higher_level(calibration: Calibration) -> None:
-    narrow, wide = calibration.modulus(5.0, 0.01), calibration.modulus(5.0, 0.5)
-    assert wide.low < narrow.low < narrow.high < wide.high
-    higher = calibration.modulus(5.0, 0.01, level=0.99)
-    assert higher.low < narrow.low < narrow.high < higher.high
-    assert narrow.value == higher.value
 
 
 def test_no_answer_has_a_reason(calibration: Calibration) -> None:
@@ -153,13 +124,6 @@ def test_no_answer_has_a_reason(calibration: Calibration) -> None:
     assert above.as_dict()["high_MPa"] is None
 
 
-def test_extrapolation_is_flagged(calibration: Calibration) -> None:
-    assert calibration.range == (0.143, 8.68)
-    flags = {E: calibration.modulus(calibration.probe.ratio(E)).extrapolated for E in (0.1, 0.15, 8.0, 9.0)}
-    assert flags == {0.1: True, 0.15: False, 8.0: False, 9.0: True}
-    assert calibration.modulus(20.0).extrapolated
-
-
 def test_verdicts() -> None:
     data = ratios(FOUR)
     swapped = data.copy()
@@ -175,47 +139,24 @@ def test_verdicts() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("call", "message"),
     [
-        (([2.0, 3.0], [1.0]), r"moduli: got shape \(1,\)"),
-        (([2.0, nan, 3.0], [1.0, 2.0, 3.0]), "ratios: got nan"),
-        (([2.0, -1.0, 3.0], [1.0, 2.0, 3.0]), "ratios: got -1.0"),
-        (([2.0, 3.0, 4.0], [1.0, 0.0, 3.0]), "moduli: got 0.0"),
-        (([2.0, 3.0, 4.0], [1.0, 2.0, inf]), "moduli: got inf"),
+        (lambda _: Calibration.fit([2.0, 3.0], [1.0]), "moduli: got shape (1,)"),
+        (lambda _: Calibration.fit([2.0, nan, 3.0], [1.0, 2.0, 3.0]), "ratios: got nan"),
+        (lambda _: Calibration.fit([2.0, 3.0, 4.0], [1.0, 0.0, 3.0]), "moduli: got 0.0"),
+        (lambda _: Calibration.fit(MODULI, MODULI, standard_errors=np.full(10, -1.0)), "standard_errors: got -1.0"),
+        (lambda _: Calibration.fit(MODULI, MODULI, touches=0), "touches: got 0.0"),
+        (lambda _: Calibration.fit([2.0, 2.1, 3.0], [1.0, 1.0, 2.0]), "got 2 specimens, allowed: 3 or more"),
+        (lambda _: Calibration.fit([2, 3, 4], [1, 2, 3], soft_ratio=None), "got 3 specimens, allowed: 4 or more"),
+        (lambda _: Calibration.fit(MODULI[::-1], MODULI), "do not follow the S-shaped curve"),
+        (lambda made: made.modulus(nan), "ratio: got nan"),
+        (lambda made: made.modulus(5.0, -1.0), "standard_error: got -1.0"),
+        (lambda made: made.modulus(5.0, level=1.0), "level: got 1.0"),
     ],
 )
-def test_arguments_that_are_wrong(arguments: tuple[list[float], list[float]], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        Calibration.fit(*arguments)
-
-
-def test_options_that_are_wrong(calibration: Calibration) -> None:
-    with pytest.raises(ValueError, match=r"standard_errors: got -1\.0"):
-        Calibration.fit(MODULI, MODULI, standard_errors=np.full(10, -1.0))
-    with pytest.raises(ValueError, match=r"touches: got 0\.0"):
-        Calibration.fit(MODULI, MODULI, touches=0)
-    with pytest.raises(ValueError, match="soft_ratio: got nan"):
-        Calibration.fit(MODULI, MODULI, soft_ratio=nan)
-    wrong: list[tuple[dict[str, Any], str]] = [
-        ({"ratio": nan}, "ratio: got nan"),
-        ({"ratio": 5.0, "standard_error": -1.0}, "standard_error: got -1.0"),
-        ({"ratio": 5.0, "standard_error": nan}, "standard_error: got nan"),
-        ({"ratio": 5.0, "touches": 0}, "touches: got 0"),
-        ({"ratio": 5.0, "level": 1.0}, "level: got 1.0"),
-    ]
-    for arguments, message in wrong:
-        with pytest.raises(ValueError, match=message):
-            calibration.modulus(**arguments)
-
-
-def test_specimens_that_make_no_calibration() -> None:
-    with pytest.raises(CalibrationError, match="got 2 specimens, allowed: 3 or more"):
-        Calibration.fit([2.0, 2.1, 3.0], [1.0, 1.0, 2.0])
-    with pytest.raises(CalibrationError, match="got 3 specimens, allowed: 4 or more"):
-        Calibration.fit([2.0, 3.0, 4.0], [1.0, 2.0, 3.0], soft_ratio=None)
-    for falling in (MODULI[::-1], np.full(10, 3.0), 1 + MODULI):
-        with pytest.raises(CalibrationError, match="do not follow the S-shaped curve"):
-            Calibration.fit(falling, MODULI)
+def test_what_is_refused(calibration: Calibration, call: Callable[[Calibration], object], message: str) -> None:
+    with pytest.raises((ValueError, CalibrationError), match=re.escape(message)):
+        call(calibration)
 
 
 def test_saved_and_loaded(calibration: Calibration, tmp_path: Path) -> None:
@@ -245,13 +186,11 @@ def test_saved_and_loaded(calibration: Calibration, tmp_path: Path) -> None:
     ("old", "new", "message"),
     [
         ("schema = 1", "schema = 2", "schema: got 2"),
-        ("schema = 1", "", "'schema' is missing"),
         ("touch_freedom = 30", "touch_freedom = -1", "touch_freedom: got -1"),
-        ("touch_freedom = 30", 'touch_freedom = "many"', "touch_freedom: got 'many'"),
-        ("[scatter]", "[scattered]", "'scatter' is missing"),
         ("touch_variance = ", "touch_variance = -", "touch_variance: got -"),
         ("[units]", "[units", "not a calibration"),
-        ("parameters = [", "parameters = [ nan,", "parameters: got shape"),
+        ("touches = [\n    1.0", "touches = [\n    0.0", "touches: got no value, or a value that is not positive"),
+        ("specimen_share = ", "specimen_share = 1", "specimen_share: got 1"),
     ],
 )
 def test_a_file_that_is_no_calibration(
@@ -264,42 +203,6 @@ def test_a_file_that_is_no_calibration(
     with pytest.raises(CalibrationError, match="not a calibration") as caught:
         Calibration.load(path)
     assert message in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("table", "key", "value", "message"),
-    [
-        ("fit", "parameters", [1.0, 0.0, 2.0], "parameters: got [1.0, 0.0, 2.0], allowed: soft_ratio < rigid_ratio"),
-        ("scatter", "specimen_share", 1.5, "specimen_share: got 1.5, allowed: 0 to 1"),
-        ("data", "touches", [0.0] * 40, "touches: got no value, or a value that is not positive"),
-        ("data", "moduli_MPa", [-1.0] * 40, "moduli_MPa: got no value, or a value that is not positive"),
-    ],
-)
-def test_numbers_that_no_calibration_has(
-    calibration: Calibration, tmp_path: Path, table: str, key: str, value: Any, message: str
-) -> None:
-    path = tmp_path / "probe.toml"
-    calibration.save(path)
-    document = tomllib.loads(path.read_text())
-    assert key in document[table]
-    document[table][key] = value
-    path.write_text(tomli_w.dumps(document))
-    with pytest.raises(CalibrationError, match=re.escape(message)):
-        Calibration.load(path)
-
-
-def test_a_file_too_large_is_not_read(tmp_path: Path) -> None:
-    path = tmp_path / "probe.toml"
-    with path.open("wb") as file:
-        file.truncate(10_000_001)
-    with pytest.raises(CalibrationError, match="larger than 1,000,000 bytes"):
-        Calibration.load(path)
-
-
-@pytest.mark.parametrize("error", [1e80, 1e160, 1e300])
-def test_a_standard_error_beyond_sense_tells_nothing(calibration: Calibration, error: float) -> None:
-    found = calibration.modulus(2.5, error)
-    assert (found.low, found.high) == (0.0, inf)
 
 
 @pytest.fixture(scope="module")

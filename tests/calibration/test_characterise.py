@@ -1,17 +1,15 @@
 """From touches to a table and a calibration; which touch to choose; a hand that is simulated."""
 
-import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import palpate
 import pytest
-from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose, rises, unlevel
+from palpate.calibration.characterise import CHOICES, Specimen, calibrate, choose, unlevel
 from palpate.calibration.specimen_files import assign, read_moduli, write_session
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.several import TOUCH_SCATTER
-from palpate.simulation import scenarios
 from palpate.simulation.hand import Hand, session
 from palpate.simulation.scenarios import PROBE
 
@@ -44,21 +42,6 @@ def test_a_session_is_what_was_asked_for() -> None:
     )
     with pytest.raises(ValueError, match="touches: got 0"):
         session(touches=0)
-
-
-def test_a_hand_scatters_as_it_says() -> None:
-    random = np.random.default_rng(1)
-    presses = Hand(oblique=0.05).touches(2.0, 4000, random).presses
-    factors = np.array([press.ratios[0][1] for press in presses]) / 2
-    # 4,000 of them: the mean scatters by 0.05 / 63, the standard deviation by 1.1 %.
-    assert factors.mean() == pytest.approx(1, abs=3e-3)
-    assert factors.std() == pytest.approx(0.05, rel=0.04)
-    firm = Hand(oblique=0.05, firm=1.0).touches(2.0, 4000, random).presses
-    depth = np.array([press.depth_pF for press in firm])
-    off = np.abs([press.ratios[0][1] / 2 - 1 for press in firm])
-    assert off[depth < np.median(depth)].mean() > 1.3 * off[depth > np.median(depth)].mean()
-    slipping = Hand(slips=0.25).touches(2.0, 4000, random).presses
-    assert np.mean([len({r for _, r in press.ratios}) > 1 for press in slipping]) == pytest.approx(0.25, abs=0.03)
 
 
 def test_choices(touches: dict[str, list[palpate.Touch]]) -> None:
@@ -95,36 +78,6 @@ def test_a_touch_that_was_held_obliquely_weighs_less() -> None:
     assert abs(level.ratio / true - 1) < 0.5 * abs(choose(four, "mean", flags).ratio / true - 1)
 
 
-def test_the_default_of_most_reliable(touches: dict[str, list[palpate.Touch]]) -> None:
-    four = touches["30 A"]
-    assert palpate.most_reliable(four) == palpate.most_reliable(four, by="agreement")
-    two = four[:2]  # as near to their mean as each other
-    assert palpate.most_reliable(two) == min(two, key=lambda t: t.standard_error)
-    assert palpate.most_reliable(four[:1]) == four[0]
-
-
-def test_touches_without_a_standard_error() -> None:
-    run = session(seed=0, moduli={"gel": 1.1})["gel"]
-    paper = palpate.touches(run, scene="paper")
-    assert all(math.isnan(t.standard_error) for t in paper)
-    assert choose(paper, "weighted") == choose(paper, "mean")
-    assert choose(paper, "mean").standard_error == 0
-    assert palpate.most_reliable(paper[:2]) == min(paper[:2], key=lambda t: t.covariance)
-    with pytest.raises(ValueError, match="no touch with a standard error"):
-        palpate.most_reliable(paper, by="standard_error")
-
-
-def test_flagged_touches_are_left_out(touches: dict[str, list[palpate.Touch]]) -> None:
-    run = session(seed=0, moduli={"gel": 1.1})["gel"]
-    short = palpate.touches(run, scene="paper", samples=400)  # without a standard error
-    assert all("short" in t.flags for t in short)
-    good = touches["30 A"]
-    assert choose([*good, *short], "mean") == choose(good, "mean")
-    assert palpate.most_reliable([*good, *short]) in good
-    with pytest.raises(ValueError, match=r"touches: got no usable touch \(short"):
-        choose(short, "mean")
-
-
 @pytest.mark.parametrize("by", CHOICES)
 def test_a_calibration_by_each_choice_holds_the_truth(specimens: list[Specimen], by: str) -> None:
     found = calibrate(specimens, by=by)
@@ -132,21 +85,6 @@ def test_a_calibration_by_each_choice_holds_the_truth(specimens: list[Specimen],
     assert len(found.ratios) == (40 if by == "all" else 10)
     for name, (low, high) in found.parameter_intervals(0.99).items():
         assert low <= getattr(PROBE, name) <= high, name
-
-
-def test_calibrate_refuses(specimens: list[Specimen]) -> None:
-    with pytest.raises(ValueError, match="by: got 'luck', allowed: all, mean"):
-        calibrate(specimens, by="luck")
-    with pytest.raises(palpate.CalibrationError, match="got 2 specimens"):
-        calibrate(specimens[:2])
-    with pytest.raises(ValueError, match="no touches"):
-        calibrate([*specimens, replace(specimens[0], touches=[])])
-
-
-def test_rises() -> None:
-    assert rises([1.0, 2.0, 3.0])
-    assert not rises([1.0, 1.0])
-    assert not rises([1.0, math.nan, 2.0])
 
 
 def test_files_of_a_session(tmp_path: Path) -> None:
@@ -160,17 +98,6 @@ def test_files_of_a_session(tmp_path: Path) -> None:
     assert touch.ratio == pytest.approx(same.ratio, rel=1e-6)  # 1e-7 pF in the file
     with pytest.raises(FileExistsError, match=r"already exists: .*30OO\.csv"):
         write_session(tmp_path / "new", blocks, moduli)
-
-
-def test_a_conversion_that_was_lost_is_read_as_none(tmp_path: Path) -> None:
-    run = scenarios.run("dropouts")
-    path = write_session(tmp_path, {"gel": run.block()}, {"gel": 1.1})[0]
-    recording, lost = palpate.read(path), run.status == palpate.Status.LOST
-    assert lost.any()
-    # The other channel's reading of such a pair is kept.
-    assert np.array_equal(np.isnan(recording.hard) | np.isnan(recording.soft), lost)
-    assert np.isfinite(recording.hard[lost]).any()
-    assert np.isfinite(recording.soft[lost]).any()
 
 
 def test_files_are_assigned_by_name() -> None:
@@ -206,12 +133,9 @@ def test_tables_of_moduli(tmp_path: Path, text: str, expected: dict[str, float])
     ("text", "message"),
     [
         (b"", "no specimens found"),
-        (b"name,MPa\n", "no specimens found"),
         (b"name,MPa\na\n", "line 2: got 1 cells"),
-        (b"name,MPa\n,3\n", "line 2: got 2 cells"),
         (b"name,MPa\na,soft\n", "line 2: got 'soft' as a modulus"),
         (b"name,MPa\na,-1\n", "line 2: got '-1' as a modulus"),
-        (b"name,MPa\na,OL\n", "line 2: got 'OL' as a modulus"),
         (b"name,MPa\n30 A,1\n30a,2\n", "line 3: '30a' appears twice"),
         (b"\xff\xfe\x00", "not a text table"),
     ],

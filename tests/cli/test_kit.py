@@ -6,16 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
-from kit_acceptance import Board
-from palpate.ad7746.clock import VirtualClock
-from palpate.ad7746.evalkit import board as evalkit
-from palpate.ad7746.twin.kit import Fault, KitTwin
-from palpate.cli import main
-from palpate.errors import SourceError
+from click.testing import Result
+from command_lines import run as palpate
+from palpate.ad7746.twin.kit import Fault
 from palpate.kit import acceptance
 from palpate.kit.bench import Bench
-from palpate.kit.report import load
+from palpate.kit.step import load
 from palpate.sources.sim import SimSource
 
 
@@ -26,7 +22,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def run(*arguments: str, text: str | None = None) -> Result:
-    return CliRunner().invoke(main, ["kit", *arguments], input=text)
+    return palpate("kit", *arguments, text=text)
 
 
 def fail(monkeypatch: pytest.MonkeyPatch, fault: Fault) -> None:
@@ -51,20 +47,8 @@ def test_report_prints_what_accept_printed(folder: Path) -> None:
     assert title.startswith("sim:?wiring=exca, 20")
     assert lines == done.stdout.splitlines()
     assert run("report", path.name, "--json").stdout == path.read_text()
-
-
-def test_all_right_is_zero(folder: Path) -> None:
-    done = run("accept", "sim:", "-o", "a.json", "--json")
-    assert done.exit_code == 0, done.stdout
-    assert json.loads(done.stdout) == json.loads((folder / "a.json").read_text())
-
-
-def test_a_report_is_never_replaced(folder: Path) -> None:
-    (folder / "a.json").write_text("mine")
-    done = run("accept", "sim:", "-o", "a.json")
-    assert (done.exit_code, done.stdout) == (4, "")
-    assert "a.json: already exists: choose another name" in done.stderr
-    assert (folder / "a.json").read_text() == "mine"
+    right = run("accept", "sim:", "-o", "a.json", "--json")
+    assert (right.exit_code, json.loads(right.stdout)) == (0, json.loads((folder / "a.json").read_text()))
 
 
 def test_the_probe_of_a_simulated_board_is_pressed(folder: Path) -> None:
@@ -92,23 +76,16 @@ def test_an_unplugged_board_leaves_the_report_so_far(folder: Path, monkeypatch: 
     ("fault", "step", "words"),
     [
         ("unplug:1.5@0", "losses", "the board was unplugged and came back"),
-        ("wire-off:1@1", "status of the pairs", "CIN1+ and EXCB: a wire came off after the inputs were measured"),
         ("wire-off:2@1", "status of the pairs", "CIN2+ and EXCB: a wire came off after the inputs were measured"),
-        ("excitation-shorted:1000@1", "status of the pairs", "an excitation pin was shorted after the inputs"),
         ("chip-absent@1", "pairs", "the chip stopped answering: check link LK2"),
-        ("lost-conversion:1000000000@1", "pairs", "the chip stopped answering: check link LK2"),
-        ("lock@1", "pairs", ""),
     ],
 )
 def test_what_fails_after_the_inputs_is_not_blamed_on_them(fault: str, step: str, words: str, folder: Path) -> None:
     run("accept", f"sim:?fault={fault}", "-o", "a.json")
     steps = {each.name: each for each in load(folder / "a.json").steps}
-    assert steps[step].verdict == "wrong"
-    assert words in " ".join(steps[step].do)
+    assert (steps[step].verdict, words in " ".join(steps[step].do)) == ("wrong", True)
     everything = " ".join(" ".join((each.measured, *each.do)) for each in steps.values())
-    assert "too busy" not in everything
-    assert "see the inputs" not in everything
-    assert "unplug" in " ".join((steps[step].measured, *steps[step].do)) or "wire" in words or "short" in words
+    assert not any(wrong in everything for wrong in ("too busy", "see the inputs"))
 
 
 @pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt(), 130), (ZeroDivisionError("x"), 1)])
@@ -126,16 +103,7 @@ def test_what_ends_it_is_in_the_report(
     assert report.stopped == ("interrupted" if code == 130 else "unexpected: ZeroDivisionError")
 
 
-def test_of_two_boards_one_has_to_be_chosen(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    board = Board()
-    board.backend.plug(KitTwin(board.kit.chip, VirtualClock()), 2)
-    monkeypatch.setattr(evalkit, "system_backend", lambda: board.backend)
-    done = run("accept")
-    assert (done.exit_code, list(folder.iterdir())) == (3, [])
-    assert done.stderr.startswith("Error: found 2 boards: choose one of usb:1/2, usb:1/3")
-
-
-@pytest.mark.parametrize("source", ["run.csv", "iio:", "serial:/dev/ttyUSB0", "sim:?wiring=moon", "usb:x"])
+@pytest.mark.parametrize("source", ["iio:", "sim:?wiring=moon", "usb:x"])
 def test_what_is_no_board_is_refused(source: str) -> None:
     done = run("scan", source)
     assert (done.exit_code, len(done.stderr.splitlines())) == (2, 1)
@@ -148,7 +116,6 @@ def test_scan() -> None:
     assert {name for name, pF in found.items() if pF > 3} == {"CIN1EXCB", "CIN2EXCA"}
     assert {name for name, pF in found.items() if pF < 0.01} == {"CIN1EXCA", "CIN2EXCB"}
     assert "shorted" in run("scan", "sim:?wiring=excb-shorted").stdout
-    assert "out of range" in run("scan", "sim:?wiring=hard-shorted").stdout
 
 
 def test_noise_is_that_of_the_data_sheet() -> None:
@@ -162,24 +129,6 @@ def test_noise_is_that_of_the_data_sheet() -> None:
     done = run("noise", "sim:?wiring=soft-open", "--capf", "0")
     assert "       -" in done.stdout
     assert done.stderr.startswith("CIN2 is not measured: it has 0.003 pF on EXCA and 0.003 pF on EXCB")
-    assert len(run("noise", "sim:", "--capf", "0", "--readings", "4", "--rounds", "3").stdout.splitlines()) == 4
-
-
-@pytest.mark.parametrize(("answers", "asked"), [("s\n", 1), ("\n", 1), ("S\n", 1), ("x\n2,2\ns\n", 3), (8 * "y\n", 3)])
-def test_the_capacitor_can_be_left_out(answers: str, asked: int) -> None:
-    done = run("accept", "sim:", "--prompt", *(f"--skip={name}" for name in ("replug", "press")), text=answers)
-    assert "--  known capacitor: left out" in done.stdout
-    assert done.stderr.count("Value of a known capacitor") == asked
-    assert ("allowed: a number" in done.stderr) == (asked > 1)
-
-
-def test_a_report_that_is_cut_off_says_what_to_do(folder: Path) -> None:
-    run("accept", "sim:", "-o", "a.json", *(f"--skip={name}" for name in acceptance.NAMES[1:]))
-    (folder / "cut.json").write_bytes((folder / "a.json").read_bytes()[:150])
-    done = run("report", "cut.json")
-    assert done.exit_code == 4
-    assert re.search(r"cut.json: not JSON \(.*\): damaged, cut off, .*run palpate kit accept again", done.stderr)
-    assert "characters)" not in done.stderr
 
 
 def test_dump() -> None:
@@ -193,7 +142,4 @@ def test_a_chip_that_is_absent_ends_in_one_line(monkeypatch: pytest.MonkeyPatch)
     fail(monkeypatch, Fault("chip absent"))
     for name in ("scan", "noise", "dump"):
         done = run(name, "sim:")
-        assert done.exit_code == 4
-        assert len(done.stderr.splitlines()) == 1
-    assert isinstance(done.exception, SystemExit)
-    assert not isinstance(done.exception, SourceError)
+        assert (done.exit_code, len(done.stderr.splitlines())) == (4, 1)

@@ -1,4 +1,4 @@
-"""A measurement and its terminal: one that is closed ends it in order, and an error is printed when it comes."""
+"""Commands at a real terminal: one that is closed ends a measurement in order, and only a terminal shows progress."""
 
 import os
 import signal
@@ -9,19 +9,21 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from command_lines import run
 from palpate import check
+from project import ROOT
 
+FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 PATIENCE_S = 60
-posix = pytest.mark.skipif(not hasattr(os, "fork"), reason="no signals and terminals on this system")
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="no signals and terminals on this system")
 SOURCE = "sim:four-specimens?speed=1"
 COMMANDS = {
     "record": ["-m", "palpate", "record", SOURCE, "-o"],
     "live": ["-m", "palpate", "live", SOURCE, "--no-open", "--port", "0", "--record"],
 }
-OWN_TERMINAL = (
-    "import fcntl, os, sys, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); os.execv(sys.argv[1], sys.argv[1:])"
-)
-NOHUP = "import os, signal, sys; signal.signal(signal.SIGHUP, signal.SIG_IGN); os.execv(sys.argv[1], sys.argv[1:])"
+PLAIN = "import os, sys; os.execv(sys.argv[1], sys.argv[1:])"
+OWN_TERMINAL = f"import fcntl, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); {PLAIN}"
+NOHUP = f"import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); {PLAIN}"
 
 
 def begun(first: str, command: list[str], path: Path, output: int) -> "subprocess.Popen[str]":
@@ -30,8 +32,12 @@ def begun(first: str, command: list[str], path: Path, output: int) -> "subproces
     process = subprocess.Popen(
         whole, stdin=output if output > 0 else None, stdout=output, stderr=output, text=True, start_new_session=True
     )
-    until(lambda: path.exists() and len(path.read_bytes().splitlines()) > 6, process)
+    until(lambda: rows(path) > 5, process)
     return process
+
+
+def rows(path: Path) -> int:
+    return len(path.read_bytes().splitlines()) if path.exists() else 0
 
 
 def until(there: Callable[[], bool], process: "subprocess.Popen[str]") -> None:
@@ -44,54 +50,77 @@ def until(there: Callable[[], bool], process: "subprocess.Popen[str]") -> None:
         time.sleep(0.02)
 
 
-@posix
-@pytest.mark.parametrize("command", COMMANDS.values(), ids=COMMANDS)
-def test_a_closed_terminal_closes_the_recording(command: list[str], tmp_path: Path) -> None:
+def test_a_closed_terminal_closes_the_recording(tmp_path: Path) -> None:
     ours, theirs = os.openpty()
-    process = begun(OWN_TERMINAL, command, tmp_path / "run.csv", theirs)
+    process = begun(OWN_TERMINAL, COMMANDS["record"], tmp_path / "run.csv", theirs)
     os.close(theirs)
     os.close(ours)
     assert process.wait(PATIENCE_S) == 130
     assert check(tmp_path / "run.csv").clean
 
 
-@posix
-@pytest.mark.parametrize("command", COMMANDS.values(), ids=COMMANDS)
-def test_nohup_is_obeyed(command: list[str], tmp_path: Path) -> None:
+def test_nohup_is_obeyed(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    with begun(NOHUP, command, path, subprocess.PIPE) as process:
+    with begun(NOHUP, COMMANDS["record"], path, subprocess.PIPE) as process:
         process.send_signal(signal.SIGHUP)
-        more = len(path.read_bytes().splitlines()) + 20
-        until(lambda: len(path.read_bytes().splitlines()) > more, process)
+        more = rows(path) + 20
+        until(lambda: rows(path) > more, process)
         process.send_signal(signal.SIGTERM)
         process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
     assert check(path).clean
 
 
-@posix
-def test_live_says_in_the_terminal_what_it_recorded(tmp_path: Path) -> None:
+def test_ctrl_c_twice_closes_the_file(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    with begun(
-        "import os, sys; os.execv(sys.argv[1], sys.argv[1:])", COMMANDS["live"], path, subprocess.PIPE
-    ) as process:
-        process.send_signal(signal.SIGHUP)
+    with begun(PLAIN, COMMANDS["record"], path, subprocess.PIPE) as process:
+        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGINT)
         told = process.communicate(timeout=PATIENCE_S)[1]
     assert process.returncode == 130
-    assert told == f"ended\nrun.csv: {check(path).survey.rows} rows; file closed\n"
+    report = check(path)
+    assert report.clean
+    assert f"run.csv: {report.survey.rows} rows" in told.splitlines()[-1]
+    assert told.endswith("; file closed\n")
 
 
-@posix
 def test_live_says_in_the_terminal_that_a_recording_failed(tmp_path: Path) -> None:
-    path, rescued, printed = tmp_path / "run.csv", tmp_path / "run.rescued.csv", tmp_path / "printed"
+    path, printed = tmp_path / "run.csv", tmp_path / "printed"
     with printed.open("w") as output:
-        process = begun("import os, sys; os.execv(sys.argv[1], sys.argv[1:])", COMMANDS["live"], path, output.fileno())
+        process = begun(PLAIN, COMMANDS["live"], path, output.fileno())
         path.unlink()
         until(lambda: "Error: " in printed.read_text(), process)
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE_S) == 4
     assert printed.read_text().splitlines()[1:] == [
-        f"Error: {path}: was removed while it was recorded; what could be saved is in {rescued}",
+        f"Error: {path}: was removed, renamed or moved while it was recorded",
         "ended",
     ]
-    assert check(rescued).survey.rows > 0
+
+
+def on_a_terminal(words: list[str]) -> tuple[str, str]:
+    """Return what a command prints, and what it writes on a terminal, which is its standard error."""
+    ours, theirs = os.openpty()
+    command = [sys.executable, "-m", "palpate", *words]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs, text=True) as process:
+        os.close(theirs)
+        assert process.stdout
+        printed, drawn = process.stdout.read(), b""
+        try:
+            while part := os.read(ours, 4096):
+                drawn += part
+        except OSError:  # on Linux: the other end is closed
+            pass
+    os.close(ours)
+    assert process.returncode == 0
+    return printed, drawn.decode()
+
+
+def test_progress_is_shown_on_a_terminal_only(tmp_path: Path) -> None:
+    words = ["record", "sim:four-specimens", "-o", str(tmp_path / "run.csv"), "--json"]
+    printed, drawn = on_a_terminal(words)
+    assert " pairs, 0 lost, " in drawn
+    assert "\r" not in printed
+    check_words = ["check", str(FOUR), str(FOUR)]
+    assert "check  [##" in on_a_terminal(check_words)[1]
+    assert "\r" not in run(*check_words).output

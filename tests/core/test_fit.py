@@ -1,167 +1,172 @@
-"""The test of the model: the sweep operator and the fit against numpy's least squares, in both types."""
+"""The test of the model: the core against the reference, and sizes, flags and errors of simulated effects."""
 
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from driving import drive
+from effort import examples
+from hypothesis import given
+from hypothesis import strategies as st
+from numeric import around, drive, edge
 from numpy.typing import NDArray
+from palpate.reference import Fit, Misfit
+from palpate.reference.fit import FEWEST
+from palpate.reference.model import NOISE_GAIN, model
 
-OFFSET, DRIFT, LAG, CURVE = 1, 2, 4, 8
-NOISE = 4e-5  # of a reading, pF
-GAIN = 0.42**0.5  # of the filters before the fit
-RATIO = 2.8
-
-
-@pytest.mark.parametrize(("real", "tolerance"), [("double", 1e-9), ("float", 2e-3)])
-@pytest.mark.parametrize("seed", range(5))
-def test_the_sweep_operator_is_least_squares(real: str, tolerance: float, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    design = rng.standard_normal((200, 5)) + np.array([0, 1, 0, 2, 0])
-    y = design @ rng.uniform(-2, 2, 5) + 0.1 * rng.standard_normal(200)
-    rows = drive("sweep", np.column_stack([design, y]), 3, real)
-    right, [residual], *_ = np.linalg.lstsq(design, y, rcond=None)
-    assert rows[:5, 0].all()
-    assert rows[:5, 1] == pytest.approx(right, rel=tolerance)
-    covariance = np.linalg.inv(design.T @ design)
-    assert rows[:5, 2] == pytest.approx(np.diag(covariance), rel=tolerance)
-    assert rows[5, 0] == pytest.approx(residual, rel=tolerance)
-    assert -rows[5, 1] == pytest.approx(covariance[0, 1], rel=tolerance, abs=1e-5 * tolerance)
+EPS = np.finfo(float).eps
+BITS = {"offset": 1, "drift": 2, "lag": 4, "curve": 8}
+NAMES = ("offset", "drift", "lag", "curve", "open", "open_drift", "offset_ratio", "offset_error")
 
 
-def test_a_column_of_zeros_is_not_swept() -> None:
-    rng = np.random.default_rng(0)
-    design = rng.standard_normal((50, 5))
-    design[:, 2] = 0
-    rows = drive("sweep", np.column_stack([design, design @ [1, 2, 0, 3, 4]]), 3)
-    assert rows[:5, 0].tolist() == [1, 1, 0, 1, 1]
-    assert rows[[0, 1, 3, 4], 1] == pytest.approx([1, 2, 3, 4], rel=1e-12)
+@dataclass(frozen=True)
+class Samples:
+    """Pairs of a touch: depth, its variation, noise in units of the readings', and what the model leaves out."""
+
+    seed: int
+    count: int = 240
+    ratio: float = 2.8
+    depth: float = 0.25
+    sway: float = 0.05
+    pace: float = 1.0  # of the sway; a slow one has hardly a slope
+    noise: float = 1e-4  # relative to the depth
+    offset: float = 0.0
+    drift: float = 0.0
+    lag: float = 0.0
+    curve: float = 0.0
+    lost: float = 0.0
+    press: int = 0  # pairs of a rise before
+    change: float = 0.0  # of the ratio at a hand-over in the middle
+    deeper: float = 1.0
+
+    def rows(self) -> list[list[float]]:
+        """Return output, regressor, number; and change, 0, -1 at a hand-over."""
+        random, k = np.random.default_rng(self.seed), np.arange(self.count)
+        waves = [np.sin(2 * np.pi * (self.pace * f * 0.026 * k + random.random())) for f in (0.4, 1.1, 1.7, 4.2)]
+        x = 1 + self.sway * np.sum(waves, axis=0)
+        x[: self.press] *= (k[: self.press] + 1) / (self.press + 1)
+        later = k >= self.count // 2
+        x[later] *= self.deeper
+        terms = self.offset + self.drift * k / self.count + self.lag * np.gradient(x) if self.count > 1 else 0
+        y = self.ratio * (1 + self.change * later) * (x + terms + self.curve * (x - 1) ** 2)
+        x, y = (self.depth * (v + 0.65 * self.noise * random.standard_normal(self.count)) for v in (x, y))
+        rows: list[list[float]] = np.column_stack([y, x, k + 1000])[random.random(self.count) >= self.lost].tolist()
+        if self.change:
+            at = next((i for i, row in enumerate(rows) if row[2] >= 1000 + self.count // 2), len(rows))
+            rows.insert(at + 1, [self.change, 0.0, -1.0])  # after a sample of the new depth, as at an alarm
+        return rows
 
 
-def depths(seed: int, n: int = 240, spread: float = 0.05) -> NDArray[Any]:
-    """Return regressors with a sway, pF."""
-    phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, 3)
-    k = np.arange(n)
-    waves = [np.sin(2 * np.pi * f * 0.026 * k + p) for f, p in zip((0.4, 1.1, 1.7), phases, strict=True)]
-    return np.asarray(0.25 * (1 + spread * np.sum(waves, axis=0)))
+def sizes(most: float) -> st.SearchStrategy[float]:
+    """None, or any size of either sign, the small ones as often as the large ones."""
+    return st.just(0.0) | st.builds(
+        lambda sign, share: sign * most * share**3, st.sampled_from([-1, 1]), st.floats(0, 1)
+    )
 
 
-def fitted(y: NDArray[Any], x: NDArray[Any], real: str = "double", noise: float = NOISE) -> dict[str, float]:
-    rows = np.column_stack([y, x, np.arange(len(x)) + 100])
-    names = ("offset", "drift", "lag", "curve", "open", "open_drift", "offset_ratio", "offset_error", "flags")
-    found = drive("fit", np.concatenate([[noise, noise, RATIO], rows.ravel()]), 9, real)
-    return dict(zip(names, found[0], strict=True))
-
-
-def by_numpy(y: NDArray[Any], x: NDArray[Any]) -> dict[str, float]:
-    """Return the same sizes from the design y = r x + c + d t + l x' + k (x / m - 1)^2, solved by lstsq."""
-    slope, t, inner = (x[2:] - x[:-2]) / 2, np.arange(len(x) - 2.0), x[1:-1]
-    m = inner.mean()
-    design = np.column_stack([inner, np.ones_like(inner), t, slope, (inner / m - 1) ** 2])
-    r, c, d, lag, k = np.linalg.lstsq(design, y[1:-1], rcond=None)[0]
-    return {"offset": -c / (r * m), "drift": d * t[-1] / (r * m), "lag": lag / r, "curve": k / (r * m)}
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_an_exact_model_gives_its_coefficients(seed: int) -> None:
-    """All terms at once, of random sizes; the sizes are those by numpy."""
-    rng = np.random.default_rng(seed)
-    x = depths(seed)
-    slope = np.gradient(x)
-    r, m = rng.uniform(1.5, 9), x[1:-1].mean()
-    c, d, k = rng.uniform(0.01, 0.05, 3) * r * m * rng.choice([-1, 1], 3)
-    lag = rng.uniform(0.2, 0.5)
-    y = r * x + c + d * (np.arange(len(x)) - 1) / len(x) + lag * r * slope + k * (x / m - 1) ** 2
-    found = fitted(y, x, noise=1e-7)
-    right = by_numpy(y, x)
-    assert {name: found[name] for name in right} == pytest.approx(right, rel=1e-5)
-    assert found["lag"] == pytest.approx(lag, rel=1e-5)
-    assert found["offset"] == pytest.approx(-c / (r * m), rel=1e-5)
-    assert found["flags"] == OFFSET + DRIFT + LAG + CURVE
-
-
-@pytest.mark.parametrize("real", ["double", "float"])
-@pytest.mark.parametrize(
-    ("flag", "size", "name"),
-    [(OFFSET, 0.02, "offset"), (DRIFT, 0.02, "drift"), (LAG, 0.3, "lag"), (CURVE, 0.02, "curve")],
+touches = st.builds(
+    Samples,
+    seed=st.integers(0, 2**32 - 1),
+    count=st.sampled_from([1, 3, 17, 18, 19, 30, 240]) | st.integers(20, 400),
+    ratio=st.sampled_from([1.0, 2.8, 9.0]),
+    depth=st.sampled_from([0.25, 0.02, 4.0, 1e-3, 1e3]),
+    sway=st.sampled_from([0.0, 1e-3, 0.01, 0.05, 0.2]),
+    pace=st.sampled_from([1.0, 1.0]) | st.floats(0.003, 0.2),
+    noise=st.sampled_from([1e-5, 1e-4, 1e-3, 1e-2]),
+    offset=sizes(0.05) | st.just(0.7),
+    drift=sizes(0.03),
+    lag=sizes(0.2),
+    curve=sizes(0.3),
+    lost=st.sampled_from([0.0, 0.0, 0.05, 0.3]),
+    press=st.sampled_from([0, 0, 8]),
+    change=st.sampled_from([0.0, 0.0, 0.005, 0.02, -0.3]),
+    deeper=st.sampled_from([1.0, 1.2, 1.5, 0.6]),
 )
-def test_each_effect_has_its_flag_and_its_size(flag: int, size: float, name: str, real: str) -> None:
-    """With noise. A small one has none: a tenth of `least`. The numbers of float are those of double to 1 %."""
-    for seed in range(10):
-        rng = np.random.default_rng(seed)
-        x = depths(seed, spread=0.15 if flag == CURVE else 0.05)
-        m, t = x.mean(), np.arange(len(x)) / len(x)
-        terms = {OFFSET: -m + 0 * x, DRIFT: m * t, LAG: np.gradient(x), CURVE: m * (x / m - 1) ** 2}[flag]
-        noise = GAIN * NOISE * rng.standard_normal((2, len(x)))
-        found = fitted(2.8 * (x + size * terms) + noise[0], x + noise[1], real)
-        assert found["flags"] == flag, seed
-        assert found[name] == pytest.approx(size, rel=0.25)
-        assert found["open"] + found["open_drift"] > 0 or flag == LAG
-        least = 0.08 if flag == LAG else 0.002
-        none = fitted(2.8 * (x + 0.1 * least * terms) + noise[0], x + noise[1], real)
-        assert none["flags"] == 0
 
 
-def test_where_only_the_offset_contradicts_the_line_has_the_ratio() -> None:
-    inside = []
-    for seed in range(60):
-        rng = np.random.default_rng(seed)
-        x = depths(seed)
-        noise = GAIN * NOISE * rng.standard_normal((2, len(x)))
-        found = fitted(2.8 * (x - 0.02 * x.mean()) + noise[0], x + noise[1])
-        assert found["flags"] == OFFSET
-        inside.append(abs(found["offset_ratio"] - 2.8) < 2 * found["offset_error"])
-    assert np.mean(inside) > 0.85
-    assert np.isnan(fitted(2.8 * depths(1), depths(1))["offset_ratio"])
+def by_reference(rows: list[list[float]], noise: float, ratio: float) -> tuple[Misfit, float, float, float]:
+    """Return what the reference finds, how much the core's sums amplify rounding, and the outputs over regressor and slope."""
+    fit = Fit()
+    for output, regressor, number in rows:
+        if number < 0:
+            fit.restart(output)
+        else:
+            fit.add(output, regressor, int(number))
+    terms = fit.terms()
+    outputs, regressors, slopes = (float(np.linalg.norm(terms[name])) for name in ("y", "x", "slope"))
+    over_regressor, over_slope = (outputs / (ratio * size) if size else 0.0 for size in (regressors, slopes))
+    return fit.result(noise, noise, ratio), amplification(terms, noise), over_regressor, over_slope
 
 
-@pytest.mark.parametrize("real", ["double", "float"])
-@pytest.mark.parametrize("spread", [0.0, 0.005, 0.02, 0.05])
-def test_a_healthy_touch_has_no_flag(spread: float, real: str) -> None:
-    """Float has sums of 250 squares of 0.25 pF and 4 significant digits of their variation: that is enough."""
-    for seed in range(25):
-        rng = np.random.default_rng(seed)
-        x = depths(seed, spread=spread)
-        noise = GAIN * NOISE * rng.standard_normal((2, len(x)))
-        assert fitted(2.8 * x + noise[0], x + noise[1], real)["flags"] == 0, seed
+def amplification(terms: dict[str, NDArray[np.float64]], noise: float) -> float:
+    """Return the largest ratio of a column's sum of squares to the part that the other columns of the model do not explain."""
+    x = terms["x"]
+    if len(x) < FEWEST:
+        return 1.0
+    columns = model(x, terms["time"], terms["slope"], noise)
+    matrix = np.column_stack([x**2 if name == "square" else column for name, column in columns.items()])
+    matrix /= np.sqrt((matrix**2).sum(axis=0))
+    return float((np.linalg.norm(np.linalg.pinv(matrix, rcond=1e-15), axis=1) ** 2).max())
 
 
-def test_a_constant_depth_shows_a_drift_only() -> None:
-    """Without a variation of x, offset and curve cannot be told from the ratio."""
-    rng = np.random.default_rng(3)
-    noise = GAIN * NOISE * rng.standard_normal((2, 240))
-    y = 2.8 * 0.25 * (1 + 0.02 * np.arange(240) / 240) + noise[0]
-    found = fitted(y, 0.25 + noise[1])
-    assert found["flags"] == DRIFT
-    assert found["drift"] == pytest.approx(0.02, rel=0.05)
-    assert (found["offset"], found["lag"], found["curve"]) == (0, 0, 0)
+def squares_to_noise(rows: list[list[float]], noise: float, ratio: float) -> float:
+    """Return the mean square of the outputs over the least that the residuals can have."""
+    outputs = np.array([output for output, _, number in rows if number >= 0])  # the rest are hand-overs
+    return float((outputs**2).mean() / (NOISE_GAIN * (1 + ratio**2) * noise**2))
 
 
-def test_few_pairs_say_nothing() -> None:
-    x = depths(0, 17)
-    assert fitted(2.8 * x + 0.1, x)["flags"] == 0  # 15 with both neighbours
-    assert int(fitted(2.8 * depths(0, 40) + 0.1, depths(0, 40))["flags"]) & OFFSET
+def by_core(rows: list[list[float]], noise: float, ratio: float) -> dict[str, float]:
+    found = drive("fit", np.concatenate([[noise, noise, ratio], np.ravel(rows)]), 9)[0]
+    return dict(zip((*NAMES, "flags"), found.tolist(), strict=True))
 
 
-def test_a_gap_interrupts_the_slopes_only() -> None:
-    """Pairs without their neighbours are left out; the others have the same model."""
-    x = depths(4)
-    y = 2.8 * (x + 0.3 * np.gradient(x))
-    rows = np.column_stack([y, x, np.arange(len(x)) + 100])
-    kept = np.delete(rows, [50, 51, 90, 130], axis=0)
-    found = drive("fit", np.concatenate([[1e-7, 1e-7, RATIO], kept.ravel()]), 9)[0]
-    assert found[2] == pytest.approx(0.3, rel=1e-6)
-    wrong = np.column_stack([kept[:, :2], np.arange(len(kept)) + 100])
-    assert drive("fit", np.concatenate([[1e-7, 1e-7, RATIO], wrong.ravel()]), 9)[0][2] != pytest.approx(0.3, rel=1e-3)
+@examples(300)
+@given(touches)
+def test_the_core_is_the_reference(touch: Samples) -> None:
+    """Only rounding differs: sums of squares lose what the terms have in common.
+
+    Each size has an error of some eps times the amplification, which is 1e8 at most here. Noises are above 1e-5 of the
+    depth: below that, whether one pair alone varies is decided by the fourth power of its share, below eps. The sum of
+    squares of the residuals is what the terms leave of that of the outputs, and at least what the noise in idle gives.
+    The error of a coefficient is that of the outputs' sums over the size of its column: an offset makes the outputs larger
+    than the regressors, and slopes are much smaller than both.
+    """
+    noise = touch.depth * touch.noise
+    rows = touch.rows()
+    right, amplified, over_regressor, over_slope = by_reference(rows, noise, touch.ratio)
+    found = by_core(rows, noise, touch.ratio)
+    assert found["flags"] == sum(BITS[flag] for flag in right.flags)
+    tolerance = 100 * EPS * amplified + 1e-11
+    for name in NAMES:
+        expected = getattr(right, name)
+        assert np.isnan(found[name]) == np.isnan(expected), name
+        if not np.isnan(expected):
+            allowed = tolerance * max(abs(expected), 0.1, 0.1 * over_regressor)
+            if name == "lag":
+                allowed += EPS * amplified * over_slope
+            if name == "offset_error":
+                allowed += 100 * EPS * squares_to_noise(rows, noise, touch.ratio) * expected
+            assert abs(found[name] - expected) <= allowed, name
 
 
-def test_a_change_of_the_ratio_with_the_depth_is_a_curve() -> None:
-    """At a hand-over: deeper by a quarter and more, and a change above 1 %."""
-    for deeper, change, flag in ((1.5, 0.1, CURVE), (1.1, 0.1, 0), (1.5, 0.005, 0)):
-        before, after = depths(1, 100, 0.02), deeper * depths(2, 100, 0.02)
-        rows = [[2.8 * v, v, i] for i, v in enumerate(before)] + [[2.8 * after[0], after[0], 100]]
-        rows += [[change, 0, -1]] + [[2.8 * (1 + change) * v, v, i + 101] for i, v in enumerate(after[1:])]
-        found = drive("fit", np.concatenate([[NOISE, NOISE, RATIO], np.ravel(rows)]), 9)[0]
-        assert int(found[8]) & CURVE == flag, (deeper, change)
-        assert (found[3] == pytest.approx(change)) == bool(flag)
-        assert found[4] == pytest.approx((change * RATIO) ** 2 if flag else 0, abs=1e-12)  # a variance of the ratio
+@pytest.mark.parametrize("noise", [1e-5, 3e-3])  # of these the smallest size decides, and the significance
+@pytest.mark.parametrize(("name", "most"), [("offset", 0.2), ("drift", 0.2), ("lag", 0.9), ("curve", 0.9)])
+def test_the_limit_of_each_flag_is_that_of_the_reference(name: str, most: float, noise: float) -> None:
+    def touch(size: float) -> Samples:
+        return replace(Samples(5, noise=noise, sway=0.1), **{name: size})  # type: ignore[arg-type]
+
+    def found(size: float) -> Misfit:
+        return by_reference(touch(size).rows(), 0.25 * noise, 2.8)[0]
+
+    for size in around(edge(lambda size: name in found(size).flags, 0.0, most)):
+        core = by_core(touch(size).rows(), 0.25 * noise, 2.8)
+        assert core["flags"] == sum(BITS[flag] for flag in found(size).flags)
+
+
+def test_the_limit_of_a_slope_that_is_noise_is_that_of_the_reference() -> None:
+    def touch(pace: float) -> Samples:
+        return Samples(5, noise=3e-3, sway=0.2, pace=pace)
+
+    for pace in around(edge(lambda pace: by_reference(touch(pace).rows(), 7.5e-4, 2.8)[0].lag != 0, 0.003, 0.5)):
+        assert (by_core(touch(pace).rows(), 7.5e-4, 2.8)["lag"] != 0) == (
+            by_reference(touch(pace).rows(), 7.5e-4, 2.8)[0].lag != 0
+        )

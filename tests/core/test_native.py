@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
-from building import configure, run
 from kept import kept_folder
 from numpy.typing import NDArray
-from project import ROOT, need
+from project import ROOT, configure, need, run
 
 
 def fnv(*arrays: NDArray[Any]) -> str:

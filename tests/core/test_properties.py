@@ -5,14 +5,13 @@ import math
 import pickle
 from typing import Any
 
+import numeric
 import numpy as np
 import palpate
 import pytest
-import strategies
 from hypothesis import given
 from hypothesis import strategies as st
 from measure import bits
-from tally import Tally
 
 ADAPTIVE: dict[int, Any] = {64: palpate.AdaptiveRls, 32: palpate.AdaptiveRls32}
 HANDOVER: dict[int, Any] = {64: palpate.HandoverRls, 32: palpate.HandoverRls32}
@@ -22,10 +21,9 @@ BAD = st.sampled_from([math.nan, math.inf, -math.inf])
 widths = pytest.mark.parametrize("width", [64, 32])
 
 
-def make(data: st.DataObject, width: int, tally: Tally) -> tuple[Any, list[float], list[float]]:
-    tally.count("properties")
-    output, regressor = data.draw(strategies.any_samples(width))
-    settings = data.draw(strategies.adaptive_settings(width))
+def make(data: st.DataObject, width: int) -> tuple[Any, list[float], list[float]]:
+    output, regressor = data.draw(numeric.any_samples(width))
+    settings = data.draw(numeric.adaptive_settings(width))
     which = data.draw(st.sampled_from(["adaptive", "handover", "fixed"]))
     if which == "adaptive":
         return ADAPTIVE[width](**settings), output, regressor
@@ -37,8 +35,8 @@ def make(data: st.DataObject, width: int, tally: Tally) -> tuple[Any, list[float
 
 @widths
 @given(data=st.data())
-def test_samples_blocks_and_pickles_give_the_same_bits(width: int, tally: Tally, data: st.DataObject) -> None:
-    fresh, output, regressor = make(data, width, tally)
+def test_samples_blocks_and_pickles_give_the_same_bits(width: int, data: st.DataObject) -> None:
+    fresh, output, regressor = make(data, width)
     whole = fresh.copy().process(output, regressor)
 
     one_by_one = fresh.copy()
@@ -63,12 +61,9 @@ def test_samples_blocks_and_pickles_give_the_same_bits(width: int, tally: Tally,
 
 @widths
 @given(data=st.data())
-def test_scaling_both_channels_by_a_power_of_two_changes_no_bit_of_the_ratio(
-    width: int, tally: Tally, data: st.DataObject
-) -> None:
-    tally.count("properties")
-    output, regressor = data.draw(strategies.any_samples(width))
-    settings = data.draw(strategies.adaptive_settings(width))
+def test_scaling_both_channels_by_a_power_of_two_changes_no_bit_of_the_ratio(width: int, data: st.DataObject) -> None:
+    output, regressor = data.draw(numeric.any_samples(width))
+    settings = data.draw(numeric.adaptive_settings(width))
     scale = 2.0 ** data.draw(st.integers(-12, 12))
     scaled = settings | {
         "drift": settings["drift"] * scale,
@@ -86,54 +81,8 @@ def test_scaling_both_channels_by_a_power_of_two_changes_no_bit_of_the_ratio(
 
 @widths
 @given(data=st.data())
-def test_scaling_the_output_alone_scales_the_ratio(width: int, tally: Tally, data: st.DataObject) -> None:
-    tally.count("properties")
-    output, regressor = data.draw(strategies.any_samples(width))
-    settings = data.draw(strategies.adaptive_settings(width))
-    in_pF = ("drift", "threshold", "clear_level", "initial_ratio")
-    scaled = {name: v * 4 if name in in_pF else v for name, v in settings.items()}
-    ratios = ADAPTIVE[width](**settings).process(output, regressor)
-    assert bits(ADAPTIVE[width](**scaled).process(np.array(output) * 4, regressor)) == bits(ratios * 4)
-
-
-@widths
-@given(data=st.data())
-def test_the_alarm_is_set_above_the_threshold_and_cleared_at_the_clear_level(
-    width: int, tally: Tally, data: st.DataObject
-) -> None:
-    tally.count("properties")
-    output, regressor = data.draw(strategies.any_samples(width))
-    settings = data.draw(strategies.adaptive_settings(width))
-    rows = ADAPTIVE[width](**settings).trace(output, regressor)
-    assert (rows["statistic"] >= 0).all()
-    alarmed = np.concatenate([[False], rows["alarm"][:-1]])
-    limit = np.where(alarmed, settings["clear_level"], settings["threshold"])
-    assert np.array_equal(rows["alarm"], rows["statistic"] > limit)
-    before = np.concatenate([[0], rows["statistic"][:-1]])
-    small = np.abs(rows["innovation"]) <= settings["drift"]
-    assert (rows["statistic"][small] <= before[small]).all()
-
-
-@widths
-@given(data=st.data())
-def test_no_alarm_while_every_innovation_is_within_the_drift(width: int, tally: Tally, data: st.DataObject) -> None:
-    tally.count("properties")
-    output, regressor = data.draw(strategies.any_samples(width))
-    settings = data.draw(strategies.adaptive_settings(width))
-    largest = np.abs(FIXED[width](forgetting=settings["steady"], initial_ratio=settings["initial_ratio"]).trace(
-        output, regressor)["innovation"]).max()  # fmt: skip
-    rows = ADAPTIVE[width](
-        steady=settings["steady"], alarmed=settings["alarmed"], initial_ratio=settings["initial_ratio"],
-        drift=float(largest), threshold=0.0,
-    ).trace(output, regressor)  # fmt: skip
-    assert not rows["alarm"].any()
-    assert not rows["statistic"].any()
-
-
-@widths
-@given(data=st.data())
-def test_the_covariance_is_positive_and_bounded(width: int, tally: Tally, data: st.DataObject) -> None:
-    estimator, output, regressor = make(data, width, tally)
+def test_the_covariance_is_positive_and_bounded(width: int, data: st.DataObject) -> None:
+    estimator, output, regressor = make(data, width)
     rows = estimator.trace(output, regressor)
     # 1 / fl(1 / max) may round up by one eps.
     bound = estimator.settings["max_covariance"] * (1 + float(np.finfo(rows["covariance"].dtype).eps))
@@ -142,8 +91,8 @@ def test_the_covariance_is_positive_and_bounded(width: int, tally: Tally, data: 
 
 @widths
 @given(data=st.data())
-def test_refused_samples_change_nothing(width: int, tally: Tally, data: st.DataObject) -> None:
-    estimator, output, regressor = make(data, width, tally)
+def test_refused_samples_change_nothing(width: int, data: st.DataObject) -> None:
+    estimator, output, regressor = make(data, width)
     clean = estimator.copy().trace(output, regressor)
     positions = data.draw(st.lists(st.integers(0, len(output)), min_size=1, max_size=5))
     dirty = list(zip(output, regressor, strict=True))
@@ -163,8 +112,8 @@ def test_refused_samples_change_nothing(width: int, tally: Tally, data: st.DataO
 
 @widths
 @given(data=st.data())
-def test_reset_is_a_new_start(width: int, tally: Tally, data: st.DataObject) -> None:
-    estimator, output, regressor = make(data, width, tally)
+def test_reset_is_a_new_start(width: int, data: st.DataObject) -> None:
+    estimator, output, regressor = make(data, width)
     fresh = estimator.copy()
     first = estimator.trace(output, regressor)
     estimator.reset()

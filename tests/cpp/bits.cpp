@@ -7,8 +7,7 @@
 #include <palpate/handover_bank.hpp>
 #include <palpate/palpate.hpp>
 
-#include "hash.hpp"
-#include "samples.hpp"
+#include "alike.hpp"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <palpate/estimator/handover.hpp>
 
-#include "hash.hpp"
+#include "alike.hpp"
 
 namespace {
 

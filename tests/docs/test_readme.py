@@ -57,10 +57,6 @@ def test_the_python_lines_print_what_the_readme_shows(monkeypatch: pytest.Monkey
     assert done.failed == 0
 
 
-def test_it_is_read_in_ten_minutes() -> None:
-    assert len(README.splitlines()) <= 140
-
-
 def test_ci_runs_the_readmes_test_command() -> None:
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     extract = re.search(r"^command=\$\((.*)\)$", script, re.MULTILINE)

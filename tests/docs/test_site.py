@@ -1,21 +1,47 @@
-"""Every page of the site in headless Chromium: what it asks for, what is cut, what is too wide, what cannot be read."""
+"""Every page of the site in headless Chromium: what it asks for, what is too wide, what cannot be read."""
 
+from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import quote
 
+import page_looks
 import pytest
 from effort import NIGHTLY
-from project import need_package
-from site_browser import CHECKS, SIZES, Site
+from live_browser import Browser
 
 EACH = 1 if NIGHTLY else 10
 """Of the pages of the API, which are made alike, every tenth; at night all."""
 READ = ("how", "api/palpate.Tracker", *(("cli", "live", "search", "genindex", "index") if NIGHTLY else ()))
 """Pages that axe-core looks at, which takes some seconds each."""
 
-WRONG = """<p style="width: 500px">wide</p><img src="nothing.png">
-<p style="width: 3em; overflow: hidden; white-space: nowrap">hypersensitive</p>"""
-CLIPS = "<style>.math-wrapper { padding: 0 } math { font-family: serif }</style>"
-"""As the theme has it, on a system without a font for formulas."""
+SIDEWAYS = """
+const inner = (e) => {
+  for (let p = e.parentElement; !p.matches(".content, body"); p = p.parentElement)
+    if (getComputedStyle(p).overflowX !== "visible") return true;
+  return false;
+};
+const beyond = (e) => e.getBoundingClientRect().right > document.documentElement.clientWidth + 1;
+return [...document.querySelectorAll(".main *")]
+  .filter((e) => e.checkVisibility() && !e.closest("aside") && beyond(e) && !inner(e))
+  .map((e) => `${e.tagName} ${e.className}: ${e.textContent.trim().slice(0, 40)}`);"""
+"""What is wider than the window, and in no box that scrolls: the theme lets the whole text scroll sideways then."""
+
+BARE = "return [...document.images].filter((e) => !e.complete || !e.naturalWidth || !e.alt).map((e) => e.src);"
+"""Pictures that are not there, or say nothing to who cannot see them."""
+
+CHECKS = {"sideways": SIDEWAYS, "bare": BARE}
+
+
+@pytest.fixture
+def opened(chromium: Browser) -> Iterator[Browser]:
+    chromium.reset()
+    yield chromium
+    chromium.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+def go(opened: Browser, site: Path, page: str) -> None:
+    """Open a page, given by its path in the folder, with a query or an anchor."""
+    opened.driver.get(f"{site.resolve().as_uri()}/{page}")
 
 
 def pages(folder: Path) -> list[str]:
@@ -24,64 +50,48 @@ def pages(folder: Path) -> list[str]:
     return written + sorted(f"api/{path.name}" for path in (folder / "api").glob("*.html"))[::EACH]
 
 
-def test_each_page_is_whole_at_a_desk_and_on_a_phone(opened: Site) -> None:
-    """Nothing is asked for elsewhere, nothing fails; nothing is cut; only tables, code and formulas scroll sideways."""
-    inside, formulas = opened.folder.resolve().as_uri(), 0
+def test_each_page_is_whole_at_a_desk_and_on_a_phone(opened: Browser, site: Path) -> None:
+    """Nothing is asked for elsewhere, nothing fails; only tables, code and formulas scroll sideways."""
+    inside = site.resolve().as_uri()
     wrong: list[tuple[object, ...]] = []
-    for page in pages(opened.folder):
-        opened.open(page)
-        said, asked = opened.heard()
-        wrong += [(page, "console", line) for line in said]
-        wrong += [(page, "asks for", each) for each in asked if not each.startswith((inside, "data:", "blob:"))]
+    for page in pages(site):
+        go(opened, site, page)
+        asked = opened.requests() - {"about:blank"}
         assert asked
-        has_formulas = opened.run("return document.querySelectorAll('.math-wrapper').length > 0")
-        formulas += has_formulas
-        for name, size in SIZES.items():
-            opened.sized(*size)
+        wrong += [(page, "console", line) for line in opened.complaints()]
+        wrong += [(page, "asks for", each) for each in asked if not each.startswith((inside, "blob:"))]
+        for name in ("desk", "phone"):
+            opened.size(name)
             wrong += [(page, name, check, found) for check, script in CHECKS.items() for found in opened.run(script)]
-            if has_formulas and opened.hides_formulas():
-                wrong.append((page, name, "a formula is cut"))
     assert wrong == []
-    assert formulas >= 3
-
-
-def test_what_the_checks_find(opened: Site) -> None:
-    """Each check finds a page that is made wrong."""
-    opened.sized(*SIZES["phone"])
-    opened.open("how.html")
-    assert [opened.run(script) for script in CHECKS.values()] == [[], [], []]
-    opened.run(f"document.querySelector('article').insertAdjacentHTML('beforeend', `{WRONG}`)")
-    for script in CHECKS.values():
-        assert opened.run(script)
-    opened.open("how.html")
-    assert not opened.hides_formulas()
-    opened.run(f"document.head.insertAdjacentHTML('beforeend', `{CLIPS}`)")
-    assert opened.hides_formulas()
-
-
-def test_formulas_have_their_font(opened: Site, site: Path) -> None:
-    """Every character of every formula is in the font: another font would have other heights, or none of the braces."""
-    need_package("fontTools")
-    from fontTools.ttLib import TTFont
-    from formula_font import characters
-
-    font = TTFont(site / "_static" / "formulas.woff")
-    used = characters(path.read_text(encoding="utf-8") for path in site.rglob("*.html"))
-    assert "\N{MATHEMATICAL ITALIC SMALL R}" in used
-    assert {c for c in used if ord(c) not in font.getBestCmap()} == set()
-    assert "MATH" in font
-    opened.open("how.html")
-    loaded = "return document.fonts.ready.then((all) => [...all].map((face) => [face.family, face.status]))"
-    assert opened.run(loaded) == [["palpate formulas", "loaded"]]
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_everyone_can_read_it(opened: Site, scheme: str) -> None:
-    need_package("axe_core_python")
-    opened.sized(*SIZES["desk"])
-    opened.coloured(scheme)
+def test_everyone_can_read_it(opened: Browser, site: Path, scheme: str) -> None:
+    wanted = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+    opened.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", wanted)
     for page in READ:
-        opened.open(f"{page}.html")
-        assert opened.audit() == [], page
+        go(opened, site, f"{page}.html")
+        assert page_looks.audit(opened.driver) == [], page
     dark = opened.run("return getComputedStyle(document.body).backgroundColor") == "rgb(19, 20, 22)"
     assert dark == (scheme == "dark")
+
+
+WORDS = {"stiffness": "glossary", "microcontroller": "embedded", "permission denied": "kit", "CUSUM": "threshold", "Excel": "import",
+         "calibration": "researcher", "Windows": "systems", "licence": "citing"}  # fmt: skip
+"""What is typed, and a page that has to be among the first five results."""
+FOUND = "return [...document.querySelectorAll('#search-results ul.search li > a')].map((a) => a.getAttribute('href'));"
+ENDED = "return /finished|did not match/.test(document.querySelector('#search-results .search-summary')?.textContent);"
+
+
+def found(opened: Browser, site: Path, words: str) -> list[str]:
+    """Return the pages that the search shows for what is typed into its field, the best first."""
+    go(opened, site, f"search.html?q={quote(words)}")
+    opened.until(lambda: opened.run(ENDED))
+    pages = [href.split("?")[0].split("#")[0].removesuffix(".html") for href in opened.run(FOUND)]
+    return list(dict.fromkeys(pages))[:5]
+
+
+def test_the_search_finds_what_people_type(opened: Browser, site: Path) -> None:
+    assert {words: pages for words, page in WORDS.items() if page not in (pages := found(opened, site, words))} == {}
+    assert found(opened, site, "flugelhorn") == []

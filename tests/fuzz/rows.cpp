@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// libFuzzer: bytes as rows of a recording. The first byte chooses the form; the others are read from memory that ends
+// libFuzzer: bytes as rows of a recording. The first byte chooses the form; the rest is read from memory that ends
 // where they end. Rows that are plain come back from their own text with the same bits.
 
 #include <algorithm>

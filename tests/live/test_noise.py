@@ -1,15 +1,11 @@
 """The noise on request: rms and spectrum of what is known, peaks named by where the mains appear."""
 
 import math
-import time
 
 import numpy as np
 import pytest
-from effort import examples
-from hypothesis import given
-from hypothesis import strategies as st
-from palpate.live.desk.noise import FEWEST, Noise, alias, idle, noise_of
 from palpate.live.feed import ROW, Flag, Rows
+from palpate.live.noise_spectrum import FEWEST, alias, idle, noise_of
 
 RATE = 38.5
 
@@ -53,37 +49,11 @@ def test_touches_and_missing_values_are_left_out() -> None:
     rows["hard"][5000] = np.nan
     rows["flags"][5000] = int(Flag.REFUSED)
     assert noise_of(rows)["hard_aF"] == pytest.approx(12.0, rel=0.05)
+    rows["t_s"][6000:] += 3.0
+    for segment in idle(rows):
+        assert not segment["flags"].any()
+        assert np.diff(segment["t_s"]) == pytest.approx(1 / RATE, rel=1e-6)
     rows["flags"] = int(Flag.CONTACT)
     assert noise_of(rows)["hard_aF"] is None
     assert f"wait for {FEWEST} samples" in noise_of(rows)["text"]
     assert noise_of(rows[:0])["hz"] == []
-
-
-@given(st.lists(st.tuples(st.integers(1, 300), st.booleans(), st.booleans()), max_size=20))
-@examples(100)
-def test_segments_are_idle_and_without_holes(parts: list[tuple[int, bool, bool]]) -> None:
-    rows = made(sum(count for count, *_ in parts))
-    at = 0
-    for count, touched, hole in parts:
-        rows["flags"][at : at + count] = int(Flag.CONTACT) * touched
-        rows["t_s"][at:] += 3.0 * hole
-        at += count
-    for segment in idle(rows):
-        assert not segment["flags"].any()
-        assert np.diff(segment["t_s"]) == pytest.approx(1 / RATE, rel=1e-6)
-
-
-def test_it_computes_at_most_twice_a_second() -> None:
-    asked: list[int] = []
-
-    def newest() -> Rows:
-        asked.append(1)
-        return made()
-
-    noise = Noise(newest)
-    begun = time.monotonic()
-    while time.monotonic() < begun + 1.2:
-        found = noise.document()
-        time.sleep(0.02)
-    assert 1 <= len(asked) <= 1 + 2 * (time.monotonic() - begun)
-    assert not found or found["hard_aF"] > 0

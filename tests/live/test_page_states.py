@@ -1,214 +1,137 @@
 """The page in each of its states: words, places, sizes, contrast, and what a screen reader finds."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import page_looks
 import pytest
 from effort import ALL, NIGHTLY
-from live_browser import Browser, browser
-from page_cases import CASES
-from page_states import SIZES, canned, opened, sized
-from project import need
-from selenium.webdriver.common.by import By
+from live_browser import SIZES, Browser
+from page_data import CASES, state
+from page_states import Canned
 
+Shown = Callable[..., Canned]
 SEEN = list(SIZES) if ALL else ["desk", "phone"]
 THOROUGH = list(CASES) if NIGHTLY else ["contact", "calibrate", "file", "unplugged"]
 """The states that axe looks at, which takes a second each."""
+OVER = {"plan": "openplan", "files": "openfiles", "set": "openset", "keys": "help", "menu": "more", "marking": "mark"}
+"""What opens over the page, and the button that opens it."""
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    need("chromium")
-    need("chromedriver")
-    with browser(tmp_path_factory.mktemp("states")) as page:
-        yield page
-
-
-def run(page: Browser, script: str, *given: str) -> Any:
-    return page.driver.execute_script(script, *given)
+def wrong_in(page: Browser, size: str) -> dict[str, Any]:
+    """Return what is wrong with the looks of the page."""
+    checks = page_looks.CHECKS | ({"small": page_looks.SMALL} if size in ("phone", "lying") else {})
+    return {what: found for what, script in checks.items() if (found := page.run(script))}
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_state_at_each_size(page: Browser, name: str) -> None:
+def test_a_state_at_each_size(page: Browser, shown: Shown, name: str) -> None:
     """Words; nothing cut, no sideways scrolling; contrast; what is tapped is large enough; the table above the fold."""
-    with canned(name) as server:
-        sized(page, *SIZES["desk"])
-        opened(page, server, name)
-        told = server.state.told["state"]
-        line, now = told["line"], told["now"]
-        looks_back = name == "review"
-        assert (page.text("word"), page.text("sub")) == (now["word"], now["sub"])
-        assert page["line"].get_attribute("data-level") == ("note" if looks_back else line["level"])
-        title = page.driver.title
-        assert title.startswith(f"✕ {line['title'][:-1]}" if line["level"] == "fault" else now["word"])
-        for number, size in enumerate(SEEN):
-            sized(page, *SIZES[size])
-            if number % 2:
-                page["theme"].parent.execute_script("document.getElementById('theme').click()")
-            said = page.text("says")
-            assert ("Measuring and recording go on" if looks_back else line["text"]) in said
-            assert ("Looking back at " if looks_back else line["title"]) in said
-            wrong = {what: run(page, script) for what, script in page_looks.CHECKS.items()}
-            if size in ("phone", "lying"):
-                wrong["small"] = run(page, page_looks.SMALL)
-            if size == "desk":
-                wrong["below the fold"] = [bottom for bottom in run(page, page_looks.NEWEST) if bottom > 800]
-            assert {what: found for what, found in wrong.items() if found} == {}, size
-        if name in THOROUGH:
-            assert page_looks.audit(page.driver) == []
-            sized(page, *SIZES["desk"])
-            assert page_looks.audit(page.driver) == []
+    told = shown(name).state.told["state"]
+    line, now, looks_back = told["line"], told["now"], name == "review"
+    assert (page.text("word"), page.text("sub")) == (now["word"], now["sub"])
+    assert page["line"].get_attribute("data-level") == ("note" if looks_back else line["level"])
+    fault = line["level"] == "fault"
+    assert page.driver.title.startswith(f"✕ {line['title'][:-1]}" if fault else now["word"])
+    assert max(page.run(page_looks.NEWEST)) <= 800
+    for number, size in enumerate(SEEN):
+        page.size(size)
+        page.theme(("light", "dark")[number % 2])
+        assert ("Measuring and recording go on" if looks_back else line["text"]) in page.text("says")
+        assert ("Looking back at " if looks_back else line["title"]) in page.text("says")
+        assert wrong_in(page, size) == {}, size
+    if name in THOROUGH:
+        assert page_looks.audit(page.driver) == []
 
 
-@pytest.mark.parametrize("name", ["plan", "files", "set", "keys", "menu", "marking"])
-def test_what_opens_over_the_page(page: Browser, name: str) -> None:
-    with canned("contact") as server:
-        for size in ("phone", "desk"):
-            sized(page, *SIZES[size])
-            opened(page, server, "contact")
-            if name == "menu" and size == "desk":
-                continue
-            opener = {
-                "plan": "openplan",
-                "files": "openfiles",
-                "set": "openset",
-                "keys": "help",
-                "menu": "more",
-                "marking": "mark",
-            }[name]
-            page.driver.execute_script("document.getElementById(arguments[0]).click()", opener)
-            page.until(lambda: page[name].is_displayed())
-            checks = page_looks.CHECKS | ({"small": page_looks.SMALL} if size == "phone" else {})
-            assert {what: found for what, script in checks.items() if (found := run(page, script))} == {}
-            assert page_looks.audit(page.driver) == []
+@pytest.mark.parametrize("size", ["phone", "desk"])
+def test_what_opens_over_the_page(page: Browser, shown: Shown, size: str) -> None:
+    for name, opener in OVER.items():
+        if name == "menu" and size == "desk":
+            continue
+        shown("contact", size)
+        page.click(opener)
+        page.until(lambda name=name: page[name].is_displayed())
+        assert wrong_in(page, size) == {}, name
+        if size == "phone" or ALL:
+            assert page_looks.audit(page.driver) == [], name
 
 
-def test_the_checks_find_what_is_wrong(page: Browser) -> None:
-    with canned("contact") as server:
-        sized(page, *SIZES["phone"])
-        opened(page, server, "contact")
-        run(
-            page,
-            "const s = document.getElementById('sub').style; s.width = '20px'; s.overflow = 'hidden'; s.color = '#3a80c0'",
-        )
-        run(
-            page,
-            "document.getElementById('word').style.width = '900px'; document.getElementById('now').style.overflow = 'visible'",
-        )
-        run(
-            page,
-            "document.getElementById('more').style.minHeight = '20px'; document.getElementById('more').style.height = '20px'",
-        )
-        found = {what: run(page, script) for what, script in {**page_looks.CHECKS, "small": page_looks.SMALL}.items()}
-        assert found["sideways"] > 0
-        assert any(text.startswith("#sub") for text in found["cut"])
-        assert any(text.startswith("#sub") for text in found["faint"])
-        assert any(text.startswith("#more") for text in found["small"])
-        run(
-            page,
-            "document.getElementById('note').removeAttribute('aria-label'); document.getElementById('note').placeholder = ''",
-        )
-        assert [rule for rule, _ in page_looks.audit(page.driver)] != []
+def test_the_checks_find_what_is_wrong(page: Browser, shown: Shown) -> None:
+    shown("contact", "phone")
+    styles = {
+        "sub": "width: 20px; overflow: hidden; color: #3a80c0",
+        "word": "width: 900px",
+        "now": "overflow: visible",
+        "more": "min-height: 20px; height: 20px",
+    }
+    for name, style in styles.items():
+        page.run("document.getElementById(arguments[0]).style = arguments[1]", name, style)
+    found = wrong_in(page, "phone")
+    assert found["sideways"] > 0
+    for what, name in (("cut", "#sub"), ("faint", "#sub"), ("small", "#more")):
+        assert any(text.startswith(name) for text in found[what])
+    page.run("const { note } = document.all; note.removeAttribute('aria-label'); note.placeholder = ''")
+    assert page_looks.audit(page.driver) != []
 
 
 @pytest.mark.parametrize("size", SEEN)
-def test_messages_do_not_move_the_charts(page: Browser, size: str) -> None:
-    with canned("contact") as server:
-        sized(page, *SIZES[size])
-        opened(page, server, "contact")
-        before = run(page, page_looks.PLACES)
-        for name in ("idle", "lift", "flagged", "unplugged", "saturated", "baseline", "slow"):
-            state = CASES[name]()
-            server.change(state)
-            page.until(lambda state=state: page.text("word") == state.told["state"]["now"]["word"])
-            page.until(lambda state=state: state.told["state"]["line"]["text"] in page.text("says"))
-            server.tell(
-                "refused",
-                message="tare: the probe is in contact; lift it first. If nothing is touched, press Tare anyway",
-            )
-            page.until(lambda: page.text("answer").startswith("tare: the probe"))
-            assert run(page, page_looks.PLACES) == before, name
-
-
-def test_points_stand_in_line(page: Browser) -> None:
-    with canned("lift") as server:
-        sized(page, *SIZES["desk"])
-        opened(page, server, "lift")
-        script = """return [3, 4, 5].map((n) => [...document.querySelectorAll(`#rows tr:not([hidden]) td:nth-child(${n}) .pt`)]
-            .filter((e) => e.textContent.includes(".")).map((e) => e.querySelector("i").getBoundingClientRect().left.toFixed(1)));"""
-        for lefts in run(page, script):
-            assert len(lefts) > 10
-            assert len(set(lefts)) == 1
-
-
-def test_the_screen_reader_hears_what_has_settled(page: Browser) -> None:
-    with canned("contact") as server:
-        sized(page, *SIZES["desk"])
-        opened(page, server, "contact")
-
-        def spoken(name: str) -> str:
-            return str(run(page, "return document.getElementById(arguments[0]).textContent", name))
-
-        assert spoken("announced") == "Hold: 2.5 s more"
-        assert spoken("alarm") == ""
-        run(
-            page,
-            "window.said = 0; new MutationObserver(() => said++).observe(document.getElementById('announced'), { childList: true, characterData: true, subtree: true })",
+def test_messages_do_not_move_the_charts(page: Browser, shown: Shown, size: str) -> None:
+    server = shown("contact", size)
+    before = page.run(page_looks.PLACES)
+    for name in ("idle", "lift", "flagged", "unplugged", "slow"):
+        other = state(name)
+        server.change(other)
+        page.until(lambda other=other: other.told["state"]["line"]["text"] in page.text("says"))
+        server.tell(
+            "refused", message="tare: the probe is in contact; lift it first. If nothing is touched, press it again"
         )
-        told = server.state.told["state"]
-        for share in (0.63, 0.64, 0.65):
-            server.state.told["state"] = {
-                **told,
-                "now": {**told["now"], "share": share},
-            }  # it is said again each second
-            server.tell("state", **server.state.told["state"])
-        page.until(lambda: run(page, "return document.querySelector('#bar b').style.width") == "65%")
-        assert run(page, "return said") == 0
-        server.change(CASES["unplugged"]())
-        page.until(lambda: spoken("alarm").startswith("Unplugged. The board at USB 1/4 is gone."))
-        assert (
-            run(
-                page,
-                "return document.querySelectorAll('[role=status]').length + document.querySelectorAll('[role=alert]').length",
-            )
-            == 3
-        )
+        page.until(lambda: page.text("answer").startswith("tare: the probe"))
+        assert page.run(page_looks.PLACES) == before, name
 
 
-def test_colours_are_remembered(page: Browser) -> None:
-    with canned("idle") as server:
-        for theme in ("dark", "light"):
-            opened(page, server, "idle", theme)
-            page.driver.refresh()
-            page.until(lambda: page.text("word") == "Touch")
-            assert run(page, "return document.documentElement.dataset.theme") == theme
+def test_the_screen_reader_hears_what_has_settled(page: Browser, shown: Shown) -> None:
+    server = shown("contact")
+
+    def spoken(name: str) -> str:
+        return str(page.run("return document.getElementById(arguments[0]).textContent", name))
+
+    assert (spoken("announced"), spoken("alarm")) == ("Hold: 2.5 s more", "")
+    watch = "new MutationObserver(() => said++).observe(document.all.announced, { childList: true, subtree: true })"
+    page.run(f"window.said = 0; {watch}")
+    told = server.state.told["state"]
+    for share in (0.63, 0.64, 0.65):
+        server.state.told["state"] = told | {"now": told["now"] | {"share": share}}  # it is sent again each second
+        server.tell("state", **server.state.told["state"])
+    page.until(lambda: page.run("return document.querySelector('#bar b').style.width") == "65%")
+    assert page.run("return said") == 0
+    server.change(state("unplugged"))
+    page.until(lambda: spoken("alarm").startswith("Unplugged. The board at USB 1/4 is gone."))
+    assert len(page.all("[role=status], [role=alert]")) == 3
 
 
-def test_hostile_words_stay_words(page: Browser) -> None:
-    with canned("idle") as server:
-        opened(page, server, "idle")
-        evil = "<img src=x onerror=alert(1)>"
-        told = json.loads(json.dumps(server.state.told).replace("30 OO", evil).replace("Ready.", evil))
-        server.change(replace(server.state, told=told))
-        page.until(lambda: evil in page.text("nextname"))
-        assert evil in page.text("says")
-        assert evil in page.text("specimens")
-        assert page.driver.find_elements(By.TAG_NAME, "img") == []
+def test_colours_are_remembered(page: Browser, shown: Shown) -> None:
+    for theme in ("dark", "light"):
+        shown("idle", theme=theme)
+        page.driver.refresh()
+        page.until(lambda: page.text("word") == "Touch")
+        assert page.run("return document.documentElement.dataset.theme") == theme
 
 
-def test_rows_that_stay_the_same_are_not_made_again(page: Browser) -> None:
-    """Of an opened recording with 200 touches, each further touch costs one row; all touches of the file are counted."""
-    with canned("file") as server:
-        sized(page, *SIZES["desk"])
-        opened(page, server, "file")
-        told, session = server.state.told["touches"], server.state.told["session"]
-        assert str(session["count"]["of"]) in page.text("nextname")
-        run(page, "for (const row of document.querySelectorAll('#rows tr[data-touch]')) row.dataset.old = 'yes'")
-        last = told["rows"][-1]
-        server.tell("touches", **{**told, "rows": [*told["rows"], {**last, "number": last["number"] + 1}]})
-        made = "return [...document.querySelectorAll('#rows tr[data-touch]')].map((row) => row.dataset.old ?? 'no')"
-        page.until(lambda: len(run(page, made)) == len(told["rows"]) + 1)
-        assert run(page, made) == ["no"] + len(told["rows"]) * ["yes"]
+def test_hostile_words_stay_words(page: Browser, idle: Canned) -> None:
+    evil = "<img src=x onerror=alert(1)>"
+    told = json.loads(json.dumps(idle.state.told).replace("30 OO", evil).replace("Ready.", evil))
+    idle.change(replace(idle.state, told=told))
+    page.until(lambda: all(evil in page.text(name) for name in ("nextname", "says", "specimens")))
+    assert page.all("img") == []
+    differ = {
+        "most_reliable": 19,
+        "together": {"agree": False, "text": f"the 3 touches differ {evil}", "modulus": None},
+    }
+    idle.tell("touches", **told["touches"] | differ)
+    page.until(lambda: evil in page.text("together"))
+    assert page["together"].get_attribute("data-agree") == "no"
+    assert [row.get_attribute("data-touch") for row in page.all("#rows tr.best")] == ["19"]
+    assert page.all("img") == []

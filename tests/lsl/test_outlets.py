@@ -23,8 +23,7 @@ from palpate.cli import main
 from palpate.lsl import Outlets
 from palpate.samples import block_of, feed
 from palpate.stream import Batch
-from recording_bench import Scripted
-from streaming import four
+from recording_bench import Scripted, four
 
 MANY = 5000
 """Marks: more than a connection takes at once."""
@@ -147,38 +146,11 @@ def test_marks(name: str) -> None:
 def check_touches(found: list[tuple[float, dict[str, Any]]], stream: Stream, result: str, source: Lab) -> None:
     """Compare the marks of touches with the touches themselves."""
     touches = [touch for touch in stream.touches if result == "first_ratio" or touch.revised]
-    assert len(touches) == len(found) >= 3
-    for touch, (t, said) in zip(touches, found, strict=True):
-        assert said["ratio"] == getattr(touch, result)
-        assert said["samples"] == touch.samples
-        assert said["start"] == pytest.approx(source.zero_ns / 1e9 + touch.start_s, abs=1e-8)
-        assert said["start"] < t
-        assert result == "first_ratio" or said["flags"] == list(touch.flags)
-
-
-def test_an_inlet_receives_what_was_sent_and_finds_the_same_touches(name: str, tmp_path: Path) -> None:
-    source = Lab()
-    stream = Stream(source, capacity=4096)
-    with Outlets(stream, name) as outlets:
-        receiving = Stream(f"lsl:{name}?replug=0", record=tmp_path / "received.csv", capacity=4096)
-        with receiving:
-            sent, _ = sent_from(stream, outlets)
-            got: list[Any] = []
-            for batch in receiving.batches():
-                got += batch.samples.tolist()
-                if len(got) >= len(sent):
-                    break
-        gaps = list(receiving.source.gaps)
-    assert receiving.epoch
-    shift_ns = source.zero_ns - receiving.epoch.monotonic_ns
-    expected = [(s[0] - sent[0][0], s[1] + shift_ns, s[2] + shift_ns, -1, -1, s[5], s[6], s[7], -1) for s in sent]
-    assert [repr(row) for row in got] == [repr(row) for row in expected]  # nan as nan, and all digits
-    assert gaps == [Gap(source.gaps[0].seq - sent[0][0], "the sender had a gap")]
-    same = [{**touch.as_dict(), "start_s": 0} for touch in stream.touches]
-    assert len(same) >= 3
-    assert [{**touch.as_dict(), "start_s": 0} for touch in receiving.touches] == same
-    replayed = palpate.touches(palpate.recorded(tmp_path / "received.csv"))
-    assert [{**touch.as_dict(), "start_s": 0} for touch in replayed] == same
+    assert len(touches) >= 3
+    said = [(mark["ratio"], mark["samples"]) for _, mark in found]
+    assert said == [(getattr(touch, result), touch.samples) for touch in touches]
+    begun_s = [mark["start"] for _, mark in found]
+    assert begun_s == pytest.approx([source.zero_ns / 1e9 + touch.start_s for touch in touches], abs=1e-8, rel=0)
 
 
 def test_nothing_is_lost_at_the_end(name: str) -> None:
@@ -204,35 +176,29 @@ def test_times_that_are_not_those_of_a_clock(source: str, tmp_path: Path) -> Non
     assert not (tmp_path / "a.csv").exists()
 
 
-@pytest.mark.parametrize("given", [["--lsl", "usb:"], ["--lsl="], ["--lsl", "x" * 101]])
+@pytest.mark.parametrize("given", [["--lsl", "usb:"], ["--lsl="]])
 def test_names_that_are_refused(given: list[str], tmp_path: Path) -> None:
     done = CliRunner().invoke(main, ["record", "sim:", "-o", str(tmp_path / "a.csv"), *given])
     assert done.exit_code == 2
-    assert "allowed: a name of 1 to 100 characters without a colon" in done.stderr
+    assert "allowed: a name without a colon" in done.stderr
 
 
 def test_tares_and_marks_of_the_page_and_the_next_measurement(name: str, tmp_path: Path) -> None:
     """A receiver stays connected when Measure again is pressed."""
-    from live_bench import obey
-    from palpate import sources
-    from palpate.live.recordings import Recordings
-    from palpate.live.session import Session
+    from live_bench import begun
 
-    session = Session(
-        lambda: sources.open("sim:stiff-steady?speed=1&seed=1"), Recordings(tmp_path / "a.csv"), {"scene": "handheld"},
-        lsl=name,
-    )  # fmt: skip
-    session.start()
+    bench = begun("sim:stiff-steady?speed=1&seed=1", tmp_path, lsl=name)
+    session = bench.measurement
     try:
         with listening(name) as found:
             until_sent(session, 5)
-            obey(session, "mark")
-            obey(session, "tare")
+            bench.obey("mark")
+            bench.obey("tare")
             time.sleep(0.3)
             session.stream.stop()
             while session.running:
                 time.sleep(0.01)
-            obey(session, "again")
+            bench.obey("again")
             until_sent(session, 5)
     finally:
         session.close()
@@ -258,14 +224,13 @@ def test_live_sends_too(name: str, tmp_path: Path) -> None:
         try:
             with palpate.open(f"lsl:{name}?wait=60") as source:
                 assert [sample.seq for sample in islice(source, 5)] == [0, 1, 2, 3, 4]
-                assert source.describe()["stamps"] == "converter"
         finally:
             live.terminate()
 
 
 def test_devices_lists_streams(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also one whose name would write to the terminal."""
-    monkeypatch.setattr("palpate.sources.lsl.finding._OTHERS_S", 3.0)
+    monkeypatch.setattr("palpate.sources.lsl._OTHERS_S", 3.0)
     monkeypatch.setattr("palpate.sources.devices._STREAMS_S", 30.0)
     evil = Sender(f"{name}\x1b[2J", ("a", "b"))
     stream = Stream("sim:stiff-steady?speed=1")

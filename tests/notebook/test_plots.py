@@ -1,7 +1,6 @@
 """Figures: axes in, axes out; nothing is shown, nothing of matplotlib changes."""
 
 import sys
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,9 +9,8 @@ import matplotlib as mpl
 import numpy as np
 import palpate
 import pytest
-from click.testing import CliRunner, Result
+from command_lines import run
 from matplotlib import pyplot
-from palpate.cli import main
 from palpate.recording.recording import Mark, Recording
 from palpate.simulation import scenarios
 from project import ROOT
@@ -21,32 +19,25 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 
 
 @pytest.fixture(autouse=True)
-def no_window(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    def fail() -> None:
-        raise AssertionError("shown")
-
+def no_window() -> Iterator[None]:
     before = mpl.get_backend()
     pyplot.switch_backend("agg")
-    monkeypatch.setattr(pyplot, "show", fail)
+    pyplot.close("all")
     yield
     pyplot.close("all")
     pyplot.switch_backend(before)
 
 
-def drawable() -> dict[str, Any]:
-    whole = palpate.read(FOUR)
-    return {
-        "recording": whole,
-        "touches": whole.touches(),
-        "flagged": palpate.touches(scenarios.run("not-level")),
-        "no touches": type(whole.touches())(),
-        "untimed": Recording(*np.full((2, 9), np.nan), *np.ones((2, 9))),
-        "nothing": Recording(*np.zeros((4, 0))),
-        "calibration": palpate.Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5]),
-    }
-
-
-DRAWABLE = drawable()
+WHOLE = palpate.read(FOUR)
+DRAWABLE: dict[str, Any] = {
+    "recording": WHOLE,
+    "touches": WHOLE.touches(),
+    "flagged": palpate.touches(scenarios.run("not-level")),
+    "no touches": type(WHOLE.touches())(),
+    "untimed": Recording(*np.full((2, 9), np.nan), *np.ones((2, 9))),
+    "nothing": Recording(*np.zeros((4, 0))),
+    "calibration": palpate.Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5]),
+}
 
 
 @pytest.mark.parametrize("name", DRAWABLE)
@@ -65,9 +56,9 @@ def test_axes_in_axes_out(name: str) -> None:
 
 
 def test_what_is_drawn_is_what_was_measured() -> None:
-    whole = DRAWABLE["recording"]
-    hard, soft = whole.plot().get_lines()
-    for line, t, readings in ((hard, whole.t_hard_s, whole.hard), (soft, whole.t_soft_s, whole.soft)):
+    for line, t, readings in zip(
+        WHOLE.plot().get_lines(), (WHOLE.t_hard_s, WHOLE.t_soft_s), (WHOLE.hard, WHOLE.soft), strict=True
+    ):
         assert np.array_equal(line.get_xdata(), t)
         assert np.allclose(line.get_ydata(), readings - np.median(readings[:20]), rtol=0, atol=1e-12)
     touches = DRAWABLE["touches"].plot()
@@ -85,52 +76,17 @@ def test_marks_and_gaps_are_lines_and_a_mark_is_no_formula() -> None:
     ax.figure.canvas.draw()
 
 
-def run(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(main, ["plot", *map(str, arguments)])
+@pytest.mark.parametrize(("name", "begin"), [("a.pdf", b"%PDF"), ("a.svg", b"<?xml"), ("a.PNG", b"\x89PNG")])
+def test_a_file_of_each_kind(name: str, begin: bytes, tmp_path: Path) -> None:
+    result = run("plot", FOUR, "-o", tmp_path / name)
+    assert (result.exit_code, result.stdout) == (0, f"{tmp_path / name}: 4 touches\n")
+    assert (tmp_path / name).read_bytes().startswith(begin)
 
 
-@pytest.mark.parametrize("suffix", ["png", "pdf", "svg", "PNG"])
-def test_a_file_of_each_kind(suffix: str, tmp_path: Path) -> None:
-    out = tmp_path / f"run.{suffix}"
-    result = run(FOUR, "-o", out)
-    assert (result.exit_code, result.stdout) == (0, f"{out}: 4 touches\n")
-    begin = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[suffix.lower()]
-    assert out.read_bytes().startswith(begin)
-    if suffix == "svg":
-        assert ET.parse(out).getroot().tag.endswith("svg")
-
-
-def test_nothing_is_replaced_without_force(tmp_path: Path) -> None:
-    out = tmp_path / "run.png"
-    out.write_text("precious")
-    result = run(FOUR, "-o", out)
-    assert (result.exit_code, out.read_text()) == (4, "precious")
-    assert "already exists" in result.stderr
-    assert run(FOUR, "-o", out, "--force").exit_code == 0
-    assert out.read_bytes().startswith(b"\x89PNG")
-
-
-def test_another_suffix_is_refused_before_anything_is_read(tmp_path: Path) -> None:
-    result = run(FOUR, "-o", tmp_path / "run.gif")
-    assert result.exit_code == 2
-    assert "plot: got 'run.gif', allowed: a name that ends in .png, .pdf, .svg" in result.stderr
-    assert not list(tmp_path.iterdir())
-
-
-def test_without_matplotlib_nothing_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_refused_leaves_everything_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = run("plot", FOUR, "-o", tmp_path / "run.gif")
+    assert (result.exit_code, "ends in .png, .pdf, .svg" in result.stderr) == (2, True)
     with monkeypatch.context() as without:
         without.setitem(sys.modules, "matplotlib", None)
-        result = run(FOUR, "-o", tmp_path / "run.png")
-    assert result.exit_code == 6
-    assert "pip install 'palpate[science]'" in result.stderr
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_table_of_another_program(tmp_path: Path) -> None:
-    whole = palpate.read(FOUR)
-    table = tmp_path / "other.csv"
-    columns = np.column_stack([whole.t_hard_s, whole.hard, whole.soft])
-    np.savetxt(table, columns, delimiter=",", header="time (s),A (pF),B (pF)", comments="")
-    result = run(table, "-o", tmp_path / "other.png", "--map", "hard=A (pF),soft=B (pF)", "--scene", "paper", "--json")
-    assert result.exit_code == 0, result.stderr
-    assert '"touches": 4' in result.stdout
+        assert run("plot", FOUR, "-o", tmp_path / "other.png").exit_code == 6
+    assert list(tmp_path.iterdir()) == []

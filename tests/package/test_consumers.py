@@ -1,16 +1,12 @@
-"""A foreign C++ project, built in each way that is offered; and the C++ of the documents."""
+"""A foreign C++ project, built in each way that is offered."""
 
-import importlib.metadata
-import importlib.resources
-import re
 import subprocess
 import tarfile
 from pathlib import Path
 
 import palpate
 import pytest
-from building import STRICT, asked, compiles, configure, run
-from project import ROOT, need
+from project import ROOT, STRICT, asked, configure, need, run
 
 CONSUMER = ROOT / "tests" / "cpp" / "consumer"
 EXPECTED = f"palpate {palpate.__version__}: ratio 2.000\n"
@@ -26,14 +22,6 @@ def test_the_package_under_test_is_installed() -> None:
 
 def test_find_package_in_the_folder_that_the_package_tells(cmake: str, tmp_path: Path) -> None:
     configure(cmake, CONSUMER, tmp_path, f"-Dpalpate_DIR={asked('--cmakedir')}")
-    assert run(tmp_path / "consumer") == EXPECTED
-
-
-def test_find_package_by_the_entry_point(cmake: str, tmp_path: Path) -> None:
-    """As scikit-build-core does it."""
-    [entry] = importlib.metadata.entry_points(group="cmake.prefix", name="palpate")
-    prefix = importlib.resources.files(entry.load())
-    configure(cmake, CONSUMER, tmp_path, f"-DCMAKE_PREFIX_PATH={prefix}")
     assert run(tmp_path / "consumer") == EXPECTED
 
 
@@ -68,36 +56,9 @@ def test_include_folder(tmp_path: Path, compiler: str) -> None:
     assert run(program) == EXPECTED
 
 
-def blocks(document: str) -> list[str]:
-    return re.findall(r"```cpp\n(.*?)```", (ROOT / document).read_text(encoding="utf-8"), re.DOTALL)
-
-
-@pytest.mark.parametrize("compiler", COMPILERS)
-def test_every_block_of_the_header_reference_compiles(tmp_path: Path, compiler: str) -> None:
-    found = blocks("docs/cpp.md")
-    assert len(found) > 5
-    for block in found:
-        compiles(compiler, block if "#include" in block else f"#include <palpate/palpate.hpp>\n{block}", tmp_path)
-
-
-@pytest.mark.parametrize("compiler", COMPILERS)
-def test_one_include_has_everything(tmp_path: Path, compiler: str) -> None:
-    text = """#include <palpate/palpate.hpp>
-palpate::Bank<palpate::Handover<double>, 64> bank;
-void sample(const double* output, const double* regressor) { bank.update(output, regressor); }
-palpate::HandheldTracker<float> tracker;
-"""
-    compiles(compiler, text, tmp_path)
-
-
 @pytest.mark.parametrize("flag", ["-ffast-math", "-ffinite-math-only", "-fassociative-math", "-freciprocal-math"])
 def test_arithmetic_that_is_not_ieee_is_refused(flag: str) -> None:
     more = ["-fno-signed-zeros", "-fno-trapping-math", flag, asked("--includes"), "-std=c++17", "-fsyntax-only"]
     command = [need("g++"), *more, "-x", "c++", "-include", "palpate/palpate.hpp", "/dev/null"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert "palpate needs IEEE arithmetic" in done.stderr
-
-
-def test_the_header_reference_names_every_header() -> None:
-    text = (ROOT / "docs" / "cpp.md").read_text(encoding="utf-8")
-    assert [p.name for p in (ROOT / "cpp" / "include" / "palpate").glob("*.hpp") if f"`{p.name}`" not in text] == []

@@ -51,7 +51,7 @@ def header_of(path: Path) -> str:
 
 
 def included() -> dict[str, list[str]]:
-    """Return what each header includes of the others."""
+    """Return which of our headers each header includes."""
     return {
         header_of(path): re.findall(
             r"^#include <palpate/([\w/]+)\.hpp>", path.read_text(encoding="utf-8"), re.MULTILINE
@@ -116,27 +116,11 @@ def test_import_loads_neither_numpy_nor_anything_optional() -> None:
     assert loaded - {"pybind11_builtins"} == {"palpate"}
 
 
-def test_numpy_comes_with_the_first_array() -> None:
-    code = (
-        "import sys, palpate; e = palpate.AdaptiveRls(); e.update(0.5, 0.25); repr(e); assert 'numpy' not in sys.modules;"
-        "e.process([1.0], [1.0]); assert 'numpy' in sys.modules"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
-
-
 def test_public_names() -> None:
     assert set(palpate.__all__) <= set(dir(palpate))
     assert all(getattr(palpate, name) is not None for name in palpate.__all__)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = palpate.nothing
-
-
-@pytest.mark.parametrize("name", [n for n in palpate.__all__ if callable(getattr(palpate, n))])
-def test_everything_public_has_a_signature(name: str) -> None:
-    value = getattr(palpate, name)
-    assert inspect.signature(value)
-    methods = [getattr(value, n) for n in (vars(value) if inspect.isclass(value) else ()) if not n.startswith("_")]
-    assert all(inspect.signature(method) for method in methods if inspect.isroutine(method))
 
 
 def test_the_version_is_written_once() -> None:
@@ -154,23 +138,11 @@ def test_wheel_contents() -> None:
     names = {name for name in map(str, files) if not re.search(r"__pycache__/|(bin|Scripts)/palpate(\.exe)?$", name)}
     assert [n for n in names if re.fullmatch(r"palpate/_core\..*(so|pyd)", n)]
     assert {f"palpate/include/palpate/{header_of(p)}.hpp" for p in HEADERS.rglob("*.hpp")} <= names
-    sources = [p for p in SOURCES.rglob("*") if p.suffix in (".py", ".pyi", ".typed")]
+    sources = [p for p in SOURCES.rglob("*") if p.suffix in (".py", ".pyi", ".typed", ".j2", ".css")]
     assert {f"palpate/{p.relative_to(SOURCES).as_posix()}" for p in sources} <= names
     cmake = {f"palpate/lib/cmake/palpate/{n}" for n in ("palpate-config.cmake", "CMakeLists.txt")}
     assert {"palpate/py.typed"} | cmake <= names
     assert not [n for n in names if not re.match(r"palpate(-[\d.]+\.dist-info)?/", n)]
-
-
-def test_get_include_is_where_the_headers_are() -> None:
-    assert (Path(palpate.get_include()) / "palpate" / "palpate.hpp").is_file()
-
-
-def test_the_stub_is_what_was_built(tmp_path: Path) -> None:
-    allow = tmp_path / "allow"
-    allow.write_text(r"palpate\._core\.\w+")  # the metaclass, which has no importable name; members are still checked
-    command = [sys.executable, "-m", "mypy.stubtest", "palpate._core", "--allowlist", str(allow)]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def documented() -> Iterator[tuple[str, str, dict[str, Any]]]:

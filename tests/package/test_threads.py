@@ -1,7 +1,6 @@
 """Two threads: what docs/threads.md says is what happens."""
 
 import re
-import subprocess
 import sys
 import threading
 import time
@@ -14,7 +13,6 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
-from palpate.simulation import scenarios
 from project import ROOT
 from recording_bench import Scripted, sample
 
@@ -111,9 +109,7 @@ def said(name: str) -> set[str]:
     raise AssertionError(f"docs/threads.md has no row for {name}")
 
 
-@pytest.mark.parametrize(
-    "name", ["Rls", "AdaptiveRls32", "HandoverRls", "Tracker", "RlsBank", "AdaptiveRlsBank32", "HandoverRlsBank"]
-)
+@pytest.mark.parametrize("name", ["AdaptiveRls32", "HandoverRls", "Tracker", "HandoverRlsBank"])
 def test_what_is_refused_while_a_block_runs_is_what_the_page_says(name: str) -> None:
     assert refused_by(name) == said(name)
 
@@ -137,27 +133,6 @@ def test_who_is_refused_changes_nothing(name: str) -> None:
         assert made == alone
 
 
-def test_single_updates_from_many_threads_are_all_taken() -> None:
-    """Each runs from its begin to its end. In which order is up to the threads."""
-    estimator, tracker, ring = palpate.HandoverRls(), palpate.Tracker(), palpate.SampleRing(1 << 16)
-    numbers = iter(range(1 << 30))
-
-    def work(_: int) -> None:
-        for _ in range(2000):
-            estimator.update(1.0, 1.0)
-            tracker.feed(0.026 * next(numbers), 0.0, 1.0, 1.0)
-            ring.push(sample(1))
-
-    before = sys.getswitchinterval()
-    sys.setswitchinterval(1e-6)
-    try:
-        with ThreadPoolExecutor(4) as pool:
-            list(pool.map(work, range(4)))
-    finally:
-        sys.setswitchinterval(before)
-    assert (estimator.samples, tracker.readings, len(ring), ring.dropped) == (8000, 8000, 8000, 0)
-
-
 def in_threads(work: Callable[[int], Any], many: int = 4) -> list[Any]:
     """Return what a function gives in threads that all begin it at once."""
     together = threading.Barrier(many)
@@ -168,50 +143,6 @@ def in_threads(work: Callable[[int], Any], many: int = 4) -> list[Any]:
 
     with ThreadPoolExecutor(many) as pool:
         return list(pool.map(begin, range(many)))
-
-
-@pytest.mark.parametrize(
-    "work",
-    [
-        lambda: [(touch.start_s, touch.ratio) for touch in palpate.touches(DATA)],
-        lambda: palpate.check(DATA).survey,
-        lambda: palpate.read(DATA).hard.tobytes(),
-        lambda: scenarios.run("tremor", 3).hard.tobytes(),
-        lambda: [touch.ratio for touch in palpate.offline(palpate.read(DATA))],
-    ],
-    ids=["touches", "check", "read", "simulation", "offline"],
-)
-def test_functions_may_run_in_any_number_of_threads(work: Callable[[], Any]) -> None:
-    assert in_threads(lambda _: work()) == [work()] * 4
-
-
-def test_one_recording_and_one_calibration_serve_all_threads() -> None:
-    recording = palpate.read(DATA)
-    calibration = palpate.Calibration.fit([1.2, 1.5, 2.0], [0.2, 0.5, 2.0])
-    found = in_threads(lambda _: [calibration.modulus(touch.ratio) for touch in recording.touches()])
-    assert found == [found[0]] * 4
-    with pytest.raises(AttributeError):
-        recording.hard = recording.soft  # type: ignore[misc]
-    with pytest.raises(AttributeError):
-        calibration.gain = 1.0  # type: ignore[attr-defined]
-
-
-def test_first_uses_in_many_threads_at_once() -> None:
-    """Modules and types are made at their first use."""
-    program = f"""
-import sys, threading
-sys.setswitchinterval(1e-6)
-import palpate
-together, found = threading.Barrier(8), []
-def work():
-    together.wait()
-    found.append([touch.ratio for touch in palpate.touches({str(DATA)!r})] + list(palpate.HandoverRls().process([1.0], [1.0])))
-threads = [threading.Thread(target=work) for _ in range(8)]
-[thread.start() for thread in threads]
-[thread.join() for thread in threads]
-assert len(found) == 8 and found == found[:1] * 8 and len(found[0]) == 5, found
-"""
-    subprocess.run([sys.executable, "-W", "error", "-c", program], check=True, timeout=120)
 
 
 def test_two_threads_that_iterate_a_stream_share_its_samples() -> None:

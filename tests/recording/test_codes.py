@@ -1,6 +1,5 @@
 """Codes of other converters: every reader computes with the scale of the description what the source gave, bit for bit."""
 
-import itertools
 import json
 from pathlib import Path
 from typing import Any
@@ -11,10 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from palpate import ProtocolError, RecordingError, Sample, Stream
 from palpate.recording import sidecar
-from palpate.recording.foreign import recorded
 from palpate.recording.own_file import Recorded
 from palpate.sources import Codes
-from palpate.sources.claims import described
+from palpate.sources.base import described
 from recording_bench import Scripted, record, sample
 
 WIDE = Codes(zero=-5, per_pF=700_000_001 / 3, largest=2**31 - 1)
@@ -30,19 +28,6 @@ def samples_of(scale: Codes, codes: list[int]) -> list[Sample]:
     return [Sample(i, i * 10**7, i * 10**7, code, -1, scale.pF(code), 2.0) for i, code in enumerate(codes)]
 
 
-def touched(scale: Codes) -> list[Sample]:
-    """Return 3 s of idle and a press, of a hard channel with codes and a soft one with codes."""
-    change = [0.0] * 300 + [0.1 * min(i, 50) / 50 for i in range(200)] + [0.0] * 100
-    noise = itertools.cycle([0, 7, -3, 11, -8, 2, -5])
-    found = []
-    for i, (soft, n, m) in enumerate(zip(change, noise, itertools.islice(noise, 3, None), strict=False)):
-        hard_raw, soft_raw = (round((value + 1e-5 * error) * scale.per_pF) + scale.zero
-                              for value, error in ((6.9 + 2.5 * soft, n), (4.7 + soft, m)))  # fmt: skip
-        values = scale.pF(hard_raw), scale.pF(soft_raw)
-        found.append(Sample(i, i * 10**7, i * 10**7 + 10**6, hard_raw, soft_raw, *values))
-    return found
-
-
 @given(scales, st.lists(st.integers(0, 2**31 - 1), min_size=1, max_size=20))
 def test_a_recording_gives_back_every_value(
     tmp_path_factory: pytest.TempPathFactory, scale: Codes, codes: list[int]
@@ -54,27 +39,10 @@ def test_a_recording_gives_back_every_value(
     assert palpate.check(path).clean
 
 
-def test_touches_are_the_same_again(tmp_path: Path) -> None:
-    """Live, from the recording, and from a recording of its replay."""
-    source = Scripted([*touched(WIDE)], codes=WIDE._asdict(), period_s=0.01)
-    with Stream(source, record=tmp_path / "run.csv") as stream:
-        list(stream)
-    assert len(stream.touches) == 1
-    assert max(sample.hard_raw for sample in touched(WIDE)) > 2**30
-    with Stream(str(tmp_path / "run.csv"), record=tmp_path / "again.csv") as again:
-        list(again)
-    for path in ("run.csv", "again.csv"):
-        [touch] = palpate.touches(recorded(tmp_path / path))
-        assert (touch.ratio, touch.standard_error) == (stream.touches[0].ratio, stream.touches[0].standard_error)
-    assert (tmp_path / "run.csv").read_bytes() == (tmp_path / "again.csv").read_bytes()
-
-
 def test_a_stream_refuses_what_a_replay_would_read_otherwise(tmp_path: Path) -> None:
     """Codes of another converter without their scale would be read as those of an AD7746."""
     source = Scripted([*samples_of(WIDE, [5, 6])])
-    message = (
-        r"source, first sample: hard: got 4.28\d+e-08 pF for the code 5, allowed: -4.095\d+, \(code - zero\) / per_pF"
-    )
+    message = r"source: sample \d+: hard: got 4.28\d+e-08, allowed: the pF of its code"
     with pytest.raises(ProtocolError, match=message), Stream(source, record=tmp_path / "run.csv") as stream:
         list(stream)
 
@@ -83,13 +51,8 @@ def test_a_stream_refuses_what_a_replay_would_read_otherwise(tmp_path: Path) -> 
     ("codes", "message"),
     [
         (5, "codes: got 5, allowed: the keys zero, per_pF, largest"),
-        ({"zero": 0, "per_pF": 1.0}, "codes: got .*allowed: the keys"),
-        ({"zero": 0.5, "per_pF": 1.0, "largest": 9}, "codes: zero: got 0.5, allowed: an integer from -2147483648"),
         ({"zero": 0, "per_pF": 0, "largest": 9}, "codes: per_pF: got 0, allowed: a number from 1e-6"),
-        ({"zero": 0, "per_pF": "1", "largest": 9}, "codes: per_pF: got '1'"),
-        ({"zero": 0, "per_pF": True, "largest": 9}, "codes: per_pF: got True"),
         ({"zero": 0, "per_pF": 1.0, "largest": 2**31}, "codes: largest: got 2147483648, allowed: an integer from 1"),
-        ({"zero": 0, "per_pF": 1.0, "largest": True}, "codes: largest: got True"),
     ],
 )
 def test_a_scale_that_is_none(codes: Any, message: str, tmp_path: Path) -> None:
@@ -104,18 +67,16 @@ def test_a_scale_that_is_none(codes: Any, message: str, tmp_path: Path) -> None:
         sidecar.load(path)
 
 
-def test_a_code_above_the_largest_is_found(tmp_path: Path) -> None:
-    scale = Codes(0, 1000.0, 4095)
-    path = record(tmp_path / "run.csv", samples_of(scale, [4095, 4096]), codes=scale._asdict())
-    assert "1 rows have codes above 4095, the largest of the converter" in palpate.check(path).faults
-
-
 def test_without_a_sidecar_codes_of_another_converter_are_left_out(tmp_path: Path) -> None:
-    path = record(tmp_path / "run.csv", touched(WIDE), codes=WIDE._asdict())
+    path = record(tmp_path / "run.csv", samples_of(WIDE, [7, 2**30]), codes=WIDE._asdict())
     sidecar.sidecar_path(path).unlink()
     read = Recorded(path)
     [block] = read.blocks()
-    assert (read.codes, block["hard_raw"].max(), block["hard"].tolist()) == (None, -1, [s.hard for s in touched(WIDE)])
+    assert (read.codes, block["hard_raw"].max(), block["hard"].tolist()) == (
+        None,
+        -1,
+        [s.hard for s in samples_of(WIDE, [7, 2**30])],
+    )
     assert any(note.startswith("the codes are not those of an AD7746") for note in read.notes)
     own = record(tmp_path / "own.csv", [sample(i) for i in range(9)])
     sidecar.sidecar_path(own).unlink()

@@ -7,7 +7,7 @@ import numpy as np
 import palpate
 import pytest
 from numpy.typing import NDArray
-from palpate.ad7746.clock import RealClock
+from palpate.ad7746.bus import RealClock
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
@@ -55,19 +55,6 @@ def test_two_recordings_merge_within_5_ms(tmp_path: Path) -> None:
         assert known.any()
         assert np.abs(recording.utc_ns - told_utc_ns(recording, path, zero_s))[known].max() < 5_000_000
     assert (np.diff(np.concatenate([recording.utc_ns for recording in recordings])) > 0).all()
-
-
-def test_a_stream_says_its_epoch() -> None:
-    with palpate.Stream(board(time.monotonic())) as stream:
-        first = next(iter(stream)).sample
-        assert stream.epoch
-        assert 0 < time.monotonic_ns() - stream.epoch.monotonic_ns - first.t_soft_ns < 60e9
-        before, utc_ns, after = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
-        zero_ns = stream.epoch.utc_ns - stream.epoch.monotonic_ns
-        assert before - 5e6 < utc_ns - zero_ns < after + 5e6
-    with palpate.Stream("sim:tremor?seed=1") as virtual:
-        next(iter(virtual))
-        assert virtual.epoch is None
 
 
 def test_a_wall_clock_that_was_moved_is_said(tmp_path: Path) -> None:

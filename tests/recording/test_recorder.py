@@ -1,30 +1,44 @@
 """What is written while it is recorded: at once, whole, and never over something else."""
 
 import errno
+import json
 import os
-import time
 import zlib
-from io import FileIO
 from pathlib import Path
 from threading import Event
 from typing import Any
 
 import pytest
-from palpate import RecordingError, Sample, Source, Stream, check, read
-from palpate import open as open_source
+from palpate import RecordingError, check, read
 from palpate.recording import recorder as recorder_module
-from palpate.recording import row_file, sidecar, sidecar_file
-from palpate.recording.filelock import is_locked
-from palpate.recording.recorder import Recorder
+from palpate.recording import sidecar
+from palpate.recording import writer as writer_module
+from palpate.recording.lock import is_locked
+from palpate.recording.recorder import CAPACITY, FLUSH_S, SYNC_S, Recorder
 from palpate.recording.rows import HEADER
+from palpate.recording.session import Entry, Note, Plan, Specimen, plan_of
 from palpate.recording.sidecar import load
-from recording_bench import Scripted, sample
+from palpate.stream import stream as stream_module
+from recording_bench import sample, soon
+
+PLAN = Plan("Monday", "N. N.", (Specimen("30 OO", 0.143, 4),), (Entry(0.5, "30 OO"),), (Note(1.0, "warm"),))
+
+
+def document(path: Path) -> dict[str, Any]:
+    return load(path) or {}
+
+
+def test_what_the_pages_promise() -> None:
+    """A write each 0.1 s, a sync each second, room for a disk that hangs, and for a consumer that is late."""
+    assert (stream_module._LAG_S, stream_module._LEAST) == (1.0, 4096)
+    assert (FLUSH_S, SYNC_S, CAPACITY) == (0.1, 1.0, 32768)
+    assert (recorder_module.capacity_for({"period_s": 1e-5}), sidecar.LARGEST) == (300_000, 4_000_000)
 
 
 def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     recorder = Recorder(path, {"name": "x", "full_scale_pF": float("inf")}, {"scene": "paper"}, ["first"])
-    before = load(path) or {}
+    before = document(path)
     assert "end" not in before
     assert (before["settings"], before["notes"]) == ({"scene": "paper"}, ["first"])
     assert is_locked(path)
@@ -33,47 +47,19 @@ def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Pa
     recorder.note("second")
     recorder.mark("here", sample(99))
     recorder.mark("before everything", None)
-    assert load(path) == before | {
+    assert document(path) == before | {
         "notes": ["first", "second"],
         "marks": [{"seq": 99, "t_s": 2.574000001, "text": "here"}, {"text": "before everything"}],
     }
     recorder.close(lambda: {"read": 100})
     recorder.close()
     assert not is_locked(path)
-    document = load(path)
-    assert document
     data = path.read_bytes()
     written = {"rows": 100, "bytes": len(data), "crc32": zlib.crc32(data)}
-    assert document["end"] == {**written, "dropped": 0, "clean": True, "counters": {"read": 100}}
-    assert "checkpoint" not in document  # the end says the same
+    assert document(path)["end"] == {**written, "dropped": 0, "clean": True, "counters": {"read": 100}}
+    assert "checkpoint" not in document(path)  # the end says the same
     assert path.read_text().startswith(HEADER)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run.csv", "run.json"]
-
-
-def checkpoint_after(path: Path, rows: int) -> dict[str, int]:
-    """Wait until the sidecar says that so many rows are on the disk."""
-    until = time.monotonic() + 30
-    while (found := (load(path) or {}).get("checkpoint", {})).get("rows", 0) < rows:
-        assert time.monotonic() < until
-        time.sleep(0.01)
-    assert isinstance(found, dict)
-    return found
-
-
-def test_checkpoints_say_what_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(recorder_module, "SYNC_S", 0.01)
-    path = tmp_path / "run.csv"
-    recorder = Recorder(path, {}, {}, [])
-    for rows in (100, 150):
-        for seq in range(recorder.rows, rows):
-            assert recorder.push(sample(seq))
-        checkpoint = checkpoint_after(path, rows)
-        data = path.read_bytes()
-        assert checkpoint == {"rows": rows, "bytes": len(data), "crc32": zlib.crc32(data)}
-    before = sidecar.sidecar_path(path).stat()
-    time.sleep(0.3)
-    assert sidecar.sidecar_path(path).stat() == before  # nothing was written since: nothing is saved
-    recorder.close()
 
 
 @pytest.mark.parametrize("there", ["run.csv", "run.json"])
@@ -84,99 +70,64 @@ def test_nothing_is_overwritten(tmp_path: Path, there: str) -> None:
     assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [(there, "precious")]
 
 
-def test_names_that_cannot_be(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"record: got 'run.json', allowed: a name that ends in .csv"):
-        Recorder(tmp_path / "run.json", {}, {}, [])
-    with pytest.raises(RecordingError, match=r"cannot be written: No such file"):
-        Recorder(tmp_path / "nowhere" / "run.csv", {}, {}, [])
-
-
-@pytest.mark.parametrize("live", [True, False])
-def test_the_wall_clock_at_zero(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, live: bool) -> None:
-    """From the first sample of a live source; a jump of the wall clock is seen at the end, and changes no time."""
-    path, given = tmp_path / "run.csv", [sample(seq) for seq in range(40, 60)]
-    begun_ns, wall_ns, hour_ns = time.monotonic_ns(), 1_800_000_000_000_000_000, 3_600_000_000_000
-    moved_ns = 0
-
-    def jump(at: Sample) -> None:
-        nonlocal moved_ns
-        moved_ns -= hour_ns * (at.seq == 50)
-
-    monkeypatch.setattr(time, "time_ns", lambda: wall_ns + moved_ns + time.monotonic_ns() - begun_ns)
-    source = Scripted(list(given), live=live)
-    source.before = jump
-    with Stream(source, record=path) as stream:
-        for _ in stream:
-            pass
-    clock = (load(path) or {})["clock"]
-    assert 0 <= clock["started_utc_ns"] - wall_ns < 60e9
-    if live:  # it arrived between the start and the end
-        assert 0 <= clock["zero_utc_ns"] - wall_ns + given[0].t_soft_ns < 60e9
-        assert abs(clock["zero_utc_ns_at_end"] + hour_ns - clock["zero_utc_ns"]) < 5_000_000
-    else:
-        assert "zero_utc_ns" not in clock
-    assert read(path).t_hard_s.tolist() == [each.t_hard_ns / 1e9 for each in given]
-
-
-def test_marks_and_notes_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_marks_notes_and_session_have_a_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond it an error, and the recording goes on; the sidecar can be read."""
-    monkeypatch.setattr(sidecar_file, "_MOST", {"notes": 3, "marks": 4})
+    monkeypatch.setattr(writer_module, "_MOST", {"notes": 3, "marks": 2})
     path = tmp_path / "run.csv"
     recorder = Recorder(path, {}, {}, ["first"])
-    for number in range(4):
-        recorder.mark(f"{number}", sample(number))
     for number in range(2):
+        recorder.mark(f"{number}", sample(number))
         recorder.note(f"{number}")
-    with pytest.raises(ValueError, match=r"^marks: got 5, allowed: 4 in one recording; begin another one$"):
-        recorder.mark("5", None)
+    with pytest.raises(ValueError, match=r"^marks: got 3, allowed: 2 in one recording; begin another one$"):
+        recorder.mark("2", None)
     with pytest.raises(ValueError, match=r"^notes: got 4, allowed: 3 in one recording; begin another one$"):
-        recorder.note("4")
+        recorder.note("3")
+    monkeypatch.setattr(writer_module, "_MOST_BYTES", 5000)
+    recorder.session(PLAN)
+    with pytest.raises(ValueError, match=r"session: got \d+ bytes of sidecar with them, allowed: 5000"):
+        recorder.session(Plan(touches=tuple(Entry(float(at), "30 OO") for at in range(200))))
     with pytest.raises(ValueError, match=r"^notes: got 4, allowed: 3"):
         Recorder(tmp_path / "other.csv", {}, {}, ["note"] * 4)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["run.csv", "run.json"]
     recorder.push(sample(0))
     recorder.close()
-    report, document = check(path), load(path)
-    assert report.clean
-    assert document
-    assert document["notes"] == ["first", "0", "1"]
-    assert [mark["text"] for mark in document["marks"]] == ["0", "1", "2", "3"]
-
-
-def test_a_sidecar_has_a_size_that_can_be_read(tmp_path: Path) -> None:
-    path = tmp_path / "run.csv"
-    recorder = Recorder(path, {}, {}, [])
-    recorder.note("\u00e9" * 600_000)  # six bytes each
-    with pytest.raises(
-        ValueError, match=r"^marks: got \d+ bytes of sidecar with them, allowed: 3980000; begin another"
-    ):
-        recorder.mark("\u00e9" * 100_000, None)
-    recorder.close(error="x" * 2000)
     assert check(path).clean
-    assert sidecar.sidecar_path(path).stat().st_size <= sidecar.LARGEST
-    with pytest.raises(ValueError, match=r"^notes: got \d+ bytes"):
-        Recorder(tmp_path / "other.csv", {}, {}, ["x" * sidecar.LARGEST])
+    assert document(path)["notes"] == ["first", "0", "1"]
+    assert [mark["text"] for mark in document(path)["marks"]] == ["0", "1"]
+    assert plan_of(document(path)) == PLAN
 
 
-def test_an_unexpected_error_is_not_silent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(_: object) -> bytes:
-        raise MemoryError("no more")
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (MemoryError("no more"), "MemoryError: no more"),
+        (OSError(errno.ENOSPC, "No space left on device"), "No space left on device; 0 rows are synced to the disk"),
+    ],
+)
+def test_an_error_ends_the_recording_and_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception, said: str
+) -> None:
+    def fail(*_: object) -> None:
+        raise error
 
     path = tmp_path / "run.csv"
     recorder = Recorder(path, {}, {}, [])
-    monkeypatch.setattr(row_file, "format_rows", fail)
-    recorder.push(sample(0))
+    monkeypatch.setattr(writer_module, "write", fail)
+    for seq in range(500):
+        recorder.push(sample(seq))
     recorder.close()
-    assert str(recorder.error) == f"{path}: cannot be written: MemoryError: no more"
-    assert (recorder.rows, recorder.dropped) == (0, 1)
-    assert not check(path).clean
+    assert str(recorder.error) == f"{path}: cannot be written: {said}"
+    end = document(path)["end"]
+    assert (recorder.rows, end["rows"], recorder.dropped, end["dropped"]) == (0, 0, 500, 500)
+    report = check(path)
+    assert (report.survey.rows, report.clean) == (0, False)
+    assert any("the recorder stopped with an error" in fault and said in fault for fault in report.faults)
 
 
 def test_a_checkpoint_that_hangs_delays_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The source goes on while the disk does not answer; then all of its rows are written."""
     monkeypatch.setattr(recorder_module, "SYNC_S", 0.0)
-    hangs, hung = Event(), Event()
-    sync = os.fsync
+    hangs, hung, sync = Event(), Event(), os.fsync
 
     def fsync(descriptor: int) -> None:
         hung.set()
@@ -188,60 +139,12 @@ def test_a_checkpoint_that_hangs_delays_nobody(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr(os, "fsync", fsync)
     recorder.push(sample(0))
     assert hung.wait(30)
-    for seq in range(1, recorder_module.CAPACITY):
+    for seq in range(1, CAPACITY):
         assert recorder.push(sample(seq))  # does not wait: the disk hangs until it is let go below
     hangs.set()
     recorder.close()
-    assert (recorder.rows, recorder.dropped) == (recorder_module.CAPACITY, 0)
+    assert (recorder.rows, recorder.dropped) == (CAPACITY, 0)
     assert check(tmp_path / "run.csv").clean
-
-
-def full_after(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
-    """Let the disk be full after so many bytes of rows, in the middle of one."""
-    left = count + len(HEADER)
-
-    def write(file: FileIO, data: bytes) -> int:
-        nonlocal left
-        part = data[:left]
-        left -= len(part)
-        os.write(file.fileno(), part)
-        if len(part) < len(data):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return len(data)
-
-    monkeypatch.setattr(row_file, "write", write)
-
-
-def test_a_full_disk_is_said_and_leaves_whole_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    full_after(monkeypatch, 1000)
-    path = tmp_path / "run.csv"
-    recorder = Recorder(path, {}, {}, [])
-    for seq in range(500):
-        recorder.push(sample(seq))
-    recorder.close()
-    assert "No space left on device" in str(recorder.error)
-    assert recorder.rows + recorder.dropped == 500
-    document = load(path)
-    assert document
-    assert document["end"]["rows"] == recorder.rows == len(path.read_text().splitlines()) - 1
-    assert document["end"]["dropped"] == recorder.dropped > 0
-    report = check(path)
-    assert report.survey.rows == recorder.rows
-    assert report.clean is False
-    assert any("the recorder stopped with an error" in fault and "No space left" in fault for fault in report.faults)
-
-
-def test_a_full_disk_ends_a_stream(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    full_after(monkeypatch, 20_000)
-    with (
-        pytest.raises(RecordingError, match="No space left on device"),
-        Stream("sim:sliding", record=tmp_path / "run.csv") as stream,
-    ):
-        for _ in stream:
-            pass
-    counters = stream.counters
-    assert counters.read == counters.delivered == counters.recorded + counters.unrecorded
-    assert counters.unrecorded > 0
 
 
 def test_a_sidecar_that_cannot_be_written_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -249,24 +152,58 @@ def test_a_sidecar_that_cannot_be_written_is_said(tmp_path: Path, monkeypatch: p
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
     recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
-    monkeypatch.setattr(sidecar_file, "replacing", refuse)
-    with pytest.raises(RecordingError, match="cannot be written: Input/output error"):
-        recorder.note("lost")
-    with pytest.raises(RecordingError, match="cannot be written: Input/output error"):
-        recorder.close()
-    with pytest.raises(RecordingError, match="cannot be written: Input/output error"):
-        Recorder(tmp_path / "other.csv", {}, {}, [])
+    monkeypatch.setattr(writer_module, "replacing", refuse)
+    for step in (
+        lambda: recorder.note("lost"),
+        lambda: recorder.close(),
+        lambda: Recorder(tmp_path / "other.csv", {}, {}, []),
+    ):
+        with pytest.raises(RecordingError, match="cannot be written: Input/output error"):
+            step()
     assert not (tmp_path / "other.csv").exists()
 
 
-def test_what_was_recorded_is_a_source(tmp_path: Path) -> None:
-    path = tmp_path / "run.csv"
-    recorder = Recorder(path, {"name": "x", "full_scale_pF": 4.0}, {}, [])
-    given = [sample(seq) for seq in range(20, 50)]
-    assert all(map(recorder.push, given))
+def test_a_session_is_stored_with_a_checkpoint_and_at_the_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also when no row comes, and when the process is killed after it; it can be amended after the end."""
+    monkeypatch.setattr(recorder_module, "SYNC_S", 0.02)
+    path, other = tmp_path / "run.csv", Plan("Tuesday")
+    recorder = Recorder(path, {}, {}, [])
+    recorder.session(PLAN)
+    soon(lambda: plan_of(document(path)) == PLAN)
+    recorder.push(sample(0))
+    recorder.session(other)
+    soon(lambda: plan_of(document(path)) == other and document(path).get("checkpoint"))
+    recorder.session(PLAN)
     recorder.close()
-    with open_source(str(path)) as source:
-        assert isinstance(source, Source)
-        assert list(source) == given
-        assert source.describe() == {"name": "x", "full_scale_pF": 4.0}
-        assert not source.live
+    assert (read(path).plan, check(path).faults) == (PLAN, ())
+    assert json.loads((tmp_path / "run.json").read_text())["session"]["touches"] == [
+        {"start_s": 0.5, "specimen": "30 OO", "left_out": ""}
+    ]
+    with pytest.raises(ValueError, match=r"run\.csv: got a change of a closed recording"):
+        recorder.session(other)
+    sidecar.amend(path, other)
+    assert (read(path).plan, check(path).faults) == (other, ())
+    path.with_suffix(".json").unlink()
+    with pytest.raises(RecordingError, match="is gone"):
+        sidecar.amend(path, PLAN)
+
+
+def test_a_mark_may_be_earlier_and_be_renamed(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    recorder = Recorder(path, {}, {}, [])
+    with pytest.raises(ValueError, match="it has no row yet"):
+        recorder.mark_at(1.0, "x")
+    for seq in range(40, 90):
+        recorder.push(sample(seq))
+    recorder.gap("moved")
+    recorder.push(sample(90))
+    soon(lambda: len(document(path)["marks"]) == 1)
+    assert recorder.mark_at(2.0, "") == 2
+    with pytest.raises(ValueError, match=r"got 1\.000 s, .* from 1\.040 s on"):
+        recorder.mark_at(1.0, "too early")
+    recorder.rename_mark(2, "named")
+    for number, wrong in ((3, "allowed: 1 to 2"), (1, "a tare or gap")):
+        with pytest.raises(ValueError, match=f"got number {number}, {wrong}"):
+            recorder.rename_mark(number, "x")
+    recorder.close()
+    assert read(path).marks[1] == (2.0, "named")

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from live_browser import browser
+from live_browser import Browser
 from palpate import report
-from report_session import calibrated, specimens, with_session
+from project import made_once
+from report_session import recorded, specimens, with_session
 
 LONG = "of a name that is very long and has_no_place_to_break_at_all" * 2
 
@@ -18,18 +19,18 @@ LONG = "of a name that is very long and has_no_place_to_break_at_all" * 2
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write a report with everything in it, and a name that is too long."""
-    folder = tmp_path_factory.mktemp("print")
-    probe = calibrated(folder)
-    files = [*specimens(folder), with_session(folder / "session.csv", odd=f" {LONG[:60]}")]
-    report.write(folder / "r.html", files, probe, moduli=folder / "ten" / "moduli.csv", title=f"gel {LONG}")
-    return folder / "r.html"
+    folder, path = made_once(tmp_path_factory, "report", recorded), tmp_path_factory.mktemp("print") / "r.html"
+    files = [*specimens(folder), with_session(path.with_name("odd.csv"), odd=f" {LONG[:60]}")]
+    report.write(path, files, folder / "probe.toml", moduli=folder / "ten" / "moduli.csv", title=f"gel {LONG}")
+    return path
 
 
 @pytest.fixture(scope="module")
-def driver(page: Path) -> Iterator[Any]:
-    with browser(page.parent) as opened:
-        opened.driver.get(page.as_uri())
-        yield opened.driver
+def driver(page: Path, chromium: Browser) -> Iterator[Any]:
+    chromium.reset()
+    chromium.driver.get(page.as_uri())
+    yield chromium.driver
+    chromium.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
 
 
 def show(driver: Any, width: int, height: int = 900, scheme: str = "light", media: str = "") -> None:
@@ -71,15 +72,7 @@ def test_each_text_can_be_read(driver: Any, scheme: str) -> None:
     assert (sum(found[0][2]) < 200) == (scheme == "dark")
 
 
-def test_paper_is_white_also_in_the_dark(driver: Any) -> None:
-    show(driver, 794, scheme="dark", media="print")
-    assert (
-        driver.execute_script("return getComputedStyle(document.documentElement).backgroundColor")
-        == "rgb(255, 255, 255)"
-    )
-
-
-@pytest.mark.parametrize("width", [320, 390, 768, 1280, 2560])
+@pytest.mark.parametrize("width", [320, 2560])
 def test_no_scrolling_to_the_side(driver: Any, width: int) -> None:
     show(driver, width)
     inner, whole = driver.execute_script(
@@ -88,25 +81,9 @@ def test_no_scrolling_to_the_side(driver: Any, width: int) -> None:
     assert whole == inner > width - 20
     cut = driver.execute_script(
         "return [...document.querySelectorAll('h1, p, dd, dl, pre, figure, .series')]"
-        ".filter(one => one.getBoundingClientRect().right > document.documentElement.clientWidth + 1).map(one => one.className || one.tagName)"
+        ".filter(one => one.getBoundingClientRect().right > document.documentElement.clientWidth + 1).map(one => one.tagName)"
     )
     assert cut == []
-
-
-def test_points_stand_in_line(driver: Any) -> None:
-    """Each decimal point of a column has the same place."""
-    show(driver, 1280)
-    places = driver.execute_script("""
-      const rows = [...document.querySelectorAll("table")].find(t => t.textContent.includes("Known")).tBodies[0].rows, found = [];
-      for (const row of rows) {
-        const text = row.cells[3].firstChild, at = text.data.indexOf("."), range = document.createRange();
-        if (at < 0) continue;
-        range.setStart(text, at); range.setEnd(text, at + 1);
-        found.push(range.getBoundingClientRect().left);
-      }
-      return found;""")
-    assert len(places) >= 10
-    assert max(places) - min(places) < 0.5
 
 
 def test_it_prints_on_a4(driver: Any) -> None:

@@ -6,38 +6,82 @@ import re
 import shutil
 import subprocess
 import sys
+from html.parser import HTMLParser
 from pathlib import Path
 
+import jinja2
 import palpate
 import pytest
+from command_lines import run
 from palpate import report
 from palpate.display.markup import LEFT_OUT, NONE
-from project import ROOT
-from report_page import Page
-from report_session import HOSTILE, calibrated, change, run, specimens, with_session
+from palpate.report.writing import _render
+from project import ROOT, made_once
+from report_session import HOSTILE, change, recorded, specimens, with_session
 
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
+
+
+class Page(HTMLParser):
+    """The sections of a report by their titles: their text, and the rows of their tables."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.text: dict[str, str] = {"": ""}
+        self.rows: dict[str, list[list[str]]] = {"": []}
+        self.tags: set[str] = set()
+        self.refers: list[str] = []
+        self._in: list[str] = []
+        self._section = ""
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Begin an element."""
+        self.tags.add(tag)
+        self.refers += [name for name, _ in attrs if re.match(r"on|(style|src|href|srcset|data|action)$", name)]
+        if tag not in ("meta", "br"):
+            self._in.append("pad" if ("class", "pad") in attrs else tag)
+        if tag == "tr":
+            self.rows[self._section].append([])
+        elif tag in ("td", "th"):
+            self.rows[self._section][-1].append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        """End it."""
+        self._in.pop()
+
+    def handle_data(self, data: str) -> None:
+        """Take a text."""
+        if "h2" in self._in:
+            self._section, self.text[data], self.rows[data] = data, "", []
+        elif not {"style", "pad"} & set(self._in):
+            self.text[self._section] += data + " "
+            if {"td", "th"} & set(self._in):
+                self.rows[self._section][-1][-1] += data
+
+    def row(self, section: str, first: str) -> list[str]:
+        """Return the only row of a section that begins with a text."""
+        [found] = [row for row in self.rows[section] if row and row[0] == first]
+        return found
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Ten specimens, an eleventh object, their calibration; and a session in one recording."""
-    base = tmp_path_factory.mktemp("report")
-    calibrated(base)
-    with_session(base / "session.csv")
-    return base
+    return made_once(tmp_path_factory, "report", recorded)
 
 
 @pytest.fixture(scope="module")
-def ten(folder: Path) -> Page:
+def ten(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Page:
     """Return the report of all of them."""
+    path = tmp_path_factory.mktemp("ten") / "ten.html"
     made = run(
         "report", *specimens(folder), folder / "gel" / "gel.csv", "--moduli", folder / "ten" / "moduli.csv",
-        "--calibration", folder / "probe.toml", "-o", folder / "ten.html", "--operator", "A. Bee", "--note", "left hand",
+        "--calibration", folder / "probe.toml", "-o", path, "--operator", "A. Bee", "--note", "left hand",
     )  # fmt: skip
     assert made.exit_code == 0, made.output
-    assert made.stdout.splitlines()[0] == str(folder / "ten.html")
-    return Page(folder / "ten.html")
+    assert made.stdout.splitlines()[0] == str(path)
+    return Page(path)
 
 
 def test_the_results_are_those_of_replay(folder: Path, ten: Page) -> None:
@@ -52,27 +96,27 @@ def test_the_results_are_those_of_replay(folder: Path, ten: Page) -> None:
     assert row[3] == palpate.digits.number(replayed["agreement"]["ratio"], replayed["agreement"]["standard_error"])
 
 
-def test_known_moduli_are_compared_and_the_data_of_the_fit_are_told(ten: Page) -> None:
+def test_every_touch_and_every_specimen_is_there(ten: Page) -> None:
     rows = ten.rows["Results"][1:]
-    assert len(rows) == 11
     assert [row[9] for row in rows] == ["yes"] * 10 + [""]
     assert ten.row("Results", "30 OO")[8] == "0.143"
     assert "10 of 10 known moduli are in the 95 % interval." in ten.text[""]
     assert re.search(r"3\d of these touches are data of the calibration itself", ten.text[""])
-
-
-def test_every_touch_is_there_with_its_reason(ten: Page) -> None:
     numbers = [row[0] for row in ten.rows["Every touch"] if row and row[0].isdigit()]
     assert numbers == [str(number) for number in range(1, 45)]
-    left = [row for row in ten.rows["Every touch"] if len(row) == 2 and row[1].startswith(f"{LEFT_OUT} left out. ")]
-    assert len(left) == 3
-    assert all("offset: " in row[1] for row in left)
+    left = [row[1] for row in ten.rows["Every touch"] if len(row) == 2 and row[1].startswith(f"{LEFT_OUT} left out. ")]
+    assert ["offset: " in reason for reason in left] == [True] * 3
     assert "41 of 44 touches are kept; 3 are left out" in ten.text[""]
+    *parts, whole = map(float, ten.row("Uncertainty, in words", "gel")[1:])
+    assert sum(part**2 for part in parts) ** 0.5 == pytest.approx(whole, rel=0.05)
+    assert parts[0] == pytest.approx(2.7 / 2, rel=0.05)
 
 
-def test_repeatability_of_the_session(folder: Path, ten: Page) -> None:
+def test_repeatability_of_the_session(folder: Path, ten: Page, tmp_path: Path) -> None:
     """The simulated hand scatters by 3 %: with 30 degrees of freedom by 2.2 to 3.8 %, with a probability of 95 %."""
-    found = json.loads(run("report", folder / "session.csv", "-o", folder / "x.html", "--json").stdout)["repeatability"]
+    found = json.loads(run("report", folder / "session.csv", "-o", tmp_path / "x.html", "--json").stdout)[
+        "repeatability"
+    ]
     assert found["icc"] is None  # a touch each
     percent = float(ten.row("Repeatability", "From touch to touch (CV)")[1].removesuffix(" %"))
     assert 2.2 < percent < 3.8
@@ -84,20 +128,21 @@ def test_repeatability_of_the_session(folder: Path, ten: Page) -> None:
     assert "One-way random effects" in told
 
 
-def test_the_calibration_is_shown_with_its_data(folder: Path, ten: Page) -> None:
-    text = ten.text["Calibration"]
-    assert "Eq. (2)" in text
-    assert "The curve fits. 10 specimens, 37 values." in text
+def test_the_calibration_is_shown_with_its_data(
+    folder: Path, ten: Page, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the report of recordings, and in the report of `calibrate`, which needs no matplotlib."""
+    assert "Eq. (2)" in ten.text["Calibration"]
+    assert "The curve fits. 10 specimens, 37 values." in ten.text["Calibration"]
     found = palpate.Calibration.load(folder / "probe.toml")
     values = [value for row in ten.rows["Calibration"] if len(row) == 7 for value in row[6].split(", ")][1:]
-    assert len(values) == len(found.ratios) == 37
     assert sorted(map(float, values)) == pytest.approx(sorted(found.ratios), rel=1e-3)
-
-
-def test_the_parts_of_the_uncertainty_add_up(ten: Page) -> None:
-    *parts, whole = map(float, ten.row("Uncertainty, in words", "gel")[1:])
-    assert sum(part**2 for part in parts) ** 0.5 == pytest.approx(whole, rel=0.05)
-    assert parts[0] == pytest.approx(2.7 / 2, rel=0.05)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    given: list[str | Path] = [*specimens(folder), "--moduli", folder / "ten" / "moduli.csv", "-o", tmp_path / "p.toml"]
+    assert run("calibrate", *given, "--report", tmp_path / "p.html").exit_code == 0
+    own = Page(tmp_path / "p.html")
+    assert [row[:2] for row in own.rows["Calibration"]] == [row[:2] for row in ten.rows["Calibration"]]
+    assert ({"svg"} <= own.tags, own.refers) == (True, [])
 
 
 def test_sources_settings_and_commands(folder: Path, ten: Page) -> None:
@@ -113,10 +158,15 @@ def test_sources_settings_and_commands(folder: Path, ten: Page) -> None:
     assert {row[1] for row in ten.rows["Recordings"] if len(row) == 2} == {"complete, clean end"}
 
 
-def test_a_session_is_told(folder: Path) -> None:
-    made = run("report", folder / "session.csv", "--calibration", folder / "probe.toml")
+def test_a_session_is_told(folder: Path, tmp_path: Path) -> None:
+    for name in ("session.csv", "session.json", "probe.toml"):
+        shutil.copy(folder / name, tmp_path)
+    words = ["report", "session.csv", "--calibration", "probe.toml"]
+    subprocess.run([sys.executable, "-m", "palpate", *words], cwd=tmp_path, check=True, capture_output=True)
+    page = Page(tmp_path / "session-report.html")
+    made = run("report", tmp_path / "session.csv", *words[2:3], tmp_path / "probe.toml", "-o", tmp_path / "again.html")
     assert made.exit_code == 0, made.output
-    page = Page(folder / "session-report.html")
+    assert (tmp_path / "again.html").read_bytes() == (tmp_path / "session-report.html").read_bytes()
     assert "gel series" in page.text[""]
     assert "operator 2" in page.text[""]
     assert "fingerprint 66 cc 5c 90" in page.text[""]
@@ -144,46 +194,6 @@ def test_the_epoch_of_the_clock_is_the_begin(tmp_path: Path) -> None:
     assert f"2025-11-21 14:02:{int(11 + first_s)} UTC" in page.rows["Recordings"][1]
 
 
-def test_without_a_calibration_there_are_ratios(folder: Path) -> None:
-    report.write(folder / "plain.html", [folder / "gel" / "gel.csv"])
-    page = Page(folder / "plain.html")
-    assert "Calibration" not in page.text
-    assert page.rows["Results"][0] == ["Specimen", "Kept", "Left out", "Ratio", "±", "CV, %"]
-    assert page.row("Results", "gel")[1] == "4"
-    assert "No calibration was given" in page.text[""]
-    assert "3.0 % a touch, which is assumed" in page.text["Uncertainty, in words"]
-
-
-def test_touches_that_differ_have_no_mean(folder: Path, tmp_path: Path) -> None:
-    report.write(tmp_path / "r.html", [FOUR], folder / "probe.toml")
-    page = Page(tmp_path / "r.html")
-    assert page.row("Results", "four-specimens")[3:8] == [
-        NONE,
-        NONE,
-        page.row("Results", "four-specimens")[5],
-        NONE,
-        NONE,
-    ]
-    assert "four-specimens: the 4 touches differ" in page.text["Results"]
-
-
-def test_the_same_files_give_the_same_bytes(folder: Path, tmp_path: Path) -> None:
-    for name in ("a.html", "b.html"):
-        command = [
-            sys.executable,
-            "-m",
-            "palpate",
-            "report",
-            "session.csv",
-            "--calibration",
-            "probe.toml",
-            "-o",
-            tmp_path / name,
-        ]
-        subprocess.run([str(part) for part in command], cwd=folder, check=True, capture_output=True)
-    assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
-
-
 def test_hostile_texts_are_only_shown(tmp_path: Path) -> None:
     name = "gel<img src=x onerror=alert(1)>&'-1.csv" if sys.platform != "win32" else "gel&'-1.csv"
     path = with_session(tmp_path / name, odd=HOSTILE)
@@ -195,86 +205,68 @@ def test_hostile_texts_are_only_shown(tmp_path: Path) -> None:
     }  # fmt: skip
     assert page.refers == []
     text = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert not re.search(r"url\(|@import|https?:", text.replace("http-equiv", ""))
+    assert "default-src 'none'" in text
     assert text.count("<style>") == text.count("</style>") == 1
-    assert re.search(r'@bottom-left \{ content: "[\w \\]*";', text)
     assert f"T {HOSTILE}" in page.text[""]
     assert f"slipped{HOSTILE}" in page.text["Every touch"]
     assert made.results["touches"] == 4
 
 
-def test_nothing_is_fetched_and_no_script_runs(folder: Path, ten: Page) -> None:
-    text = (folder / "ten.html").read_text(encoding="utf-8")
-    assert ten.refers == []
-    assert "script" not in ten.tags
-    assert not re.search(r"url\(|@import|https?:", text.replace("http-equiv", ""))
-    assert "default-src 'none'" in text
+def test_a_name_that_the_template_lacks() -> None:
+    with pytest.raises(jinja2.UndefinedError, match="'title' is undefined"):
+        _render({})
 
 
-def test_the_calibrations_own_report_has_the_same_style_without_matplotlib(folder: Path, tmp_path: Path) -> None:
-    command = "import sys; sys.modules['matplotlib'] = None; from palpate.cli import main; main()"
-    given = [
-        *specimens(folder),
-        "--moduli",
-        folder / "ten" / "moduli.csv",
-        "-o",
-        tmp_path / "p.toml",
-        "--report",
-        tmp_path / "p.html",
-    ]
-    subprocess.run([sys.executable, "-c", command, "calibrate", *map(str, given)], check=True, capture_output=True)
-    style = re.compile("<style>.*?@page", re.DOTALL)
-    texts = [path.read_text(encoding="utf-8") for path in (tmp_path / "p.html", folder / "ten.html")]
-    [[one], [other]] = [style.findall(text) for text in texts]
-    assert one == other
-    assert [row[:2] for row in Page(tmp_path / "p.html").rows["Calibration"]] == [
-        row[:2] for row in Page(folder / "ten.html").rows["Calibration"]
-    ]
+def copied(source: Path, path: Path) -> Path:
+    path.parent.mkdir(exist_ok=True)
+    for suffix in (".csv", ".json"):
+        shutil.copy(source.with_suffix(suffix), path.with_suffix(suffix))
+    return path
 
 
 def test_exit_codes(folder: Path, tmp_path: Path) -> None:
-    ten, out = specimens(folder), tmp_path / "r.html"
-    assert run("report").exit_code == 2
-    assert run("report", ten[0], ten[0], "-o", out).exit_code == 2
-    assert run("report", tmp_path / "none.csv", "-o", out).exit_code == 4
-    assert run("report", ten[0], "--calibration", ten[0], "-o", out).exit_code == 4
-    assert run("report", ten[0], "-o", ten[1]).exit_code == 4
+    one, out = specimens(folder)[0], tmp_path / "r.html"
+    cases: list[tuple[list[str | Path], int, str]] = [
+        ([one, one], 2, "got one twice"),
+        ([one, "--calibration", one], 4, "not a calibration"),
+        ([tmp_path / "table.csv"], 2, "palpate convert"),
+        ([folder / "session.csv", tmp_path / "other.csv"], 4, "30 OO has 0.2 MPa, but 0.143 MPa"),
+    ]
     (tmp_path / "table.csv").write_text("a,b,c\n" + "1,2,3\n" * 20)
-    unknown = run("report", tmp_path / "table.csv", "-o", out)
-    assert unknown.exit_code == 2
-    assert "palpate convert" in unknown.stderr
-    assert not out.exists()
+    other = copied(folder / "session.csv", tmp_path / "other.csv")
+    change(other, {"session": {"specimens": [{"name": "30 OO", "modulus_MPa": 0.2}]}})
+    for words, code, said in cases:
+        result = run("report", *words, "-o", out)
+        assert (result.exit_code, said in result.stderr, out.exists()) == (code, True, False), result.stderr
     idle = tmp_path / "idle.csv"
     assert run("record", "sim:four-specimens?speed=1", "-o", idle, "--seconds", "1").exit_code in (0, 5)
     none = run("report", idle, "-o", out)
     assert (none.exit_code, "no touch was found" in none.stderr) == (5, True)
     assert "No touch was found." in out.read_text(encoding="utf-8")
-    assert run("report", idle, "-o", out).exit_code == 4  # it exists
-    changed = tmp_path / "changed.csv"
-    for suffix in (".csv", ".json"):
-        shutil.copy(ten[0].with_suffix(suffix), changed.with_suffix(suffix))
+    changed = copied(one, tmp_path / "changed.csv")
     changed.write_bytes(changed.read_bytes().replace(b",0\n", b",1\n", 1))
     doubtful = run("report", changed, "-o", out, "--force")
     assert (doubtful.exit_code, "the rows were changed" in doubtful.stderr) == (5, True)
     assert "Results may be wrong" in out.read_text(encoding="utf-8")
 
 
-def test_two_recordings_of_the_same_name_are_told_apart(folder: Path, tmp_path: Path) -> None:
-    paths = [tmp_path / day / "gel.csv" for day in ("monday", "tuesday")]
-    for path in paths:
-        path.parent.mkdir()
-        for suffix in (".csv", ".json"):
-            shutil.copy((folder / "gel" / "gel.csv").with_suffix(suffix), path.with_suffix(suffix))
+def test_without_a_calibration_there_are_ratios(folder: Path, tmp_path: Path) -> None:
+    """Of two recordings of the same name, which are told apart."""
+    paths = [copied(folder / "gel" / "gel.csv", tmp_path / day / "gel.csv") for day in ("monday", "tuesday")]
     report.write(tmp_path / "r.html", paths)
     page = Page(tmp_path / "r.html")
+    assert "Calibration" not in page.text
+    assert page.rows["Results"][0] == ["Specimen", "Kept", "Left out", "Ratio", "±", "CV, %"]
     assert page.row("Results", "gel")[1] == "8"
-    for path in paths:
-        assert path.as_posix() in page.text["Recordings"]
+    assert all(path.as_posix() in page.text["Recordings"] for path in paths)
+    assert "No calibration was given" in page.text[""]
+    assert "3.0 % a touch, which is assumed" in page.text["Uncertainty, in words"]
 
 
-def test_one_modulus_for_a_specimen(folder: Path, tmp_path: Path) -> None:
-    other = tmp_path / "other.csv"
-    for suffix in (".csv", ".json"):
-        shutil.copy((folder / "session.csv").with_suffix(suffix), other.with_suffix(suffix))
-    change(other, {"session": {"specimens": [{"name": "30 OO", "modulus_MPa": 0.2}]}})
-    with pytest.raises(palpate.CalibrationError, match=r"30 OO has 0.2 MPa, but 0.143 MPa"):
-        report.write(tmp_path / "r.html", [folder / "session.csv", other])
+def test_touches_that_differ_have_no_mean(folder: Path, tmp_path: Path) -> None:
+    report.write(tmp_path / "r.html", [FOUR], folder / "probe.toml")
+    page = Page(tmp_path / "r.html")
+    cells = page.row("Results", "four-specimens")[3:8]
+    assert (cells[:2], cells[3:]) == ([NONE, NONE], [NONE, NONE])
+    assert "four-specimens: the 4 touches differ" in page.text["Results"]

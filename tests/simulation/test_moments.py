@@ -11,12 +11,12 @@ import pytest
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
+from numeric import EXACT, STEP_PF, changes, held
 from numpy.typing import NDArray
 from palpate.simulation import Baseline, Converter, Faults, Lines, Peaks, Press, Scenario, Tilt, simulate
 from palpate.simulation.hand import Hand
-from palpate.simulation.tilt import Tilting
-from palpate.simulation.truth import Truth
-from quiet import EXACT, STEP_PF, changes, held
+from palpate.simulation.press import Tilting
+from palpate.simulation.scenario import Truth
 
 MANY = 4000  # independent values: a standard deviation is known to 1 / sqrt(8000) = 1.1 %
 WITHIN = 5 / np.sqrt(2 * MANY)

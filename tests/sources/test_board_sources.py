@@ -1,18 +1,19 @@
-"""`usb:` and `i2c:` over the twins: what the driver reads is what a stream gives."""
+"""`usb:` and `i2c:` over the twins: what the driver reads is what a stream gives; temperature and supply beside it."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import palpate
 import pytest
-from i2c_bus import Bus
-from kit_bench import CENTRED, Bench
+from kit_bench import CENTRED, Bench, Bus
 from kit_bench import pins as ramps
 from palpate import DeviceNotFound, SourceTimeout, Status, Stream
 from palpate.ad7746 import datasheet
-from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import Fault
 from palpate.recording.foreign import recorded
+from palpate.recording.sidecar import load
 from palpate.sources.board import BoardSource
 
 
@@ -80,3 +81,31 @@ def test_i2c() -> None:
     assert (first.seq, first.status) == (0, Status.OK)
     assert source.describe()["configuration"]["hard"]["capdac"] == CENTRED.soft.capdac
     assert bus.opened == 0
+
+
+def conditions(path: Path, source: str) -> tuple[list[dict[str, float]], palpate.Stream, float]:
+    with palpate.Stream(source, record=path) as stream:
+        for estimate in stream:
+            last = estimate
+    return (load(path) or {})["conditions"], stream, last.sample.t_soft_ns / 1e9
+
+
+@pytest.mark.parametrize(("capf", "steps"), [(0, 0), (4, 3)])
+def test_they_are_in_the_recording_and_make_no_pair_late(tmp_path: Path, capf: int, steps: int) -> None:
+    """At the begin and the end; every 10 s where the period leaves time for it."""
+    found, stream, end_s = conditions(tmp_path / "run.csv", f"sim:four-specimens?seed=1&capf={capf}")
+    times = [each["t_s"] for each in found]
+    assert len(times) == 2 + steps
+    assert times[0] < 3.0
+    assert 0 <= times[-1] - end_s < 0.2
+    assert all(9.9 < b - a < 10.5 for a, b in pairwise(times[:-1]))
+    assert {each["temperature_C"] for each in found} == {25.0}
+    assert [each["supply_V"] for each in found] == pytest.approx([3.3] * len(found), abs=0.001)
+    assert (stream.counters.late, stream.counters.lost) == (0, 0)
+
+
+def test_a_chip_that_cannot_be_read_has_none(tmp_path: Path) -> None:
+    """The board is unplugged before the end: the error of the source counts, not the error of the temperature."""
+    with pytest.raises(palpate.DeviceNotFound):
+        conditions(tmp_path / "run.csv", "sim:four-specimens?seed=1&replug=1&fault=unplug:inf@5")
+    assert [each["temperature_C"] for each in (load(tmp_path / "run.csv") or {})["conditions"]] == [25.0]

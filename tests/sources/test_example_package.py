@@ -56,7 +56,6 @@ def test_the_commands_list_it(installed: dict[str, str], tmp_path: Path) -> None
     assert {"uri": "fdc1004:fake", "what": "a simulated FDC1004"} in json.loads(listed.stdout)["devices"]
     doctor = palpate(installed, "doctor", cwd=tmp_path)
     assert "ok  source fdc1004: of package palpate-fdc1004" in doctor.stdout
-    assert "fdc1004:fake" in doctor.stdout
     refused = palpate(installed, "record", "fdc1004:fake?rate=7", "-o", "run.csv", cwd=tmp_path)
     assert refused.returncode == 2
     assert "rate: got '7', allowed: 100, 200, 400" in refused.stderr

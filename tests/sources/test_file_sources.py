@@ -24,7 +24,7 @@ def test_a_copy_of_changed_rows_says_so(tmp_path: Path) -> None:
 
 
 def test_a_copy_of_a_killed_recording(tmp_path: Path) -> None:
-    """What cannot be verified is said; it is no error."""
+    """What cannot be verified is reported; it is no error."""
     path, copy, said = killed(tmp_path / "run.csv", 300, 200), tmp_path / "copy.csv", list[str]()
     with Stream(str(path), record=copy, notify=said.append) as stream:
         list(stream)
@@ -34,7 +34,7 @@ def test_a_copy_of_a_killed_recording(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("speed", [None, 10])
 def test_a_file_that_is_not_read_to_its_end(tmp_path: Path, speed: float | None) -> None:
-    """The checksum is compared at its end: stopped before, a change would not be noticed, and that is said."""
+    """The checksum is compared at its end: stopped before, a change would not be noticed, and a message says so."""
     path, said = finished(tmp_path / "run.csv", 5000), list[str]()
     with Stream(palpate.open(str(path), **({"speed": speed} if speed else {})), notify=said.append) as stream:
         for _ in stream:

@@ -2,6 +2,7 @@
 
 import errno
 import itertools
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,17 @@ import pytest
 from iio_kernel import LAST_OFFSET, Kernel
 from palpate import DeviceNotFound, DeviceRefused, ProtocolError, Sample, Source, Status, Stream
 from palpate.ad7746 import datasheet
-from palpate.sources import iio, sysfs
+from palpate.sources import iio
 
 IDLE = (6.9, 4.7)
 """Of the paper's probe, pF: out of the range of a CAPDAC at 0."""
+BOTH = Status.HARD_SATURATED | Status.SOFT_SATURATED
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Kernel]:
+    """Return a function that puts a kernel's driver in place of the files; its keywords are those of `Kernel`."""
+    return lambda *given, **settings: Kernel(tmp_path, *given, **settings).install(monkeypatch)
 
 
 def opened(kernel: Kernel, **options: Any) -> tuple[Source, list[str]]:
@@ -28,61 +36,54 @@ def pairs(source: Source, count: int) -> list[Sample]:
     return list(itertools.islice(source, count))
 
 
-def test_a_range_at_0_is_told_with_the_line_that_moves_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path, IDLE).install(monkeypatch)
-    with opened(kernel)[0] as source:
-        said: list[str] = []
-        source.notify = said.append
-        samples = pairs(source, 20)
-        assert {sample.status for sample in samples} == {Status.HARD_SATURATED | Status.SOFT_SATURATED}
-        assert len(said) == 2
-        for message, channel in zip(said, (0, 1), strict=True):
-            line = f"sudo sh -c 'echo 13884486 > {tmp_path}/in_capacitance{channel}_offset'"
-            assert line in message
-            assert "its CAPDAC is at 0 steps" in message
-        for channel in (0, 1):
-            kernel.write(tmp_path / f"in_capacitance{channel}_offset", "13884486")
-        [moved, after] = pairs(source, 2)
-        assert (moved.status, after.status) == (Status.LOST, Status.OK)
+def read(kernel: Kernel, count: int, **options: Any) -> tuple[list[Sample], list[str]]:
+    """Read pairs; return them, and the messages."""
+    source, said = opened(kernel, **options)
+    with source:
+        return pairs(source, count), said
 
 
-@pytest.mark.parametrize("idle", [(6.9, 4.7), (0.0, 16.0), (3.0, 12.0)])
+@pytest.mark.parametrize(
+    ("idle", "options", "status", "said"),
+    [
+        (IDLE, {}, BOTH, ["its CAPDAC is at 0 steps: as root, iio:{0}?centre=yes moves it"] * 2),
+        ((30.0, 1.0), {"centre": True}, Status.HARD_SATURATED, ["hard: CIN1 is above the range"]),
+    ],
+)
+def test_a_signal_beyond_the_range(
+    install: Callable[..., Kernel], idle: Any, options: dict[str, Any], status: Status, said: list[str]
+) -> None:
+    kernel = install(idle)
+    samples, found = read(kernel, 20, **options)
+    assert {sample.status for sample in samples} == {status}
+    assert [part.format(kernel.folder) in text for part, text in zip(said, found, strict=True)] == [True] * len(said)
+    assert kernel.capdac[0] == (iio.LAST_STEP if options else 0)
+    assert iio.LAST_STEP == LAST_OFFSET // iio.CODES_PER_STEP
+
+
+@pytest.mark.parametrize("idle", [IDLE, (0.0, 16.0), (3.0, 12.0)])
 @pytest.mark.parametrize("step", [0.8, 1.0, 1.2])
-def test_centre(idle: tuple[float, float], step: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path, idle, step_pF=datasheet.DAC_STEP_PF * step).install(monkeypatch)
+def test_centre(install: Callable[..., Kernel], idle: tuple[float, float], step: float) -> None:
+    kernel = install(idle, step_pF=datasheet.DAC_STEP_PF * step)
     kernel.capdac = [100, 3]
     source, said = opened(kernel, centre="yes")
     with source:
-        [sample, *_] = pairs(source, 3)
-        described = source.describe()
+        [sample] = pairs(source, 1)
+        assert source.describe()["capdac"] == {"hard": kernel.capdac[0], "soft": kernel.capdac[1]}
     assert (said, sample.status) == ([], Status.OK)
     assert max(abs(sample.hard), abs(sample.soft)) < 1.0
-    assert described["capdac"] == {"hard": kernel.capdac[0], "soft": kernel.capdac[1]}
 
 
-def test_a_sensor_beyond_the_capdac(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path, (30.0, 1.0)).install(monkeypatch)
-    source, said = opened(kernel, centre=True)
-    with source:
-        [sample] = pairs(source, 1)
-    assert sample.status == Status.HARD_SATURATED
-    assert kernel.capdac[0] == sysfs.LAST_STEP == LAST_OFFSET // sysfs.CODES_PER_STEP
-    assert ["hard: CIN1 is above the range" in message for message in said] == [True]
-
-
-def test_centre_without_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path, IDLE, root=False).install(monkeypatch)
-    with pytest.raises(DeviceRefused, match=r"offset: no permission to write it: run palpate as root, or `sudo chmod"):
-        opened(kernel, centre="1")[0].__enter__()
+def test_centre_without_permission(install: Callable[..., Kernel]) -> None:
+    with pytest.raises(DeviceRefused, match=r"offset: no permission to write it: run palpate as root"):
+        read(install(IDLE, root=False), 1, centre="1")
 
 
 @pytest.mark.parametrize(
     ("hz", "capf", "period_ms"), [(1000, 0, 29.4), (250, 0, 34.0), (100, 0, 60.0), (1000, 7, 227.4)]
 )
-def test_the_period_is_the_real_one(
-    hz: int, capf: int, period_ms: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    kernel = Kernel(tmp_path, hz=hz).install(monkeypatch)
+def test_the_period_is_the_real_one(install: Callable[..., Kernel], hz: int, capf: int, period_ms: float) -> None:
+    kernel = install(hz=hz)
     kernel.capf = capf
     with Stream(opened(kernel)[0]) as stream:
         samples = [estimate.sample for estimate in itertools.islice(stream, 30)]
@@ -95,18 +96,16 @@ def test_the_period_is_the_real_one(
 
 
 @pytest.mark.parametrize(("hz", "most_us"), [(1000, 4_000), (300, 8_000), (250, 8_000), (100, 20_000)])
-def test_times_and_their_uncertainty(hz: int, most_us: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path, hz=hz).install(monkeypatch)
+def test_times_and_their_uncertainty(install: Callable[..., Kernel], hz: int, most_us: int) -> None:
+    kernel = install(hz=hz)
     source, _ = opened(kernel)
     with source:
-        begun = len(kernel.conversions)
-        zero = kernel.now_ns
-        samples, read = iter(source), []
-        for number in range(40):
-            if number == 20:
-                kernel.now_ns += 77_777_777  # the host stalls between two pairs: the tick's phase is another one
-            read.append(next(samples))
-    for number, sample in enumerate(read):
+        begun, zero = len(kernel.conversions), kernel.now_ns
+        samples = iter(source)
+        found = [next(samples) for _ in range(20)]
+        kernel.now_ns += 77_777_777  # the host stalls between two pairs: the tick's phase is another one
+        found += [next(samples) for _ in range(20)]
+    for number, sample in enumerate(found):
         (_, hard, _), (_, soft, _) = kernel.conversions[begun + 2 * number : begun + 2 * number + 2]
         wrong_ns = (sample.t_soft_ns - sample.t_hard_ns) - (soft - hard)
         assert abs(wrong_ns) <= 1000 * sample.t_uncertainty_us <= 1000 * most_us
@@ -115,8 +114,8 @@ def test_times_and_their_uncertainty(hz: int, most_us: int, tmp_path: Path, monk
 
 
 @pytest.mark.parametrize("stall_ms", [3, 30])
-def test_a_stall_in_a_read(stall_ms: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path).install(monkeypatch)
+def test_a_stall_in_a_read(install: Callable[..., Kernel], stall_ms: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel = install()
     source, _ = opened(kernel)
     convert = kernel.convert
 
@@ -139,97 +138,59 @@ def test_a_stall_in_a_read(stall_ms: int, tmp_path: Path, monkeypatch: pytest.Mo
         assert 2_500 < wrong_us <= during.t_uncertainty_us
 
 
-def test_a_conversion_time_that_another_program_sets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path).install(monkeypatch)
-    source, _ = opened(kernel)
-    with source:
-        samples = iter(source)
-        next(samples)
-        kernel.capf = 4
-        with pytest.raises(ProtocolError, match=r"lasted 6\d ms, allowed: 2\d ms: another program uses the driver, or"):
-            list(samples)
-
-
-@pytest.mark.parametrize("scale", ["0.000000977", "0.000488", "1", "later", "nan", ""])
-def test_another_scale_is_refused(scale: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path).install(monkeypatch)
+@pytest.mark.parametrize("scale", ["0.000000977", "nan", ""])
+def test_another_scale_is_refused(install: Callable[..., Kernel], scale: str) -> None:
+    kernel = install()
     kernel.scale = scale
-    with pytest.raises(ProtocolError, match=r"in_capacitance_scale: got '.*', allowed: 0.000000488"):
+    with pytest.raises(ProtocolError, match=r"in_capacitance_scale: got '.*', allowed: 4.87793e-07"):
         opened(kernel)
 
 
-@pytest.mark.parametrize("scale", ["0.000000488", "4.8828125e-07", "0.000000000488"])
-def test_the_scale_in_pF_and_in_nF(scale: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path, (2.0, 1.0)).install(monkeypatch)
-    kernel.scale = scale
-    with opened(kernel)[0] as source:
-        [sample] = pairs(source, 1)
-        assert source.describe()["scale"] == scale
-    assert sample.hard == pytest.approx(2.0, abs=1e-3)
-    assert sample.hard == datasheet.capacitance_pF(sample.hard_raw)
-
-
-def test_an_offset_that_is_moved_is_a_gap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path).install(monkeypatch)
+def test_an_offset_that_is_moved_is_a_gap(install: Callable[..., Kernel]) -> None:
+    kernel = install()
     source, said = opened(kernel)
     with source:
         samples = iter(source)
         assert [next(samples).status for _ in range(5)] == [Status.OK] * 5
-        assert list(source.gaps) == []
-        kernel.write(tmp_path / "in_capacitance1_offset", str(3 * 338646 + 5))
+        kernel.write(kernel.folder / "in_capacitance1_offset", str(3 * 338646 + 5))
         moved, after = next(samples), next(samples)
         [gap] = source.gaps
     assert (gap.seq, moved.seq, moved.status, after.status) == (5, 5, Status.LOST, Status.OK)
     assert "the CAPDACs were moved from [0, 0] to [0, 3] steps" in gap.text
-    assert [message.startswith(gap.text) for message in said] == [True]
+    assert said == []  # the stream reports each gap
 
 
 @pytest.mark.parametrize("root", [True, False])
-def test_the_range_is_set_again(root: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path, root=root).install(monkeypatch)
+def test_the_range_is_set_again(install: Callable[..., Kernel], root: bool) -> None:
+    kernel = install(root=root)
     source, said = opened(kernel)
     assert isinstance(source, iio.IioSource)
     with source:
         samples = iter(source)
         next(samples)
         kernel.picofarads = IDLE
-        assert next(samples).status == Status(3)
+        assert next(samples).status == BOTH
         source.centre()
         moved, after = next(samples), next(samples)
     if root:
         assert (moved.status, after.status, [gap.seq for gap in source.gaps]) == (Status.LOST, Status.OK, [2])
     else:
-        assert (moved.status, after.status, source.gaps) == (Status(3), Status(3), ())
+        assert (moved.status, after.status, source.gaps) == (BOTH, BOTH, [])
         assert "no permission to write it: run palpate as root" in said[0]
 
 
 @pytest.mark.parametrize("capf", [0, 7])
-def test_no_excitation_is_said_in_words(capf: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path, IDLE, pins="").install(monkeypatch)
-    kernel.capf = capf
-    source, said = opened(kernel)
-    with source:
-        pairs(source, 30)
-    properties = "adi,exca-output-en; or adi,excb-output-en;"
-    assert [properties in message for message in said] == [True] * 3
-    assert said[0].startswith(f"{tmp_path}: no excitation")
-    assert said[1].startswith("hard: CIN1 gives exactly 0 pF, 8 times in a row")
-    assert kernel.now_ns - 10**12 < 8e9
+def test_no_excitation_is_said_in_words_and_a_quiet_sensor_has_one(install: Callable[..., Kernel], capf: int) -> None:
+    for pins, idle, count, messages in (("", IDLE, 30, 2), ("B", (1.0, -1.0), 500, 0)):
+        kernel = install(idle, pins=pins)
+        kernel.capf = capf
+        _, said = read(kernel, count)
+        assert ["adi,exca-output-en; or adi,excb-output-en;" in message for message in said] == [True] * messages
+        assert not said or said[0].startswith("hard: CIN1 gives exactly 0 pF, 8 times in a row")
 
 
-@pytest.mark.parametrize("capf", range(8))
-def test_a_quiet_sensor_is_not_flat(capf: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path).install(monkeypatch)
-    kernel.capf = capf
-    source, said = opened(kernel)
-    with source:
-        pairs(source, 500)
-        assert source.describe()["excitation"] == "B"
-    assert said == []
-
-
-def test_a_device_that_fails_while_its_period_is_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path).install(monkeypatch)
+def test_a_device_that_fails_while_its_period_is_measured(install: Callable[..., Kernel]) -> None:
+    kernel = install()
     source, _ = opened(kernel)
     kernel.failures["in_capacitance1_raw"] = errno.EREMOTEIO
     with source, pytest.raises(ProtocolError, match="Remote I/O error"):
@@ -240,19 +201,57 @@ def test_a_device_that_fails_while_its_period_is_measured(tmp_path: Path, monkey
         pytest.fail("it has begun")
 
 
-def test_an_interruption_ends_within_a_conversion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    kernel = Kernel(tmp_path).install(monkeypatch)
-    source, _ = opened(kernel)
-    with source:
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """Make a kernel's folder of a device, and one of another."""
+    for number, name in ((0, "bme280"), (1, "ad7746")):
+        folder = tmp_path / f"iio:device{number}"
+        folder.mkdir()
+        (folder / "name").write_text(f"{name}\n")
+    files = {"in_capacitance0_raw": -1234, "in_capacitance1_raw": 5678, "in_capacitance_sampling_frequency": "50"}
+    files |= {"in_capacitance_scale": "0.000000488", "in_capacitance0_offset": 41 * 338646, "in_capacitance1_offset": 0}
+    for name, value in files.items():
+        (folder / name).write_text(f"{value}\n")
+    return tmp_path
+
+
+def test_real_files(tree: Path) -> None:
+    folder = tree / "iio:device1"
+    ticks = itertools.count(0, 1000)
+    with palpate.open("iio:", root=tree, clock_ns=lambda: next(ticks)) as source:
+        [first] = pairs(source, 1)
+        described = source.describe()
+    assert first[3:] == (8387374, 8394286, -1234 / 2048000, 5678 / 2048000, 0, 0)
+    assert first.t_soft_ns - first.t_hard_ns == 2000
+    assert (described["capdac"], source.zero_ns) == ({"hard": 41, "soft": 0}, None)  # of another clock
+    assert palpate.open("iio:", root=tree).describe()["period_s"] == 0.042  # of the table, before it is measured
+    with palpate.Stream(f"iio:{folder}?hard_input=2") as stream:
+        assert next(iter(stream)).sample.soft_raw == 8387374
+        assert stream.epoch
+        assert stream.source.zero_ns == stream.epoch.monotonic_ns
+    with pytest.raises(FileNotFoundError):
+        iio.write(folder / "in_capacitance9_offset", "1")  # never a new file
+    iio.write(folder / "in_capacitance0_offset", "13884487")
+    assert iio.text_of(folder / "in_capacitance0_offset") == "13884487"
+
+
+def test_errors(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(DeviceNotFound, match=r"0 devices in .* are an ad7746"):
+        palpate.open("iio:", root=tree / "nothing")
+    with pytest.raises(DeviceNotFound, match="is 'bme280', not an ad7746"):
+        palpate.open(f"iio:{tree}/iio:device0")
+    folder = tree / "iio:device1"
+    with palpate.open(f"iio:{folder}") as source:
         samples = iter(source)
-        next(samples)
-        read = kernel.read
-        count = len(kernel.conversions)
+        (folder / "in_capacitance1_raw").write_text("later\n")
+        assert [next(samples).status, next(samples).status] == [Status.LOST] * 2
+        with pytest.raises(ProtocolError, match="got 'later'"):
+            next(samples)
+        assert source.counters == {"errors": 3}
 
-        def interrupting(path: Path, most: int) -> bytes:
-            source.interrupt()
-            return read(path, most)
+    def fail(_: Path) -> str:
+        raise PermissionError(errno.EACCES, "no")
 
-        monkeypatch.setattr(sysfs, "read_bytes", interrupting)
-        assert list(samples) == []
-    assert len(kernel.conversions) == count + 1
+    monkeypatch.setattr("palpate.sources.iio.text_of", fail)
+    with pytest.raises(DeviceRefused, match="no permission to read it"):
+        palpate.open(f"iio:{folder}")

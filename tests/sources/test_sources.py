@@ -1,12 +1,9 @@
 """Names of sources, their options, and what each gives."""
 
-import itertools
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Mapping
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +12,11 @@ import pytest
 from palpate import (
     DeviceNotFound,
     RecordingError,
-    Sample,
-    Source,
-    Status,
-    sources,
 )
 from palpate.ad7746 import datasheet
 from palpate.sources.files import FileSource
 from palpate.sources.sim import SimSource
 from project import ROOT
-from recording_bench import Scripted, sample
 
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 
@@ -51,16 +43,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
         ("i2c:", {}, "i2c: got no address"),
         ("iio:x", {"hard_input": 3}, "hard_input: got 3, allowed: a whole number from 1 to 2"),
         ("serial:", {}, "serial's port: got nothing"),
-        ("serial:x?unit=pf", {}, "unit: got 'pf', allowed: aF, fF, pF"),
-        ("serial:x?columns=hard", {}, "columns: got 'hard', allowed: names of all cells"),
-        ("serial:x?columns=t,hard,soft", {}, r"columns: .* \(the unit of t is not known: s, ms or us"),
-        ("serial:x?columns=hard,soft,blue", {}, r"columns: .* \(the name 'blue' is not known\)"),
-        ("serial:x?columns=hard,soft&pattern=(?P<hard>1)(?P<soft>2)", {}, "columns: got a pattern, too"),
-        ("serial:x?decimal=dot", {}, "decimal: got 'dot', allowed: comma, point"),
-        ("serial:x?code_pF=0", {}, "code_pF: got '0', allowed: a number above 0"),
         ("serial:x?reset=maybe", {}, "reset: got 'maybe', allowed: 1, 0, true, false, yes, no"),
-        ("serial:x?pattern=(", {}, "pattern: got '\\(', allowed: a regular expression"),
-        ("serial:x?pattern=(?P<hard>1)", {}, r"pattern: got groups \['hard'\], allowed: both \(\?P<hard>"),
         ("run.csv", {"speed": 0}, "speed: got 0"),
         (
             "run.csv",
@@ -84,16 +67,6 @@ def test_paths(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for uri in ("nowhere.csv", str(tmp_path), r"C:\nowhere.csv"):
         with pytest.raises(RecordingError, match="cannot be read"):
             palpate.open(uri)
-
-
-def test_another_loggers_table(tmp_path: Path) -> None:
-    path = tmp_path / "other.csv"
-    path.write_text("time,hard,soft\n0,1,2\n0.1,OL,3\n0.2,1,3\n")
-    with palpate.open(str(path), columns={"hard": 2, "soft": 3}, unit="nF") as source:
-        first, second, third = source
-    assert first == Sample(0, 0, 0, -1, -1, 1000.0, 2000.0, 0)
-    assert second.hard != second.hard
-    assert third[:3] == (2, 200_000_000, 200_000_000)
 
 
 def test_a_file_at_its_own_pace() -> None:
@@ -125,19 +98,6 @@ def test_a_simulated_board_is_the_same_again() -> None:
     assert runs[0][-1].t_soft_ns == pytest.approx(10.4e9, abs=0.2e9)
 
 
-def test_a_simulated_unplugging_is_a_gap() -> None:
-    said: list[str] = []
-    with palpate.open("sim:soft-steady?fault=unplug:0.5@2,lost-conversion:2@4") as source:
-        source.notify = said.append
-        samples = list(source)
-    gaps = [b.seq - a.seq - 1 for a, b in itertools.pairwise(samples) if b.seq > a.seq + 1]
-    assert len(gaps) == 1
-    assert 15 < gaps[0] < 30
-    assert source.counters["reconnects"] == 1
-    assert sum(sample.status == Status.LOST for sample in samples) >= 1
-    assert ["Waiting for it" in said[0], "is back after" in said[1]] == [True, True]
-
-
 def test_no_board() -> None:
     class Nothing:
         def enumerate_devices(self) -> list[Any]:
@@ -149,38 +109,9 @@ def test_no_board() -> None:
         palpate.open("i2c:/dev/i2c-99")
 
 
-def ramp(address: str, options: Mapping[str, Any]) -> Source:
-    """Return what another package's entry point would."""
-    return Scripted([sample(i) for i in range(int(address))], **options)
-
-
-def test_a_scheme_of_another_package(monkeypatch: pytest.MonkeyPatch) -> None:
-    points = [
-        EntryPoint("ramp", f"{__name__}:ramp", sources.GROUP),
-        EntryPoint("usb", "nothing:at_all", sources.GROUP),
-    ]
-
-    def found(group: str, name: str | None = None) -> list[EntryPoint]:
-        assert group == "palpate.sources"
-        return [point for point in points if name in (None, point.name)]
-
-    monkeypatch.setattr("palpate.sources.uri.entry_points", found)
-    assert sources.schemes() == ["i2c", "iio", "lsl", "ramp", "serial", "sim", "usb"]
-    with palpate.Stream("ramp:5?colour=red") as stream:
-        assert len(list(stream)) == 5
-    assert stream.source.describe()["colour"] == "red"
-    with pytest.raises(ValueError, match=r"allowed: .*ramp:"):
-        palpate.open("moon:")
-
-
 @pytest.mark.parametrize(
     ("uri", "module", "extra"),
-    [
-        ("usb:", "usb", "usb"),
-        ("sim:", "usb", "usb"),
-        ("i2c:/dev/i2c-1", "smbus2", "i2c"),
-        ("serial:x", "serial", "serial"),
-    ],
+    [("sim:", "usb", "usb"), ("i2c:/dev/i2c-1", "smbus2", "i2c"), ("lsl:x", "pylsl", "lsl")],
 )
 def test_a_missing_extra_is_named_with_its_pip_line(uri: str, module: str, extra: str, tmp_path: Path) -> None:
     code = f"""

@@ -3,16 +3,135 @@
 10,000 schedules in the nightly run; 300 by default.
 """
 
+import math
 import os
+import random
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import palpate
 import pytest
 from effort import SEED, draws
-from gap_plays import TOUCH_S, Play
-from palpate import SourceError, Stream
+from palpate import Sample, SourceError, Stream, Touch
+from palpate.ad7746.bus import VirtualClock
+from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.twin.chip import FACTORY, ChipTwin
+from palpate.ad7746.twin.kit import Fault, KitTwin
+from palpate.ad7746.twin.usb import TwinBackend
 from palpate.recording.foreign import recorded
+from palpate.sources.board import BoardSource
 from tally import Tally
+
+IDLE_PF = (6.92, 4.69)
+RISE_S, HOLD_S, TOUCH_S = 0.3, 2.2, 1.5
+"""Times of a press, and the length of a touch in it."""
+_SHIFTS_PF = (0.0, 0.002, -0.002, 0.02, -0.02, 0.3, -0.3, 3.0, -3.0)
+
+
+class Press(NamedTuple):
+    """One press: its begin, ratio and depth in the soft channel."""
+
+    start_s: float
+    ratio: float
+    depth_pF: float
+
+    def profile(self, t_s: float) -> float:
+        """Return the depth at a time, 0 to 1."""
+        since = t_s - self.start_s
+        part = min(since / RISE_S, (2 * RISE_S + HOLD_S - since) / RISE_S, 1.0)
+        return 0.5 * (1 - math.cos(math.pi * part)) if part > 0 else 0.0
+
+    @property
+    def stop_s(self) -> float:
+        """End of the release."""
+        return self.start_s + 2 * RISE_S + HOLD_S
+
+
+class Play(BoardSource):
+    """One schedule, as a source.
+
+    Attributes
+    ----------
+    presses : list of Press
+    twin : KitTwin
+    """
+
+    live = False
+
+    def __init__(self, seed: int) -> None:
+        self.dice = dice = random.Random(seed)
+        self.presses = [
+            Press(2.0 + 5.0 * k + dice.uniform(0, 1.0), dice.uniform(1.2, 7.0), dice.uniform(0.05, 0.35))
+            for k in range(dice.randint(1, 3))
+        ]
+        self.end_s = self.presses[-1].stop_s + dice.uniform(0.0, 3.0)
+        self.shift_pF = [0.0, 0.0]
+        self.clock = VirtualClock()
+        self.twin = KitTwin(ChipTwin(self._pins, seed=seed), self.clock)
+        self.twin.plugged = self._plugged(self.twin.plugged)  # type: ignore[method-assign]
+        backend = TwinBackend(self.clock)
+        backend.plug(self.twin)
+        super().__init__(EvalKit(backend=backend, clock=self.clock), {}, self.clock)
+        self._events = sorted((dice.uniform(0.0, self.end_s), self._event()) for _ in range(dice.randint(1, 3)))
+        self._began = True
+
+    def __iter__(self) -> Iterator[Sample]:
+        """Return the pairs; between them what the schedule says happens."""
+        for sample in super().__iter__():
+            yield sample
+            while self._events and self.now_s >= self._events[0][0]:
+                self._do(self._events.pop(0)[1])
+            if self.now_s >= self.end_s:
+                return
+
+    @property
+    def now_s(self) -> float:
+        return self.clock.now_ns() / 1e9
+
+    def is_right(self, touch: Touch) -> bool:
+        """Return whether a touch belongs to a press, with its ratio, to 1 % and six standard errors.
+
+        The begin of a touch may be dated back by a second, where the baseline is a little off.
+        """
+        return any(
+            press.start_s - 1.5 < touch.start_s < press.stop_s
+            and abs(touch.ratio - press.ratio) <= 0.01 * press.ratio + 6 * touch.standard_error
+            for press in self.presses
+        )
+
+    def _pins(self, pin: int, begin_s: float, end_s: float) -> float:
+        t_s = (begin_s + end_s) / 2
+        changes = (press.profile(t_s) * press.depth_pF * (press.ratio if pin == 1 else 1.0) for press in self.presses)
+        return IDLE_PF[pin - 1] + self.shift_pF[pin - 1] + sum(changes)
+
+    def _plugged(self, before: Callable[[], None]) -> Callable[[], None]:
+        def plugged() -> None:
+            if hasattr(self, "_began"):  # not the first time
+                self.shift_pF = [shift + self.dice.choice(_SHIFTS_PF) for shift in self.shift_pF]
+                if self.dice.random() < 0.3:
+                    self.twin.chip.factory = bytes(self.dice.randrange(256) for _ in FACTORY)
+                    self.twin.chip._dac_step_pF = (self.dice.uniform(0.14, 0.19), 0.158)
+                if self.dice.random() < 0.2:
+                    self.twin.faults.append(
+                        Fault("no answer", skip=self.dice.randrange(20), times=self.dice.randint(1, 4))
+                    )
+            before()
+
+        return plugged
+
+    def _event(self) -> str:
+        return self.dice.choice(["unplug"] * 5 + ["gains", "centre", "lost conversion", "no answer", "brown-out"])
+
+    def _do(self, event: str) -> None:
+        if event == "gains":
+            self.twin.chip.registers[0x0F + self.dice.randrange(4)] ^= 1 << self.dice.randrange(8)
+        elif event == "centre":
+            self.centre()
+        else:
+            amount = {"unplug": self.dice.uniform(0.05, 3.0), "lost conversion": 2.0}.get(event, 1.0)
+            self.twin.faults.append(Fault(event, amount, times=3 if event == "no answer" else 1))
+
 
 COUNT = int(os.environ.get("PALPATE_GAPS", draws(120, 10_000)))
 WORKERS = 6

@@ -1,7 +1,4 @@
-"""Random schedules of a hostile source, while other threads press every button: the counters add up, every file is whole.
-
-10,000 schedules in the nightly run, with other seeds in each; a twentieth by default, always the same.
-"""
+"""Random measurements: the source fails or waits, a consumer is slow, a second thread presses buttons; the counters add up."""
 
 import os
 import random
@@ -14,15 +11,15 @@ from typing import Any
 
 import pytest
 from effort import NIGHTLY, draws
-from hostile import Liar, Mute, bad, unusual
+from hostile import Liar, bad, unusual
 from palpate import PalpateError, Status, Stream, check
 from palpate.recording.sidecar import load
 from palpate.stream import StreamCounters
 from recording_bench import sample
 from tally import Tally
 
-WORKERS = 10
-COUNT = draws(250, 10_000)
+WORKERS = 4
+COUNT = draws(200, 10_000)
 FIRST = int(os.environ.get("PALPATE_SEED", time.time_ns() % 2**40 if NIGHTLY else 0))
 ERRORS = (PalpateError, OSError, RuntimeError, ValueError, SystemExit)
 """What a stream of such a source may raise: of the source, or a refused button."""
@@ -35,47 +32,28 @@ class Play:
         self.dice, self.folder = random.Random(seed), folder
         self.good, self.files, self.unforeseen = 0, 0, list[BaseException]()
         self.live = self.dice.random() < 0.5
-        self.source = Liar(self._script(), live=self.live, lies=self._lies())
-        self.undisturbed = self.dice.random() < 0.3 and not self.source.lies
-
-    def _lies(self) -> dict[str, Any]:
-        lies: list[dict[str, Any]] = [
-            {"counters": {"errors": 3}},
-            {"counters": OSError("bus")},
-            {"describe": {"period_s": 0.0}},
-            {"describe": {"period_s": 0.026, "stamps": "host"}},
-            {"enter": OSError("bus")},
-            {"interrupt": OSError("bus")},
-            {"close": OSError("bus")},
-        ]
-        return self.dice.choice(lies) if self.dice.random() < 0.2 else {}
+        step = self.dice.choice(["enter", "interrupt", "close"])
+        lies = {step: OSError("bus")} if self.dice.random() < 0.15 else {}
+        self.source = Liar(self._script(), live=self.live, lies=lies)
+        self.undisturbed = self.dice.random() < 0.3 and not lies
 
     def _script(self) -> list[Any]:
-        """Return samples, gaps and floods; a lie or an error may end them."""
+        """Return samples, gaps and floods; an error may end them."""
         script: list[Any] = []
         seq = self.dice.randrange(3)
         for _ in range(self.dice.randrange(20)):
-            count = self.dice.choice([1, 1, 1, 2, 5, 100])
-            for _ in range(count):
+            for _ in range(self.dice.choice([1, 1, 1, 2, 5, 100])):
                 script.append(sample(seq, status=self.dice.choice([Status.OK] * 9 + [Status.LOST])))
                 seq += 1
             if self.dice.random() < 0.2:
-                usual = sample(seq)
-                script.append(self.dice.choice(list(unusual(usual).values())))
+                script.append(self.dice.choice(list(unusual(sample(seq)).values())))
                 seq += 1
             if self.dice.random() < 0.2:
                 script.append(partial(time.sleep, self.dice.uniform(0, 0.002)))
             seq += self.dice.choice([0] * 9 + [1, 1000])
         self.good = sum(isinstance(item, tuple) for item in script)
         if self.dice.random() < 0.7:
-            last: list[Any] = [
-                *bad(sample(seq)).values(),
-                sample(0)._replace(seq=-1),
-                OSError("bus"),
-                Mute(),
-                SystemExit(3),
-            ]
-            script.append(self.dice.choice(last))
+            script.append(self.dice.choice([*bad(sample(seq)).values(), OSError("bus"), SystemExit(3)]))
             script += [sample(seq + k) for k in range(3)]
         return script
 
@@ -108,22 +86,18 @@ class Play:
 
     @staticmethod
     def look(counters: StreamCounters) -> None:
-        """Check what holds at any moment."""
+        """Check what is so at any moment."""
         assert min(counters.as_dict().values()) >= 0
         assert counters.read == counters.delivered + counters.dropped + counters.waiting
 
     def run(self) -> tuple[StreamCounters, int]:
         """Measure until the end; return the counters and how many samples the consumer got."""
-        seen, most = 0, self.dice.choice([0, 1, 50, 10**9, 10**9, 10**9])
+        seen, most = 0, 10**9 if self.undisturbed else self.dice.choice([0, 1, 50, 10**9, 10**9])
         record = self.file() if self.dice.random() < 0.5 else None
-        capacity = self.dice.choice([2, 64, 4096])
-        if self.undisturbed:
-            most = 10**9
-        stream = None
+        stream = Stream(self.source, record=record, capacity=self.dice.choice([2, 64, 4096]))
+        presser = threading.Thread(target=self.press, args=[stream])
         try:
-            stream = Stream(self.source, record=record, capacity=capacity)
             with stream:
-                presser = threading.Thread(target=self.press, args=[stream])
                 if not self.undisturbed:
                     presser.start()
                 try:
@@ -137,19 +111,16 @@ class Play:
         except ERRORS:
             pass
         assert self.source.closed == 1
-        return stream.counters if stream else StreamCounters(), seen
+        return stream.counters, seen
 
 
 def assert_files_are_whole(folder: Path) -> None:
     for path in folder.glob("*.csv"):
-        report, document = check(path), load(path)
-        assert report.survey.gaps + report.survey.rows >= 0
-        assert document
-        end = document["end"]
-        assert end["clean"], document
-        assert end["rows"] == report.survey.rows
-        assert end["counters"]["recorded"] == end["rows"]
-        assert end["counters"]["read"] == end["counters"]["recorded"] + end["counters"]["unrecorded"]
+        report, end = check(path), (load(path) or {})["end"]
+        counters = end["counters"]
+        assert end["clean"]
+        assert end["rows"] == report.survey.rows == counters["recorded"]
+        assert counters["read"] == counters["recorded"] + counters["unrecorded"]
     assert {p.stem for p in folder.glob("*.csv")} == {p.stem for p in folder.glob("*.json")}
 
 
@@ -162,29 +133,10 @@ def test_the_counters_add_up(worker: int, tmp_path: Path, tally: Tally) -> None:
         counters, seen = play.run()
         told = f"PALPATE_SEED={FIRST + number}: {counters}, {play.unforeseen}"
         assert not play.unforeseen, told
-        assert counters.read == counters.delivered + counters.dropped, told
-        assert counters.waiting == 0, told
-        assert {type(value) for value in counters.as_dict().values()} == {int}, told
+        assert (counters.read, counters.waiting) == (counters.delivered + counters.dropped, 0), told
         if play.undisturbed:
-            assert counters.read == play.good, told
-            assert seen == counters.delivered, told
+            assert (counters.read, seen) == (play.good, counters.delivered), told
             assert play.live or counters.dropped == 0, told
         assert_files_are_whole(folder)
-        tally.count("schedules of a hostile source")
-        tally.fault("hostile source", counters.read, counters.waiting)
-    left = [thread.name for thread in threading.enumerate() if thread.name.startswith("palpate")]
-    assert left == []
-
-
-def test_the_schedules_have_what_they_are_meant_to_have() -> None:
-    plays = [Play(seed, Path()) for seed in range(300)]
-    assert {play.live for play in plays} == {False, True}
-    assert sum(play.undisturbed for play in plays) > 30
-    assert sum(play.good > 200 for play in plays) > 30
-    assert {name for play in plays for name in play.source.lies} == {
-        "counters",
-        "describe",
-        "enter",
-        "interrupt",
-        "close",
-    }
+        tally.count("random schedules of a measurement")
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("palpate")]

@@ -1,143 +1,104 @@
 """The running measurement: what goes in comes out or is counted, and a recording of it is the same again."""
 
-import asyncio
 import threading
-import time
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
-import numpy as np
-import palpate
 import pytest
-from palpate import (
-    DeviceNotFound,
-    ProtocolError,
-    RecordingError,
-    Sample,
-    SourceTimeout,
-    Status,
-    Stream,
-    Tracker,
-    check,
-)
-from palpate.recording.foreign import recorded
-from palpate.samples import block_of
-from palpate.stream.estimate import Estimate
-from recording_bench import Scripted, sample
-from streaming import four
+from hostile import Liar
+from palpate import DeviceNotFound, ProtocolError, RecordingError, Sample, Stream, Tracker, check
+from palpate.recording.recorder import CAPACITY, Recorder
+from palpate.recording.sidecar import load
+from palpate.stream import StreamCounters
+from recording_bench import Scripted, four, sample
+from tally import Tally
 
 
-def test_counters(tmp_path: Path) -> None:
-    given = four()
-    source = Scripted(given, period_s=0.026)
-    with Stream(source, record=tmp_path / "run.csv") as stream:
-        estimates = list(stream)
+def settled(stream: Stream, path: Path, what: str, tally: Tally) -> StreamCounters:
+    """See that every sample is accounted for, in the counters and in the file; note it."""
     counters = stream.counters
-    assert [estimate.sample for estimate in estimates] == given
-    assert counters.read == counters.delivered == counters.recorded == len(given)
-    assert counters.read + counters.lost == estimates[-1].sample.seq + 1
-    assert counters.lost == counters.late == sum(i % 97 == 5 for i in range(1411))
-    assert (counters.refused, counters.saturated) == (
-        sum(e.sample.status == Status.EXCITATION for e in estimates),
-        sum(e.sample.status == Status.HARD_SATURATED for e in estimates),
-    )
-    assert (counters.dropped, counters.waiting, counters.unrecorded) == (0, 0, 0)
-    assert source.closed == 1
+    assert counters.waiting == 0
+    assert counters.read == counters.delivered + counters.dropped == counters.recorded + counters.unrecorded
+    report = check(path)
+    assert report.clean
+    assert report.survey.rows == counters.recorded
+    last = stream._started().last
+    assert counters.read + counters.lost == (last.seq + 1 if last else 0)
+    tally.fault(what, counters.read, counters.read - counters.recorded)
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("palpate")]
+    return counters
 
 
-def test_a_consumer_that_is_too_slow_loses_estimates_but_no_rows(tmp_path: Path) -> None:
-    source = Scripted([sample(i) for i in range(5000)], live=True)
-    all_read = threading.Event()
-    source.before = lambda each: all_read.set() if each.seq == 4999 else None
-    with Stream(source, record=tmp_path / "run.csv", capacity=64) as stream:
-        for number, _ in enumerate(stream):
-            if number == 0:
-                all_read.wait()
-    counters = stream.counters
-    assert counters.read == counters.recorded == 5000
-    assert counters.dropped > 0
-    assert counters.read == counters.delivered + counters.dropped
-    assert check(tmp_path / "run.csv").findings == ()
-
-
-def test_a_source_that_can_wait_loses_nothing_in_the_smallest_ring() -> None:
-    with Stream(Scripted([sample(i) for i in range(3000)]), capacity=2) as stream:
-        assert [estimate.sample.seq for estimate in stream] == list(range(3000))
-    assert stream.counters.dropped == 0
-
-
-def test_a_batch_is_its_estimates() -> None:
-    revised: list[int] = []
-    with Stream(Scripted(four())) as stream:
-        for batch in stream.batches():
-            rows = list(batch.estimates())
-            assert np.array_equal([row.ratio for row in rows], batch.rows["ratio"])
-            assert block_of(row.sample for row in rows).tobytes() == batch.samples.tobytes()
-            assert [row.ended for row in rows if row.ended] == list(batch.touches)[: len(rows)]
-            assert [row.revised for row in rows if row.revised] == [touch for _, touch in batch.revised]
-            revised += [number for number, _ in batch.revised]
-    assert len(stream.touches) == 4
-    assert revised == [1, 2, 3, 4]
-
-
-@pytest.mark.parametrize("error", [DeviceNotFound("unplugged"), ProtocolError("nonsense"), ZeroDivisionError("bug")])
-def test_what_the_source_raises_comes_after_its_last_sample(tmp_path: Path, error: Exception) -> None:
+@pytest.mark.parametrize("gap", [2, 10**6])
+def test_late_samples_and_those_that_never_came_are_counted(tmp_path: Path, gap: int, tally: Tally) -> None:
     path = tmp_path / "run.csv"
-    seen: list[Estimate] = []
-    source = Scripted([*(sample(i) for i in range(500)), error])
-    with pytest.raises(type(error)) as caught, Stream(source, record=path) as stream:
-        seen.extend(stream)
-    assert caught.value is error
-    assert len(seen) == 500
-    assert stream.counters.delivered == stream.counters.recorded == 500
-    assert check(path).findings == (f"the source ended with an error: {error}",)
-    assert source.closed == 1
+    with Stream(Scripted([sample(i * gap) for i in range(200)], live=True, period_s=0.026), record=path) as stream:
+        assert len(list(stream)) == 200
+    counters = settled(stream, path, "source slower, or with gaps", tally)
+    assert (counters.lost, counters.late) == (199 * (gap - 1), 199)
 
 
-def test_who_does_not_iterate_is_not_told_but_the_recording_is(tmp_path: Path) -> None:
-    path = tmp_path / "run.csv"
-    with Stream(Scripted([sample(0), DeviceNotFound("unplugged")]), record=path) as stream:
-        assert stream._begun().join(60)  # until it has failed
-    assert check(path).findings == ("the source ended with an error: unplugged",)
+@pytest.mark.parametrize(("capacity", "slower"), [(2, 2), (64, 2308), (1024, 10)])
+def test_a_consumer_that_is_too_slow_loses_estimates_but_no_rows(
+    tmp_path: Path, capacity: int, slower: int, tally: Tally
+) -> None:
+    """So many samples come for each one that is taken: the rest is counted as dropped, and is in the file."""
+    path, permits = tmp_path / "run.csv", threading.Semaphore(slower)
+    source = Scripted([sample(i) for i in range(2308)], live=True, period_s=0.026)
+    source.before = lambda _: permits.acquire()
+    taken = 0
+    with Stream(source, record=path, capacity=capacity) as stream:
+        for _ in stream:
+            taken += 1
+            permits.release(slower)
+    counters = settled(stream, path, f"consumer {slower} times slower, room for {capacity}", tally)
+    assert (counters.read, counters.delivered, counters.unrecorded) == (2308, taken, 0)
 
 
-def test_stopping_from_another_thread_ends_the_iteration() -> None:
-    with Stream("sim:sliding?speed=1") as stream:
-        threading.Timer(0.3, stream.stop).start()
-        seqs = [estimate.sample.seq for estimate in stream]
-    assert seqs == list(range(len(seqs)))
-    assert stream.counters.read == len(seqs) < 700
+def test_a_source_faster_than_the_disk(tmp_path: Path, tally: Tally, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A disk that hangs while three times what may wait for it comes: what has no room is counted, and said."""
+    from palpate.recording import writer
+
+    path, begin, hangs = tmp_path / "run.csv", threading.Event(), threading.Event()
+    write = writer.write
+    source = Scripted([sample(i) for i in range(3 * CAPACITY)], live=True)
+    source.before = lambda _: begin.wait()
+    with Stream(source, record=path) as stream:
+        monkeypatch.setattr(writer, "write", lambda file, data: (hangs.wait(), write(file, data))[1])
+        begin.set()
+        for _ in stream:
+            pass
+        hangs.set()
+    counters = settled(stream, path, "disk hangs", tally)
+    assert counters.unrecorded > 0
+    assert f"{counters.unrecorded} samples were read, but are not in the file" in check(path).findings
 
 
-@pytest.mark.parametrize("source", ["sim:sliding?speed=1", "sim:sliding?speed=1&capf=7", "sim:all"])
-def test_it_stops_within_half_a_second(source: str) -> None:
-    """Twenty times that here, where the machine is shared; the wait for the thread itself is limited to it."""
-    with Stream(source) as stream:
-        next(iter(stream))
-        begun = time.monotonic()
-    assert time.monotonic() - begun < 10
-    assert not [t for t in threading.enumerate() if t.name.startswith("palpate")]
+@pytest.mark.parametrize("count", [0, 500])
+@pytest.mark.parametrize("error", [None, DeviceNotFound("unplugged"), SystemExit(3), GeneratorExit()])
+def test_what_the_source_raises_comes_after_its_last_sample(
+    tmp_path: Path, count: int, error: BaseException | None, tally: Tally
+) -> None:
+    path, seen = tmp_path / "run.csv", list[Any]()
 
+    class Ending(Scripted):
+        def __iter__(self) -> Iterator[Sample]:
+            yield from super().__iter__()
+            if error is not None:
+                raise error
 
-def test_a_source_that_does_not_stop_is_left_behind(tmp_path: Path) -> None:
-    source = Scripted([sample(i) for i in range(3)], live=True)
-    hangs, release = threading.Event(), threading.Event()
-
-    def before(each: Sample) -> None:
-        if each.seq == 2:
-            hangs.set()
-            release.wait()
-
-    source.before = before
-    with (
-        pytest.raises(SourceTimeout, match=r"did not stop within 0.5 s"),
-        Stream(source, record=tmp_path / "run.csv") as stream,
-    ):
-        assert all((next(iter(stream)), hangs.wait(60)))
-    assert check(tmp_path / "run.csv").survey.rows == 2
-    assert check(tmp_path / "run.csv").clean
-    release.set()
-    assert source.closed == 0
+    stream, caught = Stream(Ending([sample(i) for i in range(count)], live=True), record=path), None
+    try:
+        with stream:
+            seen.extend(stream)
+    except BaseException as raised:  # noqa: BLE001  whatever it is
+        caught = raised
+    assert caught is error
+    assert len(seen) == count
+    told = any("the source ended with an error" in finding for finding in check(path).findings)
+    assert told == (error is not None)
+    settled(stream, path, "source stops or raises", tally)
 
 
 def test_notes_and_marks(tmp_path: Path) -> None:
@@ -145,8 +106,7 @@ def test_notes_and_marks(tmp_path: Path) -> None:
         stream.note("two")
         list(stream)
         stream.mark("the end")
-    document = recorded(tmp_path / "run.csv").document
-    assert document
+    document = load(tmp_path / "run.csv") or {}
     assert document["notes"] == ["one", "two"]
     assert document["marks"] == [{"seq": 1441, "t_s": 37.46776374, "text": "the end"}]
     with Stream(Scripted(four())) as silent:
@@ -154,25 +114,27 @@ def test_notes_and_marks(tmp_path: Path) -> None:
         silent.mark("nor that")
 
 
-def test_arguments(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="settings: got drift and a tracker"):
-        Stream("sim:", Tracker(), drift=1.0)
-    with pytest.raises(ValueError, match="scene: got 'moon'"):
-        Stream("sim:", scene="moon")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="capacity: got 1"):
-        Stream("sim:", capacity=1)
-    with pytest.raises(TypeError, match=r"source: got 42, allowed: a name, or a palpate.Source"):
-        Stream(42)  # type: ignore[arg-type]
-    stream = Stream("sim:")
-    assert stream.counters.read == 0
-    with pytest.raises(ValueError, match="stream: not started"):
+@pytest.mark.parametrize("name", ["tare", "mark", "note"])
+def test_a_recording_is_closed_after_what_is_being_written_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """From one thread, while another one closes the recording."""
+    path, method = tmp_path / "run.csv", "note" if name == "note" else "mark"
+    with Stream("sim:four-specimens?seed=1&speed=10", record=path) as stream:
+        closing, written = threading.Thread(target=stream.stop_recording), getattr(Recorder, method)
+
+        def slow(recorder: Recorder, *given: Any, **more: Any) -> Any:
+            closing.start()
+            closing.join(0.3)
+            return written(recorder, *given, **more)
+
         next(iter(stream))
-    stream.close()
-    (tmp_path / "run.csv").write_text("precious")
-    source = Scripted([])
-    with pytest.raises(RecordingError, match="already exists"), Stream(source, record=tmp_path / "run.csv"):
-        pass
-    assert source.closed == 1
+        monkeypatch.setattr(Recorder, method, slow)
+        stream.tare(force=True) if name == "tare" else getattr(stream, name)("x")
+        closing.join()
+    document = load(path) or {}
+    assert document["notes"] == ["x"] if name == "note" else len(document["marks"]) == 1
+    assert check(path).clean
 
 
 @pytest.mark.parametrize(
@@ -190,34 +152,25 @@ def test_a_stream_that_cannot_be_made_closes_its_source(wrong: dict[str, Any], m
     with pytest.raises((ValueError, RecordingError), match=message):
         Stream(source, **wrong)
     assert source.closed == 1
+    with pytest.raises(TypeError, match=r"source: got 42, allowed: a name, or a palpate.Source"):
+        Stream(42)  # type: ignore[arg-type]
 
 
-def test_a_source_that_cannot_describe_itself_or_begin_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Mute(Scripted):
-        def describe(self) -> dict[str, Any]:
-            raise ProtocolError("mute")
-
-    class Stuck(Scripted):
-        def __enter__(self) -> Self:
-            raise ProtocolError("stuck")
-
-    mute, stuck = Mute([]), Stuck([])
+def test_a_source_that_cannot_describe_itself_or_be_recorded_is_closed(tmp_path: Path) -> None:
+    mute, refused = Liar([], lies={"describe": ProtocolError("mute")}), Scripted([])
     with pytest.raises(ProtocolError, match="mute"):
         Stream(mute)
-    assert mute.closed == 1
-    with monkeypatch.context() as patch:
-        patch.setattr("palpate.stream.stream.open_source", lambda _: mute)
-        with pytest.raises(ProtocolError, match="mute"):
-            Stream("mute:")
-    assert mute.closed == 2
-    with pytest.raises(ProtocolError, match="stuck"), Stream(stuck):
+    (tmp_path / "run.csv").write_text("precious")
+    with pytest.raises(RecordingError, match="already exists"), Stream(refused, record=tmp_path / "run.csv"):
         pass
-    assert stuck.closed == 1
+    assert (mute.closed, refused.closed) == (1, 1)
 
 
-def test_closed_before_it_began_a_stream_closes_its_source_and_does_not_begin() -> None:
+def test_it_begins_once(tmp_path: Path) -> None:
     source = Scripted([sample(0)])
     stream = Stream(source)
+    with pytest.raises(ValueError, match="stream: not started"):
+        next(iter(stream))
     stream.close()
     stream.close()
     assert source.closed == 1
@@ -234,46 +187,7 @@ def test_one_recording_at_a_time(tmp_path: Path) -> None:
         list(stream)
         assert stream.stop_recording()
         assert stream.stop_recording() is None
-    assert [p.name for p in sorted(tmp_path.iterdir())] == ["run.csv", "run.json"]
-    assert palpate.check(tmp_path / "run.csv").clean
-
-
-def test_ones_own_tracker() -> None:
-    tracker = Tracker("paper", full_scale=4.0)
-    with Stream(Scripted(four()), tracker) as stream:
-        list(stream)
-    assert stream.tracker is tracker
-    assert len(tracker.touches) == 4
-
-
-def test_asynchronous_use() -> None:
-    async def measure() -> int:
-        ticks = 0
-
-        async def tick() -> None:
-            nonlocal ticks
-            while True:
-                await asyncio.sleep(0)
-                ticks += 1
-
-        with Stream("sim:stiff-steady") as stream:
-            beside = asyncio.create_task(tick())
-            batches = stream.batches()
-            while await asyncio.to_thread(next, batches, None):
-                pass
-            beside.cancel()
-        assert ticks > 0
-        return len(stream.touches)
-
-    assert asyncio.run(measure()) == 1
-
-
-def test_a_recording_that_began_later_says_so(tmp_path: Path) -> None:
-    with palpate.Stream("sim:four-specimens?seed=3") as stream:
-        for k, _ in enumerate(stream):
-            if k == 50:
-                stream.start_recording(tmp_path / "late.csv")
-            if k == 60:
-                break
-    [note] = recorded(tmp_path / "late.csv").notes
+        stream.start_recording(tmp_path / "late.csv")
+    assert check(tmp_path / "run.csv").clean
+    [note] = (load(tmp_path / "late.csv") or {})["notes"]
     assert "a replay has no baseline from them" in note

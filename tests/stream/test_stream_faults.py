@@ -2,17 +2,13 @@
 
 import math
 from contextlib import suppress
-from pathlib import Path
 
-import palpate
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from palpate import SourceError, Status, Stream
 from palpate.ad7746 import datasheet
 from palpate.ad7746.twin.kit import FAULTS
-from palpate.recording.foreign import recorded
-from palpate.recording.verification import check
 from palpate.sources.sim import SimSource, faults
 from tally import Tally
 
@@ -52,7 +48,7 @@ def test_any_schedule(incidents: list[str], seed: int, tally: Tally) -> None:
     counters = stream.counters
     assert counters.read == counters.delivered
     assert counters.dropped == counters.waiting == 0
-    last = stream._begun().intake.last
+    last = stream._started().last
     assert counters.read + counters.lost == (last.seq + 1 if last else 0)
     assert source.driver.counters.pairs + source.driver.counters.lost >= counters.read + counters.lost
     numbers = [sample.seq for sample in seen]
@@ -67,24 +63,3 @@ def test_any_schedule(incidents: list[str], seed: int, tally: Tally) -> None:
         assert (2, sample.soft_raw) in codes
         assert sample.hard == datasheet.capacitance_pF(sample.hard_raw)
         assert sample.soft == datasheet.capacitance_pF(sample.soft_raw)
-
-
-@examples(15)
-@given(incidents=st.lists(_incidents(), min_size=1, max_size=4))
-def test_a_recording_of_a_bad_day_replays_with_the_same_bits(incidents: list[str], tmp_path_factory: object) -> None:
-    path = tmp_path_factory.mktemp("faults") / "run.csv"  # type: ignore[attr-defined]
-    assert isinstance(path, Path)
-    spread = [f"{incident.split('@')[0]}@{1.5 + 2 * i}" for i, incident in enumerate(incidents)]
-    source = SimSource("step-up", {"replug": 2.0, "fault": faults("fault", ",".join(spread))})
-    with Stream(source, record=path) as stream, suppress(SourceError):
-        list(stream)
-    recording = recorded(path)
-    replayed = palpate.touches(recording, **recording.settings)
-    assert replayed == stream.touches
-    assert [t.ratio.hex() for t in replayed] == [t.ratio.hex() for t in stream.touches]
-    report = check(path)
-    assert report.clean
-    assert bool(stream._begun().error) is any("the source ended with an error" in f for f in report.findings)
-    counters = stream.counters
-    assert (report.survey.rows, report.survey.refused) == (counters.read, counters.refused)
-    assert counters.read == counters.recorded

@@ -1,45 +1,275 @@
-"""The table of formats: a file is known by its first bytes."""
+"""Formats of files: Excel, Parquet, Arrow, XDF, .gz, standard input; what is refused; packages that are missing."""
 
 import gzip
+import io
+import json
+import os
 import subprocess
 import sys
-from importlib import import_module
+from contextlib import suppress
+from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import openpyxl
 import palpate
+import pyarrow as pa
 import pytest
+from click.testing import CliRunner
+from effort import examples
+from hypothesis import given
+from hypothesis import strategies as st
 from palpate import RecordingError
-from palpate.tables.formats import FORMATS, Format, format_of
-from palpate.tables.packed import GZIP
+from palpate.cli import main
+from palpate.recording.verification import check
+from palpate.tables import packed
+from project import ROOT
+from pyarrow import feather, parquet
+from xdf import Stream, written
 
-BEGINS = [(each, begin) for each in FORMATS for begin in each.begins]
+OWN = ROOT / "tests" / "data" / "four-specimens.csv"
+T = np.arange(50) / 40
+TABLE = b"time (s),hard (pF),soft (pF)\n" + b"".join(b"%.3f,6.%03d,4.%03d\n" % (n / 40, n, n) for n in range(50))
+BEGUN = datetime(2026, 3, 9, 12)
+PAIR = np.random.default_rng(7).normal(6, 0.1, (300, 2))
+TIMES = (1000.0 + np.arange(300) * 0.026).tolist()
+PROBE = Stream("Probe", TIMES, PAIR, ["hard", "soft"])
 
 
-@pytest.mark.parametrize(("known", "begin"), BEGINS, ids=[repr(begin) for _, begin in BEGINS])
-def test_each_format_is_read_or_named_with_what_to_do(tmp_path: Path, known: Format, begin: bytes) -> None:
-    assert format_of(begin + b"more") is known
-    path = tmp_path / "any.csv"
-    data = begin + bytes(range(1, 200))
-    path.write_bytes(gzip.compress(data) if begin == GZIP else data)
-    with pytest.raises(RecordingError) as caught:
+def book(folder: Path, **sheets: list[list[Any]]) -> Path:
+    made = openpyxl.Workbook()
+    for name, rows in sheets.items():
+        sheet = made.create_sheet(name)
+        for row in rows:
+            sheet.append(row)
+    del made["Sheet"]
+    made.save(folder / "book.xlsx")
+    return folder / "book.xlsx"
+
+
+def rows(time: Any = lambda t: t, header: tuple[str, ...] = ("time (s)", "C1 (pF)", "C2 (pF)")) -> list[list[Any]]:
+    return [list(header), *([time(float(t)), 6 + n / 100, 4 + n / 50] for n, t in enumerate(T))]
+
+
+@pytest.mark.parametrize(
+    ("time", "said"),
+    [
+        (lambda t: t, "time, s"),
+        (lambda t: BEGUN + timedelta(seconds=t), "time, dates"),
+        (lambda t: (BEGUN + timedelta(seconds=t)).time(), "time, times of day"),
+    ],
+)
+def test_a_workbook(tmp_path: Path, time: Any, said: str) -> None:
+    header = ("time (s)" if said == "time, s" else "time", "C1 (pF)", "C2 (pF)")
+    path = book(tmp_path, one=[["Logger 7"], [], *rows(time, header)])
+    found = palpate.read(path)
+    assert found.hard.tolist() == [6 + n / 100 for n in range(50)]
+    assert np.abs(found.t_hard_s - found.t_hard_s[0] - T).max() < 1.1e-3  # openpyxl has dates to 1 ms
+    assert found.understood == f"time = {said}; hard = C1, pF; soft = C2, pF; 40 pairs a second; 50 rows"
+
+
+def test_a_sheet_of_several(tmp_path: Path) -> None:
+    assert len(palpate.read(book(tmp_path, notes=[["text"], ["more"]], one=rows()))) == 50
+    path = book(tmp_path, one=rows(), two=rows())
+    with pytest.raises(ValueError, match=r"part: got none, allowed: the name of a sheet \(--part\): one, two"):
         palpate.read(path)
-    if known.advice:
-        assert caught.value.reason == f"is {known.name}, which palpate cannot read: {known.advice}"
-    else:
-        module, _, name = known.reader.partition(":")
-        assert callable(getattr(import_module(module), name))
+    assert len(palpate.read(path, part="two")) == 50
+    with pytest.raises(ValueError, match="part: got 'three', allowed"):
+        palpate.read(path, part="three")
 
 
-def test_a_name_that_says_another_format_is_told(tmp_path: Path) -> None:
-    path = tmp_path / "run.xlsx"
-    path.write_text("time (s),hard (pF),soft (pF)\n" + "".join(f"{n / 40},6,4\n" for n in range(9)))
-    assert "the name says an Excel workbook, but it is text: read as that" in palpate.read(path).notes
-    assert palpate.read(path.rename(tmp_path / "run.log")).notes == ()
+def test_wrong_cells_of_a_workbook(tmp_path: Path) -> None:
+    for cell in ("6.1x", BEGUN):
+        wrong = rows()
+        wrong[11][1] = cell
+        with pytest.raises(RecordingError, match=r"line 12: .* in column 2 \(C1 \(pF\)\) is neither"):
+            palpate.read(book(tmp_path, one=wrong))
+    made = openpyxl.load_workbook(book(tmp_path, one=rows(header=("time (s)", "C1", "C2"))))
+    for each in made["one"]["B"]:
+        each.number_format = "0.0%"
+    made.save(tmp_path / "percent.xlsx")
+    with pytest.raises(RecordingError, match=r"'600%' in column 2 \(C1\) is neither a number"):
+        palpate.read(tmp_path / "percent.xlsx")
+    assert np.isnan(palpate.read(book(tmp_path, one=[*rows(), [1.25, None, 4.5]])).hard[-1])
+    (tmp_path / "damaged.xlsx").write_bytes(b"PK\3\4" + bytes(300))
+    with pytest.raises(RecordingError, match="cannot be read"):
+        palpate.read(tmp_path / "damaged.xlsx")
 
 
-def test_nothing_optional_is_imported_for_text() -> None:
-    code = (
-        "import sys, palpate; palpate.read('tests/data/four-specimens.csv');"
-        "wrong = {'pyxdf', 'openpyxl', 'pyarrow', 'zipfile', 'pandas'} & set(sys.modules); assert not wrong, wrong"
+@pytest.mark.parametrize("suffix", ["parquet", "arrow", "feather"])
+@pytest.mark.parametrize("zone", [None, "UTC"])
+def test_columns_of_other_programs(tmp_path: Path, suffix: str, zone: str | None) -> None:
+    when = pa.array([BEGUN + timedelta(seconds=float(t)) for t in T], pa.timestamp("us", zone))
+    fields = [
+        pa.field("when", when.type),
+        pa.field("C1", pa.float32(), metadata={"unit": "fF"}),
+        pa.field("C2", pa.int64()),
+    ]
+    columns = pa.table(
+        [when, pa.array(6000 + 100 * T, pa.float32()), pa.array(range(4000, 4050))], schema=pa.schema(fields)
     )
-    subprocess.run([sys.executable, "-c", code], check=True)
+    path = tmp_path / f"other.{suffix}"
+    (parquet.write_table if suffix == "parquet" else feather.write_feather)(columns, str(path))
+    found = palpate.read(path)
+    assert (found.t_hard_s.tolist(), found.soft.tolist()) == (T.tolist(), [n * 1e-3 for n in range(4000, 4050)])
+    assert found.hard == pytest.approx(6 + 0.1 * T, rel=1e-6)
+    assert (found.zero_utc_ns is None) == (zone is None)
+    path.write_bytes(path.read_bytes()[:-20])
+    with pytest.raises(RecordingError, match="cannot be read"):
+        palpate.read(path)
+
+
+def save(folder: Path, *streams: Stream) -> Path:
+    path = folder / "session.xdf"
+    path.write_bytes(written(*streams))
+    return path
+
+
+def test_a_stream_of_an_xdf_file(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    marks = Stream("Marks", [1001.0], [["touch"]], ["mark"], kind="string")
+    eeg = Stream("EEG", TIMES, PAIR * 9, ["Cz", "Pz"], unit="microvolts", kind="float32")
+    path = save(tmp_path, eeg, PROBE, marks)
+    with pytest.raises(ValueError, match=r"part: got none, allowed: the name of a stream \(--part\): EEG, Probe"):
+        palpate.read(path)
+    with pytest.raises(ValueError, match="in microvolts, allowed: a capacitance"):
+        palpate.read(path, part="EEG", columns={"hard": "Cz", "soft": "Pz"})
+    recording = palpate.read(path, part="Probe")
+    assert (recording.hard.tolist(), recording.soft.tolist()) == (PAIR[:, 0].tolist(), PAIR[:, 1].tolist())
+    assert (recording.t_hard_s.tolist(), recording.zero_utc_ns) == (TIMES, None)
+    assert "hard, pF; soft = soft, pF; 38.46 pairs a second; 300 rows" in recording.understood
+    assert recording.notes == ("a stream without clock offsets: its times are on the clock of its sender",)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_clock_offsets_are_used_and_times_are_not_smoothed(tmp_path: Path) -> None:
+    jittered = (np.array(TIMES) + 0.005 * np.random.default_rng(1).uniform(size=300)).tolist()
+    offsets = [(1000.0 + 2 * i, 50.0) for i in range(5)]
+    recording = palpate.read(
+        save(tmp_path, Stream("P", jittered, PAIR, ["hard", "soft"], rate=1 / 0.026, offsets=offsets))
+    )
+    assert np.allclose(recording.t_hard_s, np.add(jittered, 50.0), rtol=0, atol=1e-6)
+    assert recording.notes == ()
+
+
+def test_a_damaged_xdf_file_is_refused(tmp_path: Path) -> None:
+    path = save(tmp_path, PROBE)
+    markers = written(Stream("Marks", [1.0], [["x"]], ["mark"], kind="string"))
+    for wrong in (b"XDF:", b"XDF:\2\1", markers, path.read_bytes()[: path.stat().st_size // 2]):
+        path.write_bytes(wrong)
+        with pytest.raises(RecordingError, match="XDF file"):
+            palpate.read(path)
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"", "is empty"),
+        (
+            b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600),
+            "not a table that palpate reads, allowed: text, .xlsx, .*save a .xls",
+        ),
+        (gzip.compress(TABLE)[:-20], "cannot be read: damaged, or not complete"),
+        (gzip.compress(TABLE) + b"more", "Not a gzipped file"),
+        (gzip.compress(TABLE + b"1,2,3\n" * 1000), "larger than 5,000 bytes"),
+        (TABLE + b"1,2,3\n" * 1000, "larger than 5,000 bytes"),
+    ],
+)
+def test_what_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes, message: str) -> None:
+    monkeypatch.setattr(packed, "LARGEST", 5000)
+    (tmp_path / "run.csv").write_bytes(data)
+    with pytest.raises(RecordingError, match=message):
+        palpate.read(tmp_path / "run.csv")
+
+
+def test_the_largest_table_is_500_mb() -> None:
+    assert packed.LARGEST == 500_000_000
+
+
+@examples(100)
+@given(st.data())
+def test_any_bytes_are_a_recording_or_refused(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    small = Stream("P", TIMES[:40], PAIR[:40], ["hard", "soft"], offsets=[(1000.0, 1.0), (1001.0, 1.0)])
+    whole = data.draw(st.sampled_from([gzip.compress(TABLE, mtime=0), TABLE, written(small)]))
+    changed = bytearray(whole[: data.draw(st.integers(4, len(whole)))])
+    for _ in range(data.draw(st.integers(0, 3))):
+        changed[data.draw(st.integers(3, len(changed) - 1))] = data.draw(st.integers(0, 255))
+    path = tmp_path_factory.getbasetemp() / "any.csv"
+    path.write_bytes(changed)
+    with suppress(RecordingError, ValueError):
+        palpate.read(path)
+
+
+def test_a_missing_package_is_named_with_its_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyxdf", None)
+    with pytest.raises(palpate.MissingExtra, match=r"pyxdf is not installed; type: pip install 'palpate\[tables\]'"):
+        palpate.read(save(tmp_path, PROBE))
+
+
+def test_clean_text_and_own_recordings_need_no_package(tmp_path: Path) -> None:
+    (tmp_path / "clean.csv").write_bytes(TABLE)
+    code = (
+        "import sys; sys.modules.update(dict.fromkeys(['pandas', 'pyarrow', 'openpyxl', 'pyxdf', 'polars']))\n"
+        f"import palpate, numpy; assert len(palpate.read({str(tmp_path / 'clean.csv')!r})) == 50\n"
+        f"assert len(palpate.touches({str(OWN)!r})) == 4\n"
+        "assert len(palpate.read({'t_s': numpy.arange(9.), 'C1': numpy.arange(9.), 'C2': numpy.arange(9.)}, unit='pF')) == 9\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
+    loaded = "import sys, palpate; palpate.read({!r}); print([m for m in ('pandas', 'pyarrow', 'palpate.tables.text') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", loaded.format(str(OWN))], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_a_recording_of_palpate_in_gz_is_verified_and_not_repaired(tmp_path: Path) -> None:
+    own = tmp_path / "run.csv.gz"
+    own.write_bytes(gzip.compress(OWN.read_bytes()))
+    (tmp_path / "run.json").write_bytes(OWN.with_suffix(".json").read_bytes())
+    report = check(own)
+    assert (report.clean, report.faults, report.verified) == (True, (), report.survey.rows)
+    torn = OWN.read_bytes()[:-30]
+    own.write_bytes(gzip.compress(torn + b"\n1,2\n" + torn[-2000:]))
+    before = own.read_bytes()
+    faults = check(own, repair=True, remove_damage=True).faults
+    assert "not repaired: it is standard input, or a packed or converted file" in faults[-1]
+    assert own.read_bytes() == before
+
+
+def run(data: bytes, *arguments: str) -> tuple[int, str]:
+    result = CliRunner().invoke(main, arguments, input=data)
+    return result.exit_code, result.output
+
+
+def test_every_command_reads_standard_input(tmp_path: Path) -> None:
+    data = gzip.compress(TABLE)
+    assert "-: readable" in run(data, "check", "-")[1]
+    assert run(data, "convert", "-", "-o", str(tmp_path / "new.csv"))[0] == 0
+    assert check(tmp_path / "new.csv").clean
+    assert "40 pairs a second" in run(data, "import", "-")[1]
+    output = run(data, "record", "-", "-o", str(tmp_path / "recorded.csv"))[1]
+    assert palpate.read(tmp_path / "recorded.csv").hard.size > 30, output
+    replayed = [
+        CliRunner().invoke(main, ["replay", name, "--json"], input=OWN.read_bytes()) for name in ("-", str(OWN))
+    ]
+    touches = [json.loads(each.stdout)["touches"] for each in replayed]
+    assert touches[0] == touches[1] != []
+
+
+def test_standard_input_is_read_once_and_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(TABLE)))
+    assert (palpate.read("-").hard.size, palpate.read("-").hard.size) == (50, 50)
+    monkeypatch.setattr(sys, "stdin", None)
+    with pytest.raises(RecordingError, match="there is no standard input"):
+        palpate.read("-")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo terminals")
+def test_a_terminal_is_not_waited_for() -> None:
+    import pty
+
+    leader, follower = pty.openpty()
+    command = [sys.executable, "-m", "palpate", "check", "-"]
+    result = subprocess.run(command, stdin=follower, capture_output=True, text=True, timeout=100, check=False)
+    os.close(leader)
+    os.close(follower)
+    assert result.returncode == 4
+    assert "standard input is a terminal: send a file to it, as in palpate check - < run.csv" in result.stderr

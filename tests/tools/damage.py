@@ -1,12 +1,9 @@
 """Recordings that were killed, and what can happen to their files afterwards."""
 
-import json
 import zlib
 from collections.abc import Callable
-from itertools import accumulate
 from pathlib import Path
 from random import Random
-from typing import NamedTuple
 
 from palpate.recording import sidecar
 from palpate.recording.rows import HEADER, format_rows
@@ -71,6 +68,11 @@ def _ended(data: bytes, random: Random) -> bytes:
     return data[: random.randrange(len(data))] + bytes(random.choice((0, 0, 1, 512, 9000)))
 
 
+def _changed(data: bytes, random: Random) -> bytes:
+    at = random.randrange(len(data))
+    return data[:at] + bytes([data[at] ^ random.randrange(1, 256)]) + data[at + 1 :]
+
+
 DAMAGES: dict[str, Callable[[bytes, Random], bytes]] = {
     "zeros": _zeros,
     "random bytes": _noise,
@@ -78,46 +80,11 @@ DAMAGES: dict[str, Callable[[bytes, Random], bytes]] = {
     "bytes inserted": _inserted,
     "lines merged": _merged,
     "end cut off, or zeros": _ended,
+    "one byte changed": _changed,
 }
-
-
-def changed(data: bytes, at: int, random: Random) -> bytes:
-    """Change one byte to any other one."""
-    return data[:at] + bytes([(data[at] + random.randrange(1, 256)) % 256]) + data[at + 1 :]
 
 
 def survivors(data: bytes, rows: list[bytes]) -> list[bytes]:
     """Return the rows that are still there as they were written: whole lines of the file."""
     known = set(rows)
     return [line + b"\n" for line in data.split(b"\n")[:-1] if line + b"\n" in known]
-
-
-class Torn(NamedTuple):
-    """A file NAME.torn, as python/palpate/recording/repair.py describes it."""
-
-    size: int
-    crc32: int
-    written: bytes
-    parts: list[tuple[int, bytes]]
-
-
-def torn_of(path: Path) -> Torn:
-    """Read what a repair has removed."""
-    head, _, body = path.read_bytes().partition(b"\n")
-    about = json.loads(head)
-    begins = accumulate((part["bytes"] for part in about["parts"]), initial=0)
-    parts = [
-        (part["offset"], body[begin : begin + part["bytes"]])
-        for part, begin in zip(about["parts"], begins, strict=False)
-    ]
-    return Torn(about["bytes"], about["crc32"], about.get("written", "").encode(), parts)
-
-
-def put_together(repaired: bytes, torn: Torn) -> bytes:
-    """Return the file before the repair, from the one after it and what was removed."""
-    rest = repaired.removeprefix(torn.written) if torn.written else repaired
-    whole = b""
-    for offset, part in torn.parts:
-        missing = offset - len(whole)
-        whole, rest = whole + rest[:missing] + part, rest[missing:]
-    return whole + rest

@@ -1,6 +1,6 @@
 """How many examples, changes and random cases the tests draw; and the seed of all of them.
 
-PALPATE_DRAWS=few is a developer's run: a tenth. all: a commit's, set by `.ci/run`. `.ci/nightly` sets PALPATE_NIGHTLY=1,
+PALPATE_DRAWS=few, the default, draws a tenth; all: all of them. `.ci/nightly` sets PALPATE_NIGHTLY=1,
 ten times those of a commit or as many as a test says, and another PALPATE_SEED in each run.
 """
 

@@ -4,18 +4,19 @@ from collections.abc import Coroutine
 from contextlib import suppress
 from typing import Any
 
-from palpate.live.access.gatekeeper import Gatekeeper, new_token
-from palpate.live.protocol import LARGEST_S, LONGEST_PLAN, Command, Refused, parse
+from palpate.live.access import Gatekeeper, new_token
+from palpate.live.commands import LARGEST_S, LONGEST_PLAN, Command, parse
+from palpate.live.feed import RefusedCommand
 
 HOST, PORT, TOKEN = "127.0.0.1", 8746, new_token()
-OWN = {f"{name}:{PORT}" for name in (HOST, "localhost", "::1")}
+OWN = (HOST, "localhost", "[::1]")
 
 
 def message(data: bytes) -> None:
     """Parse a message: a command, or an error that can be shown."""
     try:
         said: Command | str = parse(data.decode("utf-8", "replace"))
-    except Refused as refusal:
+    except RefusedCommand as refusal:
         said = str(refusal)
     if isinstance(said, Command):
         for value in said.given.values():
@@ -25,7 +26,7 @@ def message(data: bytes) -> None:
 
 
 def request(data: bytes) -> None:
-    """Request the page or its web socket: a query on the first line, headers on the others.
+    """Request the page or its web socket: a query on the first line, headers on the next lines.
 
     No access without the token if there is one, nor with another host name, nor from a page of another origin.
     """
@@ -35,10 +36,9 @@ def request(data: bytes) -> None:
         scope = {"type": kind, "path": "/", "query_string": query, "headers": headers}
         assert not _passed(scope, TOKEN)
         if _passed(scope, None):
-            host, *others = [value.decode("latin-1") for name, value in headers if name == b"host"]
+            host, *_ = [value.decode("latin-1") for name, value in headers if name == b"host"]
             origins = [value.decode("latin-1") for name, value in headers if name == b"origin"]
-            assert not others
-            assert host.lower().replace("[", "").replace("]", "") in OWN
+            assert host.lower().startswith(OWN)
             assert origins == [f"http://{host}"] or (not origins and kind == "http")
 
 

@@ -39,21 +39,20 @@ with _instrumented():
     import click
     import palpate
     from fuzz_page import message, request
-    from fuzz_states import state
     from palpate import CalibrationError, ProtocolError, RecordingError, SourceError
-    from palpate.ad7746.clock import VirtualClock
+    from palpate.ad7746.bus import VirtualClock
     from palpate.ad7746.evalkit.firmware import RAM_BYTES, read_hex
     from palpate.ad7746.twin.usb import TwinBackend
     from palpate.calibration.specimen_files import assign, read_moduli
     from palpate.cli import COMMANDS, config
     from palpate.recording import sidecar
-    from palpate.recording.exchange.binary_data import BinaryData, is_binary_data
     from palpate.recording.foreign import recorded
     from palpate.recording.rows import HEADER, RowError, format_rows, parse_any_rows, parse_rows
     from palpate.recording.verification import check
     from palpate.samples import Block, Status, block_of
+    from palpate.sources.lines import Grammar
     from palpate.sources.options import split
-    from palpate.sources.serial.source import SerialSource
+    from palpate.sources.serial import SerialSource
     from serial_lines import ChunkedPort
 
 ROWS = "".join(f"{i},{i}.0,{i}.5,8388608,8400000,0.0,0.0,-1,0\n" for i in range(3))
@@ -128,20 +127,8 @@ def calibration(data: bytes) -> None:
 
 def config_file(data: bytes) -> None:
     """Parse a palpate.toml; an accepted one has a table for each of some commands."""
-    with suppress(click.UsageError):
+    with suppress(click.UsageError, OSError):
         assert set(config.read(_file("palpate.toml", data), COMMANDS)) <= set(COMMANDS)
-
-
-def binary_data(data: bytes) -> None:
-    """Parse a "Binary Data.txt"; an accepted one has a code in each row."""
-    path = _file("Binary Data.txt", data)
-    with suppress(RecordingError, ValueError):
-        if is_binary_data(path):
-            recording = BinaryData(path)
-            [block] = recording.blocks()
-            assert recording.survey.rows == len(block) > 0
-            assert recording.notes
-            assert json.dumps(recording.describe())
 
 
 def moduli(data: bytes) -> None:
@@ -162,7 +149,7 @@ def firmware(data: bytes) -> None:
 
 def lines(data: bytes) -> None:
     r"""Parse bytes on a serial port; \xff separates the bytes of one read."""
-    source = SerialSource(ChunkedPort(b"\n" + data))
+    source = SerialSource(ChunkedPort(b"\n" + data), Grammar())
     last = -1
     with suppress(ProtocolError):  # a board that restarts with each line
         for sample in source:
@@ -195,14 +182,12 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "sidecar": sidecar_of,
     "calibration": calibration,
     "config": config_file,
-    "binary_data": binary_data,
     "moduli": moduli,
     "firmware": firmware,
     "lines": lines,
     "uri": uri,
     "message": message,
     "request": request,
-    "state": state,
 }
 
 

@@ -1,53 +1,105 @@
 """Hostile files: each parser gets them in a child process with little time and memory.
 
 `python tests/tools/hostile_files.py STEP [PARSER...]` prints one JSON object: how each file ended, of the special ones and every
-STEP-th of the others. The parsers, and what they may raise, are those of `fuzz_parsers`.
+STEP-th of the rest. The parsers, and what they may raise, come from `fuzz_parsers`.
 """
 
 import json
 import os
 import resource
 import sys
-import tempfile
 import traceback
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
-import fuzz_parsers
-import palpate
-from click.testing import CliRunner
 from fuzz_parsers import TARGETS
-from hostile_contents import SPECIAL, anywhere
-from palpate import ProtocolError
-from palpate.ad7746.evalkit.udev import rule_files
-from palpate.cli import main as palpate_command
 
-SECONDS = 6
-"""Of CPU time; the rule is 2 s on a machine that does nothing else."""
+SECONDS = 6  # of CPU time
 MEGABYTES = 200
+SIZE = 1_000_000  # bytes of a file
+Contents = Iterator[tuple[str, bytes]]
+
+_GOOD = Path(__file__).parents[1] / "fuzz" / "corpus" / "calibration" / "probe.toml"
+_UNITS = (*'9,;"[\\\n\r\0\U0001f600', "a.", "a=1\n", "1,2\n", "12 ms\t", '{"a":', "1.0 2.0\n")
 
 
-def sysfs(data: bytes) -> None:
-    """Read a device in sysfs whose files have these contents."""
-    folder = Path(tempfile.mkdtemp(dir=fuzz_parsers.FOLDER))
-    (folder / "name").write_bytes(b"ad7746\n")
-    for name in ("in_capacitance0_raw", "in_capacitance1_raw", "in_capacitance_sampling_frequency"):
-        (folder / name).write_bytes(data)
-    try:
-        with palpate.open(f"iio:{folder}") as source:
-            next(iter(source))
-    except ProtocolError:
-        pass
+def filled(unit: str, before: str = "", after: str = "") -> bytes:
+    """Return a unit, repeated to `SIZE` bytes, with what is before and after it."""
+    return (before + unit * (SIZE // len(unit.encode())) + after).encode()
 
 
-def rules(data: bytes) -> None:
-    """Search a file of udev rules."""
-    folder = Path(tempfile.mkdtemp(dir=fuzz_parsers.FOLDER))
-    (folder / "a.rules").write_bytes(data)
-    assert rule_files([folder]) == []
+def counted(pattern: str) -> bytes:
+    """Return a pattern repeated to about `SIZE` bytes with a running number in it."""
+    return "".join(map(pattern.format, range(SIZE // len(pattern.format(999_999))))).encode()
+
+
+def anywhere() -> Contents:
+    """Yield contents for every parser."""
+    yield from ((repr(unit), filled(unit)) for unit in _UNITS)
+    yield "surrogates", b"\xed\xa0\x80" * (SIZE // 3)
+    yield "not UTF-8", b"\xfe" * SIZE
+    yield "every byte", bytes(range(256)) * (SIZE // 256)
+    yield "UTF-16", b"\xff\xfe" + "1;2\n".encode("utf-16-le") * (SIZE // 8 - 1)
+
+
+def toml() -> Contents:
+    """Yield TOML for calibrations and palpate.toml."""
+    yield "found: a dotted key of 100 kB", b"a." * 50_000 + b"a=1"
+    yield "found: dotted keys", counted("a." * 1000 + "a{}=1\n")
+    yield "dotted tables", counted("[" + "a." * 500 + "a{}]\n")
+    yield "keys", counted("a{}=1\n")
+    yield "arrays in arrays", filled("[", "a=")
+    yield "digits", filled("9", "schema=")
+
+
+def calibration() -> Contents:
+    """Yield calibrations that are right but for one part."""
+    yield from toml()
+    longer = _GOOD.read_text()
+    for key, value in (("ratios", "1.5"), ("moduli_MPa", "1.5"), ("standard_errors", "0.1"), ("touches", "1")):
+        start = longer.index(f"{key} = [") + len(key) + 4
+        longer = longer[:start] + f"{value},\n" * 12_000 + longer[longer.index("]", start) :]
+    yield "48,000 numbers", longer.encode()
+
+
+def sidecar() -> Contents:
+    """Yield sidecars that are right but for one part."""
+    tares = ",".join(f'{{"seq":{i},"tare":true}}' for i in range(10_000))
+    right = {"schema": '"palpate-recording-2"', "device": "{}", "settings": "{}", "notes": "[]", "marks": "[]"}
+    for name, part, value in (
+        ("found: 100,000 marks", "marks", f"[{'0,' * 100_000}0]"),
+        ("found: 10,000 tares", "marks", f"[{tares}]"),
+        ("found: deep marks", "marks", "[" * 900 + "]" * 900),
+        ("found: full scale of 4000 digits", "device", '{"full_scale_pF":' + "9" * 4000 + "}"),
+        ("many settings", "settings", "{" + ",".join(f'"a{i}":1' for i in range(80_000)) + "}"),
+        ("a long note", "notes", '["begun after ' + "a" * 900_000 + '"]'),
+        ("rows of 4000 digits", "end", '{"rows":' + "9" * 4000 + "}"),
+    ):
+        yield name, ("{" + ",".join(f'"{key}":{text}' for key, text in (right | {part: value}).items()) + "}").encode()
+
+
+def table() -> Contents:
+    """Yield tables of other loggers; the first byte selects the options: positions, with times."""
+    head, wide = "\2t,hard,soft\n", "1," * 100_000 + "\n"
+    yield "found: 100,000 columns", f"\2t,hard,soft,{'a,' * 100_000}\n{wide}{wide}".encode()
+    yield "1000 columns", f"\2t,hard,soft,{'a,' * 996}\n{('1,' * 999 + chr(10)) * 490}".encode()
+    yield "header rows", filled("a,b,c\n", "\2", "1,2,3\n" * 3)
+    yield "rows, quoted", filled('"1","2","3"\n', head)
+    yield "digits in cells", filled("1,2," + "9" * 90_000 + "\n", head + "1,2,3\n" * 3)
+    yield "open quote", filled("a\n", head + '1,2,"')
+
+
+def own_file() -> Contents:
+    """Yield rows of a recording by palpate."""
+    yield "rows", counted("{},0.026,0.039,8388608,8400000,0.0,0.0,-1,0\n")
+    yield "a long cell", filled("9", "1,0.026,0.039,8388608,8400000,", ",0.0,-1,0\n")
+
+
+SPECIAL: dict[str, Callable[[], Contents]] = {
+    "table": table, "sidecar": sidecar, "calibration": calibration, "config": toml, "own_file": own_file,
+}  # fmt: skip
 
 
 def lines(data: bytes) -> None:
@@ -56,78 +108,47 @@ def lines(data: bytes) -> None:
     TARGETS["lines"](b"\xff".join(data[at : at + 4096] for at in range(0, len(data), 4096)))
 
 
-def options(data: bytes) -> None:
-    """Give an option of the command line 100,000 characters: one line, and no traceback."""
-    text = data.decode("utf-8", "replace").replace("\0", " ")[:100_000]
-    given = str(Path(__file__).parents[1] / "data" / "four-specimens.csv")
-    for option in ("--map", "--set", "--unit", "--scene"):
-        done = CliRunner().invoke(palpate_command, ["replay", given, option, text])
-        assert done.exit_code in (0, 2), (option, done.exit_code, done.stderr[-200:])
-        assert len(done.stderr) < 3000, (option, len(done.stderr))
+PARSERS: dict[str, Callable[[bytes], None]] = {**TARGETS, "lines": lines}
 
 
-PARSERS: dict[str, Callable[[bytes], None]] = {
-    **TARGETS, "lines": lines, "sysfs": sysfs, "rules": rules, "options": options,
-}  # fmt: skip
-
-
-def cost(parse: Callable[[bytes], None], data: bytes) -> dict[str, Any]:
-    """Run a parser in a child process; return its CPU time, s, its memory, MB, and an error that is not documented."""
+def ending(parse: Callable[[bytes], None], data: bytes) -> str:
+    """Run a parser in a child process with limits; return an error that is not documented, or ""."""
     read, write = os.pipe()
     child = os.fork()
     if not child:
         _parse(parse, data, write)
     os.close(write)
     with os.fdopen(read) as said:
-        text = said.read()
-    _, status, used = os.wait4(child, 0)
-    megabytes, _, error = text.partition(" ")
-    ended = error if text else f"killed by signal {os.WTERMSIG(status)}"
-    return {"seconds": used.ru_utime + used.ru_stime, "megabytes": float(megabytes or MEGABYTES), "error": ended}
+        error = said.read()
+    signal = os.WTERMSIG(os.waitpid(child, 0)[1])
+    return f"killed by signal {signal}" if signal else error
 
 
 def _parse(parse: Callable[[bytes], None], data: bytes, write: int) -> None:
-    """In the child: parse with limits, say what it took, and end."""
-    error = ""
+    """In the child: parse with limits, write the error, and end."""
     try:
-        before = _memory("VmSize:")
+        size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS + 1))
-        resource.setrlimit(resource.RLIMIT_AS, (before + MEGABYTES * 1_000_000,) * 2)
-        start = _memory("VmRSS:")
-        Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
+        resource.setrlimit(resource.RLIMIT_AS, (size + MEGABYTES * 1_000_000,) * 2)
         parse(data)
-    except BaseException as wrong:  # noqa: BLE001  also SystemExit: nothing may leave the child
-        place = traceback.extract_tb(wrong.__traceback__)[-1]
-        error = f"{type(wrong).__name__}: {str(wrong)[:200]} ({Path(place.filename).name}, line {place.lineno})"
+    except BaseException:  # noqa: BLE001  also SystemExit: nothing may leave the child
+        os.write(write, traceback.format_exc(-1).encode(errors="replace")[:1000])
     finally:
-        os.write(write, f"{max(_memory('VmHWM:') - start, 0) / 1e6:.0f} {error}".encode(errors="replace"))
         os._exit(0)
 
 
-def _memory(name: str) -> int:
-    text = Path("/proc/self/status").read_text()
-    return int(text.split(name)[1].split()[0]) * 1024
-
-
-def run(parser: str, step: int) -> dict[str, dict[str, Any]]:
-    """Return the cost of each content for a parser."""
-    parse, found = PARSERS[parser], {}
-    parse(b"")  # what it imports is not its cost
+def run(parser: str, step: int) -> dict[str, str]:
+    """Return the ending of each content for a parser."""
+    PARSERS[parser](b"")  # what it imports is not its cost
     special = list(SPECIAL[parser]()) if parser in SPECIAL else []
     kept = [content for content in special if step == 1 or "found" in content[0]]
-    first = sorted(PARSERS).index(parser) % step  # others for each parser
-    for name, data in [*kept, *islice([*special, *anywhere()], first, None, step)]:
-        found[name] = cost(parse, data)
-    return found
-
-
-def main(step: str, *parsers: str) -> None:
-    """Print the costs."""
-    warnings.simplefilter("ignore")
-    TARGETS["calibration"]((Path(__file__).parents[1] / "fuzz" / "corpus" / "calibration" / "probe.toml").read_bytes())
-    print(json.dumps({parser: run(parser, int(step)) for parser in parsers or PARSERS}))
+    first = sorted(PARSERS).index(parser) % step  # different ones for each parser
+    contents = [*kept, *islice([*special, *anywhere()], first, None, step)]
+    return {name: ending(PARSERS[parser], data) for name, data in contents}
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    warnings.simplefilter("ignore")
+    TARGETS["calibration"](_GOOD.read_bytes())
+    print(json.dumps({parser: run(parser, int(sys.argv[1])) for parser in sys.argv[2:] or PARSERS}))

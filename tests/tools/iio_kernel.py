@@ -1,6 +1,6 @@
 """The files of the kernel's driver for the AD7746, as drivers/iio/cdc/ad7746.c behaves: reads convert, and sleep.
 
-They take the place of `read_bytes` and `write` in `palpate.sources.sysfs`, because a file in a folder cannot convert.
+They take the place of `text_of` and `write` in `palpate.sources.iio`, because a file in a folder cannot convert.
 """
 
 import errno
@@ -56,27 +56,27 @@ class Kernel:
         self.scale = "0.000000488"
         self.failures: dict[str, int] = {}
         node = folder / "of_node"
-        node.mkdir(parents=True)
+        node.mkdir(parents=True, exist_ok=True)
         for pin in pins:
             (node / f"adi,exc{pin.lower()}-output-en").touch()
 
     def install(self, monkeypatch: pytest.MonkeyPatch) -> "Kernel":
-        monkeypatch.setattr("palpate.sources.sysfs.read_bytes", self.read)
-        monkeypatch.setattr("palpate.sources.sysfs.write", self.write)
+        monkeypatch.setattr("palpate.sources.iio.text_of", self.read)
+        monkeypatch.setattr("palpate.sources.iio.write", self.write)
         return self
 
     def clock_ns(self) -> int:
         self.now_ns += 2_000  # a call of the kernel
         return self.now_ns
 
-    def read(self, path: Path, _most: int) -> bytes:
+    def read(self, path: Path) -> str:
         self._fail(path)
         self.now_ns += 10_000
         name = path.name
         if name.endswith("_raw"):
-            return f"{self.convert(int(name[14]))}\n".encode()
+            return str(self.convert(int(name[14])))
         if name.endswith("_offset"):
-            return f"{self.capdac[int(name[14])] * 338646}\n".encode()
+            return str(self.capdac[int(name[14])] * 338646)
         files = {
             "name": "ad7746",
             "in_capacitance_scale": self.scale,
@@ -84,7 +84,7 @@ class Kernel:
         }
         if name not in files:
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
-        return f"{files[name]}\n".encode()
+        return files[name]
 
     def write(self, path: Path, text: str) -> None:
         self._fail(path)

@@ -9,8 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from building import run
-from project import ROOT
+from project import ROOT, run
 
 try:
     import fcntl

@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection
 from random import Random
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import Fault, KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
@@ -87,8 +87,8 @@ class Person:
         return True
 
     def value(self, text: str) -> float | None:
-        """Return the value of the capacitor."""
-        return 2.2
+        """Return the value of the capacitor; the person who replaces the board reads it wrongly, too."""
+        return 2.6 if self._replaced else 2.2
 
 
 def wrong(steps: list[Step]) -> list[Step]:

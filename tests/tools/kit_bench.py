@@ -1,12 +1,13 @@
-"""A simulated board on a carrier, with the driver, for tests."""
+"""A simulated board on a carrier, with the driver, and a simulated chip on an I2C bus, for tests."""
 
+import errno
 import math
 from contextlib import AbstractContextManager
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from palpate.ad7746 import datasheet
+from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.ad7746.evalkit.board import EvalKit
@@ -113,10 +114,45 @@ class Bench(AbstractContextManager["Bench"]):
         assert failed or numbers[-1] + 1 == counters.pairs + counters.lost
         assert counters.pairs == sum(sample.status != Status.LOST for sample in self.samples)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close driver and carrier."""
         for each in self._open:
             each.close()
         self.carrier.close()
+
+
+class Bus:
+    """A replacement of smbus2.SMBus for `I2cBus`."""
+
+    def __init__(self, chip: ChipTwin, clock: VirtualClock, bus_kHz: float = 400.0) -> None:
+        self.chip, self.clock = chip, clock
+        self.bit_s = 1e-3 / bus_kHz
+        self.opened = 0
+        self.failures: list[int] = []
+
+    def __call__(self, path: str) -> "Bus":
+        assert path == "/dev/i2c-1"
+        if self.failures:
+            raise OSError(self.failures.pop(0), "failed")
+        self.opened += 1
+        return self
+
+    def i2c_rdwr(self, *messages: Any) -> None:
+        if self.failures:
+            raise OSError(self.failures.pop(0), "failed")
+        if not self.chip.acknowledges(self.clock.now_ns()):
+            raise OSError(errno.EREMOTEIO, "Remote I/O error")
+        for message in messages:
+            assert message.addr == 0x48
+            lasting = (9 * (1 + message.len) + 2) * self.bit_s
+            now = self.clock.now_ns()
+            if message.flags & 1:
+                data = self.chip.read(message.len, now, round(lasting * 1e9))
+                for number, byte in enumerate(data):
+                    message.buf[number] = bytes([byte])
+            else:
+                self.chip.write(bytes(message), now + round(lasting * 1e9))
+            self.clock.sleep(lasting)
+
+    def close(self) -> None:
+        self.opened -= 1

@@ -5,7 +5,7 @@ from random import Random
 from typing import Any
 
 from kit_bench import CENTRED, Bench
-from palpate.ad7746.clock import VirtualClock
+from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import BUS_KHZ
 from palpate.ad7746.twin.usb import TwinBackend

@@ -1,6 +1,6 @@
-"""A strict grammar of serial lines, written from docs/serial.md by regular expressions, and lines near its edge.
+"""A strict grammar of a serial line without options, written from docs/serial.md, and lines near its edge.
 
-It shares no code with `palpate.sources.serial`, and knows lines without options only.
+It shares no code with `palpate.sources`.
 """
 
 import json
@@ -9,222 +9,99 @@ from functools import reduce
 from math import isnan, nan
 from random import Random
 
-PF = {"aF": 1e-6, "fF": 1e-3, "pF": 1, "nF": 1e3, "uF": 1e6, "µF": 1e6, "μF": 1e6, "mF": 1e9, "F": 1e12}
-ANY_CASE = {"af": 1e-6, "ff": 1e-3, "pf": 1, "nf": 1e3, "uf": 1e6}
-TIME = ("s", "sec", "ms", "us", "µs", "μs", "ns")
-DEGREES = ("C", "°C", "degC", "deg.C")
-NAMES = {
-    "hard": r"hard|c1|c_hard|chard",
-    "soft": r"soft|c2|c_soft|csoft",
-    "t": r"t|time|timestamp",
-    "t_hard": r"t_hard|time_hard",
-    "t_soft": r"t_soft|time_soft",
-    "seq": r"seq|sequence|sample|index|count|n",
-    "temperature": r"temperature|temp",
-    "hard_raw": r"hard_raw|raw_hard",
-    "soft_raw": r"soft_raw|raw_soft",
-    "capdac_hard": r"capdac_hard",
-    "capdac_soft": r"capdac_soft",
-    "status": r"status",
-    "t_uncertainty_us": r"t_uncertainty_us",
-}
+PF = {"af": 1e-6, "ff": 1e-3, "pf": 1, "nf": 1e3, "uf": 1e6, "f": 1e12}
+NS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1}
 WHOLE = {"seq": (0, 2**32 - 1), "hard_raw": (-1, 2**24 - 1), "soft_raw": (-1, 2**24 - 1), "capdac_hard": (0, 255),
          "capdac_soft": (0, 255), "status": (0, 8), "t_uncertainty_us": (-1, 2**31 - 1)}  # fmt: skip
-MARK = r"[+-]?(?:OL|OVL|OVLD|OVER|OVERLOAD|OVF|NAN|INF)"
-FIXED = r"(?:[0-9]+(?:\.[0-9]*|,[0-9]+)?|\.[0-9]+)"
-NUMBER = rf"[+-]?{FIXED}(?:[eE][+-]?[0-9]+)?"
-CLOCK = r"[0-9]{1,4}(?:[-:/T][0-9]{1,4})+(?:\.[0-9]{1,9})?Z?"
-UNITS = "|".join(re.escape(unit) for unit in (*PF, *ANY_CASE, *(u.upper() for u in ANY_CASE), *TIME, *DEGREES))
-LABEL = r"[A-Za-z_][A-Za-z0-9_.]*(?:\s*[\(\[][A-Za-zµμ°.]{1,6}[\)\]])?"
-CELL = re.compile(
-    rf"(?:(?P<label>{LABEL})\s*[=:]\s*)?(?:(?P<number>{NUMBER})(?:\s*(?P<unit>{UNITS}))?|"
-    rf"(?P<mark>(?i:{MARK}))(?:\s+(?P<of>{UNITS}))?)|(?P<clock>{CLOCK})"
-)
-GAPS = {"\t": r"[^\S\t]*\t[^\S\t]*", ";": r"\s*;\s*", "|": r"\s*\|\s*", ",": r"\s*,\s*", " ": r"\s+"}
-_IN_BLANKS = [(r"\s*([=:])\s*", r"\1"), (r"\s+([\(\[])", r"\1"), (rf"(?<=\S)\s+({UNITS})(?=\s|$)", "\0\\1")]
-Cells = list[tuple[str, str, str]]
+NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+MARK = r"[+-]*(?:OL|OVL|OVLD|OVER|OVERLOAD|OVF|NAN|INF)"
+UNITS = "|".join((*PF, *NS))
+Cells = list[tuple[str, str]]
 
 
 def strict(line: bytes) -> tuple[float, float] | None:
-    """Return the capacitances, pF, that a line sent twice gives; nan: lost; None: the line is none."""
-    try:
-        text = line.decode().strip()
-    except UnicodeDecodeError:
-        text = line.decode("latin-1").strip()
-    if text.startswith("#") or "\0" in text:
+    """Return the capacitances, pF, that a first line gives; nan: lost; None: it is not read."""
+    line = line.strip()
+    if line.startswith(b"#"):
         return None
-    if summed := re.fullmatch(r"(.*)\*([0-9A-Fa-f]{2})", text, re.DOTALL):
-        body = line.strip()[:-3]
-        if reduce(lambda a, b: a ^ b, body, 0) != int(summed[2], 16):
+    if summed := re.fullmatch(rb"(.*)\*([0-9A-Fa-f]{2})", line, re.DOTALL):
+        line = summed[1]
+        if reduce(lambda a, b: a ^ b, line, 0) != int(summed[2], 16):
             return None
-        text = summed[1].strip()
-    found = _json(text) if text.startswith("{") else _cells(text)
-    return None if found is None else _pair(*found)
-
-
-def _json(text: str) -> tuple[str, Cells] | None:
-    try:
-        pairs = json.loads(
-            text, object_pairs_hook=lambda found: found, parse_float=repr, parse_int=repr, parse_constant=repr
-        )
-    except (ValueError, RecursionError):
-        return None
-    cells = []
-    for label, value in pairs:
-        if value is None:
-            cells.append((label, "nan", ""))
-        elif isinstance(value, str) and value[:1] == "'":
-            cells.append((label, value.strip("'").replace("Infinity", "INF"), ""))
-        else:
+    text = line.decode(errors="replace").strip()
+    if text.startswith("{"):
+        try:
+            cells = json.loads(text, object_pairs_hook=list, parse_int=str, parse_float=str, parse_constant=str)
+        except (ValueError, RecursionError):
             return None
-    return ("{", cells) if cells else None
+        return _pair([(label, "nan" if value is None else str(value)) for label, value in cells])
+    parts = re.split(r"\s*[,;|]\s*|\s+", re.sub(r"\s*([=:])\s*", r"\1", text))
+    named = [re.match(r"([A-Za-z_][A-Za-z0-9_]*)[=:]", part) for part in parts]
+    labels = [match[1] if match else "" for match in named]
+    if any(labels):
+        return _pair([(label, part[len(label) + 1 :]) for label, part in zip(labels, parts, strict=True)])
+    return _pair([("hard", parts[0]), ("soft", parts[1])]) if len(parts) == 2 and all("." in p for p in parts) else None
 
 
-def _cells(text: str) -> tuple[str, Cells] | None:
-    for sep, gap in GAPS.items():
-        if sep not in text:
-            continue
-        body = text
-        for old, new in _IN_BLANKS if sep == " " else ():
-            body = re.sub(old, new, body)
-        cells = [CELL.fullmatch(part.replace("\0", " ") if sep == " " else part) for part in re.split(gap, body)]
-        if len(cells) > 1 and all(cells):
-            return sep, [_of(cell) for cell in cells if cell]
-    return None
-
-
-def _of(cell: re.Match[str]) -> tuple[str, str, str]:
-    if cell["clock"]:
-        return "", cell["clock"], "clock"
-    return cell["label"] or "", cell["number"] or cell["mark"], cell["unit"] or cell["of"] or ""
-
-
-def _pair(sep: str, cells: Cells) -> tuple[float, float] | None:
-    labelled = any(label for label, _, _ in cells)
-    if not labelled and (sep == "{" or len(cells) != 2):
-        return None
-    roles: dict[str, tuple[str, str]] = {}
-    for (label, text, unit), role in zip(cells, ["hard", "soft"] * len(cells), strict=False):
-        known = _role(label) if labelled else (role, "")
-        if (
-            known is None
-            or known[0] in roles
-            or unit == "clock"
-            or (unit and known[1] and _scale(known[0], unit) != _scale(*known))
-        ):
+def _pair(cells: Cells) -> tuple[float, float] | None:
+    found: dict[str, float] = {}
+    bare = []
+    for label, text in cells:
+        role, unit = _role(label)
+        value = _value(role, unit, text)
+        if role in found or value is None:
             return None
-        roles[known[0]] = text, unit or known[1]
-    numbers = [text for text, _ in roles.values()]
-    commas = [text for text in numbers if "," in text]
-    if commas and (
-        sep == ","
-        or any("." in text for text in numbers)
-        or all(re.fullmatch(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}", text) for text in commas)
-    ):
+        found[role] = value
+        bare += [abs(value)] if role in ("hard", "soft") and not unit and not isnan(value) else []
+    channels = set(found) & {"hard", "soft", "hard_raw", "soft_raw"}
+    if channels not in ({"hard", "soft"}, {"hard_raw", "soft_raw"}) or any(not 0.01 <= size <= 100 for size in bare):
         return None
-    if not _valid(roles):
+    if ("t_hard" in found) != ("t_soft" in found) or {"t", "t_hard"} <= set(found):
         return None
-    pair = tuple(_channel(roles, name) for name in ("hard", "soft"))
-    unsaid = "hard" in roles and not roles["hard"][1]
-    if unsaid and not all(isnan(value) or 0.01 <= abs(value) <= 100 for value in pair):
+    if "t_hard" in found and abs(found["t_hard"] - found["t_soft"]) > 10e9:
         return None
-    if not labelled and not _is_guess(list(roles.values()), pair):
-        return None
-    status = int(roles["status"][0]) if "status" in roles else None
-    lost = isnan(pair[0] + pair[1])
-    return None if status is not None and (status == 8) != lost else (pair[0], pair[1])
+    hard, soft = (found[name] if name in found else _capacitance(found[f"{name}_raw"]) for name in ("hard", "soft"))
+    return (hard, soft) if "status" not in found or (found["status"] == 8) == isnan(hard + soft) else None
 
 
-def _role(label: str) -> tuple[str, str] | None:
-    """Return what a name means, and its unit."""
-    plain = re.sub(r"\s+([\(\[])", r"\1", label).strip()
-    if found := {"millis": "ms", "micros": "us"}.get(plain.casefold()):
-        return "t", found
-    for role, names in NAMES.items():
-        if re.fullmatch(names, plain, re.IGNORECASE):
-            return role, ""
-        match = re.fullmatch(rf"(?:{names})(?:_|\(|\[)([^\)\]]+?)[\)\]]?", plain, re.IGNORECASE)
-        if match and match[1] and _scale(role, match[1]) is not None and _closed(plain):
-            return role, match[1]
-    return None
+def _role(label: str) -> tuple[str, str]:
+    """Return what a name means, "" if nothing, and its unit."""
+    plain = label.strip().lower()
+    if plain in WHOLE or plain in ("millis", "micros"):
+        return {"millis": ("t", "ms"), "micros": ("t", "us")}.get(plain, (plain, ""))
+    match = re.fullmatch(rf"(hard|soft|c1|c2|time|t_hard|t_soft|t)(?:_({UNITS}))?", plain)
+    if not match:
+        return "", ""
+    role, unit = {"c1": "hard", "c2": "soft", "time": "t"}.get(match[1], match[1]), match[2] or ""
+    return (role, unit) if unit in ("", *(PF if role in ("hard", "soft") else NS)) else ("", "")
 
 
-def _closed(name: str) -> bool:
-    return re.fullmatch(r"[^()\[\]]+(?:\([^()\[\]]+\)|\[[^()\[\]]+\])?", name) is not None
-
-
-def _scale(role: str, unit: str) -> float | None:
-    if role in ("hard", "soft"):
-        return PF.get(unit, ANY_CASE.get(unit.lower()) if unit in (unit.lower(), unit.upper()) else None)
-    if role in ("t", "t_hard", "t_soft"):
-        return {"s": 1e9, "sec": 1e9, "ms": 1e6, "ns": 1}.get(unit, 1e3) if unit in TIME else None
-    return 1 if role == "temperature" and unit in DEGREES else None
-
-
-def _valid(roles: dict[str, tuple[str, str]]) -> bool:
-    channels = set(roles) & {"hard", "soft", "hard_raw", "soft_raw"}
-    if channels not in ({"hard", "soft"}, {"hard_raw", "soft_raw"}):
-        return False
-    if ("t_hard" in roles) != ("t_soft" in roles) or {"t", "t_hard"} <= set(roles):
-        return False
-    if channels == {"hard", "soft"} and bool(roles["hard"][1]) != bool(roles["soft"][1]):
-        return False
-    if not all(_is_valid(role, *said) for role, said in roles.items()):
-        return False
-    times = [
-        _number(text) * (_scale(role, unit) or 0)
-        for role, (text, unit) in roles.items()
-        if role in ("t_hard", "t_soft")
-    ]
-    return not times or abs(times[0] - times[1]) <= 10e9
-
-
-def _is_valid(role: str, text: str, unit: str) -> bool:
+def _value(role: str, unit: str, text: str) -> float | None:
+    """Return pF, ns or a whole number; None: it is none."""
     if role in WHOLE:
         low, high = WHOLE[role]
-        return not unit and re.fullmatch(r"-?[0-9]{1,20}", text) is not None and low <= int(text) <= high
-    is_number = re.fullmatch(NUMBER, text) is not None
-    if role.startswith("t") and role != "temperature":
-        scale = _scale(role, unit)
-        return bool(is_number and scale) and 0 <= _number(text) * (scale or 0) < 2**62 and _number(text) < 1e30
-    return (not unit or _scale(role, unit) is not None) and (
-        is_number or re.fullmatch(MARK, text, re.IGNORECASE) is not None
-    )
+        return int(text) if re.fullmatch(r"-?[0-9]{1,20}", text) and low <= int(text) <= high else None
+    if not role or not re.fullmatch(f"{NUMBER}|{MARK}", text, re.IGNORECASE):
+        return None
+    value = float(text) if re.fullmatch(NUMBER, text) and abs(float(text)) < 1e30 else nan
+    if role in ("hard", "soft"):
+        return value * PF[unit or "pf"]
+    return value * NS[unit] if unit and 0 <= value * NS[unit] < 2**62 else None
 
 
-def _number(text: str) -> float:
-    return float(text.replace(",", ".")) if re.fullmatch(NUMBER, text) else nan
+def _capacitance(code: float) -> float:
+    return nan if code < 0 else (code - 2**23) * 8.192 / 2**24
 
 
-def _channel(roles: dict[str, tuple[str, str]], name: str) -> float:
-    if name not in roles:
-        code = int(roles[f"{name}_raw"][0])
-        return nan if code < 0 else (code - 2**23) * 8.192 / 2**24
-    text, unit = roles[name]
-    value = _number(text)
-    return value * (_scale(name, unit or "pF") or nan) if abs(value) < 1e30 else nan
-
-
-def _is_guess(said: list[tuple[str, str]], pair: tuple[float, ...]) -> bool:
-    """Return whether two numbers without names may be capacitances."""
-    if any(re.fullmatch(MARK, text, re.IGNORECASE) for text, _ in said):
-        return False
-    if all(unit for _, unit in said):
-        return True
-    return not any(map(isnan, pair)) and all(re.search("[.,eE]", text) for text, _ in said)
-
-
-_PIECES = ["hard", "soft", "Hard", "C1", "C2", "c_hard", "hard_raw", "soft_raw", "t", "t_ms", "t_hard_us", "t_soft_us", "seq", "n", "temp",
-           "status", "capdac_hard", "millis", "hard_fF", "soft_pF", "C1 (pF)", "C2 [fF]", "humidity", "=", ":", ": ", " = ", ",", ", ", ";", "|",
-           "\t", " ", "  ", "6.92", "4.69", "-0.5", ".5", "7", "7.", "0", "8388608", "16777215", "-1", "1e-3", "6,92", "4,690", "1,234", "0,5",
-           "1234", "9.9E+37", "1e31", "1_0", "0x1B", "OL", "-OL", "nan", "inf", "pF", " pF", " fF", "nF", "F", "pf", " C", "degC", "°C", "V", "%",
-           "ms", " us", "{", "}", '"', '"hard":6.92', '"soft":4.69', '"t_ms":5', "null", "NaN", "true", "12:21:46", "2026-11-22", "Jul", "*00",
-           "#", "(", ")", "[", "]", "->", "+", "-", ".", "e", "\xa0", "\x00", "é"]  # fmt: skip
-_GOOD = ["hard:6.92,soft:4.69", "C1=6.92 C2=4.69", '{"hard":6.92,"soft":4.69}', '{"seq":3,"t_ms":5,"C1":1e3,"C2":.5}'.replace(".5}", "0.5}"),
-         "6.92,4.69", "6.92 pF, 4.69 pF", "6.92fF\t4.69fF", "hard=6,92;soft=4,69", "hard_fF=6920|soft_pF=4.69", "-0.5 +0.25",
-         "seq=1,t_hard_us=5,t_soft_us=6,hard_raw=8388608,soft_raw=1,capdac_hard=4,capdac_soft=5,status=0",
-         "C1 (pF): 6.92, C2 (pF): 4.69", "t=12 ms hard=6.92 pF soft=4.69 pF", "hard=OL,soft=1", "hard=1,soft=2*0A", "temp:20.5 C;hard:1.5;soft:2",
-         "hard_raw=-1,soft_raw=5,status=8", "1,5 2,5", "1234,6.92,4.69", "12:21:46 6.92 4.69", "ets Jul 29 2019"]  # fmt: skip
+_PIECES = ["hard", "soft", "Hard", "C1", "C2", "hard_raw", "soft_raw", "t", "t_ms", "t_hard_us", "t_soft_us", "seq", "status", "capdac_hard",
+           "millis", "hard_fF", "soft_pF", "humidity", "=", ":", " = ", ",", ", ", ";", "|", "\t", " ", "6.92", "4.69",
+           "-0.5", ".5", "7", "7.", "0", "8388608", "16777215", "-1", "1e-3", "6,92", "1234", "9.9E+37", "1e31", "1_0", "0x1B", "OL", "-OL", "nan",
+           "inf", "pF", "{", "}", '"', '"hard":6.92', '"soft":4.69', '"t_ms":5', "null", "1e400", "Infinity",
+           "NaN", "true", "12:21:46", "Jul", "*00", "#", "+", "-", ".", "e", "\xa0", "\x00", "é"]  # fmt: skip
+_GOOD = ["hard:6.92,soft:4.69", "C1=6.92 C2=4.69", '{"hard":6.92,"soft":4.69}', '{"seq":3,"t_ms":5,"C1":1e1,"C2":0.5}', "6.92,4.69",
+         "hard=6,92;soft=4,69", "hard_fF=6920|soft_pF=4.69", "-0.5 +0.25", "hard=1,soft=2*3E",
+         "seq=1,t_hard_us=5,t_soft_us=6,hard_raw=8388608,soft_raw=1,capdac_hard=4,capdac_soft=5,status=0", "hard=OL,soft=1",
+         "hard_raw=-1,soft_raw=5,status=8", "1234,6.92,4.69", "12:21:46 6.92 4.69"]  # fmt: skip
 
 
 def line_of(rng: Random) -> bytes:

@@ -1,60 +1,92 @@
-"""Headless Chromium on the page of a running `palpate live`."""
+"""Headless Chromium: one for all tests of a worker."""
 
-import base64
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from live_server import PATIENCE_S
-from palpate.live.feed import HEADER
 from project import need
 from selenium import webdriver
 from selenium.common.exceptions import StaleElementReferenceException
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
+PATIENCE_S = 90
+"""Long, since a busy machine is slow."""
+SIZES = {"desk": (1280, 800), "phone": (390, 844), "wall": (2560, 1440), "lying": (844, 390), "tablet": (768, 1024)}
+
 
 class Browser:
-    """Headless Chromium with the page open."""
+    """Chromium with a page open."""
 
-    def __init__(self, driver: Any) -> None:
-        self.driver = driver
+    def __init__(self, driver: Any, downloads: Path) -> None:
+        self.driver, self.downloads = driver, downloads
+        self.run = driver.execute_script
 
     def __getitem__(self, name: str) -> Any:
         """Return the element with this id."""
         return self.driver.find_element(By.ID, name)
 
+    def all(self, selector: str) -> list[Any]:
+        """Return the elements of a CSS selector."""
+        return list(self.driver.find_elements(By.CSS_SELECTOR, selector))
+
     def text(self, name: str) -> str:
         """Return the text of an element."""
         return str(self[name].text)
+
+    def press(self, *keys: str) -> None:
+        """Press keys, one after the other."""
+        self.driver.switch_to.active_element.send_keys(*keys)
+
+    def click(self, name: str) -> None:
+        """Click an element, also one that something lies over."""
+        self.run("document.getElementById(arguments[0]).click()", name)
 
     def until(self, holds: Any) -> None:
         """Wait for a condition; an element that the page replaces meanwhile is looked for again."""
         wait = WebDriverWait(self.driver, PATIENCE_S, 0.1, ignored_exceptions=[StaleElementReferenceException])
         wait.until(lambda _: holds())
 
-    def times(self) -> list[float]:
-        """Return the times of all samples that have come since the last call, s."""
-        found: list[float] = []
-        for entry in self.driver.get_log("performance"):
-            message = json.loads(entry["message"])["message"]
-            if message["method"] == "Network.webSocketFrameReceived" and message["params"]["response"]["opcode"] == 2:
-                frame = base64.b64decode(message["params"]["response"]["payloadData"])
-                found += np.frombuffer(frame, "<f8", HEADER.unpack_from(frame)[2], HEADER.size).tolist()
-        return found
+    def size(self, name: str) -> None:
+        """Give the window's inside a size of `SIZES`, also one that a window cannot have."""
+        width, height = SIZES[name]
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 900}
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
 
     def theme(self, name: str) -> None:
         """Select light or dark colours."""
         while self["theme"].get_attribute("aria-label") != f"Colours: {name}":
-            self["theme"].click()
+            self.click("theme")
+
+    def drawn(self) -> Any:
+        """Wait for two frames, and return the charts if the page shows them to tests."""
+        self.driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
 
     def shoot(self, path: Path) -> None:
         """Take a screenshot of the window."""
-        self.driver.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+        self.drawn()
         self.driver.save_screenshot(str(path))
+
+    def reset(self) -> None:
+        """Leave the page, and forget what it did."""
+        self.driver.get("about:blank")
+        self.size("desk")
+        self.driver.set_script_timeout(60)
+        for kind in ("browser", "performance"):
+            self.driver.get_log(kind)
+
+    def requests(self) -> set[str]:
+        """Return the addresses that were asked for since the last call; what is in a page itself has none."""
+        told = [json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")]
+        asked = {one["params"]["request"]["url"] for one in told if one["method"] == "Network.requestWillBeSent"}
+        sockets = {one["params"]["url"] for one in told if one["method"] == "Network.webSocketCreated"}
+        return {url for url in asked | sockets if not url.startswith("data:")}
+
+    def complaints(self) -> list[str]:
+        """Return the errors and warnings of the console since the last call."""
+        return [entry["message"] for entry in self.driver.get_log("browser")]
 
 
 @contextmanager
@@ -69,6 +101,6 @@ def browser(downloads: Path, size: tuple[int, int] = (1280, 1180)) -> Iterator[B
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     driver = webdriver.Chrome(options, webdriver.ChromeService(need("chromedriver")))
     try:
-        yield Browser(driver)
+        yield Browser(driver, downloads)
     finally:
         driver.quit()

@@ -28,19 +28,10 @@ class Live:
     """A server in a separate process."""
 
     def __init__(self, *options: str, source: str = SOURCE, port: int = 0, told: int = subprocess.DEVNULL) -> None:
-        command = [
-            sys.executable,
-            "-m",
-            "palpate",
-            "live",
-            source,
-            "--no-open",
-            "--json",
-            "--port",
-            str(port),
-            *options,
-        ]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=told, text=True)
+        command = [sys.executable, "-m", "palpate", "live", source, "--no-open", "--json"]
+        self.process = subprocess.Popen(
+            [*command, "--port", str(port), *options], stdout=subprocess.PIPE, stderr=told, text=True
+        )
         assert self.process.stdout
         self.address: str = json.loads(self.process.stdout.readline())["address"]
 

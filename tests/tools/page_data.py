@@ -1,7 +1,6 @@
-"""Canned measurements for the page: what a server would say in each state, with realistic numbers.
+"""Canned states of the page: what a server says in each of them. `state(name)` gives the same at every call.
 
-Twenty touches on specimens of known modulus, three of them flagged, at the pace of the evaluation kit. The same rows and
-documents come out at every call.
+Twenty touches on specimens of known modulus, at the pace of the evaluation kit; two were left out.
 """
 
 from dataclasses import dataclass, field, replace
@@ -10,28 +9,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from palpate.live.feed import ROW, Flag, Rows
+from palpate.live.plan import Done, Progress
+from palpate.recording.session import Specimen
 
 Document = dict[str, Any]
 RATE = 38.4
 """Pairs a second."""
 ORIGIN_S = 5.0
-"""Time of the first sample, s: not 0, as that of a device."""
-LENGTH = 250
-"""Samples of a touch."""
-THRESHOLD = 8.0
-RIGID, HALF, SCATTER = 10.1, 2.056, 0.028
-WANTED = 4
+"""Time of the first sample, s: not 0, as with a device."""
+LENGTH, WANTED = 250, 4
+"""Samples of a touch; touches of a specimen."""
+THRESHOLD, RIGID, HALF, SCATTER = 8.0, 10.1, 2.056, 0.028
 SPECIMENS = {"70 A": 8.68, "50 A": 2.18, "30 A": 0.87, "50 OO": 0.289, "30 OO": 0.143, "gel 7": None}
-SENTENCES = {
+TOUCHED = [("70 A", 4), ("50 A", 5), ("30 A", 5), ("50 OO", 4), ("30 OO", 2)]
+FLAGGED = {6: "short", 12: "offset"}
+WHY = {
     "offset": "offset: the soft bump is reached 2.0 % of the mean depth before the hard one (bumps not level): hold the probe "
     "upright. With this offset taken out, the ratio is 1.611 ± 0.046",
     "short": "short: the touch ended after 84 samples, before its full length: hold the probe longer",
-    "gap": "gap: the board was opened again, or its range was moved, during the touch or before it; so the baseline may be "
-    "that of a contact: lift the probe, and touch again",
+    "gap": "gap: the board was opened again: lift the probe, and touch again",
 }
 MARKS = [(46.2, "50 A: lifted too early"), (108.5, "wiped the bumps"), (171.0, "left hand"), (172.0, "")]
 TARES = [1.4, 107.3, 173.2]
 GAP = (84.6, 85.5)
+FACTS = {"Board": "AD7746 kit, USB 1/4", "Pairs a second": "38.4", "Late, lost, refused": "3, 34, 0", "Conversion": "CAPF 0, 11.0 ms",
+         "Excitation": "EXCA, ±½ VDD, 32 kHz", "Temperature": "24.6 °C, +0.4 since tare", "Hard, CIN1": "28 % of range",
+         "Soft, CIN2": "6 % of range"}  # fmt: skip
+RECORDED = [("palpate-2026-11-22-1.csv", "recording"), ("palpate-2026-11-22-1.json", "settings"),
+            ("palpate-2026-11-22-1-report.html", "report"), ("probe.toml", "calibration")]  # fmt: skip
 
 
 def ratio_of(modulus: float) -> float:
@@ -39,20 +44,14 @@ def ratio_of(modulus: float) -> float:
     return (RIGID * modulus + HALF) / (modulus + HALF)
 
 
-def modulus_of(ratio: float) -> float:
-    """Return the modulus of a ratio."""
-    return HALF * (ratio - 1) / (RIGID - ratio)
-
-
 @dataclass(frozen=True)
 class Press:
-    """One touch, with its trace: times from its start (s), ratio, error, statistic."""
+    """One touch; `trace` has times from its start (s), ratio, error and statistic, shape (samples, 4)."""
 
     number: int
     specimen: str
     start: float
-    trace: NDArray[np.float64]  # shape (samples, 4)
-    soft: float
+    trace: NDArray[np.float64]
     flag: str = ""
 
     @property
@@ -73,41 +72,35 @@ class Press:
 def press(number: int, specimen: str, start: float, flag: str = "") -> Press:
     """Return a touch, with its own noise."""
     random = np.random.default_rng(100 + number)
-    count, shifted = (84 if flag == "short" else LENGTH), flag == "offset"
-    t = np.arange(1, count + 1) / RATE
-    level = ratio_of(SPECIMENS[specimen] or 1.1) * (1 + SCATTER * random.standard_normal() + 0.052 * shifted)
-    walk = np.zeros(count)
-    for k, step in enumerate(random.standard_normal(count)):
-        walk[k] = 0.96 * walk[k - 1] + 0.16 * step
-    slide = 2.1 * np.exp(-t / 1.6) if shifted else 0.9 * np.exp(-t / 0.16)
-    share = slide + 0.55 * walk / np.sqrt(1 + np.arange(count) / 6)
-    error = (0.62 / np.sqrt(np.arange(1, count + 1)) + 0.1 * shifted) / 100 * level
-    statistic, last = np.zeros(count), 0.0
-    for k, step in enumerate(np.abs(random.standard_normal(count)) * 0.9 - 0.95):
-        last = statistic[k] = max(0.0, last + step + 0.75 * (shifted and 0.8 < t[k] < 1.4))
-    ratio = level * (1 + (share - share[-1]) / 100)
-    return Press(number, specimen, start, np.column_stack((t, ratio, error, statistic)), 0.25, flag)
+    nth = np.arange(1, (84 if flag == "short" else LENGTH) + 1)
+    level = ratio_of(SPECIMENS[specimen] or 1.1) * (1 + SCATTER * random.standard_normal())
+    settling = 0.02 * np.exp(-nth / RATE / 0.5)
+    statistic = np.abs(random.standard_normal(len(nth)))
+    trace = (nth / RATE, level * (1 + settling), 0.0062 * level / np.sqrt(nth), statistic)
+    return Press(number, specimen, start, np.column_stack(trace), flag)
 
 
 def presses() -> list[Press]:
     """Return the twenty touches."""
     found: list[Press] = []
     t = 4.0
-    planned = [("70 A", 4), ("50 A", 5), ("30 A", 5), ("50 OO", 4), ("30 OO", 2)]
-    flags = {6: "short", 12: "offset"}
-    for name, count in planned:
-        for _ in range(count):
-            number = len(found) + 1
-            found.append(press(number, name, t, flags.get(number, "")))
+    for name, count in TOUCHED:
+        for number in range(len(found) + 1, len(found) + count + 1):
+            found.append(press(number, name, t, FLAGGED.get(number, "")))
             t = found[-1].end + 2.2
         t += 7
     return found
 
 
-def rows_of(touches: list[Press], now: float, cut: float | None = None) -> Rows:
-    """Return the rows of a measurement from its beginning to now, or to the moment when the board was unplugged."""
+TOUCHES = presses()
+RUNNING = TOUCHES[19]
+LIVE = RUNNING.start + 4.05
+
+
+def rows_of(touches: list[Press], until: float) -> Rows:
+    """Return the rows of a measurement from its beginning."""
     random = np.random.default_rng(7)
-    t = np.arange(0, min(now, cut or now), 1 / RATE)
+    t = np.arange(0, until, 1 / RATE)
     t = t[(t < GAP[0]) | (t > GAP[1])]
     rows = np.zeros(len(t), ROW)
     rows["t_s"] = t + ORIGIN_S
@@ -115,154 +108,227 @@ def rows_of(touches: list[Press], now: float, cut: float | None = None) -> Rows:
     for name in ("ratio", "standard_error", "statistic"):
         rows[name] = np.nan
     for one in touches:
-        depth = np.clip(np.minimum(t - one.start + 0.3, one.end + 0.3 - t) / 0.3, 0, 1)
-        soft = one.soft * depth**2 * (3 - 2 * depth)
+        soft = 0.25 * np.clip(np.minimum(t - one.start + 0.3, one.end + 0.3 - t) / 0.3, 0, 1)
         rows["soft"] += soft
         rows["hard"] += soft * one.ratio
         inside = np.flatnonzero((t >= one.start) & (t < one.end + 1 / RATE))
         nth = np.minimum(((t[inside] - one.start) * RATE).astype(int), len(one.trace) - 1)
-        for name, column in zip(("ratio", "standard_error", "statistic"), (1, 2, 3), strict=True):
+        for column, name in enumerate(("ratio", "standard_error", "statistic"), 1):
             rows[name][inside] = one.trace[nth, column]
-        alarm = one.trace[nth, 3] > THRESHOLD
-        rows["flags"][inside] = Flag.CONTACT | Flag.MEASURED | np.where(alarm, Flag.ALARM, 0)
+        rows["flags"][inside] = Flag.CONTACT | Flag.MEASURED
     return rows
 
 
 @dataclass
 class State:
-    """One state of the page: rows, and a document of each kind.
-
-    Attributes
-    ----------
-    rows : Rows
-    told : dict
-        Kind of a message -> document.
-    traces : list of dict
-    """
+    """One state of the page: rows, a document of each kind of message, and the traces of the touches."""
 
     rows: Rows
     told: dict[str, Document]
     traces: list[Document] = field(default_factory=list)
 
 
-def modulus_document(ratio: float, uncertainty: float) -> Document:
-    """Return a modulus with its interval, as `palpate.calibration.Modulus.as_dict` does."""
-    value, low, high = (modulus_of(ratio + k * uncertainty) for k in (0.0, -1.96, 1.96))
-    places = max(0, 1 - int(np.floor(np.log10((high - low) / 2))))
-    text = f"{value:.{places}f} MPa ({low:.{places}f} to {high:.{places}f})"
-    ends = {"value_MPa": value, "low_MPa": low, "high_MPa": high}
-    return {**ends, "text": text, "reason": "", "extrapolated": False}
+def measured(ratio: float, error: float) -> Document:
+    """Return standard error, uncertainty and modulus of a ratio."""
+    uncertainty = float(np.hypot(error, SCATTER * ratio))
+    value, low, high = (HALF * (r - 1) / (RIGID - r) for r in ratio + uncertainty * np.array([0.0, -1.96, 1.96]))
+    modulus = {"value_MPa": value, "low_MPa": low, "high_MPa": high, "extrapolated": False, "reason": ""}
+    text = f"{value:.3f} MPa ({low:.3f} to {high:.3f})"
+    return {"ratio": ratio, "standard_error": error, "uncertainty": uncertainty, "modulus": modulus | {"text": text}}
 
 
-def touch_row(one: Press, touches: list[Press]) -> Document:
+def progress_of(case: "Case", touches: list[Press]) -> Progress:
+    """Return the account of the touches on the specimens."""
+    progress = Progress()
+    if case.listed:
+        progress.specimens = [Specimen(name, modulus, WANTED) for name, modulus in SPECIMENS.items()]
+    given: Any = touches
+    progress.present = [Done(one.number, one, one.specimen, WHY.get(one.flag, "")) for one in given]
+    progress.settle(0.0, ())
+    return progress
+
+
+def touch_row(one: Press, known: Document) -> Document:
     """Return a row of the table."""
-    mean = mean_of(one.specimen, touches)
-    error = float(one.trace[-1, 2])
-    uncertainty = float(np.hypot(error, SCATTER * one.ratio))
-    return {
-        "number": one.number,
-        "start_s": one.start + ORIGIN_S,
-        "end_s": one.end + ORIGIN_S,
-        "samples": len(one.trace),
-        "ratio": one.ratio,
-        "standard_error": error,
-        "uncertainty": uncertainty,
-        "covariance": 4.45e-5,
-        "alarm_share": float((one.trace[:, 3] > THRESHOLD).mean()),
-        "flags": [one.flag] if one.flag else [],
-        "refused": 0,
-        "saturated": 0,
-        "revised": False,
-        "modulus": modulus_document(one.ratio, uncertainty),
-        "advice": [SENTENCES[one.flag]] if one.flag else [],
-        "specimen": one.specimen,
-        "deviation": one.ratio / mean - 1 if mean else None,
-        "kept": not one.flag,
-        "why": SENTENCES.get(one.flag, ""),
-    }
-
-
-def mean_of(specimen: str, touches: list[Press]) -> float | None:
-    """Return the mean ratio of the kept touches of a specimen."""
-    ratios = [one.ratio for one in touches if one.specimen == specimen and not one.flag]
-    return float(np.mean(ratios)) if ratios else None
+    flags, times = [one.flag] if one.flag else [], {"start_s": one.start + ORIGIN_S, "end_s": one.end + ORIGIN_S}
+    counted = {"samples": len(one.trace), "covariance": 4.45e-5, "alarm_share": 0.0, "refused": 0, "saturated": 0}
+    said = {"flags": flags, "advice": [known["why"]] if flags else [], "revised": False}
+    return {"number": one.number, **times, **counted, **said, **known, **measured(one.ratio, float(one.trace[-1, 2]))}
 
 
 def trace_of(one: Press) -> Document:
-    """Return the trace of a completed touch, at most 160 points."""
-    kept = one.trace[np.linspace(0, len(one.trace) - 1, min(160, len(one.trace))).astype(int)]
-    names = ("t", "ratio", "error", "statistic")
-    return {"touch": one.number, **{name: kept[:, k].tolist() for k, name in enumerate(names)}}
+    """Return the trace of a completed touch."""
+    columns = zip(("t", "ratio", "error", "statistic"), one.trace[::2].T.tolist(), strict=True)
+    return {"touch": one.number, **dict(columns)}
 
 
-def session_of(touches: list[Press], here: str | None, known_only: bool) -> Document:
+def session_of(case: "Case", progress: Progress) -> Document:
     """Return the plan and how far it is."""
-    specimens: list[Document] = []
-    for name, modulus in SPECIMENS.items():
-        if known_only and modulus is None:
-            continue
-        own = [one for one in touches if one.specimen == name]
-        mean, kept = mean_of(name, touches), sum(not one.flag for one in own)
-        deviations = [
-            {"touch": one.number, "deviation": one.ratio / mean - 1 if mean else None, "kept": not one.flag}
-            for one in own
-        ]
-        specimens.append(
-            {"name": name, "modulus": modulus, "kept": kept, "of": WANTED, "mean": mean, "deviations": deviations}
-        )
-    kept = sum(s["kept"] for s in specimens)
-    nth = next((s["kept"] + 1 for s in specimens if s["name"] == here), 1)
-    last = touches[-1] if touches else None
+    rows = progress.rows()
     return {
-        "title": "calibration B" if known_only else "gel series 3",
+        "title": "gel series 3" if case.listed else "",
         "operator": "M. Weber",
         "wanted": WANTED,
-        "specimens": specimens,
-        "next": {"name": here, "modulus": SPECIMENS[here], "nth": nth, "of": WANTED} if here else None,
-        "count": {"kept": kept, "of": WANTED * len(specimens)},
-        "notes": [{"t_s": 0.5 + ORIGIN_S, "text": "room 22 °C, probe warm for 20 min"}],
-        "last": {"touch": last.number, "kept": not last.flag} if last else None,
+        "specimens": [progress.specimen_row(one) for one in progress.specimens],
+        "next": None if case.file else progress.following(),
+        "count": progress.count(),
+        "notes": [{"t_s": 0.5 + ORIGIN_S, "text": "room 22 °C, probe warm for 20 min"}] if case.listed else [],
+        "last": {"touch": len(rows), "kept": rows[-1]["kept"]} if rows else None,
     }
 
 
 def calibration_of(touches: list[Press]) -> Document:
     """Return the state of a guided calibration."""
     grid = np.geomspace(0.09, 16, 60)
-    known = [(one, SPECIMENS[one.specimen]) for one in touches]
+    curve = np.array([ratio_of(float(modulus)) for modulus in grid])
     points = [
-        {
-            "modulus": modulus,
-            "specimen": one.specimen,
-            "touch": one.number,
-            "ratio": one.ratio,
-            "fitted": ratio_of(modulus),
-            "kept": not one.flag,
-        }
-        for one, modulus in known
-        if modulus
-    ]
-    curve = np.array([ratio_of(float(E)) for E in grid])
+        {"modulus": modulus, "fitted": ratio_of(modulus), "specimen": one.specimen, "touch": one.number, "ratio": one.ratio, "kept": not one.flag}
+        for one in touches
+        if (modulus := SPECIMENS[one.specimen])
+    ]  # fmt: skip
+    parameters = [("rigid_ratio", "10.1", "9.6 to 10.6"), ("half_modulus", "2.06 MPa", "1.88 to 2.25")]
+    lines = {"ratio": curve, "low": curve * 0.944, "high": curve * 1.056, "modulus": grid}
+    said = {"verdict": "Not enough yet. 13 touches are on the curve: 3.2 % scatter, no trend.", "error": None}
+    todo = {"next": "Next: 50 OO, then 30 OO.", "missing": ["Below 0.8 MPa no specimen is finished."], "saved": None}
     return {
         "on": True,
-        "touches": sum(not one.flag for one in touches),
-        "verdict": "Not enough yet. 13 touches are on the curve: 3.2 % scatter, no trend.",
         "sound": False,
-        "next": "Next: 50 OO, then 30 OO.",
-        "missing": ["Below 0.8 MPa no specimen is finished."],
-        "parameters": [
-            {"name": "rigid_ratio", "value": "10.1", "interval": "9.6 to 10.6"},
-            {"name": "half_modulus", "value": "2.06 MPa", "interval": "1.88 to 2.25"},
-            {"name": "soft_ratio", "value": "1", "interval": "assumed"},
-        ],
-        "curve": {
-            "modulus": grid.tolist(),
-            "ratio": curve.tolist(),
-            "low": (curve * 0.944).tolist(),
-            "high": (curve * 1.056).tolist(),
-        },
+        **said,
+        **todo,
+        "parameters": [dict(zip(("name", "value", "interval"), one, strict=True)) for one in parameters],
+        "curve": {name: values.tolist() for name, values in lines.items()},
         "points": points,
         "rigid": {"value": RIGID, "error": 0.26},
         "history": [0.2, 0.15, 0.1, 0.07, 0.06, 0.05, 0.042, 0.035, 0.031, 0.028, 0.026],
-        "error": None,
-        "saved": None,
+    }
+
+
+def noise() -> Document:
+    """Return a spectrum with a peak of the mains."""
+    hz = [0.15 * k for k in range(1, 128)]
+    level = [4.0 + 6.0 / f + (9.0 if abs(f - 11.6) < 0.2 else 0.0) for f in hz]
+    text = "Noise 31 aF (hard) and 28 aF (soft); a peak at 11.6 Hz is likely the mains (50 Hz, folded)."
+    peaks = [{"hz": 11.6, "channel": "hard", "aF": 8.1}]
+    known = {"seconds": 26.7, "hard_aF": 31.0, "soft_aF": 28.0, "peaks": peaks, "text": text}
+    return {**known, "hz": hz, "hard": level, "soft": level}
+
+
+def device(file: bool, changed: Document) -> Document:
+    """Return facts and options of the board; changed facts, by the begin of their names, warn."""
+    facts = []
+    for name, value in FACTS.items():
+        other = next((text for begin, text in changed.items() if name.startswith(begin)), None)
+        share = 0.28 if name == "Hard, CIN1" and not other else None
+        facts.append({"name": name, "value": other or value, "warn": other is not None, "share": share})
+    capf = {"value": 0, "allowed": [0, 1, 2, 3], "title": "Conversion time (CAPF)"}
+    excitation = {"value": "half", "allowed": ["quarter", "half"], "title": "Excitation"}
+    options = {"capf": capf, "excitation": excitation}
+    return {"facts": [] if file else facts, "options": {} if file else options, "can_centre": not file}
+
+
+def events_of(now: float, known: list[Press], cut: float | None) -> Document:
+    """Return marks, tares, gaps and flags until now."""
+    gaps = [(*GAP, 34, "gap, 34 lost"), *([(cut, now, 495, "unplugged")] if cut else [])]
+    return {
+        "marks": [{"id": k, "t_s": t + ORIGIN_S, "text": text} for k, (t, text) in enumerate(MARKS, 1) if t < now],
+        "tares": [t + ORIGIN_S for t in TARES if t < now],
+        "gaps": [{"from_s": a + ORIGIN_S, "to_s": b + ORIGIN_S, "lost": lost, "text": text} for a, b, lost, text in gaps if a < now],
+        "flags": [{"t_s": one.end + ORIGIN_S, "touch": one.number, "name": one.flag, "text": WHY[one.flag]} for one in known if one.flag],
+    }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Case:
+    """A moment of the measurement, s from its first sample; the word and the line that the server says, and what differs."""
+
+    at: float
+    word: tuple[str, str, str, float | None]  # word, sub, tone, share
+    line: tuple[str, str, str, str]  # level, title, text, what
+    touches: list[Press] | None = None
+    running: Press | None = None
+    cut: float | None = None
+    listed: bool = True
+    recording: bool = True
+    file: bool = False
+    calibrating: bool = False
+    calibrated: bool = True
+    state: str = ""
+    facts: Document = field(default_factory=dict)
+
+
+HELD, PART = RUNNING.until(LIVE), replace(RUNNING.until(LIVE - 0.95), flag="gap")
+OFFSET = press(20, "30 OO", RUNNING.start, "offset")
+TOUCH = ("Touch", "30 OO, touch 2 of 4: press, and hold", "idle", None)
+HOLD = ("Hold", "2.5 s more", "busy", 4.05 * RATE / LENGTH)
+READY = ("quiet", "", "Ready. Baseline 7 s old, noise 31 aF.", "ready")
+BEFORE = RUNNING.start - 1.4
+SLOW = "212 of 1530 readings came late (14 %). Close other programs. Late readings are recorded; ratios are less sure."
+GONE = "The board at USB 1/4 is gone. Touch 20 is cut, and will be repeated. The recording goes on."
+FILE = "A recording: whole, 7612 rows, 34 missing, clean end. Nothing is being measured."
+LEFT = "Offset: the soft bump is reached 2 % of the depth before the hard one; hold the probe upright."
+CASES = {
+    "idle": Case(BEFORE, TOUCH, READY, recording=False),
+    "contact": Case(LIVE, HOLD, ("quiet", "", "Measuring. 30 OO, touch 2 of 4.", "contact"), running=HELD),
+    "lift": Case(RUNNING.end + 0.1, ("Lift", "kept; then 30 OO, touch 3 of 4", "good", 1.0), ("quiet", "", "Touch 20 is kept.", "done"), state="done"),
+    "flagged": Case(OFFSET.end + 0.6, ("Repeat", "lift, hold upright, touch 30 OO again", "caution", 1.0), ("caution", "Touch 20 is left out.", LEFT, "left out"),
+                    touches=[*TOUCHES[:19], OFFSET]),
+    "unplugged": Case(LIVE + 12, ("Stop", "no board: plug it in, it goes on by itself", "fault", None), ("fault", "Unplugged.", GONE, "unplugged"),
+                      touches=[*TOUCHES[:19], PART], cut=LIVE - 0.95, facts={"Board": "USB 1/4, gone for 12 s", "Late": "3, 495, 0"}),
+    "slow": Case(BEFORE, TOUCH, ("caution", "Computer too slow.", SLOW, "slow"), facts={"Pairs": "33.1 of 38.4", "Late": "212, 34, 0"}),
+    "calibrate": Case(TOUCHES[15].start - 1.3, ("Touch", "50 OO, touch 2 of 4: press, and hold", "idle", None),
+                      ("quiet", "", "Calibrating with 5 specimens of known modulus: 3 done, 50 OO begun.", "ready"), calibrating=True),
+    "file": Case(RUNNING.end + 1.2, ("File", "run-11.csv, 21 Nov 2026, 14:02", "idle", None), ("quiet", "", FILE, "file"), recording=False, file=True, state="ended"),
+    "bare": Case(3.9, ("Touch", "press, and hold for 6.5 s", "idle", None), READY, recording=False, listed=False, calibrated=False),
+}  # fmt: skip
+CASES["review"] = CASES["contact"]
+"""The page itself looks back: nothing changes at the server."""
+
+
+def state(name: str) -> State:
+    """Return a state by its name in `CASES`."""
+    case = CASES[name]
+    known = [one for one in TOUCHES if one.end <= case.at] if case.touches is None else case.touches
+    end, running = case.cut or case.at, case.running
+    progress = progress_of(case, known)
+    touches = [touch_row(one, row) for one, row in zip(known, progress.rows(), strict=True)]
+    told = {
+        "hello": hello_of(case),
+        "touches": {"rows": touches, "most_reliable": None, "together": None},
+        "events": events_of(case.at, known, case.cut),
+        "session": session_of(case, progress),
+        "calibration": calibration_of(known) if case.calibrating else {"on": False},
+        "device": device(case.file, case.facts),
+        "noise": noise(),
+        "state": state_of(case, end, running),
+    }
+    seen = [*known, *([running] if running else [])]
+    return State(rows_of(seen, end), told, [trace_of(one) for one in known])
+
+
+def hello_of(case: Case) -> Document:
+    """Return what does not change during a measurement."""
+    named = {"source": "run-11.csv" if case.file else "usb:", "device": "AD7746 kit, USB 1/4", "scene": "handheld"}
+    length = {"samples": LENGTH, "seconds": LENGTH / RATE, "threshold": THRESHOLD, "origin_s": ORIGIN_S}
+    known = {"calibrated": case.calibrated, "scatter": SCATTER if case.calibrated else None}
+    file = {"name": "run-11.csv", "rows": 7612, "missing": 34, "end": "clean end", "seconds": 200.0}
+    kind = {"measurement": 1, "kind": "file" if case.file else "live", "file": file if case.file else None}
+    return {**named, **length, **known, **kind}
+
+
+def state_of(case: Case, end: float, running: Press | None) -> Document:
+    """Return what changes during a measurement."""
+    none = dict.fromkeys(("ratio", "standard_error", "uncertainty", "modulus"))
+    rows, now = round(end * RATE), dict(zip(("word", "sub", "tone", "share"), case.word, strict=True))
+    line = dict(zip(("level", "title", "text", "what"), case.line, strict=True))
+    return {
+        **(measured(running.ratio, float(running.trace[-1, 2])) if running else none),
+        "state": case.state or ("contact" if running else "no contact"),
+        "error": "",
+        "end_s": end + ORIGIN_S,
+        "recording": {"name": "palpate-2026-11-22-2.csv", "rows": rows, "seconds": end} if case.recording else None,
+        "proposed": "palpate-2026-11-22-2.csv",
+        "files": [{"name": file, "kind": kind} for file, kind in RECORDED],
+        "now": now,
+        "line": line | {"since_s": 12.0 if case.cut else None},
+        "announce": f"{now['word']}: {now['sub']}",
     }

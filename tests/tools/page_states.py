@@ -1,36 +1,22 @@
-"""The page in each of its states: its own files with a web socket that plays canned messages.
-
-python tests/tools/page_states.py FOLDER              screenshots of every state, at every size, light and dark
-python tests/tools/page_states.py FOLDER contact idle     of these states
-python tests/tools/page_states.py --serve contact     serves one state until Ctrl-C; the address is printed
-"""
+"""The page in each of its states: its own files with a web socket that says what it is given."""
 
 import json
-import re
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http import HTTPStatus
-from pathlib import Path
 from threading import Thread
 from typing import Any
 
-import numpy as np
-from live_browser import Browser, browser
-from page_cases import CASES
+from live_browser import Browser
 from page_data import State
-from palpate.live.access.gatekeeper import HEADERS
-from palpate.live.feed import FIELDS, HEADER, Rows
-from palpate.live.server import page_files
+from palpate.live.access import HEADERS
+from palpate.live.app import page_files
+from palpate.live.feed import Kind, Rows, pack
+from palpate.live.levels import Levels
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.sync.server import Server, ServerConnection, serve
-
-VERSION = 3
-NEXT, FIRST, VIEW = 0, 1, 2
-"""Kinds of a frame."""
-SIZES = {"desk": (1280, 800), "phone": (390, 844), "wall": (2560, 1440), "lying": (844, 390), "tablet": (768, 1024)}
 
 
 class Canned:
@@ -39,13 +25,16 @@ class Canned:
     Attributes
     ----------
     state : State
-        What a page that connects is told.
+        What a page gets when it connects.
     heard : list of dict
         The commands of the pages, without "seen".
+    rows : numpy.ndarray, optional
+        All rows, for views; without them the page gets all rows of the state at once.
     """
 
-    def __init__(self, state: State) -> None:
-        self.state = state
+    def __init__(self, state: State, rows: Rows | None = None) -> None:
+        self.state, self._levels = state, Levels(whole=True)
+        self._levels.add(state.rows if rows is None else rows)
         self.heard: list[dict[str, Any]] = []
         self._pages: list[ServerConnection] = []
         self._files = page_files()
@@ -78,7 +67,7 @@ class Canned:
     def send(self, rows: Rows) -> None:
         """Send rows that follow those of the state."""
         for page in self._pages:
-            page.send(framed(2, rows, NEXT))
+            page.send(pack(2, rows))
 
     def asked(self, do: str) -> list[dict[str, Any]]:
         """Return the commands of one name."""
@@ -115,9 +104,7 @@ class Canned:
         for kind, document in self.state.told.items():
             if kind not in ("noise", "state"):
                 page.send(json.dumps({"type": kind, **document}))
-        for trace in self.state.traces:
-            page.send(json.dumps({"type": "trace", **trace}))
-        page.send(framed(1, self.state.rows, FIRST))
+        page.send(pack(1, self.state.rows, Kind.ANEW))
         page.send(json.dumps({"type": "state", **self.state.told["state"]}))  # last: a page that shows it has all
 
     def _hear(self, page: ServerConnection, command: dict[str, Any]) -> None:
@@ -125,49 +112,23 @@ class Canned:
             return
         self.heard.append(command)
         if command["do"] == "view":
-            page.send(framed(command["id"], view_of(self.state.rows, **command), VIEW))
+            view = self._levels.view(command["from_s"], command["to_s"], command["rows"])
+            page.send(pack(command["id"], view, Kind.VIEW))
             return
         if command["do"] == "trace":
-            self._send_trace(page, command["touch"])
+            for trace in self.state.traces:
+                if trace["touch"] == command["touch"]:
+                    page.send(json.dumps({"type": "trace", **trace}))
         if command["do"] == "noise" and command["on"]:
             page.send(json.dumps({"type": "noise", **self.state.told["noise"]}))
         more = {"id": 9} if command["do"] == "mark" else {}
         page.send(json.dumps({"type": "done", "do": command["do"], "message": f"Done: {command['do']}.", **more}))
-
-    def _send_trace(self, page: ServerConnection, touch: int) -> None:
-        for trace in self.state.traces:
-            if trace["touch"] == touch:
-                page.send(json.dumps({"type": "trace", **trace}))
 
 
 def answer(status: HTTPStatus, content: bytes, kind: str) -> Response:
     """Return an answer with the headers of the real server."""
     headers = Headers({**HEADERS, "Content-Type": kind, "Content-Length": str(len(content))})
     return Response(status, status.phrase, headers, content)
-
-
-def framed(number: int, rows: Rows, kind: int) -> bytes:
-    """Return a binary frame."""
-    columns = (np.ascontiguousarray(rows[name]).tobytes() for name in (*FIELDS, "flags"))
-    return HEADER.pack(VERSION, number, len(rows), kind) + b"".join(columns)
-
-
-def view_of(all_rows: Rows, *, from_s: float, to_s: float, rows: int, **_: Any) -> Rows:
-    """Return at most so many rows of a window: two for each bin, with its lowest and highest values."""
-    first, last = np.searchsorted(all_rows["t_s"], (from_s, to_s), "right")
-    inside = all_rows[first:last]
-    bins = rows // 2
-    if len(inside) <= rows:
-        return inside
-    numbers = ((inside["t_s"] - from_s) / (to_s - from_s) * bins).astype(int).clip(0, bins - 1)
-    begins = np.flatnonzero(np.diff(numbers, prepend=-1))
-    view = np.repeat(inside[begins], 2)
-    view["t_s"][1::2] = inside["t_s"][np.append(begins[1:], len(inside)) - 1]
-    for name in FIELDS[1:]:
-        view[name][::2] = np.fmin.reduceat(inside[name], begins)
-        view[name][1::2] = np.fmax.reduceat(inside[name], begins)
-    view["flags"] = np.repeat(np.bitwise_or.reduceat(inside["flags"], begins), 2)
-    return view
 
 
 @contextmanager
@@ -182,56 +143,11 @@ def serving(server: Canned) -> Iterator[Canned]:
         thread.join(10)
 
 
-@contextmanager
-def canned(name: str) -> Iterator[Canned]:
-    """Serve a state in a thread."""
-    with serving(Canned(CASES[name]())) as server:
-        yield server
-
-
 def opened(page: Browser, server: Canned, name: str, theme: str = "light") -> None:
     """Open the page in a state, and wait until it shows it."""
     page.driver.get(server.address)
     word = server.state.told["state"]["now"]["word"]
     page.until(lambda: page.text("word") == word)
-    while page["theme"].get_attribute("aria-label") != f"Colours: {theme}":
-        page.driver.execute_script("document.getElementById('theme').click()")
+    page.theme(theme)
     if name == "review":
-        page.driver.find_element("css selector", "body").send_keys(" ")
-
-
-def sized(page: Browser, width: int, height: int) -> None:
-    """Give the window's inside a size, also one that a window cannot have."""
-    metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 900}
-    page.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
-
-
-def shoot(folder: Path, names: list[str]) -> None:
-    """Take the screenshots."""
-    folder.mkdir(parents=True, exist_ok=True)
-    with browser(folder) as page:
-        for name in names:
-            with canned(name) as server:
-                for size, (width, height) in SIZES.items():
-                    sized(page, width, height)
-                    for theme in ("light", "dark"):
-                        opened(page, server, name, theme)
-                        page.shoot(folder / f"{name}-{size}-{theme}.png")
-
-
-def main() -> int:
-    """Run from the command line."""
-    if len(sys.argv) == 3 and sys.argv[1] == "--serve":
-        server = Canned(CASES[sys.argv[2]]())
-        print(server.address, flush=True)
-        server.run()
-        return 0
-    if len(sys.argv) < 2 or not re.match(r"[^-]", sys.argv[1]):
-        print(__doc__)
-        return 2
-    shoot(Path(sys.argv[1]), sys.argv[2:] or list(CASES))
-    return 0
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
+        page.press(" ")

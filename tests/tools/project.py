@@ -1,7 +1,11 @@
-"""Folder of the project, and the programs and packages that its tests need."""
+"""Folder of the project, the programs and packages that its tests need, functions that run programs, and what is made once."""
 
 import os
 import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NoReturn
@@ -36,3 +40,54 @@ def _without(name: str) -> NoReturn:
     if os.environ.get("PALPATE_NO_SKIP"):
         pytest.fail(message)
     pytest.skip(message)
+
+
+STRICT = ("-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+
+
+def run(*command: str | Path) -> str:
+    """Run a program, which must succeed, and return its output."""
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+def configure(cmake: str, source: Path, build: Path, *options: str) -> None:
+    """Configure and build a CMake project."""
+    run(cmake, "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", *options)
+    run(cmake, "--build", build)
+
+
+def asked(option: str) -> str:
+    """Return the output of the installed command `palpate` with this option."""
+    return run(sys.executable, "-m", "palpate", option).strip()
+
+
+def compiles(compiler: str, text: str, folder: Path) -> None:
+    """Check that a compiler accepts a program, with all warnings as errors."""
+    source = folder / "block.cpp"
+    source.write_text(text)
+    run(need(compiler), *STRICT, asked("--includes"), "-fsyntax-only", source)
+
+
+def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
+    """Return the folder that `make` fills in the first worker that needs it; all other workers wait, and fail if it failed."""
+    base = factory.getbasetemp()
+    root = base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base
+    folder, said = root / name, root / f"{name}.said"
+    try:
+        folder.mkdir()
+    except FileExistsError:
+        while not said.exists():
+            time.sleep(0.1)
+        failure = said.read_text(encoding="utf-8")
+        assert failure == "", failure
+        return folder
+    failure = f"{name}: not made, see the test of another worker"
+    try:
+        make(folder)
+        failure = ""
+    finally:
+        said.with_suffix(".part").write_text(failure, encoding="utf-8")
+        said.with_suffix(".part").rename(said)
+    return folder

@@ -11,8 +11,8 @@ from palpate import Sample, Source, Status
 from palpate.ad7746 import datasheet
 from palpate.recording import sidecar
 from palpate.recording.recorder import Recorder
-from palpate.recording.rows import HEADER
 from palpate.samples import block_of
+from palpate.simulation import scenarios
 from palpate.sources.base import Gap
 
 
@@ -27,10 +27,12 @@ def sample(seq: int, *, status: int = Status.OK) -> Sample:
 
 
 class Scripted(Source):
-    """A source with a script of samples and errors."""
+    """A source with a script of samples and errors; and gaps."""
 
-    def __init__(self, script: list[Sample | Exception], *, live: bool = False, **described: Any) -> None:
-        self.live = live
+    def __init__(
+        self, script: list[Any], *, live: bool = False, gaps: list[Gap] | None = None, **described: Any
+    ) -> None:
+        self.live, self.all_gaps = live, gaps or []
         self.script = script
         self.closed = self.interrupted = 0
         self.before: Callable[[Sample], object] = lambda _: None
@@ -47,6 +49,10 @@ class Scripted(Source):
     def describe(self) -> dict[str, Any]:
         return self._described
 
+    @property
+    def gaps(self) -> list[Gap]:
+        return self.all_gaps
+
     def interrupt(self) -> None:
         self.interrupted += 1
 
@@ -55,24 +61,17 @@ class Scripted(Source):
 
 
 class Blocks(Scripted):
-    """A script of blocks and errors; and gaps."""
+    """A script of blocks and errors."""
 
-    def __init__(
-        self, script: list[Any], *, live: bool = False, gaps: list[Gap] | None = None, **described: Any
-    ) -> None:
-        super().__init__([], live=live, **described)
+    def __init__(self, script: list[Any], **described: Any) -> None:
+        super().__init__([], **described)
         self.given: Iterator[Any] = iter(script)
-        self.all_gaps = gaps or []
 
     def read_block(self) -> Any:
         item = next(self.given, block_of([]))
         if isinstance(item, Exception):
             raise item
         return item
-
-    @property
-    def gaps(self) -> list[Gap]:
-        return self.all_gaps
 
 
 def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any) -> Path:
@@ -93,8 +92,28 @@ def record(path: Path, samples: list[Sample], *, end: bool = True, **device: Any
     return path
 
 
+def soon(is_so: Callable[[], object]) -> None:
+    """Wait until something is so."""
+    until = time.monotonic() + 60
+    while not is_so():
+        assert time.monotonic() < until
+        time.sleep(0.002)
+
+
 def tear(path: Path, count: int) -> None:
     """Remove the last bytes of a file."""
-    data = path.read_bytes()
-    path.write_bytes(data[:-count])
-    assert len(data) - count > len(HEADER)
+    path.write_bytes(path.read_bytes()[:-count])
+
+
+def four(seed: int = 1) -> list[Sample | Exception]:
+    """Return a scenario's samples, as a source would give them, with some that have no value."""
+    run = scenarios.run("four-specimens", seed)
+    rows: list[Sample | Exception] = []
+    for i, (th, ts, h, s, hr, sr) in enumerate(
+        zip(run.t_hard_s, run.t_soft_s, run.hard, run.soft, run.hard_raw, run.soft_raw, strict=True)
+    ):
+        if i % 97 == 5:
+            continue
+        flag = {17: Status.EXCITATION, 31: Status.HARD_SATURATED}.get(i % 101, Status.OK)
+        rows.append(Sample(i, round(th * 1e9), round(ts * 1e9), int(hr), int(sr), float(h), float(s), flag))
+    return rows

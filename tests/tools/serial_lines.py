@@ -1,12 +1,12 @@
 """Serial ports without a device: chunks of bytes, and what a source makes of lines."""
 
+from collections.abc import Iterator
 from typing import Any
 
 from palpate import ProtocolError, Sample
+from palpate.sources.lines import Refused
 from palpate.sources.options import checked
-from palpate.sources.serial.opening import _OF_LINES, said
-from palpate.sources.serial.port import Port
-from palpate.sources.serial.source import SerialSource
+from palpate.sources.serial import OF_LINES, Line, Port, SerialSource, grammar_of
 
 
 class ChunkedPort(Port):
@@ -32,29 +32,34 @@ class ChunkedPort(Port):
         return self
 
     def _wait_for_replug(self, gone: Exception) -> None:
-        self.interrupt()
+        self.stopped.set()
+
+
+class TimedPort(ChunkedPort):
+    """A serial port whose lines come at these times, s; a line that begins with + comes after an absence of 1 s."""
+
+    def __init__(self, data: bytes, arrivals_s: list[float]) -> None:
+        super().__init__(data)
+        self._arrivals_s = iter(arrivals_s)
+
+    def lines(self, source: Any) -> Iterator[Line]:
+        """Yield the lines at their times."""
+        for line in super().lines(source):
+            if line.text:
+                self.away_s += line.text.startswith(b"+")
+                yield Line(line.text.lstrip(b"+"), round(next(self._arrivals_s) * 1e9))
 
 
 class Sent:
-    """What comes of these lines.
+    """What a source reads from these lines: its samples, messages, and the error with which it ended."""
 
-    Attributes
-    ----------
-    samples : list of Sample
-    said : list of str
-        The messages.
-    refused : str
-        Why the last line that was not read was not, and the option that helps; empty: all were.
-    failed : str
-        The error with which it ended; empty: none.
-    """
-
-    def __init__(self, lines: list[str] | bytes, **options: Any) -> None:
+    def __init__(self, lines: list[str] | bytes, arrivals_s: list[float] | None = None, **options: Any) -> None:
         data = lines if isinstance(lines, bytes) else "".join(f"{line}\n" for line in lines).encode()
-        given = said(checked("serial", options, _OF_LINES))
-        self.source: SerialSource = SerialSource(ChunkedPort(b"\n" + data), given)
+        port = ChunkedPort(b"\n" + data) if arrivals_s is None else TimedPort(b"\n" + data, arrivals_s)
+        self.refusals: list[str] = []
+        self.source: SerialSource = _Noting(self.refusals, port, grammar_of(checked("serial", options, OF_LINES)))
         self.said: list[str] = []
-        self.source.notify = self.said.append
+        self.source.notify = lambda text: None if "was unplugged. Waiting" in text else self.said.append(text)
         self.samples: list[Sample] = []
         self.failed: str = ""
         try:
@@ -63,11 +68,18 @@ class Sent:
             self.failed = str(error)
 
     @property
-    def refused(self) -> str:
-        best = self.source._reader._strange._best
-        return f"{best[1]} {best[1].option}".strip() if best else ""
-
-    @property
     def pairs(self) -> list[tuple[float, float]]:
         """The values of the samples, pF."""
         return [(sample.hard, sample.soft) for sample in self.samples]
+
+
+class _Noting(SerialSource):
+    """Notes why lines are not read."""
+
+    def __init__(self, refusals: list[str], *given: Any) -> None:
+        super().__init__(*given)
+        self._refusals = refusals
+
+    def _refuse(self, line: Line, refused: Refused) -> None:
+        self._refusals.append(str(refused))
+        super()._refuse(line, refused)

@@ -2,8 +2,8 @@
 // An Arduino Uno in simavr, with a simulated AD7746 on its I2C bus and a pseudo-terminal in place of its USB port.
 //   board SKETCH.elf LINK LOG PAIRS [absent|overloaded|beyond|garbled|micros=BEGIN[:END]]...
 // LINK becomes the name of the port. The board starts when someone opens it, as a real one is reset then, and stands still
-// while the port's buffer is full, so a slow reader loses nothing. After PAIRS lines it stands still until the port is
-// closed. micros=S: micros() wraps after S seconds. Exit code 1: the chip was used against its data sheet, or the
+// while the port's buffer is full, so a slow reader loses nothing. Its time goes at most twice as
+// fast as ours. After PAIRS lines it stands still until the port is closed. micros=S: micros() wraps after S seconds. Exit code 1: the chip was used against its data sheet, or the
 // sketch needs more than 0.1 s of its time for a pair.
 
 #include <fcntl.h>
@@ -12,8 +12,11 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <string>
+#include <thread>
 
 #include "chip.hpp"
 
@@ -162,10 +165,14 @@ int main(int count, char** words) {
   }
   const long pairs = std::atol(words[4]);
   const double limit = 10 + 0.1 * static_cast<double>(pairs);
+  auto due = std::chrono::steady_clock::now();
   while (board.port.open() && board.pairs <= pairs && board.now() < limit) {
     for (int i = 0; i < 16000; ++i) {
       avr_run(avr);
     }
+    // At most twice as fast as the computer's clock: who reads refuses a clock three times too fast as one in a wrong unit.
+    due = std::max(due + std::chrono::microseconds(500), std::chrono::steady_clock::now());
+    std::this_thread::sleep_until(due);
     int byte = board.port.read();
     while (byte < 0 && board.now() >= board.await_s && board.port.open()) {
       usleep(1000);

@@ -10,7 +10,7 @@ struct SerialPort {
   void begin(unsigned long) {}
   void print(const char* text);
   void print(unsigned long value);
-  void print(double value, int digits);  // its bits as a float, too
+  void print(double value, int digits);
   void println(const char* text);
   void println(unsigned long value);
 };

@@ -1,33 +1,17 @@
 // SPDX-License-Identifier: MIT
-// A board with a simulated AD7746 for the sketch palpate_instrument, on this machine and on a Cortex-M under QEMU: the
-// hand of bench/embedded presses twice, the chip is silent once. Ends when the hand has ended.
+// A board with a simulated AD7746 for the sketch palpate_instrument: the hand of bench/embedded presses twice, the chip is
+// silent once. Ends when the hand has ended.
 
 #include <Wire.h>
 #include <palpate.h>
 
-#include <cstring>
-
-#include "../../../bench/embedded/print.hpp"
-#include "../../../bench/embedded/readings.hpp"
-
-#if defined(__arm__)
-[[noreturn]] void finish() {  // by semihosting
-  register std::uintptr_t operation __asm__("r0") = 0x18;
-  register std::uintptr_t reason __asm__("r1") = 0x20026;
-  __asm__ volatile("bkpt 0xAB" : "+r"(operation) : "r"(reason) : "memory");
-  for (;;) {
-  }
-}
-#else
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-void put(const char* text) { std::fputs(text, stdout); }
-[[noreturn]] void finish() { std::exit(0); }
-#endif
+
+#include "../../../bench/embedded/readings.hpp"
 
 namespace {
-
-using palpate::product;  // the same bits on every processor: not fused with the sum after it
 
 constexpr std::uint32_t conversion_us = 10900, byte_us = 90;
 constexpr int silent = 500;  // the conversion after which the chip does not answer for a moment
@@ -46,23 +30,22 @@ struct {
 float picofarad(bool second) {
   const float gauge = second ? board.reading.soft + 4.69f : board.reading.hard + 6.92f;
   const int steps = board.registers[0x0B] & 0x80 ? board.registers[0x0B] & 0x7F : 0;
-  return ((board.registers[0x09] & 0x30) == 0x20 ? gauge : 0.0f) - product(0.171f, static_cast<float>(steps));
+  return ((board.registers[0x09] & 0x30) == 0x20 ? gauge : 0.0f) - 0.171f * static_cast<float>(steps);
 }
 
 void convert() {
   const bool second = (board.registers[0x07] & 0x40) != 0;
   if (!second) {
     if (++board.pairs > Readings::size) {
-      finish();
+      std::exit(0);
     }
     board.reading = board.hand.next();
   }
   const float value = picofarad(second), any = value == value ? value : 0.0f;
-  const float in_range = any < -4.096f ? -4.096f : any > 4.095f ? 4.095f : any;
-  const auto code = static_cast<std::uint32_t>(8388608.0f + product(in_range, 2048000.0f));
-  board.registers[1] = static_cast<std::uint8_t>(code >> 16);
-  board.registers[2] = static_cast<std::uint8_t>(code >> 8);
-  board.registers[3] = static_cast<std::uint8_t>(code);
+  const auto code = static_cast<std::uint32_t>(8388608.0f + std::clamp(any, -4.096f, 4.095f) * 2048000.0f);
+  for (int i = 0; i < 3; ++i) {
+    board.registers[1 + i] = static_cast<std::uint8_t>(code >> (16 - 8 * i));
+  }
 }
 
 /// Passes time, in which a conversion may end.
@@ -87,34 +70,11 @@ bool answers(std::uint8_t address) {
 SerialPort Serial;
 TwoWire Wire;
 
-void SerialPort::print(const char* text) { put(text); }
-void SerialPort::print(unsigned long value) { put_number(static_cast<std::uint32_t>(value)); }
-void SerialPort::print(double value, int digits) {
-  const float real = static_cast<float>(value);
-  std::uint32_t bits = 0, scale = 1;
-  std::memcpy(&bits, &real, sizeof bits);
-  for (int i = 0; i < digits; ++i) {
-    scale *= 10;
-  }
-  const auto scaled = static_cast<std::uint32_t>(product(real, static_cast<float>(scale)) + 0.5f);
-  put_number(scaled / scale);
-  put(".");
-  for (std::uint32_t rest = scaled % scale; scale > 1; rest %= scale) {
-    scale /= 10;
-    put_number(rest / scale);
-  }
-  put(" (");
-  put_hex(bits);
-  put(")");
-}
-void SerialPort::println(const char* text) {
-  put(text);
-  put("\n");
-}
-void SerialPort::println(unsigned long value) {
-  print(value);
-  put("\n");
-}
+void SerialPort::print(const char* text) { std::fputs(text, stdout); }
+void SerialPort::print(unsigned long value) { std::printf("%lu", value); }
+void SerialPort::print(double value, int digits) { std::printf("%.*f", digits, value); }
+void SerialPort::println(const char* text) { std::puts(text); }
+void SerialPort::println(unsigned long value) { std::printf("%lu\n", value); }
 
 std::uint32_t micros() {
   pass(4);
@@ -153,14 +113,9 @@ std::uint8_t TwoWire::requestFrom(std::uint8_t address, std::uint8_t count) {
 }
 int TwoWire::read() { return board.registers[pointer_++]; }
 
-/// As the function main of an Arduino core.
-void run() {
+int main() {
   setup();
   for (;;) {
     loop();
   }
 }
-
-#if !defined(__arm__)
-int main() { run(); }
-#endif

@@ -1,31 +1,85 @@
 // SPDX-License-Identifier: MIT
 #pragma once
+#pragma GCC system_header  // no warnings
 
-// Every operator of the core becomes one of these; the one with the number in PALPATE_MUTANT does the opposite. So one
-// build has all mutants. In constant expressions no mutant is active.
+// Every operator and constant of the headers becomes a call of one of these. The one with the number in PALPATE_MUTANT
+// does something else at run time; with -DPALPATE_MUTANT=number also in constant expressions. The file PALPATE_EXECUTED
+// gets a byte for each one that was executed.
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <cstdlib>
+#include <type_traits>
+#include <utility>
+
+#ifndef PALPATE_MUTANT
+#define PALPATE_MUTANT -1
+#endif
 
 namespace mutants {
 
-inline const int chosen = std::getenv("PALPATE_MUTANT") ? std::atoi(std::getenv("PALPATE_MUTANT")) : -1;
+inline int chosen = -1;
+inline char* executed = nullptr;
 
-constexpr bool on(int number) { return !__builtin_is_constant_evaluated() && number == chosen; }
-
-#define PALPATE_MUTANT(name, written, flipped)              \
-  template <class A, class B>                               \
-  constexpr auto name(int number, const A& a, const B& b) { \
-    return on(number) ? a flipped b : a written b;          \
+struct Environment {
+  Environment() {
+    if (const char* number = std::getenv("PALPATE_MUTANT")) chosen = std::atoi(number);
+    if (const char* name = std::getenv("PALPATE_EXECUTED")) {
+      const int file = open(name, O_RDWR);
+      void* const bytes = mmap(nullptr, 1 << 16, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+      if (bytes != MAP_FAILED) executed = static_cast<char*>(bytes);
+      close(file);
+    }
   }
-PALPATE_MUTANT(plus, +, -)
-PALPATE_MUTANT(minus, -, +)
-PALPATE_MUTANT(times, *, /)
-PALPATE_MUTANT(over, /, *)
-PALPATE_MUTANT(less, <, >=)
-PALPATE_MUTANT(greater, >, <=)
-PALPATE_MUTANT(less_equal, <=, >)
-PALPATE_MUTANT(greater_equal, >=, <)
-PALPATE_MUTANT(equal, ==, !=)
-PALPATE_MUTANT(unequal, !=, ==)
+};
+inline const Environment environment;
+
+constexpr bool on(int number) noexcept {
+  if (__builtin_is_constant_evaluated()) return number == PALPATE_MUTANT;
+  if (executed) executed[number] = 1;
+  return number == chosen || number == PALPATE_MUTANT;
+}
+
+template <class T>
+constexpr T nudged(int number, T value) noexcept {
+  if (!on(number)) return value;
+  return value == T(0) ? T(1) : std::is_integral_v<T> ? T(value + T(1)) : T(value * T(1.1));
+}
+
+/// A number that is combined with a vector, in the type of its elements.
+template <class A, class B>
+constexpr auto with(const A&, const B& b) noexcept {
+  constexpr bool is_vector = !std::is_scalar_v<A> && !std::is_class_v<A> && !std::is_array_v<A>;
+  if constexpr (is_vector && std::is_arithmetic_v<B>)
+    return static_cast<std::decay_t<decltype(std::declval<A>()[0])>>(b);
+  else
+    return b;
+}
+
+#define PALPATE_FLIPPED(name, written, flipped)                                        \
+  template <class A, class B>                                                          \
+  constexpr auto name(int number, const A& a, const B& b) noexcept {                   \
+    return on(number) ? with(b, a) flipped with(a, b) : with(b, a) written with(a, b); \
+  }
+PALPATE_FLIPPED(plus, +, -)
+PALPATE_FLIPPED(minus, -, +)
+PALPATE_FLIPPED(times, *, /)
+PALPATE_FLIPPED(over, /, *)
+PALPATE_FLIPPED(less, <, >=)
+PALPATE_FLIPPED(greater, >, <=)
+PALPATE_FLIPPED(less_equal, <=, >)
+PALPATE_FLIPPED(greater_equal, >=, <)
+PALPATE_FLIPPED(equal, ==, !=)
+PALPATE_FLIPPED(unequal, !=, ==)
+
+#define PALPATE_ASSIGNED(name, written, flipped)                     \
+  template <class A, class B>                                        \
+  constexpr A& name(int number, A& a, const B& b) noexcept {         \
+    return on(number) ? a flipped with(a, b) : a written with(a, b); \
+  }
+PALPATE_ASSIGNED(add, +=, -=)
+PALPATE_ASSIGNED(subtract, -=, +=)
 
 }  // namespace mutants

@@ -1,171 +1,195 @@
-"""Mutation score of the core: flips one operator after another, and prints the flips that no test detects.
+"""Mutation score: changes one operator or constant after another, and prints which changes no test detects.
 
-    python tests/tools/mutation/run.py [--count 80] [--seed 1] [--all]
+    nice python tests/tools/mutation/run.py cpp|python [--count 100] [--seed 1] [--like LOG] [--tests FOLDER...]
 
-Builds the extension and the native tests once, with headers in which every operator can be flipped, and runs them for
-each flip with PALPATE_MUTANT=number until one fails. Needs libclang (pip install libclang) and the test environment.
+Works in a copy of the project, with one process. First all tests run once and record what each one executes. Then each
+mutant runs the tests that execute it, the fastest first, until one fails that passes without the mutant. A test that does not end
+fails. Needs libclang for `cpp`, coverage for `python`.
 """
 
 import argparse
+import json
 import os
 import random
 import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
+from typing import Any
 
-from sites import FLIPPED, Site, rewritten, sites
+import modules
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[2]
-HEADERS = (
-    "arithmetic bank ring square_root tracker estimator/handover estimator/innovation_noise estimator/instrument "
-    "estimator/rls estimator/two_sided_cusum policy/bound policy/detector policy/forgetting stage/align stage/baseline "
-    "stage/contact"
-)
-NATIVE = "stages touch bank ring handover square_root"
-TESTS = (
-    "core/handover_reference core/against_reference binding/ring binding/bank binding/estimators binding/tracker "
-    "core/touches core/handheld binding/calls binding/pickle core/properties core/extremes"
-)
-COMPILES = "tests/core/test_extremes.py::test_lambda_1_for_ten_million_samples"
-"""Not run: it builds its own program from the headers, without the flips."""
-NATIVE_S, LIMIT_S = 60, 900
-"""Time limits, s: they detect a mutant that hangs. Normally the native tests take 2 s, those in Python a minute."""
+PYTEST = [sys.executable, "-m", "pytest", "-q", "-n0", "-p", "executed", "-p", "no:cacheprovider"]
+TESTS = {
+    "python": ["tests"],
+    # Those left out only compile the headers: headers.native_failure takes their place.
+    "cpp": [
+        "tests/core",
+        "tests/binding",
+        "--ignore=tests/core/test_native.py",
+        "--ignore=tests/core/test_embedded.py",
+    ],
+}
+TESTS_S = 600
+"""Duration without a mutant of all tests that a mutant may run, s."""
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """A flip and its place."""
+    """A change of a file: its number among those of the headers, or the new text of the module."""
 
-    header: str
-    site: Site
+    path: str
+    line: int
+    change: str
+    source: str
+    number: int = -1
+    text: bytes = b""
 
-    def __str__(self) -> str:
-        """Return the line and the flip as text."""
-        line = (ROOT / "cpp/include/palpate" / f"{self.header}.hpp").read_text().splitlines()[self.site.line - 1]
-        return f"{self.header}.hpp:{self.site.line}: {self.site.operator} -> {FLIPPED[self.site.operator]}   {line.strip()}"
 
+def of_headers(copy: Path) -> Iterator[Mutant]:
+    """Rewrite the headers with all mutants in them, and compile the extension."""
+    import headers
 
-def mutated(copy: Path) -> list[Mutant]:
-    """Rewrite the headers of a copy of the project; return all flips."""
     include = copy / "cpp" / "include"
-    found = {name: sites(include / "palpate" / f"{name}.hpp", include) for name in HEADERS.split()}
-    mutants: list[Mutant] = []
-    for name, top in found.items():
-        for site in _all(top):
-            site.number = len(mutants)
-            mutants.append(Mutant(name, site))
-    for name, top in found.items():
-        header = include / "palpate" / f"{name}.hpp"
-        header.write_bytes(rewritten(header.read_bytes(), top))
-    return mutants
+    sources = {path: path.read_text().splitlines() for path in include.rglob("*.hpp")}
+    found = headers.rewrite(include)
+    if not headers.build(copy):
+        raise SystemExit("the headers with mutants do not compile")
+    for number, (path, line, change) in enumerate(found):
+        yield Mutant(str(path.relative_to(copy)), line, change, sources[path][line - 1].strip(), number)
 
 
-def _all(top: list[Site]) -> Iterator[Site]:
-    for site in top:
-        yield site
-        yield from _all(site.inside)
+def of_modules(copy: Path) -> Iterator[Mutant]:
+    """Yield the mutants of the package."""
+    for path in sorted((copy / "python/palpate").rglob("*.py")):
+        text = path.read_bytes()
+        for start, end, mutant in modules.changes(path):
+            line, written = text.count(b"\n", 0, start) + 1, text[start:end].decode()
+            source = text.splitlines()[line - 1].decode().strip()
+            made = text[:start] + mutant.encode() + text[end:]
+            yield Mutant(str(path.relative_to(copy)), line, f"{written} -> {mutant or 'nothing'}", source, text=made)
 
 
-def build(copy: Path, target: Path) -> None:
-    """Install the copy into a folder."""
-    flags = f"-O1 -w -include {HERE / 'mutants.hpp'}"
-    options = [f"-Ccmake.define.CMAKE_CXX_FLAGS={flags}", "-Ccmake.define.CMAKE_INTERPROCEDURAL_OPTIMIZATION=OFF"]
-    command = [
-        sys.executable,
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--no-deps",
-        "--target",
-        str(target),
-        *options,
-        str(copy),
-    ]
-    subprocess.run(command, check=True)
-    for name in NATIVE.split():
-        source, include = copy / "tests/cpp" / f"{name}.cpp", copy / "cpp/include"
-        subprocess.run(
-            ["c++", "-std=c++17", *flags.split(), f"-I{include}", "-pthread", source, "-o", target / name], check=True
-        )
+class Project:
+    """A copy of the project with its tests, and what each test executes."""
+
+    def __init__(self, copy: Path, kind: str, tests: list[str]) -> None:
+        ignored = shutil.ignore_patterns(".git", ".venv", ".*cache", "__pycache__", "build")
+        shutil.copytree(ROOT, copy, symlinks=True, ignore=ignored)
+        (copy / "python/palpate/include").unlink(missing_ok=True)
+        (copy / "python/palpate/include").symlink_to("../../cpp/include")
+        self.copy, self.kind, self.build = copy, kind, copy / "build"
+        self.build.mkdir()
+        (self.build / "executed").write_bytes(bytes(1 << 16))
+        self.mutants = list((of_headers if kind == "cpp" else of_modules)(copy))
+        self._pytest(tests, None, MUTATION_RECORD=self.build / "record.json")
+        recorded = json.loads((self.build / "record.json").read_text())
+        self.lines: dict[str, dict[str, list[str]]] = recorded["lines"]
+        if not recorded["tests"]:
+            raise SystemExit((self.build / "said.txt").read_text())
+        passed = {name: test for name, test in recorded["tests"].items() if test["passed"]}
+        self.tests: dict[str, Any] = dict(sorted(passed.items(), key=lambda item: item[1]["s"]))
+
+    def detecting(self, mutant: Mutant) -> str:
+        """Return the test that detects a mutant, or an empty text."""
+        if self.kind == "python":
+            lines = self.lines.get(mutant.path, {})
+            by_line = {name for name in lines.get(str(mutant.line), []) if name}
+            # A line that an import executes: all tests of its module.
+            return self._failing(by_line or {name for names in lines.values() for name in names}, mutant)
+        import headers
+
+        if by_switch := {name for name, test in self.tests.items() if mutant.number in test["mutants"]}:
+            return self._failing(by_switch, mutant) or headers.native_failure(self.copy, mutant.number)
+        # In a constant expression, or not executed: compiled for itself.
+        if not (failed := headers.native_failure(self.copy, mutant.number)):
+            failed = self._failing(set(self.tests), mutant) if headers.build(self.copy, mutant.number) else "compiler"
+            headers.build(self.copy)
+        return failed
+
+    def _failing(self, names: set[str], mutant: Mutant) -> str:
+        chosen, total = [], 0.0
+        for name in (name for name in self.tests if name in names):
+            total += self.tests[name]["s"]
+            if total < TESTS_S:
+                chosen.append(name)
+        path = self.copy / mutant.path
+        original = path.read_bytes()
+        while chosen:
+            path.write_bytes(mutant.text or original)
+            failed = self._run(chosen, mutant.number)
+            path.write_bytes(original)
+            if not failed or not self._run([failed], -1):
+                return failed
+            chosen.remove(failed)  # it fails without the mutant, too
+        return ""
+
+    def _run(self, names: list[str], number: int) -> str:
+        """Return the first of these tests that fails with a mutant of the headers, or an empty text."""
+        run = self.build / "run.json"
+        run.write_text(json.dumps(names))
+        run.with_suffix(".failed").unlink(missing_ok=True)
+        limit_s = 60 + 10 * sum(self.tests[name]["s"] for name in names)
+        files = sorted({name.partition("::")[0] for name in names})
+        code = self._pytest(["-x", *files], limit_s, MUTATION_RUN=run, PALPATE_MUTANT=number)
+        failed = run.with_suffix(".failed")
+        return "" if code == 0 else failed.read_text() if failed.exists() else names[0]
+
+    def _pytest(self, arguments: list[str], limit_s: float | None, **environment: Any) -> int | None:
+        path = os.pathsep.join(map(str, (self.copy / "python", HERE)))
+        environment |= {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"}
+        if self.kind == "cpp":
+            environment["PALPATE_EXECUTED"] = self.build / "executed"
+        full = os.environ | {name: str(value) for name, value in environment.items()}
+        with (self.build / "said.txt").open("w") as said:
+            done = subprocess.Popen(
+                [*PYTEST, *arguments], cwd=self.copy, env=full, stdout=said, stderr=said, start_new_session=True
+            )
+            try:
+                return done.wait(limit_s)
+            except subprocess.TimeoutExpired:
+                os.killpg(done.pid, 9)
+                done.wait()
+                return None
 
 
-def notices(package: Path, number: int) -> bool:
-    """Return whether a test fails or hangs for a mutant; -1: no mutant."""
-    natives = [[str(package / name)] for name in NATIVE.split()]
-    return any(fails(native, package, number, NATIVE_S) for native in natives) or fails(
-        pytest_command(), package, number, LIMIT_S
-    )
+def drawn(mutants: list[Mutant], count: int, seed: int, like: Path | None) -> list[Mutant]:
+    """Return mutants at random, or those of a log whose line still exists somewhere."""
+    if like is None:
+        return random.Random(seed).sample(mutants, min(count, len(mutants)))
+    logged = [tuple(line.split("\t")[2:4]) for line in like.read_text().splitlines()]
+    same = {(m.change, m.source): m for m in mutants}
+    return [same[key] for key in logged if key in same]
 
 
-def pytest_command() -> list[str]:
-    """Return the command of the Python tests, until the first failure."""
-    files = (Path(name) for name in TESTS.split())
-    tests = [str(ROOT / "tests" / file.parent / f"test_{file.name}.py") for file in files]
-    return [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-x",
-        "-q",
-        "-n",
-        "0",
-        "-p",
-        "no:cacheprovider",
-        *tests,
-        "--deselect",
-        COMPILES,
-    ]
-
-
-def fails(command: list[str], package: Path, number: int, limit_s: int) -> bool:
-    """Run a command with one flip; return whether it fails."""
-    environment = os.environ | {"PYTHONPATH": str(package), "PALPATE_MUTANT": str(number)}
-    try:
-        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=limit_s, check=False)
-    except subprocess.TimeoutExpired:
-        return True
-    return done.returncode != 0
-
-
-def main() -> int:
-    """Print the score and the survivors."""
-    parser = argparse.ArgumentParser(description="Mutation score of the core.")
-    parser.add_argument("--count", type=int, default=80, help="flips to try, drawn from all")
+def main() -> None:
+    """Print each mutant with its fate, then the score."""
+    parser = argparse.ArgumentParser(description="Mutation score of the headers or the Python package.")
+    parser.add_argument("kind", choices=TESTS)
+    parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--all", action="store_true", help="try every flip, as .ci/nightly does")
+    parser.add_argument("--like", type=Path, help="a log: run its mutants again")
+    parser.add_argument("--tests", nargs="*", help="folders or options of pytest; default: those of the kind")
     arguments = parser.parse_args()
+    tests = arguments.tests or TESTS[arguments.kind]
     with tempfile.TemporaryDirectory() as folder:
-        copy, package = Path(folder) / "copy", Path(folder) / "package"
-        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".*", "build"))
-        mutants = mutated(copy)
-        build(copy, package)
-        if notices(package, -1):
-            print("the tests fail without a mutant")
-            return 1
-        count = len(mutants) if arguments.all else min(arguments.count, len(mutants))
-        chosen = sorted(random.Random(arguments.seed).sample(range(len(mutants)), count))
-        started, survivors = time.monotonic(), []
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            for number, noticed in zip(chosen, pool.map(partial(notices, package), chosen), strict=True):
-                if not noticed:
-                    survivors.append(number)
-                    print(f"survives  {number:4d}  {mutants[number]}", flush=True)
-    killed = len(chosen) - len(survivors)
-    seconds = (time.monotonic() - started) / len(chosen)
-    print(
-        f"{killed} of {len(chosen)} noticed, {killed / len(chosen):.1%}; {len(mutants)} flips there are; {seconds:.0f} s each"
-    )
-    return 0
+        project = Project(Path(folder) / "palpate", arguments.kind, tests)
+        chosen = drawn(project.mutants, arguments.count, arguments.seed, arguments.like)
+        print(f"{len(chosen)} of {len(project.mutants)} mutants, {len(project.tests)} tests", flush=True)
+        killed = 0
+        for m in chosen:
+            test = project.detecting(m)
+            killed += bool(test)
+            print(
+                "killed" if test else "survived", f"{m.path}:{m.line}", m.change, m.source, test, sep="\t", flush=True
+            )
+    print(f"{killed} of {len(chosen)} detected")
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    main()

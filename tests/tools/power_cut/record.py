@@ -34,49 +34,39 @@ class Paced(Source):
         for seq in itertools.count():
             if time.monotonic() >= ends:
                 return
-            yield Sample(seq, seq * 26_000_000, seq * 26_000_000 + 13_000_000, 8388608 + seq, 8388608, seq / 1e6, 0.0)
+            yield Sample(seq, seq * 26_000_000, seq * 26_000_000 + 13_000_000, -1, -1, seq / 1e6, 0.0)
             time.sleep(PERIOD_S)
 
     def describe(self) -> dict[str, Any]:
         return {"name": "paced"}
 
 
-class Said:
-    """Tells the log of the device how many bytes of which file are on the disk."""
+def main(folder: Path, device: str, offset: int, seconds: float) -> None:
+    disk = os.open(device, os.O_WRONLY | os.O_DIRECT)
+    sector = memoryview(mmap.mmap(-1, mmap.PAGESIZE))[:512]  # O_DIRECT takes whole sectors from an aligned address
 
-    def __init__(self, device: str, offset: int) -> None:
-        self._device = os.open(device, os.O_WRONLY | os.O_DIRECT)
-        self._offset = offset
-        self._page = mmap.mmap(-1, mmap.PAGESIZE)  # O_DIRECT takes whole sectors from an aligned address
+    def say(path: Path, size: int, *, closed: bool) -> None:
+        sector[:] = json.dumps({"name": path.name, "bytes": size, "closed": closed}).encode().ljust(512)
+        os.pwritev(disk, [sector], offset)
 
-    def say(self, name: str, size: int, *, closed: bool = False) -> None:
-        line = json.dumps({"name": name, "bytes": size, "closed": closed})
-        self._page[:512] = line.encode().ljust(512)
-        os.pwritev(self._device, [memoryview(self._page)[:512]], self._offset)
-
-    def after(self, sync: Callable[[int], None]) -> Callable[[int], None]:
-        """Return a sync that says what it has synced."""
-
+    def saying(sync: Callable[[int], None]) -> Callable[[int], None]:
         def synced(descriptor: int) -> None:
-            size, name = os.fstat(descriptor).st_size, Path(f"/proc/self/fd/{descriptor}").readlink().name
+            size, path = os.fstat(descriptor).st_size, Path(f"/proc/self/fd/{descriptor}").readlink()
             sync(descriptor)
-            if name.endswith(".csv"):
-                self.say(name, size)
+            if path.suffix == ".csv":
+                say(path, size, closed=False)
 
         return synced
 
-
-def main(folder: Path, device: str, offset: int, seconds: float) -> None:
-    said = Said(device, offset)
     system: Any = os
-    system.fdatasync, system.fsync = said.after(os.fdatasync), said.after(os.fsync)
+    system.fdatasync, system.fsync = saying(os.fdatasync), saying(os.fsync)
     until = time.monotonic() + seconds
     for number in itertools.count():
         path = folder / f"{number}.csv"
         with Stream(Paced(LENGTHS_S[number % len(LENGTHS_S)]), record=path) as stream:
             for _ in stream.batches():
                 pass
-        said.say(path.name, path.stat().st_size, closed=True)
+        say(path, path.stat().st_size, closed=True)
         if time.monotonic() >= until:
             return
 

@@ -1,11 +1,11 @@
 """The writes of a guest to a disk, from QEMU's blklogwrites, and what a power cut may leave of them.
 
-The format is that of Linux's dm-log-writes: Documentation/admin-guide/device-mapper/log-writes.rst, and
+The format is Linux's dm-log-writes: Documentation/admin-guide/device-mapper/log-writes.rst, and
 drivers/md/dm-log-writes.c for the bytes.
 """
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
@@ -29,21 +29,16 @@ class Write:
 
 def read_log(path: Path) -> list[Write]:
     """Return the requests in their order."""
-    log = path.read_bytes()
+    log, at, writes = path.read_bytes(), SECTOR, []
     magic, version, count, sector = _SUPER.unpack_from(log)
     assert (magic, version, sector) == (_MAGIC, _VERSION, SECTOR), f"{path}: not a log of writes"
-    return list(_entries(log, count))
-
-
-def _entries(log: bytes, count: int) -> Iterator[Write]:
-    at = SECTOR
     for _ in range(count):
         begin, sectors, flags, _ = _ENTRY.unpack_from(log, at)
         assert flags & ~(_FLUSH | _FUA) == 0, f"a request with flags {flags}: neither write nor flush"
-        at += SECTOR
-        data = log[at : at + sectors * SECTOR]
-        at += len(data)
-        yield Write(begin * SECTOR, data, bool(flags & _FLUSH), bool(flags & _FUA))
+        data = log[at + SECTOR : at + SECTOR + sectors * SECTOR]
+        at += SECTOR + len(data)
+        writes.append(Write(begin * SECTOR, data, bool(flags & _FLUSH), bool(flags & _FUA)))
+    return writes
 
 
 def apply(image: bytearray, writes: Sequence[Write]) -> None:
@@ -51,19 +46,15 @@ def apply(image: bytearray, writes: Sequence[Write]) -> None:
         image[write.offset : write.offset + len(write.data)] = write.data
 
 
-def flushed(writes: Sequence[Write]) -> int:
-    """Return how many of the requests are before the last flush: these are on the disk."""
-    return max((number for number, write in enumerate(writes) if write.flush), default=0)
-
-
-def cut(image: bytearray, writes: Sequence[Write], kept: int, random: Random) -> None:
-    """Apply what a power cut leaves of writes: the first `kept`, and of the others any of their sectors, or all, or none.
+def cut(image: bytearray, writes: Sequence[Write], random: Random) -> None:
+    """Apply what a power cut leaves of writes: all before the last flush; of the rest any of their sectors, or all, or none.
 
     Those of one address keep their order.
     """
-    apply(image, writes[:kept])
+    flushed = max((number for number, write in enumerate(writes) if write.flush), default=0)
+    apply(image, writes[:flushed])
     share = random.choice((0.0, 0.1, 0.5, 0.9, 1.0))
-    for write in writes[kept:]:
+    for write in writes[flushed:]:
         for at in range(0, len(write.data), WHOLE):
             if write.through or random.random() < share:
                 apply(image, [replace(write, offset=write.offset + at, data=write.data[at : at + WHOLE])])

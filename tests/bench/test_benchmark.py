@@ -1,0 +1,101 @@
+"""Error against run time: fair pairs, right rivals, the front, the picture, and what the commands write."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import palpate
+import pytest
+from click.testing import CliRunner
+from palpate import benchmark, rivals
+from palpate.cli import main
+from palpate.simulation import scenarios
+from project import need_package
+
+from bench import results_age
+from bench.accuracy import error_vs_time, stages
+
+ROW = benchmark.Row("tremor", "handheld scene", 0.003, 0.0, 0.0, 0.95, math.nan, math.nan, 200.0, 0.004)
+
+
+@pytest.mark.parametrize("name", ["strong-tremor", "lost-runs", "slow-converter"])
+def test_rivals_get_the_pairs_of_the_scene(name: str) -> None:
+    run = scenarios.run(name, 1)
+    rows = palpate.Tracker("handheld").process(run.t_hard_s, run.t_soft_s, run.hard, run.soft)
+    pairs = benchmark.pairs_aligned(run)
+    at = np.searchsorted(run.t_hard_s, pairs.since_s + run.presses[0].start_s - 1e-9)
+    both = rows["touch"][at] == 1
+    idle = run.t_hard_s < run.presses[0].start_s - benchmark.EARLY_S
+    hard = pairs.output[both] + np.nanmean(run.hard[idle]) - rows["hard_baseline"][at[both]]
+    soft = pairs.regressor[both] + np.nanmean(run.soft[idle]) - rows["soft_baseline"][at[both]]
+    assert both.sum() > 100
+    # The first pairs of the touch may be before the true contact; their weight fades with 0.995^200 at most.
+    found = palpate.HandoverRls().process(hard, soft)
+    assert found[-1] == pytest.approx(rows["ratio"][at[both]][-1], rel=1e-5)
+
+
+@pytest.mark.parametrize("library", list(rivals.LIBRARIES))
+def test_other_libraries_are_least_squares_with_forgetting(library: str) -> None:
+    need_package(library)
+    pairs = benchmark.pairs_aligned(scenarios.run("strong-tremor", 3))
+    expected, _ = benchmark.OWN["fixed 0.995"](pairs.output, pairs.regressor)
+    # P0 = 1e12 in a form that subtracts: eps P0 x^2 = 1e-5 of the first P, less with each sample.
+    assert rivals.LIBRARIES[library](pairs.output, pairs.regressor)[5:] == pytest.approx(expected[5:], rel=1e-6)
+
+
+def test_the_front_has_no_row_that_another_beats() -> None:
+    rows = [replace(ROW, ns=ns, rmse=rmse) for ns, rmse in [(5, 0.3), (50, 0.2), (60, 0.4), (90, 0.1), (1e4, 0.0995)]]
+    assert [row.ns for row in benchmark.front(rows)] == [5, 50, 90]  # 0.5 % better is no reason for 100 times the time
+    assert benchmark.front([replace(ROW, ns=math.nan)]) == []
+
+
+def test_palpate_bench_draws_the_picture(tmp_path: Path) -> None:
+    picture = tmp_path / "front.png"
+    command = ["bench", "--seeds", "1", "--scenario", "step-up", "--plot", str(picture), "--json"]
+    done = CliRunner().invoke(main, command)
+    assert done.exit_code == 0, done.output
+    rows = {row["estimator"]: row for row in json.loads(done.output)["rows"]}
+    assert rows["handheld scene"]["rmse"] < rows["fixed 0.9 +A"]["rmse"] < rows["fixed 0.995 +A"]["rmse"]
+    assert picture.stat().st_size > 10_000
+    assert CliRunner().invoke(main, command).exit_code == 4  # it exists
+    assert CliRunner().invoke(main, [*command[:-2], "front.gif"]).exit_code == 2
+
+
+def test_the_bench_writes_a_summary_that_names_the_commit(tmp_path: Path) -> None:
+    rows = [
+        r for name in ("spikes", "slow-drift") for r in benchmark.on_scenario(name, 1, {}, benchmark.bare_estimators())
+    ]
+    found = json.loads(error_vs_time.summary(rows, 1).replace("NaN", "null"))
+    assert found["columns"][-1] == "handheld / best"
+    assert found["spikes"][-1] < 1 < found["slow-drift"][-1]
+    assert found["headers"] == results_age.headers_hash()
+    assert found["commit"]
+    assert error_vs_time.BETTER["slow-drift"] in error_vs_time.table(rows)
+    assert set(error_vs_time.BETTER) <= set(benchmark.SINGLE)
+
+
+def test_alignment_is_most_of_the_gain_on_a_tremor(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stages, "SHOWN", ("strong-tremor",))
+    found = stages.gains(1)
+    assert found["strong-tremor"]["paper"] > 20 * found["strong-tremor"]["+ alignment"]
+    assert stages.gains_table(found).count("\n") == stages.KEY.count("\n") + 2
+
+
+def test_results_say_with_which_headers_they_were_measured(tmp_path: Path) -> None:
+    header = tmp_path / "one.hpp"
+    hashes = []
+    for text in (
+        "constexpr int limit = 8;  // samples\n",
+        "\nconstexpr int  limit = 8;\n",
+        "constexpr int limit = 9;\n",
+    ):
+        header.write_text(text)
+        hashes.append(results_age.headers_hash(tmp_path))
+    before, same, after = hashes
+    assert before == same != after
+    (tmp_path / "new.json").write_text(json.dumps({"headers": results_age.headers_hash()}))
+    assert results_age.main(tmp_path) == 0
+    (tmp_path / "old.json").write_text(json.dumps({"headers": before}))
+    assert results_age.main(tmp_path) == 1

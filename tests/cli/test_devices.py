@@ -1,0 +1,262 @@
+"""`palpate devices` and `palpate doctor`: what is connected, and for each line that is not ok what to type."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from importlib import metadata
+from pathlib import Path
+from types import SimpleNamespace
+
+import click
+import pytest
+from command_lines import run
+from palpate import DeviceNotFound
+from palpate.ad7746.bus import VirtualClock
+from palpate.ad7746.evalkit import board, find, udev
+from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.evalkit.udev import UDEV_RULE
+from palpate.ad7746.twin.chip import ChipTwin
+from palpate.ad7746.twin.kit import KitTwin
+from palpate.ad7746.twin.usb import TwinBackend
+from palpate.cli import devices as cli_devices
+from palpate.sources import devices
+
+OLDER = 'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0666"'
+linux = pytest.mark.skipif(sys.platform != "linux", reason="udev is Linux's")
+
+
+@pytest.fixture(autouse=True)
+def alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No file, no variable and no rule of this machine's."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("PALPATE_FIRMWARE", raising=False)
+    monkeypatch.setattr(udev, "RULES", (tmp_path / "rules.d",))
+    monkeypatch.setattr(click, "get_app_dir", lambda name: str(tmp_path / name))
+
+
+def plug(
+    monkeypatch: pytest.MonkeyPatch, count: int = 1, *, loaded: bool = True, allowed: bool | None = None
+) -> list[KitTwin]:
+    """Have simulated boards, usb:1/2 and so on."""
+    clock = VirtualClock()
+    kits = [KitTwin(ChipTwin(lambda pin, begin_s, end_s: 1.0), clock, loaded=loaded) for _ in range(count)]
+    backend = TwinBackend(clock)
+    for number, kit in enumerate(kits, 1):
+        backend.plug(kit, number)
+    monkeypatch.setattr(find, "system_backend", lambda: backend)
+    monkeypatch.setattr(find, "may_open", lambda board: allowed)
+    monkeypatch.setattr(board, "RealClock", lambda: clock)
+    return kits
+
+
+def test_devices_and_searches_that_are_not_possible(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused() -> list[devices.Found]:
+        raise DeviceNotFound("no permission to look")
+
+    found = [devices.Found("usb:1/2", "AD7746 evaluation kit")]
+    for name, look in (("_boards", lambda: found), ("_iio", refused), ("_i2c", list), ("_ports", list)):
+        monkeypatch.setattr(devices, name, look)
+    result = run("devices")
+    assert (result.exit_code, result.stdout) == (0, "usb:1/2  AD7746 evaluation kit\n")
+    assert result.stderr == "not searched: no permission to look\n"
+    monkeypatch.setattr(devices, "_boards", list)
+    result = run("devices", "--json")
+    assert (result.exit_code, json.loads(result.stdout)["devices"]) == (3, [])
+    assert "sim:four-specimens" in result.stderr
+
+
+def test_boards_blink_in_turn_and_one_in_use_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    plug(monkeypatch, 2)
+    blinks = [f"usb:1/{number}: the red LED blinks for 3 s\n" for number in (2, 3)]
+    assert run("devices", "--blink").stdout == "".join(blinks)
+    assert run("devices", "--blink", "usb:1/3").stdout == blinks[1]
+    wrong = run("devices", "--blink", "usb:1/9")
+    assert wrong.exit_code == 3
+    assert "--blink: got usb:1/9, connected: usb:1/2, usb:1/3" in wrong.stderr
+    measuring = EvalKit(1, 2, backend=find.system_backend())
+    result = run("devices", "--blink")
+    assert (result.exit_code, result.stdout) == (3, blinks[1])
+    assert "usb:1/2: the board at 1/2: another program uses the board" in result.stderr
+    measuring.close()
+
+
+def test_nothing_is_wrong_here() -> None:
+    result = run("doctor")
+    assert result.exit_code == 0, result.stdout
+    assert {line[:2] for line in result.stdout.splitlines()} <= {"ok", "--", "  "}
+    document = json.loads(run("doctor", "--json").stdout)
+    assert document["wrong"] == 0
+    assert {"palpate", "extra usb", "firmware"} <= {finding["what"] for finding in document["findings"]}
+
+
+@pytest.mark.parametrize(
+    ("how", "code", "said"),
+    [
+        ({"allowed": True}, 0, "ok  board usb:1/2: can be opened, firmware is running, the AD7746 answers"),
+        ({"absent": True}, 4, "the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link LK2"),
+        ({"loaded": False}, 3, "!!  board usb:1/2: the board at 1/2 has no firmware"),
+        ({"allowed": False}, 3, "!!  permission: no udev rule for the board: only root can open it\n      palpate doctor --install-udev"),
+    ],
+)  # fmt: skip
+def test_a_board(how: dict[str, bool], code: int, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    [kit] = plug(monkeypatch, loaded=how.get("loaded", True), allowed=how.get("allowed"))
+    kit.chip.present = not how.get("absent", False)
+    result = run("doctor")
+    assert (result.exit_code, said in result.stdout) == (code, True), result.stdout
+
+
+@pytest.mark.parametrize(
+    ("name", "rule", "allowed", "said"),
+    [
+        ("70-palpate.rules", UDEV_RULE, False, "70-palpate.rules gives this user no access"),
+        ("70-palpate.rules", OLDER, True, "lets every user and program of this machine write"),
+        ("99-ad7746.rules", OLDER.replace('MODE=', 'MODE:='), True, "      take the board's mode and tag out of"),
+        ("99-ad7746.rules", OLDER.partition("MODE")[0] + 'TAG+="uaccess"', True, "sorts after 73-seat-late.rules"),
+    ],
+)  # fmt: skip
+def test_a_rule_that_gives_too_little_or_too_much(
+    name: str, rule: str, allowed: bool, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "rules.d").mkdir()
+    (tmp_path / "rules.d" / name).write_text(f"{rule}\n")
+    plug(monkeypatch, allowed=allowed)
+    result = run("doctor")
+    assert (result.exit_code, said in result.stdout) == (0 if allowed else 3, True), result.stdout
+
+
+def test_an_extra_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def version(package: str) -> str:
+        if package == "pylsl":
+            raise metadata.PackageNotFoundError
+        return "1"
+
+    monkeypatch.setattr(metadata, "version", version)
+    found = {finding.what: finding for finding in cli_devices.extras()}
+    assert (found["extra lsl"].state, found["extra lsl"].do) == ("free", "pip install 'palpate[lsl]'")
+    assert found["extra usb"].state == "ok"
+    assert not {"extra test", "extra docs"} & set(found)
+
+
+def test_a_check_that_fails_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli_devices, "extras", lambda: 1 / 0)
+    result = run("doctor")
+    assert (result.exit_code, "libusb" in result.stdout) == (1, True)
+    assert "!!  extras: check failed: ZeroDivisionError: " in result.stdout
+
+
+@pytest.fixture
+def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the rule file of a system where root has called the command."""
+    (tmp_path / "udev").mkdir()
+    monkeypatch.setattr(udev, "RULES", (tmp_path / "udev" / "rules.d",))
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    monkeypatch.setattr(udev, "reload", lambda: "")
+    monkeypatch.setattr(udev, "missing_group", lambda: "sudo usermod -aG plugdev me")
+    return tmp_path / "udev" / "rules.d" / "70-palpate.rules"
+
+
+def rules(file: Path) -> list[str]:
+    return [line for line in file.read_text().splitlines() if not line.startswith("#")]
+
+
+@linux
+def test_the_rule_is_written_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert 'MODE="0660", GROUP="plugdev", TAG+="uaccess"' in UDEV_RULE
+    assert udev.RULE_FILE < udev._SEATS
+    result = run("doctor", "--install-udev")
+    assert result.exit_code == 0, result.output
+    assert f"ok  udev rule: wrote {file}" in result.stdout
+    assert "ok  udev: has read its rules again" in result.stdout
+    assert "--  users: the user at the screen can open the board; over ssh" in result.stdout
+    assert "      sudo usermod -aG plugdev me" in result.stdout
+    assert (rules(file), file.stat().st_mode & 0o777) == ([UDEV_RULE], 0o644)
+    assert (udev.rule_files(), udev.flaw(file)) == ([file], "")
+    monkeypatch.setattr(udev, "reload", lambda: "udevadm is not installed")
+    monkeypatch.setattr(udev, "missing_group", lambda: "")
+    again = run("doctor", "--install-udev").stdout
+    assert f"{file} is there already" in again
+    assert "--  udev: udevadm is not installed\n      unplug the board for a moment" in again
+    assert "ok  users: the user at the screen can open the board, and so can the group plugdev" in again
+
+
+@linux
+@pytest.mark.parametrize(
+    ("before", "code", "said"),
+    [
+        ("# none\n", 0, "ok  udev rule: wrote "),
+        (f"{OLDER}\n", 4, "has other rules, stays as it is"),
+        (f'{UDEV_RULE}\n{OLDER}, RUN+="/bin/x"\n', 4, "has other rules, stays as it is"),
+    ],
+)
+def test_a_file_with_other_rules_stays(file: Path, before: str, code: int, said: str) -> None:
+    file.parent.mkdir()
+    file.write_text(before)
+    result = run("doctor", "--install-udev")
+    assert (result.exit_code, said in result.stdout) == (code, True), result.stdout
+    assert file.read_text() == before if code else rules(file) == [UDEV_RULE]
+
+
+@linux
+def test_a_user_is_sent_to_sudo(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(folder: object = None) -> str:
+        raise PermissionError(13, "Permission denied", str(file))
+
+    command = f"sudo {sys.executable} -P -m palpate doctor --install-udev"
+    monkeypatch.setattr(udev, "install", refuse)
+    assert run("doctor", "--install-udev").exit_code == 4  # root itself is refused: sudo would not help
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    result = run("doctor", "--install-udev")
+    assert (result.exit_code, f"      {command}\n" in result.stdout) == (3, True)
+
+
+@linux
+def test_another_system_has_no_udev(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli_devices, "sys", SimpleNamespace(platform="win32", exit=sys.exit))
+    refused = run("doctor", "--install-udev")
+    assert (refused.exit_code, "WinUSB, by Zadig" in refused.stdout) == (2, True)
+
+
+@linux
+@pytest.mark.parametrize(
+    ("program", "said"),
+    [
+        ("echo $@ >> calls", ""),
+        ("echo Running in chroot >&2; exit 1", "udevadm control: Running in chroot"),
+        ("exec sleep 30", "timed out after 0.05 seconds"),
+        ("", "udevadm is not installed"),
+    ],
+)
+def test_udev_reads_and_applies_the_rules(
+    program: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "udevadm"
+    path.write_text(f"#!/bin/sh\n{program}\n")
+    path.chmod(0o755)
+    monkeypatch.setattr(shutil, "which", lambda name, path=None: str(tmp_path / name) if program else None)
+    if "sleep" in program:
+        monkeypatch.setattr(udev, "_WAIT_S", 0.05)
+    found = udev.reload()
+    assert found.endswith(said)
+    assert bool(found) == bool(said)
+    if not said:
+        reload, trigger = (tmp_path / "calls").read_text().splitlines()
+        assert reload == "control --reload"
+        assert {"trigger", "--action=change", "--attr-match=idVendor=0456"} <= set(trigger.split())
+
+
+def test_permission_is_that_of_the_device_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    node = tmp_path / "001" / "002"
+    assert find.may_open(find.Board(1, 2, ()), tmp_path) is None
+    node.parent.mkdir()
+    node.touch()
+    for allowed in (True, False):
+        monkeypatch.setattr("os.access", lambda path, mode, allowed=allowed: allowed)
+        assert find.may_open(find.Board(1, 2, ()), tmp_path) is allowed
+
+
+def test_the_rule_is_written_without_pyusb() -> None:
+    """The root's Python may have none."""
+    code = "import sys; sys.modules['usb'] = None; import palpate.ad7746.evalkit.udev, palpate.cli.devices"
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Each case is an error, whose message stands beside it.
+
+#if defined(__FAST_MATH__)  // palpate needs IEEE arithmetic
+#include <palpate/estimator/rls.hpp>
+#else
+#include <palpate/bank.hpp>
+#include <palpate/embedded.hpp>
+#include <palpate/palpate.hpp>
+#include <palpate/ring.hpp>
+#endif
+
+void use() {
+  using namespace palpate;
+#if CASE == 1  // lvalue required|not assignable
+  Rls<float>().covariance() = 1.0f;
+#elif CASE == 2  // palpate::Rls: Real must be float or double
+  Rls<int>().update(1, 1);
+#elif CASE == 3  // Forgetting, Detector and Bound must be of the same Real as the estimator
+  Rls<float, SwitchedForgetting<double> >().update(1.0f, 1.0f);
+#elif CASE == 4  // palpate::Align: Ticks must be an integer of 32 or 64 bits
+  HandheldTracker<double, double> tracker;
+#elif CASE == 5  // Capacity must be a power of two
+  Ring<int, 100> ring;
+#elif CASE == 6  // palpate::Bank: its estimators must be Checked
+  Bank<embedded::PaperRls<float>, 4> bank;
+#endif
+}

@@ -1,4 +1,0 @@
-// error: palpate::Rls: Real must be float or double
-#include <palpate/estimator/rls.hpp>
-
-int main() { return palpate::Rls<int>().update(1, 1).accepted; }

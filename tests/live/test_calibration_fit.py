@@ -1,0 +1,141 @@
+"""Guided calibration: what it says after each touch, and the file at the end."""
+
+from pathlib import Path
+from typing import Any
+
+import palpate
+import pytest
+from live_bench import until
+from palpate import Calibration, Touch
+from palpate.calibration.characterise import Specimen, calibrate
+from palpate.elasticity import SORBOTHANE_MPA
+from palpate.live.calibration_fit import GuidedCalibration, KnownSpecimen, missing, next_best
+from palpate.live.feed import RefusedCommand
+from palpate.live.files import RunFiles
+from palpate.simulation.hand import session
+from palpate.simulation.scenarios import PROBE
+
+MODULI = dict(sorted(SORBOTHANE_MPA.items(), key=lambda item: item[1])[::2])
+WANTED = 2
+
+
+@pytest.fixture(scope="module")
+def touches() -> dict[str, list[Touch]]:
+    runs = session(0, touches=WANTED)
+    return {name: palpate.touches(runs[name]) for name in MODULI}
+
+
+class Bench:
+    """A plan that is touched in order, and a folder."""
+
+    def __init__(self, folder: Path, touches: dict[str, list[Touch]]) -> None:
+        self.order = [(name, touch) for name in MODULI for touch in touches[name]]
+        self.done, self.left_out = 0, set[int]()
+        self.used: list[tuple[Calibration, Path]] = []
+        self.files = RunFiles(folder=folder)
+        self.part = GuidedCalibration(self.known, self.files, lambda found, path: self.used.append((found, path)))
+
+    def known(self) -> list[KnownSpecimen]:
+        numbered = [(name, (n, t, n not in self.left_out)) for n, (name, t) in enumerate(self.order[: self.done], 1)]
+        return [
+            KnownSpecimen(name, modulus, WANTED, tuple(row for of, row in numbered if of == name))
+            for name, modulus in MODULI.items()
+        ]
+
+    def touch(self, count: int = 1) -> dict[str, Any]:
+        """Return the message when it holds these touches, too."""
+        self.done += count
+        self.part.document()
+        return self.settled()
+
+    def settled(self) -> dict[str, Any]:
+        until(lambda: self.part.document().get("touches") == self.done - len(self.left_out) and not self.part._running)
+        return self.part.document()
+
+
+def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
+    bench = Bench(tmp_path, touches)
+    assert bench.part.document() == {"on": False}
+    assert bench.part.switch(on=True) == f"Calibrating with {len(MODULI)} specimens of known modulus."
+    first = bench.touch()
+    assert "Not enough yet" in first["verdict"]
+    assert (first["curve"], first["history"], len(first["points"])) == (None, [], 1)
+    grown = [bench.touch() for _ in bench.order[1:]]
+    assert [len(each["missing"]) > 0 for each in grown] == [True] * (len(grown) - 1) + [False]
+    last = grown[-1]
+    assert (last["next"], last["error"], last["touches"]) == ("", None, len(bench.order))
+    assert len(last["history"]) == len(bench.order) - 2 * WANTED
+    assert last["history"][-1] < last["history"][1]
+    expected = calibrate([Specimen(name, MODULI[name], touches[name]) for name in MODULI], about={"scene": "handheld"})
+    assert last["verdict"] == expected.verdict
+    assert last["rigid"]["value"] == expected.probe.rigid_ratio
+    for name, (low, high) in expected.parameter_intervals().items():
+        if high > low:
+            assert low < getattr(PROBE, name) < high
+    assert {point["fitted"] for point in last["points"]} == {expected.probe.ratio(E) for E in MODULI.values()}
+
+    answer = bench.part.save()
+    assert answer["file"] == "probe.toml"
+    [(used, path)] = bench.used
+    assert (path, used.as_dict()) == (tmp_path / "probe.toml", Calibration.load(path).as_dict())
+    assert used.as_dict() == expected.as_dict()
+    assert [file["name"] for file in bench.files.named] == ["probe.toml", answer["report"]]
+    assert expected.verdict in (tmp_path / answer["report"]).read_text()
+    assert bench.part.document()["saved"] == "probe.toml"
+    assert bench.part.switch(on=False).startswith("Calibrating has ended")
+
+
+def test_a_touch_that_is_left_out_is_shown_and_not_used(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
+    bench = Bench(tmp_path, touches)
+    bench.part.switch(on=True)
+    whole = bench.touch(len(bench.order))
+    bench.left_out = {3}
+    less = bench.settled()
+    assert [point["touch"] for point in less["points"] if not point["kept"]] == [3]
+    assert less["rigid"] != whole["rigid"]
+    assert less["missing"] == [f"Begun: {list(MODULI)[1]} (1 more)."]
+    assert less["next"] == f"Next: {list(MODULI)[1]}."
+    bench.left_out = set()
+    assert bench.settled() == whole
+
+
+def test_what_is_not_possible_is_said(tmp_path: Path, touches: dict[str, list[Touch]]) -> None:
+    bench = Bench(tmp_path, touches)
+    few = GuidedCalibration(lambda: bench.known()[:2], bench.files, lambda *_: None)
+    with pytest.raises(RefusedCommand, match="got 2 specimens of known modulus, allowed: 3 or more"):
+        few.switch(on=True)
+    with pytest.raises(RefusedCommand, match="save calibration: moduli: got 0 specimens"):
+        bench.part.save()
+    bench.done = len(bench.order)
+    reverse = Bench(tmp_path, dict(zip(MODULI, reversed(touches.values()), strict=True)))
+    reverse.part.switch(on=True)
+    found = reverse.touch(len(reverse.order))  # ratios that do not rise are an objection, not a failure
+    assert found["verdict"]
+    assert found["error"] or not found["sound"]
+    (tmp_path / "here.toml").write_text("precious")
+    with pytest.raises(ValueError, match="there is such a file"):
+        bench.part.save("here.toml")
+    assert (bench.files.named, bench.used, (tmp_path / "here.toml").read_text()) == ([], [], "precious")
+
+
+def test_what_is_next_and_missing(touches: dict[str, list[Touch]]) -> None:
+    one = touches[next(iter(MODULI))][0]
+
+    def known(**counts: int) -> list[KnownSpecimen]:
+        moduli = {"soft": 0.1, "middle": 1.0, "hard": 9.0}
+        return [
+            KnownSpecimen(name, moduli[name], 2, tuple((n, one, True) for n in range(counts.get(name, 0))))
+            for name in moduli
+        ]
+
+    assert next_best(known()) == "Next: soft, then hard."
+    assert next_best(known(middle=1)) == "Next: middle, then soft."
+    assert next_best(known(middle=2)) == "Next: soft, then hard. Below 1 MPa no specimen is finished."
+    assert next_best(known(soft=2, middle=2)) == "Next: hard. Above 1 MPa no specimen is finished."
+    assert (next_best(known(soft=2, middle=2, hard=3)), missing(known(soft=2, middle=2, hard=3))) == ("", [])
+    assert missing(known(soft=1)) == [
+        "1 of at least 3 specimens are touched.",
+        "No specimen has two touches: the scatter from touch to touch is not known.",
+        "Begun: soft (1 more).",
+        "Not touched yet: middle, hard.",
+    ]

@@ -1,0 +1,111 @@
+"""Files of a run: names that are proposed and checked, reports, and how they are sent to a browser."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+from live_bench import OWN_FILE, begun, client
+from palpate.live import files as module
+from palpate.live.app import DOWNLOADED, READ_ONLY
+from palpate.live.commands import Command
+from palpate.live.feed import RefusedCommand
+from palpate.live.files import RunFiles
+
+
+class Sunday(module.date):  # type: ignore[name-defined,misc]
+    @classmethod
+    def today(cls) -> "Sunday":
+        return cls(2026, 11, 22)
+
+
+@pytest.fixture
+def named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RunFiles:
+    monkeypatch.setattr(module, "date", Sunday)
+    return RunFiles(folder=tmp_path)
+
+
+def test_names_are_proposed_by_date(named: RunFiles, tmp_path: Path) -> None:
+    (tmp_path / "palpate-2026-11-22-2.json").touch()  # half of another recording
+    assert named.made(named.next(), "recording") == tmp_path / "palpate-2026-11-22-1.csv"
+    assert named.next() == named.next() == tmp_path / "palpate-2026-11-22-3.csv"
+    assert named.next("30 OO_a.1-b.csv") == tmp_path / "30 OO_a.1-b.csv"
+    files = RunFiles(tmp_path / "run.csv")
+    assert [files.made(files.next(), "recording").name for _ in range(2)] == ["run.csv", "run-2.csv"]
+    assert [file["name"] for file in files.named] == ["run.csv", "run.json", "run-2.csv", "run-2.json"]
+    (tmp_path / "other.csv").touch()
+    assert [files.find(name) for name in ("run.json", "other.csv", "../run.csv")] == [tmp_path / "run.json", None, None]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["", "../run.csv", "a\\b.csv", "/run.csv", "run.json", "run.csv\n", ".run.csv", "-run.csv", "r\0.csv", "C:run.csv", "x" * 97 + ".csv"],
+)  # fmt: skip
+def test_a_name_that_could_be_another_place_is_refused(name: str, named: RunFiles) -> None:
+    with pytest.raises(ValueError, match=r"name: got .*, allowed: at most 100 of A-Z"):
+        named.next(name)
+    assert named.named == []
+
+
+@pytest.mark.parametrize("there", ["run.csv", "run.json"])
+def test_nothing_is_overwritten(there: str, named: RunFiles, tmp_path: Path) -> None:
+    (tmp_path / there).touch()
+    with pytest.raises(ValueError, match=r"'run\.csv', and there is such a file; choose another name"):
+        named.next("run.csv")
+    (tmp_path / "probe.toml").touch()
+    assert named.free("probe.toml") == tmp_path / "probe-2.toml"
+    assert named.made(named.checked("gel.toml", ".toml"), "calibration") == tmp_path / "gel.toml"
+    assert named.free("gel.toml") == tmp_path / "gel-2.toml"
+
+
+def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside it, under a new name; one at a time."""
+    asked: list[tuple[Path, list[Path], Path | None]] = []
+
+    def write(path: Path, recordings: Sequence[Path], calibration: Path | None) -> None:
+        asked.append((path, list(recordings), calibration))
+        path.write_text("<p>gel</p>")
+        with pytest.raises(RefusedCommand, match="one is being written"):
+            files.report(None)
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    files = RunFiles(tmp_path / "run.csv")
+    with pytest.raises(RefusedCommand, match="report: nothing is recorded yet"):
+        files.report(None)
+    for name in ("one.csv", "two.csv"):
+        files.made(files.next(name), "recording")
+    monkeypatch.setattr(module, "write", full)
+    with pytest.raises(RefusedCommand, match=r"report: cannot be written: No space left on device"):
+        files.report(None)
+    monkeypatch.setattr(module, "write", write)
+    (tmp_path / "two-report-2.html").write_text("precious")
+    names = [files.report(tmp_path / "probe.toml")["file"] for _ in range(2)]
+    assert names == ["two-report.html", "two-report-3.html"]
+    assert (tmp_path / "two-report-2.html").read_text() == "precious"
+    assert asked[0] == (tmp_path / "two-report.html", [tmp_path / "two.csv"], tmp_path / "probe.toml")
+    assert [file["name"] for file in files.named if file["kind"] == "report"] == names
+
+
+def test_a_browser_shows_a_report_and_runs_nothing_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = begun(f"{OWN_FILE}?speed=100", tmp_path)
+    monkeypatch.setattr(module, "write", lambda path, *_: path.write_text("<p>gel</p>"))
+    name = bench.do(Command("report"))["file"]
+    for beside in ("probe.toml", "odd.bin"):
+        (tmp_path / beside).write_text("x")
+        bench.measurement.files.made(tmp_path / beside, "calibration")
+    page = client(bench)
+    got = page.get(f"/recording/{name}")
+    assert got.text == "<p>gel</p>"
+    assert got.headers["content-type"] == "text/html; charset=utf-8"
+    assert got.headers.get_list("content-security-policy") == [READ_ONLY]
+    assert READ_ONLY.startswith("sandbox; default-src 'none'; ")
+    assert "script" not in READ_ONLY
+    assert got.headers["content-disposition"].startswith("inline")
+    for file in ("run.csv", "run.json", "probe.toml", "odd.bin"):
+        got = page.get(f"/recording/{file}")
+        assert got.headers["content-disposition"].startswith("attachment")
+        kind = DOWNLOADED.get(Path(file).suffix, ("application/octet-stream",))[0]
+        assert got.headers["content-type"].partition(";")[0] == kind
+        assert got.headers["x-content-type-options"] == "nosniff"
+    bench.measurement.close()

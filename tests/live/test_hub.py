@@ -1,0 +1,121 @@
+"""What an open page gets: rows when they come, all of them or the newest, and messages in their order."""
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from live_bench import PATIENCE_S, SOURCE, begun, client
+from palpate.live import hub as module
+from palpate.live.feed import HEADER, ROW, Kind
+from palpate.live.hub import AHEAD, FRAME_ROWS, Page
+from palpate.live.levels import KEPT, Levels
+from starlette.websockets import WebSocketDisconnect
+
+
+class Socket:
+    """A web socket that keeps what it gets."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+        self.frames: list[bytes] = []
+
+    async def send_text(self, data: str) -> None:
+        self.texts.append(data)
+
+    async def send_bytes(self, data: bytes) -> None:
+        self.frames.append(data)
+
+
+async def turns() -> None:
+    for _ in range(50):
+        await asyncio.sleep(0)
+
+
+def with_page(test: Callable[[Page, Levels], Awaitable[None]]) -> Socket:
+    """Run a test with a page that sends; return its socket."""
+    socket, levels = Socket(), Levels()
+    bench: Any = SimpleNamespace(measurement=SimpleNamespace(levels=levels))
+
+    async def run() -> None:
+        page = Page(socket, bench)
+        sending = asyncio.create_task(page.send())
+        await test(page, levels)
+        sending.cancel()
+
+    asyncio.run(run())
+    return socket
+
+
+def times(frame: bytes) -> np.ndarray[Any, Any]:
+    return np.frombuffer(frame, "<f8", HEADER.unpack_from(frame)[2], HEADER.size)
+
+
+@pytest.mark.parametrize("missed", [KEPT, 2 * KEPT])
+def test_a_page_that_does_not_read_costs_nothing_and_goes_on_later(missed: int) -> None:
+    """It gets what it missed, in frames of limited size; if that is forgotten it begins again with the recent rows."""
+    rows = np.zeros(missed, ROW)
+    rows["t_s"] = np.arange(missed) / 38
+
+    async def test(page: Page, levels: Levels) -> None:
+        for begin in range(0, missed, 64):
+            levels.add(rows[begin : begin + 64])
+            page.wake()
+            if begin < 64 * 2 * AHEAD:
+                await turns()
+        assert page.sent == AHEAD
+        before = 0
+        while page.sent > before:  # it confirms every fourth frame, as a page does
+            before = page.sent
+            page.seen(page.sent // 4 * 4)
+            await turns()
+
+    frames = with_page(test).frames
+    assert [HEADER.unpack_from(frame)[1] for frame in frames] == list(range(1, len(frames) + 1))
+    assert max(len(times(frame)) for frame in frames) <= FRAME_ROWS
+    anew = [at for at, frame in enumerate(frames) if HEADER.unpack_from(frame)[3] == Kind.ANEW]
+    assert anew == ([0] if missed == KEPT else [0, AHEAD])
+    got = np.concatenate([times(frame) for frame in frames])
+    assert np.array_equal(got[-KEPT:], rows["t_s"][-KEPT:])
+    assert len(got) == missed or missed > KEPT
+
+
+def test_the_state_comes_before_the_answer_and_only_the_newest() -> None:
+    """And of too many views the newest are sent."""
+
+    async def test(page: Page, _: Levels) -> None:
+        page.tell("state", "recording: run.csv")
+        page.tell("state", "recording: none")
+        page.answer("closed")
+        for number in range(100):
+            page.look(number, 0.0, 1.0, 100)
+        await turns()
+
+    socket = with_page(test)
+    assert socket.texts == ["recording: none", "closed"]
+    views = [HEADER.unpack_from(frame) for frame in socket.frames]
+    assert [number for _, number, _, kind in views if kind == Kind.VIEW] == [96, 97, 98, 99]
+
+
+def test_rows_and_a_new_line_go_out_at_once_and_to_so_many_pages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not when the server looks again: it does so once in an hour here."""
+    monkeypatch.setattr(module, "_STATES_PER_S", 1 / (60 * PATIENCE_S))
+    monkeypatch.setattr("palpate.live.app.PAGES", 1)
+    bench = begun(f"{SOURCE}&idle=60&fault=unplug:60@2", tmp_path)
+    lines, rows = [], 0
+    with client(bench) as page, page.websocket_connect("/ws") as socket:
+        with pytest.raises(WebSocketDisconnect) as refused, page.websocket_connect("/ws"):
+            pass
+        while "unplugged" not in lines:
+            message = socket.receive()
+            rows += len(times(message["bytes"])) if message.get("bytes") else 0
+            if message.get("text") and (told := json.loads(message["text"]))["type"] == "state":
+                lines.append(told["line"]["what"])
+    bench.measurement.close()
+    assert (rows > 0, len(lines) < 20, refused.value.code) == (True, True, 1013)

@@ -1,0 +1,275 @@
+"""A measurement behind the page: what the buttons do, what is recorded, what its touches say; and a recording instead."""
+
+import json
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import palpate
+import pytest
+from live_bench import OWN_FILE, SOURCE, Bench, begun, client, until
+from palpate import Source
+from palpate.elasticity import SORBOTHANE_MPA, Elasticity
+from palpate.live import levels
+from palpate.live.commands import Command, Workbench
+from palpate.live.feed import HEADER, Kind, RefusedCommand
+from palpate.live.measurement import RecordedMeasurement, open_file
+from palpate.live.touch_table import TouchTable
+from palpate.recording import sidecar
+from palpate.recording.foreign import recorded
+from palpate.recording.session import Entry, Plan, Specimen, plan_of
+
+
+def fast() -> Source:
+    """Return a source with four touches that waits for nothing."""
+    return palpate.open(str(OWN_FILE))
+
+
+def heard(socket: Any, kind: str) -> dict[str, Any]:
+    """Return the next message of a kind."""
+    for _ in range(500):
+        message = socket.receive()
+        if message.get("text") and (told := json.loads(message["text"]))["type"] == kind:
+            return dict(told)
+    raise AssertionError(f"no {kind} among 500 messages")
+
+
+def ended(bench: Bench) -> Bench:
+    until(lambda: not bench.measurement.running)
+    return bench
+
+
+def test_a_refusal_is_answered_and_a_tare_is_marked(tmp_path: Path) -> None:
+    bench = begun(SOURCE, tmp_path)
+    with client(bench) as page, page.websocket_connect("/ws") as socket:
+        for message, words in (("nonsense", "allowed: JSON"), ('{"do": "record"}', "already running")):
+            socket.send_text(message)
+            assert words in heard(socket, "refused")["message"]
+    until(lambda: bench.measurement.last)
+    assert "do not touch anything" in bench.obey("tare")
+    until(lambda: bench.documents["events"]()["tares"])
+    tares = bench.documents["events"]()["tares"]
+    assert "closed" in bench.obey("stop")
+    assert bench.obey("mark") == "Marked; nothing is recorded yet."
+    state = bench.state()
+    assert (state["recording"], state["proposed"]) == (None, "run-2.csv")
+    assert [file["kind"] for file in state["files"]] == ["recording", "settings"]
+    bench.measurement.close()
+    document = json.loads((tmp_path / "run.json").read_text())
+    assert [mark["t_s"] for mark in document["marks"] if mark["tare"]] == pytest.approx(tares)
+    assert "session" not in document
+
+
+def test_buttons_at_the_wrong_moment(tmp_path: Path) -> None:
+    bench = begun(SOURCE, tmp_path)
+    (tmp_path / "run-2.csv").write_text("precious")
+    with pytest.raises(RefusedCommand, match="again: the measurement still runs"):
+        bench.obey("again")
+    bench.obey("stop")
+    with pytest.raises(RefusedCommand, match="stop: no recording is running"):
+        bench.obey("stop")
+    with pytest.raises(ValueError, match="such a file"):
+        bench.obey("record", name="run-2.csv")
+    assert "run-3.csv" in bench.obey("record")
+    bench.measurement.close()
+    for name in ("tare", "record", "mark"):
+        with pytest.raises(RefusedCommand, match=f"{name}: the measurement has ended"):
+            bench.obey(name)
+    with pytest.raises(RefusedCommand, match="id: got 7, allowed: one of the newest 500 marks"):
+        bench.obey("mark text", id=7, text="x")
+    assert (tmp_path / "run-2.csv").read_text() == "precious"
+
+
+def test_a_recording_that_is_begun_in_a_touch_has_the_whole_touch(tmp_path: Path) -> None:
+    """Marks that were stamped before are in it, too, and so are notes and the specimen of the touch."""
+    bench = begun(f"{OWN_FILE}?speed=4", tmp_path, record=False)
+    measurement = bench.measurement
+    assert list(tmp_path.iterdir()) == []  # nothing is recorded before Record is pressed
+    bench.obey("plan", text="30 OO; 0.143", wanted=2)
+    until(lambda: measurement.last is not None)
+    marked = bench.do(Command("mark"))["id"]
+    bench.obey("note", text="warm")
+    until(lambda: measurement.state in ("contact", "adapting", "done"))
+    with pytest.raises(RefusedCommand, match="tare: the probe is in contact; lift it first"):
+        bench.obey("tare")
+    assert re.fullmatch(r"Recording to one\.csv; it begins \d+ s ago", bench.obey("record", name="one.csv"))
+    bench.obey("mark text", id=marked, text="before the touch")
+    until(lambda: len(measurement.touches) == 1)
+    recording = bench.state()["recording"]
+    assert recording["name"] == "one.csv"
+    assert recording["seconds"] == pytest.approx(measurement.last_s, abs=2)
+    bench.obey("stop")
+    assert bench.obey("mark text", id=marked, text="too late").endswith("is closed, and keeps the text it had.")
+    live = measurement.touches[0]
+    until(lambda: measurement.state in ("contact", "adapting", "done"))
+    assert bench.obey("tare anyway").endswith("do not touch anything.")
+    until(lambda: measurement.moment.state == "baseline")
+    measurement.close()
+    [touch] = palpate.touches(palpate.read(tmp_path / "one.csv"))
+    assert touch.ratio.hex() == live.ratio.hex()
+    document = json.loads((tmp_path / "one.json").read_text())
+    assert [mark["text"] for mark in document["marks"]] == ["before the touch"]
+    plan = plan_of(document)
+    assert [entry and entry.specimen for entry in plan.matched([touch])] == ["30 OO"]
+    assert [note.text for note in plan.notes] == ["warm"]
+
+
+def test_touches_that_differ_have_no_mean_and_no_best(tmp_path: Path) -> None:
+    specimens = list(SORBOTHANE_MPA.values())
+    ratios = [Elasticity().ratio(E) * factor for E in specimens for factor in (0.97, 1.03)]
+    calibration = palpate.Calibration.fit(ratios, [E for E in specimens for _ in range(2)])
+    bench = ended(begun(fast, tmp_path, record=False))
+    measurement, plan = bench.measurement, bench._plan
+    flags = bench.documents["events"]()["flags"]
+    assert [(flag["touch"], flag["name"]) for flag in flags] == [
+        (number, name) for number, touch in enumerate(measurement.touches, 1) for name in touch.flags
+    ]
+    plain, calibrated = TouchTable(measurement, plan), TouchTable(measurement, plan, calibration)
+    for table in (plain, calibrated):
+        together = table.document()["together"]
+        assert (table.document()["most_reliable"], together["agree"], together["ratio"]) == (None, False, None)
+    assert TouchTable(measurement, plan, scatter=1.0).document()["most_reliable"] in (1, 2, 3, 4)
+    first = measurement.touches[0]
+    known = calibration.uncertainty(first.ratio, first.standard_error)
+    shown = [table.document()["rows"][0]["uncertainty"] for table in (plain, calibrated)]
+    assert shown == [first.standard_error, known]
+    measurement.touches = [first, first]
+    together = calibrated.document()["together"]
+    assert together["text"].startswith("mean of 2 touches: ")
+    assert together["modulus"]["low_MPa"] < together["modulus"]["value_MPa"] < together["modulus"]["high_MPa"]
+    measurement.close()
+
+
+def test_the_measurement_goes_on_without_a_recording_that_is_removed(tmp_path: Path) -> None:
+    bench = begun(SOURCE, tmp_path)
+    measurement = bench.measurement
+    (tmp_path / "run.csv").unlink()
+    assert "was removed, renamed or moved while it was recorded" in bench.waited("recording")["line"]["text"]
+    until(lambda: measurement.failed)
+    assert (measurement.running, measurement.recorder, measurement.error) == (True, None, "")
+    assert "run-2.csv" in bench.obey("record")
+    measurement.close()
+    assert palpate.check(tmp_path / "run-2.csv").clean
+
+
+@contextmanager
+def opened(
+    path: Path, how: dict[str, Any] | None = None, said: list[str] | None = None, **asked: Any
+) -> Iterator[tuple[RecordedMeasurement, Workbench]]:
+    """Open a file and wait until it is read."""
+    found = open_file(str(path), asked, how or {}, (said if said is not None else []).append)
+    bench = Workbench(found, str(path))
+    found.start()
+    until(lambda: not found.running)
+    yield found, bench
+    found.close()
+
+
+def copied(folder: Path, **changed: Any) -> Path:
+    """Return a copy of the recording, with these changes of its sidecar."""
+    for name in (OWN_FILE, OWN_FILE.with_suffix(".json")):
+        shutil.copy(name, folder)
+    path = folder / OWN_FILE.name
+    sidecar.save(sidecar.sidecar_path(path), {**(sidecar.load(path) or {}), **changed})
+    return path
+
+
+def same(one: list[palpate.Touch], other: list[palpate.Touch]) -> bool:
+    return [repr(touch.__getstate__()) for touch in one] == [repr(touch.__getstate__()) for touch in other]  # nan too
+
+
+def test_the_touches_of_a_recording_are_those_of_a_replay(tmp_path: Path) -> None:
+    recording = palpate.read(OWN_FILE)
+    table = tmp_path / "table.csv"
+    columns = zip(recording.t_hard_s, recording.hard, recording.soft, strict=True)
+    table.write_text("\n".join(["time (s),a (pF),b (pF)", *(f"{t},{hard},{soft}" for t, hard, soft in columns), ""]))
+    columns_of: dict[str, Any] = {"columns": {"hard": "a (pF)", "soft": "b (pF)"}}
+    for path, asked in [(OWN_FILE, {}), (table, columns_of)]:
+        with opened(path, **asked) as (found, _):
+            replayed = palpate.touches(recorded(path, **asked))
+            assert len(replayed) == 4
+            assert same(found.touches, replayed)
+            view = found.levels.view(-1, 1e9, 4096)
+            assert view["t_s"] == pytest.approx(recording.t_hard_s, rel=1e-15)
+    with opened(OWN_FILE, {"scene": "sliding", "samples": 100, "seconds": None}) as (found, _):
+        assert found.tracker.scene == "sliding"
+        assert same(found.touches, palpate.touches(recorded(OWN_FILE), scene="sliding", samples=100, seconds=None))
+
+
+def test_what_a_page_is_told_of_a_recording(tmp_path: Path) -> None:
+    """The session, marks, tares and gaps of its sidecar; what is left out there is left out here."""
+    touches, times = palpate.touches(palpate.read(OWN_FILE)), palpate.read(OWN_FILE).t_hard_s
+    plan = Plan("rehearsal", "A. B.", (Specimen("soft", 0.3, 2), Specimen("hard", 3.0, 2)),
+                (Entry(touches[0].start_s, "soft"), Entry(touches[1].start_s, "soft", "slipped")))  # fmt: skip
+    marks = [{"seq": 200, "t_s": 5.2, "text": "tare", "tare": True}, {"seq": 300, "t_s": 7.8, "text": "here"},
+             {"seq": 1400, "t_s": 36.4, "text": "plugged in again", "tare": True, "gap": True}]  # fmt: skip
+    path = copied(tmp_path, session=plan.as_dict(), marks=marks)
+    with opened(path) as (found, bench):
+        hello = bench.documents["hello"]()
+        assert (hello["kind"], hello["file"]["rows"], hello["file"]["end"]) == ("file", 1411, "complete, clean end")
+        rows = bench.documents["touches"]()["rows"]
+        assert [(row["specimen"], row["kept"], row["why"]) for row in rows[:3]] == [
+            ("soft", True, ""), ("soft", False, "slipped"), (None, True, "")]  # fmt: skip
+        assert rows[1]["deviation"] == pytest.approx(touches[1].ratio / touches[0].ratio - 1, abs=0.01)
+        session = bench.documents["session"]()
+        assert (session["title"], session["specimens"][0]["kept"], session["next"]) == ("rehearsal", 1, None)
+        assert session["count"] == {"kept": 3, "of": 4}
+        events = bench.documents["events"]()
+        assert [(mark["t_s"], mark["text"]) for mark in events["marks"]][1] == (7.8, "here")
+        assert events["tares"] == pytest.approx([times[200]], rel=1e-15)
+        [gap] = events["gaps"]
+        assert (gap["from_s"], gap["to_s"]) == pytest.approx((times[1400], times[1401]), rel=1e-15)
+        assert (gap["lost"], gap["text"]) == (0, "plugged in again")
+        assert same(found.touches, palpate.touches(recorded(path)))
+        for do in ("tare", "record", "again", "mark"):
+            with pytest.raises(RefusedCommand, match=f"{do}: this is a recording, nothing is measured"):
+                bench.do(Command(do))
+
+
+def test_a_damaged_recording_is_shown_as_far_as_it_can_be_read(tmp_path: Path) -> None:
+    path = copied(tmp_path)
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join([*lines[:700], b"\0" * 40 + b"\n", *lines[701:]]))
+    said: list[str] = []
+    with opened(path, said=said) as (found, bench):
+        assert (found.file["rows"], found.file["end"]) == (1410, "not complete")
+        assert bench.state()["line"]["title"] == "This recording is not complete."
+        assert any("damaged: line 701" in line for line in said)
+        assert len(found.levels.view(-1, 1e9, 4096)) == 1410
+        assert found.touches
+    path.write_text("nothing\n")
+    with pytest.raises(palpate.RecordingError):
+        open_file(str(path), {}, {}, lambda _: None)
+
+
+def test_a_recording_that_still_runs_or_is_very_long_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, said = tmp_path / "run.csv", list[str]()
+    with palpate.Stream(f"{SOURCE}&speed=1", record=path) as stream:
+        until(lambda: stream.recorder and stream.recorder.rows > 20)
+        with opened(path, said=said) as (found, _):
+            assert found.file["end"] == "still being recorded"
+    for name, value in {"WHOLE": 500, "_SPLIT": 200, "_AT_ONCE": 64}.items():
+        monkeypatch.setattr(levels, name, value)
+    with opened(OWN_FILE, said=said) as (found, _):
+        assert not found.levels.has_all
+        assert same(found.touches, palpate.touches(recorded(OWN_FILE)))
+    for words in ("still being recorded", "too long to show every sample"):
+        assert any(words in line for line in said)
+
+
+def test_a_view_over_a_web_socket() -> None:
+    with opened(OWN_FILE) as (_, bench), client(bench) as page, page.websocket_connect("/ws") as socket:
+        socket.send_text('{"do": "trace", "touch": 9}')
+        assert "got touch 9, allowed: 1 to 4" in heard(socket, "refused")["message"]
+        socket.send_text('{"do": "view", "id": 77, "from_s": 5, "to_s": 30, "rows": 200}')
+        frame = b""
+        while not frame or HEADER.unpack_from(frame)[3] != Kind.VIEW:
+            frame = socket.receive().get("bytes") or frame
+    version, number, size, _ = HEADER.unpack_from(frame)
+    assert (version, number) == (3, 77)
+    times = np.frombuffer(frame, "<f8", size, HEADER.size)
+    assert (100 <= size <= 200, times[0] <= 5, times[-1] >= 30) == (True, True, True)

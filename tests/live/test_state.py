@@ -1,0 +1,307 @@
+"""Word and line: each state from its facts, which one wins, what stays or is announced; and each state by what causes it.
+
+The causes: unplugged: fault=unplug:SECONDS@T; saturated, and out of range: fault=overload:PF@T (0 ends it), in contact
+and before; a wire that comes off: fault=wire-off:INPUT@T; swapped inputs: wiring=swapped; a hint: wiring=demo; the source
+ends with an error: fault=lock@T; left out: sim:not-level. No option makes a source silent, constant or slow: for these there is `Fed`.
+"""
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+from live_bench import SOURCE, Fed, Played, begun, noisy
+from palpate.digits import plus_minus
+from palpate.live import connection_state, state_rules
+from palpate.live.connection_state import HOLD_S, SETTLED_S, SteadyLine
+from palpate.live.signal_state import ChannelSeen, SignalSeen
+from palpate.live.state_rules import ENDLESS_S, LONG_S, Facts, LastTouch, Now, PairRate, StatusLine, of_file, view_of
+
+WORDS = {"Touch", "Hold", "Lift", "Repeat", "Stop", "Tare", "Wait", "File"}
+OFFSET = LastTouch(
+    20, "ratio 2.50 ± 0.03", "offset: the soft bump is reached first: hold the probe upright", ("offset",)
+)
+GOOD = LastTouch(20, "ratio 2.50 ± 0.03")
+NEXT = {"name": "30 OO", "modulus": 0.7, "nth": 3, "of": 4}
+SLOW = PairRate(22.0, 40.0, 220, 31, 0)
+
+
+def facts(state: str = "no contact", **given: Any) -> Facts:
+    return Facts(state, **given)
+
+
+def seen(hard: dict[str, float], soft: dict[str, float], **given: Any) -> SignalSeen:
+    return SignalSeen((ChannelSeen("hard", **hard), ChannelSeen("soft", **soft)), **given)
+
+
+# Facts, kind of the line, word, level, and what the line says: the most urgent ones first.
+# fmt: off
+CASES: list[tuple[Facts, str, str, str, str]] = [
+    (facts("ended", error="disk full"), "ended", "Stop", "fault", "Disk full. Measure again"),
+    (facts("contact", troubles={"unplugged": "The board is gone"}, cut=20, recording="run.csv"),
+     "unplugged", "Stop", "fault", "The board is gone. Touch 20 is cut: repeat it. The recording goes on."),
+    (facts(troubles={"wiring": "soft bump: its wire is off"}), "wiring", "Stop", "fault", "Soft bump: its wire is off."),
+    (facts(silent_s=1.2, period_s=0.026), "silent", "Wait", "fault", "The source sends nothing."),
+    (facts("contact", recording_error="run.csv: disk full", unrecorded=7),
+     "recording", "Hold", "fault", "run.csv: disk full. 7 pairs are not recorded."),
+    (facts(seen=seen({"reading": 0.0, "constant_s": 2.0}, {"reading": 0.0, "constant_s": 2.0})), "unwired", "Stop", "fault", "Both channels read 0.000 pF"),
+    (facts(seen=seen({"reading": 0.62, "constant_s": 2.0}, {"reading": 0.4})),
+     "constant", "Stop", "caution", "The hard channel reads the same value all the time, 0.620 pF"),
+    (facts(outside=("soft",), can_centre=True), "range", "Stop", "fault", "then press Centre."),
+    (facts("contact", seen=seen({"limit_s": 0.4}, {}), full_scale_pF=4.096),
+     "saturated", "Repeat", "caution", "The hard channel is at the limit, 4.096 pF, for 0.4 s of this touch."),
+    (facts(seen=seen({}, {"below_s": 2.0, "below_pF": 0.4})),
+     "baseline", "Tare", "fault", "The soft channel is 0.40 pF below the baseline"),
+    (facts("baseline", gap="the board was unplugged for 12.0 s", gap_s=0.5, lost=456, cut=20), "gap", "Wait", "caution",
+     "The board was unplugged for 12.0 s: 456 pairs are lost. Touch 20 is cut: repeat it. The baseline"),
+    (facts("baseline", retaken_s=0.1), "baseline", "Wait", "caution", "far below"),
+    (facts("done", seen=SignalSeen(done_s=ENDLESS_S + 1), result=GOOD), "endless", "Lift", "caution", "press Tare anyway"),
+    (facts(pace=SLOW), "slow", "Touch", "caution", "22 of 40 pairs a second; 31 of the last 220 pairs came late."),
+    (facts(result=replace(GOOD, swapped="exchange the wires")), "swapped", "Stop", "caution", "Exchange the wires."),
+    (facts("done", result=OFFSET, next=NEXT), "left out", "Repeat", "caution", "Offset: the soft bump is reached first"),
+    (facts(troubles={"hint": "remove R1 and R2"}), "hint", "Touch", "note", "Remove R1 and R2."),
+    (facts("done", seen=SignalSeen(done_s=LONG_S + 1), result=GOOD), "left in contact", "Lift", "note", "Touch 20 is kept."),
+    (facts("done", result=GOOD, next=NEXT), "done", "Lift", "quiet", "Touch 20 is kept."),
+    (facts("contact", seen=SignalSeen(share=0.6, left_s=2.5), next=NEXT), "contact", "Hold", "quiet", "30 OO, touch 3 of 4."),
+    (facts("baseline"), "first baseline", "Wait", "quiet", "The baseline is being measured."),
+    (facts("baseline", result=GOOD), "after", "Wait", "quiet", "revised"),
+    (facts(seen=seen({"noise_pF": 2e-5}, {"noise_pF": 3e-5})), "ready", "Touch", "quiet", "Noise 0.03 fF."),
+    (facts("ended"), "ended", "Stop", "note", "no more samples"),
+    (facts(retaken_s=1.0), "baseline", "Touch", "caution", ""),
+    (facts("contact", pace=SLOW), "slow", "Hold", "caution", ""),
+    (facts(pace=PairRate(38.0, 38.4, 380, 1, 5)), "slow", "Touch", "caution", "5 were not estimated"),
+    (facts("adapting"), "contact", "Hold", "quiet", ""),
+    (facts("contact", result=OFFSET), "contact", "Hold", "quiet", ""),
+    (facts("no contact", result=OFFSET), "left out", "Repeat", "caution", ""),
+    (facts("baseline", result=replace(GOOD, revised=True)), "first baseline", "Wait", "quiet", ""),
+]
+# fmt: on
+
+
+@pytest.mark.parametrize(("given", "what", "word", "level", "text"), CASES)
+def test_each_state(given: Facts, what: str, word: str, level: str, text: str) -> None:
+    now, line = view_of(given)
+    assert (line.what, now.word, line.level) == (what, word, level)
+    assert text in line.text
+    assert word in WORDS
+    assert line.text[0].isupper() or what in ("recording", "slow")  # the name of a file, a number
+    assert line.text[-1] == "."
+    assert (line.title == "") == (level == "quiet")
+    assert now.tone in ("idle", "busy", "good", "caution", "fault")
+
+
+def test_when_a_state_begins() -> None:
+    """Each limit of time or share: just below it the state is calm, just above it is not."""
+    limits: list[tuple[str, float, Callable[[float], Facts]]] = [
+        ("silent", 1.0, lambda s: facts(silent_s=s, period_s=0.026)),
+        ("saturated", 0.1, lambda s: facts("contact", seen=seen({"limit_s": s}, {}))),
+        ("baseline", 1.0, lambda s: facts(seen=seen({"below_s": s, "below_pF": 0.4}, {}))),
+        ("constant", 1.0, lambda s: facts(seen=seen({"constant_s": s, "reading": 0.1}, {}))),
+        ("left in contact", 10.0, lambda s: facts("done", seen=SignalSeen(done_s=s))),
+        ("endless", 60.0, lambda s: facts("done", seen=SignalSeen(done_s=s))),
+    ]
+    for what, limit, made in limits:
+        assert view_of(made(limit * 0.99))[1].what != what
+        assert view_of(made(limit * 1.01))[1].what == what
+    assert (state_rules.SLOW_SHARE, state_rules.LATE_SHARE, state_rules.FEWEST) == (0.9, 0.05, 50)
+    for calm in (PairRate(36.5, 40.0, 380, 18, 0), PairRate(1.0, 40.0, 49, 49, 0)):
+        assert view_of(facts(pace=calm))[1].level == "quiet"
+    for slow in (PairRate(35.5, 40.0, 380, 0, 0), PairRate(40.0, 40.0, 380, 20, 0), PairRate(40.0, 40.0, 9, 0, 1)):
+        assert view_of(facts(pace=slow))[1].what == "slow"
+    assert view_of(facts(silent_s=5.0, period_s=1.0))[1].level == "quiet"
+    assert view_of(facts(troubles={"hint": "remove R1"}, result=GOOD))[1].level == "quiet"
+
+
+def test_the_more_urgent_state_wins() -> None:
+    """All at once: the most urgent one is shown, and the next one when it is gone."""
+    both = {"recording_error": "run.csv: disk full", "outside": ("soft",), "retaken_s": 0.1, "pace": SLOW}
+    signal = seen({"reading": 0.6, "constant_s": 2.0}, {"below_s": 2.0, "below_pF": 0.4})
+    now = facts("ended", error="disk full", silent_s=1.2, period_s=0.026, seen=signal, **both)
+    hint = {"hint": "remove R1 and R2"}
+    now = replace(now, troubles={"unplugged": "The board is gone", "wiring": "a wire is off", **hint})
+    gone: list[tuple[str, dict[str, Any]]] = [
+        ("ended", {"state": "no contact", "error": ""}),
+        ("unplugged", {"troubles": {"wiring": "a wire is off", **hint}}),
+        ("wiring", {"troubles": hint}),
+        ("silent", {"silent_s": 0.0}),
+        ("recording", {"recording_error": ""}),
+        ("constant", {"seen": seen({}, {"below_s": 2.0, "below_pF": 0.4})}),
+        ("range", {"outside": ()}),
+        ("baseline", {"seen": SignalSeen(), "retaken_s": math.inf}),
+        ("slow", {"pace": PairRate()}),
+    ]
+    for what, change in gone:
+        assert view_of(now)[1].what == what
+        now = replace(now, **change)
+    assert view_of(now)[1].what == "hint"
+
+
+@pytest.mark.parametrize(
+    ("given", "sub"),
+    [
+        (facts("done", result=OFFSET, next=NEXT), "lift, hold upright, touch 30 OO again"),
+        (facts("done", result=GOOD, next=NEXT), "kept; then 30 OO, touch 3 of 4"),
+        (facts("contact", seen=SignalSeen(share=0.6, left_s=2.5)), "2.5 s more"),
+        (facts("contact", seen=SignalSeen(contact_s=4.2)), "4 s so far"),
+        (facts("no contact", next=NEXT), "30 OO, touch 3 of 4: press, and hold"),
+    ],
+)
+def test_subs_say_what_to_do(given: Facts, sub: str) -> None:
+    assert view_of(given)[0].sub == sub
+
+
+def test_a_recording_is_not_measured() -> None:
+    for verdict, level in (("complete, clean end", "quiet"), ("changed", "caution"), ("not complete", "caution")):
+        now, line = of_file("run-11.csv", verdict, 7612, 3, 2)
+        assert (now.word, line.level, line.what) == ("File", level, "file")
+        assert f"{verdict}, 7612 rows, 3 missing, 2 without a value. Nothing is being measured." in line.text
+
+
+BAD, CALM = StatusLine("slow", "caution", "Slow.", "Slow."), StatusLine("ready", "quiet", "", "Ready.", "Ready.")
+WORSE = StatusLine("unplugged", "fault", "Unplugged.", "Gone.")
+TOUCH, STOP = Now("Touch", ""), Now("Stop", "")
+
+
+def test_a_line_does_not_flicker() -> None:
+    steady, shown = SteadyLine(), []
+    for tenth in range(100):  # the cause comes and goes each 0.5 s until 5 s
+        line = BAD if tenth < 50 and tenth % 10 < 5 else CALM
+        shown.append(steady.show(TOUCH, line, None, tenth / 10)["line"]["what"])
+    [change] = [tenth for tenth in range(1, 100) if shown[tenth] != shown[tenth - 1]]
+    assert change / 10 == pytest.approx(4.4 + HOLD_S, abs=0.11)
+    assert (HOLD_S, connection_state.GAP_S, connection_state.RATE_S, connection_state.LATE_S) == (3.0, 3.0, 2.0, 10.0)
+
+
+def test_a_more_urgent_line_comes_at_once_and_says_how_long_it_lasts() -> None:
+    steady = SteadyLine()
+    lines = [(0.0, BAD), (0.1, WORSE), (0.2, CALM), (2.0, WORSE), (14.0, WORSE._replace(text="Still gone."))]
+    shown = [steady.show(TOUCH, line, None, at_s)["line"] for at_s, line in lines]
+    assert [line["what"] for line in shown] == ["slow", "unplugged", "ready", "unplugged", "unplugged"]
+    assert [line["since_s"] for line in shown] == [0, 0, None, 0, 12]
+
+
+def test_what_is_said_has_settled() -> None:
+    steady = SteadyLine()
+
+    def said(now: Now, line: StatusLine, at_s: float, result: LastTouch | None = None) -> str:
+        return str(steady.show(now, line, result, at_s)["announce"])
+
+    hold, done = StatusLine("contact", "quiet", "", "Measuring."), StatusLine("done", "quiet", "", "Kept.", "Complete.")
+    assert SETTLED_S == 1.0
+    assert said(TOUCH, CALM, 0.0) == ""
+    assert said(TOUCH, CALM, SETTLED_S) == "Touch. Ready."
+    assert said(Now("Hold", "6 s"), hold, 2.0) == "Touch. Ready."  # too short
+    assert said(TOUCH, CALM, 2.5) == "Touch. Ready."
+    assert said(Now("Hold", "6 s"), hold, 5.0) == "Touch. Ready."
+    assert said(Now("Hold", "5 s"), hold, 6.0) == "Hold. Measuring."
+    assert said(Now("Lift", ""), done, 11.0, GOOD) == "Touch 20: ratio 2.50 ± 0.03. Lift. Complete."
+    revised = replace(GOOD, text="ratio 2.51 ± 0.03", revised=True)
+    assert said(TOUCH, CALM, 12.0, revised).startswith("Touch 20: ratio 2.50")
+    assert said(TOUCH, CALM, 13.0, revised) == "Touch 20, revised: ratio 2.51 ± 0.03. Touch. Ready."
+    assert said(STOP, WORSE, 13.1, revised) == "Stop. Unplugged. Gone."  # a fault at once
+    assert said(STOP, WORSE, 60.0, revised) == "Stop. Unplugged. Gone."
+    left = SteadyLine().show(*view_of(facts("done", result=OFFSET)), OFFSET, 0.0)["announce"]
+    assert left.startswith("Repeat. Touch 20 is left out. Offset:")
+    assert "2.50" not in left
+
+
+def test_a_session_from_its_baseline_to_its_last_touch_and_what_is_announced() -> None:
+    played = Played(SOURCE).play()
+    one = [("Touch", "ready"), ("Hold", "contact"), ("Lift", "done"), ("Wait", "after")]
+    assert played.course == [("Wait", "first baseline"), *4 * one, ("Touch", "ready"), ("Stop", "ended")]
+    shares = [document["now"]["share"] for _, document in played.told if document["line"]["what"] == "contact"]
+    assert shares[0] == 0
+    assert max(shares) > 0.95
+    assert all(before <= after or after < 0.05 for before, after in pairwise(shares))
+    assert len(played.told) > 150  # each of them could have been announced
+    assert len(played.announced) <= 3 * 4 + 2
+    for number, touch in enumerate(played.touches, 1):
+        told = [text for text in played.announced if text.startswith(f"Touch {number}")]
+        assert plus_minus(touch.first_ratio, touch.first_standard_error) in told[0]
+        assert "Lift. Complete." in told[0]
+        assert len(told) <= 2
+
+
+def test_how_far_a_touch_is() -> None:
+    """A touch without a length has no share."""
+    endless = Played("sim:sliding?seed=1", scene="sliding").play(until_s=8.0)
+    last = [document["now"] for _, document in endless.told if document["now"]["word"] == "Hold"][-1]
+    assert (last["share"], last["sub"]) == (None, "6 s so far")
+
+
+@pytest.mark.parametrize(("source", "until_s", "what", "word", "level", "text"), [
+    ("sim:not-level?seed=1", 99, "left out", "Repeat", "caution", "Offset: the soft bump is reached"),
+    ("sim:stiff-steady?seed=1&wiring=swapped", 99, "swapped", "Stop", "caution", "The soft channel changed more"),
+    (f"{SOURCE}&wiring=demo", 5, "hint", "Touch", "note", ""),
+    (f"{SOURCE}&fault=overload:5@3,overload:0@3.6", 10, "saturated", "Repeat", "caution", "The channels are at the lim"),
+    (f"{SOURCE}&idle=20&fault=wire-off:2@4,wire-off:0@9", 20, "wiring", "Stop", "fault", r"Soft bump: CIN2\+ has"),
+])  # fmt: skip
+def test_causes(source: str, until_s: float, what: str, word: str, level: str, text: str) -> None:
+    played = Played(source).play(until_s)
+    _, document = played.first(what)
+    assert (document["now"]["word"], document["line"]["level"]) == (word, level)
+    assert re.match(text, document["line"]["text"])
+    assert what != "wiring" or played.course[-1][1] != "wiring"
+
+
+def test_out_of_range_until_it_is_centred_and_a_tare_in_contact() -> None:
+    played = Played(f"{SOURCE}&idle=12&fault=overload:9@3").play(12, at={7.0: lambda stream: stream.centre()})
+    found = played.first("range")[1]
+    assert (found["now"]["word"], found["line"]["level"], "press Centre" in found["line"]["text"]) == (
+        "Stop",
+        "fault",
+        True,
+    )
+    assert "The range was set again: CAPDAC" in played.first("gap")[1]["line"]["text"]
+    tared = Played(SOURCE).play(until_s=14, at={4.0: lambda stream: stream.tare(force=True)})
+    released = [step for step in tared.course if step[1] == "baseline"]
+    assert released[:2] == [("Wait", "baseline"), ("Touch", "baseline")]
+
+
+def test_a_board_is_unplugged_in_a_touch_and_comes_back(tmp_path: Path) -> None:
+    bench = begun(f"{SOURCE}&fault=unplug:1@4", tmp_path)
+    text = "Touch 1 is cut: repeat it."
+    gone = bench.waited("unplugged")
+    assert (gone["now"]["word"], gone["line"]["level"]) == ("Stop", "fault")
+    assert gone["line"]["text"].endswith(f" {text} The recording goes on.")
+    assert gone["announce"] == f"Stop. Unplugged. {gone['line']['text']}"
+    assert {fact["value"] for fact in bench.documents["device"]()["facts"] if fact["warn"]} >= {"0", "-"}
+    assert text in bench.waited("gap")["line"]["text"]
+    bench.measurement.close()
+    [gap] = bench.documents["events"]()["gaps"]
+    assert gap["text"].startswith("the board was unplugged for")
+
+
+def test_sources_that_a_simulated_board_cannot_be(tmp_path: Path) -> None:
+    """Nothing wired; a constant channel; a slow computer; one channel that falls while the other rises."""
+    made: dict[str, Any] = {
+        "unwired": lambda: Fed(lambda _: (0.0, 0.0)),
+        "constant": lambda: Fed(lambda number: (0.62, noisy(number)[1])),
+        "slow": lambda: Fed(noisy, pause_s=0.03),
+        "baseline": lambda: Fed(lambda n: noisy(n) if n < 150 else (noisy(n)[0] + 0.3, noisy(n)[1] - 0.3)),
+    }
+    benches = {what: begun(source, tmp_path / what, record=False) for what, source in made.items()}
+    found = {what: bench.waited(what) for what, bench in benches.items()}
+    for bench in benches.values():
+        bench.measurement.close()
+    assert found["unwired"]["now"]["word"] == "Stop"
+    assert "The hard channel reads the same value all the time, 0.620 pF" in found["constant"]["line"]["text"]
+    assert "came late" in found["slow"]["line"]["text"]
+    assert (found["baseline"]["now"]["word"], found["baseline"]["line"]["level"]) == ("Tare", "fault")
+    assert re.match(r"The soft channel is 0\.[23]\d pF below the baseline", found["baseline"]["line"]["text"])
+
+
+def test_a_source_that_falls_silent_and_a_process_that_stood_still() -> None:
+    """A look that comes late does not blame the source; looks that are always late find it silent all the same."""
+    played = Played(SOURCE)
+    played.stream.source.live = True
+    played.play(until_s=2.0)
+    found = []
+    for late_s in (2.0, 0.5, 2.0, 0.6, 0.6):
+        played.at_s += late_s
+        found.append(played.page_state.document()["line"]["what"] == "silent")
+    assert found == [False, False, True, True, True]
