@@ -46,14 +46,14 @@ class Play:
                 script.append(sample(seq, status=self.dice.choice([Status.OK] * 9 + [Status.LOST])))
                 seq += 1
             if self.dice.random() < 0.2:
-                script.append(self.dice.choice(list(unusual(sample(seq)).values())))
+                script.append(self.dice.choice(unusual(sample(seq))))
                 seq += 1
             if self.dice.random() < 0.2:
                 script.append(partial(time.sleep, self.dice.uniform(0, 0.002)))
             seq += self.dice.choice([0] * 9 + [1, 1000])
         self.good = sum(isinstance(item, tuple) for item in script)
         if self.dice.random() < 0.7:
-            script.append(self.dice.choice([*bad(sample(seq)).values(), OSError("bus"), SystemExit(3)]))
+            script.append(self.dice.choice([*bad(sample(seq)), OSError("bus"), SystemExit(3)]))
             script += [sample(seq + k) for k in range(3)]
         return script
 
