@@ -82,8 +82,10 @@ def text_table(path: Path, data: bytes, asked: Asked) -> Table:
         text, notes = text[:end], ["the last row is incomplete: left out"]
     body, first = text[begin:], len(above) + 1
     names = _names(path, above, dialect, "." in body)
-    lines: Any = range(first, first + body.count("\n") + (not body.endswith("\n")))
-    columns = _alike(body, dialect, len(lines))
+    rows = body.encode()
+    ends = int(np.count_nonzero(np.frombuffer(rows, np.uint8) == ord("\n")))
+    lines: Any = range(first, first + ends + (not rows.endswith(b"\n")))
+    columns = _alike(rows, dialect, len(lines))
     if columns is None:
         columns, lines, left_out = _by_line(path, body, first, dialect, above[-1] if above else "")
         notes += left_out
@@ -193,14 +195,14 @@ def _header_cells(line: str, dialect: _Dialect) -> list[str] | None:
     return next(([cell.strip('"') for cell in cells] for cells in ways if len(cells) == len(dialect.kinds)), None)
 
 
-def _alike(body: str, dialect: _Dialect, rows: int) -> list[Any] | None:
+def _alike(body: bytes, dialect: _Dialect, rows: int) -> list[Any] | None:
     """Return the columns of rows that are all alike, by pandas; None: not so, or there is no pandas."""
-    if dialect.kinds[0] != NUMBER and any(sign in body for sign in ("#", "%", "!", "//")):
+    if dialect.kinds[0] != NUMBER and any(sign in body for sign in (b"#", b"%", b"!", b"//")):
         return None  # there may be comments; else a comment is a text in a column of numbers
     try:
         pandas = need("pandas", "tables")
         exact = {} if pandas.__version__ >= "3.1" else {"float_precision": "round_trip"}  # the nearest double
-        source, delimiter = io.BytesIO(body.encode()), dialect.delimiter or r"\s+"
+        source, delimiter = io.BytesIO(body), dialect.delimiter or r"\s+"
         how = {"header": None, "na_filter": False, "skip_blank_lines": False, "low_memory": False, **exact}
         frame = pandas.read_csv(source, sep=delimiter, decimal=dialect.decimal, **how)
     except (MissingExtra, ValueError):

@@ -139,11 +139,7 @@ def _of_numbers(table: Table, column: int, asked: Asked) -> Times:
 
 def _unit(table: Table, column: int, values: Array, asked: str | None) -> tuple[str, str]:
     """Return the unit of times that are numbers, and how it was found: named, as dates by their size, or by their pace."""
-    text, step, single = (
-        table.columns[column].unit or table.columns[column].name,
-        typical_step(values),
-        _median_above(np.diff(values)),
-    )
+    text, step = table.columns[column].unit or table.columns[column].name, typical_step(values)
     named = asked or unit_in(text, SECONDS) or _UNITS.get(last_word(text).casefold()) or _UNITS.get(text.casefold())
     rates = {unit: 1 / (step * factor) for unit, factor in SECONDS.items()} if step else {}
     for unit in [named] if named else _CANDIDATES[:4]:
@@ -154,7 +150,8 @@ def _unit(table: Table, column: int, values: Array, asked: str | None) -> tuple[
         return named or "s", named or "s"
     for unit in () if named else _CANDIDATES:
         factor, size = SECONDS[unit], max(abs(float(values[0])), abs(float(values[-1])))
-        possible = POSSIBLE[0] <= 1 / (single * factor) <= POSSIBLE[1] and size * factor < _LONGEST_S
+        single_s = _median_above(np.diff(values)) * factor
+        possible = POSSIBLE[0] <= 1 / single_s <= POSSIBLE[1] and size * factor < _LONGEST_S
         if possible and GUESSED[0] < rates[unit] < GUESSED[1]:
             return unit, f"{unit} (by its steps)"  # the others are 1000 times as far away
     paces = listed([f"{unit} ({rates[unit]:,.3g} pairs a second)" for unit in _CANDIDATES])
