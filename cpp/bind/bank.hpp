@@ -5,14 +5,32 @@
 
 #include <algorithm>
 #include <functional>
+#include <new>
 #include <palpate/handover_bank.hpp>
 #include <vector>
 
 #include "arrays.hpp"
 #include "bank_loops.hpp"
-#include "cache_lines.hpp"
 #include "core_state.hpp"
 #include "settings.hpp"
+
+// Arrays that start with a cache line: a SIMD register that is loaded from two lines takes twice as long.
+template <class Item>
+struct CacheLines {
+  using value_type = Item;
+  static constexpr std::align_val_t line{64};
+
+  CacheLines() = default;
+  template <class Other>
+  CacheLines(const CacheLines<Other>&) {}
+  Item* allocate(std::size_t size) { return static_cast<Item*>(::operator new(size * sizeof(Item), line)); }
+  void deallocate(Item* items, std::size_t) { ::operator delete(items, line); }
+  bool operator==(const CacheLines&) const { return true; }
+  bool operator!=(const CacheLines&) const { return false; }
+};
+
+template <class Item>
+using LineVector = std::vector<Item, CacheLines<Item>>;
 
 /// States of Rls or AdaptiveRls, a structure of arrays.
 template <class Kind>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "constructors.hpp"
-#include "display.hpp"
 #include "estimator.hpp"
 #include "estimator_kinds.hpp"
+#include "methods.hpp"
 #include "pickling.hpp"
 
 namespace {

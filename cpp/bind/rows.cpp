@@ -139,3 +139,26 @@ void bind_rows(py::module_& module) {
   methods::define<&OwnRows::format>(type, format_doc);
   methods::define<&refuse_pickle>(type, "__reduce_ex__($self, protocol, /)\n--\n\n");
 }
+
+#ifdef PALPATE_EXACT_ELSEWHERE
+// Where the standard library can neither read nor write doubles, Python does. The callers may have released the GIL.
+namespace palpate::rows {
+
+bool nearest(const char* begin, const char* end, double& value) noexcept {
+  const std::string text(begin, end);
+  const py::gil_scoped_acquire held;
+  value = PyOS_string_to_double(text.c_str(), nullptr, nullptr);
+  PyErr_Clear();  // -1 where it was set
+  return value > 0 && value <= DBL_MAX;
+}
+
+char* format_finite(char* to, double value) noexcept {
+  const py::gil_scoped_acquire held;
+  char* const text = PyOS_double_to_string(value, 'r', 0, Py_DTSF_ADD_DOT_0, nullptr);
+  char* const end = append(to, text, static_cast<int>(std::strlen(text)));
+  PyMem_Free(text);
+  return end;
+}
+
+}  // namespace palpate::rows
+#endif

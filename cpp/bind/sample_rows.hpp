@@ -3,7 +3,7 @@
 
 // Arrays of samples, of the dtype that SampleRing.dtype is.
 
-#include "../rows/row.hpp"
+#include "../rows/own_rows.hpp"
 #include "arrays.hpp"
 
 inline py::dtype sample_dtype() {

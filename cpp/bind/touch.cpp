@@ -6,7 +6,7 @@
 #include <string>
 
 #include "constructors.hpp"
-#include "display.hpp"
+#include "methods.hpp"
 #include "pickling.hpp"
 
 py::tuple TouchResult::flags() const {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "../runs/result.hpp"
+#include "../runs/run.hpp"
 #include "module.hpp"
 
 /// A touch as Python sees it.

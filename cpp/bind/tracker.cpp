@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "constructors.hpp"
 #include "core_state.hpp"
-#include "display.hpp"
+#include "methods.hpp"
 #include "readings.hpp"
 #include "scenes.hpp"
 #include "tracker_docs.hpp"

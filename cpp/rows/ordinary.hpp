@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "row.hpp"
+#include "own_rows.hpp"
 
 namespace palpate::rows {
 

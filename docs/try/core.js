@@ -9,7 +9,7 @@ export function require(holds, text) {
 }
 
 const COLUMNS = ["t", "hard", "soft", "ratio", "error", "statistic"];
-const ROW = 56; // bytes of a sample, cpp/rows/row.hpp
+const ROW = 56; // bytes of a sample, cpp/rows/own_rows.hpp
 const NUMBERS = ["number", "start", "start_s", "end_s", "samples", "ratio", "covariance", "standard_error", "revised", "first_ratio", "first_standard_error",
   "offset_ratio", "offset_standard_error", "offset", "drift", "lag", "curve", "shift", "alarm_share", "saturated", "refused"];
 

@@ -1,8 +1,11 @@
-"""What a board on USB needs: a firmware file, a library, a permission; and the words for what is missing."""
+"""What a board on USB needs: a firmware file, a library, a permission; and the words for what is missing. And the real libusb: the tests of the kit once more."""
 
 import ctypes.util
 import errno
+import os
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -13,6 +16,8 @@ from palpate.ad7746.bus import NotReady
 from palpate.ad7746.evalkit.find import system_backend, translated
 from palpate.ad7746.evalkit.firmware import CPUCS, RAM_BYTES, parse_hex, read_hex, transfer
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError
+from project import ROOT, need
+from tally import Tally
 
 END = ":00000001FF"
 START = ":03000000020100FA"
@@ -79,3 +84,38 @@ def test_a_library_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "libusb_package", None)
     with pytest.raises(MissingExtra, match=r"pip install 'palpate\[usb\]', or apt install libusb-1.0-0"):
         system_backend()
+
+
+LIMIT_S = 300
+FILES = [f"tests/ad7746/{name}.py" for name in ("test_evalkit", "test_evalkit_board", "test_hotplug")]
+
+
+def attempt(cache: Path, *more: str) -> subprocess.CompletedProcess[str]:
+    with tempfile.TemporaryDirectory(prefix="kit.", dir="/tmp") as root:  # a Unix socket's path ends at 108 bytes
+        environment = os.environ | {
+            "PALPATE_CARRIER": "usbfs",
+            "UMOCKDEV_DIR": root,
+            "SYSTEMD_DEVICE_VERIFY_SYSFS": "0",
+            "LD_PRELOAD": "libumockdev-preload.so.0",
+        }
+        command = [sys.executable, "-m", "pytest", "-q", "-n", "0", "-o", f"cache_dir={cache}", *more, *FILES]
+        return subprocess.run(
+            command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False
+        )
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="usbfs is Linux's")
+def test_the_kit_over_the_real_libusb(tmp_path: Path, tally: Tally) -> None:
+    """In real time, so that a busy machine may be late: what failed is tried again, twice."""
+    need("umockdev-run")
+    assert ctypes.util.find_library("usb-1.0"), "apt install libusb-1.0-0"
+    done = attempt(tmp_path)
+    for _ in range(2):
+        if done.returncode:
+            done = attempt(tmp_path, "--last-failed")
+    assert done.returncode == 0, done.stdout + done.stderr
+    summary = done.stdout.splitlines()
+    assert "skipped" not in summary[-1]
+    for line in summary:
+        if any(word in line for word in ("pairs:", "noticed", "passed")):
+            tally.say(f"real libusb: {line}")

@@ -21,7 +21,7 @@ PATIENCE_S = 120
 
 def process(*words: str, before: str = "", **environment: str) -> "subprocess.CompletedProcess[str]":
     """Run the program in a process of its own, after some lines of Python."""
-    code = f"import sys; sys.argv = ['palpate', *{words!r}]\n{before}\nfrom palpate.entry import main; main()"
+    code = f"import sys; sys.argv = ['palpate', *{words!r}]\n{before}\nfrom palpate.__main__ import main; main()"
     given = {**os.environ, **environment}
     return subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, env=given, timeout=PATIENCE_S, check=False

@@ -1,18 +1,24 @@
-"""Streams of other programs as a source: which stream, which channels, which unit, which times, and what goes wrong."""
+"""Streams of other programs as a source: which stream, channels, unit, times, what goes wrong; and the library itself."""
 
 import math
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from itertools import islice
+from types import SimpleNamespace
+from typing import Any
 
 import palpate
 import pylsl
 import pytest
+from click.testing import CliRunner
 from lsl_sender import PERIOD_S, Sender
-from palpate import DeviceNotFound, Gap, ProtocolError, Sample, Source
+from palpate import DeviceNotFound, Gap, MissingExtra, ProtocolError, Sample, Source
+from palpate.cli import main
 from palpate.sources import lsl as lsl_source
-from palpate.sources.lsl import SAMPLES, Channels
+from palpate.sources.lsl import SAMPLES, Channels, ahead_ns, library
 from palpate.testing import check_source
 
 FARADS = ("pF", "pF")
@@ -228,3 +234,40 @@ def test_the_senders_own_gaps_and_numbers(name: str) -> None:
     ]  # fmt: skip
     assert [sample.t_soft_ns - sample.t_hard_ns for sample in samples] == [13 * 10**6] * 3 + [-5 * 10**8]
     assert source.gaps == [Gap(3, "the sender had a gap"), Gap(4, "the sender began again")]
+
+
+@pytest.fixture
+def fresh() -> Iterator[None]:
+    library.cache_clear()
+    yield
+    library.cache_clear()
+
+
+def test_devices_without_pylsl(fresh: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pylsl", None)
+    line = "not searched: pylsl is not installed; type: pip install 'palpate[lsl]'"
+    assert line in CliRunner().invoke(main, ["devices", "--lsl"]).stderr
+    assert "pylsl" not in CliRunner().invoke(main, ["devices"]).stderr
+
+
+def test_without_liblsl(fresh: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError("LSL binary library file was not found. Please ...\nmore")
+
+    monkeypatch.setattr("palpate.sources.lsl.need", fail)
+    with pytest.raises(MissingExtra, match=r"pylsl finds no liblsl \(LSL binary library file was not found") as raised:
+        library()
+    assert "pip install --force-reinstall 'palpate[lsl]'" in str(raised.value)
+
+
+def test_a_clock_that_is_another_one() -> None:
+    """As on Windows, where Python before 3.13 counts ticks: the difference is measured; on Linux it is exactly 0."""
+    other: Any = SimpleNamespace(local_clock=lambda: time.monotonic() + 5.0)
+    assert ahead_ns(other) == pytest.approx(5 * 10**9, abs=10**7)
+    same: Any = SimpleNamespace(local_clock=time.monotonic)
+    assert ahead_ns(same) == 0
+
+
+def test_it_is_imported_only_when_it_is_used() -> None:
+    code = "import sys, palpate.lsl, palpate.sources.lsl, palpate.cli.record; sys.exit('pylsl' in sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,9 +1,13 @@
-"""What a prompt and a notebook show: short, escaped, nothing from elsewhere, no more digits than are known."""
+"""What a prompt and a notebook show: short, escaped, nothing from elsewhere, no more digits than are known; and the example notebook."""
 
+import asyncio
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
 
+import nbclient
+import nbformat
 import numpy as np
 import palpate
 import pytest
@@ -13,6 +17,7 @@ from palpate.display import markup, svg
 from palpate.display.text import ratio
 from palpate.recording.recording import Mark, Recording
 from palpate.simulation import scenarios
+from project import ROOT
 
 CALIBRATION = palpate.Calibration.fit([2.0, 3.0, 4.0, 5.0], [0.18, 0.46, 1.0, 2.5])
 EVIL = "<script>alert(1)</script><img src=x onerror=alert(1)>\"'&"
@@ -134,3 +139,35 @@ def test_a_class_of_your_own_shows_itself() -> None:
     mine = type("Mine", (palpate.AdaptiveRls,), {})(steady=0.99)
     assert repr(mine) == "<Mine(steady=0.99): ratio 1.00, 0 samples>"
     assert "steady = 0.99" in mine._repr_html_()
+
+
+NOTEBOOK = ROOT / "docs" / "examples" / "notebook.ipynb"
+HTML = {
+    "stream": "Stream of",
+    "recording": "<strong>Recording</strong>",
+    "touches": "<strong>4 touches</strong>",
+    "touches[0]": "<strong>Touch</strong>",
+    'palpate.touches(scenarios.run("not-level"))': "hold the probe upright",
+    "calibration": "<strong>Calibration</strong>",
+    "estimator": "<strong>HandoverRls</strong>",
+    "page": "<iframe",
+}
+"""The last line of a cell, and what is in its HTML."""
+MODULI = "[str(calibration.modulus(touch.ratio, touch.standard_error)) for touch in touches]"
+DRAWN = ["recording.plot();", "recording[9.5:19.0].plot();", "touches.plot();", "calibration.plot();"]
+
+
+def test_each_object_shows_itself_and_each_plot_is_a_picture(tmp_path: Path) -> None:
+    document = nbformat.read(NOTEBOOK, as_version=4)
+    assert not any(cell.get("outputs") for cell in document.cells)
+    assert NOTEBOOK.stat().st_size < 20_000
+    client = nbclient.NotebookClient(document, timeout=300, resources={"metadata": {"path": str(tmp_path)}})
+    with asyncio.Runner() as runner:
+        runner.run(client.async_execute())
+    outputs = {cell.source.splitlines()[-1]: cell.outputs[-1] for cell in document.cells if cell.get("outputs")}
+    for line, part in HTML.items():
+        assert part in outputs[line].data["text/html"], line
+    for line in DRAWN:
+        assert outputs[line].output_type == "display_data"
+        assert len(outputs[line].data["image/png"]) > 10_000
+    assert outputs[MODULI].data["text/plain"].count("MPa") == 4

@@ -11,8 +11,8 @@ from palpate.ad7746.bus import RealClock
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import KitTwin
 from palpate.ad7746.twin.usb import TwinBackend
-from palpate.epoch import at
 from palpate.recording import sidecar
+from palpate.samples import epoch_at
 from project import ROOT
 
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
@@ -43,7 +43,7 @@ def told_utc_ns(recording: palpate.Recording, path: Path, zero_s: float) -> NDAr
     """Return when each reading was taken, by its own value: the sum with the CAPDAC rises steadily."""
     document = sidecar.load(path) or {}
     whole_pF = recording.hard + DAC_STEP_PF * document["device"]["configuration"]["hard"]["capdac"]
-    return np.asarray(at(0).utc_ns + 1e9 * ((whole_pF - BEGIN_PF) / SLOPE_PF_PER_S + zero_s))
+    return np.asarray(epoch_at(0).utc_ns + 1e9 * ((whole_pF - BEGIN_PF) / SLOPE_PF_PER_S + zero_s))
 
 
 def test_two_recordings_merge_within_5_ms(tmp_path: Path) -> None:

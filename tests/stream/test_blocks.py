@@ -17,7 +17,7 @@ from palpate.samples import Block, block_of, samples_of
 from palpate.sources.base import Gap
 from palpate.sources.files import UNREAD
 from palpate.stream import stream as stream_module
-from palpate.stream.queue import SampleQueue
+from palpate.stream.memory import SampleQueue
 from recording_bench import Blocks, Scripted, four, record, sample
 from tally import Tally
 

@@ -16,13 +16,12 @@ from typing import Any
 import numpy as np
 
 from palpate._core import SampleRing
-from palpate.epoch import at
 from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.session import Plan
 from palpate.recording.sidecar import marked
 from palpate.recording.writer import SidecarFile, Writer, unwritable
-from palpate.samples import DTYPE, Block, Sample, block_of, samples_of
+from palpate.samples import DTYPE, Block, Sample, block_of, epoch_at, samples_of
 
 FLUSH_S, SYNC_S = 0.1, 1.0
 CAPACITY = 32768  # samples: a disk may hang for 14 minutes at 38 pairs a second
@@ -232,7 +231,7 @@ class Recorder:
         self._thread.join()
         end = {"dropped": self.dropped, "counters": counters()} | ({"error": error} if error else {})
         if (zero_ns := self._clock.get("zero_monotonic_ns")) is not None:
-            self._clock = {**self._clock, "zero_utc_ns_at_end": at(zero_ns).utc_ns}
+            self._clock = {**self._clock, "zero_utc_ns_at_end": epoch_at(zero_ns).utc_ns}
         self._writer.end(self._entries, end)
 
     @property
@@ -244,7 +243,7 @@ class Recorder:
         if self.first_s is None:
             self.first_s = first_ns / 1e9
         if self._find_zero and (zero_ns := self._find_zero()) is not None:
-            self._clock = {**self._clock, "zero_monotonic_ns": zero_ns, "zero_utc_ns": at(zero_ns).utc_ns}
+            self._clock = {**self._clock, "zero_monotonic_ns": zero_ns, "zero_utc_ns": epoch_at(zero_ns).utc_ns}
         self._find_zero = None
 
     def _run(self) -> None:

@@ -12,7 +12,7 @@ from palpate.samples import DTYPE, RETAKEN, Block, Sample, Status, columns_for, 
 from palpate.sources.base import Gap
 from palpate.stream.estimate import Batch
 from palpate.stream.listener import Listener
-from palpate.stream.queue import SampleQueue
+from palpate.stream.memory import SampleQueue
 
 IDLE_S, PRESSED_S = 2.0, 10.0
 """Shortest time outside the range of the converter that is reported, s: without a touch; since a touch that has samples."""

@@ -15,8 +15,7 @@ from palpate.recording.sidecar import marked
 from palpate.samples import DTYPE, Block, Sample, Status, block_of, samples_of
 from palpate.sources import Source
 from palpate.sources.base import Gap, blocks_of, gap_of
-from palpate.stream.memory import Memory
-from palpate.stream.queue import SampleQueue
+from palpate.stream.memory import Memory, SampleQueue
 
 _LATE = 1.5  # periods after the sample before
 _MOST_CONDITIONS = 2000

@@ -12,20 +12,18 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 import numpy as np
 
 from palpate._core import Touch, Tracker
-from palpate.epoch import Epoch, at
 from palpate.extras import display
 from palpate.recording.recorder import Recorder, capacity_for
 from palpate.recording.rows import codes_of
 from palpate.recording.sidecar import BEGUN, marked, sidecar_path
-from palpate.samples import DTYPE, Block, Sample, refused, saturated, settings_for
+from palpate.samples import DTYPE, Block, Epoch, Sample, epoch_at, refused, saturated, settings_for
 from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.sources.base import described
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.feeding import Feeding
 from palpate.stream.listener import Listener, Listeners, Messages
-from palpate.stream.memory import NO_BASELINE, Beginning, Memory
-from palpate.stream.queue import SampleQueue
+from palpate.stream.memory import NO_BASELINE, Beginning, Memory, SampleQueue
 from palpate.stream.reader import Reader
 
 if TYPE_CHECKING:
@@ -242,7 +240,7 @@ class Stream:
     def epoch(self) -> Epoch | None:
         """The time t = 0 on the clocks of the computer; None: no sample yet, or the times are not those of a clock."""
         zero_ns = self._zero_ns()
-        return None if zero_ns is None else at(zero_ns)
+        return None if zero_ns is None else epoch_at(zero_ns)
 
     def _zero_ns(self) -> int | None:
         return self._reader.zero_ns if self._reader else None
