@@ -150,7 +150,8 @@ import os, time
 from pathlib import Path
 def hang(_):
     Path("writing").touch()
-    time.sleep(600)
+    for _ in range(6000):
+        time.sleep(0.1)  # a signal just before a sleep is noticed after it
 os.fsync = hang  # when all is written, and the file does not have its name yet
 """
 WRITING = {
