@@ -1,69 +1,18 @@
-"""Pictures of a report, as SVG: each touch against time, and the calibration with its data."""
+"""The picture of a report, as SVG: the calibration with its data."""
 
 from collections.abc import Sequence
 from math import log
-from typing import NamedTuple
 
 import numpy as np
 
 from palpate import digits
 from palpate.calibration.calibration import Calibration, band
 from palpate.display import svg
-from palpate.display.markup import MINUS, Markup
-from palpate.report.results import Found, Result
+from palpate.display.markup import Markup
+from palpate.report.results import Result
 
-_WIDTH, _HEIGHT, _POINTS = 84, 34, 60  # of a touch
-_STEPS = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-"""Heights of the scale, % from the result to each side."""
-_SETTLED = 0.2  # share of a touch after which its estimate decides the scale
 _CURVE_WIDTH, _CURVE_HEIGHT, _LEFT, _RIGHT, _TOP, _FOOT = 450, 250, 42, 442, 12, 208
 _CURVE_POINTS = 80
-
-
-class Scale(NamedTuple):
-    """The scale that the pictures of all touches share: % from the result to each side, and s."""
-
-    height: float
-    length: float
-
-
-def deviation_scale(touches: Sequence[Found]) -> Scale:
-    """Return the scale on which the settled part of 9 samples of 10 of each kept touch fits."""
-    height, length = _STEPS[0], 0.0
-    for one in touches:
-        settled = np.abs(_deviation(one)[int(_SETTLED * len(one.trace.t_s)) :])
-        known = settled[np.isfinite(settled)]
-        reach = float(np.quantile(known, 0.9)) if one.kept and len(known) else 0.0
-        height = max(height, next((step for step in _STEPS if reach <= step), _STEPS[-1]))
-        length = max(length, float(one.trace.t_s[-1]) if len(one.trace.t_s) else 0.0)
-    return Scale(height, length or 1.0)
-
-
-def _deviation(one: Found) -> svg.Array:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(100 * (one.trace.ratio / one.touch.ratio - 1))
-
-
-def distance(one: Found, mean: float) -> str:
-    """Return how far a touch is from the mean of its specimen, %; "": unknown."""
-    share = 100 * (one.touch.ratio / mean - 1)
-    return f"{share:+.1f}".replace("-", MINUS) if np.isfinite(share) else ""
-
-
-def touch_picture(one: Found, scale: Scale) -> Markup:
-    """Return the estimate of a touch in % from its result against time, with a band of one standard error."""
-    x = svg.axis(0.0, scale.length, 1.0, _WIDTH - 1.0)
-    y = svg.axis(-scale.height, scale.height, _HEIGHT - 1.0, 1.0)
-    parts = [svg.ruler((0, _WIDTH), (_HEIGHT / 2, _HEIGHT / 2), "zero")]
-    if len(one.trace.t_s):
-        rows = np.unique(np.linspace(0, len(one.trace.t_s) - 1, _POINTS).astype(int))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            middle, reach = _deviation(one)[rows], 100 * one.trace.error[rows] / abs(one.touch.ratio)
-        if np.isfinite(reach).any():  # else a scene without a standard error
-            parts.append(svg.area(x(one.trace.t_s[rows]), y(middle - reach), y(middle + reach), "band"))
-        t_s, deviation = svg.envelope(one.trace.t_s, _deviation(one), _POINTS)
-        parts.append(svg.line(x(t_s), y(deviation), "curve" if one.kept else "curve left"))
-    return svg.picture(_WIDTH, _HEIGHT, f"touch {one.number}", *parts)
 
 
 def calibration_picture(calibration: Calibration, seen: Sequence[Result] = ()) -> Markup:

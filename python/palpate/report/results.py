@@ -15,7 +15,7 @@ from palpate.calibration.interval import Measured, Variances, variances
 from palpate.calibration.specimen_files import assign
 from palpate.errors import CalibrationError
 from palpate.report.repeatability import Repeatability, repeatability
-from palpate.report.runs import Run, Trace
+from palpate.report.runs import Run
 from palpate.sentences import advice_at_end
 from palpate.several import Agreement, agreement, objections
 
@@ -30,7 +30,6 @@ class Found:
         From 1, through all recordings.
     run : Run
     touch : Touch
-    trace : Trace
     specimen : str
         Its name; "": none is known.
     left_out : tuple of str
@@ -42,7 +41,6 @@ class Found:
     number: int
     run: Run
     touch: Touch
-    trace: Trace
     specimen: str
     left_out: tuple[str, ...]
     said: tuple[str, ...]
@@ -168,14 +166,14 @@ def _touches(runs: Iterable[Run], accept: Collection[str], moduli: Mapping[str, 
     for run in runs:
         planned = bool(run.plan.specimens) or any(entry and entry.specimen for entry in run.entries)
         of_file = "" if planned else _named(run.path, moduli)
-        for at, (touch, trace, entry) in enumerate(zip(run.touches, run.traces, run.entries, strict=True)):
+        for at, (touch, entry) in enumerate(zip(run.touches, run.entries, strict=True)):
             number += 1
             said = tuple(advice_at_end(touch, cut=at >= len(run.touches) - run.cut))
             against = objections(touch, accept)
             reasons = [sentence for sentence in said if sentence.partition(":")[0] in against]
             by_hand = [entry.left_out] if entry and entry.left_out else []
             specimen = ((entry and entry.specimen) or "") if planned else of_file
-            yield Found(number, run, touch, trace, specimen, (*by_hand, *reasons), said)
+            yield Found(number, run, touch, specimen, (*by_hand, *reasons), said)
 
 
 def _named(path: Path, moduli: Mapping[str, float]) -> str:

@@ -1,39 +1,18 @@
-"""A recording for a report: its files and checksums, what `check` says, its sidecar, and its touches with their traces."""
+"""A recording for a report: its files and checksums, what `check` says, its sidecar, and its touches."""
 
 import hashlib
 from dataclasses import dataclass
 from pathlib import Path, PurePath
-from typing import Any, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from palpate._core import Touch
 from palpate.files import open_regular
 from palpate.recording import sidecar
-from palpate.recording.foreign import AnyRecording, recorded
+from palpate.recording.foreign import recorded
 from palpate.recording.session import Entry, Plan, plan_of
 from palpate.recording.verification import Verification, verified
 from palpate.tables.packed import unpacked_name
-from palpate.touch import feed_recording, timed, tracker_of
-
-Array = NDArray[np.float64]
-
-
-class Trace(NamedTuple):
-    """The estimate during a touch.
-
-    Attributes
-    ----------
-    t_s : numpy.ndarray, shape (n,)
-        Since its first row, s; without times the number of the row.
-    ratio, error : numpy.ndarray, shape (n,)
-        The ratio and its standard error, nan while it is not known.
-    """
-
-    t_s: Array
-    ratio: Array
-    error: Array
+from palpate.touch import tracked
 
 
 @dataclass(frozen=True)
@@ -60,7 +39,6 @@ class Run:
     notes, doubts : tuple of str
         As in `palpate.Recording`.
     touches : list of Touch
-    traces : list of Trace
     cut : int
         How many of the last touches ran when the recording ended.
     retaken : int
@@ -80,7 +58,6 @@ class Run:
     notes: tuple[str, ...]
     doubts: tuple[str, ...]
     touches: list[Touch]
-    traces: list[Trace]
     cut: int
     retaken: int
     period_s: float
@@ -105,12 +82,7 @@ def run(path: Path, name: str) -> Run:
     checked = verified(recording)
     tracking = {"scene": "handheld"} | recording.settings
     settings: Any = {name: value for name, value in tracking.items() if name != "scene"}
-    tracker = tracker_of(recording, tracking["scene"], settings)
-    found = _traces(recording, tracker)
-    ended = tracker.touch_count
-    tracker.finish()
-    touches = tracker.touches if timed(recording) else [touch._untimed() for touch in tracker.touches]
-    traces = [found.get(number, Trace(*(np.zeros(0),) * 3)) for number in range(1, len(touches) + 1)]
+    found = tracked(recording, scene=tracking["scene"], **settings)
     document = recording.document or {}
     plan, survey = plan_of(document), recording.survey
     period_s = survey.period_s if recording.timed else float("nan")
@@ -121,31 +93,16 @@ def run(path: Path, name: str) -> Run:
         checked=checked,
         document=document,
         plan=plan,
-        entries=plan.matched(touches, *([period_s] if period_s > 0 else [])),
+        entries=plan.matched(found.touches, *([period_s] if period_s > 0 else [])),
         tracking=tracking,
         notes=recording.notes,
         doubts=recording.doubts,
-        touches=touches,
-        traces=traces,
-        cut=tracker.touch_count - ended,
-        retaken=tracker.retaken,
+        touches=found.touches,
+        cut=found.cut,
+        retaken=found.retaken,
         period_s=period_s,
         first_s=survey.first_ns / 1e9 if recording.timed else float("nan"),
     )
-
-
-def _traces(recording: AnyRecording, tracker: Any) -> dict[int, Trace]:
-    """Replay a recording; return the trace of each touch by its number."""
-    parts: dict[int, list[Any]] = {}
-    for t_hard, _, _, _, taken, _ in feed_recording(tracker, recording):
-        for number in np.unique(taken["touch"][taken["touch"] > 0]).tolist():
-            of_it = taken["touch"] == number
-            parts.setdefault(number, []).append((t_hard[of_it], taken["ratio"][of_it], taken["standard_error"][of_it]))
-    return {number: _trace(*map(np.concatenate, zip(*each, strict=True))) for number, each in parts.items()}
-
-
-def _trace(t_s: Array, ratio: Array, error: Array) -> Trace:
-    return Trace(t_s - t_s[0] if np.isfinite(t_s).all() else np.arange(len(t_s), dtype=float), ratio, error)
 
 
 def _files(path: Path) -> list[Path]:

@@ -16,7 +16,7 @@ from palpate.display.markup import LEFT_OUT, MINUS, NONE, Markup, element
 from palpate.display.text import counted, lasting
 from palpate.errors import shortened
 from palpate.recording import sidecar
-from palpate.report.pictures import calibration_picture, deviation_scale, distance, touch_picture
+from palpate.report.pictures import calibration_picture
 from palpate.report.results import Findings, Found, Result, deviations
 from palpate.report.runs import Run
 from palpate.several import TOUCH_SCATTER
@@ -265,7 +265,7 @@ def _calibration(found: Findings, calibration: Calibration) -> dict[str, Any]:
 
 
 def _touches(found: Findings) -> dict[str, Any]:
-    """Return a picture and a row for each touch."""
+    """Return a row for each touch."""
     modulus = ["MPa"] if found.calibration else []
     names = ["Touch", "Specimen", "Start", "Samples", "Ratio", "Noise, %", "From mean, %", *modulus, "Alarm, %", "Mark"]
     columns = dict.fromkeys(names, "") | {"Specimen": "name", "Mark": "w"}
@@ -281,19 +281,13 @@ def _touches(found: Findings) -> dict[str, Any]:
         below = [*(f"{LEFT_OUT} left out. {reason}" for reason in one.left_out), *others]
         rows += [[cells[name] for name in columns], *(["", said] for said in below)]
         marks += ["" if one.kept else "out"] * (1 + len(below))
-    named = [(result.name, result.mean, result.touches) for result in found.results]
-    if unnamed := [one for one in found.touches if not one.specimen]:
-        named.append(("no specimen", nan, unnamed))
-    scale = deviation_scale(found.touches)
-    series = [(name, [_small(one, mean, scale) for one in touches]) for name, mean, touches in named]
-    return {"touches": {"columns": columns, "rows": rows, "marks": marks}, "series": series, "scale": scale}
+    return {"touches": {"columns": columns, "rows": rows, "marks": marks}}
 
 
-def _small(one: Found, mean: float, scale: Any) -> dict[str, Any]:
-    """Return what the small picture of a touch shows."""
-    text = ", ".join(filter(None, [distance(one, mean), *one.touch.flags]))
-    mark = "" if one.kept else f" {LEFT_OUT}"
-    return {"kept": one.kept, "number": one.number, "text": text + mark, "picture": touch_picture(one, scale)}
+def _distance(one: Found, mean: float) -> str:
+    """Return how far a touch is from the mean of its specimen, %."""
+    share = 100 * (one.touch.ratio / mean - 1)
+    return f"{share:+.1f}".replace("-", MINUS) if isfinite(share) else NONE
 
 
 def _touch(found: Findings, one: Found, mean: float) -> dict[str, str]:
@@ -305,7 +299,7 @@ def _touch(found: Findings, one: Found, mean: float) -> dict[str, str]:
     if calibration and one.kept:
         whole = calibration.modulus(touch.ratio, touch.standard_error if known else None)
         modulus = str(whole).partition(" (")[0].removesuffix(" MPa")
-    end = touch.start_s + (float(one.trace.t_s[-1]) if len(one.trace.t_s) else 0.0)
+    end = touch.start_s + touch.samples * one.run.period_s
     happened = [text for t_s, kind, text in _happened(one.run) if kind == "mark" and touch.start_s <= t_s <= end]
     return {
         "Touch": str(one.number),
@@ -314,7 +308,7 @@ def _touch(found: Findings, one: Found, mean: float) -> dict[str, str]:
         "Samples": str(touch.samples),
         "Ratio": digits.number(touch.ratio, error),
         "Noise, %": digits.error(100 * touch.standard_error / abs(touch.ratio)) if known and touch.ratio else NONE,
-        "From mean, %": distance(one, mean) or NONE,
+        "From mean, %": _distance(one, mean),
         "MPa": modulus,
         "Alarm, %": f"{100 * touch.alarm_share:.0f}",
         "Mark": "; ".join(happened),
