@@ -18,7 +18,7 @@ from palpate.live import levels
 from palpate.live.commands import Command, Workbench
 from palpate.live.feed import HEADER, Kind, RefusedCommand
 from palpate.live.measurement import RecordedMeasurement, open_file
-from palpate.live.touch_table import TouchTable
+from palpate.live.touch_rows import TouchTable
 from palpate.recording import sidecar
 from palpate.recording.foreign import recorded
 from palpate.recording.session import Entry, Plan, Specimen, plan_of

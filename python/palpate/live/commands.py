@@ -18,7 +18,7 @@ from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
 from palpate.live.noise_spectrum import NoiseMeter
 from palpate.live.plan import TouchPlan
 from palpate.live.state_rules import file_state
-from palpate.live.touch_table import TouchTable
+from palpate.live.touch_rows import TouchTable
 from palpate.several import TOUCH_SCATTER
 
 LONGEST = 8192  # characters of a message
