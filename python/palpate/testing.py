@@ -3,22 +3,20 @@
 import math
 import statistics
 import threading
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from itertools import chain, pairwise
 from typing import Any
 
 from palpate._core import SampleRing
 from palpate.errors import PalpateError
-from palpate.recording.rows import codes_of
+from palpate.recording.rows import Codes, codes_of
 from palpate.samples import Sample, Status, samples_of
-from palpate.sources import Gap, Source
+from palpate.sources import Source
 from palpate.sources import open as open_source
 from palpate.sources.base import blocks_of, described
 
-INTERRUPT_S, CLOSE_S = 0.3, 2.0
+INTERRUPT_S = 0.3
 _AWRY = 0.2  # of a period
-_FAST = 300.0  # a recording or a simulation may be live, and so much faster than the clock
 
 
 def check_source(
@@ -26,10 +24,9 @@ def check_source(
 ) -> list[Sample]:
     """Run a source, and raise if it is not what `palpate.Source` asks for.
 
-    It is begun and read in one thread, by `read_block` if it has that, and interrupted, closed, and closed again in
-    another one. Checked are: types, order, times, status and codes of the samples; description, period and gaps; that an
-    interruption ends the iteration within 0.3 s; that errors are of `palpate.PalpateError`; that no thread is left; and,
-    for a name, that an unknown option is refused.
+    It is begun and read in one thread, by `read_block` if it has that, and interrupted and closed in another one. Checked
+    are: types, order, status and codes of the samples; description and period; that an interruption ends the iteration
+    within 0.3 s; and that errors are of `palpate.PalpateError`.
 
     Parameters
     ----------
@@ -57,114 +54,75 @@ def check_source(
     >>> len(check_source("sim:soft-steady?seed=1", samples=20, patience=10))
     20
     """
-    findings = _unknown_option(source) if isinstance(source, str) else []
     made: Any = open_source(source) if isinstance(source, str) else source
     is_source = isinstance(made, Source)
     if not is_source:
-        raise AssertionError(
-            f"got an object of type {type(made).__name__}, allowed: one that derives from palpate.Source"
-        )
-    threads = set(threading.enumerate())
-    run = _Run(made, samples)
-    run.thread.start()
-    run.enough.wait(seconds * patience)
-    findings += _called("interrupt", made.interrupt, INTERRUPT_S * patience)
-    run.thread.join(INTERRUPT_S * patience)
-    if run.thread.is_alive():
+        got = type(made).__name__
+        raise AssertionError(f"got an object of type {got}, allowed: one that derives from palpate.Source")
+    read, enough, findings = list[Sample](), threading.Event(), list[str]()
+    thread = threading.Thread(target=_read, args=(made, samples, read, enough, findings), daemon=True)
+    thread.start()
+    enough.wait(seconds * patience)
+    findings += _called("interrupt", made.interrupt)
+    thread.join(INTERRUPT_S * patience)
+    if thread.is_alive():
         findings.append(f"interrupt: the iteration still runs after {INTERRUPT_S * patience:g} s, allowed: it ends")
     device: dict[str, Any] = {}
-    findings += _called("describe", lambda: device.update(described(made)), math.inf)
-    findings += run.findings + _wrong_samples(run.samples, device) + _wrong_gaps(list(made.gaps))
+    findings += _called("describe", lambda: device.update(described(made)))
+    findings += _wrong_samples(read, codes_of(device)) + _wrong_period(read, device.get("period_s"), patience)
     for name, close in (("__exit__", lambda: made.__exit__(None, None, None)), ("close", made.close)):
-        findings += _called(name, close, CLOSE_S * patience)
-    findings += run.wrong_times(device.get("period_s"), patience)
-    for thread in set(threading.enumerate()) - threads - {run.thread}:
-        thread.join(INTERRUPT_S * patience)
-        if thread.is_alive():
-            findings.append(f"threads: {thread.name} still runs after close(), allowed: none")
+        findings += _called(name, close)
+    if not read and not findings:
+        findings.append("no sample came, or the iteration ended; if the device needs longer, give more seconds")
     if findings:
         raise AssertionError("\n- ".join([f"{source!s:.100} is not a palpate.Source:", *dict.fromkeys(findings)]))
-    return run.samples
+    return read
 
 
-def _unknown_option(name: str) -> list[str]:
-    try:
-        open_source(name, no_option_has_this_name=1).close()
-    except ValueError:
-        return []
-    return ["an unknown option: was ignored, allowed: ValueError, as from palpate.sources.options.checked"]
-
-
-def _called(name: str, call: Callable[[], object], limit_s: float) -> list[str]:
-    """Call a method that may not raise or take long; return what is wrong."""
-    begun = time.monotonic()
+def _called(name: str, call: Callable[[], object]) -> list[str]:
+    """Call a method that may not raise; return what is wrong."""
     try:
         call()
     except Exception as error:  # noqa: BLE001
         return [f"{name}: raised {_text_of(error)}, allowed: no error"]
-    took_s = time.monotonic() - begun
-    return [f"{name}: took {took_s:.3g} s, allowed: {limit_s:g} s"] if took_s > limit_s else []
+    return []
 
 
-class _Run:
-    """The samples of one run of a source, with the time at which each came, and what is wrong with the reading."""
-
-    def __init__(self, source: Source, count: int) -> None:
-        self.source = source
-        self.samples: list[Sample] = []
-        self.findings: list[str] = []
-        self.enough = threading.Event()
-        self.thread = threading.Thread(target=self._read, args=(count,), daemon=True)
-        self._begun_s = math.nan
-        self._arrived_s: list[float] = []
-
-    def _read(self, count: int) -> None:
-        """Begin and iterate; the first samples are kept."""
-        try:
-            self.source.__enter__()
-            self._begun_s = time.monotonic()
-            row = SampleRing(2).row
-            is_in_blocks = hasattr(self.source, "read_block")
-            blocks = map(samples_of, blocks_of(self.source)) if is_in_blocks else [self.source]
-            for given in chain.from_iterable(blocks):
-                if len(self.samples) < count:
-                    self.samples.append(Sample(*row(given)))
-                    self._arrived_s.append(time.monotonic())
-                if len(self.samples) >= count:
-                    self.enough.set()
-        except PalpateError as error:
-            self.findings.append(f"reading: raised {_text_of(error)}")
-        except (TypeError, ValueError) as error:
-            self.findings.append(f"a sample: {error}")
-        except Exception as error:  # noqa: BLE001
-            self.findings.append(f"reading: raised {_text_of(error)}, allowed: a palpate.SourceError")
-        finally:
-            self.enough.set()
-
-    def wrong_times(self, period_s: float | None, patience: float) -> list[str]:
-        """Compare the times with the described period and, of a live source, with the clock."""
-        if not self.samples and not self.findings:
-            return ["no sample came, or the iteration ended; if the device needs longer, give more seconds"]
-        if len(self.samples) < 3:
-            return []
-        found = []
-        steps = [(b.t_hard_ns - a.t_hard_ns) / max(b.seq - a.seq, 1) for a, b in pairwise(self.samples)]
-        median_s = statistics.median(steps) / 1e9
-        if period_s and not (1 - _AWRY) / patience * period_s <= median_s <= (1 + _AWRY * patience) * period_s:
-            found.append(f"period_s: got {period_s:g}, allowed: {median_s:.3g}, the median of its times, within 20 %")
-        first_s, last_s = self.samples[0].t_hard_ns / 1e9, self.samples[-1].t_hard_ns / 1e9
-        arrived_s = self._arrived_s
-        if self.source.live and not -1 <= first_s <= _FAST * (arrived_s[0] - self._begun_s + 1):
-            found.append(f"t_hard_ns: begins at {first_s:.3g} s, allowed: ns since the source was opened")
-        clock_s = max(arrived_s[-1] - arrived_s[0], 1e-3)
-        if self.source.live and not 1 / _FAST <= (last_s - first_s) / clock_s <= _FAST:
-            found.append(f"t_hard_ns: {last_s - first_s:.3g} s pass in {clock_s:.3g} s of the clock, allowed: ns")
-        return found
+def _read(source: Source, count: int, read: list[Sample], enough: threading.Event, findings: list[str]) -> None:
+    """Begin and iterate until the source ends; keep the first samples, and say what is wrong with the reading."""
+    try:
+        source.__enter__()
+        row = SampleRing(2).row
+        blocks = map(samples_of, blocks_of(source)) if hasattr(source, "read_block") else [source]
+        for given in chain.from_iterable(blocks):
+            if len(read) < count:
+                read.append(Sample(*row(given)))
+            if len(read) >= count:
+                enough.set()
+    except PalpateError as error:
+        findings.append(f"reading: raised {_text_of(error)}")
+    except (TypeError, ValueError) as error:
+        findings.append(f"a sample: {error}")
+    except Exception as error:  # noqa: BLE001
+        findings.append(f"reading: raised {_text_of(error)}, allowed: a palpate.SourceError")
+    finally:
+        enough.set()
 
 
-def _wrong_samples(samples: list[Sample], device: Mapping[str, Any]) -> list[str]:
+def _wrong_period(samples: list[Sample], period_s: float | None, patience: float) -> list[str]:
+    """Compare the times with the described period."""
+    steps = [(b.t_hard_ns - a.t_hard_ns) / max(b.seq - a.seq, 1) for a, b in pairwise(samples)]
+    if not period_s or len(steps) < 2:
+        return []
+    median_s = statistics.median(steps) / 1e9
+    if (1 - _AWRY) / patience * period_s <= median_s <= (1 + _AWRY * patience) * period_s:
+        return []
+    return [f"period_s: got {period_s:g}, allowed: {median_s:.3g}, the median of its times, within 20 %"]
+
+
+def _wrong_samples(samples: list[Sample], codes: Codes) -> list[str]:
     """Compare each sample with the one before, and its parts with each other."""
-    found, codes = [], codes_of(device)
+    found = []
     for before, sample in pairwise(samples):
         if sample.seq <= before.seq:
             found.append(f"seq: got {sample.seq} after {before.seq}, allowed: above it")
@@ -179,13 +137,6 @@ def _wrong_samples(samples: list[Sample], device: Mapping[str, Any]) -> list[str
         values = (("hard", sample.hard_raw, sample.hard), ("soft", sample.soft_raw, sample.soft))
         found += filter(None, (codes.disagreement(*value) for value in values))
     return found[:20]
-
-
-def _wrong_gaps(gaps: list[Gap]) -> list[str]:
-    if any(not isinstance(gap, Gap) for gap in gaps):
-        return [f"gaps: got {gaps!r:.100}, allowed: a sequence of palpate.Gap"]
-    in_order = all(earlier.seq <= later.seq for earlier, later in pairwise(gaps))
-    return [] if in_order else [f"gaps: got {gaps!r:.100}, allowed: in the order of their seq"]
 
 
 def _text_of(error: BaseException) -> str:
