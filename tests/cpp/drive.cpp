@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <cstring>
+#include <palpate/elasticity.hpp>
 #include <palpate/palpate.hpp>
 #include <vector>
 
@@ -117,14 +118,23 @@ void stamps() {
   }
 }
 
+// Moduli.
+void elasticity() {
+  constexpr Elasticity<double> probe{8.5, 1.25, 0.97};
+  while (more()) {
+    const double ratio = probe.ratio(next());
+    put(ratio, probe.modulus(ratio), probe.slope(ratio));
+  }
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
   const struct {
     const char* name;
     void (*run)();
-  } all[] = {{"fit", fit},         {"pair", pair},     {"baseline", baseline},
-             {"contact", contact}, {"revise", revise}, {"stamps", stamps}};
+  } all[] = {{"fit", fit},       {"pair", pair},     {"baseline", baseline},    {"contact", contact},
+             {"revise", revise}, {"stamps", stamps}, {"elasticity", elasticity}};
   for (double value; std::fread(&value, sizeof value, 1, stdin) == 1;) {
     in.push_back(value);
   }

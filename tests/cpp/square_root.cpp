@@ -17,17 +17,12 @@ constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
 template <class Real>
 constexpr bool ends() noexcept {
-  using Limits = std::numeric_limits<Real>;
-  constexpr Real nan = Limits::quiet_NaN(), eps = Limits::epsilon();
+  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN();
   return square_root(Real(0)) == 0 && square_root(Real(-1)) == 0 && square_root(-infinity<Real>) == 0 &&
-         square_root(infinity<Real>) == infinity<Real> && !(square_root(nan) == nan) && square_root(Real(9)) == 3 &&
-         square_root(1 + 4 * eps) == 1 + 2 * eps && square_root(1 + 3 * eps) == 1 + eps &&
-         square_root(Real(2.25)) == Real(1.5) && square_root(4 * Limits::min()) == 2 * square_root(Limits::min());
+         square_root(infinity<Real>) == infinity<Real> && !(square_root(nan) == nan) &&
+         square_root(Real(2.25)) == Real(1.5);
 }
 static_assert(ends<float>() && ends<double>());
-static_assert(square_root(2.0) == 0x1.6a09e667f3bcdp0 && square_root(2.0f) == 0x1.6a09e6p0f);
-static_assert(square_root(std::numeric_limits<double>::denorm_min()) == 0x1p-537);
-static_assert(square_root(std::numeric_limits<double>::max()) == 0x1.fffffffffffffp511);
 
 long wrong = 0;
 
@@ -61,19 +56,19 @@ std::uint64_t draw(std::uint64_t& state) {
   return mixed ^ (mixed >> 31);
 }
 
-// Numbers from 1 to 4, as all numbers are these times a power of 4, and numbers of any size; one in so many of each.
+// Numbers from 1 to 4, as all numbers are these times a power of 4; and numbers of any size, one of `step`.
 void floats(std::uint32_t mantissa_step, std::uint32_t step) {
-  constexpr std::uint32_t one = 0x3f800000, four = 0x40800000, infinite = 0x7f800000;
-  for (std::uint32_t bits = one; bits <= four; bits += mantissa_step) {
+  for (std::uint32_t bits = 0x3f800000; bits <= 0x40800000; bits += mantissa_step) {
     check_bits<float>(bits);
   }
-  for (std::uint32_t bits = 1; bits < infinite; bits += step) {
+  for (std::uint32_t bits = 1; bits < 0x7f800000; bits += step) {
     check_bits<float>(bits);
   }
 }
 
 // Powers of two, squares, the squares of the middles between two numbers, and numbers of any size.
 void doubles(int count) {
+  check(std::numeric_limits<double>::max());
   for (int e = -1074; e < 1024; ++e) {
     check_around(std::ldexp(1.0, e));
   }

@@ -3,6 +3,7 @@
 // tests/core.
 
 #include <limits>
+#include <palpate/elasticity.hpp>
 #include <palpate/palpate.hpp>
 
 #include "alike.hpp"
@@ -99,19 +100,38 @@ bool gated_touches() noexcept {
   return finished[0] == 1 && finished[1] == 1 && samples[0] == 249 && samples[1] > 80 && samples[1] < 100;
 }
 
+// What has no modulus has a reason, and the last number below the rigid ratio still has one.
+template <class Real>
+constexpr bool no_answer() noexcept {
+  constexpr Elasticity<Real> probe;
+  constexpr Real nan = std::numeric_limits<Real>::quiet_NaN(), all[] = {nan, Real(0.99), 10, 1, Real(9.99)};
+  constexpr Reach reasons[] = {Reach::unknown, Reach::too_soft, Reach::too_stiff, Reach::within, Reach::within};
+  bool right = probe.modulus(1) == 0 && probe.modulus(Real(5.5)) == 2 && probe.ratio(-1) != probe.ratio(-1);
+  for (int i = 0; i < 5; ++i) {
+    const Real modulus = probe.modulus(all[i]), slope = probe.slope(all[i]);
+    right =
+        right && probe.reach(all[i]) == reasons[i] && (modulus == modulus) == (i > 2) && (slope == slope) == (i > 2);
+  }
+  return right;
+}
+static_assert(no_answer<float>() && no_answer<double>());
+
+// (2) as printed: k_h = 800, k_s = 100 and k_o = 400 N/m; r = k_h (k_o + k_s) / (k_s (k_o + k_h)).
+constexpr auto springs = Elasticity<double>::of_stiffness(800, 100);
+constexpr double shown = 800.0 * (400 + 100) / (100.0 * (400 + 800));
+static_assert(magnitude(springs.modulus(shown) - 400) < 1e-12 * 400 && magnitude(springs.ratio(400) - shown) < 1e-15);
+
 // Null policies cost nothing, and the real ones their parameters.
-static_assert(sizeof(Rls<float>) == 2 * sizeof(float));
-static_assert(sizeof(Rls<double>) == 2 * sizeof(double));
+static_assert(sizeof(Rls<float>) == 2 * sizeof(float) && sizeof(Rls<double>) == 2 * sizeof(double));
 static_assert(sizeof(Rls<float, FixedForgetting<float>>) == 3 * sizeof(float));
 static_assert(sizeof(FixedRls<float>) == 4 * sizeof(float));
 static_assert(sizeof(AdaptiveRls<float>) == 9 * sizeof(float));
 static_assert(sizeof(embedded::AdaptiveRls<float>) == 3 * sizeof(float));
 
-// What a Cortex-M needs of a state: no constructor to run, a plain copy.
-static_assert(std::is_trivially_copyable_v<AdaptiveRls<float>> && std::is_trivially_destructible_v<AdaptiveRls<float>>);
 static_assert(noexcept(AdaptiveRls<double>().update(0.0, 0.0)) && noexcept(AdaptiveRls<double>().reset()));
 
-// What a microcontroller has to hold.
+// What a Cortex-M needs of a state: no constructor to run, a plain copy, and not much memory.
+static_assert(std::is_trivially_copyable_v<AdaptiveRls<float>> && std::is_trivially_destructible_v<AdaptiveRls<float>>);
 static_assert(sizeof(FixedTracker<float, unsigned>) <= 160 && sizeof(HandheldTracker<float, unsigned>) <= 1024);
 
 }  // namespace

@@ -25,7 +25,7 @@ WRITTEN |= {o: ("(((bool(", f") != {ON}) {o} (bool(", f") != {ON})) != {ON})") f
 WRITTEN |= {"?": ("((", f") != {ON} ? ", " : ", ")"), "": ("::mutants::nudged(%d, ", ")")}
 OPERATORS = {"BINARY_OPERATOR", "COMPOUND_ASSIGNMENT_OPERATOR", "CONDITIONAL_OPERATOR"}
 LITERALS = {"INTEGER_LITERAL", "FLOATING_LITERAL"}
-NATIVE = ("stages", "square_root", "elasticity", "ring")
+NATIVE = ("stages", "square_root", "ring")
 
 
 @dataclass
