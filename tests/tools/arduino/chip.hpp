@@ -50,7 +50,7 @@ class Chip {
       {"absent", absent}, {"overloaded", overloaded}, {"beyond", beyond}, {"garbled", garbled}};
   int faults = 0;  // transfers that the data sheet forbids
 
-  /// Each conversion is written to `log`: middle in us, input, code.
+  /// Each conversion is written to `log`, if there is one: middle in us, input, code.
   explicit Chip(std::FILE* log) : log_(log) { reset(); }
   Chip(const Chip&) = delete;
 
@@ -109,7 +109,9 @@ class Chip {
     }
     const double middle = begun_ + conversion / 2;
     const std::uint32_t code = convert(middle);
-    std::fprintf(log_, "%.3f,%d,%u\n", middle * 1e6, registers_[cap_setup] & 0x40 ? 2 : 1, code);
+    if (log_) {
+      std::fprintf(log_, "%.3f,%d,%u\n", middle * 1e6, registers_[cap_setup] & 0x40 ? 2 : 1, code);
+    }
     for (int i = 0; i < 3; ++i) {
       registers_[cap_data + i] = static_cast<std::uint8_t>(code >> (16 - 8 * i));
     }

@@ -1,7 +1,26 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Arduino.h>
+// What the sketch palpate_instrument uses of an Arduino core and of its library Wire, as they declare it.
+
+#include <cstddef>
+#include <cstdint>
+
+struct SerialPort {
+  void begin(unsigned long) {}
+  void print(const char* text);
+  void print(unsigned long value);
+  void print(double value, int digits);
+  void println(const char* text);
+  void println(unsigned long value);
+};
+extern SerialPort Serial;
+
+std::uint32_t micros();
+void delay(unsigned long ms);
+void yield();
+void setup();
+void loop();
 
 /// The bus, with a simulated AD7746 on it.
 class TwoWire {
@@ -9,7 +28,7 @@ class TwoWire {
   void begin() {}
   void setClock(std::uint32_t) {}
   void beginTransmission(std::uint8_t address);
-  std::size_t write(std::uint8_t byte);
+  std::size_t write(std::uint8_t byte) { return write(&byte, 1); }
   std::size_t write(const std::uint8_t* bytes, std::size_t count);
   std::uint8_t endTransmission(bool stop = true);
   std::uint8_t requestFrom(std::uint8_t address, std::uint8_t count);
@@ -18,6 +37,6 @@ class TwoWire {
  private:
   std::uint8_t sent_[8] = {};
   std::size_t count_ = 0;
-  std::uint8_t pointer_ = 0;
+  std::uint8_t address_ = 0;
 };
 extern TwoWire Wire;

@@ -1,68 +1,35 @@
 // SPDX-License-Identifier: MIT
-// A board with a simulated AD7746 for the sketch palpate_instrument: the hand of bench/embedded presses twice, the chip is
-// silent once. Ends when the hand has ended.
+// A board for the sketch palpate_instrument, with the simulated AD7746 of ../arduino, whose gauges are pressed twice. The
+// excitation fails once in the first touch, and the chip is silent for a moment after it. Exit code 1: the chip was used
+// against its data sheet.
 
 #include <Wire.h>
-#include <palpate.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 
-#include "../../../bench/embedded/readings.hpp"
+#include "../arduino/chip.hpp"
 
 namespace {
 
-constexpr std::uint32_t conversion_us = 10900, byte_us = 90;
-constexpr int silent = 500;  // the conversion after which the chip does not answer for a moment
+constexpr std::uint64_t end_us = 17000000, byte_us = 90;
 
-struct {
-  std::uint32_t now = 4294000000u;  // wraps soon
-  std::uint8_t registers[0x13] = {};
-  bool converting = false;
-  std::uint32_t ready_us = 0, answers_us = 4294000000u;
-  int conversions = 0, pairs = 0;
-  Readings hand;
-  Reading reading = {};
-} board;
+Chip chip(nullptr);
+std::uint64_t now_us = 0;
 
-// The gauges are at EXCB, and have more capacitance than the converter's range.
-float picofarad(bool second) {
-  const float gauge = second ? board.reading.soft + 4.69f : board.reading.hard + 6.92f;
-  const int steps = board.registers[0x0B] & 0x80 ? board.registers[0x0B] & 0x7F : 0;
-  return ((board.registers[0x09] & 0x30) == 0x20 ? gauge : 0.0f) - 0.171f * static_cast<float>(steps);
-}
-
-void convert() {
-  const bool second = (board.registers[0x07] & 0x40) != 0;
-  if (!second) {
-    if (++board.pairs > Readings::size) {
-      std::exit(0);
-    }
-    board.reading = board.hand.next();
-  }
-  const float value = picofarad(second), any = value == value ? value : 0.0f;
-  const auto code = static_cast<std::uint32_t>(8388608.0f + std::clamp(any, -4.096f, 4.095f) * 2048000.0f);
-  for (int i = 0; i < 3; ++i) {
-    board.registers[1 + i] = static_cast<std::uint8_t>(code >> (16 - 8 * i));
+void pass(std::uint64_t us) {
+  now_us += us;
+  if (now_us >= end_us) {
+    std::fflush(stdout);
+    std::_Exit(chip.faults != 0);
   }
 }
 
-/// Passes time, in which a conversion may end.
-void pass(std::uint32_t us) {
-  board.now += us;
-  if (board.converting && static_cast<std::int32_t>(board.now - board.ready_us) >= 0) {
-    board.converting = false;
-    board.registers[0] = 0x06;
-    convert();
-    if (++board.conversions == silent) {
-      board.answers_us = board.now + 250000;
-    }
-  }
-}
+double now_s() { return 1e-6 * static_cast<double>(now_us); }
 
 bool answers(std::uint8_t address) {
-  return address == 0x48 && static_cast<std::int32_t>(board.now - board.answers_us) >= 0;
+  pass(byte_us);
+  return address == 0x48 && chip.select(now_s());
 }
 
 }  // namespace
@@ -78,44 +45,40 @@ void SerialPort::println(unsigned long value) { std::printf("%lu\n", value); }
 
 std::uint32_t micros() {
   pass(4);
-  return board.now;
+  return static_cast<std::uint32_t>(now_us + 4285000000u);  // wraps in the second touch
 }
-void delay(unsigned long ms) { pass(static_cast<std::uint32_t>(1000 * ms)); }
+void delay(unsigned long ms) { pass(1000 * ms); }
 void yield() { pass(1); }
 
-void TwoWire::beginTransmission(std::uint8_t) { count_ = 0; }
-std::size_t TwoWire::write(std::uint8_t byte) { return write(&byte, 1); }
+void TwoWire::beginTransmission(std::uint8_t address) {
+  address_ = address;
+  count_ = 0;
+}
 std::size_t TwoWire::write(const std::uint8_t* bytes, std::size_t count) {
-  for (std::size_t i = 0; i < count && count_ < sizeof sent_; ++i) {
-    sent_[count_++] = bytes[i];
-  }
+  std::copy_n(bytes, count, sent_ + count_);
+  count_ += count;
   return count;
 }
 std::uint8_t TwoWire::endTransmission(bool) {
-  pass(static_cast<std::uint32_t>(count_ + 1) * byte_us);
-  if (!answers(0x48) || count_ == 0) {
+  if (!answers(address_)) {
     return 2;
   }
-  pointer_ = sent_[0];
-  for (std::size_t i = 1; i < count_; ++i, ++pointer_) {
-    board.registers[pointer_] = sent_[i];
-    if (pointer_ == 0x0A && (sent_[i] & 0x07) == 2) {
-      board.converting = true;
-      board.registers[0] = 0x07;
-      board.ready_us = board.now + conversion_us;
-    }
+  for (std::size_t i = 0; i < count_; ++i) {
+    pass(byte_us);
+    chip.write(sent_[i], now_s());
   }
   return 0;
 }
-std::uint8_t TwoWire::requestFrom(std::uint8_t address, std::uint8_t count) {
-  pass((count + 1u) * byte_us);
-  return answers(address) ? count : 0;
+std::uint8_t TwoWire::requestFrom(std::uint8_t address, std::uint8_t count) { return answers(address) ? count : 0; }
+int TwoWire::read() {
+  pass(byte_us);
+  return chip.read(now_s());
 }
-int TwoWire::read() { return board.registers[pointer_++]; }
 
 int main() {
-  setup();
-  for (;;) {
+  chip.overloaded = {5.0, 5.03};
+  chip.absent = {8.5, 8.7};
+  for (setup();;) {
     loop();
   }
 }
