@@ -14,7 +14,8 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from unittest.mock import patch
+from typing import Any
+from unittest.mock import AsyncMock, patch
 
 import scipy.optimize
 import scipy.special  # noqa: F401
@@ -38,13 +39,13 @@ if __name__ == "__main__":
 with _instrumented():
     import click
     import palpate
-    from fuzz_page import message, request
     from palpate import CalibrationError, ProtocolError, RecordingError, SourceError
     from palpate.ad7746.bus import VirtualClock
     from palpate.ad7746.evalkit.firmware import RAM_BYTES, read_hex
     from palpate.ad7746.twin.usb import TwinBackend
     from palpate.calibration.specimen_files import assign, read_moduli
     from palpate.cli import COMMANDS, config
+    from palpate.live.access import Gatekeeper, new_token
     from palpate.recording import sidecar
     from palpate.recording.foreign import recorded
     from palpate.recording.rows import HEADER, RowError, format_rows, parse_any_rows, parse_rows
@@ -167,13 +168,44 @@ def uri(data: bytes) -> None:
     with suppress(ValueError):
         split(text)
     refused = (ValueError, SourceError, RecordingError)
-    with patch("serial.Serial", side_effect=OSError("no port")), warnings.catch_warnings():
+    no_port = patch("serial.Serial", side_effect=OSError("no port"))
+    no_plugins = patch("palpate.sources.uri.entry_points", return_value=[])  # reads the metadata of each package
+    with no_port, no_plugins, warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # warning of Python for a pattern with [[
         for prefix in ("sim:", "serial:", "i2c:nowhere?", "iio:/nowhere?", "nowhere:", "/nowhere/"):
             with suppress(*refused):
                 palpate.open(prefix + text).close()
         with suppress(*refused):
             palpate.open("usb:?" + text, backend=TwinBackend(VirtualClock())).close()
+
+
+HOST, PORT, TOKEN = "127.0.0.1", 8746, new_token()
+
+
+def request(data: bytes) -> None:
+    """Request the page or its web socket: a query on the first line, headers on the next lines.
+
+    No access without the token if there is one, nor with another host name, nor from a page of another origin.
+    """
+    query, *lines = data.split(b"\n")
+    headers = [(name.strip().lower(), value.strip()) for name, _, value in (line.partition(b"=") for line in lines)]
+    for kind in ("http", "websocket"):
+        scope = {"type": kind, "path": "/", "query_string": query, "headers": headers}
+        assert not _passed(scope, TOKEN)
+        if _passed(scope, None):
+            host, *_ = [value.decode("latin-1") for name, value in headers if name == b"host"]
+            origins = [value.decode("latin-1") for name, value in headers if name == b"origin"]
+            assert host.lower().startswith((HOST, "localhost", "[::1]"))
+            assert origins == [f"http://{host}"] or (not origins and kind == "http")
+
+
+def _passed(scope: dict[str, Any], token: str | None) -> bool:
+    page = AsyncMock()
+    gate = Gatekeeper(page, HOST, PORT, token)(scope, AsyncMock(), AsyncMock())
+    with suppress(StopIteration):  # without an event loop: nothing here waits
+        gate.send(None)
+        raise AssertionError("it waited")
+    return bool(page.called)
 
 
 TARGETS: dict[str, Callable[[bytes], None]] = {
@@ -186,7 +218,6 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "firmware": firmware,
     "lines": lines,
     "uri": uri,
-    "message": message,
     "request": request,
 }
 
