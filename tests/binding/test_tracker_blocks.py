@@ -3,7 +3,7 @@
 import sys
 import threading
 import time
-from itertools import count, pairwise
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -95,31 +95,27 @@ def test_blocks_from_256_readings_on_let_other_threads_run(size: int, *, lets: b
     run = scenarios.run("tremor", 1)
     columns = [column[:size] for column in (run.t_hard_s, run.t_soft_s, run.hard, run.soft)]
     palpate.Tracker().take(*columns)  # the first one in a process gives the lock away once, of any size
-    state = {"inside": False, "seen": False, "ended": False}
+    ended, turns = threading.Event(), 0
 
-    def work() -> None:
-        end = time.monotonic() + (60 if lets else 0)
-        for turn in count():
-            if turn >= 300 and time.monotonic() > end:
-                break
-            tracker = palpate.Tracker()
-            state["inside"] = True
-            tracker.take(*columns)
-            state["inside"] = False
-            if state["seen"]:
-                break
+    def count() -> None:
+        nonlocal turns
+        while not ended.is_set():
+            turns += 1
             time.sleep(0)
-        state["ended"] = True
 
-    before = sys.getswitchinterval()
+    before, seen = sys.getswitchinterval(), False
     sys.setswitchinterval(1000)
+    worker = threading.Thread(target=count)
     try:
-        worker = threading.Thread(target=work)
         worker.start()
-        while not state["ended"]:
-            state["seen"] = state["seen"] or state["inside"]
+        for _ in range(1_000_000 if lets else 300):
+            tracker, at = palpate.Tracker(), turns
+            tracker.take(*columns)
+            if seen := turns != at:
+                break
             time.sleep(0)
-        worker.join()
     finally:
+        ended.set()
+        worker.join()
         sys.setswitchinterval(before)
-    assert state["seen"] is lets
+    assert seen is lets
