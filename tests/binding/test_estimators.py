@@ -103,26 +103,6 @@ def test_out_may_overlap_the_samples(kind: Any, shift: int) -> None:
     assert np.array_equal(reverse[5:-5][::-1], expected)
 
 
-@pytest.mark.parametrize(
-    ("kind", "settings", "message"),
-    [
-        (palpate.Rls, {"forgetting": 0.0}, "forgetting: got 0.0, allowed: 0 < forgetting <= 1"),
-        (palpate.Rls, {"forgetting": math.nan}, "forgetting: got nan"),
-        (palpate.AdaptiveRls, {"alarmed": 0.999}, r"alarmed: got 0.999, allowed: 0 < alarmed <= steady \(0.995\)"),
-        (palpate.AdaptiveRls, {"drift": -0.1}, "drift: got -0.1, allowed: 0 <= drift, finite"),
-        (palpate.AdaptiveRls, {"threshold": math.nan}, "threshold: got nan, allowed: 0 <= threshold"),
-        (palpate.AdaptiveRls, {"clear_level": 0.06}, r"clear_level: got 0.06, .* threshold \(0.05\)"),
-        (palpate.Rls, {"initial_ratio": math.inf}, "initial_ratio: got inf, allowed: a finite number"),
-        (palpate.Rls, {"initial_covariance": 0}, "initial_covariance: got 0.0, allowed: 2.2"),
-        (palpate.Rls, {"max_covariance": math.inf}, "max_covariance: got inf, allowed: 2.2"),
-        (palpate.Rls32, {"max_covariance": 1e39}, "max_covariance: got 1e.39, allowed: 1.17"),
-    ],
-)
-def test_parameters_are_checked(kind: Any, settings: dict[str, float], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        kind(**settings)
-
-
 @every
 def test_repr_settings_and_equality(kind: Any) -> None:
     estimator = kind(initial_ratio=1.5)

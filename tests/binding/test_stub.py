@@ -3,7 +3,9 @@
 import inspect
 import subprocess
 import sys
+from math import inf, nan
 from pathlib import Path
+from typing import Any
 
 import palpate
 import pytest
@@ -67,11 +69,43 @@ def test_a_wrong_keyword_names_the_allowed_ones(cls: type) -> None:
         (lambda: palpate.RlsBank(2, streams=3), "got streams by place and by name"),  # type: ignore[misc]
         (lambda: palpate.Rls.__init__(palpate.Tracker()), "__init__.* of Rls: got something else"),  # type: ignore[arg-type]
         (lambda: palpate.Touch(), "Touch: got a call, allowed: those that a Tracker"),
+        (
+            lambda: palpate.Tracker("paper", clip=3),
+            "unexpected keyword 'clip', allowed: samples, seconds, full_scale, ",
+        ),  # type: ignore[call-overload]
+        (lambda: palpate.Tracker(drift="x"), "drift: got 'x', allowed: a number"),  # type: ignore[call-overload]
     ],
 )
 def test_what_constructors_refuse(call: object, message: str) -> None:
     with pytest.raises(TypeError, match=message):
         call()  # type: ignore[operator]
+
+
+@pytest.mark.parametrize(
+    ("kind", "settings", "message"),
+    [
+        ("Rls", {"forgetting": 0.0}, "forgetting: got 0.0, allowed: 0 < forgetting <= 1"),
+        ("Rls", {"forgetting": nan}, "forgetting: got nan"),
+        ("AdaptiveRls", {"alarmed": 0.999}, r"alarmed: got 0.999, allowed: 0 < alarmed <= steady \(0.995\)"),
+        ("AdaptiveRls", {"drift": -0.1}, "drift: got -0.1, allowed: 0 <= drift, finite"),
+        ("AdaptiveRls", {"threshold": nan}, "threshold: got nan, allowed: 0 <= threshold"),
+        ("AdaptiveRls", {"clear_level": 0.06}, r"clear_level: got 0.06, .* threshold \(0.05\)"),
+        ("Rls", {"initial_ratio": inf}, "initial_ratio: got inf, allowed: a finite number"),
+        ("Rls", {"initial_covariance": 0}, "initial_covariance: got 0.0, allowed: 2.2"),
+        ("Rls", {"max_covariance": inf}, "max_covariance: got inf, allowed: 2.2"),
+        ("Rls32", {"max_covariance": 1e39}, "max_covariance: got 1e.39, allowed: 1.17"),
+        ("Tracker", {"scene": "moon"}, "scene: got 'moon', allowed: fixed, paper, handheld, sliding"),
+        ("Tracker", {"scene": "paper", "seconds": nan}, "seconds: got nan, allowed: 0 < seconds"),
+        ("Tracker", {"seconds": 3.0, "samples": 20}, "seconds"),
+        ("Tracker", {"samples": 2.5}, "samples: got 2.5, allowed: a whole number >= 1, or None"),
+        ("Tracker", {"release": 1.0}, "release: got 1.0"),
+        ("Tracker", {"drift": 3.0}, r"drift: got 3.0, allowed: 0 <= drift < clip \(3.0\)"),
+        ("Tracker", {"scene": "fixed", "forgetting": 2.0}, "forgetting: got 2.0"),
+    ],
+)
+def test_settings_are_checked(kind: str, settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        getattr(palpate, kind)(**settings)
 
 
 GOOD = """

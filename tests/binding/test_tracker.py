@@ -48,30 +48,7 @@ def test_tare_after_the_baseline_jumped() -> None:
     assert again["touch"].max() == 2
 
 
-@pytest.mark.parametrize(
-    ("scene", "settings", "message"),
-    [
-        ("moon", {}, "scene: got 'moon', allowed: fixed, paper, handheld, sliding"),
-        ("paper", {"seconds": float("nan")}, "seconds: got nan, allowed: 0 < seconds"),
-        ("handheld", {"seconds": 3.0, "samples": 20}, "seconds"),
-        ("handheld", {"samples": 2.5}, "samples: got 2.5, allowed: a whole number >= 1, or None"),
-        ("handheld", {"release": 1.0}, "release: got 1.0"),
-        ("handheld", {"drift": 3.0}, r"drift: got 3.0, allowed: 0 <= drift < clip \(3.0\)"),
-        ("fixed", {"forgetting": 2.0}, "forgetting: got 2.0"),
-    ],
-)
-def test_settings_are_checked(scene: Any, settings: Any, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        palpate.Tracker(scene, **settings)
-
-
 def test_readings_are_checked() -> None:
-    with pytest.raises(
-        TypeError, match="got an unexpected keyword 'clip', allowed: samples, seconds, full_scale, release, steady"
-    ):
-        palpate.Tracker("paper", clip=3)  # type: ignore[call-overload]
-    with pytest.raises(TypeError, match="drift: got 'x', allowed: a number"):
-        palpate.Tracker(drift="x")  # type: ignore[call-overload]
     tracker = palpate.Tracker()
     with pytest.raises(ValueError, match="t_soft: got shape"):
         tracker.process([0.0, 1.0], [0.0], [1.0, 1.0], [1.0, 1.0])

@@ -2,7 +2,6 @@
 
 import platform
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -43,15 +42,11 @@ def touch_hash(name: str) -> str:
 
 
 def bank_hash(name: str) -> str:
-    """Hash 21 touches through a bank of the extension, and through as many single estimators in blocks."""
+    """Hash 21 touches through a bank of the extension."""
     output, regressor = np.transpose([touch_samples(20 + s) for s in range(21)], (1, 2, 0))
     bank = getattr(palpate, name)(21)
     ratios = bank.process(output, regressor)
-    singles = [getattr(palpate, name.replace("Bank", ""))() for _ in range(21)]
-    for s, single in enumerate(singles):
-        assert single.process(output[:, s], regressor[:, s]).tobytes() == ratios[:, s].tobytes()
-    state = np.ravel([bank.covariance, bank.statistic], order="F")
-    return fnv(np.concatenate([ratios.ravel(), state]))
+    return fnv(np.concatenate([ratios.ravel(), np.ravel([bank.covariance, bank.statistic], order="F")]))
 
 
 def has_the_hashes(hashes: dict[str, str]) -> None:
@@ -63,26 +58,13 @@ def has_the_hashes(hashes: dict[str, str]) -> None:
 
 @pytest.mark.parametrize("compiler", ["c++", "clang++"])
 def test_ctest_and_the_bits_of_the_extension(cmake: str, compiler: str) -> None:
+    """The headers alone, in constant expressions and under every flag; then the extension."""
     with kept_folder("ctest", need(compiler)) as build:
         configure(cmake, ROOT, build, f"-DCMAKE_CXX_COMPILER={need(compiler)}")
         out = run("ctest", "--test-dir", build, "--output-on-failure", "--no-tests=error")
         assert "100% tests passed" in out
         hashes = dict(line.split() for line in run(build / "tests" / "cpp" / "bits").splitlines())
-    print(*hashes.items(), sep="\n")
     has_the_hashes(hashes)
-
-
-def test_the_header_needs_nothing_at_link_time(tmp_path: Path) -> None:
-    """No heap, no exceptions, no library: an object with a whole estimator in it leaves no symbol undefined."""
-    source, program = tmp_path / "scene.cpp", tmp_path / "scene.o"
-    source.write_text(
-        "#include <palpate/palpate.hpp>\n"
-        "bool take(palpate::AdaptiveRls<float>& e, float y, float x) { return e.update(y, x).alarm; }\n"
-        "bool take(palpate::FixedRls<double>& e, double y, double x) { return e.update(y, x).accepted; }\n"
-    )
-    flags = ["-std=c++17", "-O2", "-ffreestanding", "-fno-exceptions", "-fno-rtti"]
-    run(need("c++"), *flags, f"-I{palpate.get_include()}", "-c", source, "-o", program)
-    assert run(need("nm"), "-u", program) == ""
 
 
 if __name__ == "__main__":  # on another processor: .ci/aarch64
