@@ -1,6 +1,5 @@
 """Fixtures, the profiles of the property tests, and the summary of what they found."""
 
-import json
 import os
 import signal
 import sys
@@ -13,13 +12,11 @@ import pytest
 from effort import SEED, draws
 from hypothesis import settings
 from project import ROOT, need
-from tally import Tally
+from tally import Tally, lines
 
 # The same examples in every run, unless .ci/nightly gives a seed. No database, which workers would share.
 settings.register_profile("palpate", max_examples=draws(200), deadline=None, derandomize=SEED == 0, database=None)
 settings.load_profile("palpate")
-
-_TALLY = Tally()
 
 # A shell starts what it runs in the background deaf to SIGINT, and children inherit that: those that tests interrupt, too.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
@@ -42,9 +39,9 @@ def pytest_xdist_auto_num_workers() -> int:
     return (os.cpu_count() or 1) + 1
 
 
-@pytest.fixture(scope="session")
-def tally() -> Tally:
-    return _TALLY
+@pytest.fixture
+def tally(request: pytest.FixtureRequest) -> Tally:
+    return Tally(request.node.user_properties)
 
 
 @pytest.fixture(scope="session")
@@ -78,23 +75,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         Random(order).shuffle(items)
 
 
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """In a worker: send what was found to who prints it."""
-    output: dict[str, Any] | None = getattr(session.config, "workeroutput", None)
-    if output is not None:
-        output["tally"] = json.dumps(vars(_TALLY))  # text: what cannot be sent fails here, and is not lost
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_testnodedown(node: Any) -> None:
-    """Take what a worker found; one that crashed has sent nothing."""
-    sent = getattr(node, "workeroutput", {}).get("tally")
-    if sent is not None:
-        _TALLY.add(json.loads(sent))
-
-
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    if lines := list(_TALLY.lines()):
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    reports = (report for reports in terminalreporter.stats.values() for report in reports)
+    found = [each for report in reports if getattr(report, "when", "") == "call" for each in report.user_properties]
+    if found:
         terminalreporter.section("measured")
-    for line in lines:
+    for line in lines(found):
         terminalreporter.write_line(line)
