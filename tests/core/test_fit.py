@@ -1,6 +1,6 @@
 """The test of the model: the core against the reference, and sizes, flags and errors of simulated effects."""
 
-from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,42 +18,34 @@ BITS = {"offset": 1, "drift": 2, "lag": 4, "curve": 8}
 NAMES = ("offset", "drift", "lag", "curve", "open", "open_drift", "offset_ratio", "offset_error")
 
 
-@dataclass(frozen=True)
-class Samples:
-    """Pairs of a touch: depth, its variation, noise in units of the readings', and what the model leaves out."""
+Touch = tuple[list[list[float]], float, float]
 
-    seed: int
-    count: int = 240
-    ratio: float = 2.8
-    depth: float = 0.25
-    sway: float = 0.05
-    pace: float = 1.0  # of the sway; a slow one has hardly a slope
-    noise: float = 1e-4  # relative to the depth
-    offset: float = 0.0
-    drift: float = 0.0
-    lag: float = 0.0
-    curve: float = 0.0
-    lost: float = 0.0
-    press: int = 0  # pairs of a rise before
-    change: float = 0.0  # of the ratio at a hand-over in the middle
-    deeper: float = 1.0
 
-    def rows(self) -> list[list[float]]:
-        """Return output, regressor, number; and change, 0, -1 at a hand-over."""
-        random, k = np.random.default_rng(self.seed), np.arange(self.count)
-        waves = [np.sin(2 * np.pi * (self.pace * f * 0.026 * k + random.random())) for f in (0.4, 1.1, 1.7, 4.2)]
-        x = 1 + self.sway * np.sum(waves, axis=0)
-        x[: self.press] *= (k[: self.press] + 1) / (self.press + 1)
-        later = k >= self.count // 2
-        x[later] *= self.deeper
-        terms = self.offset + self.drift * k / self.count + self.lag * np.gradient(x) if self.count > 1 else 0
-        y = self.ratio * (1 + self.change * later) * (x + terms + self.curve * (x - 1) ** 2)
-        x, y = (self.depth * (v + 0.65 * self.noise * random.standard_normal(self.count)) for v in (x, y))
-        rows: list[list[float]] = np.column_stack([y, x, k + 1000])[random.random(self.count) >= self.lost].tolist()
-        if self.change:
-            at = next((i for i, row in enumerate(rows) if row[2] >= 1000 + self.count // 2), len(rows))
-            rows.insert(at + 1, [self.change, 0.0, -1.0])  # after a sample of the new depth, as at an alarm
-        return rows
+def touch_of(
+    seed: int, count: int = 240, ratio: float = 2.8, depth: float = 0.25, sway: float = 0.05, pace: float = 1.0,
+    noise: float = 1e-4, offset: float = 0.0, drift: float = 0.0, lag: float = 0.0, curve: float = 0.0, lost: float = 0.0,
+    press: int = 0, change: float = 0.0, deeper: float = 1.0,
+) -> Touch:  # fmt: skip
+    """Return the pairs of a touch, their noise and their ratio.
+
+    The depth sways, slowly if the pace is small: then it has hardly a slope. The noise is relative to the depth. The model
+    leaves out offset, drift, lag and curve. A rise has `press` pairs; the ratio changes at a hand-over in the middle. A row
+    is output, regressor, number; or change, 0, -1 at the hand-over.
+    """
+    random, k = np.random.default_rng(seed), np.arange(count)
+    waves = [np.sin(2 * np.pi * (pace * f * 0.026 * k + random.random())) for f in (0.4, 1.1, 1.7, 4.2)]
+    x = 1 + sway * np.sum(waves, axis=0)
+    x[:press] *= (k[:press] + 1) / (press + 1)
+    later = k >= count // 2
+    x[later] *= deeper
+    terms = offset + drift * k / count + lag * np.gradient(x) if count > 1 else 0
+    y = ratio * (1 + change * later) * (x + terms + curve * (x - 1) ** 2)
+    x, y = (depth * (v + 0.65 * noise * random.standard_normal(count)) for v in (x, y))
+    rows: list[list[float]] = np.column_stack([y, x, k + 1000])[random.random(count) >= lost].tolist()
+    if change:
+        at = next((i for i, row in enumerate(rows) if row[2] >= 1000 + count // 2), len(rows))
+        rows.insert(at + 1, [change, 0.0, -1.0])  # after a sample of the new depth, as at an alarm
+    return rows, depth * noise, ratio
 
 
 def sizes(most: float) -> st.SearchStrategy[float]:
@@ -64,7 +56,7 @@ def sizes(most: float) -> st.SearchStrategy[float]:
 
 
 touches = st.builds(
-    Samples,
+    touch_of,
     seed=st.integers(0, 2**32 - 1),
     count=st.sampled_from([1, 3, 17, 18, 19, 30, 240]) | st.integers(20, 400),
     ratio=st.sampled_from([1.0, 2.8, 9.0]),
@@ -121,7 +113,7 @@ def by_core(rows: list[list[float]], noise: float, ratio: float) -> dict[str, fl
 
 @examples(300)
 @given(touches)
-def test_the_core_is_the_reference(touch: Samples) -> None:
+def test_the_core_is_the_reference(touch: Touch) -> None:
     """Only rounding differs: sums of squares lose what the terms have in common.
 
     Each size has an error of some eps times the amplification, which is 1e8 at most here. Noises are above 1e-5 of the
@@ -130,10 +122,8 @@ def test_the_core_is_the_reference(touch: Samples) -> None:
     The error of a coefficient is that of the outputs' sums over the size of its column: an offset makes the outputs larger
     than the regressors, and slopes are much smaller than both.
     """
-    noise = touch.depth * touch.noise
-    rows = touch.rows()
-    right, amplified, over_regressor, over_slope = by_reference(rows, noise, touch.ratio)
-    found = by_core(rows, noise, touch.ratio)
+    right, amplified, over_regressor, over_slope = by_reference(*touch)
+    found = by_core(*touch)
     assert found["flags"] == sum(BITS[flag] for flag in right.flags)
     tolerance = 100 * EPS * amplified + 1e-11
     for name in NAMES:
@@ -144,29 +134,29 @@ def test_the_core_is_the_reference(touch: Samples) -> None:
             if name == "lag":
                 allowed += EPS * amplified * over_slope
             if name == "offset_error":
-                allowed += 100 * EPS * squares_to_noise(rows, noise, touch.ratio) * expected
+                allowed += 100 * EPS * squares_to_noise(*touch) * expected
             assert abs(found[name] - expected) <= allowed, name
 
 
-@pytest.mark.parametrize("noise", [1e-5, 3e-3])  # of these the smallest size decides, and the significance
-@pytest.mark.parametrize(("name", "most"), [("offset", 0.2), ("drift", 0.2), ("lag", 0.9), ("curve", 0.9)])
-def test_the_limit_of_each_flag_is_that_of_the_reference(name: str, most: float, noise: float) -> None:
-    def touch(size: float) -> Samples:
-        return replace(Samples(5, noise=noise, sway=0.1), **{name: size})  # type: ignore[arg-type]
+# At the first noise the smallest size decides, and the significance at the second.
+FLAGS = [(name, most, {"noise": noise, "sway": 0.1}) for noise in (1e-5, 3e-3)
+         for name, most in (("offset", 0.2), ("drift", 0.2), ("lag", 0.9), ("curve", 0.9))]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "most", "settings"), [*FLAGS, ("pace", 0.5, {"noise": 3e-3, "sway": 0.2})])
+def test_each_limit_is_that_of_the_reference(name: str, most: float, settings: dict[str, Any]) -> None:
+    """Of a flag, and of the pace at which a slope is more than noise."""
+
+    def touch(size: float) -> Touch:
+        return touch_of(5, **settings | {name: size})
 
     def found(size: float) -> Misfit:
-        return by_reference(touch(size).rows(), 0.25 * noise, 2.8)[0]
+        return by_reference(*touch(size))[0]
 
-    for size in around(edge(lambda size: name in found(size).flags, 0.0, most)):
-        core = by_core(touch(size).rows(), 0.25 * noise, 2.8)
-        assert core["flags"] == sum(BITS[flag] for flag in found(size).flags)
+    def decided(size: float) -> bool:
+        return found(size).lag != 0 if name == "pace" else name in found(size).flags
 
-
-def test_the_limit_of_a_slope_that_is_noise_is_that_of_the_reference() -> None:
-    def touch(pace: float) -> Samples:
-        return Samples(5, noise=3e-3, sway=0.2, pace=pace)
-
-    for pace in around(edge(lambda pace: by_reference(touch(pace).rows(), 7.5e-4, 2.8)[0].lag != 0, 0.003, 0.5)):
-        assert (by_core(touch(pace).rows(), 7.5e-4, 2.8)["lag"] != 0) == (
-            by_reference(touch(pace).rows(), 7.5e-4, 2.8)[0].lag != 0
-        )
+    for size in around(edge(decided, 0.003 if name == "pace" else 0.0, most)):
+        core, right = by_core(*touch(size)), found(size)
+        assert core["flags"] == sum(BITS[flag] for flag in right.flags)
+        assert (core["lag"] != 0) == (right.lag != 0)

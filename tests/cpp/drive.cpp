@@ -70,7 +70,7 @@ void contact() {
     const auto waited = next();
     const bool between = next() > 0;
     between ? stage.update_between(change, noise) : stage.update(change, noise, waited);
-    put(stage.contact(), stage.idle(), stage.age(), stage.fell(), stage.suspects());
+    put(stage.contact(), stage.age(), stage.idle(), stage.fell(), stage.suspects());
   }
 }
 

@@ -86,7 +86,7 @@ def drive(stage: str, values: ArrayLike, columns: int) -> NDArray[Any]:
     """Return the rows that a stage makes of these numbers."""
     data = np.ascontiguousarray(values, float).tobytes()
     done = subprocess.run([_program()[0], stage], input=data, capture_output=True, check=True)
-    return np.frombuffer(done.stdout).reshape(-1, columns)
+    return np.frombuffer(bytearray(done.stdout)).reshape(-1, columns)
 
 
 def edge(decides: Callable[[float], bool], no: float, yes: float) -> float:
