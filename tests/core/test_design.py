@@ -38,7 +38,7 @@ def test_a_run_is_as_long_as_simulated(drift: float, threshold: float, shift: fl
 
 
 @examples(8)
-@given(st.floats(20, 300), st.floats(0.5, 2.5))
+@given(st.floats(20, 120), st.floats(0.5, 2.5))
 def test_a_design_has_its_false_alarms_and_its_delay(interval: float, shift: float) -> None:
     """Of both sides together. Sides that alarm often are not independent: below 20 samples they are fewer than twice."""
     design = cusum(false_alarm_interval=interval, smallest_shift=shift)

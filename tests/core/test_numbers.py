@@ -1,20 +1,19 @@
-"""Numbers in text, cpp/rows/number.hpp, against Python's own float() and repr()."""
+"""Numbers in rows, cpp/rows/number.hpp, against Python's own float() and repr()."""
 
 import math
-import re
 import struct
-import subprocess
-from pathlib import Path
 
+import numpy as np
+import pytest
 from effort import draws, random_of
-from project import ROOT, STRICT, need, run
+from palpate.recording.rows import COLUMNS, RowError, format_rows, parse_any_rows, parse_rows
+from palpate.samples import Block
 
-PLAIN = re.compile(r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?")
 SMALLEST = math.ldexp(1, -1074)
 SHORT_OR_LONG = ["0", "-0.0", "1.", "+.5e1", "9007199254740993", "18446744073709551615", "99999999999999999999", "1e22", "1e-23",
                  "4503599627370497.5", "1e16", "9999999999999998", "1e-4", "1e-5", "1.7976931348623157e308", "4.9e-324",
                  "2.2250738585072011e-308", "0.1000000000000000055511151231257827021181583404541015625"]  # fmt: skip
-NONE = ["", "-", "+", ".", "-.", "e5", "1e", "1e+", "1.5e-", "1 ", " 1", "1_0", "0x10", "nan", "inf", "-inf", "1,5",
+NONE = ["", "-", "+", ".", "-.", "e5", "1e", "1e+", "1.5e-", "1 ", " 1", "1_0", "0x10", "nan", "inf", "-inf", "1.5.",
         "--1", "+-1", "1e5.5", "1.2.3", "1e999", "1e-999", "1e99999999999", "\u0661", "1\0"]  # fmt: skip
 
 
@@ -28,27 +27,33 @@ def drawn(count: int) -> list[str]:
         found.append(digits[:place] + "." * rng.randint(0, 1) + digits[place:] + exponent)
         found.append(repr(struct.unpack("d", rng.randbytes(8))[0]))
         found.append(repr(rng.randrange(2**24) / 2_048_000))
-    return [text for text in found if expected(text) != "none"]
+    return [text for text in found if 0 < abs(float(text)) < math.inf]  # what is beyond the doubles is read in Python
 
 
-def expected(text: str) -> str:
-    """Return what Python makes of it; "none" for what float() takes beside plain numbers, and beyond the doubles."""
-    if not PLAIN.fullmatch(text):
-        return "none"
-    value = float(text)
-    beyond = math.isinf(value) or (value == 0 and re.search("[1-9]", re.split("[eE]", text)[0]))
-    return "none" if beyond else f"{struct.unpack('Q', struct.pack('d', value))[0]:016x} {value!r}"
+def row(text: str) -> bytes:
+    return f"0,0.000000000,0.000000000,-1,-1,{text},0.0,-1,0\n".encode()
 
 
-def test_the_nearest_double_and_the_shortest_text(tmp_path: Path) -> None:
-    program = tmp_path / "numbers"
-    run(need("c++"), *STRICT, "-O1", ROOT / "tests" / "cpp" / "numbers.cpp", "-o", program)
-    given = [*SHORT_OR_LONG, *NONE, *drawn(draws(1500))]
+def test_the_nearest_double_and_the_shortest_text(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("palpate.recording.rows.parse_any_rows", None)
+    given = [*SHORT_OR_LONG, *drawn(draws(1500))]
     # At a power of two the nearest text with as many digits is not always one that gives it back.
     given += [repr(math.ldexp(1, exponent)) for exponent in range(-1074, 1024)]
     given += [repr(number * SMALLEST) for number in range(1, 500)]
-    lines = "".join(f"{text}\n" for text in given)
-    done = subprocess.run([program], input=lines.encode(), capture_output=True, check=True)
-    found = done.stdout.decode().splitlines()
-    for text, line in zip(given, found, strict=True):
-        assert line == expected(text), text
+    expected = np.array([float(text) for text in given])
+    block = parse_rows(b"".join(map(row, given)), COLUMNS, None)
+    assert block["hard"].tobytes() == expected.tobytes()
+    assert format_rows(block) == b"".join(row(repr(value)) for value in expected.tolist())
+
+
+@pytest.mark.parametrize("text", NONE)
+def test_what_is_no_plain_number_is_what_python_makes_of_it(text: str) -> None:
+    def outcome(read: object) -> bytes | str:
+        assert callable(read)
+        try:
+            found: Block = read(row(text), COLUMNS, None)
+        except RowError as error:
+            return str(error)
+        return found.tobytes()
+
+    assert outcome(parse_rows) == outcome(parse_any_rows)
