@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import targets
 from kept import kept_json
-from project import ROOT, need
+from project import ROOT, need, run
 from targets import TARGETS, Target
 
 INPUTS = ROOT / "cpp" / "include", ROOT / "tests" / "cpp", ROOT / "bench" / "embedded"
@@ -18,12 +18,10 @@ INPUTS = ROOT / "cpp" / "include", ROOT / "tests" / "cpp", ROOT / "bench" / "emb
 
 def kept(name: str, compiler: str, make: Callable[[], dict[str, list[str]]]) -> dict[str, list[str]]:
     """Return the lines of each program, compiled and run again if a source or the compiler has changed."""
-
-    def write(made: Path) -> None:
-        made.write_text(json.dumps(make()), encoding="utf-8")
-
-    lines: dict[str, list[str]] = kept_json(name, INPUTS, (need(compiler),), write)
-    return lines
+    found: dict[str, list[str]] = kept_json(
+        name, INPUTS, (need(compiler),), lambda made: made.write_text(json.dumps(make()), encoding="utf-8")
+    )
+    return found
 
 
 @cache
@@ -61,18 +59,8 @@ def fused(compiler: str, *flags: str, folder: Path) -> set[str]:
     """Return the functions in which a compiler has fused a product and a sum."""
     source, made = folder / "product.cpp", folder / "product.s"
     source.write_text(SOURCE)
-    command = [
-        need(compiler),
-        *flags,
-        "-nostdinc",
-        INCLUDE,
-        "-std=c++17",
-        "-O2",
-        "-ffp-contract=fast",
-        "-S",
-        str(source),
-    ]
-    subprocess.run([*command, "-o", str(made)], check=True, capture_output=True)
+    flags = (*flags, "-nostdinc", INCLUDE, "-std=c++17", "-O2", "-ffp-contract=fast")
+    run(need(compiler), *flags, "-S", source, "-o", made)
     found, function = set(), ""
     for line in made.read_text().splitlines():
         if label := re.match(r"_?(plain|apart)(32)?:", line):
