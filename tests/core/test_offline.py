@@ -18,30 +18,17 @@ PERIOD_S, RATIO = 0.026, 2.8
 METHOD = "offline: matched pair of 5 + 6 points"
 
 
-def exact(
-    *,
-    offsets: tuple[float, float] = (0.6, -0.4),
-    drifts: tuple[float, float] = (0.0, 0.0),
-    skew_s: float = PERIOD_S / 2,
-    shape: float = 0.25,
-    noise: float = 0.0,
-) -> Recording:
+def exact(*, offsets: tuple[float, float], skew_s: float) -> Recording:
     """Return a press without noise: rise and fall of 0.4 s, and a tremor of two lines."""
     t_hard: Any = PERIOD_S * np.arange(480)
     t_soft = t_hard + skew_s
-    random = np.random.default_rng(1)
 
     def depth(t: Any) -> Any:
         rise = np.clip(np.minimum((t - 2.5) / 0.4, (9.5 - t) / 0.4), 0, 1)
         tremor = 0.04 * np.sin(2 * np.pi * 5.3 * t) + 0.03 * np.sin(2 * np.pi * 9.1 * t + 1)
-        return shape * 0.5 * (1 - np.cos(np.pi * rise)) * (1 + tremor)
+        return 0.125 * (1 - np.cos(np.pi * rise)) * (1 + tremor)
 
-    changes = (RATIO * depth(t_hard), depth(t_soft))
-    channels = [
-        offset + drift * t + change + noise * random.normal(size=t.size)
-        for offset, drift, t, change in zip(offsets, drifts, (t_hard, t_soft), changes, strict=True)
-    ]
-    return Recording(t_hard, t_soft, channels[0], channels[1])
+    return Recording(t_hard, t_soft, offsets[0] + RATIO * depth(t_hard), offsets[1] + depth(t_soft))
 
 
 @pytest.mark.parametrize("offsets", [(0.0, 0.0), (0.6, -0.4), (-3.9, 3.9)])

@@ -11,7 +11,7 @@ import os
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -23,20 +23,13 @@ import scipy.special  # noqa: F401
 FOLDER = Path(tempfile.mkdtemp(dir="/dev/shm" if os.access("/dev/shm", os.W_OK) else None, prefix="palpate-"))
 
 
-@contextlib.contextmanager
-def _instrumented() -> Iterator[None]:
-    """Instrument the package for atheris, if atheris runs this."""
-    if "atheris" not in sys.modules:
-        yield
-        return
-    with sys.modules["atheris"].instrument_imports(include=["palpate"]):
-        yield
-
-
+imports: contextlib.AbstractContextManager[Any] = contextlib.nullcontext()
 if __name__ == "__main__":
     import atheris
 
-with _instrumented():
+    imports = atheris.instrument_imports(include=["palpate"])
+
+with imports:
     import click
     import palpate
     from palpate import CalibrationError, ProtocolError, RecordingError, SourceError
@@ -209,16 +202,9 @@ def _passed(scope: dict[str, Any], token: str | None) -> bool:
 
 
 TARGETS: dict[str, Callable[[bytes], None]] = {
-    "own_file": own_file,
-    "table": table,
+    **{each.__name__: each for each in (own_file, table, calibration, moduli, firmware, lines, uri, request)},
     "sidecar": sidecar_of,
-    "calibration": calibration,
     "config": config_file,
-    "moduli": moduli,
-    "firmware": firmware,
-    "lines": lines,
-    "uri": uri,
-    "request": request,
 }
 
 

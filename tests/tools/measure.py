@@ -6,27 +6,11 @@ smallest normal number the unit is eps times that number, so that zero and subno
 """
 
 import math
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
 import numpy as np
 from palpate import reference
-
-
-@dataclass(frozen=True)
-class Precision:
-    """A type under test: its name, its eps (2 u), its smallest normal number."""
-
-    name: str
-    eps: float
-    tiny: float
-
-
-PRECISIONS = {
-    kind: Precision(kind.__name__, float(np.finfo(kind).eps), float(np.finfo(kind).tiny))
-    for kind in (np.float64, np.float32)
-}
 
 
 def bits(array: Any) -> bytes:
@@ -36,28 +20,18 @@ def bits(array: Any) -> bytes:
     return b"".join(array[name].tobytes() for name in names) if names else array.tobytes()
 
 
-def deviation(actual: float, exact: Decimal | float, precision: Precision) -> float:
-    """Return |actual - exact| in eps of `precision`, by the rules above."""
+def deviation(actual: float, exact: Decimal | float, kind: Any) -> float:
+    """Return |actual - exact| in eps of a type, np.float64 or np.float32, by the rules above."""
     if not (math.isfinite(actual) and math.isfinite(exact)):
         return 0.0 if actual == exact or (math.isnan(actual) and math.isnan(exact)) else math.inf
-    unit = precision.eps * max(abs(float(exact)), precision.tiny)
+    unit = float(np.finfo(kind).eps) * max(abs(float(exact)), float(np.finfo(kind).tiny))
     return abs(float(Decimal(actual) - Decimal(exact))) / unit
 
 
-@dataclass(frozen=True)
-class Bounds:
-    """Bounds of the absolute rounding error of each value after each sample, each of shape (n,)."""
-
-    ratio: np.ndarray[Any, np.dtype[np.float64]]
-    covariance: np.ndarray[Any, np.dtype[np.float64]]
-    innovation: np.ndarray[Any, np.dtype[np.float64]]
-    statistic: np.ndarray[Any, np.dtype[np.float64]]
-
-
 def rounding_bounds(
-    exact: reference.Trace, regressor: list[float], *, drift: float, initial_ratio: float, precision: Precision
-) -> Bounds:
-    r"""Bound the rounding of the information form along an exact trace.
+    exact: reference.Trace, regressor: list[float], *, drift: float, initial_ratio: float, kind: Any
+) -> dict[str, list[float]]:
+    r"""Bound the absolute rounding error of ratio, covariance, innovation and statistic in a type, along an exact trace.
 
     To first order in u = eps / 2, each operation having a relative error of at most u, with x the
     regressor, R = 1/P, w = 1 - x^2 P(k) = lambda R(k-1) / R(k) the weight of the past, and in units of u:
@@ -73,26 +47,18 @@ def rounding_bounds(
 
     The second order, and the arithmetic of the bounds themselves, are covered by a factor of 1.01.
     """
-    size = len(exact.ratio)
-    out = {name: np.zeros(size) for name in ("ratio", "covariance", "innovation", "statistic")}
+    bounds: dict[str, list[float]] = {name: [] for name in ("ratio", "covariance", "innovation", "statistic")}
     d_information, e_ratio, g_statistic = 1.0, 0.0, 0.0
     previous = Decimal(initial_ratio)
-    for k in range(size):
-        x, ratio, covariance = Decimal(regressor[k]), exact.ratio[k], exact.covariance[k]
-        e, gain = exact.innovation[k], x * covariance
-        past = float(1 - x * x * covariance)
+    for k, (ratio, covariance, e) in enumerate(zip(exact.ratio, exact.covariance, exact.innovation, strict=True)):
+        x = Decimal(regressor[k])
+        past, gain, parts = float(1 - x * x * covariance), x * covariance, abs(x * previous) + abs(e)
         d_information = past * d_information + 2
-        a_innovation = float(abs(x)) * e_ratio + float(abs(x * previous) + abs(e))
-        e_ratio = (
-            past * e_ratio
-            + float(abs(gain) * (abs(x * previous) + abs(e)))
-            + float(abs(gain * e)) * (d_information + 2)
-            + float(abs(ratio))
-        )
+        a_innovation = float(abs(x)) * e_ratio + float(parts)
+        e_ratio = past * e_ratio + float(abs(gain) * parts + abs(ratio)) + float(abs(gain * e)) * (d_information + 2)
         g_statistic += a_innovation + abs(float(abs(e)) - drift) + float(exact.statistic[k])
-        out["ratio"][k] = e_ratio
-        out["covariance"][k] = (d_information + 1) * float(covariance)
-        out["innovation"][k] = a_innovation
-        out["statistic"][k] = g_statistic
+        found = e_ratio, (d_information + 1) * float(covariance), a_innovation, g_statistic
+        for values, value in zip(bounds.values(), found, strict=True):
+            values.append(1.01 * float(np.finfo(kind).eps) / 2 * value + float(np.finfo(kind).tiny))
         previous = ratio
-    return Bounds(**{name: 1.01 * precision.eps / 2 * value + precision.tiny for name, value in out.items()})
+    return bounds

@@ -12,7 +12,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from project import ROOT, run
+
 CPP = ROOT / "tests" / "cpp"
 FLAGS = ("-std=c++17", "-ffp-contract=fast", f"-I{ROOT / 'cpp' / 'include'}")
 # Programs whose output is the same everywhere, and those that check by themselves.
@@ -76,20 +77,11 @@ TARGETS = (
 )
 
 
-def _run(words: list[str | Path]) -> str:
-    """Run a program and return its output; RuntimeError with its messages if it fails, TimeoutExpired after ten minutes."""
-    command = [str(word) for word in words]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
-    if done.returncode:
-        raise RuntimeError(f"{' '.join(command)}: exit {done.returncode}\n{done.stdout[-2000:]}{done.stderr[-4000:]}")
-    return done.stdout
-
-
 def compile_program(target: Target, program: str, folder: Path) -> Path:
     """Compile one program of tests/cpp for a target."""
     made = folder / f"{program}.exe"  # Wine runs this name; the other systems, too
     flags = (*FLAGS, "-Os") if program == "scenes" else FLAGS  # as on a microcontroller, and faster to compile
-    _run([*target.compiler, *flags, CPP / f"{program}.cpp", *target.libraries, "-o", made])
+    run(*target.compiler, *flags, CPP / f"{program}.cpp", *target.libraries, "-o", made)
     return made
 
 
@@ -100,7 +92,7 @@ def outputs(target: Target) -> dict[str, list[str]]:
         made = {p: compile_program(target, p, folder) for p in (*target.printing, *target.checking)}
         if target.runner == ("wine",):
             return {p: said.splitlines() for p, said in _in_wine(made, folder).items()}
-        return {p: _run([*target.runner, program]).splitlines() for p, program in made.items()}
+        return {p: run(*target.runner, program).splitlines() for p, program in made.items()}
 
 
 def _in_wine(programs: dict[str, Path], home: Path) -> dict[str, str]:

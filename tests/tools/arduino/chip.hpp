@@ -32,18 +32,7 @@ struct Span {
 
 class Chip {
  public:
-  enum Register {
-    status,
-    cap_data,
-    cap_setup = 7,
-    vt_setup,
-    exc_setup,
-    config,
-    capdac_a,
-    capdac_b,
-    cap_offset,
-    count = 0x13
-  };
+  enum Register { status, cap_data, cap_setup = 7, exc_setup = 9, config, capdac_a, count = 0x13 };
 
   Span absent, overloaded, beyond, garbled;  // no answer; EXCERR; CIN2 with 30 pF; the bit CIN2 is not as written
   std::map<std::string, Span&> spans{
