@@ -15,7 +15,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
-from unittest.mock import AsyncMock, patch
+from unittest.mock import patch
 
 import scipy.optimize
 import scipy.special  # noqa: F401
@@ -193,12 +193,18 @@ def request(data: bytes) -> None:
 
 
 def _passed(scope: dict[str, Any], token: str | None) -> bool:
-    page = AsyncMock()
-    gate = Gatekeeper(page, HOST, PORT, token)(scope, AsyncMock(), AsyncMock())
+    entered = []
+
+    async def page(*_: Any) -> None:
+        entered.append(True)
+
+    async def nothing(*_: Any) -> None:
+        """Receive or send nothing."""
+
     with suppress(StopIteration):  # without an event loop: nothing here waits
-        gate.send(None)
+        Gatekeeper(page, HOST, PORT, token)(scope, nothing, nothing).send(None)
         raise AssertionError("it waited")
-    return bool(page.called)
+    return bool(entered)
 
 
 TARGETS: dict[str, Callable[[bytes], None]] = {
