@@ -43,18 +43,6 @@ def test_a_hand_does_not_hold_the_alarm_on() -> None:
         assert np.mean(alarms["handheld"]) < 0.001
 
 
-def last_errors(name: str, scene: str, seeds: int) -> tuple[np.ndarray, np.ndarray]:
-    """Relative error and standard error at the end of the touch, for each seed."""
-    errors, believed = [], []
-    for seed in range(seeds):
-        run = scenarios.run(name, seed)
-        _, rows = process(scene, run)
-        last = np.flatnonzero(rows["touch"] == 1)[-1]
-        errors.append(rows["ratio"][last] / run.true_ratio[last] - 1)
-        believed.append(rows["standard_error"][last] / run.true_ratio[last])
-    return np.array(errors), np.array(believed)
-
-
 @pytest.mark.parametrize(
     ("name", "seeds", "most"),
     [("tremor", 100, 1.0), ("strong-tremor", 100, 1.0), ("soft-steady", 200, 0.98), ("stiff-steady", 200, 0.98)],
@@ -64,7 +52,15 @@ def test_the_standard_error_knows_of_tones_and_baselines(name: str, seeds: int, 
 
     Nearly all of the error of a quiet, steady touch is the baselines'; without them the interval covers half.
     """
-    errors, believed = last_errors(name, "handheld", seeds)
+    ends = []
+    for seed in range(seeds):
+        run = scenarios.run(name, seed)
+        _, rows = process("handheld", run)
+        last = np.flatnonzero(rows["touch"] == 1)[-1]
+        ends.append(
+            (rows["ratio"][last] / run.true_ratio[last] - 1, rows["standard_error"][last] / run.true_ratio[last])
+        )
+    errors, believed = np.transpose(ends)
     assert 0.9 <= np.mean(np.abs(errors) < 1.96 * believed) <= most
     assert np.median(believed) < 2 * np.sqrt(np.mean(errors**2))
 

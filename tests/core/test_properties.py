@@ -13,24 +13,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 from measure import bits
 
-ADAPTIVE: dict[int, Any] = {64: palpate.AdaptiveRls, 32: palpate.AdaptiveRls32}
-HANDOVER: dict[int, Any] = {64: palpate.HandoverRls, 32: palpate.HandoverRls32}
-FIXED: dict[int, Any] = {64: palpate.Rls, 32: palpate.Rls32}
 BAD = st.sampled_from([math.nan, math.inf, -math.inf])
 
 widths = pytest.mark.parametrize("width", [64, 32])
 
 
+def kind_of(name: str, width: int) -> Any:
+    return getattr(palpate, name if width == 64 else name + "32")
+
+
 def make(data: st.DataObject, width: int) -> tuple[Any, list[float], list[float]]:
     output, regressor = data.draw(numeric.any_samples(width))
     settings = data.draw(numeric.adaptive_settings(width))
-    which = data.draw(st.sampled_from(["adaptive", "handover", "fixed"]))
-    if which == "adaptive":
-        return ADAPTIVE[width](**settings), output, regressor
-    if which == "handover":
-        return HANDOVER[width](steady=settings["steady"], clip=2.0, threshold=3.0), output, regressor
-    prior = {name: settings[name] for name in ("initial_ratio", "initial_covariance", "max_covariance")}
-    return FIXED[width](forgetting=settings["steady"], **prior), output, regressor
+    steady, prior = settings["steady"], ("initial_ratio", "initial_covariance", "max_covariance")
+    chosen = {
+        "AdaptiveRls": settings,
+        "HandoverRls": {"steady": steady, "clip": 2.0, "threshold": 3.0},
+        "Rls": {"forgetting": steady} | {name: settings[name] for name in prior},
+    }
+    name = data.draw(st.sampled_from(sorted(chosen)))
+    return kind_of(name, width)(**chosen[name]), output, regressor
 
 
 @widths
@@ -65,15 +67,10 @@ def test_scaling_both_channels_by_a_power_of_two_changes_no_bit_of_the_ratio(wid
     output, regressor = data.draw(numeric.any_samples(width))
     settings = data.draw(numeric.adaptive_settings(width))
     scale = 2.0 ** data.draw(st.integers(-12, 12))
-    scaled = settings | {
-        "drift": settings["drift"] * scale,
-        "threshold": settings["threshold"] * scale,
-        "clear_level": settings["clear_level"] * scale,
-        "initial_covariance": settings["initial_covariance"] / scale**2,
-        "max_covariance": settings["max_covariance"] / scale**2,
-    }
-    rows = ADAPTIVE[width](**settings).trace(output, regressor)
-    rows_scaled = ADAPTIVE[width](**scaled).trace(np.array(output) * scale, np.array(regressor) * scale)
+    powers = {"drift": 1, "threshold": 1, "clear_level": 1, "initial_covariance": -2, "max_covariance": -2}
+    scaled = {name: value * scale ** powers.get(name, 0) for name, value in settings.items()}
+    rows = kind_of("AdaptiveRls", width)(**settings).trace(output, regressor)
+    rows_scaled = kind_of("AdaptiveRls", width)(**scaled).trace(np.array(output) * scale, np.array(regressor) * scale)
     for name, power in (("ratio", 0), ("alarm", 0), ("innovation", 1), ("statistic", 1), ("covariance", -2)):
         real = rows[name].dtype.type
         assert bits(rows_scaled[name]) == bits(rows[name] * real(scale**power) if power else rows[name])

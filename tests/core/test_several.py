@@ -1,7 +1,7 @@
 """Several touches: which ones count, whether they agree, and the most reliable one."""
 
 import math
-from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -15,20 +15,10 @@ from palpate.simulation import scenarios
 from scipy import special
 
 
-@dataclass(frozen=True)
-class Touched:
-    """What the rules read of a touch."""
-
-    ratio: float
-    standard_error: float = 1e-4
-    flags: tuple[str, ...] = ()
-    revised: bool = False
-    covariance: float = 0.1
-    samples: int = 250
-
-
-def touched(*arguments: object, **named: object) -> palpate.Touch:
-    return cast(palpate.Touch, Touched(*arguments, **named))  # type: ignore[arg-type]
+def touched(ratio: float, standard_error: float = 1e-4, flags: tuple[str, ...] = (), **others: Any) -> palpate.Touch:
+    """Return what the rules read of a touch."""
+    known = {"revised": False, "covariance": 0.1, "samples": 250, "standard_error": standard_error, **others}
+    return cast(palpate.Touch, SimpleNamespace(ratio=ratio, flags=flags, **known))
 
 
 @pytest.mark.parametrize(

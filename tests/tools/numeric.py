@@ -16,14 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from palpate.simulation import Converter, Press, Scenario, Simulation, simulate
 from project import ROOT, need, run
 
-ALL = [
-    palpate.Rls,
-    palpate.AdaptiveRls,
-    palpate.HandoverRls,
-    palpate.Rls32,
-    palpate.AdaptiveRls32,
-    palpate.HandoverRls32,
-]
+NAMES = ("Rls", "AdaptiveRls", "HandoverRls")
+ALL = [getattr(palpate, name + bits) for bits in ("", "32") for name in NAMES]
 every = pytest.mark.parametrize("kind", ALL)
 
 
