@@ -1,6 +1,7 @@
 """Banks of streams against as many single estimators, bit for bit."""
 
 import copy
+import hashlib
 import os
 import pickle
 import subprocess
@@ -13,7 +14,9 @@ import palpate
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numeric import ALL, BANKS, dtype_of
 from palpate import _core
+from project import ROOT
 
 SETTINGS: dict[str, dict[str, float]] = {
     "Rls": {"forgetting": 0.97, "initial_ratio": 2.0, "initial_covariance": 1e4, "max_covariance": 2e4},
@@ -27,11 +30,6 @@ SETTINGS: dict[str, dict[str, float]] = {
     },
     "HandoverRls": {"steady": 0.98, "drift": 0.5, "threshold": 4.0, "clip": 4.0, "smoothing": 0.25},
 }
-PAIRS = [
-    (getattr(palpate, f"{name}Bank{bits}"), getattr(palpate, name + bits))
-    for name in ("Rls", "AdaptiveRls", "HandoverRls")
-    for bits in ("", "32")
-]
 FIELDS = ("ratio", "covariance", "statistic", "alarm", "rejected")
 
 
@@ -48,11 +46,10 @@ def samples(frames: int, streams: int, seed: int, dtype: Any) -> tuple[Any, Any]
         return output.astype(dtype), regressor.astype(dtype)
 
 
-def dtype_of(bank: Any) -> Any:
-    return np.float32 if bank.__name__.endswith("32") else np.float64
+pairs = pytest.mark.parametrize(("bank_type", "single_type"), list(zip(BANKS, ALL, strict=True)))
 
 
-@pytest.mark.parametrize(("bank_type", "single_type"), PAIRS)
+@pairs
 @given(
     streams=st.one_of(st.integers(1, 40), st.sampled_from([255, 1024, 1031])),
     frames=st.integers(0, 40),
@@ -84,24 +81,8 @@ def test_a_bank_is_many_estimators(
             assert np.array_equal(getattr(bank, field)[s], getattr(single, field), equal_nan=True), field
 
 
-@pytest.mark.parametrize(("bank_type", "single_type"), PAIRS)
-def test_the_result_may_take_the_place_of_the_samples(bank_type: Any, single_type: Any) -> None:
-    output, regressor = samples(50, 21, 3, dtype_of(bank_type))
-    block = bank_type(21).process(output, regressor)
-    in_output, in_regressor = output.copy(), regressor.copy()
-    assert bank_type(21).process(in_output, regressor, out=in_output) is in_output
-    assert bank_type(21).process(output, in_regressor, out=in_regressor) is in_regressor
-    assert np.array_equal(in_output, block)
-    assert np.array_equal(in_regressor, block)
-    buffer = np.concatenate([output, np.zeros((1, 21), output.dtype)])
-    bank_type(21).process(buffer[:-1], regressor, out=buffer[1:])  # overlaps: read before it is written
-    assert np.array_equal(buffer[1:], block)
-    wide = np.repeat(output, 2, axis=1)
-    assert np.array_equal(bank_type(21).process(wide[:, ::2], regressor.tolist()), block)
-
-
-@pytest.mark.parametrize(("bank_type", "single_type"), PAIRS)
-def test_reset_and_equality(bank_type: Any, single_type: Any) -> None:
+@pytest.mark.parametrize("bank_type", BANKS)
+def test_reset_and_equality(bank_type: Any) -> None:
     bank, fresh = bank_type(6), bank_type(6)
     bank.process(*samples(40, 6, 5, dtype_of(bank_type)))
     assert bank == copy.copy(bank) != fresh
@@ -130,27 +111,22 @@ def test_what_a_block_refuses() -> None:
     assert np.array_equal(bank.ratio, before)
 
 
-ALL_BITS = """
-import hashlib, sys
-import numpy as np
-import palpate
-from palpate import _core
-sys.path.insert(0, sys.argv[1])
-from test_bank import PAIRS, dtype_of, samples
-found = hashlib.sha256()
-for bank_type, _ in PAIRS:
-    for streams in (1, 7, 16, 45):
-        bank = bank_type(streams)
-        found.update(bank.process(*samples(300, streams, 4, dtype_of(bank_type))).tobytes())
-        state = bank.__getstate__()[1]
-        found.update(state[1].tobytes() + state[2].tobytes())
-print(_core.simd(), found.hexdigest())
-"""
+def print_bits() -> None:
+    """Print the instructions that are used, and a hash of all that the banks compute."""
+    found = hashlib.sha256()
+    for bank_type in BANKS:
+        for streams in (1, 7, 16, 45):
+            bank = bank_type(streams)
+            found.update(bank.process(*samples(300, streams, 4, dtype_of(bank_type))).tobytes())
+            state = bank.__getstate__()[1]
+            found.update(state[1].tobytes() + state[2].tobytes())
+    print(_core.simd(), found.hexdigest())
 
 
 def with_simd(name: str) -> tuple[str, str]:
     """Run all banks in a process of its own, with these instructions; return what it printed and its errors."""
-    command = [sys.executable, "-c", ALL_BITS, str(Path(__file__).parent)]
+    code = "import sys; sys.path[:0] = sys.argv[1:]; import test_bank; test_bank.print_bits()"
+    command = [sys.executable, "-c", code, str(Path(__file__).parent), str(ROOT / "tests" / "tools")]
     done = subprocess.run(command, env=os.environ | {"PALPATE_SIMD": name}, capture_output=True, text=True, check=False)
     return done.stdout, done.stderr
 

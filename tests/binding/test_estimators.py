@@ -9,36 +9,44 @@ import numpy as np
 import palpate
 import pytest
 from measure import bits
-from numeric import every
+from numeric import BANKS, dtype_of, every, every_block
+from numpy.typing import NDArray
 
 RANDOM = np.random.default_rng(1)
 REGRESSOR = RANDOM.uniform(0.1, 0.5, 300)
 OUTPUT = 2.5 * REGRESSOR + 0.004 * RANDOM.standard_normal(300)
 
 
-def dtype_of(kind: Any) -> np.dtype[Any]:
-    return np.dtype(np.float32 if kind.__name__.endswith("32") else np.float64)
+def made(kind: Any) -> Any:
+    return kind(3) if kind in BANKS else kind()
 
 
-@every
+def samples_of(kind: Any) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the samples in the type of an estimator, or in rows of three for a bank."""
+    output, regressor = (each.astype(dtype_of(kind)) for each in (OUTPUT, REGRESSOR))
+    return (output.reshape(-1, 3), regressor.reshape(-1, 3)) if kind in BANKS else (output, regressor)
+
+
+@every_block
 @pytest.mark.parametrize(
     "convert",
     [
-        list,
-        tuple,
-        lambda a: np.repeat(a, 2)[::2],
+        lambda a: a.tolist(),
+        lambda a: tuple(map(np.array, a)),
+        lambda a: np.repeat(a, 2, axis=-1)[..., ::2],
         lambda a: a[::-1].copy()[::-1],
-        lambda a: np.column_stack([a, a])[:, 1],
+        lambda a: np.stack([a, a], -1)[..., 1],
         lambda a: a.astype(a.dtype.newbyteorder()),
         lambda a: a.astype(np.longdouble),
-        lambda a: np.frombuffer(b"x" + a.tobytes(), np.uint8)[1:].view(a.dtype),
+        lambda a: np.frombuffer(b"x" + a.tobytes(), np.uint8)[1:].view(a.dtype).reshape(a.shape),
     ],
     ids=["list", "tuple", "every second", "reversed", "column", "swapped bytes", "longdouble", "unaligned"],
 )
 def test_any_layout_gives_the_same_bits(kind: Any, convert: Any) -> None:
-    output, regressor = OUTPUT.astype(dtype_of(kind)), REGRESSOR.astype(dtype_of(kind))
-    expected = kind().trace(output, regressor)
-    assert bits(kind().trace(convert(output), convert(regressor))) == bits(expected)
+    output, regressor = samples_of(kind)
+    for method in ("process", "trace")[: 1 if kind in BANKS else 2]:
+        expected = getattr(made(kind), method)(output, regressor)
+        assert bits(getattr(made(kind), method)(convert(output), convert(regressor))) == bits(expected)
 
 
 @every
@@ -83,22 +91,28 @@ def test_a_bad_out_is_refused(kind: Any) -> None:
     assert estimator == kind()
 
 
-@every
+@every_block
 @pytest.mark.parametrize("shift", [-3, -1, 0, 1, 3])
 def test_out_may_overlap_the_samples(kind: Any, shift: int) -> None:
-    dtype = dtype_of(kind)
-    expected = kind().process(OUTPUT[5:-5], REGRESSOR[5:-5])
-    for name in ("output", "regressor"):
-        output, regressor = OUTPUT.astype(dtype), REGRESSOR.astype(dtype)
-        shared = output if name == "output" else regressor
-        kind().process(output[5:-5], regressor[5:-5], out=shared[5 + shift : 295 + shift])
-        assert np.array_equal(shared[5 + shift : 295 + shift], expected)
-    every_second = np.repeat(OUTPUT, 2).astype(dtype)
-    out = every_second[:300]
-    assert np.array_equal(kind().process(every_second[::2], REGRESSOR, out=out), kind().process(OUTPUT, REGRESSOR))
-    reverse = OUTPUT.astype(dtype)
-    kind().process(reverse[5:-5], REGRESSOR[5:-5], out=reverse[5:-5][::-1])
-    assert np.array_equal(reverse[5:-5][::-1], expected)
+    output, regressor = samples_of(kind)
+    end = len(output) - 5
+    expected = made(kind).process(output[5:end], regressor[5:end])
+    for shared in samples_of(kind):
+        place = shared[5 + shift : end + shift]
+        given = (shared, regressor) if np.array_equal(shared, output) else (output, shared)
+        assert made(kind).process(*(each[5:end] for each in given), out=place) is place
+        assert np.array_equal(place, expected)
+    every_second = np.repeat(output, 2, axis=0)
+    found = made(kind).process(every_second[::2], regressor, out=every_second[: len(output)])
+    assert np.array_equal(found, made(kind).process(output, regressor))
+
+
+@every
+def test_out_may_be_reversed(kind: Any) -> None:
+    output, regressor = samples_of(kind)
+    expected = kind().process(output, regressor)
+    kind().process(output, regressor, out=output[::-1])
+    assert np.array_equal(output[::-1], expected)
 
 
 @every

@@ -18,7 +18,14 @@ from project import ROOT, need, run
 
 NAMES = ("Rls", "AdaptiveRls", "HandoverRls")
 ALL = [getattr(palpate, name + bits) for bits in ("", "32") for name in NAMES]
+BANKS = [getattr(palpate, f"{name}Bank{bits}") for bits in ("", "32") for name in NAMES]
 every = pytest.mark.parametrize("kind", ALL)
+every_block = pytest.mark.parametrize("kind", [*ALL, *BANKS])
+
+
+def dtype_of(kind: Any) -> np.dtype[Any]:
+    """Return the type of the numbers of an estimator or a bank."""
+    return np.dtype(np.float32 if kind.__name__.endswith("32") else np.float64)
 
 
 def reals(low: float, high: float, width: Any) -> st.SearchStrategy[float]:
