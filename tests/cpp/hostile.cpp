@@ -36,23 +36,10 @@ Real noise() {
 template <class Real>
 Real strange() {
   using Limits = std::numeric_limits<Real>;
-  constexpr Real large = sizeof(Real) == 4 ? Real(1e15) : Real(1e139);
-  const Real all[] = {Limits::quiet_NaN(),
-                      Limits::infinity(),
-                      -Limits::infinity(),
-                      Limits::max(),
-                      Limits::lowest(),
-                      Limits::denorm_min(),
-                      -Limits::denorm_min(),
-                      Limits::min(),
-                      Real(0),
-                      -Real(0),
-                      large,
-                      -large,
-                      Real(1) / large,
-                      Real(1),
-                      Real(-1),
-                      Limits::epsilon()};
+  constexpr Real nan = Limits::quiet_NaN(), infinite = Limits::infinity(), most = Limits::max(), zero = 0, one = 1;
+  constexpr Real least = Limits::denorm_min(), large = sizeof(Real) == 4 ? Real(1e15) : Real(1e139);
+  const Real all[] = {nan,  infinite, -infinite, most,   -most,       least, -least, Limits::min(),
+                      zero, -zero,    large,     -large, one / large, one,   -one,   Limits::epsilon()};
   return all[next() % (sizeof(all) / sizeof(all[0]))];
 }
 

@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
-#include <string>
 #include <thread>
 
 #include "chip.hpp"
@@ -114,21 +113,20 @@ void on_uart(avr_irq_t*, std::uint32_t byte, void* of) {
   board.port.write(static_cast<char>(byte));
 }
 
-void set(Board& board, const elf_firmware_t& sketch, const std::string& option) {
-  const auto equals = option.find('='), colon = option.find(':');
-  const std::string name = option.substr(0, equals);
-  const double begin = std::stod(option.substr(equals + 1));
-  if (name == "micros") {  // micros() has 256 ticks of 4 us in an overflow
+void set(Board& board, const elf_firmware_t& sketch, const char* option) {
+  char name[16];
+  double begin = 0, end = 0;
+  if (std::sscanf(option, "%15[^=]=%lf:%lf", name, &begin, &end) == 3) {
+    board.chip.spans.at(name) = Span{begin, end};
+  } else if (!std::strcmp(name, "await")) {
+    board.await_s = begin;
+  } else {  // micros() has 256 ticks of 4 us in an overflow
     const auto overflows = static_cast<std::uint32_t>(4194304 - begin * 1e6 / 1024);
     for (std::uint32_t i = 0; i < sketch.symbolcount; ++i) {
       if (!std::strcmp(sketch.symbol[i]->symbol, "timer0_overflow_count")) {
         std::memcpy(board.avr->data + (sketch.symbol[i]->addr & 0xFFFF), &overflows, 4);
       }
     }
-  } else if (name == "await") {
-    board.await_s = begin;
-  } else {
-    board.chip.spans.at(name) = Span{begin, std::stod(option.substr(colon + 1))};
   }
 }
 
