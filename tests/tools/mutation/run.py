@@ -1,6 +1,6 @@
 """Mutation score of the C++ headers: changes one operator or constant after another, and prints which changes no test detects.
 
-    nice python tests/tools/mutation/run.py cpp [--count 100] [--seed 1] [--like LOG] [--tests FOLDER...]
+    nice python tests/tools/mutation/run.py cpp [--count 100] [--seed 1] [--tests FOLDER...]
 
 Works in a copy of the project, with one process. First all tests run once and record what each one executes. Then each
 mutant runs the tests that execute it, the fastest first, until one fails that passes without the mutant. A test that does not end
@@ -15,8 +15,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -32,28 +30,6 @@ TESTS_S = 600
 """Duration without a mutant of all tests that a mutant may run, s."""
 
 
-@dataclass(frozen=True)
-class Mutant:
-    """A change of a header."""
-
-    number: int
-    path: str
-    line: int
-    change: str
-    source: str
-
-
-def of_headers(copy: Path) -> Iterator[Mutant]:
-    """Rewrite the headers with all mutants in them, and compile the extension."""
-    include = copy / "cpp" / "include"
-    sources = {path: path.read_text().splitlines() for path in include.rglob("*.hpp")}
-    found = headers.rewrite(include)
-    if not headers.build(copy):
-        raise SystemExit("the headers with mutants do not compile")
-    for number, (path, line, change) in enumerate(found):
-        yield Mutant(number, str(path.relative_to(copy)), line, change, sources[path][line - 1].strip())
-
-
 class Project:
     """A copy of the project with its tests, and what each test executes."""
 
@@ -65,7 +41,9 @@ class Project:
         self.copy, self.build = copy, copy / "build"
         self.build.mkdir()
         (self.build / "executed").write_bytes(bytes(1 << 16))
-        self.mutants = list(of_headers(copy))
+        self.mutants = headers.rewrite(copy / "cpp" / "include")
+        if not headers.build(copy):
+            raise SystemExit("the headers with mutants do not compile")
         record = self.build / "record.json"
         self._pytest(tests, MUTATION_RECORD=record)
         recorded = json.loads(record.read_text()) if record.exists() else {}
@@ -74,7 +52,7 @@ class Project:
         passed = {name: test for name, test in recorded.items() if test["passed"]}
         self.tests: dict[str, Any] = dict(sorted(passed.items(), key=lambda item: item[1]["s"]))
 
-    def detecting(self, mutant: Mutant) -> str:
+    def detecting(self, mutant: headers.Mutant) -> str:
         """Return the test that detects a mutant, or an empty text."""
         if by_switch := [name for name, test in self.tests.items() if mutant.number in test["mutants"]]:
             return self._failing(by_switch, mutant) or headers.native_failure(self.copy, mutant.number)
@@ -84,7 +62,7 @@ class Project:
             headers.build(self.copy)
         return failed
 
-    def _failing(self, names: list[str], mutant: Mutant) -> str:
+    def _failing(self, names: list[str], mutant: headers.Mutant) -> str:
         chosen, total = [], 0.0
         for name in names:
             total += self.tests[name]["s"]
@@ -120,27 +98,18 @@ class Project:
                 return None
 
 
-def drawn(mutants: list[Mutant], count: int, seed: int, like: Path | None) -> list[Mutant]:
-    """Return mutants at random, or those of a log whose line still exists somewhere."""
-    if like is None:
-        return random.Random(seed).sample(mutants, min(count, len(mutants)))
-    logged = [tuple(line.split("\t")[2:4]) for line in like.read_text().splitlines()]
-    same = {(m.change, m.source): m for m in mutants}
-    return [same[key] for key in logged if key in same]
-
-
 def main() -> None:
     """Print each mutant with its fate, then the score."""
     parser = argparse.ArgumentParser(description="Mutation score of the headers.")
     parser.add_argument("kind", choices=["cpp"])
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--like", type=Path, help="a log: run its mutants again")
     parser.add_argument("--tests", nargs="*", default=TESTS, help="folders or options of pytest")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         project = Project(Path(folder) / "palpate", arguments.tests)
-        chosen = drawn(project.mutants, arguments.count, arguments.seed, arguments.like)
+        count = min(arguments.count, len(project.mutants))
+        chosen = random.Random(arguments.seed).sample(project.mutants, count)
         print(f"{len(chosen)} of {len(project.mutants)} mutants, {len(project.tests)} tests", flush=True)
         killed = 0
         for m in chosen:
