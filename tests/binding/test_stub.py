@@ -123,18 +123,10 @@ GOOD += "".join(
     for scene in _core.scenes
     for settings in [palpate.Tracker(scene, full_scale=4.0).settings]  # type: ignore[call-overload]
 )
-BAD = [
-    'palpate.Tracker(scene="handhel")',
-    "palpate.Tracker(threshhold=3)",
-    'palpate.Tracker("paper", clip=3.0)',
-    'palpate.Tracker("handheld", threshold="3")',
-    "palpate.HandoverRls(threshhold=3)",
-    "palpate.AdaptiveRlsBank(3, fast=0.9)",
-    'palpate.Stream("sim:", scene="handhel")',
-    'palpate.Stream("sim:", threshhold=3)',
-    'palpate.touches(palpate.read("a.csv"), scene="handhel")',
-    'palpate.touches(palpate.read("a.csv"), threshhold=3)',
-]
+CALLS = ("palpate.Tracker(", 'palpate.Stream("sim:", ', 'palpate.touches(palpate.read("a.csv"), ')
+BAD = [f"{call}{wrong})" for call in CALLS for wrong in ('scene="handhel"', "threshhold=3")]
+BAD += ['palpate.Tracker("paper", clip=3.0)', 'palpate.Tracker("handheld", threshold="3")']
+BAD += ["palpate.HandoverRls(threshhold=3)", "palpate.AdaptiveRlsBank(3, fast=0.9)"]
 
 
 def test_a_checker_marks_what_would_be_refused(tmp_path: Path) -> None:
