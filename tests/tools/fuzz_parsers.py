@@ -198,7 +198,7 @@ def _passed(scope: dict[str, Any], token: str | None) -> bool:
     async def page(*_: Any) -> None:
         entered.append(True)
 
-    async def nothing(*_: Any) -> None:
+    async def nothing(*_: Any) -> Any:
         """Receive or send nothing."""
 
     with suppress(StopIteration):  # without an event loop: nothing here waits
