@@ -28,17 +28,6 @@ LITERALS = {"INTEGER_LITERAL", "FLOATING_LITERAL"}
 NATIVE = ("stages", "square_root", "ring")
 
 
-@dataclass(frozen=True)
-class Mutant:
-    """A change of a header."""
-
-    number: int
-    path: str
-    line: int
-    change: str
-    source: str
-
-
 @dataclass
 class Site:
     """An operator or a constant: its place and its operands."""
@@ -60,19 +49,17 @@ class Site:
         yield (self.operands[-1][1], 0, -self.start), self.end, written[-1]
 
 
-def rewrite(include: Path) -> list[Mutant]:
-    """Rewrite all headers of the folder cpp/include with all mutants in them."""
+def rewrite(include: Path) -> list[tuple[Path, int, str]]:
+    """Rewrite all headers of a folder; return file, line and change of each mutant."""
     headers = sorted(include.rglob("*.hpp"))
     found = {header: _sites(header, include) for header in headers}
-    mutants: list[Mutant] = []
+    mutants: list[tuple[Path, int, str]] = []
     for header, sites in found.items():
         text, made, at = header.read_bytes(), b"", 0
-        path, lines = str(header.relative_to(include.parents[1])), text.decode().splitlines()
         edits: list[tuple[tuple[int, int, int], int, bytes]] = []
         for site in sites:
             edits += site.edits(len(mutants))
-            change = f"{site.text} -> {FLIPPED.get(site.text, 'nudged')}"
-            mutants.append(Mutant(len(mutants), path, site.line, change, lines[site.line - 1].strip()))
+            mutants.append((header, site.line, f"{site.text} -> {FLIPPED.get(site.text, 'nudged')}"))
         for (start, *_), end, new in sorted(edits):
             made, at = made + text[at:start] + new, end
         made += text[at:]
