@@ -10,17 +10,7 @@ import numpy as np
 import pytest
 from palpate import Status
 from palpate.ad7746.datasheet import CODES_PER_PF, NOISE_PF
-from palpate.simulation import (
-    Converter,
-    Faults,
-    Gauge,
-    Press,
-    Record,
-    Scenario,
-    Substrate,
-    scenarios,
-    simulate,
-)
+from palpate.simulation import Converter, Faults, Gauge, Press, Record, Scenario, Substrate, scenarios, simulate
 from project import ROOT
 
 QUIET = Scenario(presses=[Press(2.0, [(0.0, 2.5)])], tremor=0.0)

@@ -4,10 +4,9 @@ from inspect import signature
 from typing import Any
 
 import pytest
-from palpate.ad7746 import datasheet, driver, inputs, pace, wiring
+from palpate.ad7746 import datasheet, driver, pace, wiring
 from palpate.ad7746.evalkit import board, find
 from palpate.kit import steps
-from palpate.kit.prompted import _GAIN
 from palpate.sources import iio, lines, lsl, serial
 from project import ROOT
 
@@ -34,13 +33,13 @@ LIMITS: list[tuple[str, str, Any, Any]] = [
     ("lsl", "longest time to wait for a stream that was lost, 30 s", lsl.LslSource.__init__, ("replug", 30)),
     ("acceptance", "the I2C clock is 55 to 450 kHz", steps._BUS_KHZ, (55, 450)),
     ("acceptance", "within 6 % of the data sheet", steps._PACE, 0.06),
-    ("acceptance", "more than 0.05 pF where a bump should be", inputs.EMPTY_PF, 0.05),
-    ("acceptance", "in the range of 17 pF", inputs.MOST_PF, 17),
+    ("acceptance", "more than 0.05 pF where a bump should be", wiring.EMPTY_PF, 0.05),
+    ("acceptance", "in the range of 17 pF", wiring.MOST_PF, 17),
     ("acceptance", "0.164 pF within 20 %", (datasheet.DAC_STEP_PF, steps._STEP_PF), (0.164, (0.13, 0.2))),
     ("acceptance", "61 pairs, by the driver", steps._PAIRS, 60),
     ("acceptance", "the rate as described within 5 %", steps._RATE, 0.05),
     ("acceptance", "times to 2 ms", steps._MOST_US, 2000),
-    ("acceptance", "its value within 10 %", _GAIN, 0.1),
+    ("acceptance", "its value within 10 %", steps._GAIN, 0.1),
 ]
 # What no page says, and a change would make the driver wrong or deaf.
 INNER = [(driver.STREAK, 3), (driver.LIMIT_NS, 2_000_000), (board.TIMEOUT_MS, 200), (board._READY_S, 3), (pace._SHORTEST, 0.9),

@@ -10,9 +10,8 @@ from click.testing import CliRunner
 from effort import NIGHTLY
 from palpate import DeviceRefused
 from palpate.ad7746.configuration import Configuration
-from palpate.ad7746.inputs import Look
 from palpate.ad7746.twin.wiring import WIRINGS
-from palpate.ad7746.wiring import Wiring
+from palpate.ad7746.wiring import Look, Wiring
 from palpate.cli import main
 from palpate.samples import Sample, Status
 from palpate.simulation.board import known

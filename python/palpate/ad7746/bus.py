@@ -98,6 +98,16 @@ class Counters:
     reconnects: int = 0
 
 
+def repeated(act: Callable[[], T], failed: Callable[[], object] = lambda: None) -> T:
+    """Act, up to `TRIES` times; call `failed` before each repetition."""
+    for _ in range(TRIES - 1):
+        try:
+            return act()
+        except (SourceTimeout, ProtocolError, NotReady):
+            failed()
+    return act()
+
+
 class Access:
     """Access to a bus: each up to `TRIES` times, with `check` before each try; errors and repetitions are counted."""
 

@@ -3,9 +3,12 @@
 from dataclasses import dataclass, field, replace
 
 from palpate.ad7746 import datasheet
+from palpate.errors import ProtocolError
+from palpate.samples import Status
 
 HARD, SOFT = 0, 1  # Numbers of the two channels, in the order in which a pair is read.
 NAMES = ("hard", "soft")
+SATURATION = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
 
 # Bits that must read back as written: the mode returns to idle by itself when a conversion ends.
 _MASK = bytes([0xFF, 0xFF, 0xFF, 0xF8, 0xFF, 0xFF, 0xFF, 0xFF])
@@ -144,9 +147,11 @@ class Configuration:
         return datasheet.VT_CONVERSION_S[self.vtf]
 
 
-def differs(wanted: bytes, found: bytes) -> int | None:
-    """Return the first register that differs from the wanted value; the mode bits are not compared."""
-    for number, (want, have, mask) in enumerate(zip(wanted, found, _MASK, strict=False)):
-        if (want ^ have) & mask:
-            return datasheet.CAP_SETUP + number
-    return None
+def require_same(wanted: bytes, image: bytes) -> None:
+    """Raise ProtocolError if registers from 0x07 on are not as they were written; the mode bits are not compared."""
+    for register, (wrote, mask) in enumerate(zip(wanted, _MASK, strict=False), datasheet.CAP_SETUP):
+        if (wrote ^ image[register]) & mask:
+            raise ProtocolError(
+                f"register 0x{register:02X}: got 0x{image[register]:02X}, wrote 0x{wrote:02X}: another program uses the "
+                "board, or the chip had no supply"
+            )

@@ -14,8 +14,8 @@ from collections import defaultdict, deque
 from typing import NamedTuple
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.bus import Access
-from palpate.ad7746.configuration import HARD, NAMES, SOFT, Configuration, differs
+from palpate.ad7746.bus import TRIES, Access, repeated
+from palpate.ad7746.configuration import HARD, NAMES, SATURATION, SOFT, Configuration, require_same
 from palpate.ad7746.pace import Middle, Pace, Seen
 from palpate.errors import ProtocolError, SourceTimeout
 from palpate.samples import Status
@@ -23,11 +23,9 @@ from palpate.samples import Status
 _SOONER_NS = 500_000  # polls begin up to this before the earliest possible end
 _SECTION_NS = 309_017  # its golden section, whose multiples fill it evenly
 _PROMPT = 0.75  # part of the limit: a write that took longer leaves the begin too uncertain
-_PATIENCE = 3  # tries of a conversion in the CAPDAC search, and to begin one at a known time
 _BUS_S = 0.0047  # what bus and USB add to a conversion, until one was measured: the kit's bus at 85 kHz
 _STEPS = 15  # conversions whose median is the time of one
 _RDY = "STATUS shows another state; check the jumper RDY of link LK2"
-_SATURATED = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
 
 _Speed = tuple[int, bool]  # CAPF and CAPCHOP, which set the duration of a conversion.
 
@@ -78,7 +76,7 @@ class Converter:
         self._access.write(datasheet.CAPDAC_A, in_range)
         self._access.write(datasheet.CAP_SETUP, idle)
         self.dump = self._access.read(0, datasheet.REGISTERS)
-        _require_same(idle + in_range, self.dump)
+        require_same(idle + in_range, self.dump)
 
     def convert(self, channel: int) -> Reading:
         """Convert one channel, `HARD` or `SOFT`, once."""
@@ -90,7 +88,7 @@ class Converter:
         pace.learn(seen)
         self._steps_ns[self._speed].append(self._clock.now_ns() - entered)
         raw = int.from_bytes(image[datasheet.CAP_DATA : datasheet.VT_DATA], "big")
-        status = _SATURATED[channel] if datasheet.saturated(raw) else Status.OK
+        status = SATURATION[channel] if datasheet.saturated(raw) else Status.OK
         status |= Status.EXCITATION if image[datasheet.STATUS] & datasheet.EXCERR else Status.OK
         return Reading(pace.middle(seen), raw, datasheet.capacitance_pF(raw), status)
 
@@ -131,23 +129,18 @@ class Converter:
 
     def patiently(self, channel: int) -> Reading:
         """Convert one channel; a conversion that is lost is repeated twice."""
-        for _ in range(_PATIENCE - 1):
-            try:
-                return self.convert(channel)
-            except (SourceTimeout, ProtocolError):
-                continue
-        return self.convert(channel)
+        return repeated(lambda: self.convert(channel))
 
     def _run(self, setup: bytes, in_range: bytes, pace: Pace, bit: int) -> tuple[Seen, bytes]:
         """Begin a conversion with the last byte of `setup`, wait until it has ended, read 0x00 to 0x0E."""
-        for _ in range(_PATIENCE):
+        for _ in range(TRIES):
             asked, begun = self._access.write(datasheet.CAP_SETUP, setup)
             if begun - asked <= _PROMPT * self.limit_ns:
                 break  # else its begin is too uncertain: begin it again
         busy, ended = self._wait(asked, begun, pace, bit)
         retries = self._access.counters.retries
         image = self._access.read(0, datasheet.CAP_GAIN)
-        _require_same(setup + in_range, image)
+        require_same(setup + in_range, image)
         if image[datasheet.STATUS] & bit:
             damaged = self._access.counters.retries != retries  # the chip marks data as new only once
             raise ProtocolError("a transfer with data was damaged" if damaged else f"the pin RDY# is stuck low: {_RDY}")
@@ -171,12 +164,3 @@ class Converter:
                     f"a conversion did not end within {(now - begun) / 1e9:.3f} s: it was lost, or the chip is not clocked; "
                     "if it happens again, unplug the board for a moment"
                 )
-
-
-def _require_same(wanted: bytes, image: bytes) -> None:
-    register = differs(wanted, image[datasheet.CAP_SETUP :])
-    if register is not None:
-        raise ProtocolError(
-            f"register 0x{register:02X}: got 0x{image[register]:02X}, wrote "
-            f"0x{wanted[register - datasheet.CAP_SETUP]:02X}: another program uses the board, or the chip had no supply"
-        )

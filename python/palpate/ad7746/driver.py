@@ -25,15 +25,16 @@ sample on, and why.
 import math
 from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from threading import Event
 from typing import Any
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.bus import Access, Clock, NotReady, RealClock, RegisterBus
+from palpate.ad7746.bus import Access, Clock, NotReady, RealClock, RegisterBus, repeated
 from palpate.ad7746.configuration import HARD, SOFT, Configuration
 from palpate.ad7746.converter import Converter, Overdue, Reading
-from palpate.ad7746.inputs import Look, look
 from palpate.ad7746.pace import Middle, difference_ns
+from palpate.ad7746.wiring import Look, level_of, look
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Sample, Status
 from palpate.systems import on_monotonic
@@ -46,7 +47,6 @@ _CONDITIONS_S = 2 * (datasheet.VT_CONVERSION_S[0] + 0.005)
 _GAINS_NS = 1_000_000_000  # from one look at the gains to the next; it takes 1 ms
 _POLL_S = 0.1
 _SETTLING = 20  # tries until a board that is not ready is reported: permissions and firmware take up to 2 s
-_OPENINGS = 3  # tries to open the device again after an error
 
 
 class _Interrupted(Exception):
@@ -225,7 +225,7 @@ class Ad7746:
     def look(self, name: str, excitation: str) -> Look:
         """Measure what an input, "1+" to "2-", has on an excitation pin, "A" or "B"; nan after `interrupt`."""
         try:
-            return look(self._converter, name, excitation)
+            return look(partial(level_of, self._converter), name, excitation)
         except _Interrupted:
             return Look(math.nan)
 
@@ -287,17 +287,12 @@ class Ad7746:
             raise failure
         if self._streak == STREAK:
             self.counters.reopened += 1
-            other = self._open_again()
+            other = repeated(self._reopen, lambda: self._clock.sleep(_POLL_S))
             self.gaps.append((seq + 1, f"the board was opened again after an error ({failure}){other}"))
 
-    def _open_again(self) -> str:
-        """Open the device, which was there all the time, again; return as `_set_up`."""
-        for _ in range(_OPENINGS - 1):
-            try:
-                self._bus.reopen()
-                return self._set_up()
-            except (SourceTimeout, ProtocolError, NotReady):
-                self._clock.sleep(_POLL_S)
+    def _reopen(self) -> str:
+        """Open the device again; return as `_set_up`."""
+        self._check_interrupt()
         self._bus.reopen()
         return self._set_up()
 
@@ -343,21 +338,15 @@ class Ad7746:
         not_ready = 0
         while True:
             try:
-                self._check_interrupt()
-                self._bus.reopen()
-                return self._set_up()
-            except NotReady as error:
-                if self._clock.now_ns() > deadline_ns:
+                return self._reopen()
+            except SourceError as error:
+                settling = isinstance(error, NotReady)
+                if self._clock.now_ns() > deadline_ns or (isinstance(error, DeviceRefused) and not settling):
                     raise
-                not_ready += 1
-                if not_ready == _SETTLING:
+                not_ready += settling
+                if settling and not_ready == _SETTLING:
                     self.away = f"{error}. Waiting until it is ready."
                     self._notify(self.away)
-            except DeviceRefused:
-                raise
-            except SourceError:
-                if self._clock.now_ns() > deadline_ns:
-                    raise
             self._clock.sleep(_POLL_S)
 
     def _centred(self) -> int:

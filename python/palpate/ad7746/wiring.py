@@ -1,17 +1,87 @@
-"""Mistakes of the wiring, in words: what the capacitances of the inputs show, which pin to look at, what to do.
+"""What is connected to each input, and mistakes of the wiring in words: which pin to look at, what to do.
 
 Swapped inputs are not among them: both are connected. Only a press shows them (`palpate.sentences`).
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.configuration import HARD, NAMES, SOFT, Configuration
-from palpate.ad7746.inputs import EMPTY_PF, Looking
+from palpate.ad7746.configuration import HARD, NAMES, SATURATION, SOFT, Channel, Configuration
+from palpate.ad7746.converter import Converter
 from palpate.samples import Sample, Status
+
+# An input with less than this has no sensor. Open inputs of a real board are expected to have some fF [?].
+EMPTY_PF = 0.05
+MOST_PF = 17.0  # Range that every chip has; most have more.
+# CAPDAC steps that are tried: two neighbours see a common value on every chip, whose steps are 0.13 to 0.2 pF.
+_STEPS = (0, 37, 74, 111, datasheet.DAC_STEPS)
+
+
+class Look(NamedTuple):
+    """What one input has on one excitation pin."""
+
+    capacitance: float
+    shorted: bool = False
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is no sensor."""
+        return abs(self.capacitance) < EMPTY_PF
+
+    @property
+    def is_sensor(self) -> bool:
+        """Whether there is one, within the range."""
+        return EMPTY_PF <= abs(self.capacitance) < math.inf
+
+    @property
+    def is_unknown(self) -> bool:
+        """Whether it was not measured: the driver was interrupted."""
+        return math.isnan(self.capacitance) and not self.shorted
+
+    def __str__(self) -> str:
+        """Return the capacitance with the digits that are known."""
+        if self.shorted:
+            return "a short (EXCERR)"
+        if math.isinf(self.capacitance):
+            return f"more than {MOST_PF:g} pF"
+        size = abs(self.capacitance)
+        return f"about {self.capacitance:.1f} pF" if size >= datasheet.FULL_SCALE_PF else f"{self.capacitance:.3f} pF"
+
+
+Looking = Callable[[str, str], Look]  # (input, excitation) -> `Look`, as `palpate.ad7746.driver.Ad7746.look`.
+
+
+def look(measure: Callable[[int, str, bool], Look], name: str, excitation: str) -> Look:
+    """Return what an input, "1+" to "2-", has; `measure(pin, excitation, differential)`: CIN+, or CIN+ minus CIN-."""
+    plus = measure(int(name[0]), excitation, False)
+    if name[1] == "+" or plus.shorted:
+        return plus
+    both = measure(int(name[0]), excitation, True)
+    return Look(plus.capacitance - both.capacitance, both.shorted)
+
+
+def level_of(converter: Converter, pin: int, excitation: str, differential: bool) -> Look:
+    """Measure what CIN+, or CIN+ minus CIN-, has on an excitation pin, whatever the range in use."""
+    own = converter.configuration
+    sign = 1
+    try:
+        for steps in _STEPS:
+            there = Channel(capdac=sign * steps, excitation=excitation)
+            converter.configuration = replace(own, capf=0, hard_input=pin, differential=differential, hard=there)
+            reading = converter.patiently(HARD)
+            if reading.status & Status.EXCITATION:
+                return Look(math.nan, shorted=True)
+            if not reading.status:
+                return Look(reading.capacitance + sign * steps * datasheet.DAC_STEP_PF)
+            sign = 1 if reading.capacitance > 0 else -1
+    finally:
+        converter.configuration = own
+    return Look(sign * math.inf)
+
 
 _SOCKETS = {"1+": " (socket P4)", "1-": " (socket P3)", "A": " (socket P1)", "B": " (socket P2)"}
 _DEMO = "the board's own length sensor, connected until R1 and R2 are removed"
@@ -173,7 +243,6 @@ _AGAIN_S = 5.0  # to the next look after one that found nothing
 _BACK_S = 0.5
 _FALLEN = 0.7  # share of the idle capacitance that is missing; it is known to 20 %
 _SAME_CODES = 8  # the noise is above 8 codes rms at every speed: two are rarely the same
-_SATURATED = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
 
 
 class WiringWatch:
@@ -231,7 +300,7 @@ class _Channel:
         self._code = code
         steps = configuration.channel(self._number).capdac
         below = -value if steps < 0 else value
-        saturated = bool(sample.status & _SATURATED[self._number])
+        saturated = bool(sample.status & SATURATION[self._number])
         if sample.status & Status.EXCITATION:
             return "short"
         if below < EMPTY_PF - _FALLEN * abs(steps) * datasheet.DAC_STEP_PF or (saturated and below < 0):

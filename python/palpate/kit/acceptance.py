@@ -3,9 +3,8 @@
 from collections.abc import Callable, Collection, Iterator
 
 from palpate.errors import DeviceNotFound, SourceError, unlike
-from palpate.kit import prompted, steps
+from palpate.kit import steps
 from palpate.kit.bench import Bench
-from palpate.kit.prompted import Prompts
 from palpate.kit.step import WRONG, Step, left_out, one_line
 
 _ACTS: dict[str, Callable[[Bench], Iterator[Step]]] = {
@@ -13,7 +12,7 @@ _ACTS: dict[str, Callable[[Bench], Iterator[Step]]] = {
     for act in (steps.registers, steps.bus, steps.voltages, steps.times, steps.inputs, steps.capdac, steps.noise,
                 steps.pairs)
 }  # fmt: skip
-_PROMPTED = {act.__name__: act for act in (prompted.replug, prompted.press, prompted.capacitor)}
+_PROMPTED = {act.__name__: act for act in (steps.replug, steps.press, steps.capacitor)}
 _NEED_INPUTS = ("capdac", "noise", "press", "capacitor")
 _BY_DRIVER = ("pairs", "replug", "press")
 _FIRST = "registers"
@@ -24,7 +23,7 @@ NAMES = (*_ACTS, *_PROMPTED)  # Names of the steps, in order.
 class Acceptance:
     """Measures a board step by step: iterate over it. Without `prompts` the steps that need a hand are left out."""
 
-    def __init__(self, bench: Bench, prompts: Prompts | None = None, *, skip: Collection[str] = ()) -> None:
+    def __init__(self, bench: Bench, prompts: steps.Prompts | None = None, *, skip: Collection[str] = ()) -> None:
         if unknown := set(skip) - set(NAMES):
             raise ValueError(f"skip: {unlike(min(unknown), NAMES)}")
         self.stopped: str = ""

@@ -50,19 +50,21 @@ def _exc_setup(value: int) -> str:
     return f"{' and '.join(driven) or 'none'} driven, +-{('VDD/8', 'VDD/4', 'VDD*3/8', 'VDD/2')[value & 3]}"
 
 
+_MODES = (
+    "idle",
+    "continuous",
+    "single",
+    "power-down",
+    "reserved",
+    "offset calibration",
+    "gain calibration",
+    "reserved",
+)
+
+
 def _config(value: int) -> str:
-    modes = [
-        "idle",
-        "continuous",
-        "single",
-        "power-down",
-        "reserved",
-        "offset calibration",
-        "gain calibration",
-        "reserved",
-    ]
     cap, vt = datasheet.CONVERSION_S[value >> 3 & 7], datasheet.VT_CONVERSION_S[value >> 6]
-    return f"{modes[value & 7]}; CAPF {value >> 3 & 7}: {1e3 * cap:.1f} ms, VTF {value >> 6}: {1e3 * vt:.1f} ms"
+    return f"{_MODES[value & 7]}; CAPF {value >> 3 & 7}: {1e3 * cap:.1f} ms, VTF {value >> 6}: {1e3 * vt:.1f} ms"
 
 
 def _dac(value: int) -> str:

@@ -1,18 +1,19 @@
-"""What each step measures that needs no hand: the board without the driver, the inputs, and pairs with the driver."""
+"""What each step measures: the board without the driver, its inputs, pairs with the driver, and what needs a hand."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import reduce
 from itertools import islice, pairwise
 from operator import or_
+from statistics import mean
+from typing import Protocol
 
 from palpate.ad7746 import datasheet
 from palpate.ad7746.configuration import HARD, SOFT, Channel
 from palpate.ad7746.wiring import Wiring
 from palpate.errors import SourceError
-from palpate.kit.bench import EXCITATIONS, PINS, Bench
-from palpate.kit.chip import InputLevel
+from palpate.kit.bench import EXCITATIONS, PINS, Bench, InputLevel
 from palpate.kit.step import OK, WRONG, Step, judged, left_out, one_line
 from palpate.samples import Sample, Status
 
@@ -41,26 +42,22 @@ def registers(bench: Bench) -> Iterator[Step]:
     got, wanted = (dump[datasheet.CAP_SETUP : datasheet.CAP_GAIN] for dump in (bench.dump, datasheet.RESET_VALUES))
     other = "not an AD7746, or another program uses it: close that, unplug the board for a moment, run this again"
     yield judged("registers 07 to 0E after a reset", got.hex(" "), wanted.hex(" "), other, right=got == wanted)
-    yield judged(
-        "fingerprint: CAP_GAIN and VOLT_GAIN",
-        bench.gains.hex(),
-        "set in the factory, neither 0000 nor ffff",
-        f"the gains are not those of a working AD7746: {_REPLUG}",
-        right=not {bench.gains[:2], bench.gains[2:]} & {b"\0\0", b"\xff\xff"},
-        fingerprint=bench.gains.hex(),
-    )
+    gains, expected = bench.gains.hex(), "set in the factory, neither 0000 nor ffff"
+    do = f"the gains are not those of a working AD7746: {_REPLUG}"
+    right = not {gains[:4], gains[4:]} & {"0000", "ffff"}
+    yield judged("fingerprint: CAP_GAIN and VOLT_GAIN", gains, expected, do, right=right, fingerprint=gains)
 
 
 def bus(bench: Bench) -> Iterator[Step]:
     """Compare reads of 1 and of 15 registers: 14 bytes of 9 bits more."""
     few, many = (min(_read_ns(bench, count) for _ in range(_READS)) for count in (_FEW, _MANY))
-    kHz = (_MANY - _FEW) * 9e6 / max(many - few, 1)
+    kHz, (low, high) = (_MANY - _FEW) * 9e6 / max(many - few, 1), _BUS_KHZ
     yield judged(
         "I2C clock",
         f"{kHz:.0f} kHz; a read of one register takes {few / 1e6:.2f} ms",
-        f"{_BUS_KHZ[0]} to {_BUS_KHZ[1]} kHz; about 85, 100 or 400 are usual",
+        f"{low} to {high} kHz; about 85, 100 or 400 are usual",
         f"{_AGAIN}; a slower bus gives fewer pairs a second",
-        right=_BUS_KHZ[0] < kHz < _BUS_KHZ[1],
+        right=low < kHz < high,
         bus_kHz=round(kHz, 1),
         read_ms=round(few / 1e6, 3),
     )
@@ -86,47 +83,46 @@ def voltages(bench: Bench) -> Iterator[Step]:
 
 def times(bench: Bench) -> Iterator[Step]:
     """Measure how long a conversion takes at each CAPF, by the pin RDY#."""
-    found = []
-    for capf in range(len(datasheet.CONVERSION_S)):
+    found, nominal = [], datasheet.CONVERSION_S
+    for capf in range(len(nominal)):
         base = replace(bench.configuration, capf=capf)
         trials = [bench.chip.capacitance(1, Channel(), base) for _ in range(_REPEATED)]
         found.append(min(trials, key=lambda trial: trial.uncertainty_s).seconds)  # a computer that stops is uncertain
-    pace = found[-1] / datasheet.CONVERSION_S[-1]
+    measured, expected = (" ".join(f"{1e3 * seconds:.1f}" for seconds in each) for each in (found, nominal))
     yield judged(
         "conversion times, CAPF 0 to 7",
-        " ".join(f"{1e3 * seconds:.1f}" for seconds in found) + f" ms; the chip's clock: {100 * (pace - 1):+.1f} %",
-        " ".join(f"{1e3 * seconds:.1f}" for seconds in datasheet.CONVERSION_S) + f" ms, within {100 * _PACE:.0f} %",
+        f"{measured} ms; the chip's clock: {100 * (found[-1] / nominal[-1] - 1):+.1f} %",
+        f"{expected} ms, within {100 * _PACE:.0f} %",
         f"{_AGAIN}; if it stays, the chip's clock is outside its data sheet",
-        right=all(abs(seconds - nominal) <= _PACE * nominal + _POLL_S
-                  for seconds, nominal in zip(found, datasheet.CONVERSION_S, strict=True)),
+        right=all(abs(took - should) <= _PACE * should + _POLL_S for took, should in zip(found, nominal, strict=True)),
         **{f"conversion_{capf}_ms": round(1e3 * seconds, 2) for capf, seconds in enumerate(found)},
-    )  # fmt: skip
+    )
 
 
 def inputs(bench: Bench) -> Iterator[Step]:
     """Find what is connected to which input and excitation."""
     bench.scan()
-    bench.mistakes = Wiring(bench.look, bench.configuration, kit=bench.is_kit).mistakes()
+    own, levels = bench.configuration, bench.levels
+    bench.mistakes = Wiring(bench.look, own, kit=bench.is_kit).mistakes()
     both = any(all(bench.answers(pin, name) for name in EXCITATIONS) for pin in PINS)  # of what is wrong, this is seen
-    own = bench.configuration
     yield Step(
         "inputs and excitations (above 4 pF: within 20 %)",
         WRONG if bench.cannot_measure or both else OK,
-        ", ".join(f"CIN{pin}/EXC{name} {level}" for (pin, name), level in bench.levels.items()),
+        ", ".join(f"CIN{pin}/EXC{name} {level}" for (pin, name), level in levels.items()),
         f"hard bump on CIN{own.input(HARD)} and EXC{own.hard.excitation}, "
         f"soft bump on CIN{own.input(SOFT)} and EXC{own.soft.excitation}",
         tuple(map(str, bench.mistakes)),
         {f"cin{pin}_exc{name.lower()}_pF": None if math.isnan(level.pF) else round(level.total_pF, 4)
-         for (pin, name), level in bench.levels.items()},
+         for (pin, name), level in levels.items()},
     )  # fmt: skip
 
 
 def capdac(bench: Bench) -> Iterator[Step]:
     """Measure the step of this chip's CAPDAC, which the data sheet gives to 20 %."""
-    for pin, level in _levels(bench):
-        name = f"CAPDAC step at CIN{pin}"
+    for pin in PINS:
+        name, level = f"CAPDAC step at CIN{pin}", bench.level(pin)
         if level is None:
-            yield _no_signal(name)
+            yield left_out(name, _NO_SIGNAL)
             continue
         found = bench.steps_pF[pin] = bench.chip.capdac_step(pin, bench.excitation(pin), level, bench.configuration)
         expected = f"{datasheet.DAC_STEP_PF} pF within 20 %"
@@ -135,45 +131,41 @@ def capdac(bench: Bench) -> Iterator[Step]:
         yield judged(name, f"{found:.4f} pF", expected, remedy, right=right, **values)
 
 
+_NO_SIGNAL = "no signal: see the inputs"
+
+
 def noise_of(bench: Bench, pin: int, level: InputLevel, capf: int, count: int) -> tuple[float, int]:
     """Measure the noise of an input, pF rms, a slow drift does not count; and the number of different codes."""
     base = replace(bench.configuration, capf=capf)
     channel = Channel(capdac=level.capdac, excitation=bench.excitation(pin))
     codes = [bench.chip.capacitance(pin, channel, base).code for _ in range(count)]
-    squares = [(after - before) ** 2 for before, after in pairwise(codes)]
-    return math.sqrt(sum(squares) / (2 * len(squares))) / datasheet.CODES_PER_PF, len(set(codes))
+    squares = mean((after - before) ** 2 for before, after in pairwise(codes))
+    return math.sqrt(squares / 2) / datasheet.CODES_PER_PF, len(set(codes))
 
 
 def noise(bench: Bench) -> Iterator[Step]:
     """Compare the noise of each input at rest with the data sheet, which is for open inputs."""
-    for pin, level in _levels(bench):
+    for pin in PINS:
+        level = bench.level(pin)
         for capf, count in _NOISE.items():
             name = f"noise at CIN{pin}, CAPF {capf}"
-            if level is None:
-                yield _no_signal(name)
-                continue
-            rms_pF, codes = noise_of(bench, pin, level, capf, count)
-            most, table = _MOST_NOISE * datasheet.NOISE_PF[capf], datasheet.NOISE_PF[capf]
-            constant = codes < _FEWEST_CODES or rms_pF < _LEAST_NOISE * table
-            still = "keep hands and cables still, the probe in the air, and run this again"
-            yield judged(
-                name,
-                f"{1e6 * rms_pF:.1f} aF rms" + (", almost constant" if constant else ""),
-                f"up to {1e6 * most:.0f} aF, not constant (data sheet, open inputs: {1e6 * table:.1f} aF)",
-                f"a reading without noise is not a measurement: {_REPLUG}"
-                if constant
-                else f"{still}; if it stays: shield and short cables, no mains adapter nearby",
-                right=not constant and rms_pF <= most,
-                **{f"noise_{pin}_capf_{capf}_aF": round(1e6 * rms_pF, 2)},
-            )
+            yield _noise(bench, name, pin, level, capf, count) if level else left_out(name, _NO_SIGNAL)
 
 
-def _levels(bench: Bench) -> list[tuple[int, InputLevel | None]]:
-    return [(pin, bench.level(pin)) for pin in PINS]
-
-
-def _no_signal(name: str) -> Step:
-    return left_out(name, "no signal: see the inputs")
+def _noise(bench: Bench, name: str, pin: int, level: InputLevel, capf: int, count: int) -> Step:
+    rms_pF, codes = noise_of(bench, pin, level, capf, count)
+    table = datasheet.NOISE_PF[capf]
+    constant = codes < _FEWEST_CODES or rms_pF < _LEAST_NOISE * table
+    still = "keep hands and cables still, the probe in the air, and run this again"
+    shield = f"{still}; if it stays: shield and short cables, no mains adapter nearby"
+    return judged(
+        name,
+        f"{1e6 * rms_pF:.1f} aF rms" + ", almost constant" * constant,
+        f"up to {1e6 * _MOST_NOISE * table:.0f} aF, not constant (data sheet, open inputs: {1e6 * table:.1f} aF)",
+        f"a reading without noise is not a measurement: {_REPLUG}" if constant else shield,
+        right=not constant and rms_pF <= _MOST_NOISE * table,
+        **{f"noise_{pin}_capf_{capf}_aF": round(1e6 * rms_pF, 2)},
+    )
 
 
 def pairs(bench: Bench) -> Iterator[Step]:
@@ -182,23 +174,22 @@ def pairs(bench: Bench) -> Iterator[Step]:
     if len(found) < 2:
         yield left_out("pairs a second", "the source ended")
         return
-    described = float(bench.source.describe()["period_s"])
-    period = (found[-1].t_hard_ns - found[0].t_hard_ns) / 1e9 / (found[-1].seq - found[0].seq)
+    described = 1 / float(bench.source.describe()["period_s"])
+    rate = 1e9 * (found[-1].seq - found[0].seq) / (found[-1].t_hard_ns - found[0].t_hard_ns)
     yield judged(
         "pairs a second",
-        f"{1 / period:.1f}",
-        f"{1 / described:.1f}, as described",
+        f"{rate:.1f}",
+        f"{described:.1f}, as described",
         f"{_AGAIN}, and without a hub",
-        right=abs(period / described - 1) <= _RATE,
-        pairs_per_s=round(1 / period, 3),
-        described_per_s=round(1 / described, 3),
+        right=abs(described / rate - 1) <= _RATE,
+        pairs_per_s=round(rate, 3),
+        described_per_s=round(described, 3),
     )
     yield _losses(bench)
     bad = sum(sample.status != Status.OK for sample in found)
     measured, causes = f"{len(found) - bad} of {len(found)} OK", _causes(bench, found)
     yield judged("status of the pairs", measured, "all OK", *causes, right=not bad, not_ok=bad)
-    most_us = max(sample.t_uncertainty_us for sample in found)
-    name = "uncertainty of the times"
+    name, most_us = "uncertainty of the times", max(sample.t_uncertainty_us for sample in found)
     if most_us < 0:
         yield left_out(name, "unknown")
         return
@@ -249,3 +240,150 @@ def _level_now(bench: Bench, channel: int) -> str:
     if level.look.is_empty:
         return f"{where}: a wire came off after the inputs were measured ({level} now): look at both wires"
     return f"{where}: the capacitance left the range ({level} now): keep the probe still in the air, and run this again"
+
+
+_WAIT_S = 30.0
+_IDLE, _BEGIN, _END = 32, 3, 5  # pairs: at rest, that begin a press, that end it
+_NOISES, _LEAST_PF = 10.0, 0.003  # a change is this many times the noise, and at least this
+_EQUAL = 0.05  # a ratio nearer to 1 does not show which bump is the hard one
+_GAIN = 0.1
+_CAPACITOR_PF = (0.5, 8.0)
+_BY_HAND = "left out: it needs a hand"
+
+
+class Prompts(Protocol):
+    """Asks the person at the board."""
+
+    def ready(self, text: str) -> bool:
+        """Say what to do now, wait; False: the step is to be left out."""
+
+    def value(self, text: str) -> float | None:
+        """Ask for a number; None: the step is to be left out."""
+
+
+def replug(bench: Bench, prompts: Prompts | None) -> Step:
+    """Wait until the board was pulled and replugged; compare the fingerprint."""
+    if not bench.is_kit:
+        return left_out("pull and replug", "not on USB")
+    if not prompts or not prompts.ready(f"Pull the board's USB plug within {_WAIT_S:g} s, wait 2 s, plug it in again."):
+        return left_out("pull and replug", _BY_HAND)
+    before, marked = bench.source.driver.counters.reconnects, len(bench.source.gaps)
+    gap_s = 0.0
+    for last, sample in pairwise(_for_a_while(bench)):
+        if bench.source.driver.counters.reconnects > before:
+            gap_s = (sample.t_hard_ns - last.t_hard_ns) / 1e9
+            break
+    if not gap_s:
+        return left_out("pull and replug", f"the board was not pulled within {_WAIT_S:g} s")
+    again = bench.chip.registers()[datasheet.CAP_GAIN :]
+    marks = [gap.text for gap in bench.source.gaps[marked:]]
+    other = "another board was plugged in, or its gains were read wrongly: run this again with one board"
+    return judged(
+        "pull and replug",
+        f"back after {gap_s:.1f} s; fingerprint {again.hex()}; marked: {'; '.join(marks) or 'no gap'}",
+        f"back, the same board ({bench.gains.hex()}), the gap marked",
+        other if again != bench.gains else "report this: a gap without a mark makes a false touch possible",
+        right=again == bench.gains and bool(marks),
+        gap_s=round(gap_s, 3),
+        fingerprint=again.hex(),
+        marks=len(marks),
+    )
+
+
+def press(bench: Bench, prompts: Prompts | None) -> Step:
+    """Wait for a press; tell from its ratio which bump is the hard one."""
+    text = "Hold the probe still in the air. Then press both bumps on something hard, as a table, for 2 s; lift it."
+    if not prompts or not prompts.ready(f"{text} There are {_WAIT_S:g} s."):
+        return left_out("press", _BY_HAND)
+    pairs = ((sample.hard, sample.soft) for sample in _for_a_while(bench) if sample.status == Status.OK)
+    idle = list(islice(pairs, _IDLE))
+    changes, limit = _pressed(idle, pairs) if len(idle) == _IDLE else ([], 0.0)
+    if not changes:
+        return left_out("press", f"no press within {_WAIT_S:g} s: neither bump changed")
+    peaks = [max(column, key=abs) for column in zip(*changes, strict=True)]
+    squares = sum(soft * soft for _, soft in changes)
+    ratio = sum(hard * soft for hard, soft in changes) / squares if squares else math.inf
+    do = _doubt(bench, limit, peaks, ratio)
+    return judged(
+        "press",
+        f"hard bump {peaks[HARD]:+.4f} pF, soft bump {peaks[SOFT]:+.4f} pF, ratio {ratio:.2f}",
+        "both change, the hard bump more: ratio above 1",
+        do,
+        right=not do,
+        hard_pF=round(peaks[HARD], 6),
+        soft_pF=round(peaks[SOFT], 6),
+        ratio=round(ratio, 4),
+    )
+
+
+def _pressed(
+    idle: Sequence[tuple[float, float]], pairs: Iterator[tuple[float, float]]
+) -> tuple[list[tuple[float, float]], float]:
+    """Return the changes from the idle values until a press has ended, and what counts as a change, pF."""
+    columns = list(zip(*idle, strict=True))
+    noise = max(math.sqrt(mean((b - a) ** 2 for a, b in pairwise(column)) / 2) for column in columns)
+    limit, (hard_pF, soft_pF) = max(_NOISES * noise, _LEAST_PF), map(mean, columns)
+    changes: list[tuple[float, float]] = []
+    moved = quiet = 0
+    for hard, soft in pairs:
+        change = hard - hard_pF, soft - soft_pF
+        moved, quiet = (moved + 1, 0) if max(map(abs, change)) > limit else (0, quiet + 1)
+        if changes or moved >= _BEGIN:
+            changes.append(change)
+        if len(changes) > _END and quiet >= _END:
+            break
+    return changes, limit
+
+
+def _doubt(bench: Bench, limit: float, peaks: list[float], ratio: float) -> str:
+    """Return what to do about a press that does not show the bumps as they should be; empty: it does."""
+    for channel, peak in enumerate(peaks):
+        if abs(peak) <= limit:
+            pin = bench.configuration.input(channel)
+            return f"only one bump changes: press again with both; if CIN{pin} does not change, check its wire"
+    if ratio < 0:
+        return "one bump rises and the other falls: check that both are on CIN+, and not on CIN-"
+    if abs(ratio - 1) < _EQUAL:
+        return "the bumps change alike: press on something harder, to see which one is the hard bump"
+    pin = bench.configuration.input(SOFT)
+    swapped = f"add hard_input={pin} to SOURCE, or swap the wires of CIN1 and CIN2"
+    return "" if ratio > 1 else f"the inputs are swapped, the hard bump is on CIN{pin}: {swapped}"
+
+
+def capacitor(bench: Bench, prompts: Prompts | None) -> Step:
+    """Compare a capacitor of known value with the change that it makes at the hard bump's input."""
+    pin = bench.configuration.input(HARD)
+    low, high = _CAPACITOR_PF
+    value = prompts.value(f"Value of a known capacitor, {low:g} to {high:g} pF") if prompts else None
+    if prompts is None or value is None:
+        return left_out("known capacitor", _BY_HAND)
+    if not low <= value <= high:
+        return left_out("known capacitor", f"got {value:g} pF, allowed: {low:g} to {high:g} pF")
+    before = _now(bench, pin)
+    where = f"CIN{pin}+ and EXC{bench.excitation(pin)}"
+    if not prompts.ready(f"Connect the capacitor between {where}, beside the probe; hands away."):
+        return left_out("known capacitor", _BY_HAND)
+    found = _now(bench, pin) - before
+    return judged(
+        "known capacitor",
+        f"{found:.3f} pF more; gain {found / value:.3f}",
+        f"{value:g} pF within {100 * _GAIN:.0f} % and the capacitor's own tolerance",
+        f"check the value and the contacts at {where}; short wires: 1 cm of cable is about 1 pF",
+        right=abs(found / value - 1) <= _GAIN,
+        capacitor_pF=value,
+        measured_pF=None if math.isnan(found) else round(found, 4),
+    )
+
+
+def _now(bench: Bench, pin: int) -> float:
+    """Return the capacitance of an input now, pF, by this chip's own CAPDAC step."""
+    found = bench.chip.level(pin, bench.excitation(pin), bench.configuration)
+    return found.capdac * bench.steps_pF.get(pin, datasheet.DAC_STEP_PF) + found.pF
+
+
+def _for_a_while(bench: Bench) -> Iterator[Sample]:
+    deadline = bench.chip.clock.now_ns() + _WAIT_S * 1e9
+    for sample in bench.source:
+        yield sample
+        if bench.chip.clock.now_ns() > deadline:
+            return

@@ -76,11 +76,7 @@ class Hand:
         duration = FIRST_S + EVERY_S * (count - 1) + (presses[-1].stop_s - presses[-1].start_s) + LAST_S
         gauge = Gauge(quadratic_per_pF=self.nonlinearity)
         return Scenario(
-            presses=presses,
-            duration_s=duration,
-            tremor=self.tremor,
-            substrate=self.substrate,
-            gauges=(gauge, gauge),
+            presses=presses, duration_s=duration, tremor=self.tremor, substrate=self.substrate, gauges=(gauge, gauge)
         )
 
 
