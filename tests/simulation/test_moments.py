@@ -15,7 +15,7 @@ from numeric import EXACT, STEP_PF, changes, held
 from numpy.typing import NDArray
 from palpate.simulation import Baseline, Converter, Faults, Lines, Peaks, Press, Scenario, Tilt, simulate
 from palpate.simulation.hand import Hand
-from palpate.simulation.press import Tilting
+from palpate.simulation.press import tilting
 from palpate.simulation.scenario import Truth
 
 MANY = 4000  # independent values: a standard deviation is known to 1 / sqrt(8000) = 1.1 %
@@ -157,9 +157,7 @@ def test_a_baseline_wanders_by_its_rms_and_time_constant(seed: int, rms: float, 
 @given(seeds, st.floats(1e-4, 0.02), st.floats(0.1, 2.0))
 def test_a_tilt_walks_with_the_root_of_the_time(seed: int, walk: float, after: float) -> None:
     random = np.random.default_rng(seed)
-    ends = [
-        Tilting(Tilt(walk=walk), 1.0 + after, random).factor(1.0, np.array([1.0 + after]))[0] - 1 for _ in range(MANY)
-    ]
+    ends = [tilting(Tilt(walk=walk), 1.0 + after, random)(1.0, np.array([1.0 + after]))[0] - 1 for _ in range(MANY)]
     has_deviation(np.array(ends), walk * np.sqrt(after))
 
 

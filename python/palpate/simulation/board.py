@@ -18,8 +18,7 @@ from palpate.simulation.hand import SESSIONS
 from palpate.simulation.scenario import Scenario, Truth
 from palpate.simulation.scenarios import SCENARIOS
 
-PARASITIC_PF = (6.3, 5.1)
-"""Parasitic capacitance of the two bumps, hard and soft, pF, which the CAPDACs compensate."""
+PARASITIC_PF = (6.3, 5.1)  # of the hard and the soft bump; the CAPDACs compensate it
 
 
 def foreign(scenario: Scenario) -> str:

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.elasticity import Elasticity
-from palpate.simulation.common import follow, positive, within
+from palpate.simulation.common import Array, follow, positive, within
 
-_Values = NDArray[np.float64] | float
+_Values = Array | float
 _SOFTEST = 1e-6  # least stiffness of an object, relative to the soft bump; at r = 1 it would be 0
 _STEPS = 12  # of Newton's method: the forces add up to 1e-9 pF
 
@@ -72,13 +71,11 @@ class Substrate:
         if not self.rigid_ratio > 1:
             raise ValueError(f"rigid_ratio: got {self.rigid_ratio}, allowed: above 1")
 
-    def angle_deg(self, held_deg: float, since_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def angle_deg(self, held_deg: float, since_s: Array) -> Array:
         """Return the tilt at times since the contact, s, without tremor, for a tilt of the hold; degrees."""
         return held_deg * (1 + self.settles * np.exp(-np.maximum(since_s, 0) / self.settle_s))
 
-    def pressed(
-        self, level: NDArray[np.float64], ratio: _Values, angle_deg: _Values, *, hard: bool
-    ) -> NDArray[np.float64]:
+    def pressed(self, level: Array, ratio: _Values, angle_deg: _Values, *, hard: bool) -> Array:
         """Return the force of the soft bump, or the force of the hard bump divided by the ratio.
 
         Parameters
@@ -107,7 +104,7 @@ class Substrate:
         own = np.maximum(depth + half if hard else depth - half, 0)
         return np.asarray(stiffness * own**self.exponent)
 
-    def _depth_mm(self, reduced: NDArray[np.float64], ratio: _Values, half: _Values) -> NDArray[np.float64]:
+    def _depth_mm(self, reduced: Array, ratio: _Values, half: _Values) -> Array:
         """Solve r (d + half)_+^s + (d - half)_+^s = (1 + r) reduced for d by Newton's method, mm.
 
         The left side is convex and rises with d, and at the first value it is too large: the steps go down to the root.
@@ -161,9 +158,7 @@ class Bumps:
         within(self, 0, inf, "bottoms_pF")
         within(self, 0, 1, "cross_talk")
 
-    def force(
-        self, press: NDArray[np.float64], depth_pF: float, ratio: NDArray[np.float64] | float, *, hard: bool
-    ) -> NDArray[np.float64]:
+    def force(self, press: Array, depth_pF: float, ratio: Array | float, *, hard: bool) -> Array:
         """Return the force of one bump.
 
         Parameters
@@ -232,7 +227,7 @@ class Gauge:
         if self.exponent != 1 and not self.reference_pF:
             raise ValueError(f"reference_pF: got 0 with exponent {self.exponent}, allowed: above 0, or exponent 1")
 
-    def curve(self, force: NDArray[np.float64]) -> NDArray[np.float64]:
+    def curve(self, force: Array) -> Array:
         """Return the capacitance change, pF, at constant forces, pF."""
         change = force * (1 + self.quadratic_per_pF * force) / (1 + self.quadratic_per_pF * self.reference_pF)
         if self.exponent != 1:
@@ -242,27 +237,19 @@ class Gauge:
         return np.asarray(change)
 
 
-class Gauged:
-    """The capacitance change of one bump as a function of time."""
+def gauged(gauge: Gauge, force: Callable[[Array], Array], duration_s: float) -> Callable[[Array], Array]:
+    """Return the capacitance change of one bump, pF, as a function of time, s."""
+    if not (gauge.creep or gauge.lag_s):
+        return lambda t: gauge.curve(force(t))
+    step_s = _LAG_STEP_S if gauge.lag_s else min(_CREEP_STEP_S, gauge.creep_s / 10)
+    times = np.asarray(step_s * np.arange(int(duration_s / step_s) + 2))
+    lagged = force(times)
+    if gauge.lag_s:
+        lagged = follow(lagged, step_s, gauge.lag_s)
+    crept = gauge.creep * follow(lagged, step_s, gauge.creep_s)
 
-    def __init__(
-        self, gauge: Gauge, force: Callable[[NDArray[np.float64]], NDArray[np.float64]], duration_s: float
-    ) -> None:
-        self._gauge = gauge
-        self._force = force
-        if not (gauge.creep or gauge.lag_s):
-            return
-        step_s = _LAG_STEP_S if gauge.lag_s else min(_CREEP_STEP_S, gauge.creep_s / 10)
-        self._times = np.asarray(step_s * np.arange(int(duration_s / step_s) + 2))
-        self._lagged = force(self._times)
-        if gauge.lag_s:
-            self._lagged = follow(self._lagged, step_s, gauge.lag_s)
-        self._crept = gauge.creep * follow(self._lagged, step_s, gauge.creep_s)
+    def change(t: Array) -> Array:
+        moved = np.interp(t, times, lagged) if gauge.lag_s else force(t)
+        return gauge.curve(moved + np.interp(t, times, crept))
 
-    def __call__(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the capacitance change, pF, at times t, s."""
-        gauge = self._gauge
-        moved = np.interp(t, self._times, self._lagged) if gauge.lag_s else self._force(t)
-        if gauge.creep:
-            moved = moved + np.interp(t, self._times, self._crept)
-        return gauge.curve(moved)
+    return change

@@ -5,6 +5,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
+
 
 def within(settings: object, low: float, high: float, *names: str) -> None:
     """Check that attributes are in a closed range."""
@@ -43,7 +45,7 @@ def stream(seed: int, effect: str) -> np.random.Generator:
 _NEGLIGIBLE = 1e-18
 
 
-def recursion(start: NDArray[np.float64], pole: float) -> NDArray[np.float64]:
+def recursion(start: Array, pole: float) -> Array:
     """Return y with y(n) = pole y(n - 1) + start(n), y(0) = start(0)."""
     # The recursion is 1 / (1 - a L) with the lag operator L, and 1 / (1 - a L) = (1 + a L) (1 + a^2 L^2) (1 + a^4 L^4)
     # ...: log2(n) passes over the array.
@@ -54,7 +56,7 @@ def recursion(start: NDArray[np.float64], pole: float) -> NDArray[np.float64]:
     return y
 
 
-def follow(x: NDArray[np.float64], step_s: float, constant_s: float) -> NDArray[np.float64]:
+def follow(x: Array, step_s: float, constant_s: float) -> Array:
     """Return y with constant_s y' = x - y, y(0) = x(0), for an x that is linear between its points."""
     # Over a step h, with a = exp(-h / tau) and g = (1 - a) tau / h: y(n) = a y(n - 1) + (1 - g) x(n) + (g - a) x(n -
     # 1), which is exact.

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import CODES_PER_PF, CONVERSION_S, NOISE_PF, ZERO_CODE
-from palpate.simulation.common import positive, recursion, within
+from palpate.simulation.common import Array, positive, recursion, within
 
 _STEP_S = 0.01  # largest step of the grid of the wander
 
@@ -60,7 +60,7 @@ class Baseline:
 
     def course(
         self, contact_s: float, duration_s: float, random: np.random.Generator
-    ) -> Callable[[NDArray[np.float64], float], NDArray[np.float64]]:
+    ) -> Callable[[Array, float], Array]:
         """Return the baseline as a function of time.
 
         Parameters
@@ -79,7 +79,7 @@ class Baseline:
         """
         wander = self._wander(duration_s, random) if self.wander_pF else None
 
-        def mean_pF(middles: NDArray[np.float64], span_s: float) -> NDArray[np.float64]:
+        def mean_pF(middles: Array, span_s: float) -> Array:
             mean = self.level_pF + self.drift_pF_per_s * np.maximum(middles - self.drift_from_s, 0)
             if wander:
                 mean += np.interp(middles, *wander)
@@ -91,9 +91,7 @@ class Baseline:
 
         return mean_pF
 
-    def _wander(
-        self, duration_s: float, random: np.random.Generator
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _wander(self, duration_s: float, random: np.random.Generator) -> tuple[Array, Array]:
         step_s = min(_STEP_S, self.wander_s / 10)
         shocks = self.wander_pF * random.standard_normal(int(duration_s / step_s) + 2)
         pole = exp(-step_s / self.wander_s)
@@ -166,9 +164,7 @@ class Converter:
         """Mean time from pair to pair, s."""
         return self.step_s if self.together else 2 * self.step_s
 
-    def middles(
-        self, duration_s: float, random: np.random.Generator
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def middles(self, duration_s: float, random: np.random.Generator) -> tuple[Array, Array]:
         """Return the middles of the conversions of the hard and the soft channel, s, each of shape (n,)."""
         pairs = int(duration_s / self.period_s)
         count = pairs if self.together else 2 * pairs
@@ -176,7 +172,7 @@ class Converter:
         middles = np.cumsum(steps) - self.span_s / 2
         return (middles, middles) if self.together else (middles[0::2], middles[1::2])
 
-    def codes(self, capacitance: NDArray[np.float64]) -> NDArray[np.int64]:
+    def codes(self, capacitance: Array) -> NDArray[np.int64]:
         """Return the 24-bit codes of capacitances, pF, with the ends of the range as limits."""
         if self.code_pF:
             capacitance = self.code_pF * np.rint(capacitance / self.code_pF)
@@ -214,9 +210,7 @@ class Stamps:
         """Check the ranges."""
         within(self, 0, inf, "host_s")
 
-    def reported(
-        self, hard: NDArray[np.float64], soft: NDArray[np.float64], random: np.random.Generator
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def reported(self, hard: Array, soft: Array, random: np.random.Generator) -> tuple[Array, Array]:
         """Return the reported times of both channels, s, from the real ones, shape (n,); equal arrays share a stamp."""
         if self.host_s:
             together = hard is soft
@@ -289,19 +283,17 @@ class Faults:
         states, lengths = (good[::-1], lengths[:, ::-1]) if lost else (good, lengths)
         return np.repeat(np.tile(states, runs), np.minimum(lengths.ravel(), count))[:count]
 
-    def burst_noise(
-        self, duration_s: float, random: np.random.Generator
-    ) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    def burst_noise(self, duration_s: float, random: np.random.Generator) -> Callable[[Array], Array]:
         """Return the factor on the noise as a function of time, s: `burst_factor` in a burst, otherwise 1."""
         starts = random.uniform(0, duration_s, random.poisson(self.bursts_per_s * duration_s))
 
-        def factor(t: NDArray[np.float64]) -> NDArray[np.float64]:
+        def factor(t: Array) -> Array:
             inside = ((t[:, None] >= starts) & (t[:, None] < starts + self.burst_s)).any(axis=1)
             return np.where(inside, self.burst_factor, 1.0)
 
         return factor
 
-    def pickup(self, phase: float, middles: NDArray[np.float64], span_s: float) -> NDArray[np.float64]:
+    def pickup(self, phase: float, middles: Array, span_s: float) -> Array:
         """Return the mean of the picked-up sine during conversions, pF, shape (n,).
 
         The mean of a sine over a span T is its value in the middle times sin(pi f T) / (pi f T).

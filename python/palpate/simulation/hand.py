@@ -134,10 +134,9 @@ def session(
     return made
 
 
-TOUCHES = 4
-"""Touches of each specimen."""
+TOUCHES = 4  # of each specimen
+# Time before the first touch: to measure the baseline on a busy computer too, and to enter the specimens.
 FREE_S = 8.0
-"""Time before the first touch: to measure the baseline on a busy computer too, and to enter the specimens."""
 
 
 def ten_specimens() -> Scenario:
@@ -154,5 +153,5 @@ def ten_specimens() -> Scenario:
     return replace(parts[0], presses=presses, duration_s=duration_s)
 
 
+# Beside `palpate.simulation.SCENARIOS`: for a rehearsal of a whole session, not for comparisons of estimators.
 SESSIONS: dict[str, Scenario] = {"ten-specimens": ten_specimens()}
-"""Beside `palpate.simulation.SCENARIOS`: for a rehearsal of a whole session, not for comparisons of estimators."""

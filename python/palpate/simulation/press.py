@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from palpate.simulation.common import positive, within
+from palpate.simulation.common import Array, positive, within
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Press:
         """Time of the end of the fall, s."""
         return self.start_s + self.rise_s + self.hold_s + self.fall_s
 
-    def profile(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def profile(self, t: Array) -> Array:
         """Return the press without tremor at times t, s: 0 to 1, times 1 + creep."""
         since = t - self.start_s
         rise = np.clip(since / self.rise_s, 0, 1)
@@ -73,7 +73,7 @@ class Press:
         creep = 1 + self.creep * np.clip((since - self.rise_s) / self.hold_s, 0, 1)
         return np.asarray(0.5 * (1 - np.cos(np.pi * np.minimum(rise, fall))) * creep)
 
-    def ratio(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def ratio(self, t: Array) -> Array:
         """Return the ratio of this press at times t, s."""
         starts = self.start_s + np.array([after for after, _ in self.ratios])
         values = np.array([value for _, value in self.ratios])
@@ -108,7 +108,7 @@ class Tilt:
 
     Examples
     --------
-    >>> Tilting(Tilt(ramp_per_s=0.01), 10.0, np.random.default_rng(0)).factor(2.0, np.array([2.0, 5.0]))
+    >>> tilting(Tilt(ramp_per_s=0.01), 10.0, np.random.default_rng(0))(2.0, np.array([2.0, 5.0]))
     array([1.  , 1.03])
     """
 
@@ -124,44 +124,33 @@ class Tilt:
         positive(self, "rock_Hz")
 
 
-class Tilting:
-    """The tilt as a function of time."""
+def tilting(tilt: Tilt, duration_s: float, random: np.random.Generator) -> Callable[[float, Array], Array]:
+    """Return the factor on the ratio, as a function of the begin of a press, s, and of times, s."""
+    steps = random.standard_normal(int(duration_s / _STEP_S) + 1) if tilt.walk else np.zeros(1)
+    times = _STEP_S * np.arange(len(steps) + 1)
+    walk = tilt.walk * np.sqrt(_STEP_S) * np.cumsum(np.append(0.0, steps))
 
-    def __init__(self, tilt: Tilt, duration_s: float, random: np.random.Generator) -> None:
-        self._tilt = tilt
-        if tilt.walk:
-            steps = random.standard_normal(int(duration_s / _STEP_S) + 1)
-            self._times = _STEP_S * np.arange(len(steps) + 1)
-            self._walk = tilt.walk * np.sqrt(_STEP_S) * np.cumsum(np.append(0.0, steps))
-
-    def factor(self, start_s: float, t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the factor on the ratio at times t, s, of a press that begins at start_s."""
+    def factor(start_s: float, t: Array) -> Array:
         since = np.clip(t - start_s, 0, None)
-        factor = 1 + self._tilt.ramp_per_s * since
-        if self._tilt.rock:
-            factor *= 1 + self._tilt.rock * np.sin(2 * np.pi * self._tilt.rock_Hz * since)
-        if self._tilt.walk:
-            begin = np.interp(start_s, self._times, self._walk)
-            factor *= 1 + np.interp(start_s + since, self._times, self._walk) - begin
-        return np.asarray(factor)
+        ramped = 1 + tilt.ramp_per_s * since
+        rocked = ramped * (1 + tilt.rock * np.sin(2 * np.pi * tilt.rock_Hz * since))
+        walked = 1 + np.interp(start_s + since, times, walk) - np.interp(start_s, times, walk)
+        return np.asarray(rocked * walked)
+
+    return factor
 
 
-LOWEST_HZ, HIGHEST_HZ = 3.0, 12.0
-"""Band of physiological tremor."""
-SWAY_HZ = (0.1, 1.0)
-"""Band of the sway."""
+LOWEST_HZ, HIGHEST_HZ = 3.0, 12.0  # band of physiological tremor
+SWAY_HZ = (0.1, 1.0)  # band of the sway
 
-Course = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-"""Times, s -> tremor with an rms of 1."""
+Course = Callable[[Array], Array]  # times, s -> tremor with an rms of 1
 
 
-def _sum_of_sines(
-    frequencies: NDArray[np.float64], phases: NDArray[np.float64], amplitudes: NDArray[np.float64]
-) -> Course:
+def _sum_of_sines(frequencies: Array, phases: Array, amplitudes: Array) -> Course:
     """Return a sum of sines with an rms of 1 over a long time."""
     sines = list(zip(amplitudes / np.sqrt((amplitudes**2).sum() / 2), frequencies, phases, strict=True))
 
-    def course(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def course(t: Array) -> Array:
         total = np.zeros_like(t)
         for amplitude, frequency, phase in sines:
             total += amplitude * np.sin(2 * np.pi * frequency * t + phase)
@@ -234,7 +223,7 @@ class Lines:
         return lambda t: lines(t) + self.sway * sway(t)
 
 
-def _random_sum(frequencies: NDArray[np.float64], random: np.random.Generator) -> Course:
+def _random_sum(frequencies: Array, random: np.random.Generator) -> Course:
     count = frequencies.size
     return _sum_of_sines(frequencies, random.uniform(0, 2 * np.pi, count), random.rayleigh(1.0, count))
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import CODES_PER_PF, SATURATED_CODES, SATURATED_PF, ZERO_CODE
 from palpate.samples import Block, Status, blank
-from palpate.simulation.common import stream
+from palpate.simulation.common import Array, stream
 from palpate.simulation.press import Press
 from palpate.simulation.scenario import Scenario, Truth
 
@@ -50,14 +50,14 @@ class Simulation:
     ((384,), 384, 2.5)
     """
 
-    t_hard_s: NDArray[np.float64]
-    t_soft_s: NDArray[np.float64]
-    hard: NDArray[np.float64]
-    soft: NDArray[np.float64]
+    t_hard_s: Array
+    t_soft_s: Array
+    hard: Array
+    soft: Array
     hard_raw: NDArray[np.int64]
     soft_raw: NDArray[np.int64]
     status: NDArray[np.int64]
-    true_ratio: NDArray[np.float64]
+    true_ratio: Array
     presses: tuple[Press, ...] = field(default=())
     host_stamps: bool = False
 
@@ -132,7 +132,7 @@ def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
     )
 
 
-def _reading(raw: NDArray[np.int64], lost: NDArray[np.bool_]) -> NDArray[np.float64]:
+def _reading(raw: NDArray[np.int64], lost: NDArray[np.bool_]) -> Array:
     return np.where(lost, np.nan, (raw - ZERO_CODE) / CODES_PER_PF)
 
 
@@ -144,7 +144,7 @@ def _status(raws: tuple[NDArray[np.int64], NDArray[np.int64]], lost: _Lost) -> N
     return status
 
 
-def _true_ratio(truth: Truth, times: NDArray[np.float64]) -> NDArray[np.float64]:
+def _true_ratio(truth: Truth, times: Array) -> Array:
     ratio = np.full(len(times), np.nan)
     for press in truth.presses:
         inside = (times >= press.start_s) & (times <= press.stop_s)

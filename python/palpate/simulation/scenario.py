@@ -6,12 +6,11 @@ from functools import partial
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
-from palpate.simulation.bumps import Bumps, Gauge, Gauged, Substrate
-from palpate.simulation.common import stream, within
+from palpate.simulation.bumps import Bumps, Gauge, Substrate, gauged
+from palpate.simulation.common import Array, stream, within
 from palpate.simulation.converter import Baseline, Converter, Faults, Stamps
-from palpate.simulation.press import Peaks, Press, Spectrum, Tilt, Tilting
+from palpate.simulation.press import Peaks, Press, Spectrum, Tilt, tilting
 
 
 @dataclass(frozen=True)
@@ -101,22 +100,22 @@ class Truth:
         own = scenario.spectrum != Peaks()
         self._tremor = scenario.spectrum.course(stream(seed, "tremor")) if own else peaks
         self._nod = scenario.spectrum.course(stream(seed, "angle"))
-        self._tilting = Tilting(scenario.tilt, scenario.duration_s, stream(seed, "walk"))
+        self._tilting = tilting(scenario.tilt, scenario.duration_s, stream(seed, "walk"))
         self._baselines = [
             baseline.course(scenario.contact_s, scenario.duration_s, stream(seed, f"wander {channel}"))
             for channel, baseline in enumerate(scenario.baselines)
         ]
         self._phase = stream(seed, "pickup").uniform(0, 2 * np.pi)
         self._gauged = [
-            Gauged(gauge, partial(self._force, hard=hard), scenario.duration_s)
+            gauged(gauge, partial(self._force, hard=hard), scenario.duration_s)
             for gauge, hard in zip(scenario.gauges, (True, False), strict=True)
         ]
 
-    def ratio(self, press: Press, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def ratio(self, press: Press, t: Array) -> Array:
         """Return the true ratio of one press at times t, s: for level, linear bumps without cross-talk."""
-        return press.ratio(t) * self._tilting.factor(press.start_s, t)
+        return press.ratio(t) * self._tilting(press.start_s, t)
 
-    def mean_pF(self, channel: int, middles: NDArray[np.float64], span_s: float) -> NDArray[np.float64]:
+    def mean_pF(self, channel: int, middles: Array, span_s: float) -> Array:
         """Return the mean capacitance during each conversion."""
         points, weights = _FEW if span_s <= _SHORT_S else _MANY
         change = self._change(channel, middles[:, None] + span_s / 2 * points) @ weights / 2
@@ -125,13 +124,13 @@ class Truth:
             mean += self._scenario.faults.pickup(self._phase, middles, span_s)
         return np.asarray(mean)
 
-    def _change(self, channel: int, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _change(self, channel: int, t: Array) -> Array:
         change = self._gauged[channel](t)
         if self._scenario.bumps.cross_talk:
             change = change + self._scenario.bumps.cross_talk * self._gauged[1 - channel](t)
         return change
 
-    def _force(self, t: NDArray[np.float64], *, hard: bool) -> NDArray[np.float64]:
+    def _force(self, t: Array, *, hard: bool) -> Array:
         total = np.zeros_like(t)
         shaken = 1 + self._scenario.tremor * self._tremor(t) if self._scenario.tremor else 1.0
         for press in self.presses:

@@ -12,8 +12,7 @@ from palpate.simulation.press import Lines, Press, Tilt
 from palpate.simulation.probe import Simulation, simulate
 from palpate.simulation.scenario import Scenario
 
-PROBE = Elasticity()
-"""The probe of all scenarios: ratio 10 on a rigid object."""
+PROBE = Elasticity()  # of all scenarios: ratio 10 on a rigid object
 
 _SOFT, _MIDDLE, _STIFF = (PROBE.ratio(SORBOTHANE_MPA[name]) for name in ("30 OO", "70 OO", "70 A"))
 _START_S, _STEP_S = 2.0, 4.0  # start of the touch; from there to the step of the ratio
@@ -82,8 +81,8 @@ _CONVERTERS = {
     ),
     "together": _with(tremor=0.03, converter=Converter(together=True, bus_s=0.015)),
 }
+# Scenarios with an effect of the probe, the hand, a baseline, or the converter.
 EFFECTS: dict[str, Scenario] = _PROBES | _HANDS | _BASELINES | _CONVERTERS
-"""Scenarios with an effect of the probe, the hand, a baseline, or the converter."""
 
 
 def _drifting(hard_pF_per_s: float, soft_pF_per_s: float) -> tuple[Baseline, Baseline]:
@@ -130,6 +129,7 @@ def _all() -> Scenario:
 
 _CREEPING = replace(_one((0.0, _MIDDLE), creep=-0.1), tilt=Tilt(ramp_per_s=0.005))
 
+# The readings follow C1 = r C2 up to the noise, a slow drift and single faults.
 FOLLOWING: dict[str, Scenario] = {
     "soft-steady": _one((0.0, _SOFT)),
     "stiff-steady": _one((0.0, _STIFF)),
@@ -148,10 +148,8 @@ FOLLOWING: dict[str, Scenario] = {
     "sliding": _sliding(),
     "all": _all(),
 }
-"""The readings follow C1 = r C2 up to the noise, a slow drift and single faults."""
 
 SCENARIOS: dict[str, Scenario] = FOLLOWING | EFFECTS
-"""All scenarios: `FOLLOWING` and `EFFECTS`."""
 
 
 def run(name: str, seed: int = 0) -> Simulation:
