@@ -8,20 +8,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from palpate import digits
 from palpate._core import Touch, __version__
 from palpate.calibration import file as calibration_file
 from palpate.calibration import verdict
-from palpate.calibration.curve_fit import Fit, Rows, curve, fit
-from palpate.calibration.interval import Measured, allowance, bounds
+from palpate.calibration.curve_fit import Array, Fit, Measured, Rows, allowance, bounds, curve, fit
 from palpate.elasticity import Elasticity
 from palpate.errors import CalibrationError
 from palpate.extras import display, need
 from palpate.several import Agreement, agreement
-
-Array = NDArray[np.float64]
 
 _LARGEST = 690.0  # exp of it is still finite
 
@@ -108,16 +105,6 @@ def check_level(level: float) -> None:
     """Refuse a probability that is not between 0 and 1."""
     if not 0 < level < 1:
         raise ValueError(f"level: got {level}, allowed: 0 < level < 1")
-
-
-def check_measured(ratio: float, standard_error: float, touches: float) -> None:
-    """Refuse a ratio, a standard error or a number of touches that cannot be."""
-    if not isfinite(ratio):
-        raise ValueError(f"ratio: got {ratio}, allowed: a finite number")
-    if not (isfinite(standard_error) and standard_error >= 0):
-        raise ValueError(f"standard_error: got {standard_error}, allowed: 0 or more, or None")
-    if not touches >= 1:
-        raise ValueError(f"touches: got {touches}, allowed: 1 or more")
 
 
 def checked(
@@ -359,7 +346,12 @@ class Calibration:
         False
         """
         error = 0.0 if standard_error is None else standard_error
-        check_measured(ratio, error, touches)
+        if not isfinite(ratio):
+            raise ValueError(f"ratio: got {ratio}, allowed: a finite number")
+        if not 0 <= error < inf:
+            raise ValueError(f"standard_error: got {standard_error}, allowed: 0 or more, or None")
+        if not touches >= 1:
+            raise ValueError(f"touches: got {touches}, allowed: 1 or more")
         check_level(level)
         return Modulus.of(self.probe, ratio, bounds(self.fitted, Measured(ratio, error, touches, level)), self.range)
 
@@ -387,8 +379,24 @@ class Calibration:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the contents of the file that `save` writes, as plain numbers and text."""
-        data = {name: getattr(self, name) for name in calibration_file.DATA}
-        return calibration_file.document(self.fitted, self.probe, self.verdict, data, self.about, self.version)
+        return {
+            "schema": calibration_file.SCHEMA,
+            "palpate": self.version,
+            "about": dict(self.about),
+            "units": calibration_file.UNITS,
+            "fit": {
+                "rigid_ratio": self.probe.rigid_ratio,
+                "half_modulus_MPa": self.probe.half_modulus,
+                "soft_ratio": self.probe.soft_ratio,
+                "calibrated_MPa": list(self.range),
+                "verdict": self.verdict,
+                "parameters": self.fitted.parameters.tolist(),
+                "covariance": self.fitted.covariance.tolist(),
+                "covariance_of": calibration_file.PARAMETERS,
+            },
+            "scatter": {name: getattr(self.fitted, name) for name in calibration_file.SCATTER},
+            "data": {key: getattr(self, name).tolist() for name, key in calibration_file.DATA.items()},
+        }
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> "Calibration":

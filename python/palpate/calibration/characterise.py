@@ -11,9 +11,9 @@ from palpate.calibration.calibration import Calibration
 from palpate.errors import unlike
 from palpate.several import TOUCH_SCATTER, most_reliable, usable
 
+# Data of a fit: all touches; their mean, plain, weighted by how level each was held, or by the standard errors; or the
+# most reliable touch.
 CHOICES = ("all", "mean", "level", "weighted", "agreement", "standard_error", "covariance")
-"""Data of a fit: all touches; their mean, plain, weighted by how level each was held, or by the standard errors; or the
-most reliable touch."""
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ from palpate.calibration.calibration import Calibration
 from palpate.calibration.characterise import Specimen, rises
 from palpate.several import objections
 
+# Columns of the table: the ratio of the touch with the smallest P (the paper's choice), and so on.
 RATIOS = {
     "smallest P": "covariance",
     "smallest error": "standard_error",
     "nearest to mean": "agreement",
     "mean": "mean",
 }
-"""Columns of the table: the ratio of the touch with the smallest P (the paper's choice), and so on."""
 
 
 def specimen_records(specimens: Sequence[Specimen]) -> list[dict[str, Any]]:

@@ -14,8 +14,7 @@ from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import Block
 from palpate.tables.units import to_number
 
-LARGEST = 100_000
-"""Bytes of a table of moduli, at most."""
+LARGEST = 100_000  # bytes of a table of moduli
 
 
 def read_moduli(path: Path) -> dict[str, float]:

@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import digits
-from palpate.calibration.curve_fit import Fit, Rows, curve, means
+from palpate.calibration.curve_fit import Array, Fit, Rows, curve, means
 from palpate.extras import need
 
-Array = NDArray[np.float64]
 DOUBT = 0.01  # probability below which a misfit is significant
 LOOSE = 0.1  # relative standard error above which a parameter counts as not determined
 

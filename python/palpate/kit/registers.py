@@ -50,16 +50,8 @@ def _exc_setup(value: int) -> str:
     return f"{' and '.join(driven) or 'none'} driven, +-{('VDD/8', 'VDD/4', 'VDD*3/8', 'VDD/2')[value & 3]}"
 
 
-_MODES = (
-    "idle",
-    "continuous",
-    "single",
-    "power-down",
-    "reserved",
-    "offset calibration",
-    "gain calibration",
-    "reserved",
-)
+_MODES = ("idle", "continuous", "single", "power-down", "reserved", "offset calibration", "gain calibration",
+          "reserved")  # fmt: skip
 
 
 def _config(value: int) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from palpate._core import Touch
 from palpate.calibration.calibration import Calibration, Modulus
-from palpate.calibration.interval import Measured, Variances, variances
+from palpate.calibration.curve_fit import Measured, Variances, variances
 from palpate.calibration.specimen_files import assign
 from palpate.errors import CalibrationError
 from palpate.report.repeatability import Repeatability, repeatability
