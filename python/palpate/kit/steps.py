@@ -14,7 +14,7 @@ from palpate.ad7746.configuration import HARD, SOFT, Channel
 from palpate.ad7746.wiring import Wiring
 from palpate.errors import SourceError
 from palpate.kit.bench import EXCITATIONS, PINS, Bench, InputLevel
-from palpate.kit.step import OK, WRONG, Step, judged, left_out, one_line
+from palpate.kit.step import OK, WRONG, Step, Value, judged, left_out, one_line
 from palpate.samples import Sample, Status
 
 _READS = 20
@@ -34,6 +34,7 @@ _MOST_US = 2000
 _OF_CHANNEL = (Status.HARD_SATURATED | Status.EXCITATION, Status.SOFT_SATURATED | Status.EXCITATION)
 _AGAIN = "run this again without other programs"
 _REPLUG = "unplug the board for a moment, and run this again"
+_STILL = "keep hands and cables still, the probe in the air, and run this again"
 
 
 def registers(bench: Bench) -> Iterator[Step]:
@@ -52,15 +53,11 @@ def bus(bench: Bench) -> Iterator[Step]:
     """Compare reads of 1 and of 15 registers: 14 bytes of 9 bits more."""
     few, many = (min(_read_ns(bench, count) for _ in range(_READS)) for count in (_FEW, _MANY))
     kHz, (low, high) = (_MANY - _FEW) * 9e6 / max(many - few, 1), _BUS_KHZ
-    yield judged(
-        "I2C clock",
-        f"{kHz:.0f} kHz; a read of one register takes {few / 1e6:.2f} ms",
-        f"{low} to {high} kHz; about 85, 100 or 400 are usual",
-        f"{_AGAIN}; a slower bus gives fewer pairs a second",
-        right=low < kHz < high,
-        bus_kHz=round(kHz, 1),
-        read_ms=round(few / 1e6, 3),
-    )
+    measured = f"{kHz:.0f} kHz; a read of one register takes {few / 1e6:.2f} ms"
+    expected = f"{low} to {high} kHz; about 85, 100 or 400 are usual"
+    do = f"{_AGAIN}; a slower bus gives fewer pairs a second"
+    values = {"bus_kHz": round(kHz, 1), "read_ms": round(few / 1e6, 3)}
+    yield judged("I2C clock", measured, expected, do, right=low < kHz < high, **values)
 
 
 def _read_ns(bench: Bench, count: int) -> int:
@@ -89,14 +86,12 @@ def times(bench: Bench) -> Iterator[Step]:
         trials = [bench.chip.capacitance(1, Channel(), base) for _ in range(_REPEATED)]
         found.append(min(trials, key=lambda trial: trial.uncertainty_s).seconds)  # a computer that stops is uncertain
     measured, expected = (" ".join(f"{1e3 * seconds:.1f}" for seconds in each) for each in (found, nominal))
-    yield judged(
-        "conversion times, CAPF 0 to 7",
-        f"{measured} ms; the chip's clock: {100 * (found[-1] / nominal[-1] - 1):+.1f} %",
-        f"{expected} ms, within {100 * _PACE:.0f} %",
-        f"{_AGAIN}; if it stays, the chip's clock is outside its data sheet",
-        right=all(abs(took - should) <= _PACE * should + _POLL_S for took, should in zip(found, nominal, strict=True)),
-        **{f"conversion_{capf}_ms": round(1e3 * seconds, 2) for capf, seconds in enumerate(found)},
-    )
+    measured += f" ms; the chip's clock: {100 * (found[-1] / nominal[-1] - 1):+.1f} %"
+    expected += f" ms, within {100 * _PACE:.0f} %"
+    do = f"{_AGAIN}; if it stays, the chip's clock is outside its data sheet"
+    right = all(abs(took - should) <= _PACE * should + _POLL_S for took, should in zip(found, nominal, strict=True))
+    values = {f"conversion_{capf}_ms": round(1e3 * seconds, 2) for capf, seconds in enumerate(found)}
+    yield judged("conversion times, CAPF 0 to 7", measured, expected, do, right=right, **values)
 
 
 def inputs(bench: Bench) -> Iterator[Step]:
@@ -105,16 +100,14 @@ def inputs(bench: Bench) -> Iterator[Step]:
     own, levels = bench.configuration, bench.levels
     bench.mistakes = Wiring(bench.look, own, kit=bench.is_kit).mistakes()
     both = any(all(bench.answers(pin, name) for name in EXCITATIONS) for pin in PINS)  # of what is wrong, this is seen
-    yield Step(
-        "inputs and excitations (above 4 pF: within 20 %)",
-        WRONG if bench.cannot_measure or both else OK,
-        ", ".join(f"CIN{pin}/EXC{name} {level}" for (pin, name), level in levels.items()),
-        f"hard bump on CIN{own.input(HARD)} and EXC{own.hard.excitation}, "
-        f"soft bump on CIN{own.input(SOFT)} and EXC{own.soft.excitation}",
-        tuple(map(str, bench.mistakes)),
-        {f"cin{pin}_exc{name.lower()}_pF": None if math.isnan(level.pF) else round(level.total_pF, 4)
-         for (pin, name), level in levels.items()},
-    )  # fmt: skip
+    verdict = WRONG if bench.cannot_measure or both else OK
+    measured = ", ".join(f"CIN{pin}/EXC{name} {level}" for (pin, name), level in levels.items())
+    expected = f"hard bump on CIN{own.input(HARD)} and EXC{own.hard.excitation}, "
+    expected += f"soft bump on CIN{own.input(SOFT)} and EXC{own.soft.excitation}"
+    pF = {place: None if math.isnan(level.pF) else round(level.total_pF, 4) for place, level in levels.items()}
+    values = {f"cin{pin}_exc{name.lower()}_pF": found for (pin, name), found in pF.items()}
+    name, do = "inputs and excitations (above 4 pF: within 20 %)", tuple(map(str, bench.mistakes))
+    yield Step(name, verdict, measured, expected, do, values)
 
 
 def capdac(bench: Bench) -> Iterator[Step]:
@@ -156,16 +149,14 @@ def _noise(bench: Bench, name: str, pin: int, level: InputLevel, capf: int, coun
     rms_pF, codes = noise_of(bench, pin, level, capf, count)
     table = datasheet.NOISE_PF[capf]
     constant = codes < _FEWEST_CODES or rms_pF < _LEAST_NOISE * table
-    still = "keep hands and cables still, the probe in the air, and run this again"
-    shield = f"{still}; if it stays: shield and short cables, no mains adapter nearby"
-    return judged(
-        name,
-        f"{1e6 * rms_pF:.1f} aF rms" + ", almost constant" * constant,
-        f"up to {1e6 * _MOST_NOISE * table:.0f} aF, not constant (data sheet, open inputs: {1e6 * table:.1f} aF)",
-        f"a reading without noise is not a measurement: {_REPLUG}" if constant else shield,
-        right=not constant and rms_pF <= _MOST_NOISE * table,
-        **{f"noise_{pin}_capf_{capf}_aF": round(1e6 * rms_pF, 2)},
-    )
+    measured = f"{1e6 * rms_pF:.1f} aF rms" + ", almost constant" * constant
+    expected = f"up to {1e6 * _MOST_NOISE * table:.0f} aF, not constant (data sheet, open inputs: {1e6 * table:.1f} aF)"
+    do = f"{_STILL}; if it stays: shield and short cables, no mains adapter nearby"
+    if constant:
+        do = f"a reading without noise is not a measurement: {_REPLUG}"
+    right = not constant and rms_pF <= _MOST_NOISE * table
+    values = {f"noise_{pin}_capf_{capf}_aF": round(1e6 * rms_pF, 2)}
+    return judged(name, measured, expected, do, right=right, **values)
 
 
 def pairs(bench: Bench) -> Iterator[Step]:
@@ -176,15 +167,10 @@ def pairs(bench: Bench) -> Iterator[Step]:
         return
     described = 1 / float(bench.source.describe()["period_s"])
     rate = 1e9 * (found[-1].seq - found[0].seq) / (found[-1].t_hard_ns - found[0].t_hard_ns)
-    yield judged(
-        "pairs a second",
-        f"{rate:.1f}",
-        f"{described:.1f}, as described",
-        f"{_AGAIN}, and without a hub",
-        right=abs(described / rate - 1) <= _RATE,
-        pairs_per_s=round(rate, 3),
-        described_per_s=round(described, 3),
-    )
+    expected, do = f"{described:.1f}, as described", f"{_AGAIN}, and without a hub"
+    right = abs(described / rate - 1) <= _RATE
+    values = {"pairs_per_s": round(rate, 3), "described_per_s": round(described, 3)}
+    yield judged("pairs a second", f"{rate:.1f}", expected, do, right=right, **values)
     yield _losses(bench)
     bad = sum(sample.status != Status.OK for sample in found)
     measured, causes = f"{len(found) - bad} of {len(found)} OK", _causes(bench, found)
@@ -207,17 +193,9 @@ def _losses(bench: Bench) -> Step:
         do = f"the board was unplugged and came back: keep cable and plug still; if nobody pulled it, {do}"
     elif not errors:
         do = f"no access failed: the computer was too busy: {_AGAIN}"
-    return judged(
-        "losses",
-        f"{counted.pairs} pairs read; lost: {lost}, failed accesses: {errors}{unplugged}",
-        "none lost, none failed",
-        do,
-        right=not (lost or errors),
-        pairs=counted.pairs,
-        lost=lost,
-        errors=errors,
-        reconnects=counted.reconnects,
-    )
+    measured = f"{counted.pairs} pairs read; lost: {lost}, failed accesses: {errors}{unplugged}"
+    values = {"pairs": counted.pairs, "lost": lost, "errors": errors, "reconnects": counted.reconnects}
+    return judged("losses", measured, "none lost, none failed", do, right=not (lost or errors), **values)
 
 
 def _causes(bench: Bench, found: list[Sample]) -> list[str]:
@@ -263,31 +241,24 @@ class Prompts(Protocol):
 
 def replug(bench: Bench, prompts: Prompts | None) -> Step:
     """Wait until the board was pulled and replugged; compare the fingerprint."""
+    name, driver = "pull and replug", bench.source.driver
     if not bench.is_kit:
-        return left_out("pull and replug", "not on USB")
+        return left_out(name, "not on USB")
     if not prompts or not prompts.ready(f"Pull the board's USB plug within {_WAIT_S:g} s, wait 2 s, plug it in again."):
-        return left_out("pull and replug", _BY_HAND)
-    before, marked = bench.source.driver.counters.reconnects, len(bench.source.gaps)
-    gap_s = 0.0
-    for last, sample in pairwise(_for_a_while(bench)):
-        if bench.source.driver.counters.reconnects > before:
-            gap_s = (sample.t_hard_ns - last.t_hard_ns) / 1e9
-            break
-    if not gap_s:
-        return left_out("pull and replug", f"the board was not pulled within {_WAIT_S:g} s")
-    again = bench.chip.registers()[datasheet.CAP_GAIN :]
-    marks = [gap.text for gap in bench.source.gaps[marked:]]
-    other = "another board was plugged in, or its gains were read wrongly: run this again with one board"
-    return judged(
-        "pull and replug",
-        f"back after {gap_s:.1f} s; fingerprint {again.hex()}; marked: {'; '.join(marks) or 'no gap'}",
-        f"back, the same board ({bench.gains.hex()}), the gap marked",
-        other if again != bench.gains else "report this: a gap without a mark makes a false touch possible",
-        right=again == bench.gains and bool(marks),
-        gap_s=round(gap_s, 3),
-        fingerprint=again.hex(),
-        marks=len(marks),
-    )
+        return left_out(name, _BY_HAND)
+    reconnects, marked = driver.counters.reconnects, len(driver.gaps)
+    times = ((last.t_hard_ns, sample.t_hard_ns) for last, sample in pairwise(_for_a_while(bench)))
+    gaps_ns = (after - before for before, after in times if driver.counters.reconnects > reconnects)
+    if not (gap_s := next(gaps_ns, 0) / 1e9):
+        return left_out(name, f"the board was not pulled within {_WAIT_S:g} s")
+    again, marks = bench.chip.registers()[datasheet.CAP_GAIN :], [text for _, text in driver.gaps[marked:]]
+    measured = f"back after {gap_s:.1f} s; fingerprint {again.hex()}; marked: {'; '.join(marks) or 'no gap'}"
+    expected = f"back, the same board ({bench.gains.hex()}), the gap marked"
+    do = "report this: a gap without a mark makes a false touch possible"
+    if again != bench.gains:
+        do = "another board was plugged in, or its gains were read wrongly: run this again with one board"
+    values: dict[str, Value] = {"gap_s": round(gap_s, 3), "fingerprint": again.hex(), "marks": len(marks)}
+    return judged(name, measured, expected, do, right=again == bench.gains and bool(marks), **values)
 
 
 def press(bench: Bench, prompts: Prompts | None) -> Step:
@@ -304,16 +275,9 @@ def press(bench: Bench, prompts: Prompts | None) -> Step:
     squares = sum(soft * soft for _, soft in changes)
     ratio = sum(hard * soft for hard, soft in changes) / squares if squares else math.inf
     do = _doubt(bench, limit, peaks, ratio)
-    return judged(
-        "press",
-        f"hard bump {peaks[HARD]:+.4f} pF, soft bump {peaks[SOFT]:+.4f} pF, ratio {ratio:.2f}",
-        "both change, the hard bump more: ratio above 1",
-        do,
-        right=not do,
-        hard_pF=round(peaks[HARD], 6),
-        soft_pF=round(peaks[SOFT], 6),
-        ratio=round(ratio, 4),
-    )
+    measured = f"hard bump {peaks[HARD]:+.4f} pF, soft bump {peaks[SOFT]:+.4f} pF, ratio {ratio:.2f}"
+    values = {"hard_pF": round(peaks[HARD], 6), "soft_pF": round(peaks[SOFT], 6), "ratio": round(ratio, 4)}
+    return judged("press", measured, "both change, the hard bump more: ratio above 1", do, right=not do, **values)
 
 
 def _pressed(
@@ -352,27 +316,23 @@ def _doubt(bench: Bench, limit: float, peaks: list[float], ratio: float) -> str:
 
 def capacitor(bench: Bench, prompts: Prompts | None) -> Step:
     """Compare a capacitor of known value with the change that it makes at the hard bump's input."""
-    pin = bench.configuration.input(HARD)
+    name, pin = "known capacitor", bench.configuration.input(HARD)
     low, high = _CAPACITOR_PF
     value = prompts.value(f"Value of a known capacitor, {low:g} to {high:g} pF") if prompts else None
     if prompts is None or value is None:
-        return left_out("known capacitor", _BY_HAND)
+        return left_out(name, _BY_HAND)
     if not low <= value <= high:
-        return left_out("known capacitor", f"got {value:g} pF, allowed: {low:g} to {high:g} pF")
+        return left_out(name, f"got {value:g} pF, allowed: {low:g} to {high:g} pF")
     before = _now(bench, pin)
     where = f"CIN{pin}+ and EXC{bench.excitation(pin)}"
     if not prompts.ready(f"Connect the capacitor between {where}, beside the probe; hands away."):
-        return left_out("known capacitor", _BY_HAND)
+        return left_out(name, _BY_HAND)
     found = _now(bench, pin) - before
-    return judged(
-        "known capacitor",
-        f"{found:.3f} pF more; gain {found / value:.3f}",
-        f"{value:g} pF within {100 * _GAIN:.0f} % and the capacitor's own tolerance",
-        f"check the value and the contacts at {where}; short wires: 1 cm of cable is about 1 pF",
-        right=abs(found / value - 1) <= _GAIN,
-        capacitor_pF=value,
-        measured_pF=None if math.isnan(found) else round(found, 4),
-    )
+    measured = f"{found:.3f} pF more; gain {found / value:.3f}"
+    expected = f"{value:g} pF within {100 * _GAIN:.0f} % and the capacitor's own tolerance"
+    do = f"check the value and the contacts at {where}; short wires: 1 cm of cable is about 1 pF"
+    values = {"capacitor_pF": value, "measured_pF": None if math.isnan(found) else round(found, 4)}
+    return judged(name, measured, expected, do, right=abs(found / value - 1) <= _GAIN, **values)
 
 
 def _now(bench: Bench, pin: int) -> float:
