@@ -151,7 +151,5 @@ def require_same(wanted: bytes, image: bytes) -> None:
     """Raise ProtocolError if registers from 0x07 on are not as they were written; the mode bits are not compared."""
     for register, (wrote, mask) in enumerate(zip(wanted, _MASK, strict=False), datasheet.CAP_SETUP):
         if (wrote ^ image[register]) & mask:
-            raise ProtocolError(
-                f"register 0x{register:02X}: got 0x{image[register]:02X}, wrote 0x{wrote:02X}: another program uses the "
-                "board, or the chip had no supply"
-            )
+            why = "another program uses the board, or the chip had no supply"
+            raise ProtocolError(f"register 0x{register:02X}: got 0x{image[register]:02X}, wrote 0x{wrote:02X}: {why}")

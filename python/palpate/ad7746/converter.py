@@ -58,13 +58,9 @@ class Converter:
     @property
     def step_s(self) -> float:
         """Time of a conversion with all its accesses, s: the median of the last ones; before the first, an estimate."""
-        if steps_ns := self._steps_ns[self._speed]:
+        if steps_ns := self._steps_ns[self.configuration.capf, self.configuration.chop]:
             return statistics.median(steps_ns) / 1e9
         return self.configuration.conversion_s + _BUS_S
-
-    @property
-    def _speed(self) -> _Speed:
-        return self.configuration.capf, self.configuration.chop
 
     def set_up(self) -> None:
         """Reset the chip, write the configuration in idle mode, and check that it reads back the same."""
@@ -83,10 +79,11 @@ class Converter:
         entered = self._clock.now_ns()
         setup, in_range = self.configuration.registers(channel)
         self._access.write(datasheet.CAPDAC_A, in_range)
-        pace = self._paces.setdefault(self._speed, Pace(self.configuration.conversion_s))
+        speed = self.configuration.capf, self.configuration.chop
+        pace = self._paces.setdefault(speed, Pace(self.configuration.conversion_s))
         seen, image = self._run(setup, in_range, pace, datasheet.RDYCAP)
         pace.learn(seen)
-        self._steps_ns[self._speed].append(self._clock.now_ns() - entered)
+        self._steps_ns[speed].append(self._clock.now_ns() - entered)
         raw = int.from_bytes(image[datasheet.CAP_DATA : datasheet.VT_DATA], "big")
         status = SATURATION[channel] if datasheet.saturated(raw) else Status.OK
         status |= Status.EXCITATION if image[datasheet.STATUS] & datasheet.EXCERR else Status.OK
@@ -122,10 +119,8 @@ class Converter:
             # A saturated code shows only the direction: bisect. Any other code shows the distance, to 20 %.
             move = reading.capacitance / datasheet.DAC_STEP_PF
             steps = (low + high + (move > 0)) // 2 if reading.status else min(max(steps + round(move), low), high)
-        raise ProtocolError(
-            f"{NAMES[channel]}: no CAPDAC setting brings the idle signal into the range: the input has more than "
-            "17 pF, is shorted, or changes all the time; check the cable of the probe"
-        )
+        why = "the input has more than 17 pF, is shorted, or changes all the time; check the cable of the probe"
+        raise ProtocolError(f"{NAMES[channel]}: no CAPDAC setting brings the idle signal into the range: {why}")
 
     def patiently(self, channel: int) -> Reading:
         """Convert one channel; a conversion that is lost is repeated twice."""
@@ -160,7 +155,5 @@ class Converter:
             if now > begun + pace.overdue_ns:
                 if not self._access.read(datasheet.STATUS, 1)[0] & bit:
                     raise ProtocolError(f"the pin RDY# is stuck high: {_RDY}")
-                raise Overdue(
-                    f"a conversion did not end within {(now - begun) / 1e9:.3f} s: it was lost, or the chip is not clocked; "
-                    "if it happens again, unplug the board for a moment"
-                )
+                why = "it was lost, or the chip is not clocked; if it happens again, unplug the board for a moment"
+                raise Overdue(f"a conversion did not end within {(now - begun) / 1e9:.3f} s: {why}")

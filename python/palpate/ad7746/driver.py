@@ -313,10 +313,9 @@ class Ad7746:
             return
         self._look_at_gains_ns = now + _GAINS_NS
         if (found := self._converter.gains()) != self._gains:
-            raise _OtherGains(
-                f"the gains of the chip (registers 0x0F to 0x12) are {found.hex(' ')}, before {self._gains.hex(' ')}: "
-                "another program uses the board; close that program"
-            )
+            gains = f"{found.hex(' ')}, before {self._gains.hex(' ')}"
+            why = "another program uses the board; close that program"
+            raise _OtherGains(f"the gains of the chip (registers 0x0F to 0x12) are {gains}: {why}")
 
     def _wait_for_replug(self, gone: DeviceNotFound) -> int:
         """Wait until an unplugged device is back; return the number of pairs lost meanwhile."""

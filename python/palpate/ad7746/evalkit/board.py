@@ -10,7 +10,7 @@ from typing import Any
 from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import Clock, NotReady, RealClock
 from palpate.ad7746.evalkit import find
-from palpate.ad7746.evalkit.find import Board, board_of, translated
+from palpate.ad7746.evalkit.find import REPLUG, Board, board_of, translated
 from palpate.ad7746.evalkit.firmware import read_hex, transfer
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceError, SourceTimeout
 
@@ -226,13 +226,9 @@ class EvalKit:
         if not errors:
             self._acknowledged = True
             return
-        why = (
-            f"errors counted by the board: {errors}; if it happens repeatedly, its firmware hangs: unplug the board for a "
-            "moment"
-            if self._acknowledged
-            else "the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link LK2, and link LK1, its supply "
-            "(5.0 V)"
-        )
+        why = "the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link LK2, and link LK1, its supply (5.0 V)"
+        if self._acknowledged:
+            why = f"errors counted by the board: {errors}; if it happens repeatedly, its firmware hangs: {REPLUG}"
         raise ProtocolError(f"{what}: not acknowledged: {why}")
 
     @property

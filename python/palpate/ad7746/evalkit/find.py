@@ -17,6 +17,7 @@ try:
 except ImportError as _missing:  # pragma: no cover
     raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from _missing
 
+REPLUG = "unplug the board for a moment"
 VENDOR, PRODUCT = 0x0456, 0xB481  # USB identity, the same before and after the firmware is loaded.
 POLL_S = 1.0  # from one look for boards that come and go to the next
 _END_S = 1.0
@@ -50,7 +51,7 @@ def translated(what: str) -> Iterator[None]:
     try:
         yield
     except usb.core.USBTimeoutError as error:
-        raise SourceTimeout(f"{what}: no answer in time; if it happens again, unplug the board for a moment") from error
+        raise SourceTimeout(f"{what}: no answer in time; if it happens again, {REPLUG}") from error
     except usb.core.USBError as error:
         kind, text = _ERRORS.get(error.errno, (ProtocolError, str(error)))
         raise kind(f"{what}: {text}") from error

@@ -17,24 +17,14 @@ UDEV_RULE = (
     'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0660", GROUP="plugdev", TAG+="uaccess"'
 )
 GROUP = "plugdev"
-RULES = tuple(
-    Path(folder) for folder in ("/etc/udev/rules.d", "/run/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d")
-)
+RULES = tuple(Path(root, "udev/rules.d") for root in ("/etc", "/run", "/usr/lib", "/lib"))
 RULE_FILE = "70-palpate.rules"
 _SEATS = "73-seat-late.rules"  # systemd's file that gives access where the tag uaccess is set before it
 _LARGEST = 1_000_000  # bytes of a file of rules
 _BOARD = re.compile(r'(?=.*idVendor}=="0456").*idProduct}=="b481"', re.IGNORECASE)
 _FOR_ALL = re.compile(r'MODE\s*:?=\s*"\d?\d\d[2367]"|-m 0?666')  # every user may write; the second one is fxload's
-_UDEVADM = (
-    ("control", "--reload"),
-    (
-        "trigger",
-        "--action=change",
-        "--subsystem-match=usb",
-        "--attr-match=idVendor=0456",
-        "--attr-match=idProduct=b481",
-    ),
-)
+_OF_BOARD = ("--subsystem-match=usb", "--attr-match=idVendor=0456", "--attr-match=idProduct=b481")
+_UDEVADM = (("control", "--reload"), ("trigger", "--action=change", *_OF_BOARD))
 _WAIT_S = 10.0
 
 

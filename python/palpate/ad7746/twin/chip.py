@@ -12,6 +12,7 @@ from palpate.ad7746 import datasheet
 from palpate.ad7746.twin.wiring import WIRINGS, Pins, Wiring
 
 FACTORY = bytes([0x66, 0xCC, 0x5C, 0x90])  # CAP_GAIN and VOLT_GAIN of a chip.
+_DAC_STEP_PF = (0.171, 0.158)  # of CAPDAC_A and CAPDAC_B
 _ALL_READY = datasheet.RDY | datasheet.RDYVT | datasheet.RDYCAP
 _CAP_BYTES, _VT_BYTES = {1, 2, 3}, {4, 5, 6}
 
@@ -42,8 +43,7 @@ class ChipTwin:
         pins: Pins,
         *,
         seed: int = 0,
-        dac_step_pF: tuple[float, float] = (0.171, 0.158),
-        noisy: bool = True,
+        dac_step_pF: tuple[float, float] = _DAC_STEP_PF,
         wiring: Wiring = WIRINGS["guide"],
     ) -> None:
         self.conversions: deque[Conversion] = deque(maxlen=4096)
@@ -56,7 +56,7 @@ class ChipTwin:
         self.disturb: Callable[[], float] = lambda: 0.0  # pF, for each conversion
         self.pace = 1.0  # a conversion's time, relative to the data sheet's
         self._pins, self._wiring, self._dac_step_pF = pins, wiring, dac_step_pF
-        self._random, self._noisy = random.Random(seed), noisy
+        self._random, self._noisy = random.Random(seed), True
         self._silent_until = 0
         self._pointer = 0
         self._running: Running | None = None

@@ -9,7 +9,7 @@ import math
 import os
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import usb.backend
 from usb.core import USBError, USBTimeoutError
@@ -17,11 +17,6 @@ from usb.core import USBError, USBTimeoutError
 from palpate.ad7746.bus import Clock
 from palpate.ad7746.evalkit.find import PRODUCT, VENDOR
 from palpate.ad7746.twin.kit import KitTwin
-
-if TYPE_CHECKING:
-    _Backend = object  # pyusb has no types
-else:
-    _Backend = usb.backend.IBackend
 
 # errno of a transfer -> errno of libusb's error, where they differ on Linux.
 _TRANSLATED = {errno.EPROTO: errno.EIO, errno.ESHUTDOWN: errno.ENODEV}
@@ -48,7 +43,7 @@ class Handle:
     port: Port
 
 
-class TwinBackend(_Backend):
+class TwinBackend(usb.backend.IBackend):  # type: ignore[misc]  # pyusb has no types
     """Backend for pyusb with simulated boards."""
 
     def __init__(self, clock: Clock) -> None:
