@@ -1,32 +1,38 @@
-"""The evaluation kit's driver over its twin: the same file on each carrier of `usb_carriers`."""
+"""The evaluation kit over its twin: the driver, the board itself, and boards that come and go. On each carrier of `kit_bench`."""
 
+import gc
 import math
 import re
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass, field
 from functools import reduce
 from operator import or_
 from pathlib import Path
 from typing import Any
 
+import palpate
 import pytest
+import usb.core
+import usb.util
 from kit_bench import CENTRED, Bench
 from palpate.ad7746 import datasheet
 from palpate.ad7746.configuration import HARD, Configuration
 from palpate.ad7746.driver import Ad7746
-from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, PORTS
-from palpate.ad7746.evalkit.find import boards
+from palpate.ad7746.evalkit import find
+from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, IN, LED_PIN, OUT, PORTS, EvalKit
+from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, boards, devices
+from palpate.ad7746.twin.kit import Reply
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Status
+from palpate.sources.board import WatchedKit
 from tally import Tally
 
 FOREVER = math.inf
-PAIRS, ENOUGH = 2, 20
-"""Numbers of pairs to read after a fault: if the driver must continue, and at most until it must raise."""
-ANY = -1
-"""Any count: it depends on the timing."""
+PAIRS, ENOUGH = 2, 20  # pairs to read after a fault: if the driver must continue, and at most until it must raise
+ANY = -1  # any count: it depends on the timing
 IMAGE = ":03000000020100FA\n:00000001FF\n"
 
 
@@ -234,3 +240,150 @@ def test_a_touch_is_streamed(bench: Bench, tally: Tally) -> None:
         f"{type(bench.carrier).__name__}, {pairs} pairs: {period_ns / 1e6:.2f} ms a pair, {used:.2f} s of processor"
     )
     assert not bench.carrier.real or used < 0.15 * period_ns * pairs / 1e9
+
+
+_ADDRESS = datasheet.I2C_ADDRESS << 1
+
+
+def test_a_device_may_outlive_its_context(bench: Bench) -> None:
+    """Or else libusb ends the process."""
+    [device] = devices(bench.carrier.backend())
+    gc.collect()
+    assert device.idVendor == VENDOR
+
+
+class Raw:
+    """The board without the driver: every request of the table of what it does."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.device = usb.core.find(idVendor=VENDOR, idProduct=PRODUCT, backend=bench.carrier.backend())
+
+    def read(self, request: int, value: int, index: int, count: int, kind: int = IN, timeout: int = 200) -> bytes:
+        return bytes(self.device.ctrl_transfer(kind, request, value, index, count, timeout))
+
+    def write(self, request: int, value: int, index: int, data: bytes) -> int:
+        return int(self.device.ctrl_transfer(OUT, request, value, index, data, 200))
+
+    def errors(self) -> int:
+        return self.read(ERROR_COUNT, 0, 0, 1)[0]
+
+
+@pytest.fixture
+def raw(bench: Bench) -> Iterator[Raw]:
+    bench.carrier.clock.sleep(0.001)  # the chip is silent right after it is supplied
+    raw = Raw(bench)
+    yield raw
+    usb.util.dispose_resources(raw.device)
+
+
+def test_what_the_board_does_with_a_read(raw: Raw) -> None:
+    reset = datasheet.RESET_VALUES[:7]
+    assert raw.read(I2C, _ADDRESS, 0, 7) == reset
+    assert raw.read(I2C, _ADDRESS | 1, 0, 7) == reset  # bit 0 is ignored
+    assert raw.errors() == 0
+    for nobody in (datasheet.I2C_ADDRESS, 0x42):
+        assert raw.read(I2C, nobody, 0, 3) == b"\xff" * 3  # and the transfer succeeds
+        assert raw.errors() == 1
+        assert raw.errors() == 0  # reading clears it
+
+
+def test_what_the_board_does_with_a_write(raw: Raw, bench: Bench) -> None:
+    assert raw.write(I2C, _ADDRESS, datasheet.CAP_SETUP, bytes([0x80, 0x00, 0x63])) == 3
+    assert raw.read(I2C, _ADDRESS, datasheet.CAP_SETUP, 3) == bytes([0x80, 0x00, 0x63])
+    bench.fail("not acknowledged in mid-write", 2)
+    raw.write(I2C, _ADDRESS, datasheet.CAPDAC_A, bytes([0x85, 0x86]))
+    assert raw.errors() == 1
+    assert raw.read(I2C, _ADDRESS, datasheet.CAPDAC_A, 2) == bytes([0x85, 0x00])  # what came before is written
+    raw.write(I2C_PLAIN, _ADDRESS, 0, bytes([datasheet.RESET_POINTER]))
+    bench.carrier.clock.sleep(0.001)
+    assert raw.read(I2C, _ADDRESS, datasheet.CAP_SETUP, 8) == datasheet.RESET_VALUES[7:]
+    assert raw.errors() == 0
+
+
+def test_the_led_blinks_and_nothing_else_changes(raw: Raw, bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The other pins, all directions, and RDY#, also after an error."""
+    raw.write(PORTS, 0, 0, bytes([0x90, 0x10, 0x5A, 0x0F, 0x01, 0x00]))
+    before, control, written = raw.read(PORTS, 0, 0, 6), bench.kit.control, []
+
+    def noted(kind: int, request: int, *rest: Any) -> Reply:
+        if (kind, request) == (OUT, PORTS):
+            written.append(bytes(rest[-1]))
+        return control(kind, request, *rest)
+
+    monkeypatch.setattr(bench.kit, "control", noted)
+    kit = bench.open_kit()
+    kit.blink(0.4, 0.1)
+    assert written == [bytes([level, 0x10 | LED_PIN]) for level in (0x18, 0x98, 0x18, 0x98)] + [before[:2]]
+    bench.fail("stall", request=PORTS, skip=2)
+    with pytest.raises(ProtocolError, match="refused the request"):
+        kit.blink(0.4, 0.1)
+    assert raw.read(PORTS, 0, 0, 6) == before
+
+
+LIMIT_S = 30.0  # of a loaded machine; the notice itself takes POLL_S
+
+
+def wait_for(condition: Callable[[], object]) -> None:
+    deadline = time.monotonic() + LIMIT_S
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+@contextmanager
+def watched(bench: Bench, replug_s: float) -> Iterator[tuple[EvalKit, WatchedKit, list[str]]]:
+    """Begin to measure and to watch; a real carrier has a system to look at."""
+    kit, notes = bench.open_kit(), list[str]()
+    look = None if bench.carrier.real else lambda: set(boards(bench.carrier.backend()))
+    source = WatchedKit(kit, {"replug": replug_s}, bench.carrier.clock, look)
+    source.notify = notes.append
+    with source:
+        yield kit, source, notes
+
+
+def test_a_second_board_is_named_and_disturbs_nothing(bench: Bench) -> None:
+    with watched(bench, 10.0) as (kit, source, notes):
+        measuring, samples = kit.board, iter(source)
+        next(samples)
+        other = bench.another()
+        wait_for(lambda: notes)
+        [second] = [b for b in boards(bench.carrier.backend()) if b != measuring]
+        next(samples)
+        bench.carrier.unplug(other)
+        wait_for(lambda: len(notes) == 2)
+        goes_on = f"; usb:{measuring} goes on measuring."
+        assert notes == [f"usb:{second} was plugged in{goes_on}", f"usb:{second} was unplugged{goes_on}"]
+        assert not other.chip.conversions
+        if not bench.carrier.real:  # in real time a busy machine may lose a pair itself
+            assert (source.counters["lost"], source.counters["errors"]) == (0, 0)
+            assert bench.carrier.backend().opened == 1
+    wait_for(lambda: "palpate-hotplug" not in [thread.name for thread in threading.enumerate()])
+
+
+def test_the_board_that_measures(bench: Bench) -> None:
+    """The driver says that it is gone, once, with its name; the watch says where it is back."""
+    with watched(bench, 1e6) as (kit, source, notes):
+        samples, first = iter(source), kit.board
+        next(samples)
+        bench.carrier.unplug(bench.kit)
+        reading = threading.Thread(target=lambda: next(samples))
+        reading.start()
+        wait_for(lambda: notes)
+        time.sleep(1.5 * find.POLL_S)
+        [gone] = notes
+        assert gone.startswith(f"usb:{first}, ")
+        assert "was unplugged" in gone
+        bench.carrier.plug(bench.kit)
+        reading.join(LIMIT_S)
+        wait_for(lambda: len(notes) == 3)
+        assert kit.board != first
+        assert f"usb:{kit.board} was plugged in." in notes
+        assert sum("is back after" in note for note in notes) == 1
+
+
+def test_usb_is_watched(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it is open by name; a backend of a program's own is not, since a second thread would use it."""
+    monkeypatch.setattr(find, "system_backend", bench.carrier.backend)
+    for options in ({}, {"backend": bench.carrier.backend()}):
+        with closing(palpate.open("usb:", **options)) as source:
+            assert isinstance(source, WatchedKit) == (not options)

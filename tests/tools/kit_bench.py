@@ -1,26 +1,32 @@
-"""A simulated board on a carrier, with the driver, and a simulated chip on an I2C bus, for tests."""
+"""A simulated board with the driver, on a carrier that connects them, and a simulated chip on an I2C bus, for tests.
+
+PALPATE_CARRIER names the carrier: "process" (a pyusb backend, virtual time, the default), or "usbfs" (the real libusb under
+umockdev's preload library).
+"""
 
 import errno
 import math
-from contextlib import AbstractContextManager
+import os
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.bus import VirtualClock
+from palpate.ad7746.bus import Clock, RealClock, VirtualClock
 from palpate.ad7746.configuration import Channel, Configuration
 from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.ad7746.evalkit.board import EvalKit
+from palpate.ad7746.evalkit.find import fresh, system_backend
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import BUS_KHZ, Fault, KitTwin
+from palpate.ad7746.twin.usb import Port, TwinBackend
 from palpate.samples import Sample, Status
-from usb_carriers import Carrier
-from usb_carriers import carrier as usual_carrier
 
 SLOPE_PF_PER_S = 0.02
 IDLE_PF = (6.92, 4.69)
-CENTRED = Configuration(hard=Channel(capdac=41), soft=Channel(capdac=27))
-"""Approximate result of `auto_capdac` on this chip."""
+CENTRED = Configuration(hard=Channel(capdac=41), soft=Channel(capdac=27))  # about the result of `auto_capdac`
 
 
 def pins(pin: int, begin_s: float, end_s: float) -> float:
@@ -28,19 +34,81 @@ def pins(pin: int, begin_s: float, end_s: float) -> float:
     return IDLE_PF[pin - 1] + SLOPE_PF_PER_S * (((begin_s + end_s) / 2) % 60.0)
 
 
+@cache
+def _tree() -> Any:
+    from usbfs import Tree
+
+    return Tree(Path(os.environ["UMOCKDEV_DIR"]))
+
+
+class ProcessCarrier:
+    """Carrier without libusb, with a virtual clock."""
+
+    real = False
+
+    def __init__(self) -> None:
+        self.clock: Clock = VirtualClock()
+        self._backend = TwinBackend(self.clock)
+        self._ports: dict[KitTwin, Port] = {}
+
+    def plug(self, kit: KitTwin, number: int = 1) -> None:
+        """Plug a board into a port."""
+        self._ports[kit] = self._backend.plug(kit, number)
+
+    def unplug(self, kit: KitTwin) -> None:
+        self._backend.unplug(self._ports[kit])
+
+    def backend(self) -> TwinBackend:
+        """Return a pyusb backend that finds the boards that are plugged in now."""
+        return self._backend
+
+    @contextmanager
+    def denied(self, kit: KitTwin) -> Iterator[None]:
+        """Return a context without permission to open a board."""
+        self._ports[kit].allowed = False
+        yield
+        self._ports[kit].allowed = True
+
+    def close(self) -> None:
+        assert self._backend.opened == 0, "a handle was not closed"
+
+
+class UsbfsCarrier:
+    """Carrier with the real libusb, in real time."""
+
+    real = True
+
+    def __init__(self) -> None:
+        self.clock: Clock = RealClock()
+        tree = _tree()
+        self.plug, self.unplug, self.close, self._node_of = tree.plug, tree.unplug, tree.clear, tree.node_of
+
+    def backend(self) -> Any:
+        return fresh(system_backend())
+
+    @contextmanager
+    def denied(self, kit: KitTwin) -> Iterator[None]:
+        self._node_of(kit).chmod(0)
+        privileged = os.geteuid() == 0
+        if privileged:
+            os.seteuid(65534)  # nobody
+        yield
+        if privileged:
+            os.seteuid(0)
+        self._node_of(kit).chmod(0o666)
+
+
+Carrier = ProcessCarrier | UsbfsCarrier
+
+
 class Bench(AbstractContextManager["Bench"]):
     """All objects of a test; closes them and checks that nothing is left open."""
 
     def __init__(
-        self,
-        *,
-        plugged: bool = True,
-        loaded: bool = True,
-        seed: int = 0,
-        carrier: Carrier | None = None,
-        bus_kHz: float = BUS_KHZ,
+        self, *, plugged: bool = True, loaded: bool = True, seed: int = 0, carrier: Any = None, bus_kHz: float = BUS_KHZ
     ) -> None:
-        self.carrier: Carrier = carrier or usual_carrier()
+        real = os.environ.get("PALPATE_CARRIER") == "usbfs"
+        self.carrier: Carrier = carrier or (UsbfsCarrier() if real else ProcessCarrier())
         self.kit = KitTwin(ChipTwin(pins, seed=seed), self.carrier.clock, loaded=loaded, bus_kHz=bus_kHz)
         self.configuration = CENTRED
         self.firmware: Path | None = None
@@ -68,14 +136,8 @@ class Bench(AbstractContextManager["Bench"]):
         """Open and configure the driver."""
         kit, clock = self.open_kit(**where), self.carrier.clock
         limit_ns = 10**9 if self.carrier.real else LIMIT_NS  # the servers of real carriers may be late
-        driver = Ad7746(
-            kit,
-            configuration or self.configuration,
-            clock,
-            replug_s=self.replug_s,
-            notify=self.notes.append,
-            limit_ns=limit_ns,
-        )
+        options: dict[str, Any] = {"replug_s": self.replug_s, "notify": self.notes.append, "limit_ns": limit_ns}
+        driver = Ad7746(kit, configuration or self.configuration, clock, **options)
         driver.start()
         self._open.append(driver)
         return driver

@@ -1,6 +1,6 @@
 """A pyusb backend with simulated boards: the complete driver runs in this process, without libusb.
 
-It raises the same errors as pyusb with libusb; `tests/ad7746/test_evalkit_board.py` runs the same cases over both.
+It raises the same errors as pyusb with libusb; `tests/ad7746/test_evalkit.py` runs the same cases over both.
 """
 
 import array
