@@ -7,16 +7,21 @@ moment that is wrong by 10 % fails, and chance fails about once in two million.
 from dataclasses import replace
 
 import numpy as np
+import palpate
 import pytest
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from numeric import EXACT, STEP_PF, changes, held
 from numpy.typing import NDArray
+from palpate.ad7746.datasheet import CODES_PER_PF, NOISE_PF
+from palpate.elasticity import SORBOTHANE_MPA
 from palpate.simulation import Baseline, Converter, Faults, Lines, Peaks, Press, Scenario, Tilt, simulate
-from palpate.simulation.hand import Hand
+from palpate.simulation.board import known
+from palpate.simulation.hand import SESSIONS, Hand
 from palpate.simulation.press import tilting
 from palpate.simulation.scenario import Truth
+from palpate.simulation.scenarios import PROBE
 
 MANY = 4000  # independent values: a standard deviation is known to 1 / sqrt(8000) = 1.1 %
 WITHIN = 5 / np.sqrt(2 * MANY)
@@ -32,13 +37,16 @@ def has_deviation(values: NDArray[np.float64], expected: float) -> None:
 
 
 @examples(20)
-@given(seeds, st.floats(1e-5, 1e-2), st.floats(-3.5, 3.5), st.floats(-3.5, 3.5))
+@given(seeds, st.floats(1e-5, 1e-2) | st.integers(0, 7), st.floats(-3.5, 3.5), st.floats(-3.5, 3.5))
 def test_noise_has_its_variance_and_is_white(seed: int, noise: float, hard: float, soft: float) -> None:
-    converter = Converter(noise_pF=noise)
-    levels = (Baseline(hard), Baseline(soft))
+    """Of another converter, pF; or of the AD7746 at a CAPF, by the data sheet."""
+    converter, levels = Converter(noise_pF=noise), (Baseline(hard), Baseline(soft))
+    if isinstance(noise, int):
+        converter, noise = Converter(capf=noise), NOISE_PF[noise]
     run = simulate(
         Scenario(duration_s=MANY * converter.period_s, tremor=0.0, baselines=levels, converter=converter), seed
     )
+    assert np.array_equal(run.hard, (run.hard_raw - 0x800000) / CODES_PER_PF)
     deviations = run.hard - hard, run.soft - soft
     for values in deviations:
         has_deviation(values, noise)
@@ -183,3 +191,46 @@ def test_a_hand_scatters_presses_and_ratios(
     shares = np.log(np.array([press.depth_pF for press in made]) * (1 + ratio) / press_pF)
     assert np.std(shares) == pytest.approx(spread, rel=WITHIN + 0.01)
     assert abs(np.median(shares)) < 1.26 * 5 * spread / np.sqrt(MANY)
+
+
+def spectrum(values: np.ndarray, step_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies, Hz, and power; the sum of the power is the variance."""
+    power = np.abs(np.fft.rfft(values * np.hanning(values.size))) ** 2
+    return np.fft.rfftfreq(values.size, step_s), power / power.sum() * values.var()
+
+
+def test_lines_and_sway_have_their_bands() -> None:
+    t = np.arange(0, 400, 0.02)
+    for seed in range(5):
+        values = Lines((4.0, 9.0), width_Hz=0.4, sway=0.5).course(np.random.default_rng(seed))(t)
+        frequency, power = spectrum(values - values.mean(), 0.02)
+        tremor = power[(frequency > 2.98) & (frequency < 12.02)].sum()
+        sway = power[(frequency > 0.08) & (frequency < 1.02)].sum()
+        # The window weights 400 s unevenly, and two of 12 sines may be closer than 1 / 400 s.
+        assert tremor == pytest.approx(1.0, rel=0.05)
+        assert sway == pytest.approx(0.25, rel=0.1)
+        assert tremor + sway == pytest.approx(power.sum(), rel=1e-3)
+
+
+def test_a_line_has_its_width() -> None:
+    t, second, middle = np.arange(0, 100, 0.02), [], 7.0
+    for seed in range(60):
+        values = Lines((middle,), width_Hz=0.4, sway=0.0).course(np.random.default_rng(seed))(t)
+        frequency, power = spectrum(values, 0.02)
+        second.append((power * (frequency - middle) ** 2).sum() / power.sum())
+    # 60 x 12 sines of unequal power count as 360: an s.d. is known to 1 / sqrt(720) = 3.7 %; 4 of it.
+    assert np.sqrt(np.mean(second)) == pytest.approx(0.4, rel=0.15)
+
+
+def test_ten_specimens() -> None:
+    scenario = SESSIONS["ten-specimens"]
+    assert "ten-specimens" in known()
+    begins = [press.start_s for press in scenario.presses]
+    assert np.allclose(np.diff(begins), 8.9)
+    assert begins[0] > 5  # s: a list of specimens is entered, and a busy computer has its baseline
+    found = palpate.touches(simulate(scenario, seed=1))
+    assert len(found) == 40
+    assert sum(bool(touch.flags) for touch in found) <= 4  # the gauges bend a little: the firmest presses are flagged
+    means = np.array([touch.ratio for touch in found]).reshape(10, 4).mean(axis=1)
+    truth = [PROBE.ratio(modulus) for modulus in SORBOTHANE_MPA.values()]
+    assert np.abs(means / truth - 1).max() < 0.05
