@@ -100,6 +100,12 @@ class Mistake(NamedTuple):
         return f"{self.what}: {self.remedy}"
 
 
+def _at(name: str, kit: bool) -> str:
+    """Return a pin, "1+" to "2-", "A" or "B", with its socket on the kit."""
+    pin = f"EXC{name}" if name in "AB" else f"CIN{name}"
+    return pin + (_SOCKETS.get(name, "") if kit else "")
+
+
 class _Bump:
     """One bump: its inputs, its own excitation, and what CIN+ has on each excitation."""
 
@@ -107,6 +113,8 @@ class _Bump:
         pin = configuration.input(number)
         self.name = f"{NAMES[number]} bump"
         self.plus, self.minus = f"{pin}+", f"{pin}-"
+        self.at = f"{self.name}: {_at(self.plus, kit)}"
+        self.exchange = f"exchange its wires at CIN{self.plus} and CIN{self.minus}"
         self.own = configuration.channel(number).excitation
         self.driven = " and ".join(f"EXC{name}" for name in self.own)
         self.on = {name: look(self.plus, name) for name in "AB"}
@@ -148,17 +156,15 @@ class Wiring:
         used = "".join(bump.own for bump in self._bumps) if all(bump.answers for bump in self._bumps) else "AB"
         for name in sorted(set(used)):
             if any(bump.on[name].shorted for bump in self._bumps):
-                yield Mistake(
-                    f"{self._at(name)} is shorted or overloaded (the chip reports EXCERR)",
-                    f"look for a short from EXC{name} to ground or to a shield, in the cable, the plug and the probe",
-                )
+                what = f"{_at(name, self._kit)} is shorted or overloaded (the chip reports EXCERR)"
+                where = f"EXC{name} to ground or to a shield, in the cable, the plug and the probe"
+                yield Mistake(what, f"look for a short from {where}")
 
     def _of(self, bump: _Bump) -> Iterator[Mistake]:
         for name in bump.own if bump.answers else "AB":
             if math.isinf(bump.on[name].capacitance):
-                what = f"{bump.name}: {self._at(bump.plus)} has {bump.on[name]} on EXC{name}"
                 wires = f"CIN{bump.plus} and EXC{name}, or a cable that is long or has no shield"
-                yield Mistake(what, f"look for a short between {wires}")
+                yield Mistake(f"{bump.at} has {bump.on[name]} on EXC{name}", f"look for a short between {wires}")
                 return
         if not bump.answers:
             yield self._flat(bump)
@@ -172,15 +178,13 @@ class Wiring:
         plus, minus = (sum(self._look(pin, name).capacitance for name in bump.own) for pin in (bump.plus, bump.minus))
         if plus - minus < -EMPTY_PF:
             what = f"{bump.name}: CIN{bump.plus} minus CIN{bump.minus} is {plus - minus:.2f} pF"
-            wires = f"its wires at CIN{bump.plus} and CIN{bump.minus}"
-            yield Mistake(
-                what, f"exchange {wires}, unless the reference at CIN{bump.minus} is the larger one", fatal=False
-            )
+            unless = f"unless the reference at CIN{bump.minus} is the larger one"
+            yield Mistake(what, f"{bump.exchange}, {unless}", fatal=False)
 
     def _besides(self, bump: _Bump) -> Iterator[Mistake]:
         """Return what is connected beside the bump: it does not prevent a measurement."""
         if all(found.is_sensor for found in bump.on.values()):
-            what = f"{bump.name}: {self._at(bump.plus)} has {bump.levels}"
+            what = f"{bump.at} has {bump.levels}"
             if not bump.beside_demo:
                 yield Mistake(what, f"pull off what is not the bump; measured is {bump.driven}", fatal=False)
             elif bump.own == "B":
@@ -197,17 +201,15 @@ class Wiring:
 
     def _flat(self, bump: _Bump) -> Mistake:
         """Return why a bump does not answer to its excitation."""
-        at = f"{bump.name}: {self._at(bump.plus)}"
-        here = f"{at} has {bump.on[bump.own[0]]} on {bump.driven}"
+        here = f"{bump.at} has {bump.on[bump.own[0]]} on {bump.driven}"
         for name in "AB".replace(bump.own, ""):
             if bump.on[name].is_sensor:
                 return Mistake(f"{here}, {bump.on[name]} on EXC{name}", self._to(name, bump))
         if self._at_minus(bump):
-            exchange = f"exchange its wires at CIN{bump.plus} and CIN{bump.minus}"
-            remedy = exchange if self._differential else f"move it to CIN{bump.plus}"
-            return Mistake(f"{here}, its wire is at {self._at(bump.minus)}", remedy)
+            remedy = bump.exchange if self._differential else f"move it to CIN{bump.plus}"
+            return Mistake(f"{here}, its wire is at {_at(bump.minus, self._kit)}", remedy)
         wires = f"one to CIN{bump.plus}, the other to EXC{bump.own[0]}{bump.no_socket}"
-        return Mistake(f"{at} has {bump.levels}, nothing is connected", f"look at its wires, {wires}")
+        return Mistake(f"{bump.at} has {bump.levels}, nothing is connected", f"look at its wires, {wires}")
 
     def _to(self, name: str, bump: _Bump) -> str:
         """Return what to do about a bump that answers to another pin."""
@@ -220,7 +222,7 @@ class Wiring:
 
     def _nothing(self) -> Mistake:
         by_input = sorted(self._bumps, key=lambda bump: bump.plus)
-        levels = ", ".join(f"{self._at(bump.plus)} has {bump.levels}" for bump in by_input)
+        levels = ", ".join(f"{_at(bump.plus, self._kit)} has {bump.levels}" for bump in by_input)
         wires = ", ".join(f"the {bump.name} to CIN{bump.plus} and EXC{bump.own[0]}" for bump in self._bumps)
         return Mistake(f"no probe is connected: {levels}", f"wire {wires}{by_input[1].no_socket}")
 
@@ -232,10 +234,6 @@ class Wiring:
         pins = [name if each is bump else each.place for each in self._bumps]
         value = pins[0] if pins[0] == pins[1] else ",".join(pins)
         return words.format(f"excitation={value} (as in usb:?excitation={value})") if all(pins) else ""
-
-    def _at(self, name: str) -> str:
-        pin = f"EXC{name}" if name in "AB" else f"CIN{name}"
-        return pin + (_SOCKETS.get(name, "") if self._kit else "")
 
 
 CONFIRM_S = 1.0  # Suspicious readings for this long are looked into.

@@ -21,6 +21,7 @@ from palpate.extras import display, need
 from palpate.several import Agreement, agreement
 
 _LARGEST = 690.0  # exp of it is still finite
+_LEAST = {"standard_errors": (0.0, "0 or more"), "touches": (1.0, "1 or more")}
 
 
 @dataclass(frozen=True)
@@ -71,8 +72,7 @@ class Modulus:
         if not self.low > 0:
             return "no modulus agrees with this ratio" if self.low != 0 else "every modulus agrees with this ratio"
         if not isfinite(self.value):
-            middle = (self.low + self.high) / 2
-            _, low, high = digits.between(middle, self.low, self.high)
+            _, low, high = digits.between((self.low + self.high) / 2, self.low, self.high)
             return f"{low} to {high} MPa"
         value, low, high = digits.between(self.value, self.low, self.high)
         return f"{value} MPa ({low} to {high})"
@@ -123,10 +123,9 @@ def checked(
     for name, values in data.items():
         if values.ndim != 1 or values.shape != shape:
             raise ValueError(f"{name}: got shape {values.shape}, allowed: (n,), the same for all")
-        least = 0.0 if name == "standard_errors" else np.nextafter(0.0, 1.0) if name != "touches" else 1.0
+        least, allowed = _LEAST.get(name, (np.nextafter(0.0, 1.0), "positive numbers"))
         wrong = ~(np.isfinite(values) & (values >= least))
         if wrong.any():
-            allowed = {"standard_errors": "0 or more", "touches": "1 or more"}.get(name, "positive numbers")
             raise ValueError(f"{name}: got {values[wrong][0]}, allowed: {allowed}")
     return data
 
@@ -215,9 +214,8 @@ class Calibration:
         known, specimen = np.unique(data["moduli"], return_inverse=True)
         least = 3 if soft_ratio is not None else 4
         if len(known) < least:
-            raise CalibrationError(
-                f"moduli: got {len(known)} specimens, allowed: {least} or more, one more than the parameters"
-            )
+            allowed = f"{least} or more, one more than the parameters"
+            raise CalibrationError(f"moduli: got {len(known)} specimens, allowed: {allowed}")
         rows = Rows(data["ratios"], data["standard_errors"], data["touches"], specimen)
         return cls(fit(np.log(known), rows, soft_ratio), **data, about=dict(about or {}), version=__version__)
 
@@ -303,12 +301,9 @@ class Calibration:
         check_level(level)
         t = float(need("scipy.special", "science").stdtrit(self.fitted.specimen_freedom, 0.5 + level / 2))
         reach = t * np.sqrt(np.diag(self.fitted.covariance))
-        low, high = self.fitted.parameters - reach, self.fitted.parameters + reach
-        return {
-            "rigid_ratio": (float(low[0]), float(high[0])),
-            "half_modulus": (exp(low[1]), exp(high[1])),
-            "soft_ratio": (float(low[2]), float(high[2])),
-        }
+        ends = np.stack([self.fitted.parameters - reach, self.fitted.parameters + reach], axis=1)
+        rigid, log_half, soft = ((float(low), float(high)) for low, high in ends)
+        return {"rigid_ratio": rigid, "half_modulus": (exp(log_half[0]), exp(log_half[1])), "soft_ratio": soft}
 
     def modulus(
         self, ratio: float, standard_error: float | None = None, *, touches: float = 1, level: float = 0.95

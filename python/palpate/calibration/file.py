@@ -70,9 +70,8 @@ def _arguments(read: dict[str, Any]) -> dict[str, Any]:
 def _array(table: dict[str, Any], name: str, shape: tuple[int, ...]) -> Any:
     values = np.array(table[name], dtype=float)
     if values.shape != shape or not (np.abs(values) < _RANGE).all():
-        raise ValueError(
-            f"{name}: got shape {values.shape} or a value out of range, allowed: {shape}, within {_RANGE:g}"
-        )
+        allowed = f"{shape}, within {_RANGE:g}"
+        raise ValueError(f"{name}: got shape {values.shape} or a value out of range, allowed: {allowed}")
     return values
 
 

@@ -23,19 +23,16 @@ def read_moduli(path: Path) -> dict[str, float]:
     lines = _lines(path)
     delimiter = next((mark for mark in "\t;" if lines and mark in lines[0]), ",")
     moduli: dict[str, float] = {}
-    known = set[str]()
     for number, line in enumerate(lines[1:], 2):
         cells = [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
         if any(cells):
             name, modulus = _row(f"{path}, line {number}", cells)
-            if bare(name) in known:
+            if bare(name) in map(bare, moduli):
                 raise CalibrationError(f"{path}, line {number}: {quoted(name)} appears twice")
-            known.add(bare(name))
             moduli[name] = modulus
     if not moduli:
-        raise CalibrationError(
-            f"{path}: no specimens found; expected a header row, then rows of name and modulus in MPa"
-        )
+        expected = "a header row, then rows of name and modulus in MPa"
+        raise CalibrationError(f"{path}: no specimens found; expected {expected}")
     return moduli
 
 
@@ -71,10 +68,8 @@ def assign(files: Sequence[Path], moduli: Mapping[str, float]) -> dict[str, list
         ends = [len(stem), *(at for at in reversed(range(len(stem))) if ord(stem[at]) in _SEPARATORS)]
         name = next((names[bare(stem[:end])] for end in ends if bare(stem[:end]) in names), None)
         if name is None:
-            raise CalibrationError(
-                f"{file}: no specimen has this name, allowed: a name that begins with one of {listed(moduli)}"
-                f"{nearest(stem, moduli)}"
-            )
+            allowed = f"a name that begins with one of {listed(moduli)}{nearest(stem, moduli)}"
+            raise CalibrationError(f"{file}: no specimen has this name, allowed: {allowed}")
         found[name].append(file)
     return found
 

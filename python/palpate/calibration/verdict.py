@@ -65,26 +65,27 @@ def residuals(fit: Fit, ratios: Array, moduli: Array, standard_errors: Array, to
 def objections(fit: Fit, rows: list[Residual]) -> list[str]:
     """Return the objections against a fit; empty if there are none."""
     found = []
-    misfit = _misfit_probability(fit)
-    if misfit < DOUBT:
+    if (misfit := _misfit_probability(fit)) < DOUBT:
         worst = max(rows, key=lambda row: abs(row.standardised))
         found.append(
-            f"The curve does not fit: the specimens scatter by a further {digits.error(100 * fit.specimen_variance**0.5)} % around "
-            f"it (probability by chance {misfit:.1g}); the largest distance is {percent(worst)} %, at "
-            f"{worst.modulus:g} MPa. Check the moduli, and whether the soft ratio is {_soft(fit)}."
+            f"The curve does not fit: the specimens scatter by a further {_share(fit.specimen_variance)} % around it (probability "
+            f"by chance {misfit:.1g}); the largest distance is {percent(worst)} %, at {worst.modulus:g} MPa. Check the moduli, and "
+            f"whether the soft ratio is {_soft(fit)}."
         )
-    error = float(fit.covariance[0, 0] ** 0.5)
-    if error > LOOSE * fit.parameters[0]:
-        reached = max(row.fitted for row in rows) / fit.parameters[0]
-        found.append(
-            f"The rigid ratio is not determined (standard error {digits.error(100 * error / fit.parameters[0])} %): the stiffest "
-            f"specimen reaches {100 * reached:.0f} % of it. A stiffer specimen is needed."
-        )
-    wrong = [(a.modulus, b.modulus) for a, b in pairwise(rows) if not b.ratio > a.ratio]
-    if wrong:
-        pairs = ", ".join(f"{a:g} and {b:g} MPa" for a, b in wrong)
-        found.append(f"The measured ratio does not rise with the modulus between {pairs}.")
+    rigid = float(fit.parameters[0])
+    if (variance := float(fit.covariance[0, 0]) / rigid**2) > LOOSE**2:
+        reached = f"the stiffest specimen reaches {100 * max(row.fitted for row in rows) / rigid:.0f} % of it"
+        error = f"(standard error {_share(variance)} %)"
+        found.append(f"The rigid ratio is not determined {error}: {reached}. A stiffer specimen is needed.")
+    pairs = [f"{a.modulus:g} and {b.modulus:g} MPa" for a, b in pairwise(rows) if not b.ratio > a.ratio]
+    if pairs:
+        found.append(f"The measured ratio does not rise with the modulus between {', '.join(pairs)}.")
     return found
+
+
+def _share(variance: float) -> str:
+    """Return the root of a relative variance, in per cent."""
+    return digits.error(100 * variance**0.5)
 
 
 def percent(row: Residual) -> str:
@@ -96,20 +97,17 @@ def percent(row: Residual) -> str:
 def verdict(fit: Fit, rows: list[Residual], count: int) -> str:
     """Return the complete verdict as text."""
     against = objections(fit, rows)
-    spread = f"{digits.error(100 * fit.touch_variance**0.5)} %"
+    spread = f"{_share(fit.touch_variance)} %"
+    scatter = (
+        f"The ratios scatter around the curve by {spread} (as for one touch); with one value for each specimen the "
+    )
+    scatter += "scatter of the touches and the misfit of the curve cannot be separated."
     if fit.touch_freedom:
-        more = (
-            f"the specimens scatter by a further {digits.error(100 * fit.specimen_variance**0.5)} % around the curve"
-            if fit.specimen_variance
-            else "the scatter of the specimens around the curve is not larger than this explains"
-        )
+        more = "the scatter of the specimens around the curve is not larger than this explains"
+        if fit.specimen_variance:
+            more = f"the specimens scatter by a further {_share(fit.specimen_variance)} % around the curve"
         scatter = (
             f"From touch to touch the ratio scatters by {spread} ({fit.touch_freedom} degrees of freedom); {more}."
-        )
-    else:
-        scatter = (
-            f"The ratios scatter around the curve by {spread} (as for one touch); with one value for each specimen the "
-            "scatter of the touches and the misfit of the curve cannot be separated."
         )
     opening = "This calibration is not reliable." if against else "The curve fits."
     return " ".join([f"{opening} {len(rows)} specimens, {count} values.", scatter, *against])

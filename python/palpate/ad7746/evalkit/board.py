@@ -202,9 +202,8 @@ class EvalKit:
             if self._runs():
                 return
             self._clock.sleep(_AGAIN_S)
-        raise DeviceRefused(
-            f"the firmware was loaded into the board at {self.board} but does not answer: check the file"
-        )
+        place = f"the board at {self.board}"
+        raise DeviceRefused(f"the firmware was loaded into {place} but does not answer: check the file")
 
     def _in(self, request: int, value: int, index: int, count: int) -> bytes:
         with translated(f"usb:{self.board}, request 0x{request:02X}"):
@@ -217,9 +216,8 @@ class EvalKit:
         with translated(f"usb:{self.board}, request 0x{request:02X}"):
             count = self._opened.ctrl_transfer(OUT, request, value, index, data, TIMEOUT_MS)
         if count != len(data):
-            raise ProtocolError(
-                f"request 0x{request:02X}: {count} bytes of {len(data)} were accepted: damaged transfer"
-            )
+            part = f"{count} bytes of {len(data)}"
+            raise ProtocolError(f"request 0x{request:02X}: {part} were accepted: damaged transfer")
 
     def _check_acknowledged(self, what: str) -> None:
         errors = self._in(ERROR_COUNT, 0, 0, 1)[0]
