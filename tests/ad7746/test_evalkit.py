@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, replace
 from functools import reduce
 from operator import or_
 from pathlib import Path
@@ -24,7 +24,7 @@ from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.evalkit import find
 from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, IN, LED_PIN, OUT, PORTS, EvalKit
 from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, boards, devices
-from palpate.ad7746.twin.kit import Reply
+from palpate.ad7746.twin.kit import Fault, Reply
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Status
 from palpate.sources.board import WatchedKit
@@ -35,72 +35,40 @@ PAIRS, ENOUGH = 2, 20  # pairs to read after a fault: if the driver must continu
 ANY = -1  # any count: it depends on the timing
 IMAGE = ":03000000020100FA\n:00000001FF\n"
 
-
-@dataclass(frozen=True)
-class Row:
-    """A fault while reading, and what it ends with: an error, or counters without zeros, and the flags of all samples."""
-
-    name: str
-    arrange: Callable[[Bench], None]
-    error: type[SourceError] | None = None
-    text: str = ""
-    counters: dict[str, int] = field(default_factory=dict)
-    flags: Status = Status.OK
-    replug_s: float = 10.0
-
-
-def _fault(kind: str, amount: float = 1.0, request: int | None = None, times: float = 1) -> Callable[[Bench], None]:
-    return lambda bench: bench.fail(kind, amount, request=request, times=times)
-
-
-def _stuck_low(bench: Bench) -> None:
-    bench.kit.chip.pace = 1.05
-    bench.fail("RDY# stuck low")
-
-
 _ONCE = {"errors": 1, "retries": 1}
-_GONE = {"errors": 3, "retries": 2, "lost": 1}
-
-RUNNING = (
-    Row("a request is not answered, once", _fault("no answer"), counters=_ONCE),
-    Row("a request is refused (stall), once", _fault("stall"), counters=_ONCE),
-    Row(
-        "fewer bytes than asked for, once",
-        lambda bench: bench.fail("short", 2, request=I2C, skip=2),
-        counters=_ONCE | {"lost": 1},
-    ),
-    Row("an answer comes too late, once", _fault("late", 0.25), counters=_ONCE),
-    Row("the AD7746 does not acknowledge, once: all data are FF", _fault("not acknowledged"), counters=_ONCE),
-    Row("one access fails three times", _fault("stall", 1, I2C, 3), counters=_GONE),
-    Row("a conversion is lost", _fault("lost conversion"), counters={"lost": 1}),
-    Row("the AD7746's supply fails for a moment", _fault("brown-out", 1, PORTS), counters={"lost": 1}),
-    Row("RDY# is stuck high", _fault("RDY# stuck high"), ProtocolError, "stuck high: STATUS shows another state"),
-    Row("RDY# is stuck low, on a slow chip", _stuck_low, ProtocolError, "check the jumper RDY of link LK2"),
-    Row("the excitation is shorted", _fault("excitation shorted", 2), flags=Status.EXCITATION),
-    Row("the input leaves the range", _fault("overload", 9.0), flags=Status.HARD_SATURATED | Status.SOFT_SATURATED),
-    Row("unplugged, and back a moment later", _fault("unplug", 0.2), counters={"reconnects": 1, "lost": ANY}),
-    Row("unplugged", _fault("unplug", FOREVER), DeviceNotFound, "was unplugged: plug it in again", replug_s=0.2),
-    Row("the firmware has locked", _fault("lock"), DeviceRefused, "unplug the board for a moment"),
-    Row("every request is refused", _fault("stall", 1, None, FOREVER), DeviceRefused, "has no firmware"),
-    Row("every transfer is damaged", _fault("line error", 1, I2C, FOREVER), ProtocolError, "another cable or port"),
-    Row("the AD7746 is gone", _fault("chip absent"), ProtocolError, "not acknowledged"),
-    Row("no conversion ends", _fault("lost conversion", 1e9), SourceTimeout, "not clocked"),
-    Row("another program switches the input all the time", _fault("other input", 1e9), ProtocolError, "another prog"),
-)
-
-
-def image(text: str) -> Callable[[Bench], None]:
-    """Give the board a firmware file with this text."""
-
-    def prepare(bench: Bench) -> None:
-        assert bench.firmware
-        bench.firmware.write_text(text)
-
-    return prepare
+_OUT = Status.HARD_SATURATED | Status.SOFT_SATURATED
+# A fault while reading, and what it leads to: counters without zeros, and the flags of all samples.
+SURVIVED: dict[str, tuple[Fault, dict[str, int], Status]] = {
+    "a request is not answered, once": (Fault("no answer"), _ONCE, Status.OK),
+    "a request is refused (stall), once": (Fault("stall"), _ONCE, Status.OK),
+    "fewer bytes than asked for, once": (Fault("short", 2, skip=2, request=I2C), _ONCE | {"lost": 1}, Status.OK),
+    "an answer comes too late, once": (Fault("late", 0.25), _ONCE, Status.OK),
+    "the AD7746 does not acknowledge, once: all data are FF": (Fault("not acknowledged"), _ONCE, Status.OK),
+    "one access fails three times": (
+        Fault("stall", request=I2C, times=3), {"errors": 3, "retries": 2, "lost": 1}, Status.OK),
+    "a conversion is lost": (Fault("lost conversion"), {"lost": 1}, Status.OK),
+    "the AD7746's supply fails for a moment": (Fault("brown-out", request=PORTS), {"lost": 1}, Status.OK),
+    "the excitation is shorted": (Fault("excitation shorted", 2), {}, Status.EXCITATION),
+    "the input leaves the range": (Fault("overload", 9.0), {}, _OUT),
+    "unplugged, and back a moment later": (Fault("unplug", 0.2), {"reconnects": 1, "lost": ANY}, Status.OK),
+}  # fmt: skip
+# A fault while reading, and the error: its class and a part of its text.
+FATAL: dict[str, tuple[Fault, type[SourceError], str]] = {
+    "RDY# is stuck high": (Fault("RDY# stuck high"), ProtocolError, "stuck high: STATUS shows another state"),
+    "RDY# is stuck low, on a slow chip": (Fault("RDY# stuck low"), ProtocolError, "check the jumper RDY of link LK2"),
+    "unplugged": (Fault("unplug", FOREVER), DeviceNotFound, "was unplugged: plug it in again"),
+    "the firmware has locked": (Fault("lock"), DeviceRefused, "unplug the board for a moment"),
+    "every request is refused": (Fault("stall", times=FOREVER), DeviceRefused, "has no firmware"),
+    "every transfer is damaged": (Fault("line error", 1, 0, I2C, FOREVER), ProtocolError, "another cable or port"),
+    "the AD7746 is gone": (Fault("chip absent"), ProtocolError, "not acknowledged"),
+    "no conversion ends": (Fault("lost conversion", 1e9), SourceTimeout, "not clocked"),
+    "another program switches the input": (Fault("other input", 1e9), ProtocolError, "another program uses the board"),
+}
 
 
 def _dead_image(bench: Bench) -> None:
-    image(IMAGE)(bench)
+    assert bench.firmware
+    bench.firmware.write_text(IMAGE)
     bench.fail("stall", request=ERROR_COUNT, times=FOREVER)
 
 
@@ -110,7 +78,7 @@ OPENING: dict[str, tuple[dict[str, Any], Callable[[Bench], object], type[SourceE
     "no board": ({"plugged": False}, id, DeviceNotFound, "found: check the cable"),
     "two boards, none named": ({}, Bench.another, DeviceNotFound, "choose one of usb:1/"),
     "used by another program": ({}, Bench.open_kit, DeviceRefused, "another program uses the board"),
-    "no firmware": (BARE, lambda bench: setattr(bench, "firmware", None), DeviceRefused, "--firmware PATH"),
+    "no firmware": (BARE, id, DeviceRefused, "no other program has loaded it: give"),
     "a firmware that does not run": (BARE, _dead_image, DeviceRefused, "does not answer"),
 }
 
@@ -126,29 +94,41 @@ def bench() -> Iterator[Bench]:
         yield bench
 
 
-@pytest.mark.parametrize("row", RUNNING, ids=lambda row: row.name)
-def test_a_fault_while_reading(row: Row, bench: Bench) -> None:
-    bench.replug_s = row.replug_s
+def begun(bench: Bench, fault: Fault) -> Ad7746:
+    """Return the driver after a pair, with a fault to come; the chip is slow."""
+    bench.replug_s, bench.kit.chip.pace = 1.0, 1.05
     driver = bench.open(CENTRED)
     bench.read(driver, 1)
-    row.arrange(bench)
-    if row.error:
-        with pytest.raises(row.error, match=re.escape(row.text)):
-            bench.read(driver, ENOUGH)
-    else:
-        bench.read(driver, PAIRS)
-        any_count = {name: ANY for name in counted(driver) if row.counters.get(name) == ANY}
-        assert counted(driver) | any_count == row.counters
+    bench.kit.faults.append(replace(fault))
+    return driver
+
+
+@pytest.mark.parametrize("name", SURVIVED)
+def test_a_fault_that_reading_survives(name: str, bench: Bench) -> None:
+    fault, counters, flags = SURVIVED[name]
+    driver = begun(bench, fault)
+    bench.read(driver, PAIRS)
+    any_count = {name: ANY for name in counted(driver) if counters.get(name) == ANY}
+    assert counted(driver) | any_count == counters
     bench.check_samples(driver)
-    flags = reduce(or_, (Status(sample.status) for sample in bench.samples))
-    assert flags & ~Status.LOST == row.flags
+    assert reduce(or_, (Status(sample.status) for sample in bench.samples)) & ~Status.LOST == flags
+
+
+@pytest.mark.parametrize("name", FATAL)
+def test_a_fault_that_ends_reading(name: str, bench: Bench) -> None:
+    fault, error, text = FATAL[name]
+    driver = begun(bench, fault)
+    with pytest.raises(error, match=re.escape(text)):
+        bench.read(driver, ENOUGH)
+    bench.check_samples(driver)
+    assert {sample.status for sample in bench.samples} <= {Status.OK, Status.LOST}
 
 
 @pytest.mark.parametrize("name", OPENING)
 def test_a_fault_while_opening(name: str, tmp_path: Path) -> None:
     made, prepare, error, text = OPENING[name]
     with Bench(**made) as bench:
-        bench.firmware = tmp_path / "image.hex" if made is BARE else None
+        bench.firmware = tmp_path / "image.hex" if prepare is _dead_image else None
         prepare(bench)
         with pytest.raises(error, match=text):
             bench.open_kit()

@@ -7,7 +7,6 @@ from kit_bench import CENTRED, Bench, pins
 from palpate.ad7746.evalkit.board import I2C_PLAIN
 from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import KitTwin, Reply
-from palpate.errors import DeviceRefused
 from palpate.samples import Status
 
 OTHER = bytes([0x61, 0x12, 0x5C, 0x34])
@@ -96,13 +95,6 @@ def test_firmware_that_another_program_loads_is_waited_for() -> None:
         assert text.startswith("the board was unplugged for 6.")
         assert "another" not in text
         bench.check_samples(driver)
-
-
-def test_firmware_that_nobody_loads_is_an_error_with_the_way_out() -> None:
-    with Bench(loaded=False) as bench:
-        with pytest.raises(DeviceRefused, match="no other program has loaded it: give the path"):
-            bench.open()
-        assert 3e9 <= bench.carrier.clock.now_ns() < 10e9
 
 
 def test_a_range_that_is_set_again_is_a_gap_and_one_that_cannot_be_stays() -> None:

@@ -11,53 +11,36 @@ from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import KitTwin, Reply
 from palpate.ad7746.twin.usb import TwinBackend
 
-# kind, request, value, index, then for OUT the data, for IN the count and the answer.
-Exchange = tuple[str, str]
-
-COUNT = ("C0 DF 0000 0000 1", "00")
-READY = ("C0 DB 0000 0000 1", "80")
-OPEN: list[Exchange] = [COUNT]
-START: list[Exchange] = [
-    ("40 DC 0090 0000", "BF"),
-    COUNT,
-    ("40 DD 0090 000B", "85 00 80 00"),
-    COUNT,
-    ("40 DD 0090 0007", "80 00 23 00"),
-    COUNT,
-    ("C0 DD 0090 0000 19", "07 00 00 00 00 00 00 80 00 23 00 85 00 80 00 66 CC 5C 90"),
-    COUNT,
-]
-HARD: list[Exchange] = [
-    ("40 DD 0090 000B", "85 00 80 00"),
-    COUNT,
-    ("40 DD 0090 0007", "80 00 23 02"),
-    COUNT,
-    ("C0 DB 0000 0000 1", "88"),
-    READY,
-    ("C0 DD 0090 0000 15", "02 80 F7 20 00 00 00 80 00 23 00 85 00 80 00"),
-    COUNT,
-]
-SOFT: list[Exchange] = [
-    ("40 DD 0090 000B", "00 81 80 00"),
-    COUNT,
-    ("40 DD 0090 0007", "C0 00 23 02"),
-    COUNT,
-    READY,
-    ("C0 DD 0090 0000 15", "02 80 00 00 00 00 00 C0 00 23 00 00 81 80 00"),
-    COUNT,
-]
-CONFIGURATION = Configuration(hard=Channel(capdac=5), soft=Channel(capdac=-1))
+# Kind, request, value, index; to the board (40) the data, from it (C0) the count and the answer. The start, the hard, the soft.
+COUNT = "C0 DF 0000 0000 1: 00"  # after each access to the bus
+ACCESSES = """\
+40 DC 0090 0000: BF
+40 DD 0090 000B: 85 00 80 00
+40 DD 0090 0007: 80 00 23 00
+C0 DD 0090 0000 19: 07 00 00 00 00 00 00 80 00 23 00 85 00 80 00 66 CC 5C 90
+40 DD 0090 000B: 85 00 80 00
+40 DD 0090 0007: 80 00 23 02
+C0 DB 0000 0000 1: 88
+C0 DB 0000 0000 1: 80
+C0 DD 0090 0000 15: 02 80 F7 20 00 00 00 80 00 23 00 85 00 80 00
+40 DD 0090 000B: 00 81 80 00
+40 DD 0090 0007: C0 00 23 02
+C0 DB 0000 0000 1: 80
+C0 DD 0090 0000 15: 02 80 00 00 00 00 00 C0 00 23 00 00 81 80 00
+"""
 
 
 class Script(KitTwin):
     """Says what is written, to who asks as is written; anything else is an error, and so is silence."""
 
-    def __init__(self, exchanges: list[Exchange], clock: VirtualClock) -> None:
+    def __init__(self, clock: VirtualClock) -> None:
         super().__init__(ChipTwin(lambda pin, begin_s, end_s: math.nan), clock)
-        self.left = deque(exchanges)
+        self.left = deque([COUNT])  # is the firmware there?
+        for access in ACCESSES.splitlines():
+            self.left += [access] if " DB " in access else [access, COUNT]
 
     def control(self, kind: int, request: int, value: int, index: int, length: int, data: bytes = b"") -> Reply:
-        asked, said = self.left.popleft()
+        asked, said = self.left.popleft().split(": ")
         got = f"{kind:02X} {request:02X} {value:04X} {index:04X}"
         if kind & 0x80:
             assert f"{got} {length}" == asked
@@ -68,9 +51,11 @@ class Script(KitTwin):
 
 def test_a_pair() -> None:
     clock = VirtualClock()
-    script, backend = Script([*OPEN, *START, *HARD, *SOFT], clock), TwinBackend(clock)
+    script, backend = Script(clock), TwinBackend(clock)
     backend.plug(script)
-    driver = Ad7746(EvalKit(backend=backend, clock=clock), CONFIGURATION, clock)
+    driver = Ad7746(
+        EvalKit(backend=backend, clock=clock), Configuration(hard=Channel(capdac=5), soft=Channel(capdac=-1)), clock
+    )
     driver.start()
     sample = driver.read_pair(0)
     driver.close()
