@@ -18,7 +18,6 @@ from kit_bench import CENTRED, Bench, ProcessCarrier
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, PORTS
 from palpate.ad7746.pace import Pace, Seen
-from palpate.ad7746.twin.chip import ChipTwin
 from palpate.ad7746.twin.kit import BUS_KHZ, FAULTS, Fault
 from palpate.ad7746.twin.usb import TwinBackend
 from palpate.errors import ProtocolError, SourceError
@@ -100,33 +99,26 @@ class StalledCarrier(ProcessCarrier):
         self._backend = StalledBackend(self.clock, share)
 
 
-def stamp_errors_ms(bench: Bench, sample: Sample, start_ns: int) -> tuple[float, float]:
-    """Return the errors of a sample's two times, ms; its codes must be those of two conversions."""
-    assert sample.status != Status.LOST
-    hard = sample.t_hard_ns + start_ns - middle_of(bench.kit.chip, 1, sample.hard_raw, sample.t_hard_ns + start_ns)
-    soft = sample.t_soft_ns + start_ns - middle_of(bench.kit.chip, 2, sample.soft_raw, sample.t_soft_ns + start_ns)
-    return hard / 1e6, soft / 1e6
-
-
-def middle_of(chip: ChipTwin, pin: int, code: int, near_ns: int) -> float:
-    """Return the time of the middle of the conversion with this code, ns: the nearest one; it must exist."""
-    found = [(c.begin + c.end) / 2 for c in chip.conversions if (c.pin, c.code) == (pin, code) and not c.lost]
-    return min(found, key=lambda middle: abs(middle - near_ns))
+def stamp_errors_ms(bench: Bench, sample: Sample, start_ns: int) -> list[float]:
+    """Return the errors of a sample's two times, ms, from the nearest conversions with its codes; these must exist."""
+    readings = ((1, sample.hard_raw, sample.t_hard_ns), (2, sample.soft_raw, sample.t_soft_ns))
+    ended = [c for c in bench.kit.chip.conversions if not c.lost]
+    middles = [[(c.begin + c.end) / 2 for c in ended if (c.pin, c.code) == (pin, code)] for pin, code, _ in readings]
+    return [
+        min(((t_ns + start_ns - middle) / 1e6 for middle in found), key=abs)
+        for (_, _, t_ns), found in zip(readings, middles, strict=True)
+    ]
 
 
 def check_stamps(bench: Bench, start_ns: int, *, alike_ms: float = LIMIT_MS) -> float:
-    """Check that no time is off by more than the limit or by more than it says; return the largest error, ms.
-
-    `alike_ms`: allowed for an error that both times have.
-    """
+    """Return the largest error, ms; each is within `alike_ms`, and both of a pair differ by what it says, or less."""
     worst = 0.0
     for sample in bench.samples:
-        if sample.status == Status.LOST:
-            continue
-        hard, soft = stamp_errors_ms(bench, sample, start_ns)
-        assert max(abs(hard), abs(soft)) <= alike_ms, sample
-        assert abs(soft - hard) <= sample.t_uncertainty_us / 1000 <= LIMIT_MS, sample
-        worst = max(worst, abs(hard), abs(soft))
+        if sample.status != Status.LOST:
+            hard, soft = stamp_errors_ms(bench, sample, start_ns)
+            assert max(abs(hard), abs(soft)) <= alike_ms, sample
+            assert abs(soft - hard) <= sample.t_uncertainty_us / 1000 <= LIMIT_MS, sample
+            worst = max(worst, abs(hard), abs(soft))
     return worst
 
 

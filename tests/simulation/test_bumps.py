@@ -113,25 +113,19 @@ def test_cross_talk_adds_a_share_of_the_other_channel() -> None:
 
 
 @pytest.mark.parametrize("depth", [0.125, 0.25, 0.5])
-def test_a_power_gauge_is_right_at_its_reference(depth: float) -> None:
-    """Soft ~ F^0.9, calibrated at 0.25 pF: at another depth d the ratio is r (d / 0.25)^0.1."""
-    press = Press(2.0, [(0.0, RATIO)], depth_pF=depth)
-    run = quiet(presses=[press], gauges=(Gauge(), Gauge(exponent=0.9, reference_pF=0.25)))
+@pytest.mark.parametrize(
+    ("exponent", "quadratic", "reference"), [(0.9, 0.0, 0.25), (1.0, 0.4, 0.5), (1.0, 0.4, 0.0), (1.2, 0.4, 0.25)]
+)
+def test_a_gauge_is_right_at_its_reference(depth: float, exponent: float, quadratic: float, reference: float) -> None:
+    """Of a force f = C1 / r: c = f (f / reference)^(p - 1) (1 + q f) / (1 + q reference); the truth stays r."""
+    gauge = Gauge(exponent=exponent, quadratic_per_pF=quadratic, reference_pF=reference)
+    run = quiet(presses=[Press(2.0, [(0.0, RATIO)], depth_pF=depth)], gauges=(Gauge(), gauge))
     hard, soft = (change[held(run)] for change in changes(run))
-    assert hard / soft == pytest.approx(RATIO * (depth / 0.25) ** 0.1, rel=1e-5)
+    force = hard / RATIO
+    share = (force / reference) ** (exponent - 1) if reference else 1.0
+    expected = force * share * (1 + quadratic * force) / (1 + quadratic * reference)
+    assert soft == pytest.approx(expected, abs=2 * STEP_PF)  # a step of either channel
     assert (run.true_ratio[held(run)] == RATIO).all()
-
-
-@pytest.mark.parametrize(("depth", "reference"), [(0.25, 0.5), (0.25, 0.25), (0.5, 0.25), (0.25, 0.0)])
-def test_a_quadratic_gauge_is_right_at_its_reference(depth: float, reference: float) -> None:
-    """Least squares of c against f and f^2: c = f (1 + q f) / (1 + q reference)."""
-    press = Press(2.0, [(0.0, RATIO)], depth_pF=depth)
-    run = quiet(presses=[press], gauges=(Gauge(), Gauge(quadratic_per_pF=0.4, reference_pF=reference)))
-    force, soft = changes(run)[0] / RATIO, changes(run)[1]
-    linear, square = np.linalg.lstsq(np.stack((force, force**2), axis=1), soft, rcond=None)[0]
-    # A conversion on the rise averages the square: q (slope 11 ms)^2 / 12 = 3e-5 pF in a few of 385 pairs.
-    assert linear == pytest.approx(1 / (1 + 0.4 * reference), rel=1e-3)
-    assert square == pytest.approx(0.4 / (1 + 0.4 * reference), rel=1e-2)
 
 
 def test_creep_is_the_step_response_of_a_standard_linear_solid() -> None:

@@ -41,50 +41,19 @@ class Middle(NamedTuple):
 
 
 def difference_ns(first: Middle, second: Middle) -> int:
-    """Return the largest possible error of the difference of two times, ns.
-
-    Examples
-    --------
-    >>> difference_ns(Middle(0, 500, 100), Middle(15_000_000, 400, 200))
-    700
-    """
+    """Return the largest possible error of the difference of two times, ns."""
     return max(first.early_ns + second.late_ns, first.late_ns + second.early_ns)
 
 
 class Pace:
-    """The duration of a conversion of this chip: an interval, which each conversion narrows.
+    """The duration of a conversion of this chip: an interval, which each conversion narrows."""
 
-    Its own clock paces the chip. A conversion lasted at least from its latest begin to its earliest end, and at most
-    from its earliest begin to its latest end; the duration is in the intersection of all these intervals.
-
-    Parameters
-    ----------
-    nominal_s : float
-        The data sheet's duration, s.
-
-    Attributes
-    ----------
-    shortest_ns, longest_ns : int
-        The interval.
-    overdue_ns : int
-        Time after the begin at which a conversion must have ended.
-
-    Examples
-    --------
-    >>> pace = Pace(0.011)
-    >>> seen = Seen(asked=0, begun=800_000, busy=11_400_000, ended=11_800_000)
-    >>> pace.learn(seen)
-    >>> pace.shortest_ns, pace.longest_ns
-    (10600000, 11800000)
-    >>> pace.middle(seen)  # of a conversion that began at 0.7 ms, and took 11 ms
-    Middle(t_ns=6100000, early_ns=400000, late_ns=200000)
-    >>> pace.middle(seen._replace(begun=100_000_000))  # the computer stopped while it began
-    Middle(t_ns=6500000, early_ns=800000, late_ns=0)
-    """
+    # The chip's own clock paces it. A conversion lasted at least from its latest begin to its earliest end, and at most
+    # from its earliest begin to its latest end; the duration is in the intersection of all these intervals.
 
     def __init__(self, nominal_s: float) -> None:
         self._nominal_ns = nominal_s * 1e9
-        self.overdue_ns: int = round(_OVERDUE * self._nominal_ns) + _OVERDUE_NS
+        self.overdue_ns: int = round(_OVERDUE * self._nominal_ns) + _OVERDUE_NS  # after the begin: it must have ended
         self._forget()
 
     def _forget(self) -> None:
@@ -93,49 +62,26 @@ class Pace:
         self.longest_ns: int = self.overdue_ns
 
     def learn(self, seen: Seen) -> None:
-        """Narrow the interval.
-
-        Parameters
-        ----------
-        seen : Seen
-            A conversion whose data were of the requested channel.
-
-        Raises
-        ------
-        ProtocolError
-            No duration fits: this was not the conversion that was begun, or those before it were not.
-        """
+        """Narrow the interval; ProtocolError: no duration fits, so it was another conversion, or those before it were."""
         drift = round(_DRIFT * self._nominal_ns)
         sooner = drift if seen.busy > seen.asked else _UNSEEN_NS
         shortest = max(self.shortest_ns - sooner, seen.busy - seen.begun)
         longest = min(self.longest_ns + drift, seen.ended - seen.asked)
         if shortest > longest:
             self._forget()
-            raise ProtocolError(
-                f"a conversion took {(seen.busy - seen.begun) / 1e6:.2f} to {(seen.ended - seen.asked) / 1e6:.2f} ms, "
-                f"those before it {shortest / 1e6:.2f} to {longest / 1e6:.2f} ms: another program uses the board, or "
-                "the clock of the chip changed"
-            )
+            took = f"{(seen.busy - seen.begun) / 1e6:.2f} to {(seen.ended - seen.asked) / 1e6:.2f} ms"
+            before = f"{shortest / 1e6:.2f} to {longest / 1e6:.2f} ms"
+            why = "another program uses the board, or the clock of the chip changed"
+            raise ProtocolError(f"a conversion took {took}, those before it {before}: {why}")
         self.shortest_ns, self.longest_ns = shortest, longest
 
     def middle(self, seen: Seen) -> Middle:
-        """Return the time of the middle of a conversion, with its bounds.
-
-        With begin B, end E and duration D the middle is B + D/2 = E - D/2 = (B + E)/2: each form with the bounds of its
-        two terms is a bound of the middle, and the narrowest of the three is exact (linear programming: one of the
-        forms is the dual solution).
-
-        Parameters
-        ----------
-        seen : Seen
-            After `learn` of the same.
-
-        Returns
-        -------
-        Middle
-            A write normally returns as late after the begin as the shortest duration is too short, in each case half of
-            a transfer, or a little more: so the time is `begun` plus half of that, if the bounds allow it.
-        """
+        """Return the time of the middle of a conversion that was learned, with its bounds."""
+        # With begin B, end E and duration D the middle is B + D/2 = E - D/2 = (B + E)/2: each form with the bounds of its
+        # two terms is a bound of the middle, and the narrowest of the three is exact (linear programming: one of the
+        # forms is the dual solution). A write normally returns as late after the begin as the shortest duration is too
+        # short, in each case half of a transfer, or a little more: so the time is `begun` plus half of that, if the bounds
+        # allow it.
         short, long = self.shortest_ns // 2, -(-self.longest_ns // 2)
         earliest = max(seen.asked + short, seen.busy - long, (seen.asked + seen.busy) // 2)
         latest = min(seen.begun + long, seen.ended - short, (seen.begun + seen.ended) // 2)

@@ -244,11 +244,10 @@ _SAME_CODES = 8  # the noise is above 8 codes rms at every speed: two are rarely
 
 
 class WiringWatch:
-    """Follows the pairs of a driver: a wire comes off, an excitation pin is shorted, or the converter stops measuring.
+    """Follows the pairs of a driver: a wire comes off, an excitation pin is shorted, or the converter stops measuring."""
 
-    A reading only raises the suspicion: with a CAPDAC in use, an open input is saturated, or far below its idle value.
-    A look at the input itself decides, so that a deep press or a range that moved is never taken for it.
-    """
+    # A reading only raises the suspicion: with a CAPDAC in use, an open input is saturated, or far below its idle value.
+    # A look at the input itself decides, so that a deep press or a range that moved is never taken for it.
 
     def __init__(self, look: Looking) -> None:
         self._channels = [_Channel(number, look) for number in (HARD, SOFT)]

@@ -105,10 +105,8 @@ class Substrate:
         return np.asarray(stiffness * own**self.exponent)
 
     def _depth_mm(self, reduced: Array, ratio: _Values, half: _Values) -> Array:
-        """Solve r (d + half)_+^s + (d - half)_+^s = (1 + r) reduced for d by Newton's method, mm.
-
-        The left side is convex and rises with d, and at the first value it is too large: the steps go down to the root.
-        """
+        """Solve r (d + half)_+^s + (d - half)_+^s = (1 + r) reduced for d by Newton's method, mm."""
+        # The left side is convex and rises with d, and at the first value it is too large: the steps go down to the root.
         s = self.exponent
         depth = reduced ** (1 / s) + np.abs(half)
         for _ in range(_STEPS):

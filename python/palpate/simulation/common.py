@@ -26,19 +26,7 @@ def positive(settings: object, *names: str) -> None:
 
 
 def stream(seed: int, effect: str) -> np.random.Generator:
-    """Return the random numbers of one effect: switching an effect on changes no random number of another effect.
-
-    Parameters
-    ----------
-    seed : int, 0 or more
-        Of the simulation.
-    effect : str
-        Any name; another name gives other numbers.
-
-    Returns
-    -------
-    numpy.random.Generator
-    """
+    """Return the random numbers of one effect: switching an effect on changes no random number of another effect."""
     return np.random.default_rng([seed, *effect.encode()])
 
 

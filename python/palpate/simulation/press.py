@@ -146,8 +146,10 @@ SWAY_HZ = (0.1, 1.0)  # band of the sway
 Course = Callable[[Array], Array]  # times, s -> tremor with an rms of 1
 
 
-def _sum_of_sines(frequencies: Array, phases: Array, amplitudes: Array) -> Course:
-    """Return a sum of sines with an rms of 1 over a long time."""
+def _sines(frequencies: Array, random: np.random.Generator, sizes: Array | float = 1.0) -> Course:
+    """Return a sum of sines with random phases and amplitudes, with an rms of 1 over a long time."""
+    phases = random.uniform(0, 2 * np.pi, frequencies.size)
+    amplitudes = random.rayleigh(1.0, frequencies.size) * sizes
     sines = list(zip(amplitudes / np.sqrt((amplitudes**2).sum() / 2), frequencies, phases, strict=True))
 
     def course(t: Array) -> Array:
@@ -171,8 +173,7 @@ class Peaks:
         """Return the tremor as a function of time."""
         peaks = np.repeat([random.uniform(3.5, 5.0), random.uniform(7.0, 10.0)], 12)
         frequencies = np.clip(peaks + random.normal(0.0, 0.8, 24), LOWEST_HZ, HIGHEST_HZ)
-        phases = random.uniform(0, 2 * np.pi, 24)
-        return _sum_of_sines(frequencies, phases, random.rayleigh(1.0, 24) * np.repeat([0.6, 1.0], 12))
+        return _sines(frequencies, random, np.repeat([0.6, 1.0], 12))
 
 
 @dataclass(frozen=True)
@@ -216,16 +217,11 @@ class Lines:
         """Return the tremor as a function of time."""
         middles = np.repeat(self.lines_Hz, self.sines)
         spread = middles + self.width_Hz * random.standard_normal(middles.size)
-        lines = _random_sum(np.clip(spread, LOWEST_HZ, HIGHEST_HZ), random)
+        lines = _sines(np.clip(spread, LOWEST_HZ, HIGHEST_HZ), random)
         if not self.sway:
             return lines
-        sway = _random_sum(random.uniform(*SWAY_HZ, self.sines), random)
+        sway = _sines(random.uniform(*SWAY_HZ, self.sines), random)
         return lambda t: lines(t) + self.sway * sway(t)
-
-
-def _random_sum(frequencies: Array, random: np.random.Generator) -> Course:
-    count = frequencies.size
-    return _sum_of_sines(frequencies, random.uniform(0, 2 * np.pi, count), random.rayleigh(1.0, count))
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,6 @@ from palpate.simulation.common import Array, stream
 from palpate.simulation.press import Press
 from palpate.simulation.scenario import Scenario, Truth
 
-_Lost = tuple[NDArray[np.bool_], NDArray[np.bool_]]
-
 
 @dataclass(frozen=True)
 class Simulation:
@@ -112,12 +110,12 @@ def simulate(scenario: Scenario, seed: int = 0) -> Simulation:
         spikes = hits * faults.spike_pF * random.choice([-1.0, 1.0], pairs)
         values.append(truth.mean_pF(channel, middles, converter.span_s) + noise + spikes)
         alone.append(random.random(pairs) < faults.lost)
-    lost = (alone[0], alone[1])
+    lost = tuple(alone)
     if faults.lost_run:
         both = faults.lost_in_runs(2 * pairs, stream(seed, "lost"))
         lost = (both[0::2], both[1::2])
     t_hard, t_soft = scenario.stamps.reported(*times, stream(seed, "stamps"))
-    raws = (converter.codes(values[0]), converter.codes(values[1]))
+    raws = tuple(map(converter.codes, values))
     return Simulation(
         t_hard,
         t_soft,
@@ -136,7 +134,7 @@ def _reading(raw: NDArray[np.int64], lost: NDArray[np.bool_]) -> Array:
     return np.where(lost, np.nan, (raw - ZERO_CODE) / CODES_PER_PF)
 
 
-def _status(raws: tuple[NDArray[np.int64], NDArray[np.int64]], lost: _Lost) -> NDArray[np.int64]:
+def _status(raws: tuple[NDArray[np.int64], ...], lost: tuple[NDArray[np.bool_], ...]) -> NDArray[np.int64]:
     status = np.zeros(len(raws[0]), int)
     for raw, flag in zip(raws, (Status.HARD_SATURATED, Status.SOFT_SATURATED), strict=True):
         status[(raw < SATURATED_CODES) | (raw >= 2**24 - SATURATED_CODES)] |= int(flag)
