@@ -25,16 +25,12 @@ def specimen_records(specimens: Sequence[Specimen]) -> list[dict[str, Any]]:
             "specimen": specimen.name,
             "modulus_MPa": specimen.modulus,
             "touches": len(specimen.touches),
-            "usable": _usable(specimen),
+            "usable": sum(not objections(touch, specimen.accept) for touch in specimen.touches),
             **{name: _ratio(specimen, by) for name, by in RATIOS.items()},
             "spread": specimen.spread if isfinite(specimen.spread) else None,
         }
         for specimen in specimens
     ]
-
-
-def _usable(specimen: Specimen) -> int:
-    return sum(not objections(touch, specimen.accept) for touch in specimen.touches)
 
 
 def _ratio(specimen: Specimen, by: str) -> float | None:
