@@ -84,7 +84,7 @@ def test_the_html_is_whole_and_needs_nothing_and_the_repr_is_short(name: str) ->
     html = SHOWN[name]._repr_html_()
     seen = Seen(html)
     assert set(seen.tags) <= {
-        "div", "strong", "small", "table", "thead", "tbody", "tr", "th", "td", "svg", "path", "circle", "details", "summary",
+        "div", "strong", "small", "table", "thead", "tbody", "tr", "th", "td", "details", "summary", "svg", "path", "circle", "line", "polygon", "text",
     }  # fmt: skip
     assert not {name for name, _ in seen.attributes} & {"src", "href", "onclick", "onerror", "id", "class"}
     assert "http" not in html.replace('xmlns="http://www.w3.org/2000/svg"', "")

@@ -38,7 +38,7 @@ class Page(HTMLParser):
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         """Begin an element."""
         self.tags.add(tag)
-        self.refers += [name for name, _ in attrs if re.match(r"on|(style|src|href|srcset|data|action)$", name)]
+        self.refers += [name for name, _ in attrs if re.match(r"on|(src|href|srcset|data|action)$", name)]
         if tag not in ("meta", "br"):
             self._in.append("pad" if ("class", "pad") in attrs else tag)
         if tag == "tr":

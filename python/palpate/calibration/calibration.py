@@ -224,7 +224,9 @@ class Calibration:
         return str(display("text.calibration", self))
 
     def _repr_html_(self) -> str:
-        return str(display("cards.calibration", self))
+        from palpate.calibration import plot
+
+        return str(display("cards.calibration", self, plot.picture))
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the curve, the band for a touch, and the measured ratios, over a logarithmic axis of moduli.

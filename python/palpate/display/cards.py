@@ -1,6 +1,6 @@
 """Objects as HTML, for a notebook."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -95,11 +95,9 @@ def _told(readings: svg.Array) -> str:
     return f"{digits.number(level_pF)} pF at the begin, change {low_pF} to {high_pF} pF"
 
 
-def calibration(shown: "Calibration") -> Markup:
+def calibration(shown: "Calibration", picture: Callable[["Calibration"], Markup]) -> Markup:
     """Return the curve with the measured ratios, its parameters and the verdict on the fit."""
     low, high = shown.range
-    moduli = np.geomspace(low / 2, high * 2, 100)
-    line = np.array([shown.probe.ratio(modulus) for modulus in moduli.tolist()])
     error = float(shown.fitted.covariance[1, 1]) ** 0.5 * shown.probe.half_modulus
     specimens, values = len(set(shown.moduli.tolist())), len(shown.ratios)
     facts: dict[str, object] = {
@@ -109,10 +107,10 @@ def calibration(shown: "Calibration") -> Markup:
     }
     try:
         facts["verdict"] = shown.verdict
+        drawn = picture(shown)
     except MissingExtra as missing:
-        facts["verdict"] = str(missing)
-    caption = f"ratio over modulus, {digits.number(moduli[0])} to {digits.number(moduli[-1])} MPa, logarithmic"
-    return card("Calibration", facts, captioned(svg.curve(shown.moduli, shown.ratios, (moduli, line)), caption))
+        facts["verdict"], drawn = str(missing), Markup()
+    return card("Calibration", facts, drawn)
 
 
 def estimator(shown: Any) -> Markup:

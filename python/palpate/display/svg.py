@@ -1,4 +1,4 @@
-"""Drawings as SVG: small ones for a notebook, and the parts of a chart on a page, whose style gives a class its colour."""
+"""Drawings as SVG: small ones for a notebook, and the parts of a chart."""
 
 from collections.abc import Callable, Iterable, Sequence
 from math import ceil, floor, isnan, log10, nan
@@ -32,7 +32,7 @@ def channels(time: Array, hard: Array, soft: Array) -> Markup:
         path(x(t), y(values), stroke="currentColor", stroke_width=wide, stroke_opacity=opaque)
         for (t, values), wide, opaque in zip(lines, (1.6, 1.1), (1.0, 0.55), strict=True)
     ]
-    return picture(480, 90, "both channels over time", *drawn, style=_STYLE)
+    return picture(480, 90, "both channels over time", *drawn)
 
 
 def envelope(x: Array, y: Array, columns: int = _COLUMNS) -> tuple[Array, Array]:
@@ -61,7 +61,7 @@ def interval(value: float, error: float, span: tuple[float, float]) -> Markup:
         dot(ends[1], 7.0, radius=3, fill=ACCENT),
     ]
     known = bool(np.isfinite(ends).all())
-    return picture(140, 14, "ratio and two standard errors", *(drawn if known else []), style=_STYLE)
+    return picture(140, 14, "ratio and two standard errors", *(drawn if known else []))
 
 
 def span(values: Iterable[tuple[float, float]]) -> tuple[float, float]:
@@ -77,20 +77,7 @@ def span(values: Iterable[tuple[float, float]]) -> tuple[float, float]:
     return (min(known), max(known)) if known else (0.0, 1.0)
 
 
-def curve(moduli: Array, ratios: Array, line: tuple[Array, Array]) -> Markup:
-    """Return a curve over a logarithmic axis of moduli, with the measured values as dots."""
-    x = _fit([np.log(moduli), np.log(line[0])], _EDGE, 320 - _EDGE)
-    y = _fit([ratios, line[1]], 120 - _EDGE, _EDGE)
-    dots = [
-        dot(across, down, radius=2, fill="currentColor", fill_opacity=0.7)
-        for across, down in zip(x(np.log(moduli)), y(ratios), strict=True)
-    ]
-    fitted = path(x(np.log(line[0])), y(line[1]), stroke=ACCENT, stroke_width=2)
-    return picture(320, 120, "ratio over modulus", fitted, *dots, style=_STYLE)
-
-
 _EDGE = 4.0
-_STYLE = "display:block;max-width:100%;height:auto"
 
 
 def _fit(values: Sequence[Array], begin: float, end: float) -> Axis:
@@ -148,37 +135,32 @@ def decades(low: float, high: float) -> list[float]:
     return [tick for tick in found if low <= tick <= high]
 
 
-def line(x: Array, y: Array, style: str) -> Markup:
-    """Return a line through points, in pixels."""
-    return path(x, y, class_=style)
-
-
-def area(x: Array, low: Array, high: Array, style: str) -> Markup:
+def area(x: Array, low: Array, high: Array, **attributes: object) -> Markup:
     """Return the area between two lines, in pixels; without the points where one is not known."""
     known = np.isfinite(low) & np.isfinite(high)
     edge = np.concatenate([x[known], x[known][::-1]]), np.concatenate([high[known], low[known][::-1]])
     points = " ".join(f"{across:.1f},{down:.1f}" for across, down in zip(*edge, strict=True))
-    return element("polygon", points=points, class_=style)
+    return element("polygon", points=points, **attributes)
 
 
-def ruler(x: tuple[float, float], y: tuple[float, float], style: str) -> Markup:
+def ruler(x: tuple[float, float], y: tuple[float, float], **attributes: object) -> Markup:
     """Return a straight line between two points, in pixels."""
-    return element("line", x1=f"{x[0]:.1f}", x2=f"{x[1]:.1f}", y1=f"{y[0]:.1f}", y2=f"{y[1]:.1f}", class_=style)
+    return element("line", x1=f"{x[0]:.1f}", x2=f"{x[1]:.1f}", y1=f"{y[0]:.1f}", y2=f"{y[1]:.1f}", **attributes)
 
 
-def dot(x: float, y: float, style: str | None = None, radius: float = 2.6, **attributes: object) -> Markup:
+def dot(x: float, y: float, radius: float = 2.6, **attributes: object) -> Markup:
     """Return a circle."""
-    return element("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=radius, class_=style, **attributes)
+    return element("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=radius, **attributes)
 
 
-def label(x: float, y: float, text: str, anchor: str = "start", style: str | None = None) -> Markup:
+def label(x: float, y: float, text: str, anchor: str = "start") -> Markup:
     """Return a text at a point: anchor "start", "middle" or "end"."""
-    return element("text", text, x=f"{x:.1f}", y=f"{y:.1f}", text_anchor=anchor, class_=style)
+    return element("text", text, x=f"{x:.1f}", y=f"{y:.1f}", text_anchor=anchor, font_size=12, fill="currentColor")
 
 
-def picture(width: float, height: float, name: str, *drawn: Markup, style: str | None = None) -> Markup:
+def picture(width: float, height: float, name: str, *drawn: Markup) -> Markup:
     """Return the picture, with a name for those who hear the page."""
-    box = f"0 0 {width} {height}"
+    box, style = f"0 0 {width} {height}", "display:block;max-width:100%;height:auto"
     return element("svg", *drawn, width=width, height=height, viewBox=box, role="img", aria_label=name, style=style)
 
 

@@ -117,7 +117,7 @@ def repeatability(groups: Sequence[Sequence[float]], level: float = 0.95) -> Rep
         total / free if free else nan for total, free in zip((spread, apart), freedom[::-1], strict=True)
     )
     per = float((sizes.sum() - (sizes**2).sum() / sizes.sum()) / freedom[0]) if freedom[0] else float(sizes[0])
-    correlation = (_correlation(quotient, per) for quotient in _quotients(within, between, freedom, level))
+    correlation = (1.0 if f == inf else (f - 1) / (f + per - 1) for f in _quotients(within, between, freedom, level))
     return Repeatability(len(sizes), len(values), freedom[1], per, within, between, *correlation)
 
 
@@ -131,7 +131,3 @@ def _quotients(within: float, between: float, freedom: tuple[int, int], level: f
     upper = 0.5 + level / 2
     found = between / within
     return found, found / float(quantile(*freedom, upper)), found * float(quantile(*freedom[::-1], upper))
-
-
-def _correlation(quotient: float, per: float) -> float:
-    return 1.0 if quotient == inf else (quotient - 1) / (quotient + per - 1)

@@ -1,107 +1,167 @@
-"""What the sections of a report say: the rows of their tables, and the sentences that depend on the results."""
+"""The texts and tables of a report that its template cannot make by itself."""
 
+import hashlib
 import shlex
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from datetime import UTC, datetime, timedelta
-from math import hypot, isfinite, isnan, nan, sqrt
-from pathlib import Path
+from math import isfinite, isnan, nan
+from pathlib import Path, PurePath
 from typing import Any
 
 from palpate import digits
 from palpate._core import __version__
-from palpate.calibration.calibration import Calibration
+from palpate.calibration import plot, verdict
+from palpate.calibration.calibration import Calibration, Modulus
 from palpate.calibration.fit_tables import parameter_rows
-from palpate.calibration.verdict import percent
-from palpate.display.markup import LEFT_OUT, MINUS, NONE, Markup, element
+from palpate.display.markup import LEFT_OUT, MINUS, NONE
 from palpate.display.text import counted, lasting
 from palpate.errors import shortened
+from palpate.files import open_regular
 from palpate.recording import sidecar
-from palpate.report.pictures import calibration_picture
-from palpate.report.results import Findings, Found, Result, deviations
-from palpate.report.runs import Run
-from palpate.several import TOUCH_SCATTER
+from palpate.report.findings import Findings, Found, Result, Run
+from palpate.tables.packed import unpacked_name
 
 _LONGEST = 300  # characters of a text from a sidecar
 _MOST_NAMED = 3  # specimens in the first sentence
 
 
-def context(found: Findings, files: Sequence[tuple[str, Path]], given: Sequence[tuple[str, str]]) -> dict[str, Any]:
+def context(found: Findings, files: Mapping[str, Path], given: list[tuple[str, str]]) -> dict[str, Any]:
     """Return all that the template shows; `files`: calibration and moduli, `given`: the options of the report."""
-    asked, probe = dict(given), dict(files).get("calibration")
-    title = asked.get("title") or _default_title(found)
-    operator = asked.get("operator") or ", ".join(
-        dict.fromkeys(run.plan.operator for run in found.runs if run.plan.operator)
-    )
-    notes = [text for name, text in given if name == "note"]
+    asked, notes, runs = dict(given), [text for name, text in given if name == "note"], found.runs
+    each = counted(len(runs), "recording") if len(runs) > 1 else runs[0].name
+    title = asked.get("title") or _listed(run.plan.title for run in runs) or f"Report of {each}"
+    sums = {name: _checksum(file) for run in runs for name, file in _files(run)}
     return {
         "title": title,
-        "version": __version__,
-        "left_out": LEFT_OUT,
-        "none_known": NONE,
-        "simulated": _simulated(found),
+        "simulated": _simulated(runs),
         "doubts": _doubts(found),
-        "verdict": {"named": _named(found), "rest": " ".join(_sentences(found))},
-        "who": {"Operator": operator, "Begin": _when(found)}
-        | {f"Note {at}" if at > 1 else "Note": text for at, text in enumerate(notes, 1)},
-        "probe": _probe(found, probe),
-        "results": _results(found),
-        **_repeatability(found),
-        **_uncertainty(found),
-        **(_calibration(found, found.calibration) if found.calibration else {"calibration": None}),
-        **_touches(found),
-        "recordings": [row for run in found.runs for row in _recording(run)],
-        "happened": [
-            [run.name, clock(t_s - run.first_s), *what] for run in found.runs for t_s, *what in _happened(run)
-        ],
-        "settings": _settings(found),
-        "sums": {name: value for run in found.runs for name, value in run.sums.items()},
-        "commands": _commands(found, [*((name, file.name) for name, file in files), *given]),
+        "named": _named(found.results),
+        "verdict": " ".join(_sentences(found)),
+        "who": {
+            "Operator": asked.get("operator") or _listed(run.plan.operator for run in runs),
+            "Begin": _when(runs),
+            **{f"Note {at}" if at > 1 else "Note": text for at, text in enumerate(notes, 1)},
+        },
+        "probe": {
+            "Probe": f"calibration {files['calibration'].name}" if "calibration" in files else "not calibrated",
+            **_board(runs),
+            "Recordings": each,
+            **_rows(runs),
+        },
+        "found": found,
+        "calibration": None,
+        "version": __version__,
+        **(fitted(found.calibration, found.results) if found.calibration else {}),
+        "recordings": [row for run in runs for row in _recording(run)],
+        "happened": [[run.name, clock(t_s - run.first_s), *what] for run in runs for t_s, *what in _happened(run)],
+        "settings": {**_settings(runs), "Reported by": f"palpate {__version__}"},
+        "sums": sums | {file.name: _checksum(file) for file in files.values()},
+        "commands": _commands(runs, [*((name, file.name) for name, file in files.items()), *given]),
     }
 
 
-def about(calibration: Calibration) -> str:
-    """Return what a calibration says of its origin."""
-    return ", ".join(f"{key}: {value}" for key, value in calibration.about.items())
-
-
-def distances(calibration: Calibration) -> list[list[str]]:
-    """Return a row for each specimen of a fit: its values, their mean, and its distance from the curve."""
-    rows = []
-    for one in calibration.residuals:
-        values = calibration.ratios[calibration.moduli == one.modulus].tolist()
-        rows.append([
-            f"{one.modulus:g}", str(one.touches), digits.number(one.ratio, one.standard_error),
-            digits.number(one.fitted, one.standard_error), percent(one).replace("-", MINUS),
-            f"{one.standardised:+.1f}".replace("-", MINUS),
-            ", ".join(digits.number(value, calibration.touch_spread * value) for value in values),
-        ])  # fmt: skip
-    return rows
+def fitted(calibration: Calibration, results: Iterable[Result] = ()) -> dict[str, Any]:
+    """Return what the template shows of a calibration, and of the moduli that it gave."""
+    seen = [
+        (one.name, one.mean, one.modulus)
+        for one in results
+        if one.known is None and one.modulus and isfinite(one.modulus.value)
+    ]
+    return {
+        "calibration": calibration,
+        "picture": plot.picture(calibration, seen),
+        "rings": bool(seen),
+        "parameters": parameter_rows(calibration),
+        "distances": [_distance(calibration, one) for one in calibration.residuals],
+        "about": ", ".join(f"{key}: {value}" for key, value in calibration.about.items()),
+    }
 
 
 def clock(seconds: float) -> str:
-    """Return a time since the begin of a recording as minutes and seconds; `NONE`: unknown.
+    """Return a time since the begin of a recording; `NONE`: unknown."""
+    return NONE if isnan(seconds) else lasting(timedelta(seconds=seconds))
 
-    Examples
-    --------
-    >>> clock(104.26), clock(3723.0)
-    ('01:44.3', '1:02:03.0')
-    """
-    if isnan(seconds):
+
+def number(value: float, error: float) -> str:
+    """Return a value to two digits of its error; `NONE`: unknown."""
+    return digits.number(value, error) if isfinite(value) else NONE
+
+
+def percent(share: float) -> str:
+    """Return an error in percent."""
+    return number(100 * share, 100 * share)
+
+
+def signed(share: float) -> str:
+    """Return a difference in percent, with its sign."""
+    return f"{100 * share:+.1f}".replace("-", MINUS) if isfinite(share) else NONE
+
+
+def modulus_cells(modulus: Modulus | None) -> tuple[str, str]:
+    """Return the cells of a modulus and of its interval; without a value the second one says why."""
+    if modulus is None:
+        return NONE, NONE
+    value, _, interval = str(modulus).partition(" (")
+    beyond = ", beyond the specimens" if modulus.extrapolated else ""
+    return (value.removesuffix(" MPa"), interval.rstrip(")") + beyond) if interval else (NONE, value + beyond)
+
+
+def touch_modulus(found: Findings, one: Found) -> str:
+    """Return the modulus of a touch that is kept."""
+    if not (found.calibration and one.kept):
         return NONE
-    minutes, rest = divmod(round(seconds, 1), 60)
-    hours, minutes = divmod(int(minutes), 60)
-    return f"{hours}:{minutes:02}:{rest:04.1f}" if hours else f"{minutes:02}:{rest:04.1f}"
+    error = one.touch.standard_error if isfinite(one.touch.standard_error) else None
+    modulus = found.calibration.modulus(one.touch.ratio, error)
+    return str(modulus).partition(" (")[0].removesuffix(" MPa")
 
 
-def _default_title(found: Findings) -> str:
-    titles = dict.fromkeys(run.plan.title for run in found.runs if run.plan.title)
-    several = f"{len(found.runs)} recordings" if len(found.runs) > 1 else found.runs[0].name
-    return ", ".join(titles) or f"Report of {several}"
+def marks_in(one: Found) -> str:
+    """Return the marks that were made during a touch."""
+    end_s = one.touch.start_s + one.touch.samples * one.run.period_s
+    return "; ".join(
+        text for t_s, kind, text in _happened(one.run) if kind == "mark" and one.touch.start_s <= t_s <= end_s
+    )
 
 
-def _simulated(found: Findings) -> str:
+def _recording(run: Run) -> list[list[str]]:
+    """Return two rows: begin, length, rows and lost samples; and what `check` found."""
+    checked, survey = run.checked, run.checked.survey
+    length = lasting(timedelta(seconds=survey.seconds)) if checked.timed else "unknown"
+    share = digits.number(100 * survey.lost / (survey.rows + survey.lost)) if survey.lost else ""
+    missing = f"{survey.lost} ({share} %) {survey.in_gaps}" if survey.lost else "0"
+    retaken = run.found.retaken
+    again = f"the baseline was measured again ({counted(retaken, 'time')})" if retaken else ""
+    told = [checked.verdict, checked.understood, *checked.faults, *checked.findings, *run.recording.notes, again]
+    return [[run.name, _begin(run) or "unknown", length, str(survey.rows), missing], ["", _listed(told, "; ")]]
+
+
+SHOWN: dict[str, Any] = {
+    "NONE": NONE,
+    "LEFT_OUT": LEFT_OUT,
+    **{use.__name__: use for use in (clock, counted, marks_in, modulus_cells, number, percent, signed, touch_modulus)},
+}
+"""What the template uses beside the context."""
+
+
+def _listed(texts: Iterable[str], between: str = ", ") -> str:
+    """Return texts in one line, each once, without empty ones."""
+    return between.join(dict.fromkeys(filter(None, texts)))
+
+
+def _distance(calibration: Calibration, one: verdict.Residual) -> list[str]:
+    """Return the row of a specimen of a fit: its values, their mean, and its distance from the curve."""
+    values = calibration.ratios[calibration.moduli == one.modulus].tolist()
+    return [
+        f"{one.modulus:g}", str(one.touches), digits.number(one.ratio, one.standard_error),
+        digits.number(one.fitted, one.standard_error), verdict.percent(one).replace("-", MINUS),
+        f"{one.standardised:+.1f}".replace("-", MINUS),
+        ", ".join(digits.number(value, calibration.touch_spread * value) for value in values),
+    ]  # fmt: skip
+
+
+def _simulated(runs: list[Run]) -> str:
     """Return what to say of simulated data; "": there are none."""
-    devices = {run.name: run.document.get("device", {}) for run in found.runs}
+    devices = {run.name: run.document.get("device", {}) for run in runs}
     made = [n for n, d in devices.items() if "simulated" in d or str(d.get("name", "")).startswith("simulated")]
     which = "" if len(made) == len(devices) else f" in {', '.join(made)}"
     return f"Simulated data{which}: no probe was used." if made else ""
@@ -109,7 +169,7 @@ def _simulated(found: Findings) -> str:
 
 def _doubts(found: Findings) -> list[str]:
     """Return why the report is not to be relied on."""
-    doubts = [f"{run.name}: {doubt}" for run in found.runs for doubt in run.doubts]
+    doubts = [f"{run.name}: {doubt}" for run in found.runs for doubt in run.recording.doubts]
     if found.calibration:
         about, scenes = found.calibration.about, {run.tracking["scene"] for run in found.runs}
         if not found.calibration.sound:
@@ -123,38 +183,37 @@ def _doubts(found: Findings) -> list[str]:
     return doubts if found.touches else [*doubts, "no touch was found"]
 
 
-def _named(found: Findings) -> list[str]:
+def _named(results: list[Result]) -> list[str]:
     """Return the moduli that were not known before, a sentence each."""
-    unknown = [
-        (result.name, str(result.modulus)) for result in found.results if result.known is None and result.modulus
-    ]
-    named = [f"{name}: {modulus.replace('(', '(95 %: ')}." for name, modulus in unknown[:_MOST_NAMED]]
-    return [
-        *named,
-        *([f"{counted(len(unknown) - _MOST_NAMED, 'more specimen')} below."] if unknown[_MOST_NAMED:] else []),
-    ]
+    unknown = [result for result in results if result.known is None and result.modulus]
+    named = [f"{one.name}: {str(one.modulus).replace('(', '(95 %: ')}." for one in unknown[:_MOST_NAMED]]
+    more = len(unknown) - _MOST_NAMED
+    return [*named, f"{counted(more, 'more specimen')} below."] if more > 0 else named
 
 
 def _sentences(found: Findings) -> Iterator[str]:
     if not found.touches:
         yield "No touch was found."
         return
-    kept = sum(one.kept for one in found.touches)
-    left = len(found.touches) - kept
-    reasons = f"; {left} {'is' if left == 1 else 'are'} left out, with reasons" if left else ""
-    yield f"{kept} of {counted(len(found.touches), 'touch')} {'is' if kept == 1 else 'are'} kept{reasons}."
+    left = len(found.touches) - found.kept
+    reasons = f"; {left} {_is(left)} left out, with reasons" if left else ""
+    yield f"{found.kept} of {counted(len(found.touches), 'touch')} {_is(found.kept)} kept{reasons}."
     inside = [result.inside for result in found.results if result.inside is not None]
     if inside:
-        yield f"{sum(inside)} of {len(inside)} known moduli {'is' if sum(inside) == 1 else 'are'} in the 95 % interval."
+        yield f"{sum(inside)} of {len(inside)} known moduli {_is(sum(inside))} in the 95 % interval."
     if found.of_the_fit:
         yield f"{found.of_the_fit} of these touches are data of the calibration itself: for them that is no independent test."
     if found.calibration is None:
         yield "No calibration was given, so there are ratios, and no moduli."
 
 
-def _when(found: Findings) -> str:
-    begins = sorted(filter(None, map(_begin, found.runs)))
-    return begins[0] if len(set(begins)) == 1 else f"{begins[0]} to {begins[-1]}" if begins else "unknown"
+def _is(count: int) -> str:
+    return "is" if count == 1 else "are"
+
+
+def _when(runs: list[Run]) -> str:
+    begins = sorted(filter(None, map(_begin, runs)))
+    return " to ".join(dict.fromkeys([begins[0], begins[-1]])) if begins else "unknown"
 
 
 def _begin(run: Run) -> str:
@@ -167,151 +226,25 @@ def _begin(run: Run) -> str:
     return f"{shortened(started).replace('T', ' ').removesuffix('+00:00')} UTC" if isinstance(started, str) else ""
 
 
-def _probe(found: Findings, calibration: Path | None) -> dict[str, str]:
-    """Return with what was measured, by name."""
-    runs = found.runs
+def _board(runs: list[Run]) -> dict[str, str]:
+    """Return the boards and the fingerprints of their chips."""
     devices = [run.document.get("device", {}) for run in runs]
-    chips = dict.fromkeys(shortened(str(device["fingerprint"])) for device in devices if "fingerprint" in device)
+    inner = [device["device"] if isinstance(device.get("device"), dict) else device for device in devices]
+    chips = _listed(shortened(str(device.get("fingerprint", ""))) for device in devices)
+    return {
+        "Board": _listed(shortened(str(device.get("name", ""))) for device in inner),
+        "Chip": f"fingerprint {chips}" if chips else "",
+    }
+
+
+def _rows(runs: list[Run]) -> dict[str, str]:
+    """Return how many rows there are, and what the check says of them."""
     surveys = [run.checked.survey for run in runs]
-    refused = sum(survey.refused for survey in surveys)
-    rows = f"{sum(survey.rows for survey in surveys):,}, {sum(survey.lost for survey in surveys) or 'none'} missing"
+    rows, lost, refused = (sum(getattr(one, name) for one in surveys) for name in ("rows", "lost", "refused"))
+    without = f", {refused:,} without a value" if refused else ""
     return {
-        "Probe": f"calibration {calibration.name}" if calibration else "not calibrated",
-        "Board": ", ".join(dict.fromkeys(filter(None, map(_board, devices)))),
-        "Chip": f"fingerprint {', '.join(chips)}" if chips else "",
-        "Recordings": f"{runs[0].name}" if len(runs) == 1 else counted(len(runs), "recording"),
-        "Rows": rows + (f", {refused:,} without a value" if refused else ""),
-        "Check": ", ".join(dict.fromkeys(run.checked.verdict for run in runs)),
-    }
-
-
-def _board(device: Mapping[str, Any]) -> str:
-    inner = device.get("device")
-    name = inner.get("name") if isinstance(inner, dict) else device.get("name")
-    return shortened(str(name)) if name else ""
-
-
-def _bold(text: str) -> Markup:
-    return element("b", text)
-
-
-def _results(found: Findings) -> dict[str, Any]:
-    columns = {"Specimen": "name", "Kept": "", "Left out": "", "Ratio": "", "±": "", "CV, %": ""}
-    if found.calibration:
-        columns |= {"MPa": "strong", "95 % interval": "n"}
-    if any(result.known for result in found.results):
-        columns |= {"Known": "", "Inside": "n"} if found.calibration else {"Known": ""}
-    warnings = [f"{one.name}: {one.agreement}." for one in found.results if one.agreement and not one.agreement.agree]
-    if unnamed := sum(not one.specimen for one in found.touches):
-        warnings.append(f"{counted(unnamed, 'touch')} without a specimen: in the list of touches only.")
-    rows = [[cells[name] for name in columns] for cells in map(_result, found.results)]
-    return {"columns": columns, "rows": rows, "warnings": warnings}
-
-
-def _result(result: Result) -> dict[str, str]:
-    found, modulus = result.agreement, result.modulus
-    error = found.standard_error if found else nan
-    value, _, interval = str(modulus).partition(" (") if modulus else (NONE, "", "")
-    beyond = ", beyond the specimens" if modulus and modulus.extrapolated else ""
-    return {
-        "Specimen": _bold(result.name),
-        "Kept": str(len(result.kept)),
-        "Left out": str(len(result.touches) - len(result.kept) or NONE),
-        "Ratio": digits.number(result.mean, error) if isfinite(result.mean) else NONE,
-        "±": digits.error(error) if isfinite(result.mean) else NONE,
-        "CV, %": digits.error(100 * result.variation) if isfinite(result.variation) else NONE,
-        "MPa": value.removesuffix(" MPa") if interval else NONE,
-        "95 % interval": (interval.rstrip(")") or (value if modulus else NONE)) + beyond,
-        "Known": f"{result.known:g}" if result.known else NONE,
-        "Inside": {True: "yes", False: "no", None: ""}[result.inside],
-    }
-
-
-def _repeatability(found: Findings) -> dict[str, Any]:
-    """Return the scatter from touch to touch, if it is known, and what it is with the touches that are left out."""
-    kept, every = found.repeatability(), found.repeatability(all_touches=True)
-    left = sum(not one.kept for one in found.touches)
-    return {
-        "repeatability": kept if kept and kept.within_freedom else None,
-        "left": f"{left} of {len(found.touches)}" if left else "",
-        "with_all": digits.error(100 * every.error) if left and every and every.within_freedom else "",
-    }
-
-
-def _uncertainty(found: Findings) -> dict[str, Any]:
-    if found.calibration is None:
-        return {"scatter": digits.error(100 * TOUCH_SCATTER)}
-    rows = []
-    for result in found.results:
-        if result.parts and result.agreement:
-            shares = deviations(result.parts, result.mean)
-            whole = sqrt(sum(share**2 for share in shares.values()))
-            parts = [shares[name] for name in ("touch", "specimen", "curve", "noise")]
-            rows.append([_bold(result.name), *(digits.error(100 * part) for part in (*parts, whole))])
-    spread = digits.error(100 * found.calibration.touch_spread)
-    return {"scatter": spread, "freedom": counted(found.calibration.fitted.touch_freedom, "degree"), "parts": rows}
-
-
-def _calibration(found: Findings, calibration: Calibration) -> dict[str, Any]:
-    seen = [one for one in found.results if one.modulus and isfinite(one.modulus.value) and one.known is None]
-    return {
-        "calibration": calibration,
-        "picture": calibration_picture(calibration, seen),
-        "rings": bool(seen),
-        "parameters": parameter_rows(calibration),
-        "distances": distances(calibration),
-        "about": about(calibration),
-    }
-
-
-def _touches(found: Findings) -> dict[str, Any]:
-    """Return a row for each touch."""
-    modulus = ["MPa"] if found.calibration else []
-    names = ["Touch", "Specimen", "Start", "Samples", "Ratio", "Noise, %", "From mean, %", *modulus, "Alarm, %", "Mark"]
-    columns = dict.fromkeys(names, "") | {"Specimen": "name", "Mark": "w"}
-    means = {result.name: result.mean for result in found.results}
-    rows: list[list[str]] = []
-    marks: list[str] = []
-    for at, one in enumerate(found.touches):
-        if len(found.runs) > 1 and (at == 0 or one.run is not found.touches[at - 1].run):
-            rows.append([_bold(one.run.name)])
-            marks.append("first")
-        cells = _touch(found, one, means.get(one.specimen, nan))
-        others = [said for said in one.said if said not in one.left_out]
-        below = [*(f"{LEFT_OUT} left out. {reason}" for reason in one.left_out), *others]
-        rows += [[cells[name] for name in columns], *(["", said] for said in below)]
-        marks += ["" if one.kept else "out"] * (1 + len(below))
-    return {"touches": {"columns": columns, "rows": rows, "marks": marks}}
-
-
-def _distance(one: Found, mean: float) -> str:
-    """Return how far a touch is from the mean of its specimen, %."""
-    share = 100 * (one.touch.ratio / mean - 1)
-    return f"{share:+.1f}".replace("-", MINUS) if isfinite(share) else NONE
-
-
-def _touch(found: Findings, one: Found, mean: float) -> dict[str, str]:
-    touch, calibration = one.touch, found.calibration
-    known = isfinite(touch.standard_error)
-    spread = calibration.touch_spread if calibration else TOUCH_SCATTER
-    error = hypot(touch.standard_error if known else 0.0, spread * touch.ratio)
-    modulus = NONE
-    if calibration and one.kept:
-        whole = calibration.modulus(touch.ratio, touch.standard_error if known else None)
-        modulus = str(whole).partition(" (")[0].removesuffix(" MPa")
-    end = touch.start_s + touch.samples * one.run.period_s
-    happened = [text for t_s, kind, text in _happened(one.run) if kind == "mark" and touch.start_s <= t_s <= end]
-    return {
-        "Touch": str(one.number),
-        "Specimen": one.specimen or NONE,
-        "Start": clock(touch.start_s - one.run.first_s),
-        "Samples": str(touch.samples),
-        "Ratio": digits.number(touch.ratio, error),
-        "Noise, %": digits.error(100 * touch.standard_error / abs(touch.ratio)) if known and touch.ratio else NONE,
-        "From mean, %": _distance(one, mean),
-        "MPa": modulus,
-        "Alarm, %": f"{100 * touch.alarm_share:.0f}",
-        "Mark": "; ".join(happened),
+        "Rows": f"{rows:,}, {lost or 'none'} missing{without}",
+        "Check": _listed(run.checked.verdict for run in runs),
     }
 
 
@@ -328,30 +261,20 @@ def _happened(run: Run) -> list[tuple[float, str, str]]:
     return general + found
 
 
-def _recording(run: Run) -> list[list[str]]:
-    """Return two rows: when, how long, what is missing; and the verdict of the check with what it found."""
-    checked, survey = run.checked, run.checked.survey
-    length = lasting(timedelta(seconds=survey.seconds)) if checked.timed else "unknown"
-    share = digits.number(100 * survey.lost / (survey.rows + survey.lost)) if survey.lost else ""
-    missing = f"{survey.lost} ({share} %) {survey.in_gaps}" if survey.lost else "0"
-    notes = [note for note in run.notes if note not in checked.findings]
-    again = [f"the baseline was measured again ({counted(run.retaken, 'time')})"] if run.retaken else []
-    told = [checked.verdict, *filter(None, [checked.understood]), *checked.faults, *checked.findings, *notes, *again]
-    first = [_bold(run.name), _begin(run) or "unknown", length, str(survey.rows), missing]
-    return [first, ["", "; ".join(dict.fromkeys(told))]]
-
-
-def _settings(found: Findings) -> dict[str, str]:
+def _settings(runs: list[Run]) -> dict[str, str]:
     """Return devices and settings; equal ones once, with the names of their recordings."""
-    named = {}
+    named: dict[tuple[str, str], list[str]] = {}
     for title, text_of in _SETTINGS.items():
-        groups: dict[str, list[str]] = {}
-        for run in found.runs:
-            groups.setdefault(text_of(run), []).append(run.name)
-        for text, names in groups.items():
-            which = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
-            named[title if len(names) == len(found.runs) else f"{title}, {which}"] = text
-    return {**named, "Reported by": f"palpate {__version__}"}
+        for run in runs:
+            named.setdefault((title, text_of(run)), []).append(run.name)
+    return {
+        title if len(names) == len(runs) else f"{title}, {_first(names)}": text
+        for (title, text), names in named.items()
+    }
+
+
+def _first(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
 
 
 def _flat(values: Any, name: str = "") -> str:
@@ -364,12 +287,12 @@ def _flat(values: Any, name: str = "") -> str:
 
 def _conditions(run: Run) -> str:
     """Return the range of temperature and supply of the chip, as the recording has them."""
-    found = [one for one in run.document.get("conditions", []) or [] if isinstance(one, dict)]
-    told = []
-    for name, unit in {"temperature_C": "°C", "supply_V": "V"}.items():
-        if values := [one[name] for one in found if isinstance(one.get(name), int | float)]:
-            told.append(f"{min(values):.2f} to {max(values):.2f} {unit}")
-    return ", ".join(told)
+    found = [one for one in run.document.get("conditions", []) if isinstance(one, dict)]
+    values = {
+        unit: [one[name] for one in found if isinstance(one.get(name), int | float)]
+        for name, unit in {"temperature_C": "°C", "supply_V": "V"}.items()
+    }
+    return ", ".join(f"{min(of):.2f} to {max(of):.2f} {unit}" for unit, of in values.items() if of)
 
 
 _SETTINGS: dict[str, Callable[[Run], str]] = {
@@ -380,9 +303,24 @@ _SETTINGS: dict[str, Callable[[Run], str]] = {
 }
 
 
-def _commands(found: Findings, options: Sequence[tuple[str, str]]) -> list[str]:
+def _files(run: Run) -> list[tuple[str, Path]]:
+    """Return a recording, and its sidecar if there is one, by their names in the report."""
+    path = run.recording.path
+    own = path.with_name(unpacked_name(path))
+    beside = [sidecar.sidecar_path(own)] if own.suffix.lower() == ".csv" else []
+    files = [path, *(file for file in beside if file.exists())]
+    return [(PurePath(run.name).with_name(file.name).as_posix(), file) for file in files]
+
+
+def _checksum(path: Path) -> str:
+    opened: Any = open_regular(path)
+    with opened as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _commands(runs: list[Run], options: Iterable[tuple[str, str]]) -> list[str]:
     """Return the commands that redo the report."""
-    files = shlex.join(run.name for run in found.runs)
+    files = shlex.join(run.name for run in runs)
     given = [f" --{name} {shlex.quote(value)}" for name, value in options]
     of_replay = [option for option in given if option.startswith(" --calibration ")]
     return [

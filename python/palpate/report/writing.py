@@ -10,14 +10,12 @@ from typing import Any
 from palpate import digits
 from palpate.calibration.calibration import Calibration
 from palpate.calibration.characterise import Specimen
-from palpate.calibration.fit_tables import parameter_rows, specimen_rows
+from palpate.calibration.fit_tables import specimen_rows
 from palpate.calibration.specimen_files import read_moduli
 from palpate.extras import need
 from palpate.files import replacing
 from palpate.report import sections
-from palpate.report.pictures import calibration_picture
-from palpate.report.results import as_dict, findings
-from palpate.report.runs import checksum, run
+from palpate.report.findings import Findings, findings, run_of
 
 _PathLike = str | os.PathLike[str]
 
@@ -95,17 +93,28 @@ def write(
     for module in ("scipy", "jinja2"):
         need(module, "report")  # before the recordings are read
     probe, table = (None if given is None else Path(given) for given in (calibration, moduli))
-    known = read_moduli(table) if table else None
-    runs = [run(each, name) for name, each in _named(recordings, table).items()]
+    known = read_moduli(table) if table else {}
+    runs = [run_of(each, name) for name, each in _named(recordings, table).items()]
     found = findings(runs, Calibration.load(probe) if probe else None, known)
-    files = [(name, file) for name, file in (("calibration", probe), ("moduli", table)) if file]
+    files = {name: file for name, file in (("calibration", probe), ("moduli", table)) if file}
     given = [("title", title), ("operator", operator), *(("note", note) for note in notes)]
     context = sections.context(found, files, [(name, text) for name, text in given if text])
-    context["sums"] |= {file.name: checksum(file) for _, file in files}
     with replacing(Path(path)) as file:
         file.write(_render(context).encode(errors="replace"))  # a name of a file may be no text
-    verdict = " ".join([*context["verdict"]["named"], context["verdict"]["rest"]])
-    return Written(Path(path), verdict, tuple(context["doubts"]), as_dict(found))
+    return Written(
+        Path(path), " ".join([*context["named"], context["verdict"]]), tuple(context["doubts"]), _plain(found)
+    )
+
+
+def _plain(found: Findings) -> dict[str, Any]:
+    """Return the results as plain numbers and text, for JSON."""
+    repeatability = found.repeatability()
+    return {
+        "touches": len(found.touches),
+        "kept": found.kept,
+        "specimens": [result.as_dict() for result in found.results],
+        "repeatability": repeatability.as_dict() if repeatability else None,
+    }
 
 
 def calibration_page(calibration: Calibration, specimens: Sequence[Specimen]) -> str:
@@ -113,15 +122,10 @@ def calibration_page(calibration: Calibration, specimens: Sequence[Specimen]) ->
     head, *rows = specimen_rows(specimens)
     context = {
         "title": "palpate: calibration",
-        "calibration": calibration,
-        "picture": calibration_picture(calibration),
-        "parameters": parameter_rows(calibration),
-        "distances": sections.distances(calibration),
-        "columns": {name: "" if at else "name" for at, name in enumerate(head)},
+        "columns": [(name, "" if at else "name") for at, name in enumerate(head)],
         "specimens": rows,
-        "about": sections.about(calibration),
     }
-    return _render(context)
+    return _render(context | sections.fitted(calibration))
 
 
 def _render(context: Mapping[str, Any]) -> str:
@@ -131,7 +135,8 @@ def _render(context: Mapping[str, Any]) -> str:
     pages = jinja2.Environment(
         loader=loader, autoescape=True, undefined=undefined, trim_blocks=True, lstrip_blocks=True
     )
-    pages.globals.update(zip=zip, digits=digits, exp=exp)
+    pages.globals.update(zip=zip, exp=exp, digits=digits, **sections.SHOWN)
+    pages.filters["percent"] = sections.percent
     return str(pages.get_template("report.html.j2").render(context)).lstrip()
 
 
