@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from palpate import rivals
 from palpate._core import AdaptiveRls, HandoverRls, Rls, Tracker
-from palpate.display.plots import FAST, HANDHELD, HARD, PAGE_IN, PAPER, SLOW, SOFT, TRUTH, sheet
-from palpate.files import replacing
+from palpate.display.plots import FAST, HANDHELD, HARD, PAGE_IN, PAPER, SLOW, SOFT, TRUTH, written
 from palpate.reference import matched_pair
 from palpate.simulation import scenarios
 from palpate.simulation.probe import Simulation, simulate
@@ -346,7 +345,7 @@ def plot(rows: Sequence[Row], path: Path) -> None:
     names = list(dict.fromkeys(row.scenario for row in rows))
     across = min(2, len(names))
     down = -(-len(names) // across)
-    with sheet(PAGE_IN, 2.4 * down + 1.1) as figure:
+    with written(path, PAGE_IN, 2.4 * down + 1.1) as figure:
         axes = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
         for ax, name in zip(axes.flat, names, strict=False):
             _panel(ax, [row for row in rows if row.scenario == name])
@@ -361,8 +360,6 @@ def plot(rows: Sequence[Row], path: Path) -> None:
         first.plot([], [], "o", color="black", ms=5, mew=0.9, mfc="none", label="hollow: on readings as they come")
         first.plot([], [], "o", color="black", ms=5, label="filled: on aligned pairs")
         figure.legend(*first.get_legend_handles_labels(), loc="outside lower center", ncols=4)
-        with replacing(path) as file:
-            figure.savefig(file, format=path.suffix[1:], dpi=200)
 
 
 def _panel(ax: Any, rows: Sequence[Row]) -> None:

@@ -13,7 +13,7 @@ import palpate
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate.display import markup, svg
+from palpate.display import markup
 from palpate.display.text import ratio
 from palpate.recording.recording import Mark, Recording
 from palpate.simulation import scenarios
@@ -118,9 +118,9 @@ def test_digits_are_those_of_the_standard_error() -> None:
 
 
 def test_a_bar_is_two_standard_errors_to_each_side() -> None:
-    scale = svg.span([(2.0, 0.5), (4.0, 0.25)])
+    scale = markup.span([(2.0, 0.5), (4.0, 0.25)])
     assert scale == (1.0, 4.5)
-    bars = [svg.interval(*bar, scale) for bar in ((2.75, 0.875), (1.5, 0.25), (float("nan"), 1.0))]
+    bars = [markup.interval(*bar, scale) for bar in ((2.75, 0.875), (1.5, 0.25), (float("nan"), 1.0))]
     assert [re.findall(r"[ML]([\d.]+) ", bar) for bar in bars] == [["4.0", "136.0"], ["4.0", "41.7"], []]
 
 

@@ -9,10 +9,9 @@ import numpy as np
 from palpate import digits
 from palpate.calibration.calibration import Calibration, Modulus, band
 from palpate.calibration.curve_fit import curve
-from palpate.display import svg, text
+from palpate.display import markup, text
 from palpate.display.markup import ACCENT, Markup
-from palpate.display.plots import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, axes, sheet
-from palpate.files import replacing
+from palpate.display.plots import COLUMN_IN, HANDHELD, HARD, PAPER, TRUTH, axes, written
 
 _POINTS = 400
 _DOTS: dict[str, Any] = {"marker": ".", "linestyle": "", "color": HARD, "markersize": 3}
@@ -76,13 +75,9 @@ def _figure(figure: Any, calibration: Calibration) -> None:
 
 
 def save(calibration: Calibration, path: Path) -> None:
-    """Write the plot; the suffix selects the format: .png, .pdf, .svg."""
-    if path.suffix not in (".png", ".pdf", ".svg"):
-        raise ValueError(f"plot: got {path.name!r}, allowed: a name that ends in .png, .pdf or .svg")
-    with sheet(1.3 * COLUMN_IN, 1.2 * COLUMN_IN) as figure:
+    """Write the plot; the suffix selects the format."""
+    with written(path, 1.3 * COLUMN_IN, 1.2 * COLUMN_IN) as figure:
         _figure(figure, calibration)
-        with replacing(path) as file:
-            figure.savefig(file, format=path.suffix[1:])
 
 
 _LEFT, _RIGHT, _TOP, _FOOT = 42.0, 442.0, 12.0, 208.0  # edges of the curve in the picture
@@ -96,7 +91,7 @@ def picture(calibration: Calibration, seen: Iterable[tuple[str, float, Modulus]]
     rigid, low, high = calibration.probe.rigid_ratio, float(np.exp(log_E[0])), float(np.exp(log_E[-1]))
     bottom = min(1.0, float(calibration.ratios.min()), calibration.probe.soft_ratio)
     top = 1.08 * max(rigid, float(calibration.ratios.max()))
-    across, down = svg.axis(log_E[0], log_E[-1], _LEFT, _RIGHT), svg.axis(bottom, top, _FOOT, _TOP)
+    across, down = markup.axis(log_E[0], log_E[-1], _LEFT, _RIGHT), markup.axis(bottom, top, _FOOT, _TOP)
 
     def x(modulus: float) -> float:
         return float(across(np.log(np.clip(modulus, low, high))))
@@ -105,30 +100,30 @@ def picture(calibration: Calibration, seen: Iterable[tuple[str, float, Modulus]]
         return float(down(np.array(ratio)))
 
     drawn = []
-    for tick in svg.decades(low, high):
-        drawn += [svg.ruler((x(tick), x(tick)), (_TOP, _FOOT), **_GRID)]
-        drawn += [svg.label(x(tick), _FOOT + 15, f"{tick:g}", "middle")]
-    for tick in svg.ticks(bottom, top):
-        drawn += [svg.ruler((_LEFT, _RIGHT), (y(tick), y(tick)), **_GRID)]
-        drawn += [svg.label(_LEFT - 6, y(tick) + 4, f"{tick:g}", "end")]
-    drawn += [svg.area(across(log_E), down(level - reach), down(level + reach), fill=ACCENT, fill_opacity=0.24)]
-    drawn += [svg.path(across(log_E), down(level), stroke=ACCENT, stroke_width=2)]
+    for tick in markup.decades(low, high):
+        drawn += [markup.ruler((x(tick), x(tick)), (_TOP, _FOOT), **_GRID)]
+        drawn += [markup.label(x(tick), _FOOT + 15, f"{tick:g}", "middle")]
+    for tick in markup.ticks(bottom, top):
+        drawn += [markup.ruler((_LEFT, _RIGHT), (y(tick), y(tick)), **_GRID)]
+        drawn += [markup.label(_LEFT - 6, y(tick) + 4, f"{tick:g}", "end")]
+    drawn += [markup.area(across(log_E), down(level - reach), down(level + reach), fill=ACCENT, fill_opacity=0.24)]
+    drawn += [markup.path(across(log_E), down(level), stroke=ACCENT, stroke_width=2)]
     drawn += [
-        svg.dot(x(E), y(r), fill="currentColor") for E, r in zip(calibration.moduli, calibration.ratios, strict=True)
+        markup.dot(x(E), y(r), fill="currentColor") for E, r in zip(calibration.moduli, calibration.ratios, strict=True)
     ]
-    drawn += [svg.ruler((_LEFT, _RIGHT), (y(rigid), y(rigid)), stroke="currentColor", stroke_dasharray="5 4")]
-    drawn += [svg.label(_LEFT + 8, y(rigid) - 4, f"rigid object: {text.rigid(calibration)}")]
+    drawn += [markup.ruler((_LEFT, _RIGHT), (y(rigid), y(rigid)), stroke="currentColor", stroke_dasharray="5 4")]
+    drawn += [markup.label(_LEFT + 8, y(rigid) - 4, f"rigid object: {text.rigid(calibration)}")]
     for name, ratio, modulus in seen:
-        drawn += [svg.ruler((x(modulus.low), x(modulus.high)), (y(ratio), y(ratio)), **_BAR)]
-        drawn += [svg.dot(x(modulus.value), y(ratio), 4, fill="none", **_BAR)]
+        drawn += [markup.ruler((x(modulus.low), x(modulus.high)), (y(ratio), y(ratio)), **_BAR)]
+        drawn += [markup.dot(x(modulus.value), y(ratio), 4, fill="none", **_BAR)]
         left = x(modulus.value) > (_LEFT + _RIGHT) / 2
         drawn += [
-            svg.label(
+            markup.label(
                 x(modulus.value) + (-8 if left else 8),
                 y(ratio) + (-6 if left else 14),
                 name,
                 "end" if left else "start",
             )
         ]
-    drawn += [svg.label(_RIGHT, 244, "ratio over modulus, MPa", "end")]
-    return svg.picture(450, 250, "Calibration: ratio against modulus", *drawn)
+    drawn += [markup.label(_RIGHT, 244, "ratio over modulus, MPa", "end")]
+    return markup.picture(450, 250, "Calibration: ratio against modulus", *drawn)

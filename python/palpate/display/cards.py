@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from palpate import digits
-from palpate.display import svg, text
-from palpate.display.markup import Markup, captioned, card, columns, element, sentences
-from palpate.display.svg import changes
+from palpate.display import markup, text
+from palpate.display.markup import WARNING, Markup, changes, element
 from palpate.errors import MissingExtra
 from palpate.sentences import advice
 
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
 
 _MOST = 50
 """Touches, marks and notes shown of a list."""
+_TABLE = "border-collapse:collapse;margin:0.3em 0;font-variant-numeric:tabular-nums"
 
 
 def touch(shown: "Touch") -> Markup:
@@ -33,7 +33,7 @@ def touch(shown: "Touch") -> Markup:
         "left out": ", ".join(f"{n:,} {why}" for n, why in ((shown.saturated, "saturated"), (shown.refused, "refused")) if n),
         "flags": ", ".join(shown.flags) or "none",
     }  # fmt: skip
-    return card("Touch", facts, said=advice(shown))
+    return _card("Touch", facts, said=advice(shown))
 
 
 def _result(shown: "Touch") -> str:
@@ -45,19 +45,19 @@ def _result(shown: "Touch") -> str:
 def touches(shown: "Sequence[Touch]", said: "Sequence[str]" = ()) -> Markup:
     """Return a table of touches, each ratio also as a bar on the same scale; then the sentences about their flags."""
     if not shown:
-        return card("No touches", {}, *sentences(said))
+        return _card("No touches", {}, *_sentences(said))
     listed = list(shown)[:_MOST]
-    scale = svg.span((one.ratio, one.standard_error) for one in listed)
+    scale = markup.span((one.ratio, one.standard_error) for one in listed)
     rows: list[list[object]] = [
         [number, text.seconds(one.start_s), f"{one.samples:,}", text.ratio(one.ratio, one.standard_error),
-         svg.interval(one.ratio, one.standard_error, scale), ", ".join(one.flags)]
+         markup.interval(one.ratio, one.standard_error, scale), ", ".join(one.flags)]
         for number, one in enumerate(listed, 1)
     ]  # fmt: skip
     advised = [f"touch {number}: {sentence}" for number, one in enumerate(listed, 1) for sentence in advice(one)]
     ends = " to ".join(map(digits.number, scale))
     names = ["touch", "begin", "samples", "ratio", f"± 2 std. errors, {ends}", "flags"]
-    below = (columns(names, rows), _more(len(shown)), *sentences([*advised, *said]))
-    return card(text.counted(len(shown), "touch"), {}, *below)
+    below = (_columns(names, rows), _more(len(shown)), *_sentences([*advised, *said]))
+    return _card(text.counted(len(shown), "touch"), {}, *below)
 
 
 def _more(count: int) -> str:
@@ -81,11 +81,11 @@ def recording(shown: "Recording") -> Markup:
         "notes": "; ".join([*shown.notes[:_MOST], _more(len(shown.notes))]).rstrip("; "),
     }
     caption = f"change of hard (thick) and soft (thin) over {over}"
-    picture = captioned(svg.channels(t_s, changes(shown.hard)[0], changes(shown.soft)[0]), caption) if pairs else ""
-    return card("Recording", facts, picture, said=shown.doubts[:_MOST])
+    picture = _captioned(markup.channels(t_s, changes(shown.hard)[0], changes(shown.soft)[0]), caption) if pairs else ""
+    return _card("Recording", facts, picture, said=shown.doubts[:_MOST])
 
 
-def _told(readings: svg.Array) -> str:
+def _told(readings: markup.Array) -> str:
     """Return the level of a channel at the begin, and its largest changes."""
     change, level_pF = changes(readings)
     if np.isnan(level_pF):
@@ -110,7 +110,7 @@ def calibration(shown: "Calibration", picture: Callable[["Calibration"], Markup]
         drawn = picture(shown)
     except MissingExtra as missing:
         facts["verdict"], drawn = str(missing), Markup()
-    return card("Calibration", facts, drawn)
+    return _card("Calibration", facts, drawn)
 
 
 def estimator(shown: Any) -> Markup:
@@ -122,7 +122,7 @@ def estimator(shown: Any) -> Markup:
     if "threshold" in shown.settings:
         alarm = ", alarm" if shown.alarm else ""
         facts["statistic"] = f"{digits.number(shown.statistic)} of {shown.settings['threshold']:g}{alarm}"
-    return card(type(shown).__name__, facts, _settings(shown.settings, text.own_class(shown)().settings))
+    return _card(type(shown).__name__, facts, _settings(shown.settings, text.own_class(shown)().settings))
 
 
 def tracker(shown: "Tracker") -> Markup:
@@ -130,7 +130,7 @@ def tracker(shown: "Tracker") -> Markup:
     state = f"{shown.state}, {text.counted(shown.readings, 'reading')}"
     settings = _settings(shown.settings, text.own_class(shown)(shown.scene).settings)
     facts: dict[str, object] = {"state": state, "ratio": text.running_ratio(shown)}
-    return card(f"Tracker, scene {shown.scene}", facts, touches(shown.touches) if shown.touches else "", settings)
+    return _card(f"Tracker, scene {shown.scene}", facts, touches(shown.touches) if shown.touches else "", settings)
 
 
 def _settings(settings: dict[str, Any], defaults: dict[str, Any]) -> Markup:
@@ -148,4 +148,41 @@ def stream(shown: "Stream") -> Markup:
         "ratio": text.running_ratio(shown.tracker),
         "samples": ", ".join(counters) or "none yet",
     }
-    return card(f"Stream of {type(shown.source).__name__}", facts, touches(shown.touches) if shown.touches else "")
+    return _card(f"Stream of {type(shown.source).__name__}", facts, touches(shown.touches) if shown.touches else "")
+
+
+def _card(title: str, facts: dict[str, object], *below: object, said: Any = ()) -> Markup:
+    """Return a heading, a table of names and values, sentences, and what else stands below.
+
+    Values of nothing ("" or None) are left out.
+    """
+    rows = [
+        element("tr", _cell("th", name, "font-weight:normal;opacity:0.7"), _cell("td", value))
+        for name, value in facts.items()
+        if value not in ("", None)
+    ]
+    table = [element("table", element("tbody", *rows), style=_TABLE)] if rows else []
+    return element("div", element("strong", title), *table, *_sentences(said), *below, style="line-height:1.4")
+
+
+def _captioned(picture: Markup, caption: str) -> Markup:
+    """Return a picture with a line below it."""
+    return element("div", picture, element("small", caption, style="opacity:0.7"))
+
+
+def _sentences(said: Any) -> list[Markup]:
+    """Return sentences that a reader should not miss, as a list with a coloured edge."""
+    style = f"border-left:3px solid {WARNING};margin:0.4em 0;padding:0 0.6em;max-width:60em;white-space:pre-wrap"
+    return [element("div", sentence, style=style) for sentence in said]
+
+
+def _columns(names: list[str], rows: list[list[object]]) -> Markup:
+    """Return a table with a header; its cells are aligned to the left."""
+    head = element("tr", *(_cell("th", name) for name in names))
+    body = [element("tr", *(_cell("td", cell) for cell in row)) for row in rows]
+    return element("table", element("thead", head), element("tbody", *body), style=_TABLE)
+
+
+def _cell(tag: str, content: object, more: str = "") -> Markup:
+    wrap = "nowrap" if tag == "th" else "normal"
+    return element(tag, content, style=f"text-align:left;white-space:{wrap};padding:0.1em 0.8em 0.1em 0;{more}")

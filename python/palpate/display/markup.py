@@ -1,10 +1,22 @@
-"""HTML and SVG elements: all text in them is escaped, nothing is fetched, no script runs."""
+"""HTML and SVG, with all text escaped: elements, small drawings, and the parts of a chart; nothing is fetched, no script runs."""
 
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
-from typing import Any
+from math import ceil, floor, isnan, log10, nan
 
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Axis = Callable[[Array], Array]
+"""From values to pixels."""
+ACCENT, WARNING = "#2a84c4", "#c96a12"
+"""Colours that can be read on white and on black; other lines have the colour of the text."""
 MINUS, NONE, LEFT_OUT = "\N{MINUS SIGN}", "\N{EN DASH}", "\N{MULTIPLICATION SIGN}"
 """Before a number; in the place of one that is not known; beside what does not count."""
+_COLUMNS = 240
+"""Points of a line: more rows are drawn as the smallest and the largest of each group."""
+_REACH = 2.0  # standard errors to each side
 
 
 class Markup(str):
@@ -20,59 +32,178 @@ class Markup(str):
 def element(tag: str, *children: object, **attributes: object) -> Markup:
     """Return an element; children and attributes are escaped, but for children that are elements.
 
-    An attribute None is left out; an underscore in its name is a hyphen, one at its end (as in `class_`) is left out.
+    An underscore in the name of an attribute is a hyphen.
 
     Examples
     --------
     >>> element("p", "a < b ", element("b", "&"), aria_label='"')
     '<p aria-label="&quot;">a &lt; b <b>&amp;</b></p>'
     """
-    given = "".join(
-        f' {name.rstrip("_").replace("_", "-")}="{escape(str(value))}"'
-        for name, value in attributes.items()
-        if value is not None
-    )
+    given = "".join(f' {name.replace("_", "-")}="{escape(str(value))}"' for name, value in attributes.items())
     inner = "".join(child if isinstance(child, Markup) else escape(str(child)) for child in children)
     return Markup(f"<{tag}{given}>{inner}</{tag}>")
 
 
-def card(title: str, facts: dict[str, object], *below: object, said: Any = ()) -> Markup:
-    """Return a heading, a table of names and values, sentences, and what else stands below.
+def channels(time: Array, hard: Array, soft: Array) -> Markup:
+    """Return both channels as lines on one scale, the soft one thinner; a missing reading is a hole.
 
-    Values of nothing ("" or None) are left out.
+    Parameters
+    ----------
+    time : numpy.ndarray, shape (n,)
+        Times, or row numbers.
+    hard, soft : numpy.ndarray, shape (n,), pF
+        Changes of the capacitance.
     """
-    rows = [
-        element("tr", _cell("th", name, "font-weight:normal;opacity:0.7"), _cell("td", value))
-        for name, value in facts.items()
-        if value not in ("", None)
+    lines = [envelope(time, values) for values in (hard, soft)]
+    x, y = _fit([line[0] for line in lines], _EDGE, 480 - _EDGE), _fit([line[1] for line in lines], 90 - _EDGE, _EDGE)
+    drawn = [
+        path(x(t), y(values), stroke="currentColor", stroke_width=wide, stroke_opacity=opaque)
+        for (t, values), wide, opaque in zip(lines, (1.6, 1.1), (1.0, 0.55), strict=True)
     ]
-    table = [element("table", element("tbody", *rows), style=_TABLE)] if rows else []
-    return element("div", element("strong", title), *table, *sentences(said), *below, style="line-height:1.4")
+    return picture(480, 90, "both channels over time", *drawn)
 
 
-def captioned(picture: Markup, caption: str) -> Markup:
-    """Return a picture with a line below it."""
-    return element("div", picture, element("small", caption, style="opacity:0.7"))
+def envelope(x: Array, y: Array, columns: int = _COLUMNS) -> tuple[Array, Array]:
+    """Return a line of few points with the same extremes, in any group of neighbours: two for each column.
+
+    Examples
+    --------
+    >>> x, y = envelope(np.arange(10_000.0), np.arange(10_000.0) % 7)
+    >>> len(x), float(y.min()), float(y.max())
+    (480, 0.0, 6.0)
+    """
+    begins = np.unique(np.linspace(0, len(y), columns, endpoint=False).astype(int))
+    if len(begins) == len(y):
+        return x, y
+    ends = np.stack([np.fmin.reduceat(y, begins), np.fmax.reduceat(y, begins)])
+    falls = y[begins] > y[np.append(begins[1:], len(y)) - 1]
+    ends[:, falls] = ends[::-1, falls]  # the larger one first, or a falling line would go up and down
+    return np.repeat(x[begins], 2), ends.T.ravel()
 
 
-def sentences(said: Any) -> list[Markup]:
-    """Return sentences that a reader should not miss, as a list with a coloured edge."""
-    style = f"border-left:3px solid {WARNING};margin:0.4em 0;padding:0 0.6em;max-width:60em;white-space:pre-wrap"
-    return [element("div", sentence, style=style) for sentence in said]
+def interval(value: float, error: float, span: tuple[float, float]) -> Markup:
+    """Return a value with two standard errors to each side, on a scale that other pictures share."""
+    ends = axis(*span, _EDGE, 140 - _EDGE)(np.array([value - _REACH * error, value, value + _REACH * error]))
+    drawn = [
+        path(ends[[0, 2]], np.full(2, 7.0), stroke=ACCENT, stroke_width=2),
+        dot(ends[1], 7.0, radius=3, fill=ACCENT),
+    ]
+    known = bool(np.isfinite(ends).all())
+    return picture(140, 14, "ratio and two standard errors", *(drawn if known else []))
 
 
-def columns(names: list[str], rows: list[list[object]]) -> Markup:
-    """Return a table with a header; its cells are aligned to the left."""
-    head = element("tr", *(_cell("th", name) for name in names))
-    body = [element("tr", *(_cell("td", cell) for cell in row)) for row in rows]
-    return element("table", element("thead", head), element("tbody", *body), style=_TABLE)
+def span(values: Iterable[tuple[float, float]]) -> tuple[float, float]:
+    """Return the scale for values with standard errors; (0, 1) without any.
+
+    Examples
+    --------
+    >>> span([(2.0, 0.5), (4.0, 0.0), (3.0, float("nan"))])
+    (1.0, 4.0)
+    """
+    ends = [value + side * _REACH * error for value, error in values for side in (-1, 1)]
+    known = [end for end in ends if np.isfinite(end)]
+    return (min(known), max(known)) if known else (0.0, 1.0)
 
 
-def _cell(tag: str, content: object, more: str = "") -> Markup:
-    wrap = "nowrap" if tag == "th" else "normal"
-    return element(tag, content, style=f"text-align:left;white-space:{wrap};padding:0.1em 0.8em 0.1em 0;{more}")
+_EDGE = 4.0
 
 
-ACCENT, WARNING = "#2a84c4", "#c96a12"
-"""Colours that can be read on white and on black; other lines have the colour of the text."""
-_TABLE = "border-collapse:collapse;margin:0.3em 0;font-variant-numeric:tabular-nums"
+def _fit(values: Sequence[Array], begin: float, end: float) -> Axis:
+    """Return the function from values to pixels that shows all of them."""
+    known = np.concatenate(values)
+    known = known[np.isfinite(known)]
+    return axis(float(known.min()), float(known.max()), begin, end) if len(known) else axis(0.0, 1.0, begin, end)
+
+
+def path(x: Array, y: Array, **attributes: object) -> Markup:
+    """Return a line through points in pixels, with a hole where one is not known."""
+    points: list[str] = []
+    pen = "M"
+    for across, down in zip(x.tolist(), y.tolist(), strict=True):
+        whole = not (isnan(across) or isnan(down))
+        points += [f"{pen}{across:.1f} {down:.1f}"] if whole else []
+        pen = "L" if whole else "M"
+    return element("path", d="".join(points), fill="none", stroke_linejoin="round", **attributes)
+
+
+def axis(low: float, high: float, begin: float, end: float) -> Axis:
+    """Return the function from values to pixels; a value outside is drawn at the edge.
+
+    Examples
+    --------
+    >>> axis(0.0, 10.0, 100.0, 0.0)(np.array([1.0, 10.0, 11.0])).tolist()
+    [90.0, 0.0, 0.0]
+    """
+    return lambda values: begin + (np.clip(values, low, high) - low) / (high - low or 1.0) * (end - begin)
+
+
+def ticks(low: float, high: float, most: int = 6) -> list[float]:
+    """Return round numbers from `low` to `high`: at most so many, in steps of 1, 2 or 5 with zeros.
+
+    Examples
+    --------
+    >>> ticks(1.2, 10.4), ticks(-7.0, 7.0)
+    ([2.0, 4.0, 6.0, 8.0, 10.0], [-5.0, 0.0, 5.0])
+    """
+    power = 10.0 ** floor(log10((high - low) / most))
+    step = next(factor * power for factor in (1, 2, 5, 10, 20) if (high - low) / (factor * power) <= most - 1)
+    return [step * number for number in range(ceil(low / step), floor(high / step) + 1)]
+
+
+def decades(low: float, high: float) -> list[float]:
+    """Return 1 and 3 with zeros from `low` to `high`, for a logarithmic axis.
+
+    Examples
+    --------
+    >>> decades(0.07, 35.0)
+    [0.1, 0.3, 1.0, 3.0, 10.0, 30.0]
+    """
+    powers = range(floor(log10(low)), ceil(log10(high)) + 1)
+    found = [float(f"{first}e{power}") for power in powers for first in (1, 3)]
+    return [tick for tick in found if low <= tick <= high]
+
+
+def area(x: Array, low: Array, high: Array, **attributes: object) -> Markup:
+    """Return the area between two lines, in pixels; without the points where one is not known."""
+    known = np.isfinite(low) & np.isfinite(high)
+    edge = np.concatenate([x[known], x[known][::-1]]), np.concatenate([high[known], low[known][::-1]])
+    points = " ".join(f"{across:.1f},{down:.1f}" for across, down in zip(*edge, strict=True))
+    return element("polygon", points=points, **attributes)
+
+
+def ruler(x: tuple[float, float], y: tuple[float, float], **attributes: object) -> Markup:
+    """Return a straight line between two points, in pixels."""
+    return element("line", x1=f"{x[0]:.1f}", x2=f"{x[1]:.1f}", y1=f"{y[0]:.1f}", y2=f"{y[1]:.1f}", **attributes)
+
+
+def dot(x: float, y: float, radius: float = 2.6, **attributes: object) -> Markup:
+    """Return a circle."""
+    return element("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=radius, **attributes)
+
+
+def label(x: float, y: float, text: str, anchor: str = "start") -> Markup:
+    """Return a text at a point: anchor "start", "middle" or "end"."""
+    return element("text", text, x=f"{x:.1f}", y=f"{y:.1f}", text_anchor=anchor, font_size=12, fill="currentColor")
+
+
+def picture(width: float, height: float, name: str, *drawn: Markup) -> Markup:
+    """Return the picture, with a name for those who hear the page."""
+    box, style = f"0 0 {width} {height}", "display:block;max-width:100%;height:auto"
+    return element("svg", *drawn, width=width, height=height, viewBox=box, role="img", aria_label=name, style=style)
+
+
+_FIRST = 20
+"""Readings at the begin, whose median is the level there."""
+
+
+def changes(readings: Array) -> tuple[Array, float]:
+    """Return the change of a channel since the median of its first readings, and this level, pF; nan without readings.
+
+    Examples
+    --------
+    >>> changes(np.array([0.5, 0.5, 0.5, 0.75]))
+    (array([0.  , 0.  , 0.  , 0.25]), 0.5)
+    """
+    known = readings[np.isfinite(readings)]
+    level = float(np.median(known[:_FIRST])) if len(known) else nan
+    return readings - level, level

@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate import digits
 from palpate.display import text
-from palpate.display.svg import changes
+from palpate.display.markup import changes
 from palpate.extras import need
 from palpate.files import replacing
 
@@ -45,6 +45,16 @@ def sheet(width_in: float, height_in: float) -> Iterator[Any]:
     """Yield an empty figure in print style; the caller's matplotlib settings do not change, no window opens."""
     with need("matplotlib", "science").rc_context(STYLE):
         yield need("matplotlib.figure", "science").Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+@contextmanager
+def written(path: Path, width_in: float, height_in: float) -> Iterator[Any]:
+    """Yield a `sheet`, and write it; the suffix selects the format."""
+    check(path)
+    with sheet(width_in, height_in) as figure:
+        yield figure
+        with replacing(path) as file:
+            figure.savefig(file, format=path.suffix[1:].lower())
 
 
 @contextmanager
@@ -109,23 +119,14 @@ def touches(shown: "Sequence[Touch]", ax: Any = None) -> Any:
 
 
 def save(shown: "Recording", found: "Sequence[Touch]", path: Path) -> None:
-    """Write a figure of a recording, and of its touches below it; the suffix selects the format.
-
-    Raises
-    ------
-    ValueError
-        A suffix that is not one of `SUFFIXES`.
-    """
-    check(path)
-    with sheet(PAGE_IN, 0.6 * PAGE_IN) as figure:
+    """Write a figure of a recording, and of its touches below it."""
+    with written(path, PAGE_IN, 0.6 * PAGE_IN) as figure:
         timed = text.known_duration(shown) is not None
         upper, lower = figure.subplots(2, 1, sharex=timed)
         recording(shown, upper)
         touches(found, lower)
         if timed:
             upper.set_xlabel("")
-        with replacing(path) as file:
-            figure.savefig(file, format=path.suffix[1:].lower())
 
 
 def check(path: Path) -> None:
