@@ -138,24 +138,6 @@ def _filtered(hards: list[_Reading], softs: list[_Reading]) -> tuple[float, floa
 
 
 def lagrange(times: list[int], at: int) -> Array:
-    """Return the weights of the interpolation through values at these times.
-
-    Parameters
-    ----------
-    times : list of int, n times, ns
-        All different.
-    at : int, ns
-        Time of the interpolation.
-
-    Returns
-    -------
-    numpy.ndarray, shape (n,)
-        Their sum is 1.
-
-    Examples
-    --------
-    >>> lagrange([-30, -10, 10, 30], 0)
-    array([-0.0625,  0.5625,  0.5625, -0.0625])
-    """
+    """Return the weights of the interpolation at a time through values at other times, ns; their sum is 1."""
     t = np.array([time - at for time in times], float)
     return np.array([np.prod([other / (other - own) for other in t if other != own]) for own in t])

@@ -79,29 +79,10 @@ class Level:
 
 
 def first_level(values: ArrayLike) -> Level:
-    """Return the baseline of the first values, of which a few may be outliers.
-
-    Parameters
-    ----------
-    values : array_like, shape (32,), pF
-        In the order of time.
-
-    Returns
-    -------
-    Level
-
-    Notes
-    -----
-    The mean is over the values within 3 standard deviations of the median. The quartiles, each moved inwards by one
-    value, are 1.25 standard deviations apart; the quartiles of a half, moved by half a value, 1.14. The slope goes from the
-    median of the earlier half to the median of the later half; a difference of 10 standard deviations is no drift.
-
-    Examples
-    --------
-    >>> found = first_level(0.5 + 0.01 * np.arange(32))
-    >>> round(found.slope, 6), round(found.expected, 6)
-    (0.01, 0.81)
-    """
+    """Return the baseline of the first 32 values, pF, in the order of time, of which a few may be outliers."""
+    # The mean is over the values within 3 standard deviations of the median. The quartiles, each moved inwards by one
+    # value, are 1.25 standard deviations apart; the quartiles of a half, moved by half a value, 1.14. The slope goes from
+    # the median of the earlier half to the median of the later half; a difference of 10 standard deviations is no drift.
     v = np.asarray(values, float)
     noise = max((np.sort(v)[23] - np.sort(v)[8]) / 1.25, noise_floor(v))
     near = v[np.abs(v - np.median(v)) <= CLIP * noise]
@@ -117,46 +98,14 @@ def first_level(values: ArrayLike) -> Level:
 
 
 def noise_floor(values: Array) -> float:
-    """Return the lower limit of the noise: half the smallest step of the values (a code), or 1e-6 pF.
-
-    Parameters
-    ----------
-    values : numpy.ndarray, shape (n,), pF
-
-    Returns
-    -------
-    float, pF
-
-    Examples
-    --------
-    >>> noise_floor(np.array([0.25, 0.75, 0.25]))
-    0.25
-    """
+    """Return the lower limit of the noise, pF: half the smallest step of the values (a code), or 1e-6 pF."""
     steps = np.diff(np.unique(values))
     return float(steps.min() / 2) if len(steps) and steps.min() > 2 * LEAST_NOISE else LEAST_NOISE
 
 
 def next_level(before: Level, value: float, floor: float) -> Level:
-    """Return the baseline after one more value without contact.
-
-    Parameters
-    ----------
-    before : Level
-    value : float, pF
-        A deviation from the expected value is limited to 3 standard deviations.
-    floor : float, pF
-        Lower limit of the noise.
-
-    Returns
-    -------
-    Level
-
-    Examples
-    --------
-    >>> before = first_level(np.full(32, 0.5))
-    >>> round(next_level(before, 0.6, 1e-6).level - 0.5, 9)  # 3e-6 of 33 values
-    9.1e-08
-    """
+    """Return the baseline after one more value without contact; `floor`: lower limit of the noise, pF."""
+    # A deviation from the expected value is limited to 3 standard deviations.
     off = float(np.clip(value - before.expected, -CLIP * before.noise, CLIP * before.noise))
     taken = before.expected + off
     count = min(before.count + 1, PROVEN)

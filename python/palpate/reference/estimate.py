@@ -6,24 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.reference.fit import Fit
-from palpate.reference.handover import SETTLED, _Handover, handover_rls
-from palpate.reference.noise import FEWEST, Noise
+from palpate.reference.handover import SETTLED, _Handover, begun, handover_rls
+from palpate.reference.noise import FEWEST
 
 
 def _begin() -> _Handover:
     """Return the estimator of `handover_rls` with its defaults, which the scene "handheld" uses, too."""
-    given = handover_rls.__kwdefaults__ or {}
-    return _Handover(
-        **{name: given[name] for name in ("steady", "drift", "threshold", "clip", "smoothing", "guard")},
-        least=1 / given["max_covariance"],
-        ratio=given["initial_ratio"],
-        information=1 / given["initial_covariance"],
-        squares=0.0,
-        weight=0.0,
-        instrument=0.0,
-        noise=Noise(float, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-        number=float,
-    )
+    return begun(**{**(handover_rls.__kwdefaults__ or {}), "number": float})
 
 
 @dataclass

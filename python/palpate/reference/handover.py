@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palpate.reference.noise import FEWEST, TRANSIENT, WARM_UP, Noise
+from palpate.reference.paper import finite
 
 SETTLED = 16  # fewest samples since the last change for a standard error
 
@@ -162,6 +163,24 @@ class _Handover:
         return variance.sqrt() if hasattr(variance, "sqrt") else np.sqrt(variance)
 
 
+def begun(
+    steady: Any,
+    drift: Any,
+    threshold: Any,
+    clip: Any,
+    smoothing: Any,
+    guard: int,
+    initial_ratio: Any,
+    initial_covariance: Any,
+    max_covariance: Any,
+    number: Callable[[Any], Any],
+) -> _Handover:
+    """Return the estimator before its first sample; the arguments are those of `handover_rls`."""
+    zero, starts = number(0), (1 / max_covariance, initial_ratio, 1 / initial_covariance)
+    noise = Noise(number, *[zero] * 10)
+    return _Handover(steady, drift, threshold, clip, smoothing, guard, *starts, zero, zero, zero, noise, number)
+
+
 def handover_rls(
     output: ArrayLike,
     regressor: ArrayLike,
@@ -204,26 +223,9 @@ def handover_rls(
     >>> handover_rls([0.5, 0.52], [0.25, 0.26]).ratio.round(4)
     array([2., 2.])
     """
-    if not (np.isfinite(np.asarray(output, float)).all() and np.isfinite(np.asarray(regressor, float)).all()):
-        raise ValueError("output, regressor: got a value that is not finite, allowed: finite numbers")
-    zero = number(0)
-    state = _Handover(
-        steady=number(steady),
-        drift=number(drift),
-        threshold=number(threshold),
-        clip=number(clip),
-        smoothing=number(smoothing),
-        guard=guard,
-        least=1 / number(max_covariance),
-        ratio=number(initial_ratio),
-        information=1 / number(initial_covariance),
-        squares=zero,
-        weight=zero,
-        instrument=zero,
-        noise=Noise(number, *[zero] * 10),
-        number=number,
-    )
-    pairs = zip(np.asarray(output), np.asarray(regressor), strict=True)
-    rows = [state.update(number(y), number(x)) for y, x in pairs]
+    pairs = finite(output, regressor, number)
+    real = [number(value) for value in (steady, drift, threshold, clip, smoothing)]
+    state = begun(*real, guard, *map(number, (initial_ratio, initial_covariance, max_covariance)), number)
+    rows = [state.update(y, x) for y, x in pairs]
     columns = [np.array(column) for column in zip(*rows, strict=True)] or [np.array([])] * 6
     return HandoverTrace._make([*columns[:5], columns[5].astype(bool)])

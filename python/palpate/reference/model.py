@@ -12,26 +12,8 @@ Array = NDArray[np.float64]
 
 
 def solved(columns: dict[str, Array], y: Array) -> tuple[dict[str, float], dict[str, float], float]:
-    """Return the least-squares solution of y = sum of coefficient times column.
-
-    Parameters
-    ----------
-    columns : dict of str to numpy.ndarray, shape (n,)
-    y : numpy.ndarray, shape (n,)
-
-    Returns
-    -------
-    coefficients, variances : dict of str to float
-        Variances for noise of variance 1: the diagonal of (X' X)^-1.
-    squares : float
-        Sum of the squared residuals.
-
-    Examples
-    --------
-    >>> values, variances, squares = solved({"x": np.array([1.0, 1.0])}, np.array([1.0, 3.0]))
-    >>> round(values["x"], 12), round(variances["x"], 12), round(squares, 12)
-    (2.0, 0.5, 2.0)
-    """
+    """Return coefficients of y = sum of coefficient times column by least squares, their variances, and the squared residuals."""
+    # The variances are for noise of variance 1: the diagonal of (X' X)^-1.
     matrix = np.column_stack(list(columns.values()))
     scale = np.sqrt((matrix**2).sum(axis=0))  # columns of size 1: so that no singular value is lost beside another's
     scale[scale == 0] = 1
@@ -44,22 +26,7 @@ def solved(columns: dict[str, Array], y: Array) -> tuple[dict[str, float], dict[
 
 
 def rest(name: str, columns: dict[str, Array]) -> float:
-    """Return the part of one column that the other columns do not explain: the sum of its squared residuals.
-
-    Parameters
-    ----------
-    name : str
-    columns : dict of str to numpy.ndarray, shape (n,)
-
-    Returns
-    -------
-    float
-
-    Examples
-    --------
-    >>> round(rest("x", {"x": np.array([1.0, 3.0]), "one": np.ones(2)}), 12)
-    2.0
-    """
+    """Return the part of one column that the other columns do not explain: the sum of its squared residuals."""
     others = {other: values for other, values in columns.items() if other != name}
     return solved(others, columns[name])[2]
 
@@ -107,24 +74,9 @@ class Misfit:
 
 
 def model(x: Array, time: Array, slope: Array, soft_noise: float) -> dict[str, Array]:
-    """Return the columns of the largest model whose terms vary by more than noise could make them.
-
-    Parameters
-    ----------
-    x, time, slope : numpy.ndarray, shape (n,)
-        Regressor, pF; number of the sample; half the difference of the neighbours of x.
-    soft_noise : float, pF
-
-    Returns
-    -------
-    dict of str to numpy.ndarray, shape (n,)
-        r x + d t; or r x + c + d t; or r x + c + d t + l x' + k (x / m - 1)^2.
-
-    Examples
-    --------
-    >>> list(model(np.full(20, 0.25), np.arange(20.0), np.zeros(20), 4e-5))
-    ['x', 'time']
-    """
+    """Return the columns of the largest model whose terms vary by more than noise could make them."""
+    # Regressor, pF; number of the sample; half the difference of the neighbours of x. The models are
+    # r x + d t; or r x + c + d t; or r x + c + d t + l x' + k (x / m - 1)^2.
     n, m = len(x), x.mean()
     columns = {"x": x, "one": np.ones(n), "time": time, "slope": slope, "square": x**2}
     line = {name: columns[name] for name in ("x", "one", "time")}
@@ -142,18 +94,7 @@ def model(x: Array, time: Array, slope: Array, soft_noise: float) -> dict[str, A
 
 
 def tested(terms: dict[str, Array], hard_noise: float, soft_noise: float) -> Misfit:
-    """Return what least squares say about these samples.
-
-    Parameters
-    ----------
-    terms : dict of str to numpy.ndarray, shape (n,)
-        x and y, pF; time, numbers of the samples from 0; slope, half the difference of the neighbours of x.
-    hard_noise, soft_noise : float, pF
-
-    Returns
-    -------
-    Misfit
-    """
+    """Return what least squares say about samples with the terms of `Fit.terms`; noises of a reading in pF."""
     x, y, n = terms["x"], terms["y"], len(terms["x"])
     columns = model(x, terms["time"], terms["slope"], soft_noise)
     values, variances, squares = solved(columns, y)

@@ -80,17 +80,13 @@ def adaptive_rls(
     >>> adaptive_rls([0.5, 0.52], [0.25, 0.26]).ratio.round(4)
     array([2., 2.])
     """
-    if not (np.isfinite(np.asarray(output, float)).all() and np.isfinite(np.asarray(regressor, float)).all()):
-        raise ValueError("output, regressor: got a value that is not finite, allowed: finite numbers")
+    pairs = finite(output, regressor, number)
     ratio, covariance, statistic = number(initial_ratio), number(initial_covariance), number(0)
     steady, alarmed, bound = number(steady), number(alarmed), number(max_covariance)
     drift, threshold, clear_level = number(drift), number(threshold), number(clear_level)
     alarm = False
     rows = []
-    for c1, c2 in zip(np.asarray(output), np.asarray(regressor), strict=True):
-        # Step 1: C1(k), C2(k)
-        output_k, regressor_k = number(c1), number(c2)
-
+    for output_k, regressor_k in pairs:  # Step 1: C1(k), C2(k)
         # Step 2: e(k) = C1(k) - C2(k) r_C(k-1)
         innovation = output_k - regressor_k * ratio
 
@@ -120,6 +116,13 @@ def adaptive_rls(
     columns = list(zip(*rows, strict=True)) or [()] * 5
     ratios, covariances, innovations, statistics, alarms = (np.array(column) for column in columns)
     return Trace(ratios, covariances, innovations, statistics, alarms.astype(bool))
+
+
+def finite(output: ArrayLike, regressor: ArrayLike, number: Callable[[Any], Any]) -> list[tuple[Any, Any]]:
+    """Return pairs of numbers of this type; ValueError: one is not finite, or there are more of one channel."""
+    if not (np.isfinite(np.asarray(output, float)).all() and np.isfinite(np.asarray(regressor, float)).all()):
+        raise ValueError("output, regressor: got a value that is not finite, allowed: finite numbers")
+    return [(number(y), number(x)) for y, x in zip(np.asarray(output), np.asarray(regressor), strict=True)]
 
 
 def rls(output: ArrayLike, regressor: ArrayLike, *, forgetting: float = 0.995, **settings: Any) -> Trace:

@@ -68,25 +68,7 @@ class Revised(NamedTuple):
 
 
 def line_share(middle: float, start: float, end: float, ages: tuple[float, float]) -> float:
-    """Return where on the line between the two baselines the middle of a touch is.
-
-    Parameters
-    ----------
-    middle, start, end : float, readings
-        Mean time of the samples, start of the touch, and time of the baseline after it.
-    ages : (float, float), readings
-        Mean ages of the two baselines, at the start and at the end.
-
-    Returns
-    -------
-    float
-        0: at the first baseline; 1: at the second.
-
-    Examples
-    --------
-    >>> line_share(30.0, 20.0, 60.0, (10.0, 10.0))
-    0.5
-    """
+    """Return where on the line between two baselines the middle of a touch is: 0, at the first one, to 1; times in readings."""
     first, second = start - ages[0], end - ages[1]
     return (middle - first) / (second - first) if middle < second else 1.0
 
