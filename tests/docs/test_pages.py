@@ -5,7 +5,6 @@ import os
 import re
 import subprocess
 import sys
-from html.parser import HTMLParser
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
@@ -14,6 +13,7 @@ from urllib.parse import unquote, urlsplit
 import click
 import palpate
 import pytest
+from bs4 import BeautifulSoup
 from palpate.ad7746.evalkit.udev import UDEV_RULE
 from palpate.cli import COMMANDS, main
 from project import ROOT, compiles, need
@@ -35,20 +35,13 @@ def of(*languages: str) -> list[Any]:
     return [pytest.param(page, id=page.stem) for page in PAGES if {n for n, _ in blocks(page)} & set(languages)]
 
 
-class Page(HTMLParser):
+class Page:
     """What a page refers to, and what may be referred to in it."""
 
     def __init__(self, path: Path) -> None:
-        super().__init__()
-        self.links: list[str] = []
-        self.ids: set[str] = set()
-        self.feed(path.read_text(encoding="utf-8"))
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Note one element."""
-        named = {name: value or "" for name, value in attrs}
-        self.ids |= {named[name] for name in ("id", "name") if name in named}
-        self.links += [named[name] for name in ("src", "href", "data") if named.get(name)]
+        every = BeautifulSoup(path.read_text(encoding="utf-8"), "html.parser").find_all(True)
+        self.ids = {tag[name] for tag in every for name in ("id", "name") if tag.has_attr(name)}
+        self.links = [tag[name] for tag in every for name in ("src", "href", "data") if tag.get(name)]
 
 
 @pytest.fixture(scope="module")

@@ -55,12 +55,3 @@ def test_the_python_lines_print_what_the_readme_shows(monkeypatch: pytest.Monkey
     done = doctest.testfile(str(ROOT / "README.md"), module_relative=False)
     assert done.attempted >= 5
     assert done.failed == 0
-
-
-def test_ci_runs_the_readmes_test_command() -> None:
-    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    extract = re.search(r"^command=\$\((.*)\)$", script, re.MULTILINE)
-    assert extract
-    done = subprocess.run(["bash", "-c", extract[1]], capture_output=True, encoding="utf-8", check=True, cwd=ROOT)
-    assert done.stdout.strip().endswith("&& .venv/bin/pytest")
-    assert done.stdout.strip() in README

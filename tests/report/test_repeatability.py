@@ -48,12 +48,6 @@ def test_the_estimate_and_its_interval_hold_in_unbalanced_designs() -> None:
         assert abs(np.mean(values) - true) < 5 * np.std(values) / count**0.5
 
 
-@pytest.mark.parametrize("groups", [[], [[]], [[1.0, math.nan]], [[math.inf], [1.0]]])
-def test_values_that_are_refused(groups: list[list[float]]) -> None:
-    with pytest.raises(ValueError, match="groups"):
-        repeatability(groups)
-
-
 @pytest.mark.parametrize(
     ("groups", "freedom", "error", "icc"),
     [

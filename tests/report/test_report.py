@@ -6,12 +6,12 @@ import re
 import shutil
 import subprocess
 import sys
-from html.parser import HTMLParser
 from pathlib import Path
 
 import jinja2
 import palpate
 import pytest
+from bs4 import BeautifulSoup
 from command_lines import run
 from palpate import report
 from palpate.display.markup import LEFT_OUT, NONE
@@ -22,42 +22,23 @@ from report_session import HOSTILE, change, recorded, specimens, with_session
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 
 
-class Page(HTMLParser):
+class Page:
     """The sections of a report by their titles: their text, and the rows of their tables."""
 
     def __init__(self, path: Path) -> None:
-        super().__init__()
-        self.text: dict[str, str] = {"": ""}
-        self.rows: dict[str, list[list[str]]] = {"": []}
-        self.tags: set[str] = set()
-        self.refers: list[str] = []
-        self._in: list[str] = []
-        self._section = ""
-        self.feed(path.read_text(encoding="utf-8"))
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Begin an element."""
-        self.tags.add(tag)
-        self.refers += [name for name, _ in attrs if re.match(r"on|(src|href|srcset|data|action)$", name)]
-        if tag not in ("meta", "br"):
-            self._in.append("pad" if ("class", "pad") in attrs else tag)
-        if tag == "tr":
-            self.rows[self._section].append([])
-        elif tag in ("td", "th"):
-            self.rows[self._section][-1].append("")
-
-    def handle_endtag(self, tag: str) -> None:
-        """End it."""
-        self._in.pop()
-
-    def handle_data(self, data: str) -> None:
-        """Take a text."""
-        if "h2" in self._in:
-            self._section, self.text[data], self.rows[data] = data, "", []
-        elif not {"style", "pad"} & set(self._in):
-            self.text[self._section] += data + " "
-            if {"td", "th"} & set(self._in):
-                self.rows[self._section][-1][-1] += data
+        page = BeautifulSoup(path.read_text(encoding="utf-8"), "html.parser")
+        every = page.find_all(True)
+        self.tags = {tag.name for tag in every}
+        self.refers = [
+            name for tag in every for name in tag.attrs if re.match(r"on|(src|href|srcset|data|action)$", name)
+        ]
+        self.text, self.rows, section = {"": ""}, dict[str, list[list[str]]]({"": []}), ""
+        for part in page.select("body > *"):
+            if part.name == "h2":
+                section = part.text
+                self.text[section], self.rows[section] = "", []
+            self.text[section] += part.get_text(" ")
+            self.rows[section] += [[cell.text for cell in row(["td", "th"])] for row in part("tr")]
 
     def row(self, section: str, first: str) -> list[str]:
         """Return the only row of a section that begins with a text."""

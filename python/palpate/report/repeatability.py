@@ -25,27 +25,12 @@ _BOTH = 1.96 * sqrt(2)  # 95 % of the differences of two touches, in standard er
 
 @dataclass(frozen=True)
 class Repeatability:
-    """How touches on the same specimen agree, compared with how specimens differ; made by `repeatability`.
+    """How touches on the same specimen agree, compared with how specimens differ; nan: unknown."""
 
-    Attributes
-    ----------
-    specimens, touches : int
-        Groups and values.
-    within_freedom : int
-        Degrees of freedom within the specimens: touches - specimens; 0: no specimen was touched twice.
-    per_specimen : float
-        n_0, the touches of a specimen: their number if it is the same for all, else a little less than the mean number.
-    within, between : float
-        Mean squares within and between the specimens; nan: unknown.
-    icc, low, high : float
-        ICC(1,1), and its 95 % interval; nan: unknown. Below 0 if specimens differ by less than their touches scatter.
-
-    Examples
-    --------
-    >>> one = Repeatability(2, 4, 2, 2.0, within=0.0004, between=1.0, icc=0.999, low=0.97, high=1.0)
-    >>> round(one.error, 3), round(one.detectable(), 3)
-    (0.02, 0.055)
-    """
+    # within_freedom: touches - specimens; 0: no specimen was touched twice.
+    # per_specimen: n_0, the touches of a specimen; a little less than the mean if the numbers differ.
+    # within, between: mean squares within and between the specimens.
+    # icc, low, high: ICC(1,1), and its 95 % interval; below 0 if specimens differ by less than their touches scatter.
 
     specimens: int
     touches: int
@@ -72,43 +57,13 @@ class Repeatability:
         return {name: value if isfinite(value) else None for name, value in values.items()}
 
 
-def repeatability(groups: Sequence[Sequence[float]], level: float = 0.95) -> Repeatability:
-    """Return the repeatability of values in groups, by a one-way analysis of variance.
-
-    ICC(1,1) = (MSB - MSW) / (MSB + (k - 1) MSW), with k values in a group. With different numbers n_i of values k is
-    n_0 = (N - sum n_i^2 / N) / (groups - 1). The interval follows from F = MSB / MSW (McGraw and Wong, Table 7), exact for
-    groups of one size and approximate for other ones.
-
-    Parameters
-    ----------
-    groups : sequence of sequences of float
-        For each specimen the logarithms of the ratios of its touches. A specimen without a value does not count.
-    level : float, in (0, 1)
-        Probability of the interval.
-
-    Returns
-    -------
-    Repeatability
-
-    Raises
-    ------
-    ValueError
-        No values, or one that is not finite.
-    MissingExtra
-        scipy is missing; type: pip install 'palpate[science]'.
-
-    Examples
-    --------
-    >>> found = repeatability([[0.0, 0.1], [1.0, 1.1], [2.0, 2.1]])
-    >>> round(found.icc, 3), round(found.error, 3)
-    (0.995, 0.071)
-    """
+def repeatability(groups: Sequence[Sequence[float]]) -> Repeatability:
+    """Return the repeatability of values in groups, finite and one at least, by a one-way analysis of variance."""
+    # ICC(1,1) = (MSB - MSW) / (MSB + (k - 1) MSW), with k values in a group. With different numbers n_i of values k is
+    # n_0 = (N - sum n_i^2 / N) / (groups - 1). The interval follows from F = MSB / MSW (McGraw and Wong, Table 7), exact
+    # for groups of one size and approximate for other ones. A group without a value does not count.
     sizes = np.array([len(group) for group in groups if len(group)], float)
     values = np.array([value for group in groups for value in group], float)
-    if not len(values) or not np.isfinite(values).all():
-        raise ValueError(
-            f"groups: got {len(values)} values, of which some may not be finite, allowed: finite ones, 1 or more"
-        )
     means = np.array([np.mean(group) for group in groups if len(group)])
     freedom = (len(sizes) - 1, len(values) - len(sizes))
     spread = float(((values - np.repeat(means, sizes.astype(int))) ** 2).sum())
@@ -117,17 +72,15 @@ def repeatability(groups: Sequence[Sequence[float]], level: float = 0.95) -> Rep
         total / free if free else nan for total, free in zip((spread, apart), freedom[::-1], strict=True)
     )
     per = float((sizes.sum() - (sizes**2).sum() / sizes.sum()) / freedom[0]) if freedom[0] else float(sizes[0])
-    correlation = (1.0 if f == inf else (f - 1) / (f + per - 1) for f in _quotients(within, between, freedom, level))
+    correlation = (1.0 if f == inf else (f - 1) / (f + per - 1) for f in _quotients(within, between, freedom))
     return Repeatability(len(sizes), len(values), freedom[1], per, within, between, *correlation)
 
 
-def _quotients(within: float, between: float, freedom: tuple[int, int], level: float) -> tuple[float, float, float]:
+def _quotients(within: float, between: float, freedom: tuple[int, int]) -> tuple[float, float, float]:
     """Return F = MSB / MSW, and both ends of its interval."""
     if not (isfinite(within) and isfinite(between)) or within == between == 0:
         return nan, nan, nan
     if within == 0:
         return inf, inf, inf
-    quantile = need("scipy.special", "science").fdtri
-    upper = 0.5 + level / 2
-    found = between / within
-    return found, found / float(quantile(*freedom, upper)), found * float(quantile(*freedom[::-1], upper))
+    quantile, found = need("scipy.special", "science").fdtri, between / within
+    return found, found / float(quantile(*freedom, 0.975)), found * float(quantile(*freedom[::-1], 0.975))
