@@ -64,28 +64,16 @@ def correct(path: Path) -> None:
 
 def page(header: str) -> str:
     """Return the page of a header; the formulas of its comments are in no language."""
-    lines = [
-        header,
-        "=" * len(header),
-        "",
-        ".. highlight:: none",
-        "",
-        ".. code-block:: cpp",
-        "",
-        f"   #include <{header}>",
-    ]
-    return "\n".join([*lines, "", f".. doxygenfile:: {Path(header).name}", ""])
+    title = f"{header}\n{'=' * len(header)}\n\n.. highlight:: none"
+    return f"{title}\n\n.. code-block:: cpp\n\n   #include <{header}>\n\n.. doxygenfile:: {Path(header).name}\n"
 
 
 def write(folder: Path, pages: dict[str, str]) -> None:
-    """Write the pages that have changed: Sphinx reads again what is new."""
-    folder.mkdir(exist_ok=True)
-    for old in set(folder.iterdir()) - {folder / name for name in pages}:
-        old.unlink()
+    """Write the pages into an empty folder."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
     for name, text in pages.items():
-        path = folder / name
-        if not path.exists() or path.read_text(encoding="utf-8") != text:
-            path.write_text(text, encoding="utf-8")
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def prepare(app: Any, config: Any) -> None:

@@ -40,8 +40,8 @@ class Page:
 
     def __init__(self, path: Path) -> None:
         every = BeautifulSoup(path.read_text(encoding="utf-8"), "html.parser").find_all(True)
-        self.ids = {tag[name] for tag in every for name in ("id", "name") if tag.has_attr(name)}
-        self.links = [tag[name] for tag in every for name in ("src", "href", "data") if tag.get(name)]
+        self.ids = {str(tag[name]) for tag in every for name in ("id", "name") if tag.has_attr(name)}
+        self.links = [str(tag[name]) for tag in every for name in ("src", "href", "data") if tag.get(name)]
 
 
 @pytest.fixture(scope="module")

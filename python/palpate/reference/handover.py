@@ -176,9 +176,13 @@ def begun(
     number: Callable[[Any], Any],
 ) -> _Handover:
     """Return the estimator before its first sample; the arguments are those of `handover_rls`."""
-    zero, starts = number(0), (1 / max_covariance, initial_ratio, 1 / initial_covariance)
+    steady, drift, threshold, clip, smoothing = map(number, (steady, drift, threshold, clip, smoothing))
+    least, ratio, information = 1 / number(max_covariance), number(initial_ratio), 1 / number(initial_covariance)
+    zero = number(0)
     noise = Noise(number, *[zero] * 10)
-    return _Handover(steady, drift, threshold, clip, smoothing, guard, *starts, zero, zero, zero, noise, number)
+    return _Handover(
+        steady, drift, threshold, clip, smoothing, guard, least, ratio, information, zero, zero, zero, noise, number
+    )
 
 
 def handover_rls(
@@ -224,8 +228,9 @@ def handover_rls(
     array([2., 2.])
     """
     pairs = finite(output, regressor, number)
-    real = [number(value) for value in (steady, drift, threshold, clip, smoothing)]
-    state = begun(*real, guard, *map(number, (initial_ratio, initial_covariance, max_covariance)), number)
+    state = begun(
+        steady, drift, threshold, clip, smoothing, guard, initial_ratio, initial_covariance, max_covariance, number
+    )
     rows = [state.update(y, x) for y, x in pairs]
     columns = [np.array(column) for column in zip(*rows, strict=True)] or [np.array([])] * 6
     return HandoverTrace._make([*columns[:5], columns[5].astype(bool)])
