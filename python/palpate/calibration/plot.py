@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from palpate import digits
 from palpate.calibration.calibration import Calibration, Modulus, band
 from palpate.calibration.curve_fit import curve
 from palpate.display import markup, text
@@ -23,7 +22,7 @@ def draw(ax: Any, calibration: Calibration, *, colour: str = HANDHELD, label: st
     ax.fill_between(np.exp(x), level - reach, level + reach, color=colour, alpha=0.15, linewidth=0,
                     label="95 % of touches")  # fmt: skip
     ax.plot(np.exp(x), level, color=colour, label=label)
-    ax.axhline(calibration.probe.rigid_ratio, **TRUTH, label=f"rigid object: {_rigid(calibration)}")
+    ax.axhline(calibration.probe.rigid_ratio, **TRUTH, label=f"rigid object: {text.rigid(calibration)}")
     moduli_axis(ax)
     ax.set_xlim(np.exp(x[0]), np.exp(x[-1]))
     ax.set_ylabel("capacitance ratio")
@@ -40,10 +39,6 @@ def on(ax: Any, calibration: Calibration) -> Any:
 
 def _measured(ax: Any, calibration: Calibration) -> None:
     ax.plot(calibration.moduli, calibration.ratios, label="measured", zorder=3, **_DOTS)
-
-
-def _rigid(calibration: Calibration) -> str:
-    return digits.number(calibration.probe.rigid_ratio, float(calibration.fitted.covariance[0, 0]) ** 0.5)
 
 
 def moduli_axis(ax: Any) -> None:
@@ -106,24 +101,18 @@ def picture(calibration: Calibration, seen: Iterable[tuple[str, float, Modulus]]
     for tick in markup.ticks(bottom, top):
         drawn += [markup.ruler((_LEFT, _RIGHT), (y(tick), y(tick)), **_GRID)]
         drawn += [markup.label(_LEFT - 6, y(tick) + 4, f"{tick:g}", "end")]
-    drawn += [markup.area(across(log_E), down(level - reach), down(level + reach), fill=ACCENT, fill_opacity=0.24)]
-    drawn += [markup.path(across(log_E), down(level), stroke=ACCENT, stroke_width=2)]
     drawn += [
-        markup.dot(x(E), y(r), fill="currentColor") for E, r in zip(calibration.moduli, calibration.ratios, strict=True)
+        markup.area(across(log_E), down(level - reach), down(level + reach), fill=ACCENT, fill_opacity=0.24),
+        markup.path(across(log_E), down(level), stroke=ACCENT, stroke_width=2),
+        markup.ruler((_LEFT, _RIGHT), (y(rigid), y(rigid)), stroke="currentColor", stroke_dasharray="5 4"),
+        markup.label(_LEFT + 8, y(rigid) - 4, f"rigid object: {text.rigid(calibration)}"),
+        markup.label(_RIGHT, 244, "ratio over modulus, MPa", "end"),
     ]
-    drawn += [markup.ruler((_LEFT, _RIGHT), (y(rigid), y(rigid)), stroke="currentColor", stroke_dasharray="5 4")]
-    drawn += [markup.label(_LEFT + 8, y(rigid) - 4, f"rigid object: {text.rigid(calibration)}")]
-    for name, ratio, modulus in seen:
-        drawn += [markup.ruler((x(modulus.low), x(modulus.high)), (y(ratio), y(ratio)), **_BAR)]
-        drawn += [markup.dot(x(modulus.value), y(ratio), 4, fill="none", **_BAR)]
-        left = x(modulus.value) > (_LEFT + _RIGHT) / 2
-        drawn += [
-            markup.label(
-                x(modulus.value) + (-8 if left else 8),
-                y(ratio) + (-6 if left else 14),
-                name,
-                "end" if left else "start",
-            )
-        ]
-    drawn += [markup.label(_RIGHT, 244, "ratio over modulus, MPa", "end")]
+    for modulus, ratio in zip(calibration.moduli, calibration.ratios, strict=True):
+        drawn += [markup.dot(x(modulus), y(ratio), fill="currentColor")]
+    for name, ratio, found in seen:
+        at, height = x(found.value), y(ratio)
+        beside = (at - 8, height - 6, name, "end") if at > (_LEFT + _RIGHT) / 2 else (at + 8, height + 14, name)
+        drawn += [markup.ruler((x(found.low), x(found.high)), (height, height), **_BAR)]
+        drawn += [markup.dot(at, height, 4, fill="none", **_BAR), markup.label(*beside)]
     return markup.picture(450, 250, "Calibration: ratio against modulus", *drawn)

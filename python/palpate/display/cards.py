@@ -143,12 +143,8 @@ def _settings(settings: dict[str, Any], defaults: dict[str, Any]) -> Markup:
 def stream(shown: "Stream") -> Markup:
     """Return the state of a measurement, its counters and its touches."""
     counters = [f"{count:,} {name}" for name, count in shown.counters.as_dict().items() if count]
-    facts: dict[str, object] = {
-        "state": shown.tracker.state,
-        "ratio": text.running_ratio(shown.tracker),
-        "samples": ", ".join(counters) or "none yet",
-    }
-    return _card(f"Stream of {type(shown.source).__name__}", facts, touches(shown.touches) if shown.touches else "")
+    samples = ", ".join(counters) or "none yet"
+    return _card(f"Stream of {type(shown.source).__name__}", {"samples": samples}, tracker(shown.tracker))
 
 
 def _card(title: str, facts: dict[str, object], *below: object, said: Any = ()) -> Markup:

@@ -45,15 +45,7 @@ def element(tag: str, *children: object, **attributes: object) -> Markup:
 
 
 def channels(time: Array, hard: Array, soft: Array) -> Markup:
-    """Return both channels as lines on one scale, the soft one thinner; a missing reading is a hole.
-
-    Parameters
-    ----------
-    time : numpy.ndarray, shape (n,)
-        Times, or row numbers.
-    hard, soft : numpy.ndarray, shape (n,), pF
-        Changes of the capacitance.
-    """
+    """Return both channels as lines over times or rows, on one scale, the soft one thinner; a missing reading is a hole."""
     lines = [envelope(time, values) for values in (hard, soft)]
     x, y = _fit([line[0] for line in lines], _EDGE, 480 - _EDGE), _fit([line[1] for line in lines], 90 - _EDGE, _EDGE)
     drawn = [

@@ -102,21 +102,16 @@ class Result:
         return (self.calibration.agreement(kept) if self.calibration else agreement(kept)) if kept else None
 
     @property
-    def mean(self) -> float:
-        """Mean ratio; nan if there is none, or the touches differ."""
-        return self.agreement.ratio if self.agreement and self.agreement.agree else nan
-
-    @property
-    def error(self) -> float:
-        """Standard error of this mean; nan if there is none."""
-        return self.agreement.standard_error if self.agreement and self.agreement.agree else nan
+    def together(self) -> Agreement | None:
+        """The mean of the kept touches; None if there are none, or they differ."""
+        return self.agreement if self.agreement and self.agreement.agree else None
 
     @cached_property
     def modulus(self) -> Modulus | None:
         """Modulus of the mean ratio; None without a calibration or a mean."""
-        if self.calibration is None or self.agreement is None or not self.agreement.agree:
+        if (mean := self.together) is None or self.calibration is None:
             return None
-        return self.calibration.modulus(self.mean, self.agreement.own_error, touches=self.agreement.effective)
+        return self.calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
 
     @property
     def variation(self) -> float:
@@ -134,11 +129,12 @@ class Result:
     @property
     def parts(self) -> list[float]:
         """Relative errors of the mean by touch, specimen, curve and noise, and all together; empty without a modulus."""
-        if not (self.calibration and self.agreement and self.modulus and 0 < self.modulus.value < inf):
+        mean = self.together
+        if not (self.calibration and mean and self.modulus and 0 < self.modulus.value < inf):
             return []
-        measured = Measured(self.mean, self.agreement.own_error, self.agreement.effective)
+        measured = Measured(mean.ratio, mean.own_error, mean.effective)
         found = variances(self.calibration.fitted, measured, np.array(log(self.modulus.value)))
-        parts = [sqrt(float(part)) / self.mean for part in (found.touch, found.specimen, found.curve, found.noise)]
+        parts = [sqrt(float(part)) / mean.ratio for part in (found.touch, found.specimen, found.curve, found.noise)]
         return [*parts, hypot(*parts)]
 
     def as_dict(self) -> dict[str, Any]:
@@ -196,7 +192,7 @@ class Findings:
 
     @cached_property
     def _means(self) -> dict[str, float]:
-        return {result.name: result.mean for result in self.results}
+        return {result.name: result.together.ratio for result in self.results if result.together}
 
 
 def findings(runs: list[Run], calibration: Calibration | None, moduli: Mapping[str, float]) -> Findings:

@@ -63,9 +63,9 @@ def context(found: Findings, files: Mapping[str, Path], given: list[tuple[str, s
 def fitted(calibration: Calibration, results: Iterable[Result] = ()) -> dict[str, Any]:
     """Return what the template shows of a calibration, and of the moduli that it gave."""
     seen = [
-        (one.name, one.mean, one.modulus)
+        (one.name, one.together.ratio, one.modulus)
         for one in results
-        if one.known is None and one.modulus and isfinite(one.modulus.value)
+        if one.known is None and one.together and one.modulus and isfinite(one.modulus.value)
     ]
     return {
         "calibration": calibration,
@@ -82,14 +82,9 @@ def clock(seconds: float) -> str:
     return NONE if isnan(seconds) else lasting(timedelta(seconds=seconds))
 
 
-def number(value: float, error: float) -> str:
-    """Return a value to two digits of its error; `NONE`: unknown."""
-    return digits.number(value, error) if isfinite(value) else NONE
-
-
 def percent(share: float) -> str:
-    """Return an error in percent."""
-    return number(100 * share, 100 * share)
+    """Return an error in percent; `NONE`: unknown."""
+    return digits.error(100 * share) if isfinite(share) else NONE
 
 
 def signed(share: float) -> str:
@@ -138,7 +133,7 @@ def _recording(run: Run) -> list[list[str]]:
 SHOWN: dict[str, Any] = {
     "NONE": NONE,
     "LEFT_OUT": LEFT_OUT,
-    **{use.__name__: use for use in (clock, counted, marks_in, modulus_cells, number, percent, signed, touch_modulus)},
+    **{use.__name__: use for use in (clock, counted, marks_in, modulus_cells, percent, signed, touch_modulus)},
 }
 """What the template uses beside the context."""
 
