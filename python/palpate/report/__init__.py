@@ -1,7 +1,7 @@
 """Reports as one HTML page: what was touched, what came out, how sure it is, and how to do it again.
 
-`runs` reads a recording and its touches, `results` finds a result for each specimen, `repeatability` compares touches with
-specimens, `sections` has what the templates show, and `writing` fills them.
+`findings` reads recordings and finds the touches and the result of each specimen, `repeatability` compares touches with
+specimens, `sections` has the texts that the template cannot make, and `writing` fills it.
 """
 
 from palpate.report.writing import Written, calibration_page, write
