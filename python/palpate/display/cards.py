@@ -80,9 +80,11 @@ def recording(shown: "Recording") -> Markup:
         "marks": marks + _more(len(shown.marks)),
         "notes": "; ".join([*shown.notes[:_MOST], _more(len(shown.notes))]).rstrip("; "),
     }
-    caption = f"change of hard (thick) and soft (thin) over {over}"
-    picture = _captioned(markup.channels(t_s, changes(shown.hard)[0], changes(shown.soft)[0]), caption) if pairs else ""
-    return _card("Recording", facts, picture, said=shown.doubts[:_MOST])
+    below: list[Markup] = []
+    if pairs:
+        caption = element("small", f"change of hard (thick) and soft (thin) over {over}", style="opacity:0.7")
+        below = [markup.channels(t_s, changes(shown.hard)[0], changes(shown.soft)[0]), caption]
+    return _card("Recording", facts, *below, said=shown.doubts[:_MOST])
 
 
 def _told(readings: markup.Array) -> str:
@@ -159,11 +161,6 @@ def _card(title: str, facts: dict[str, object], *below: object, said: Any = ()) 
     ]
     table = [element("table", element("tbody", *rows), style=_TABLE)] if rows else []
     return element("div", element("strong", title), *table, *_sentences(said), *below, style="line-height:1.4")
-
-
-def _captioned(picture: Markup, caption: str) -> Markup:
-    """Return a picture with a line below it."""
-    return element("div", picture, element("small", caption, style="opacity:0.7"))
 
 
 def _sentences(said: Any) -> list[Markup]:
