@@ -88,8 +88,8 @@ def test_what_is_no_row_is_refused(tmp_path: Path) -> None:
     for name, values, reason in (
         ("seq", pa.array([-1] * len(table)), "run.parquet, line 2: '-1' is not a valid value for column seq"),
         ("status", pa.array([9] * len(table), pa.uint8()), "is not a valid value for column status"),
-        ("seq", pa.array([None, *range(1, len(table))]), "column seq: got int64 with 1 empty cells, allowed: int64"),
-        ("hard_pF", pa.array(["1.5"] * len(table)), "column hard_pF: got .*, allowed: double"),
+        ("seq", pa.array([None, *range(1, len(table))]), "column seq: got float64, allowed: int64 in each row"),
+        ("hard_pF", pa.array(["1.5"] * len(table)), "column hard_pF: got .*, allowed: float64 in each row"),
     ):
         index = table.schema.get_field_index(name)
         parquet.write_table(table.set_column(index, pa.field(name, values.type), values), there)

@@ -193,6 +193,12 @@ def test_a_file_for_each_channel_is_joined_by_time(tmp_path: Path) -> None:
         read(hard, soft=two)
 
 
+def test_channels_with_other_kinds_of_times_are_refused(tmp_path: Path) -> None:
+    hard, soft = files(tmp_path, 1_772_000_000 + T, T, "time,C (pF)")
+    with pytest.raises(ValueError, match=r"time: got .* since 1970 .* for hard and .* for soft, allowed: the same kind"):
+        read(hard, soft=soft)
+
+
 def test_a_file_for_each_channel_needs_times_or_a_rate(tmp_path: Path) -> None:
     paths = [table(tmp_path, "C (pF),n", "".join(f"{n % 7 + 1},0\n" for n in range(rows)), name)
              for rows, name in ((60, "a"), (58, "b"))]  # fmt: skip

@@ -18,9 +18,8 @@ from palpate.recording import columns
 from palpate.recording.foreign import AnyRecording, of_table, recorded
 from palpate.recording.own_file import is_own
 from palpate.recording.verification import Verification, verified
-from palpate.tables.asked import Asked
 from palpate.tables.formats import read_table
-from palpate.tables.table import Table
+from palpate.tables.table import Asked, Table
 from palpate.touch import tracked
 
 _SHOWN = 4  # rows of a preview

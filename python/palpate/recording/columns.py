@@ -14,19 +14,19 @@ from palpate.files import replacing
 from palpate.recording import sidecar
 from palpate.recording.integrity import Known
 from palpate.recording.lock import is_locked
-from palpate.recording.own_file import Recorded, begin_of
+from palpate.recording.own_file import Recorded
 from palpate.recording.rows import HEADER, format_rows
 from palpate.samples import DTYPE, Block, Status
 
 if TYPE_CHECKING:
     from palpate.recording.foreign import AnyRecording
+    from palpate.tables.table import Table
 
 RATE = "pairs a second, for a table without times; or name the column of times with time=COL"
 """What is allowed as the rate of a table without times."""
 SUFFIXES = (".csv", ".parquet", ".arrow", ".feather")
-KEY = "palpate"
+KEY = b"palpate"
 """The key of the sidecar in the metadata."""
-_PARQUET, _ARROW = b"PAR1", b"ARROW1\0\0"
 _MEANT = {
     "seq": ("", "number of the sample; missing numbers are lost samples"),
     "t_hard_ns": ("ns", "middle of the hard channel's conversion"),
@@ -52,28 +52,19 @@ def schema() -> Any:
     return arrow.schema(fields)
 
 
-def own_recording(path: Path) -> Recorded | None:
-    """Return a recording that was converted to Parquet or Arrow; None: another file.
-
-    Its rows are written as CSV again: the checksum in its sidecar is of that text.
-    """
-    if not begin_of(path, len(_ARROW)).startswith((_PARQUET, _ARROW)):
+def own_recording(table: "Table") -> Recorded | None:
+    """Return a recording that was converted to Parquet or Arrow, as CSV again, which its checksum is of; None: another file."""
+    by_name = {column.name: column.cells for column in table.columns}
+    if KEY not in table.metadata or not set(NAMES.values()) <= set(by_name):
         return None
-    from palpate.tables.formats import arrow_file
-
-    found, whole = arrow_file(path)
-    if KEY.encode() not in (found.metadata or {}) or not set(NAMES.values()) <= set(found.names):
-        return None
-    table = whole()
-    rows = np.zeros(table.num_rows, DTYPE)
-    for (field, name), wanted in zip(NAMES.items(), schema(), strict=True):
-        column = table.column(name)
-        if column.type != wanted.type or column.null_count:
-            got = f"{column.type} with {column.null_count:,} empty cells"
-            raise RecordingError(path, f"column {name}: got {got}, allowed: {wanted.type} without any")
-        rows[field] = column.to_numpy()
-    known = Known(*sidecar.parsed(path, found.metadata[KEY.encode()]))
-    return Recorded(path, known, HEADER.encode() + format_rows(rows))
+    rows = np.zeros(len(table), DTYPE)
+    for field, name in NAMES.items():
+        cells = by_name[name]
+        if cells.dtype != DTYPE[field]:  # also if some are empty
+            raise RecordingError(table.path, f"column {name}: got {cells.dtype}, allowed: {DTYPE[field]} in each row")
+        rows[field] = cells
+    known = Known(*sidecar.parsed(table.path, table.metadata[KEY]))
+    return Recorded(table.path, known, HEADER.encode() + format_rows(rows))
 
 
 def convert(recording: "AnyRecording", target: Path, *, force: bool = False) -> int:

@@ -5,24 +5,20 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.frames import Frame
 from palpate.recording.columns import own_recording
 from palpate.recording.own_file import Recorded, is_own
 from palpate.recording.recording import Recording
 from palpate.recording.survey import Survey
 from palpate.samples import Block, blank
-
-if TYPE_CHECKING:
-    from palpate.tables.table import Table
+from palpate.tables.table import DECIMALS, Asked, Table
 
 _GAP = "as a column of the table says"
 _ROWS = 1 << 16  # of a block
-_OWN_COLUMNS = {"hard": "hard_pF", "soft": "soft_pF", "time": "t_hard_s", "soft_time": "t_soft_s"}
 AS_TABLE = (
     "a recording of palpate, read as a table of another program: its rows are not verified, its status, codes, tares, "
     "gaps and range not used"
@@ -98,43 +94,22 @@ AnyRecording = Recorded | Foreign
 """A recording of any kind, as a sequence of blocks."""
 
 
-def of_table(path: Path, table: "Table", **asked: Any) -> Foreign:
-    """Return a table of another program, or a data frame of palpate's own, as a recording.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-    table : Table
-    **asked
-        Keywords of `palpate.read`.
-
-    Raises
-    ------
-    RecordingError, ValueError
-        As in `palpate.read`.
-    """
+def of_table(path: Path, table: Table, **asked: Any) -> Foreign:
+    """Return a table of another program, or a data frame of palpate's own, as a recording; arguments, errors as of `read`."""
     from palpate.recording.own_frame import own_frame
-    from palpate.tables.asked import Asked
     from palpate.tables.channels import channels
     from palpate.tables.formats import read_table
-    from palpate.tables.table import DECIMALS
 
     wanted = Asked(**asked)
-    if not wanted.given and (made := own_frame(table)) is not None:
+    if wanted == Asked() and (made := own_frame(table)) is not None:
         return Foreign(path, made)
     if wanted.decimal:
         table = replace(table, decimal=DECIMALS[wanted.decimal])
-    own = {column.name for column in table.columns} >= set(_OWN_COLUMNS.values())
-    if own and not {"time", "soft_time"} & set(wanted.columns or {}):
-        wanted = replace(wanted, columns={**_OWN_COLUMNS, **(wanted.columns or {})})
-    found = channels(table, wanted, read_table(Path(wanted.soft), wanted) if wanted.soft is not None else None)
-    recording = Recording(
-        *(found.t_hard_s, found.t_soft_s, found.hard, found.soft),
-        notes=(*found.notes, *([AS_TABLE] if own else [])),
-        full_scale_pF=SATURATED_PF if own and "columns" not in asked else np.inf,
-        zero_utc_ns=found.zero_utc_ns,
-        understood=found.said,
-    )
+    soft = read_table(Path(wanted.soft), wanted) if wanted.soft is not None else None
+    found = channels(table, wanted, soft)
+    is_own = {column.name for column in table.columns} >= {"hard_pF", "soft_pF", "t_hard_s", "t_soft_s"}
+    notes = (*found.notes, AS_TABLE) if is_own else found.notes
+    recording = Recording(*found[:4], notes, zero_utc_ns=found.zero_utc_ns, understood=found.said)
     return Foreign(path, recording, found.unused)
 
 
@@ -168,12 +143,11 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> AnyRecording:
     file = Path(path)
     if not given and is_own(file):
         return Recorded(file)
-    if not given and (converted := own_recording(file)):
-        return converted
-    from palpate.tables.asked import Asked  # a recording of palpate does not need it
-    from palpate.tables.formats import read_table
+    from palpate.tables.formats import read_table  # a recording of palpate does not need it
 
-    return of_table(file, read_table(file, Asked(**given)), **given)
+    table = read_table(file, Asked(**given))
+    converted = None if given else own_recording(table)
+    return converted or of_table(file, table, **given)
 
 
 def read(

@@ -367,7 +367,11 @@ def is_own(path: Path) -> bool:
     Its first line is the header. If it has a sidecar, the header may be damaged, as long as there are rows; or it was
     stopped before its first row.
     """
-    begin = begin_of(path, _BEGIN)
+    try:
+        with opened(path) as file:
+            begin = file.read(_BEGIN)
+    except OSError as error:
+        raise RecordingError(path, f"cannot be read: {error.strerror or error}") from error
     first, *others = begin.split(b"\n")
     if first.removesuffix(b"\r") in HEADERS:
         return True
@@ -378,12 +382,3 @@ def is_own(path: Path) -> bool:
         return False
     stopped = any(header.startswith(begin.rstrip(b"\0")) for header in HEADERS)
     return stopped or columns_of([b"", *others]) is not None
-
-
-def begin_of(path: Path, most: int) -> bytes:
-    """Return the first bytes of what is in a file; RecordingError if it cannot be read."""
-    try:
-        with opened(path) as file:
-            return file.read(most)
-    except OSError as error:
-        raise RecordingError(path, f"cannot be read: {error.strerror or error}") from error

@@ -14,9 +14,8 @@ from palpate.extras import need
 from palpate.recording.recording import Recording
 from palpate.recording.rows import LARGEST_STATUS
 from palpate.samples import blank, usable
-from palpate.tables.asked import Asked
 from palpate.tables.channels import pace, rate_of, remarks
-from palpate.tables.table import Table, numbers
+from palpate.tables.table import Asked, Table, numbers
 from palpate.tables.times import times
 
 _ARRAYS = {"t_hard_s": "t_hard_s", "t_soft_s": "t_soft_s", "hard": "hard_pF", "soft": "soft_pF"}
@@ -77,10 +76,9 @@ def own_frame(table: Table) -> Recording | None:
         hard, soft = usable(block, full_scale)
     t_hard = t_soft = np.full(len(table), np.nan)
     if stamps:
-        first, second = (times(table, table.column(name), Asked()) for name in stamps)
-        t_hard, t_soft = first.seconds, second.since(first).seconds
+        t_hard, t_soft = (times(table, table.column(name), Asked()).seconds for name in stamps)
     rate = rate_of(t_hard)
-    date_ns = times(table, table.column("utc"), Asked()).date_ns if "utc" in names else None
+    date_ns = times(table, table.column("utc"), Asked()).zero_ns if "utc" in names else None
     gaps = np.flatnonzero(_flags(table, "gap")).tolist() if "gap" in names else []
     notes = [*remarks((t_hard, t_soft, hard, soft), rate), *table.notes, *([ROWS_ONLY] if "status" in names else [])]
     return Recording(

@@ -14,8 +14,7 @@ from palpate.recording.foreign import AnyRecording, recorded
 from palpate.samples import DTYPE, Block, Sample, Status, samples_of
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, choice, number
-from palpate.tables.asked import parsed_map
-from palpate.tables.table import DECIMALS
+from palpate.tables.table import DECIMALS, parsed_map
 from palpate.tables.units import PICOFARADS, SECONDS
 
 _NOTHING = np.empty(0, DTYPE)

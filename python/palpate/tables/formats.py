@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from palpate.errors import RecordingError, listed, quoted
 from palpate.extras import need
 from palpate.frames import is_a, is_frame
-from palpate.tables.asked import Asked
 from palpate.tables.packed import contents, unpacked_name
-from palpate.tables.table import Column, Table
+from palpate.tables.table import Asked, Column, Table
 from palpate.tables.text import NoRows, text_table
 
 PARQUET, ARROW = b"PAR1", b"ARROW1\0\0"
@@ -25,32 +24,19 @@ _SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".xlsx", ".xlsm", ".xdf", "
 
 
 def readable(path: Path) -> bool:
-    """Return whether a format with a reader has this name of a file.
-
-    Examples
-    --------
-    >>> [name for name in ("a.csv", "A.CSV.gz", "a.json", "a.csv.unrepaired", "a.pdf") if readable(Path(name))]
-    ['a.csv', 'A.CSV.gz']
-    """
+    """Return whether a format with a reader has this name of a file."""
     return Path(unpacked_name(path)).suffix.lower() in _SUFFIXES
 
 
-def read_table(path: Path, asked: Asked | None = None) -> Table:
-    """Read a file of any format as a table; also one that is packed as .gz, and standard input, of the name -.
+def read_table(path: Path, asked: Asked) -> Table:
+    """Read a file of any format as a table, also one that is packed as .gz, and standard input.
 
-    Raises
-    ------
-    RecordingError
-        The file cannot be read, is larger than `palpate.tables.packed.LARGEST`, or is not a table.
-    ValueError
-        It is open which one of several tables in the file is meant.
-    MissingExtra
-        A package that reads this format is not installed.
+    RecordingError: it cannot be read, is too large, or is no table. ValueError: it is open which table is meant.
     """
     data = contents(path)
     reader = next((reader for begin, reader in _READERS.items() if data.startswith(begin)), text_table)
     try:
-        return reader(path, data, asked or Asked())
+        return reader(path, data, asked)
     except csv.Error as error:
         raise RecordingError(path, f"not a table: {error}") from error
 
@@ -97,35 +83,16 @@ def _written(cell: Any) -> str:
     return "" if cell.value is None else " ".join(str(cell.value).split())
 
 
-def arrow_file(path: Path) -> tuple[Any, Callable[[], Any]]:
-    """Return the schema of a Parquet or Arrow file, with the metadata of the file, and the way to its pyarrow.Table.
-
-    Raises
-    ------
-    RecordingError
-        It is damaged; also from the function.
-    """
-    data, arrow = contents(path), need("pyarrow", "tables")
+def _arrow(path: Path, data: bytes, _asked: Asked) -> Table:
+    arrow = need("pyarrow", "tables")
     with _damaged(path, "a Parquet or Arrow file"):
         if data.startswith(PARQUET):
-            parquet = need("pyarrow.parquet", "tables").ParquetFile(io.BytesIO(data))
-            schema, read = parquet.schema_arrow.with_metadata(parquet.metadata.metadata), parquet.read
+            table = need("pyarrow.parquet", "tables").read_table(io.BytesIO(data))
         else:
-            ipc = need("pyarrow.ipc", "tables").open_file(arrow.py_buffer(data))
-            schema, read = ipc.schema, ipc.read_all
-
-    def whole() -> Any:
-        with _damaged(path, "a Parquet or Arrow file"):
-            found = read().replace_schema_metadata(schema.metadata)
-            found.validate(full=True)  # wrong offsets in a file would be wrong addresses
-        return found
-
-    return schema, whole
-
-
-def _arrow(path: Path, _data: bytes, _asked: Asked) -> Table:
-    columns = _of_arrow(arrow_file(path)[1]())
-    return Table(path, columns, range(1, len(columns[0].cells) + 1) if columns else [])
+            table = need("pyarrow.ipc", "tables").open_file(arrow.py_buffer(data)).read_all()
+        table.validate(full=True)  # wrong offsets in a file would be wrong addresses
+    columns = _of_arrow(table)
+    return Table(path, columns, range(1, len(table) + 1), metadata=table.schema.metadata or {})
 
 
 def _of_arrow(table: Any) -> list[Column]:
@@ -137,14 +104,10 @@ def _of_arrow(table: Any) -> list[Column]:
     return _of_pandas(table.to_pandas(split_blocks=True, ignore_metadata=True), units)
 
 
-_USUAL = "Segments and clock-segments differ"  # logged of every stream whose times are not smoothed
-
-
 def _xdf(path: Path, data: bytes, asked: Asked) -> Table:
     """Return the only stream of numbers in an XDF file, or the one that the user names.
 
-    Times are those of the senders, moved to the clock of the recording computer by the measured offsets. They are not
-    smoothed: that would hide a lost sample. Marker streams are left out.
+    Times are moved to the clock of the recording computer, but not smoothed: that would hide a lost sample.
     """
     pyxdf, log, logger = need("pyxdf", "tables"), BufferingHandler(1_000_000), logging.getLogger("pyxdf.pyxdf")
     logger.addHandler(log)
@@ -162,9 +125,12 @@ def _xdf(path: Path, data: bytes, asked: Asked) -> Table:
     table = _the_one(tables, asked, "stream")
     if not all(stream["clock_times"] for stream in streams):
         table.notes.append("a stream without clock offsets: its times are on the clock of its sender")
-    said = [record.getMessage() for record in log.buffer if record.levelno == logging.WARNING]
+    said = [record.getMessage() for record in log.buffer]
     table.notes.extend(text for text in said if not text.endswith(_USUAL))
     return table
+
+
+_USUAL = "Segments and clock-segments differ"  # logged of every stream whose times are not smoothed
 
 
 def _stream(path: Path, stream: Any) -> Table:
@@ -191,25 +157,8 @@ _READERS: dict[bytes, Callable[[Path, bytes, Asked], Table]] = {
 def frame(source: Any) -> Table:
     """Return a data frame as a table; a column of float64 is not copied.
 
-    Parameters
-    ----------
-    source : pandas.DataFrame, polars.DataFrame, object with __arrow_c_stream__, mapping, or structured numpy.ndarray
-        The index of a pandas frame is a column after the other columns, if it is of dates or durations, or has a name.
-
-    Raises
-    ------
-    TypeError
-        None of these.
-    RecordingError
-        No row, fewer than two columns, or masked values.
-    MissingExtra
-        Arrow data, and pyarrow is not installed.
-
-    Examples
-    --------
-    >>> table = frame({"C1": np.arange(3.0), "C2": np.ones(3)})
-    >>> table.describe(), len(table)
-    ('1 (C1), 2 (C2)', 3)
+    The index of a pandas frame is its last column if it is of dates or durations, or has a name. TypeError: no frame.
+    RecordingError: no row, fewer than two columns, or masked values.
     """
     where = Path(f"{type(source).__module__.split('.')[0]}.{type(source).__name__}")
     if not is_frame(source) or any(is_a(library, "Series", source) for library in ("pandas", "polars")):
@@ -228,12 +177,8 @@ def frame(source: Any) -> Table:
     else:
         columns = _of_arrow(need("pyarrow", "tables").table(source))
     shapes = {each.cells.shape for each in columns}
-    if (
-        len(columns) < 2
-        or len(shapes) > 1
-        or shapes in ({()}, {(0,)})
-        or any(map(np.ma.is_masked, (each.cells for each in columns)))
-    ):
+    masked = any(np.ma.is_masked(each.cells) for each in columns)
+    if len(columns) < 2 or len(shapes) > 1 or shapes & {(), (0,)} or masked:
         what = "two columns or more, of one shape (n,), with a row or more; nan in place of masked values"
         raise RecordingError(where, f"not a recording: got columns of shapes {sorted(shapes)}, allowed: {what}")
     return Table(where, columns, range(1, len(columns[0].cells) + 1))

@@ -21,13 +21,7 @@ _GZIP = b"\x1f\x8b"
 
 
 def opened(path: Path) -> BinaryIO:
-    """Open what is in a file, or standard input, to read bytes.
-
-    Raises
-    ------
-    OSError
-        As `palpate.files.open_regular`; or a damaged .gz, or more than `LARGEST` bytes in it.
-    """
+    """Open what is in a file, or standard input, to read bytes; OSError, too, for a damaged or too large .gz."""
     file = io.BytesIO(_standard_input()) if path == STANDARD_INPUT else open_regular(path)
     begin = file.read(len(_GZIP))
     file.seek(0)
@@ -61,13 +55,7 @@ def is_packed(path: Path) -> bool:
 
 
 def unpacked_name(path: Path) -> str:
-    """Return the name of a file without .gz.
-
-    Examples
-    --------
-    >>> unpacked_name(Path("monday/run.csv.gz"))
-    'run.csv'
-    """
+    """Return the name of a file without .gz."""
     return path.stem if path.suffix.lower() == ".gz" else path.name
 
 
@@ -82,8 +70,6 @@ def _limited(file: Any) -> bytes:
 
 
 def _standard_input() -> bytes:
-    if sys.stdin is None or not hasattr(sys.stdin, "buffer"):
-        raise OSError(errno.EBADF, "there is no standard input")
     if sys.stdin.isatty():
         raise OSError(errno.EINVAL, "standard input is a terminal: send a file to it, as in palpate check - < run.csv")
     return _read_once(sys.stdin)

@@ -13,8 +13,7 @@ import numpy as np
 
 from palpate.errors import MissingExtra, RecordingError, quoted
 from palpate.extras import need
-from palpate.tables.asked import Asked
-from palpate.tables.table import DECIMALS, Column, Table
+from palpate.tables.table import DECIMALS, Asked, Column, Table
 from palpate.tables.units import NO_VALUE
 
 _HEADER = 1 << 18  # characters in which the first row of numbers is looked for
@@ -25,10 +24,6 @@ _COMMENT = re.compile(r'["\s]*(?:[#%!]|//)')
 _NUMBER = re.compile(r"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?")
 _DOUBTFUL = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")  # decimal comma, or a separator of thousands
 _TIME = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{2,4}(?:[T ].*)?|\d{1,4}:\d\d[\d:.,]*(?: ?[AaPp][Mm])?")
-_SUMMARY = re.compile(
-    r"(?:average|avg|mean|median|min|max|sum|total|count|st?d|stdev|mittelwert|summe)\b", re.IGNORECASE
-)
-_NO_VALUES = sorted({mark for each in NO_VALUE for mark in (each, each.lower(), each.capitalize())})
 NUMBER, TIME, NONE, TEXT = "number", "time", "none", "text"
 
 
@@ -37,13 +32,7 @@ class NoRows(RecordingError):
 
 
 def kind(cell: str) -> str:
-    """Return whether a cell is a number, a time (or date), no value, or text.
-
-    Examples
-    --------
-    >>> [kind(cell) for cell in ("6.123", "12:00:00.5", "OL", "6.1x3")]
-    ['number', 'time', 'none', 'text']
-    """
+    """Return whether a cell is a number, a time (or date), no value, or text."""
     if cell.upper() in NO_VALUE:
         return NONE
     return NUMBER if _NUMBER.fullmatch(cell) else TIME if _TIME.fullmatch(cell) else TEXT
@@ -57,22 +46,20 @@ class _Dialect:
     decimal: str
     kinds: list[str]
 
-    def require_width(self, path: Path, cells: list[str], line: int) -> None:
-        """Refuse a row with another number of cells."""
+    def row(self, path: Path, line: str, number: int) -> list[str]:
+        """Return the cells of a row; refuse one with another number of cells."""
+        cells = _split(line, self.delimiter)
         if len(cells) != len(self.kinds):
             reason = f"got {len(cells)} cells, allowed: {len(self.kinds)}, as in the other rows"
-            raise RecordingError(path, reason, line)
+            raise RecordingError(path, reason, number)
+        return cells
 
 
 def text_table(path: Path, data: bytes, asked: Asked) -> Table:
     """Read the contents of a text file as a table.
 
-    Raises
-    ------
-    RecordingError
-        Not text, no row of numbers, or a row that does not belong to the table: with its line.
-    ValueError
-        The decimal mark is open.
+    RecordingError: not text, no row of numbers, or a row that does not belong to the table. ValueError: the decimal mark
+    is open.
     """
     text = _decoded(path, data)
     dialect = _dialect(path, text, asked)
@@ -82,15 +69,16 @@ def text_table(path: Path, data: bytes, asked: Asked) -> Table:
         text, notes = text[:end], ["the last row is incomplete: left out"]
     body, first = text[begin:], len(above) + 1
     names = _names(path, above, dialect, "." in body)
-    rows = body.encode()
-    ends = int(np.count_nonzero(np.frombuffer(rows, np.uint8) == ord("\n")))
-    lines: Any = range(first, first + ends + (not rows.endswith(b"\n")))
-    columns = _alike(rows, dialect, len(lines))
+    lines: Any = range(first, first + body.count("\n") + (not body.endswith("\n")))
+    columns = _alike(body.encode(), dialect, len(lines))
     if columns is None:
         columns, lines, left_out = _by_line(path, body, first, dialect, above[-1] if above else "")
         notes += left_out
     table = Table(path, [Column(*each) for each in zip(names, columns, strict=True)], lines, notes, dialect.decimal)
-    _require_samples(table, dialect)
+    for at, (each, of) in enumerate(zip(table.columns, dialect.kinds, strict=True)):
+        if of == NUMBER and each.cells.dtype.kind == "O":  # also of a column that is not used: the row may be a sum
+            wrong = [word for word in set(each.cells) if kind(word) == TEXT]
+            table.refuse(at, np.isin(each.cells, wrong), "is neither a number nor an overload mark")
     return table
 
 
@@ -103,8 +91,7 @@ def _decoded(path: Path, data: bytes) -> str:
     if "\0" in text:
         allowed = "text, .xlsx, .parquet, .arrow, .feather, .xdf; save a .xls, .mat, .h5 or .npy as one of them"
         raise RecordingError(path, f"not a table that palpate reads, allowed: {allowed}")
-    text = text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
-    return text.removeprefix("\ufeff").rstrip("\x1a")
+    return text.replace("\r\n", "\n").replace("\r", "\n").removeprefix("\ufeff").rstrip("\x1a")
 
 
 def _split(line: str, delimiter: str | None) -> list[str]:
@@ -121,10 +108,8 @@ def _dialect(path: Path, text: str, asked: Asked) -> _Dialect:
     lines = [line for line in f"{middle}\n{text[tail + 1 :]}".split("\n") if line.strip() and not _COMMENT.match(line)]
     if not lines:
         raise NoRows(path, "nothing but blank lines", 1)
-    named = re.match(r'"?sep=(.)"?\n', text)
-    delimiter = named[1] if named else max(_DELIMITERS, key=lambda each: _score(lines, each))
-    blanks = not named and "\t" not in lines[-1]
-    if blanks and _score(lines, delimiter) < min(2 * len(lines), _score(lines, None)):
+    delimiter: str | None = max(_DELIMITERS, key=lambda each: _score(lines, each))
+    if "\t" not in lines[-1] and _score(lines, delimiter) < min(2 * len(lines), _score(lines, None)):
         delimiter = None
     rows = [_split(line, delimiter) for line in lines]
     width = mode(map(len, rows))
@@ -154,15 +139,14 @@ def _above(path: Path, text: str, dialect: _Dialect) -> tuple[list[str], int]:
     """Return the lines above the first row of numbers, and where that row begins."""
     above: list[str] = []
     for found in re.finditer(r"([^\n]*)\n?", text[:_HEADER]):
-        cells = _split(found[1], dialect.delimiter)
-        kinds = [kind(cell) for cell in cells]
+        kinds = [kind(cell) for cell in _split(found[1], dialect.delimiter)]
         values = kinds.count(NUMBER) + kinds.count(TIME)
         if values and not _COMMENT.match(found[1]):
             texts = [one == TEXT != other for one, other in zip(kinds, dialect.kinds, strict=False)]
             if len(kinds) == len(dialect.kinds) and (values > 1 or not any(texts)):
                 return above, found.start()
             if TEXT not in kinds and len(kinds) > 1:
-                dialect.require_width(path, cells, len(above) + 1)
+                dialect.row(path, found[1], len(above) + 1)
         above.append(found[1])
     raise NoRows(path, "not a recording: no row of numbers", 1)
 
@@ -173,8 +157,8 @@ def _names(path: Path, above: list[str], dialect: _Dialect, points: bool) -> lis
     filled = [line for line in above if line.strip()]
     for line in filled[-_MOST_NAMES:][::-1]:
         cells = _header_cells(line.lstrip('#%!/ "') if _COMMENT.match(line) else line, dialect)
-        kinds = [kind(cell) for cell in cells or []]
-        if cells is None or {NUMBER, TIME} & {*kinds} or kinds.count(TEXT) < min(2, len(kinds)):
+        kinds = [kind(cell) for cell in cells]
+        if not cells or {NUMBER, TIME} & {*kinds} or kinds.count(TEXT) < min(2, len(kinds)):
             break
         rows.insert(0, cells)
     if rows:
@@ -186,13 +170,12 @@ def _names(path: Path, above: list[str], dialect: _Dialect, points: bool) -> lis
     return [""] * len(dialect.kinds)
 
 
-def _header_cells(line: str, dialect: _Dialect) -> list[str] | None:
-    """Return the names in a line, which may have another delimiter, and blanks before a unit; None: not one a column."""
+def _header_cells(line: str, dialect: _Dialect) -> list[str]:
+    """Return the names in a line, which may have another delimiter than the rows; none if not one for each column."""
     ways = [_split(line, each) for each in (dialect.delimiter, *_DELIMITERS)]
-    ways += [re.split(pattern, line.strip()) for pattern in (r"  +", r"\s+(?![(\[])")]
     if dialect.kinds[-1] == NONE:  # each row ends with a delimiter
         ways.append([*ways[0], ""])
-    return next(([cell.strip('"') for cell in cells] for cells in ways if len(cells) == len(dialect.kinds)), None)
+    return next(([cell.strip('"') for cell in cells] for cells in ways if len(cells) == len(dialect.kinds)), [])
 
 
 def _alike(body: bytes, dialect: _Dialect, rows: int) -> list[Any] | None:
@@ -207,8 +190,7 @@ def _alike(body: bytes, dialect: _Dialect, rows: int) -> list[Any] | None:
         frame = pandas.read_csv(source, sep=delimiter, decimal=dialect.decimal, **how)
     except (MissingExtra, ValueError):
         return None
-    texts = [each.astype(str) if each.dtype.kind == "b" else each for _, each in frame.items()]  # True and False
-    columns = [each.to_numpy(object if each.dtype.kind not in "iuf" else None) for each in texts]
+    columns = [each.to_numpy(object if each.dtype.kind not in "iuf" else None) for _, each in frame.items()]
     wrong = [of == NUMBER and each.dtype.kind == "O" for each, of in zip(columns, dialect.kinds, strict=False)]
     is_alike = frame.shape == (rows, len(dialect.kinds)) and not any(wrong)
     return columns if is_alike and (columns[-1].dtype.kind != "O" or all(columns[-1])) else None
@@ -223,18 +205,8 @@ def _by_line(
         if _COMMENT.match(line) or (names and line == names):
             left_out.append((number, line))
         elif line.strip():
-            rows.append(_split(line, dialect.delimiter))
+            rows.append(dialect.row(path, line, number))
             lines.append(number)
-            dialect.require_width(path, rows[-1], number)
     more = f", and {len(left_out) - 1} more lines" if len(left_out) > 1 else ""
     notes = [f"line {number} is no row ({quoted(line)}){more}: left out" for number, line in left_out[:1]]
     return [np.array(column, object) for column in zip(*rows, strict=True)], lines, notes
-
-
-def _require_samples(table: Table, dialect: _Dialect) -> None:
-    """Refuse text in a column of numbers, also in one that is not used: the row may be no sample, but a sum or a mean."""
-    for column, (each, of) in enumerate(zip(table.columns, dialect.kinds, strict=True)):
-        if each.cells.dtype.kind == "O" and of != TIME:
-            words = {cell for cell in set(each.cells) if kind(cell) == TEXT}
-            wrong = words if of == NUMBER else set(filter(_SUMMARY.match, words))
-            table.refuse(column, np.isin(each.cells, list(wrong)), "is neither a number nor an overload mark")

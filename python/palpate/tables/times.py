@@ -1,7 +1,7 @@
 """The times of the rows of a table: their unit, dates, times of day; what is no time is refused, what is open is asked."""
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, listed, quoted
 from palpate.extras import need
-from palpate.tables.asked import Asked
-from palpate.tables.table import Array, Table, numbers
+from palpate.tables.table import Array, Asked, Table, numbers
 from palpate.tables.text import NUMBER, kind
 from palpate.tables.units import SECONDS, last_word, unit_in
 
@@ -28,7 +27,6 @@ _JITTER_S = 1.0  # host stamps go back by less than this
 _LITTLE_BACK = 0.2  # of the way forward: a part of a time, as milliseconds, goes back as far as forward
 _WINDOW = 256  # rows; longer than the bursts of a USB or serial port, shorter than a file
 _FEWEST = 8  # rows of which anything can be said
-_SOME = 10_000  # rows that show the steps of all
 _LEAST = 1e-30  # of any unit; smaller steps are none
 _CLOCK = r"\d{1,4}:[0-5]?\d:[0-5]?\d(?:\.\d+)?"
 _MINUTES = r"[0-5]?\d:[0-5]?\d\.\d+"
@@ -38,87 +36,55 @@ _ZONE = r"(?:Z|[+-]\d\d:?\d\d)$"
 
 @dataclass(frozen=True, eq=False)
 class Times:
-    """Times of the rows, s: since the first row if they are dates, else as in the table.
+    """Times of the rows, s, and how their cells were understood.
 
-    `said` says how the cells were understood. `zero_utc_ns` is UTC of second 0, `date_ns` its date by the clock of the
-    table, ns since 1970; None if unknown.
+    Dates count from `zero_ns`, ns since 1970, in UTC or by the clock of the table; others (None) as in the table.
     """
 
     seconds: Array
     said: str
-    zero_utc_ns: int | None = None
-    date_ns: int | None = None
-
-    def since(self, other: "Times") -> "Times":
-        """Return the same times with the second 0 of other times; ValueError if only one of them has dates, or a zone."""
-        if (self.date_ns is None, self.zero_utc_ns is None) != (other.date_ns is None, other.zero_utc_ns is None):
-            raise ValueError(
-                f"time: got {other.said} for hard and {self.said} for soft, allowed: the same kind for both"
-            )
-        if self.date_ns is None or other.date_ns is None:
-            return self
-        moved = np.rint(self.seconds * 1e9) + (self.date_ns - other.date_ns)  # whole ns: equal dates stay equal
-        return replace(self, seconds=moved / 1e9, zero_utc_ns=other.zero_utc_ns, date_ns=other.date_ns)
+    zero_ns: int | None = None
+    is_utc: bool = False
 
 
 def typical_step(times: Array) -> float:
-    """Return the distance of the rows, robust to bursts, gaps and equal stamps; 0 if no time is later than another.
-
-    It is the median over windows of rows, not over rows: where ten rows come at once, most steps are about 0.
-
-    Examples
-    --------
-    >>> typical_step(np.array([0, 1, 10, 11, 20, 21, 30, 31, 40, 41.0]))
-    5.0
-    """
+    """Return the median step over windows of rows, robust to bursts, gaps and equal stamps; 0 if no time is later."""
     rows = len(times)
     window = max(2, min(_WINDOW, (rows - 1) // 4)) if rows > 2 else 1
-    return _median_above(times[window:] - times[:-window]) / window
+    steps = times[window:] - times[:-window]
+    later = steps[steps > _LEAST]
+    return float(np.median(later)) / window if len(later) else 0.0
 
 
-def _median_above(steps: Array) -> float:
-    later = steps > _LEAST
-    above = steps if later.all() else steps[later]
-    return float(np.median(above)) if len(above) else 0.0
-
-
-def times(table: Table, column: int, asked: Asked) -> Times:
-    """Return the times in a column.
-
-    Raises
-    ------
-    RecordingError
-        A cell is neither a number nor a time, or time goes back: with its line and column.
-    ValueError
-        The cells leave the unit open, or are too coarse; the message has what fits, and the option that settles it.
-    """
-    cells, zoned, said = table.columns[column].cells, table.columns[column].unit == "UTC", "durations"
+def times(table: Table, column: int, asked: Asked, zero_ns: int | None = None) -> Times:
+    """Return the times in a column, dates from `zero_ns` or the first one on; errors as of `channels`."""
+    cells = table.columns[column].cells
     if not len(cells):
         return Times(np.empty(0), "")
     if cells.dtype.kind in "iufb" or (cells.dtype.kind not in "mM" and kind(str(cells[0]).strip()) == NUMBER):
-        found = _of_numbers(table, column, asked)
+        found = _of_numbers(table, column, asked, zero_ns)
     else:
+        zoned, said = table.columns[column].unit == "UTC", "durations"
         if cells.dtype.kind not in "mM":
             cells, zoned, said = _of_text(table, column, cells)
-        table.refuse(
-            column,
-            np.isnat(cells),
-            "is no time; write it as 2026-11-21 12:00:00.5, as 12:00:00.5, or minutes as 12:00.5",
-        )
-        found = Times(cells / np.timedelta64(1, "s"), said) if cells.dtype.kind == "m" else _of_dates(cells, zoned)
-    table.refuse(column, ~(np.abs(found.seconds) < _LATEST_S), "is no time, or more than 292 years after the first one")
+        advice = "is no time; write it as 2026-11-21 12:00:00.5, as 12:00:00.5, or minutes as 12:00.5"
+        table.refuse(column, np.isnat(cells), advice)
+        if cells.dtype.kind == "m":
+            found = Times(cells / np.timedelta64(1, "s"), said)
+        else:
+            said = "dates (UTC)" if zoned else "dates"
+            found = _since(cells.astype("M8[ns]").astype(np.int64), said, zero_ns, is_utc=zoned)
     _require_forward(table, column, found.seconds)
     return found
 
 
-def _of_dates(cells: NDArray[Any], zoned: bool) -> Times:
-    """Return the times of datetime64."""
-    first_ns = int(cells[0].astype("M8[ns]").astype(np.int64))
-    seconds = (cells - cells[0]) / np.timedelta64(1, "s")
-    return Times(seconds, "dates (UTC)" if zoned else "dates", first_ns if zoned else None, first_ns)
+def _since(stamps_ns: NDArray[np.int64], said: str, zero_ns: int | None, *, is_utc: bool) -> Times:
+    """Return the times of stamps in ns since 1970: differences of whole numbers are exact."""
+    zero = int(stamps_ns[0]) if zero_ns is None else zero_ns
+    return Times((stamps_ns - zero) / 1e9, said, zero, is_utc)
 
 
-def _of_numbers(table: Table, column: int, asked: Asked) -> Times:
+def _of_numbers(table: Table, column: int, asked: Asked, zero_ns: int | None) -> Times:
     """Return the times of a column of numbers: since a start, or since 1970."""
     cells = table.columns[column].cells
     values = cells if cells.dtype.kind in "iu" else numbers(table, column)
@@ -126,15 +92,14 @@ def _of_numbers(table: Table, column: int, asked: Asked) -> Times:
     table.refuse(column, ~np.isfinite(floats), "is no time: a time in each row, or rate, pairs a second (--rate)")
     unit, said = _unit(table, column, floats, asked.time_unit)
     factor = SECONDS[unit]
+    late = ~(np.abs(floats) * factor < _LATEST_S)
+    table.refuse(column, late, "is no time, or more than 292 years after the first one")
     if "1970" not in said:
-        seconds = floats if factor == 1 else floats / round(1 / factor) if factor < 1 else floats * factor
-        return Times(seconds, said)
+        return Times(floats if factor == 1 else floats / round(1 / factor) if factor < 1 else floats * factor, said)
     ns = round(factor * 1e9)
     whole = values if values.dtype.kind in "iu" else np.trunc(values)
     rest = np.rint((values - whole) * ns).astype(np.int64)
-    since_ns = (whole - whole[0]).astype(np.int64) * ns + (rest - rest[0])  # whole numbers stay exact
-    first_ns = int(whole[0]) * ns + int(rest[0])
-    return Times(since_ns / 1e9, f"{said} (UTC)", first_ns, first_ns)
+    return _since(whole.astype(np.int64) * ns + rest, f"{said} (UTC)", zero_ns, is_utc=True)
 
 
 def _unit(table: Table, column: int, values: Array, asked: str | None) -> tuple[str, str]:
@@ -142,18 +107,17 @@ def _unit(table: Table, column: int, values: Array, asked: str | None) -> tuple[
     text, step = table.columns[column].unit or table.columns[column].name, typical_step(values)
     named = asked or unit_in(text, SECONDS) or _UNITS.get(last_word(text).casefold()) or _UNITS.get(text.casefold())
     rates = {unit: 1 / (step * factor) for unit, factor in SECONDS.items()} if step else {}
+    fitting = {unit for unit, rate in rates.items() if POSSIBLE[0] <= rate <= POSSIBLE[1]}
     for unit in [named] if named else _CANDIDATES[:4]:
         since_1970 = unit in _CANDIDATES[:4] and _EPOCH[0] <= values[0] * SECONDS[unit] < _EPOCH[1]
-        if since_1970 and (not rates or POSSIBLE[0] <= rates[unit] <= POSSIBLE[1]):
+        if since_1970 and (not rates or unit in fitting):
             return unit, f"{unit} since 1970"
-    if asked or not rates or (named and POSSIBLE[0] <= rates[named] <= POSSIBLE[1]):
+    if asked or not rates or named in fitting:
         return named or "s", named or "s"
+    size = max(abs(float(values[0])), abs(float(values[-1])))
     for unit in () if named else _CANDIDATES:
-        factor, size = SECONDS[unit], max(abs(float(values[0])), abs(float(values[-1])))
-        single_s = _median_above(np.diff(values)) * factor
-        possible = POSSIBLE[0] <= 1 / single_s <= POSSIBLE[1] and size * factor < _LONGEST_S
-        if possible and GUESSED[0] < rates[unit] < GUESSED[1]:
-            return unit, f"{unit} (by its steps)"  # the others are 1000 times as far away
+        if GUESSED[0] < rates[unit] < GUESSED[1] and size * SECONDS[unit] < _LONGEST_S:
+            return unit, f"{unit} (by its steps)"  # the rest are 1000 times as far away
     paces = listed([f"{unit} ({rates[unit]:,.3g} pairs a second)" for unit in _CANDIDATES])
     raise ValueError(
         f"time_unit: got a median step of {step:.3g} in {table.place(column)}, allowed: {paces} (--time-unit)"
@@ -161,7 +125,7 @@ def _unit(table: Table, column: int, values: Array, asked: str | None) -> tuple[
 
 
 def _of_text(table: Table, column: int, cells: NDArray[Any]) -> tuple[NDArray[Any], bool, str]:
-    """Return dates, or times of day, as numpy has them, NaT for what is none; whether they are in UTC; and what they are."""
+    """Return dates or times of day, NaT for what is none; whether they are in UTC; and what they are."""
     pandas = need("pandas", "tables")
     text = pandas.Series(cells, dtype=object).astype(str).str.strip().str.replace(",", ".")
     if not re.match(r"\d+[-/.]\d+[-/.]", text.iloc[0]):
@@ -180,7 +144,7 @@ def _require_forward(table: Table, column: int, seconds: Array) -> None:
     """Allow jitter of host stamps; refuse a restarted logger and a reversed file; ask for the rate if most stamps are equal."""
     steps = np.diff(seconds)
     back, far, later = steps < 0, steps <= -_JITTER_S, int(np.count_nonzero(steps > _LEAST))
-    if back.any() and (far.any() or -steps[back].sum() > _LITTLE_BACK * steps[~back].sum()):
+    if far.any() or -steps[back].sum() > _LITTLE_BACK * steps[~back].sum():
         row = int(np.argmax(far if far.any() else back)) + 1
         said = f"goes back by {-steps[row - 1]:.3g} s, and so in {np.count_nonzero(back)} rows in all"
         allowed = "allowed: one measurement in a file, the oldest row first, or rate, pairs a second (--rate)"

@@ -2,7 +2,6 @@
 
 import math
 import re
-import unicodedata
 from collections.abc import Collection
 
 PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "µF": 1e6, "μF": 1e6, "mF": 1e9, "F": 1e12}
@@ -14,13 +13,7 @@ _OTHERS = ("%", "percent", "mv", "volt", "volts", "hz", "counts", "count", "cnt"
 
 
 def unit_in(name: str, units: Collection[str]) -> str | None:
-    """Return the unit at the end of a name, if it is one of `units`.
-
-    Examples
-    --------
-    >>> unit_in("C1 (pF)", PICOFARADS), unit_in("t_ms", SECONDS), unit_in("Ch1", PICOFARADS)
-    ('pF', 'ms', None)
-    """
+    """Return the unit at the end of a name, if it is one of `units`."""
     word = last_word(name)
     return word if word in units else {unit.casefold(): unit for unit in units}.get(word.casefold())
 
@@ -31,17 +24,10 @@ def last_word(name: str) -> str:
     return (match[1] or match[2] or "").strip() if match else ""
 
 
-def no_capacitance(name: str) -> str | None:
-    """Return what the end of a name says that is no unit of capacitance: anything in brackets, else some words; or None.
-
-    Examples
-    --------
-    >>> no_capacitance("hard (V)"), no_capacitance("C1 [0.1 pF]"), no_capacitance("hard_counts"), no_capacitance("C1 (pF)")
-    ('V', '0.1 pF', 'counts', None)
-    """
+def stated_unit(name: str) -> str:
+    """Return the unit of capacitance at the end of a name, else what is there as unit: anything in brackets, some words; or ""."""
     word, in_brackets = last_word(name), name.rstrip().endswith((")", "]"))
-    is_other = not unit_in(name, PICOFARADS) and (in_brackets or word.casefold() in _OTHERS)
-    return word if is_other else None
+    return unit_in(name, PICOFARADS) or (word if in_brackets or word.casefold() in _OTHERS else "")
 
 
 def bare(name: str) -> str:
@@ -66,10 +52,7 @@ PAIRS = (("hard", "soft"), ("chard", "csoft"), ("hardbump", "softbump"), ("c1", 
 
 
 def simple_name(name: str) -> str:
-    """Return a name in lower case, without unit, blanks and underscores: 'C_1 (pF)' gives 'c1'.
-
-    A name that is a unit of time stays: 'ms' is a name of a column of times.
-    """
+    """Return a name in lower case, without unit, blanks and underscores: 'C_1 (pF)' gives 'c1'; one that is a unit stays."""
     return re.sub(r"[\s_./#:-]+", "", bare(name)).casefold() or name.strip().casefold()
 
 
@@ -81,26 +64,13 @@ NO_VALUE = frozenset({
 """Cells (upper case) that mean "no value" in the files of loggers and spreadsheets."""
 OVERLOAD = 1e30
 """Numbers of this magnitude mean "no value": SCPI instruments send 9.9E+37."""
-_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?$")
 
 
-def to_number(cell: str) -> float:
-    """Return the value of a cell; nan if it is one of `NO_VALUE`.
-
-    Raises
-    ------
-    ValueError
-        Neither a number nor one of `NO_VALUE`.
-
-    Examples
-    --------
-    >>> to_number("6,1"), to_number("OL")
-    (6.1, nan)
-    """
+def to_number(cell: str, marks: str = ".,") -> float:
+    """Return the value of a cell with one of these decimal marks; nan if it is one of `NO_VALUE`; ValueError if no number."""
     if cell.upper() in NO_VALUE:
         return math.nan
-    if "_" in cell:
+    if not re.fullmatch(rf"[+-]?(?:\d+[{marks}]?\d*|[{marks}]\d+)(?:[eE][+-]?\d+)?", cell):
         raise ValueError(cell)
-    text = unicodedata.normalize("NFKC", cell).replace("\u2212", "-")  # full-width digits, minus sign
-    value = float(text.replace(",", ".") if _DECIMAL_COMMA.match(text) else text)
+    value = float(cell.replace(",", "."))
     return value if abs(value) < OVERLOAD else math.nan
