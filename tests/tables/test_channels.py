@@ -195,7 +195,9 @@ def test_a_file_for_each_channel_is_joined_by_time(tmp_path: Path) -> None:
 
 def test_channels_with_other_kinds_of_times_are_refused(tmp_path: Path) -> None:
     hard, soft = files(tmp_path, 1_772_000_000 + T, T, "time,C (pF)")
-    with pytest.raises(ValueError, match=r"time: got .* since 1970 .* for hard and .* for soft, allowed: the same kind"):
+    with pytest.raises(
+        ValueError, match=r"time: got .* since 1970 .* for hard and .* for soft, allowed: the same kind"
+    ):
         read(hard, soft=soft)
 
 
