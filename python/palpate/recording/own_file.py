@@ -17,8 +17,7 @@ from palpate.errors import RecordingError
 from palpate.recording import sidecar
 from palpate.recording.integrity import Bytes, Integrity, Known, judge, known_of
 from palpate.recording.recording import Mark, Recording
-from palpate.recording.rows import COLUMNS, HEADERS, Codes, RowError, codes_of, columns_of, is_whole, parse_rows
-from palpate.recording.rows import unreadable as reason_of
+from palpate.recording.rows import COLUMNS, HEADERS, Codes, codes_of, columns_of, is_whole, parse_rows, unreadable
 from palpate.recording.session import plan_of
 from palpate.recording.survey import Survey
 from palpate.samples import DTYPE, Block, usable
@@ -313,7 +312,7 @@ class Recorded:
         self.headed = line == ",".join(self.columns).encode()
         if self.headed:
             return _Piece(rest, len(first) + 1, 2)
-        if reason_of(line, self.columns) is None:
+        if unreadable(line, self.columns) is None:
             self._add(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
         return piece
 
@@ -321,12 +320,10 @@ class Recorded:
         """Return the lines that are rows, and add the rest as damaged places."""
         try:
             return parse_rows(piece.data, self.columns, self.codes)
-        except RowError:
+        except ValueError:
             good, number, offset = list[bytes](), piece.line, piece.offset
         lines = [line + b"\n" for line in piece.data.split(b"\n")[:-1]]
-        for reason, group in groupby(
-            lines, lambda line: reason_of(line.rstrip(b"\n").removesuffix(b"\r"), self.columns)
-        ):
+        for reason, group in groupby(lines, lambda line: unreadable(line, self.columns)):
             alike = list(group)
             size = sum(map(len, alike))
             if reason is None:
