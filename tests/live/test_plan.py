@@ -265,8 +265,8 @@ def test_what_is_changed_after_the_end_is_in_the_recording(tmp_path: Path) -> No
     bench.do("discard", touch=1)
     after = sidecar.load_checked(path)
     assert after
-    assert after.intact
-    assert stored.plan_of(after.document).touches == (stored.Entry(1.0, "gel", "discarded"),)
+    assert after[1]
+    assert stored.plan_of(after[0]).touches == (stored.Entry(1.0, "gel", "discarded"),)
     (tmp_path / "run.json").unlink()
     with pytest.raises(RecordingError, match=r"run\.json"):
         bench.do("keep", touch=1)

@@ -7,6 +7,8 @@ import errno
 import os
 import re
 import tempfile
+from collections.abc import Callable
+from contextlib import suppress
 from io import FileIO
 from pathlib import Path
 from random import Random
@@ -31,6 +33,16 @@ pytestmark = pytest.mark.usefixtures("quick_disk")
 REFUSED = (RecordingError, ValueError)
 WRITING = precondition(lambda self: self.writing)
 OVER = precondition(lambda self: not self.writing)
+
+
+DISTURBANCES: dict[str, tuple[str, Callable[[Path], object], str]] = {
+    "removed": ("run.csv", Path.unlink, "was removed, renamed or moved"),
+    "replaced": ("run.csv", lambda path: path.with_name("kept").write_text("x") and path.with_name("kept").replace(path),
+                 "was replaced by another file"),
+    "extended": ("run.csv", lambda path: path.write_bytes(path.read_bytes() + b"x"),
+                 r"was changed by another program, from \d+ bytes to \d+,"),
+    "edited": ("run.json", lambda path: path.write_text("precious"), "was changed by another program"),
+}  # fmt: skip
 
 
 class Life(RuleBasedStateMachine):
@@ -90,6 +102,33 @@ class Life(RuleBasedStateMachine):
         assert self.writer.missing > 0
 
     @WRITING
+    @precondition(lambda _: os.name != "nt")  # there an open file cannot be removed or renamed
+    @rule(kind=st.sampled_from(sorted(DISTURBANCES)))
+    def disturb(self, kind: str) -> None:
+        """Report it with the next write, which comes each 0.1 s; overwrite no file of another program."""
+        if self.writer.error:
+            return
+        before, (name, act, said) = self._files(), DISTURBANCES[kind]
+        act(self.path.with_name(name))
+        after = self._files()
+        self.write(1)
+        self.writer.checkpoint({})
+        assert re.fullmatch(f".*{name}: {said} while it was recorded", str(self.writer.error))
+        with suppress(RecordingError):
+            self.writer.end({}, {"dropped": self.writer.missing})
+        self._release()
+        assert self._files().get(name) == after.get(name)
+        self.path.with_name(name).write_bytes(before[name])
+
+    @WRITING
+    @rule()
+    def lose_the_sidecar(self) -> None:
+        """Write it again."""
+        self.path.with_suffix(".json").unlink()
+        self.writer.sidecar.add("notes", "again")
+        assert (sidecar.load(self.path) or {})["notes"][-1] == "again"
+
+    @WRITING
     @rule(
         end=st.sampled_from(["close", "kill", "cut power"]), share=st.floats(0, 1), zeros=st.sampled_from([0, 1, 4096])
     )
@@ -116,17 +155,23 @@ class Life(RuleBasedStateMachine):
             self.path.write_bytes(DAMAGES[kind](data, Random(seed)))
             self.damaged = True
 
-    @rule(agreed=st.booleans())
-    def repair(self, agreed: bool) -> None:
-        before = self._files()
+    @rule(agreed=st.booleans(), syncs=st.sampled_from([0, 1, 2, 3, 4, 99]))
+    def repair(self, agreed: bool, syncs: int) -> None:
+        """Repair on a disk that is full after some syncs: if a file cannot be written, all are as they were."""
+        before, left = self._files(), iter(range(syncs))
+
+        def fsync(_: int) -> None:
+            if next(left, None) is None:
+                raise OSError(errno.ENOSPC, "No space left on device")
+
         data = before["run.csv"]
         there = survivors(data, rows_of(self.rows + 1))
         try:
-            report = check(self.path, repair=True, remove_damage=agreed)
+            with mock.patch("os.fsync", fsync), mock.patch("palpate.files.sync"):
+                report = check(self.path, repair=True, remove_damage=agreed)
         except REFUSED:
             assert self._files() == before
-            assert self.damaged
-            assert not there
+            assert syncs < 99 or (self.damaged and not there)
             return
         after = self._files()
         assert report.running == self.writing

@@ -3,10 +3,9 @@
 import gzip
 import math
 import re
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
 from datetime import UTC, datetime, timedelta
-from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +28,6 @@ Array = NDArray[np.float64]
 
 def measurement() -> tuple[Array, Array, Array]:
     """Return times, s, and both channels, pF: two touches in a trembling hand, with the ratios `RATIOS`."""
-    t, hard, soft = _measured()
-    return t.copy(), hard.copy(), soft.copy()
-
-
-@cache
-def _measured() -> tuple[Array, Array, Array]:
     t = np.arange(ROWS) / RATE
     rng = np.random.default_rng(7)
     hard, soft = np.full(ROWS, 6.9), np.full(ROWS, 4.7)
@@ -45,104 +38,67 @@ def _measured() -> tuple[Array, Array, Array]:
     return t, hard + rng.normal(0, 2e-4, ROWS), soft + rng.normal(0, 2e-4, ROWS)
 
 
-@dataclass(frozen=True)
-class Case:
-    """A file and how it is to be read.
-
-    Attributes
-    ----------
-    name : str
-        What is special.
-    make : callable
-        Writes the files into a folder; returns the arguments of `palpate replay`.
-    ends : str
-        "right": both ratios are right. "told": they are not, and it says so. "asked": exit code 2. "refused": exit code 4.
-    says : str
-        A regular expression for standard error.
-    """
-
-    name: str
-    make: Callable[[Path], list[str]]
-    ends: str = "right"
-    says: str = ""
+Make = Callable[[Path], list[str]]
+"""Writes the files of a case into a folder; returns the arguments of `palpate replay`."""
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What `palpate replay` did with a file."""
-
-    code: int
-    ratios: list[float]
-    said: str
-
-    @property
-    def ends(self) -> str:
-        """How it ended: "right", "told", "wrong", "asked", "refused"."""
-        if self.code in (2, 4):
-            return {2: "asked", 4: "refused"}[self.code]
-        near = len(self.ratios) == len(RATIOS) and np.allclose(self.ratios, RATIOS, rtol=2e-3)
-        return "right" if near else "told" if re.search("swapped|clipped", self.said) else "wrong"
-
-
-def run(case: Case, folder: Path) -> Outcome:
-    """Make the files of a case in a folder, and replay them there."""
-    arguments = case.make(folder)
+def ending(make: Make, folder: Path) -> str:
+    """Make the files of a case, and replay them; return "right", "told", "wrong", "asked" or "refused", and the ratios."""
+    arguments = make(folder)
     piped = (folder / "piped").read_bytes() if arguments[0] == "-" else None
-    result = CliRunner().invoke(main, ["replay", *arguments], input=piped)
-    rows = re.findall(r"^ +\d+ +\S+ +\d+ +(\S+) ", result.stdout, re.MULTILINE)
+    done = CliRunner().invoke(main, ["replay", *arguments], input=piped)
+    rows = re.findall(r"^ +\d+ +\S+ +\d+ +(\S+) ", done.stdout, re.MULTILINE)
     ratios = [math.nan if row == "-" else float(row) for row in rows]
-    return Outcome(result.exit_code, ratios, result.stderr + result.stdout)
+    near = len(ratios) == len(RATIOS) and np.allclose(ratios, RATIOS, rtol=2e-3)
+    said = "told" if re.search("swapped|clipped", done.stderr + done.stdout) else "wrong"
+    ends = {2: "asked", 4: "refused"}.get(done.exit_code, "right" if near else said)
+    return f"{ends}, {[round(ratio, 4) for ratio in ratios]}"
 
 
-def _text(rows: Iterable[Iterable[object]], header: str = "", delimiter: str = ",", end: str = "\n") -> str:
-    lines = [delimiter.join(str(cell) for cell in row) for row in rows]
-    return "".join(line + end for line in ([header] if header else []) + lines)
+Row = Sequence[object]
 
 
-def _rows(
-    time: Callable[[float], object] = lambda t: f"{t:.4f}", scale: float = 1.0, digits: int = 6
-) -> list[list[str]]:
-    return [
-        [str(time(t)), f"{h * scale:.{digits}f}", f"{s * scale:.{digits}f}"]
-        for t, h, s in zip(*measurement(), strict=True)
-    ]
+def _text(header: str, rows: Iterable[Row], delimiter: str = ",", end: str = "\n") -> str:
+    return "".join(line + end for line in [header, *(delimiter.join(map(str, row)) for row in rows)] if line)
 
 
-def _csv(text: str | bytes, *options: str, name: str = "other.csv") -> Callable[[Path], list[str]]:
+def _file(data: str | bytes, *options: str, name: str = "other.csv") -> Make:
     def make(folder: Path) -> list[str]:
-        path = folder / name
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return [str(path), *options]
+        (folder / name).write_bytes(data if isinstance(data, bytes) else data.encode())
+        return [str(folder / name), *options]
 
     return make
 
 
-def _iso(t: float) -> str:
-    return (_BEGUN + timedelta(seconds=t)).isoformat(timespec="microseconds")
+def _table(header: str, rows: Iterable[Row], *options: str, delimiter: str = ",", end: str = "\n") -> Make:
+    return _file(_text(header, rows, delimiter, end), *options)
 
 
-def _clock(t: float) -> str:
-    return f"{_BEGUN + timedelta(seconds=t):%H:%M:%S.%f}"
-
-
-def _minutes(t: float) -> str:
-    return f"{int(t // 60):02}:{t % 60:06.3f}"
-
-
-def _serial_days(t: float) -> str:
-    return f"{46090.5 + t / 86400:.9f}"
+def _rows(
+    time: Callable[[float], object] = "{:.4f}".format, scale: float = 1.0, digits: str = ".6f"
+) -> list[list[str]]:
+    """Return the measurement with times in a notation."""
+    return [
+        [str(time(t)), f"{hard * scale:{digits}}", f"{soft * scale:{digits}}"]
+        for t, hard, soft in zip(*measurement(), strict=True)
+    ]
 
 
 def _comma(rows: list[list[str]]) -> list[list[str]]:
     return [[cell.replace(".", ",") for cell in row] for row in rows]
 
 
-MAP = ("--map", "hard=2,soft=3")
+def _date(form: str, begun: datetime = _BEGUN) -> Callable[[float], str]:
+    return lambda t: (begun + timedelta(seconds=t)).strftime(form)
+
+
 _PLAIN = _rows()
 _MS = _rows(lambda t: f"{1e3 * t:.1f}")
+_HEADER = "t (s),C1 (pF),C2 (pF)"
+_WHOLE = _text(_HEADER, _PLAIN)
 
 
-def _saved(name: str, save: Callable[[Any, Path], Any]) -> Callable[[Path], list[str]]:
+def _saved(name: str, save: Callable[[Any, Path], Any]) -> Make:
     def make(folder: Path) -> list[str]:
         save(pandas.DataFrame(dict(zip(("time_s", "C1_pF", "C2_pF"), measurement(), strict=True))), folder / name)
         return [str(folder / name)]
@@ -156,118 +112,92 @@ def _excel_dates(frame: Any, path: Path) -> None:
 
 
 def _own_parquet(folder: Path) -> list[str]:
-    source = folder / "own.csv"
-    (folder / "table.csv").write_text(_text(_PLAIN, "t (s),hard (pF),soft (pF)"))
-    for target in (source, folder / "own.parquet"):
-        read = folder / "table.csv" if target is source else source
-        result = CliRunner().invoke(main, ["convert", str(read), "-o", str(target)])
+    (folder / "table.csv").write_text(_WHOLE)
+    names = [str(folder / name) for name in ("table.csv", "own.csv", "own.parquet")]
+    for source, target in pairwise(names):
+        result = CliRunner().invoke(main, ["convert", source, "-o", target])
         assert result.exit_code == 0, result.stderr
-    return [str(folder / "own.parquet")]
+    return names[-1:]
 
 
 def _two_files(folder: Path) -> list[str]:
     t, hard, soft = measurement()
     for name, values, shift in (("one", hard, 0.0), ("two", soft, 0.002)):
         rows = [[f"{each + shift:.4f}", f"{value:.6f}"] for each, value in zip(t, values, strict=True)]
-        (folder / f"{name}.csv").write_text(_text(rows[3:] if name == "two" else rows, "t (s),C (pF)"))
+        (folder / f"{name}.csv").write_text(_text("t (s),C (pF)", rows[3:] if name == "two" else rows))
     return [str(folder / "one.csv"), "--soft", str(folder / "two.csv")]
 
 
 def _piped(folder: Path) -> list[str]:
-    (folder / "piped").write_text(_text(_PLAIN, "t (s),C1 (pF),C2 (pF)"))
+    (folder / "piped").write_text(_WHOLE)
     return ["-"]
 
 
-def _xdf(folder: Path) -> list[str]:
+def _xdf(_: Any, path: Path) -> None:
     t, hard, soft = measurement()
-    stream = Stream("Probe", t.tolist(), np.column_stack([hard, soft]), ["C1", "C2"])
-    (folder / "other.xdf").write_bytes(written(stream))
-    return [str(folder / "other.xdf")]
+    path.write_bytes(written(Stream("Probe", t.tolist(), np.column_stack([hard, soft]), ["C1", "C2"])))
 
 
-def _edited(line: int, text: str) -> str:
-    lines = _text(_PLAIN, "t (s),C1 (pF),C2 (pF)").splitlines()
-    lines.insert(line, text)
-    return "\n".join(lines) + "\n"
+def _edited(line: int, text: str) -> Make:
+    lines = _WHOLE.splitlines()
+    return _file("\n".join([*lines[:line], text, *lines[line:]]) + "\n")
 
 
-def _wrong_cell() -> str:
-    lines = _text(_PLAIN, "t (s),C1 (pF),C2 (pF)").splitlines(keepends=True)
-    lines[400] = lines[400].replace(_PLAIN[399][1], f"{_PLAIN[399][1]}x3")
-    return "".join(lines)
+_LONG = [[t, name, value] for t, *both in _PLAIN for name, value in zip(("C1", "C2"), both, strict=True)]
+_TWO_TIMES = [[n, t, hard, t, soft] for n, (t, hard, soft) in enumerate(_PLAIN)]
+_TWO_COLUMNS = [[*row[0].split(), *row[1:]] for row in _rows(_date("%Y-%m-%d %H:%M:%S.%f"))]
+_MIDNIGHT = _rows(_date("%H:%M:%S.%f", datetime(2026, 3, 9, 23, 59, 52)))
+_MIXED = [[cells[0], *points[1:]] for cells, points in zip(_comma(_PLAIN), _rows(digits=".3f"), strict=True)]
 
-
-def _clipped() -> str:
-    rows = [[t, h, f"{min(float(s), 5.1):.6f}"] for t, h, s in _PLAIN]
-    return _text(rows, "t (s),C1 (pF),C2 (pF)")
-
-
-CASES = [
-    Case("comma, header with units", _csv(_text(_PLAIN, "t (s),C1 (pF),C2 (pF)")), says="38.4 pairs a second; 880 rows"),
-    Case("semicolons, decimal commas, CRLF", _csv(_text(_comma(_PLAIN), "Zeit (s);C1 (pF);C2 (pF)", ";", "\r\n"))),
-    Case("UTF-16 with tabs, as Excel saves text",
-         _csv(_text(_PLAIN, "t (s)\tCIN1 (pF)\tCIN2 (pF)", "\t").encode("utf-16"))),
-    Case("sep=; in the first line", _csv("sep=;\n" + _text(_PLAIN, "t (s);C1 (pF);C2 (pF)", ";"))),
-    Case("millis", _csv(_text(_MS, "millis,C1,C2")), says="millis, ms; hard = C1, pF; .*38.4 pairs a second"),
-    Case("milliseconds, by size only", _csv(_text(_MS, "time,C1,C2")), says="time, ms"),
-    Case("microseconds, by size only", _csv(_text(_rows(lambda t: round(1e6 * t)), "timestamp,C1,C2")), says="us"),
-    Case("nanoseconds of the epoch",
-         _csv(_text(_rows(lambda t: 1_772_000_000_000_000_000 + round(1e9 * t)), "time,C1,C2")), says="ns"),
-    Case("ISO dates with zone", _csv(_text(_rows(_iso), "time,C1 (pF),C2 (pF)"))),
-    Case("date and time in two columns",
-         _csv(_text([[_iso(t)[:10], _clock(t), h, s] for t, (_, h, s) in zip(measurement()[0], _PLAIN, strict=True)],
-                    "Date,Time,C1 (pF),C2 (pF)"))),
-    Case("times of day over midnight",
-         _csv(_text(_rows(lambda t: f"{datetime(2026, 3, 9, 23, 59, 52) + timedelta(seconds=t):%H:%M:%S.%f}"),
-                    "Time,C1 (pF),C2 (pF)")), "refused", "goes back by 8.64e"),
-    Case("mm:ss.fff", _csv(_text(_rows(_minutes), "Elapsed,C1 (pF),C2 (pF)"))),
-    Case("serial days of Excel", _csv(_text(_rows(_serial_days), "Time,C1 (pF),C2 (pF)")), "asked", "time_unit"),
-    Case("lsl_timestamp", _csv(_text(_rows(lambda t: f"{51234.5 + t:.6f}"), "lsl_timestamp,C1,C2"))),
-    Case("timeA, timeB",
-         _csv(_text([[n, t, h, t, s] for n, (t, h, s) in enumerate(_PLAIN)], ",timeA,hard,timeB,soft"))),
-    Case("farads", _csv(_text([[t, f"{float(h) * 1e-12:.9e}", f"{float(s) * 1e-12:.9e}"] for t, h, s in _PLAIN], "t_s,C1,C2"))),
-    Case("a unit in one header of two", _csv(_text(_rows(scale=1e3, digits=3), "t_s,C1 (fF),C2")), says="no unit in .*C2.*fF"),
-    Case("no header, columns asked", _csv(_text(_PLAIN), "--map", "time=1,hard=2,soft=3")),
-    Case("other names", _csv(_text(_PLAIN, "t (s),A,B"), "--map", "hard=A,soft=B")),
-    Case("one file a channel, joined by time", _two_files, says="no reading of the other channel"),
-    Case("long format: time, channel, value",
-         _csv(_text([[t, name, value] for t, *both in _PLAIN for name, value in zip(("C1", "C2"), both, strict=True)],
-                    "time_s,channel,value_pF")), "asked", "columns: got none"),
-    Case("gz", _csv(gzip.compress(_text(_PLAIN, "t (s),C1 (pF),C2 (pF)").encode()), name="other.csv.gz")),
-    Case("standard input", _piped),
-    Case("Excel, seconds", _saved("other.xlsx", lambda frame, path: frame.to_excel(path, index=False, startrow=1))),
-    Case("Excel, dates", _saved("other.xlsx", _excel_dates)),
-    Case("Parquet of another program", _saved("other.parquet", pandas.DataFrame.to_parquet)),
-    Case("Arrow file", _saved("other.arrow", pandas.DataFrame.to_feather)),
-    Case("palpate's own Parquet", _own_parquet),
-    Case("XDF", _xdf),
-    Case("summary rows at the end",
-         _csv(_text(_PLAIN, "t (s),C1 (pF),C2 (pF)") + "\nMean,7.1,4.8\nStd,0.4,0.2\n"), ends="refused", says="line 883: 'Mean'"),
-    Case("comments in between", _csv(_edited(300, "# pump on")), says=""),
-    Case("a header again in the middle", _csv(_edited(300, "t (s),C1 (pF),C2 (pF)")), says="line 301 is no row .*left out"),
-    Case("thousands separators", _csv(_text([[t, f"{float(h) * 1e3:,.3f}", f"{float(s) * 1e3:,.3f}"] for t, h, s in _PLAIN],
-                                           "t (s);C1 (fF);C2 (fF)", ";")),
-         "refused", "line 2: '6,900.000' .* is neither a number with a decimal point"),
-    Case("swapped channels", _csv(_text(_PLAIN, "t (s),C2 (pF),C1 (pF)")), "told", "swapped"),
-    Case("a clipped column", _csv(_clipped()), "told", "clipped"),
-    Case("no times", _csv(_text([row[1:] for row in _PLAIN], "C1 (pF),C2 (pF)")), says="rate unknown"),
-    Case("no times, rate given", _csv(_text([row[1:] for row in _PLAIN], "C1 (pF),C2 (pF)"), "--rate", str(RATE)),
-         says="38.4 pairs a second"),
-    Case("6.123 beside decimal commas",
-         _csv(_text([[t.replace(".", ","), f"{float(h):.3f}", f"{float(s):.3f}"] for t, h, s in _PLAIN],
-                    "t (s);C1 (pF);C2 (pF)", ";")), "refused", "with a decimal comma"),
-    Case("steps of 1: seconds or milliseconds?", _csv(_text([[n, *row[1:]] for n, row in enumerate(_PLAIN)], "time,C1,C2")),
-         "asked", "time_unit"),
-    Case("whole-second stamps", _csv(_text(_rows(lambda t: _iso(t)[:19]), "time,C1 (pF),C2 (pF)")), "asked", "rate"),
-    Case("t_ms with seconds", _csv(_text(_PLAIN, "t_ms,C1,C2")), "asked", "ms"),
-    Case("names that leave it open", _csv(_text(_PLAIN, "t (s),A (pF),B (pF)")), "asked", "columns: got none"),
-    Case("four capacitances", _csv(_text([[*row, *row[1:]] for row in _PLAIN], "t (s),C1 (pF),C2 (pF),C3 (pF),C4 (pF)")),
-         "asked", "columns: got none"),
-    Case("no unit, values of thousands", _csv(_text(_rows(scale=1e3), "t (s),C1,C2")), "asked", "unit: got none"),
-    Case("per cent", _csv(_text(_PLAIN, "t (s),C1 (%),C2 (%)")), "asked", "in %"),
-    Case("a wrong cell", _csv(_wrong_cell()), "refused", "line 401: .*x3' in column 2"),
-    Case("a row cut in the middle", _csv(_edited(300, "7.8,6.9")), "refused", "line 301"),
-    Case("text that is no table", _csv("dear reader,\nthis is no table\n" * 50), "refused", "no row of numbers"),
-    Case("an old Excel file", _csv(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), name="old.xls"), "refused", "xls"),
-]  # fmt: skip
+CASES: dict[str, Make] = {
+    "comma, header with units": _file(_WHOLE),
+    "semicolons, decimal commas, CRLF": _table("Zeit (s);C1 (pF);C2 (pF)", _comma(_PLAIN), delimiter=";", end="\r\n"),
+    "UTF-16 with tabs, as Excel saves text": _file(_text("t (s)\tCIN1 (pF)\tCIN2 (pF)", _PLAIN, "\t").encode("utf-16")),
+    "sep=; in the first line": _table("sep=;\nt (s);C1 (pF);C2 (pF)", _PLAIN, delimiter=";"),
+    "millis": _table("millis,C1,C2", _MS),
+    "milliseconds, by size only": _table("time,C1,C2", _MS),
+    "microseconds, by size only": _table("timestamp,C1,C2", _rows(lambda t: round(1e6 * t))),
+    "nanoseconds of the epoch": _table("time,C1,C2", _rows(lambda t: 1_772_000_000_000_000_000 + round(1e9 * t))),
+    "ISO dates with zone": _table("time,C1 (pF),C2 (pF)", _rows(_date("%Y-%m-%dT%H:%M:%S.%f+00:00"))),
+    "date and time in two columns": _table("Date,Time,C1 (pF),C2 (pF)", _TWO_COLUMNS),
+    "times of day over midnight": _table("Time,C1 (pF),C2 (pF)", _MIDNIGHT),
+    "mm:ss.fff": _table("Elapsed,C1 (pF),C2 (pF)", _rows(lambda t: f"{int(t // 60):02}:{t % 60:06.3f}")),
+    "serial days of Excel": _table("Time,C1 (pF),C2 (pF)", _rows(lambda t: f"{46090.5 + t / 86400:.9f}")),
+    "lsl_timestamp": _table("lsl_timestamp,C1,C2", _rows(lambda t: f"{51234.5 + t:.6f}")),
+    "timeA, timeB": _table(",timeA,hard,timeB,soft", _TWO_TIMES),
+    "farads": _table("t_s,C1,C2", _rows(scale=1e-12, digits=".9e")),
+    "a unit in one header of two": _table("t_s,C1 (fF),C2", _rows(scale=1e3, digits=".3f")),
+    "no header, columns asked": _table("", _PLAIN, "--map", "time=1,hard=2,soft=3"),
+    "other names": _table("t (s),A,B", _PLAIN, "--map", "hard=A,soft=B"),
+    "one file a channel, joined by time": _two_files,
+    "long format: time, channel, value": _table("time_s,channel,value_pF", _LONG),
+    "gz": _file(gzip.compress(_WHOLE.encode()), name="other.csv.gz"),
+    "standard input": _piped,
+    "Excel, seconds": _saved("other.xlsx", lambda frame, path: frame.to_excel(path, index=False, startrow=1)),
+    "Excel, dates": _saved("other.xlsx", _excel_dates),
+    "Parquet of another program": _saved("other.parquet", pandas.DataFrame.to_parquet),
+    "Arrow file": _saved("other.arrow", pandas.DataFrame.to_feather),
+    "palpate's own Parquet": _own_parquet,
+    "XDF": _saved("other.xdf", _xdf),
+    "summary rows at the end": _file(f"{_WHOLE}\nMean,7.1,4.8\nStd,0.4,0.2\n"),
+    "comments in between": _edited(300, "# pump on"),
+    "a header again in the middle": _edited(300, _HEADER),
+    "thousands separators": _table("t (s);C1 (fF);C2 (fF)", _rows(scale=1e3, digits=",.3f"), delimiter=";"),
+    "swapped channels": _table("t (s),C2 (pF),C1 (pF)", _PLAIN),
+    "a clipped column": _table(_HEADER, [[t, hard, f"{min(float(soft), 5.1):.6f}"] for t, hard, soft in _PLAIN]),
+    "no times": _table("C1 (pF),C2 (pF)", [row[1:] for row in _PLAIN]),
+    "no times, rate given": _table("C1 (pF),C2 (pF)", [row[1:] for row in _PLAIN], "--rate", str(RATE)),
+    "6.123 beside decimal commas": _table("t (s);C1 (pF);C2 (pF)", _MIXED, delimiter=";"),
+    "steps of 1: seconds or milliseconds?": _table("time,C1,C2", [[n, *row[1:]] for n, row in enumerate(_PLAIN)]),
+    "whole-second stamps": _table("time,C1 (pF),C2 (pF)", _rows(_date("%Y-%m-%dT%H:%M:%S"))),
+    "t_ms with seconds": _table("t_ms,C1,C2", _PLAIN),
+    "names that leave it open": _table("t (s),A (pF),B (pF)", _PLAIN),
+    "four capacitances": _table("t (s),C1 (pF),C2 (pF),C3 (pF),C4 (pF)", [[*row, *row[1:]] for row in _PLAIN]),
+    "no unit, values of thousands": _table("t (s),C1,C2", _rows(scale=1e3)),
+    "per cent": _table("t (s),C1 (%),C2 (%)", _PLAIN),
+    "a wrong cell": _file(_WHOLE.replace(_PLAIN[399][1], f"{_PLAIN[399][1]}x3")),
+    "a row cut in the middle": _edited(300, "7.8,6.9"),
+    "text that is no table": _file("dear reader,\nthis is no table\n" * 50),
+    "an old Excel file": _file(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600), name="old.xls"),
+}
 """At least one of each kind of file and each common mistake."""

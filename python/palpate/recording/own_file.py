@@ -204,12 +204,12 @@ class Recorded:
     @property
     def tares(self) -> frozenset[int]:
         """Numbers of the samples after which the baseline was measured again; each is the last of a block."""
-        return sidecar.tares_of(self.document)
+        return frozenset(seq for seq, _, _ in sidecar.tares_of(self.document))
 
     @property
     def gap_marks(self) -> list[tuple[int, str]]:
         """Those of `tares` that are before a gap, each with what happened there: the board was opened again, ..."""
-        return sidecar.gaps_of(self.document)
+        return [(seq, text) for seq, text, is_gap in sidecar.tares_of(self.document) if is_gap]
 
     @property
     def zero_utc_ns(self) -> int | None:
@@ -226,7 +226,8 @@ class Recorded:
         """What the recorder said: it began late, or had gaps."""
         marks, more = self.gap_marks[:_MOST_GAPS], len(self.gap_marks) - _MOST_GAPS
         gaps = [f"gap after sample {seq}: {text}: the baseline was measured again" for seq, text in marks]
-        return (*sidecar.told_of(self.document), *gaps, *([f"{more} more gaps"] if more > 0 else []))
+        begun = [str(note) for note in self.document.get("notes", []) if str(note).startswith(sidecar.BEGUN)]
+        return (*begun, *gaps, *([f"{more} more gaps"] if more > 0 else []))
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from typing import Any
 from palpate.errors import RecordingError
 from palpate.files import open_regular, replacing
 from palpate.recording import sidecar
-from palpate.recording.integrity import Bytes, judge
+from palpate.recording.integrity import judge
 from palpate.recording.own_file import Damage, Recorded
 from palpate.systems import to_disk
 from palpate.tables.packed import is_packed
@@ -48,19 +48,7 @@ def why_not(recording: Recorded, damage: list[Damage], *, remove_damage: bool) -
 
 
 def repair(recording: Recorded, damage: list[Damage]) -> None:
-    """Take out damaged places and an incomplete last row, and write the end into the sidecar.
-
-    Parameters
-    ----------
-    recording : Recorded
-        After `blocks(damage)`.
-    damage : list of Damage
-
-    Raises
-    ------
-    RecordingError
-        A file cannot be written, or has changed in the meantime: then all is as it was.
-    """
+    """Take out what `blocks(damage)` has found, and write the end; after a RecordingError all files are as they were."""
     path, beside = recording.path.resolve(), sidecar.sidecar_path(recording.path).resolve()
     try:
         with open_regular(path) as file:
@@ -114,20 +102,18 @@ def _keep(path: Path, suffix: str, undo: ExitStack) -> Path:
 
 def _document(recording: Recorded, done: str, data: bytes) -> dict[str, Any]:
     """Return the sidecar after the repair: its end counts the rows that are left, not the rows that were measured."""
-    known, rows, checksum = recording.known, recording.survey.rows, zlib.crc32(data)
-    size = known.sealed("bytes")
-    marked = zlib.crc32(data[:size]) if size is not None and size <= len(data) else None
-    joined = zlib.crc32(data.replace(b"\r", b""))
-    after = judge(known, Bytes(len(data), checksum, joined, marked, rows))
-    found = (
-        judge(known, recording.seen._replace(torn=0)) if after.doubts else after
-    )  # it may be as it was written again
+    known, again = recording.known, Recorded(recording.path, recording.known, data)
+    for _ in again.blocks():
+        pass
+    rows, found = again.survey.rows, again.integrity
+    if found.doubts:  # what is left is not as it was written: it may have been so with what is taken out
+        found = judge(known, recording.seen._replace(torn=0))
     if not known.document or known.end:
         found = found._replace(doubts=(*found.doubts, *found.limits))
     unknown = {**recording.describe(), "full_scale_pF": recording.full_scale_pF}
     document = dict(known.document or sidecar.made(unknown, 0, b""))
     document.pop("checkpoint", None)
-    end = {"dropped": 0, **known.end, "rows": rows, "bytes": len(data), "crc32": checksum, "clean": False}
+    end = {"dropped": 0, **known.end, "rows": rows, "bytes": len(data), "crc32": again.seen.crc32, "clean": False}
     end |= {"verified": found.verified, "repaired": f"{done}; {found.verified:,} of {rows:,} rows are verified"}
     if doubts := found.doubts_before("repair", known.end):
         end["doubts"] = doubts

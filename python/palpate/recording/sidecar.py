@@ -10,7 +10,7 @@ import time
 import zlib
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from palpate._core import __version__
 from palpate.errors import RecordingError, quoted, shortened
@@ -34,18 +34,7 @@ _SUM = '"sidecar_crc32": "'
 
 
 def sidecar_path(path: Path) -> Path:
-    """Return the path of the sidecar of a recording.
-
-    Raises
-    ------
-    ValueError
-        The recording's name does not end in ".csv"; or no file can have it, on Windows.
-
-    Examples
-    --------
-    >>> sidecar_path(Path("run.csv")).name
-    'run.json'
-    """
+    """Return the path of the sidecar of a recording; ValueError if its name is not *.csv, or no file can have it."""
     if path.suffix.lower() != ".csv":
         raise ValueError(f"record: got {path.name!r}, allowed: a name that ends in .csv")
     try:
@@ -76,15 +65,7 @@ def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) ->
 
 
 def made(device: dict[str, Any], rows: int, data: bytes) -> dict[str, Any]:
-    """Return the sidecar of a recording that was not measured but computed: the same rows give the same sidecar.
-
-    Parameters
-    ----------
-    device : dict
-    rows : int
-    data : bytes
-        The file as it is written, header included.
-    """
+    """Return the sidecar of a file whose rows were computed, not measured: the same rows give the same sidecar."""
     end = {"rows": rows, "dropped": 0, "clean": True, "bytes": len(data), "crc32": zlib.crc32(data)}
     parts: dict[str, Any] = {"device": device, "settings": {}, "notes": [], "marks": [], "end": end}
     return {"schema": SCHEMA, "versions": {"palpate": __version__}, **parts}
@@ -98,13 +79,7 @@ def save(path: Path, document: dict[str, Any]) -> None:
 
 
 def text_of(document: dict[str, Any]) -> str:
-    """Return a sidecar as JSON, with its checksum.
-
-    Examples
-    --------
-    >>> text_of({"schema": SCHEMA}).splitlines()[-2]
-    '  "sidecar_crc32": "7a32ae4b"'
-    """
+    """Return a sidecar as JSON, with its checksum."""
     text = json.dumps({**_plain(document), "sidecar_crc32": ""}, indent=2, allow_nan=False, default=str)
     body = text[: text.rindex(_SUM) + len(_SUM)]
     return f'{body}{zlib.crc32(body.encode()):08x}"\n}}\n'
@@ -118,32 +93,14 @@ def is_intact(text: str) -> bool | None:
     return end == f'{zlib.crc32((body + found).encode()):08x}"\n}}\n'
 
 
-class Loaded(NamedTuple):
-    """A sidecar, and whether it is as it was written; None: it has no checksum."""
-
-    document: dict[str, Any]
-    intact: bool | None
-
-
 def load(path: Path) -> dict[str, Any] | None:
-    """Return the sidecar of a recording; None without one.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        Path of the recording.
-
-    Raises
-    ------
-    RecordingError
-        The file exists, but is not a sidecar.
-    """
+    """Return the sidecar of a recording, by the path of the recording; None without one; RecordingError if it is none."""
     found = load_checked(path)
-    return found.document if found else None
+    return found[0] if found else None
 
 
-def load_checked(path: Path) -> Loaded | None:
-    """Return the sidecar of a recording, and whether its checksum holds; as `load`."""
+def load_checked(path: Path) -> tuple[dict[str, Any], bool | None] | None:
+    """Return the sidecar of a recording, and whether it is as it was written (None: it has no checksum); as `load`."""
     path = path.with_name(unpacked_name(path))
     if path.suffix.lower() != ".csv" or not (beside := sidecar_path(path)).exists():
         return None
@@ -153,14 +110,8 @@ def load_checked(path: Path) -> Loaded | None:
         raise RecordingError(beside, f"cannot be read: {error.strerror}") from error
 
 
-def parsed(path: Path, data: bytes) -> Loaded:
-    """Return the sidecar in the contents of a file, or in the metadata of one.
-
-    Raises
-    ------
-    RecordingError
-        Not a sidecar.
-    """
+def parsed(path: Path, data: bytes) -> tuple[dict[str, Any], bool | None]:
+    """Return the sidecar in the contents of a file, or in the metadata of one, as `load_checked`; RecordingError if it is none."""
     try:
         text = data.decode()
         document = json.loads(text)
@@ -174,7 +125,7 @@ def parsed(path: Path, data: bytes) -> Loaded:
     except ValueError as error:
         raise RecordingError(path, f"not the sidecar of a recording: {error}") from error
     document.pop("sidecar_crc32", None)
-    return Loaded(document, is_intact(text))
+    return document, is_intact(text)
 
 
 def _require_valid(document: dict[str, Any]) -> None:
@@ -199,11 +150,6 @@ _PARTS: dict[str, Any] = {"device": dict, "settings": dict, "notes": list, "mark
 _PARTS |= dict.fromkeys(_OPTIONAL, dict)
 
 
-def told_of(document: dict[str, Any]) -> tuple[str, ...]:
-    """Return the notes of the recorder that every reader repeats: the recording began late."""
-    return tuple(str(note) for note in document.get("notes", []) if str(note).startswith(BEGUN))
-
-
 def marked(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:
     """Return a mark at a sample, as it is in the sidecar."""
     where = {} if sample is None else {"seq": sample.seq, "t_s": sample.t_hard_ns / 1e9}
@@ -211,13 +157,7 @@ def marked(text: str, sample: Sample | None, **more: Any) -> dict[str, Any]:
 
 
 def amend(path: Path, plan: Plan) -> None:
-    """Replace what was touched in the sidecar of a recording that has ended.
-
-    Raises
-    ------
-    RecordingError
-        The sidecar is gone, is no longer one, or cannot be written.
-    """
+    """Replace what was touched in the sidecar of a recording that has ended; RecordingError if that is not possible."""
     document = load(path)
     if document is None:
         raise RecordingError(sidecar_path(path), "is gone: the change of the session is in no file")
@@ -234,14 +174,11 @@ def zero_of(document: dict[str, Any]) -> tuple[int | None, int | None]:
     return begin, end
 
 
-def tares_of(document: dict[str, Any]) -> frozenset[int]:
-    """Return the numbers of the samples after which the baseline was measured again."""
-    return frozenset(mark["seq"] for mark in _tares(document))
-
-
-def gaps_of(document: dict[str, Any]) -> list[tuple[int, str]]:
-    """Return the tares before a gap in the measurement: number of the sample, and what happened."""
-    return [(mark["seq"], _text_of(mark)) for mark in _tares(document) if mark.get("gap") is True]
+def tares_of(document: dict[str, Any]) -> list[tuple[int, str, bool]]:
+    """Return the samples after which the baseline was measured again: number, what happened, whether it is before a gap."""
+    tares = [mark for mark in _marks(document) if mark.get("tare") is True]
+    known = [mark for mark in tares if type(mark.get("seq")) is int and 0 <= mark["seq"] < 2**63]
+    return [(mark["seq"], _text_of(mark), mark.get("gap") is True) for mark in known]
 
 
 def marks_of(document: dict[str, Any]) -> list[tuple[float, str]]:
@@ -251,11 +188,6 @@ def marks_of(document: dict[str, Any]) -> list[tuple[float, str]]:
 
 def _marks(document: dict[str, Any]) -> list[dict[str, Any]]:
     return [mark for mark in document.get("marks", []) if isinstance(mark, dict)]
-
-
-def _tares(document: dict[str, Any]) -> list[dict[str, Any]]:
-    tares = [mark for mark in _marks(document) if mark.get("tare") is True]
-    return [mark for mark in tares if type(mark.get("seq")) is int and 0 <= mark["seq"] < 2**63]
 
 
 def _text_of(mark: dict[str, Any]) -> str:
