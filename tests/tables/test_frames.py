@@ -45,9 +45,6 @@ def test_the_touches_of_a_frame_are_those_of_its_arrays(kind: str) -> None:
     found = palpate.read(KINDS[kind](BASE))
     assert palpate.touches(found) == palpate.touches(PLAY, full_scale=np.inf) != []
     assert palpate.touches(KINDS[kind](BASE)) == palpate.touches(found)
-    assert [
-        np.array_equal(getattr(found, name), getattr(PLAY, name)) for name in ("t_hard_s", "t_soft_s", "hard", "soft")
-    ]
     assert found.understood.startswith("time = t")
     assert "hard = C1, pF; soft = C2, pF; 38.4" in found.understood
 
@@ -87,11 +84,10 @@ def test_dates_and_durations_are_times(unit: str) -> None:
         assert found.zero_utc_ns == first
 
 
-def test_an_index_without_name_and_dates_is_no_column() -> None:
-    found = palpate.read(pd.DataFrame({"C1": PLAY.hard, "C2": PLAY.soft}, index=PLAY.t_hard_s))
-    assert np.isnan(found.t_hard_s).all()
-    named = pd.DataFrame({"C1": PLAY.hard, "C2": PLAY.soft}, index=pd.Index(PLAY.t_hard_s, name="t"))
-    assert np.array_equal(palpate.read(named).t_hard_s, PLAY.t_hard_s)
+def test_an_index_is_a_column_if_it_has_a_name() -> None:
+    for name, times in ((None, np.full(N, np.nan)), ("t", PLAY.t_hard_s)):
+        frame = pd.DataFrame({"C1": PLAY.hard, "C2": PLAY.soft}, index=pd.Index(PLAY.t_hard_s, name=name))
+        assert np.array_equal(palpate.read(frame).t_hard_s, times, equal_nan=True)
 
 
 def test_values_of_other_types() -> None:
@@ -130,12 +126,7 @@ def test_rows_of_names_are_header_rows() -> None:
 
 
 def test_a_column_that_is_not_wanted_may_have_anything() -> None:
-    for frame in (
-        pl.DataFrame({**BASE, "x": pl.Series([object()] * N, dtype=pl.Object)}),
-        pa.table({**BASE, "x": [[1.0]] * N}),
-        {**BASE, "x": np.full(N, 1j)},
-    ):
-        assert len(palpate.read(frame)) == N
+    assert len(palpate.read(pa.table({**BASE, "x": [[1.0]] * N}))) == N
 
 
 @pytest.mark.parametrize(
@@ -145,6 +136,9 @@ def test_a_column_that_is_not_wanted_may_have_anything() -> None:
         (pl.DataFrame({"C1": [1.0, 2.0]}), "polars.DataFrame: not a recording: .* two columns or more"),
         (pa.table({**BASE, "C1": [[1.0]] * N}), r"in column 3 \(C1\) is neither a number"),
         ({**BASE, "C1": np.full(N, 1j)}, r"in column 3 \(C1\) is neither a number"),
+        ({**BASE, "C1": np.ma.masked_array(PLAY.hard, np.arange(N) == 7)}, "nan in place of masked values"),
+        ({**BASE, "C1": PLAY.hard > 7}, r"column 3 \(C1\): got True and False, allowed: numbers"),
+        (pd.DataFrame({**BASE, "C1": pd.array([None, *[True] * (N - 1)], "boolean")}), "'True' in column 3"),
         ({**BASE, "C1": DATES}, r"column 3 \(C1\): got times, allowed: numbers"),
         ({"C1": PLAY.hard, "C2": PLAY.soft[:9]}, r"got columns of shapes \[\(9,\), \(.*,\)\], allowed: .* one shape"),
     ],
@@ -160,21 +154,6 @@ def test_what_is_no_recording(source: Any, message: str) -> None:
 def test_what_is_no_frame(source: Any) -> None:
     with pytest.raises(TypeError, match="allowed: a path, a data frame of pandas, polars or Arrow"):
         palpate.read(source)
-
-
-def test_what_is_masked_is_refused() -> None:
-    with pytest.raises(RecordingError, match="nan in place of masked values"):
-        palpate.read({**BASE, "C1": np.ma.masked_array(PLAY.hard, np.arange(N) == 7)})
-
-
-def test_true_false_and_missing_are_no_capacitances() -> None:
-    values = [None, *(PLAY.hard > PLAY.hard.mean()).tolist()[1:]]
-    for frame in (
-        pd.DataFrame({**BASE, "C1": pd.array(values, "boolean")}),
-        {**BASE, "C1": PLAY.hard > PLAY.hard.mean()},
-    ):
-        with pytest.raises(RecordingError, match=r"True|False"):
-            palpate.read(frame, unit="pF")
 
 
 def test_labels_that_are_numbers() -> None:

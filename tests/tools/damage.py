@@ -1,7 +1,6 @@
 """Recordings that were killed, and what can happen to their files afterwards."""
 
 import zlib
-from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
@@ -37,51 +36,24 @@ def finished(path: Path, rows: int) -> Path:
     return path
 
 
-def _zeros(data: bytes, random: Random) -> bytes:
-    at, size = random.randrange(len(data)), random.choice((1, 16, 512, 4096))
-    return data[:at] + bytes(min(size, len(data) - at)) + data[at + size :]
+DAMAGES = ("zeros", "noise", "cut out", "inserted", "lines merged", "end cut off", "one byte changed")
 
 
-def _noise(data: bytes, random: Random) -> bytes:
-    at, size = random.randrange(len(data)), random.choice((1, 16, 512))
-    return data[:at] + random.randbytes(min(size, len(data) - at)) + data[at + size :]
-
-
-def _cut(data: bytes, random: Random) -> bytes:
-    at, size = random.randrange(len(data)), random.choice((1, 7, 60, 700))
-    return data[:at] + data[at + size :]
-
-
-def _inserted(data: bytes, random: Random) -> bytes:
-    at = random.randrange(len(data))
-    what = random.choice((b"\n", b"\n\n\n", b"\r", b",", b"\0" * 8, "Grüße\n".encode(), random.randbytes(300)))
-    return data[:at] + what + data[at:]
-
-
-def _merged(data: bytes, random: Random) -> bytes:
-    ends = [i for i, byte in enumerate(data) if byte == ord("\n")]
-    at = random.choice(ends or [0])
-    return data[:at] + data[at + 1 :]
-
-
-def _ended(data: bytes, random: Random) -> bytes:
-    return data[: random.randrange(len(data))] + bytes(random.choice((0, 0, 1, 512, 9000)))
-
-
-def _changed(data: bytes, random: Random) -> bytes:
-    at = random.randrange(len(data))
-    return data[:at] + bytes([data[at] ^ random.randrange(1, 256)]) + data[at + 1 :]
-
-
-DAMAGES: dict[str, Callable[[bytes, Random], bytes]] = {
-    "zeros": _zeros,
-    "random bytes": _noise,
-    "bytes cut out": _cut,
-    "bytes inserted": _inserted,
-    "lines merged": _merged,
-    "end cut off, or zeros": _ended,
-    "one byte changed": _changed,
-}
+def damaged(kind: str, data: bytes, random: Random) -> bytes:
+    """Return a file after one of `DAMAGES` at a random place."""
+    at, size = random.randrange(len(data)), random.choice((1, 16, 60, 512, 4096))
+    before, hit, after = data[:at], data[at : at + size], data[at + size :]
+    odd = (b"\n", b"\n\n\n", b"\r", b",", b"\0" * 8, "Grüße\n".encode(), random.randbytes(300))
+    begin, _, rest = data[at:].partition(b"\n")
+    return {
+        "zeros": before + bytes(len(hit)) + after,
+        "noise": before + random.randbytes(len(hit)) + after,
+        "cut out": before + after,
+        "inserted": before + random.choice(odd) + hit + after,
+        "lines merged": before + begin + rest,
+        "end cut off": before + bytes(random.choice((0, 0, 1, 512, 9000))),
+        "one byte changed": before + bytes([data[at] ^ random.randrange(1, 256)]) + data[at + 1 :],
+    }[kind]
 
 
 def survivors(data: bytes, rows: list[bytes]) -> list[bytes]:

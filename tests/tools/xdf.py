@@ -14,10 +14,10 @@ _CODES = {"float32": "<f4", "double64": "<f8", "int16": "<i2", "int32": "<i4"}
 
 @dataclass
 class Stream:
-    """A stream: times of the sender, s; values, shape (n, channels); a None time is left out of the file."""
+    """A stream: times of the sender, s; values, shape (n, channels)."""
 
     name: str
-    times: Sequence[float | None]
+    times: Sequence[float]
     values: ArrayLike
     labels: Sequence[str] = ()
     unit: str = "pF"
@@ -27,14 +27,11 @@ class Stream:
 
     @property
     def xml(self) -> str:
-        count = len(self.labels) if self.kind == "string" else np.shape(self.values)[1]
-        each = "".join(
-            f"<channel><label>{escape(label)}</label><unit>{escape(self.unit)}</unit></channel>"
-            for label in self.labels
-        )
+        channel = "<channel><label>{}</label><unit>{}</unit></channel>"
+        each = "".join(channel.format(escape(label), escape(self.unit)) for label in self.labels)
         return (
             f'<?xml version="1.0"?><info><name>{escape(self.name)}</name><type>tactile</type>'
-            f"<channel_count>{count}</channel_count><nominal_srate>{self.rate}</nominal_srate>"
+            f"<channel_count>{np.shape(self.values)[1]}</channel_count><nominal_srate>{self.rate}</nominal_srate>"
             f"<channel_format>{self.kind}</channel_format><desc><channels>{each}</channels></desc></info>"
         )
 
@@ -47,16 +44,12 @@ def chunk(tag: int, content: bytes) -> bytes:
 def written(*streams: Stream, part: int = 7) -> bytes:
     """Return an XDF file; the samples of a stream are in chunks of `part`."""
     data = b"XDF:" + chunk(1, b'<?xml version="1.0"?><info><version>1.0</version></info>')
-    for number, stream in enumerate(streams, 1):
-        data += chunk(2, struct.pack("<I", number) + stream.xml.encode())
+    data += b"".join(chunk(2, struct.pack("<I", at) + stream.xml.encode()) for at, stream in enumerate(streams, 1))
     for number, stream in enumerate(streams, 1):
         for begin in range(0, len(stream.times), part):
             data += chunk(3, _samples(number, stream, slice(begin, begin + part)))
-        for time, offset in stream.offsets:
-            data += chunk(4, struct.pack("<Idd", number, time, offset))
-        data += chunk(5, BOUNDARY)
-    for number, _ in enumerate(streams, 1):
-        data += chunk(6, struct.pack("<I", number) + b'<?xml version="1.0"?><info></info>')
+        data += b"".join(chunk(4, struct.pack("<Idd", number, *offset)) for offset in stream.offsets)
+        data += chunk(5, BOUNDARY) + chunk(6, struct.pack("<I", number) + b'<?xml version="1.0"?><info></info>')
     return data
 
 
@@ -64,7 +57,7 @@ def _samples(number: int, stream: Stream, which: slice) -> bytes:
     times = stream.times[which]
     content = struct.pack("<IBI", number, 4, len(times))
     for time, row in zip(times, np.asarray(stream.values, object)[which], strict=True):
-        content += b"\0" if time is None else struct.pack("<Bd", 8, time)
+        content += struct.pack("<Bd", 8, time)
         content += b"".join(_value(stream.kind, value) for value in np.atleast_1d(row))
     return content
 

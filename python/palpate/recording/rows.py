@@ -136,17 +136,16 @@ def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | N
 
 def unreadable(line: bytes, columns: tuple[str, ...] = COLUMNS) -> str | None:
     """Return why a line is not a row; None if it is one."""
-    if _is_row(line, columns):
-        return None
     if zeros := line.count(b"\0"):
         return f"got {zeros} zero bytes, allowed: text"
     if line.startswith(BOM_UTF8):
         return "begins with a byte order mark, put there by another program"
-    cells = line.rstrip(b"\r\n").split(b",")
-    if len(cells) != len(columns):
-        return f"got {len(cells)} cells, allowed: {len(columns)}"
-    wrong = ((name, cell) for name, cell in zip(columns, cells, strict=True) if not _is_cell(name, cell))
-    name, cell = next(wrong, (columns[-1], cells[-1]))
+    if line.count(b",") != len(columns) - 1:
+        return f"got {line.count(b',') + 1} cells, allowed: {len(columns)}"
+    if _is_row(line, columns):
+        return None
+    cells = list(zip(columns, line.rstrip(b"\r\n").split(b","), strict=True))
+    name, cell = next((each for each in cells if not _is_cell(*each)), cells[-1])
     return f"{quoted(cell.decode('latin-1'))} is not a valid value for column {name}"
 
 
