@@ -1,5 +1,6 @@
 """What is known of a recording beside its rows, and whether it is as it was written."""
 
+import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -70,19 +71,30 @@ class Known:
         return value if type(value) is int and value >= 0 else None
 
 
-class Bytes(NamedTuple):
-    """What was counted in the bytes of a file.
+@dataclass
+class Bytes:
+    """Counts over the bytes of a file, of which the end or the checkpoint has the first `to_mark`: CRC-32 `marked`.
 
-    `joined` is the CRC-32 without carriage returns: the sum of a file whose line ends were changed. `marked` is the one of
-    the bytes that the end or the checkpoint is of; None: the file has not as many. `torn` bytes are of an incomplete row.
+    `joined` is the CRC-32 without carriage returns, of a file whose line ends were changed; `torn` are of an incomplete row.
     """
 
-    size: int
-    crc32: int
-    joined: int
-    marked: int | None
-    rows: int
+    to_mark: int | None = None
+    size: int = 0
+    crc32: int = 0
+    joined: int = 0
+    marked: int | None = None
+    rows: int = 0
     torn: int = 0
+
+    def count(self, data: bytes) -> None:
+        """Count the next bytes."""
+        left = -1 if self.to_mark is None else self.to_mark - self.size
+        if 0 <= left <= len(data):
+            self.marked = zlib.crc32(data[:left], self.crc32)
+        before, self.crc32 = self.crc32, zlib.crc32(data, self.crc32)
+        is_joined = self.joined != before or b"\r" in data
+        self.joined = zlib.crc32(data.replace(b"\r", b""), self.joined) if is_joined else self.crc32
+        self.size += len(data)
 
 
 def known_of(path: Path) -> Known:

@@ -3,7 +3,6 @@
 import io
 import math
 import os
-import zlib
 from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
@@ -64,22 +63,15 @@ class _Piece(NamedTuple):
 
 
 class _Pass:
-    """Reads a file once: whole lines, and checksums."""
+    """Reads a file once, in whole lines: `tail` is what comes after the last line end, at `offset`, in this line."""
 
-    # marked: how many bytes the CRC-32 of the sidecar is of. tail: what is after the last line end, which is at offset,
-    # in this line.
-
-    def __init__(self, marked: int | None = None) -> None:
-        self._marked = marked
-        self.size = self.crc32 = self.joined = self.offset = 0
-        self.marked_crc32: int | None = None
-        self.tail, self.line = b"", 1
-        self._returns = False
+    def __init__(self, to_mark: int | None = None) -> None:
+        self.seen, self.offset, self.tail, self.line = Bytes(to_mark), 0, b"", 1
 
     def pieces(self, file: BinaryIO, chunk: int) -> Iterator[_Piece]:
         """Yield the lines of a file that have an end, in order."""
         while data := file.read(chunk):
-            self.count(data)
+            self.seen.count(data)
             end = data.rfind(b"\n") + 1
             if not end:
                 self.tail += data
@@ -89,16 +81,6 @@ class _Pass:
             self.offset += len(lines)
             self.line += _OWN.count_lines(lines)
             self.tail = data[end:]
-
-    def count(self, data: bytes) -> None:
-        """Count the next bytes."""
-        to_mark = -1 if self._marked is None else self._marked - self.size
-        if 0 <= to_mark <= len(data):
-            self.marked_crc32 = zlib.crc32(data[:to_mark], self.crc32)
-        self.crc32 = zlib.crc32(data, self.crc32)
-        self._returns = self._returns or b"\r" in data
-        self.joined = zlib.crc32(data.replace(b"\r", b""), self.joined) if self._returns else self.crc32
-        self.size += len(data)
 
 
 class Recorded:
@@ -163,7 +145,7 @@ class Recorded:
         self.known: Known = known or known_of(self.path)
         self.document: dict[str, Any] = self.known.document
         self.survey: Survey = Survey()
-        self.seen: Bytes = Bytes(0, 0, 0, None, 0)
+        self.seen: Bytes = Bytes()
         self.integrity: Integrity = Integrity()
         self.headed: bool = False
         self.columns: tuple[str, ...] = COLUMNS
@@ -289,11 +271,11 @@ class Recorded:
             plan=plan_of(self.document),
         )
 
-    def _parsed(self, seen: _Pass, chunk: int, damage: list[Damage] | None) -> Iterator[Block]:
+    def _parsed(self, reading: _Pass, chunk: int, damage: list[Damage] | None) -> Iterator[Block]:
         rows, self.headed = 0, False
         try:
             with io.BytesIO(self.data) if self.data is not None else opened(self.path) as file:
-                for piece in seen.pieces(file, chunk):
+                for piece in reading.pieces(file, chunk):
                     rest = self._without_header(piece, damage) if piece.line == 1 else piece
                     block = self._block(rest, rows, damage)
                     rows += len(block)
@@ -301,8 +283,9 @@ class Recorded:
                         yield block
         except OSError as error:
             raise RecordingError(self.path, f"cannot be read: {error.strerror or error}") from error
-        last, torn = self._last(seen, rows, damage)
-        self.seen = Bytes(seen.size, seen.crc32, seen.joined, seen.marked_crc32, rows + len(last), torn)
+        last, reading.seen.torn = self._last(reading, rows, damage)
+        reading.seen.rows = rows + len(last)
+        self.seen = reading.seen
         if len(last):
             yield last
 
@@ -334,17 +317,19 @@ class Recorded:
             number, offset = number + len(alike), offset + size
         return parse_rows(b"".join(good), self.columns, self.codes)
 
-    def _last(self, seen: _Pass, rows: int, damage: list[Damage] | None) -> tuple[Block, int]:
+    def _last(self, reading: _Pass, rows: int, damage: list[Damage] | None) -> tuple[Block, int]:
         """Return a last row without a line end, and how many bytes are left: of an incomplete row, or zeros of a power cut."""
-        text, begin = seen.tail.partition(b"\0")[0], seen.offset
+        text, begin = reading.tail.partition(b"\0")[0], reading.offset
         if begin == 0:
             self.columns = columns_of([text]) or COLUMNS
         row = text if is_whole(text, self.columns) else b""
         if row and begin == 0:
             self._add(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
-        left = len(seen.tail) - len(row)
-        if len(seen.tail.rstrip(b"\0")) - len(row) > _LONGEST_ROW:
-            place = Damage(seen.line, 1, begin + len(row), left, rows + bool(row), f"{left} bytes without a line end")
+        left = len(reading.tail) - len(row)
+        if len(reading.tail.rstrip(b"\0")) - len(row) > _LONGEST_ROW:
+            place = Damage(
+                reading.line, 1, begin + len(row), left, rows + bool(row), f"{left} bytes without a line end"
+            )
             self._add(place, damage)
             left = 0
         return parse_rows(row, self.columns, self.codes), left

@@ -8,6 +8,7 @@ import os
 import shutil
 import zlib
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -107,7 +108,7 @@ def _document(recording: Recorded, done: str, data: bytes) -> dict[str, Any]:
         pass
     rows, found = again.survey.rows, again.integrity
     if found.doubts:  # what is left is not as it was written: it may have been so with what is taken out
-        found = judge(known, recording.seen._replace(torn=0))
+        found = judge(known, replace(recording.seen, torn=0))
     if not known.document or known.end:
         found = found._replace(doubts=(*found.doubts, *found.limits))
     unknown = {**recording.describe(), "full_scale_pF": recording.full_scale_pF}
