@@ -73,10 +73,7 @@ class Known:
 
 @dataclass
 class Bytes:
-    """Counts over the bytes of a file, of which the end or the checkpoint has the first `to_mark`: CRC-32 `marked`.
-
-    `joined` is the CRC-32 without carriage returns, of a file whose line ends were changed; `torn` are of an incomplete row.
-    """
+    """Counts over a file; `marked` is the CRC-32 of its first `to_mark` bytes, `joined` the one without carriage returns."""
 
     to_mark: int | None = None
     size: int = 0

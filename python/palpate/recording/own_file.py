@@ -345,11 +345,7 @@ class Recorded:
 
 
 def is_own(path: Path) -> bool:
-    """Return whether a file is a recording made by palpate.
-
-    Its first line is the header. If it has a sidecar, the header may be damaged, as long as there are rows; or it was
-    stopped before its first row.
-    """
+    """Return whether a file is a recording made by palpate: by its header, or by its sidecar and rows, or no row yet."""
     try:
         with opened(path) as file:
             begin = file.read(_BEGIN)

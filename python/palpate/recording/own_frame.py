@@ -52,15 +52,7 @@ def to_arrow(recording: Recording) -> Any:
 
 
 def own_frame(table: Table) -> Recording | None:
-    """Return the recording of a data frame that palpate made, or of its rows as text; None: one of another program.
-
-    Raises
-    ------
-    RecordingError
-        A cell is wrong, or a time is missing or goes back: with its row.
-    ValueError
-        Rows of different recordings, or a column that has not what palpate writes there.
-    """
+    """Return the recording of a frame that palpate made, or of its rows as text; None: another one. Errors as of `read`."""
     names = {column.name for column in table.columns}
     stamps = next((pair for pair in _TIMES if names >= {*pair}), None)
     if not names >= {"hard_pF", "soft_pF"} or (stamps is None and "full_scale_pF" not in names):

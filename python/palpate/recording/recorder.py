@@ -275,11 +275,5 @@ class Recorder:
 
 
 def capacity_for(device: Mapping[str, Any], seconds: float = _HANGS_S, least: int = CAPACITY) -> int:
-    """Return the room for the samples that an instrument takes in some seconds.
-
-    Examples
-    --------
-    >>> capacity_for({}), capacity_for({"period_s": 1e-5})
-    (32768, 300000)
-    """
+    """Return the room for the samples that an instrument takes in some seconds."""
     return min(max(least, round(seconds / float(device.get("period_s", seconds)))), _MOST)

@@ -121,10 +121,7 @@ def columns_of(lines: list[bytes]) -> tuple[str, ...] | None:
 
 
 def parse_rows(data: bytes, columns: tuple[str, ...] = COLUMNS, scale: Codes | None = _AD7746) -> Block:
-    """Return lines as samples, with the capacitances of their codes, or without a scale as written; ValueError if one is no row.
-
-    An infinite capacitance is no value: nan.
-    """
+    """Return lines as samples, capacitances by the scale of the codes, or as written, inf as nan; ValueError: no row."""
     rows = OwnRows(None if scale is None else (scale.zero, scale.per_pF), uncertainty=columns == COLUMNS)
     block = rows.parse(data)
     if block is None and b"inf" in data:

@@ -177,20 +177,7 @@ _KINDS: dict[str, type[Specimen | Entry | Note]] = {"specimens": Specimen, "touc
 
 
 def plan_of(document: Mapping[str, Any]) -> Plan:
-    """Return the plan in a sidecar; an empty one without the entry `session`. Entries that are not known are left out.
-
-    Raises
-    ------
-    ValueError
-        A part is not of its kind. `sidecar.load` raises it as RecordingError.
-
-    Examples
-    --------
-    >>> plan_of({"session": {"specimens": [{"name": "gel"}]}}).specimens
-    (Specimen(name='gel', modulus_MPa=None, wanted=1),)
-    >>> plan_of({}) == Plan()
-    True
-    """
+    """Return the plan in a sidecar, empty without the entry `session`; ValueError if a part is not of its kind."""
     return cast("Plan", _made("session", document.get("session", {}), Plan))
 
 

@@ -45,13 +45,9 @@ def sidecar_path(path: Path) -> Path:
 
 
 def fresh(device: dict[str, Any], settings: dict[str, Any], notes: list[str]) -> dict[str, Any]:
-    """Return the sidecar of a new recording.
-
-    Later `checkpoint` (rows, bytes and crc32 of the rows that are on the disk, from the first byte of the file on) is
-    added, and at a clean end `end` takes its place, with the same three. If they are known, `clock` gets the time t = 0
-    (`zero_utc_ns`, `zero_monotonic_ns`, and at the end `zero_utc_ns_at_end`), and there are `session` (as from
-    `session.Plan.as_dict`) and `conditions` (a list: temperature and supply at times, as the source measured them).
-    """
+    """Return the sidecar of a new recording."""
+    # Later there are checkpoint (rows, bytes, crc32 of what is on the disk), or in its place end; in clock the time t = 0
+    # (zero_utc_ns, zero_monotonic_ns, zero_utc_ns_at_end), if it is known; session (session.Plan.as_dict); conditions.
     return {
         "schema": SCHEMA,
         "versions": {"palpate": __version__, "python": platform.python_version(), "system": platform.system()},

@@ -152,16 +152,7 @@ def verified(recording: AnyRecording, *, repair: bool = False, remove_damage: bo
 
 
 def judged(recording: AnyRecording, damage: list[Damage], refused: str = "") -> Verification:
-    """Return what `check` says of a recording whose blocks were read to the end.
-
-    Parameters
-    ----------
-    recording : Recorded or Foreign
-    damage : list of Damage
-        What its `blocks()` has left out.
-    refused : str
-        Why it is not repaired.
-    """
+    """Return what `check` says of a recording that was read to its end, what was left out, and why it is not repaired."""
     survey = recording.survey
     if not isinstance(recording, Recorded):
         found = (*_findings(survey, None), *recording.notes)

@@ -32,32 +32,7 @@ class Written(NamedTuple):
 
 
 class Writer:
-    """The files of a recording in progress; used by one thread, but for `sidecar`.
-
-    After the first error nothing more is written: what was synced is on the disk.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        NAME.csv, absolute.
-    document : dict
-        As from `sidecar.fresh`.
-
-    Attributes
-    ----------
-    sidecar : SidecarFile
-    error : RecordingError or None
-        What happened to the recording.
-    written, synced : Written
-        What the system has taken, which survives the end of the process; what is on the disk.
-
-    Raises
-    ------
-    RecordingError
-        One of the two files already exists, or cannot be written.
-    ValueError
-        Too many notes, or too long ones.
-    """
+    """The files of a recording in progress; after the first `error` nothing is written, and `synced` is on the disk."""
 
     def __init__(self, path: Path, document: dict[str, Any]) -> None:
         self.path = path
@@ -105,13 +80,7 @@ class Writer:
         self.attempt(lambda: self._checkpoint(entries))
 
     def end(self, entries: dict[str, Any], end: dict[str, Any]) -> None:
-        """Close the file, and write the end of the sidecar: `end`, with the rows and whether they are complete.
-
-        Raises
-        ------
-        RecordingError
-            It cannot be written.
-        """
+        """Close the file, and write the end of the sidecar; RecordingError if that is not possible."""
         unlock(self._file)
         self._file.close()
         whole = {**self.written._asdict(), "clean": self.error is None, **end}
@@ -176,20 +145,7 @@ class Writer:
 
 
 class SidecarFile:
-    """The sidecar of a recording in progress, never written over the file of another program; from any thread.
-
-    Parameters
-    ----------
-    path : pathlib.Path
-        Absolute path of a file that does not exist.
-    document : dict
-        As from `sidecar.fresh`.
-
-    Attributes
-    ----------
-    unsaved : bool
-        Whether an entry was set that is not yet in the file.
-    """
+    """The sidecar of a recording in progress, never written over the file of another program; from any thread."""
 
     def __init__(self, path: Path, document: dict[str, Any]) -> None:
         self.path, self.unsaved = path, False
@@ -227,15 +183,7 @@ class SidecarFile:
             self._document, self.unsaved = self._with(name, what), True
 
     def put(self, *notes: str, **entries: Any) -> None:
-        """Add notes of the recorder, set entries, and save; None removes one.
-
-        Raises
-        ------
-        RecordingError
-            Another program has changed the sidecar: it is left as it is.
-        OSError
-            The sidecar cannot be written; it is as it was before.
-        """
+        """Add notes of the recorder, set entries (None removes one), and save; it is left as it is after an error."""
         with self._lock:
             document = {**self._document, "notes": [*self._document["notes"], *notes], **entries}
             self._save({name: value for name, value in document.items() if value is not None})

@@ -62,10 +62,7 @@ class Side(NamedTuple):
 
 
 def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Channels:
-    """Return the two channels of a table, or of two.
-
-    RecordingError: a cell is wrong, with its line and column. ValueError: the meaning is open, with what settles it.
-    """
+    """Return the two channels of a table, or of two; ValueError: the meaning is open, with what settles it."""
     hard, soft = _sides(table, asked, soft_table)
     read = [absent(name, numbers(side.table, side.value)) for name, side in (("hard", hard), ("soft", soft))]
     units, told = _units((hard, soft), (read[0][0], read[1][0]), asked)
@@ -291,10 +288,7 @@ def remarks(arrays: _Arrays, rate: float) -> list[str]:
 
 
 def absent(name: str, values: Array) -> tuple[Array, list[str]]:
-    """Return the values without those that a logger writes for "no value", as 0 and -999: nan; and notes.
-
-    Such readings are exactly equal, and farther from all other readings than these are from each other.
-    """
+    """Return the values with nan for codes of "no value", as 0 and -999, equal and far from all other readings; and notes."""
     notes = []
     least, most = np.nanmin(values, initial=np.inf), np.nanmax(values, initial=-np.inf)
     for code in (each for each in _CODES if least <= each <= most):

@@ -29,10 +29,7 @@ def readable(path: Path) -> bool:
 
 
 def read_table(path: Path, asked: Asked) -> Table:
-    """Read a file of any format as a table, also one that is packed as .gz, and standard input.
-
-    RecordingError: it cannot be read, is too large, or is no table. ValueError: it is open which table is meant.
-    """
+    """Read a file of any format as a table, also a packed one and standard input; errors as of `palpate.read`."""
     data = contents(path)
     reader = next((reader for begin, reader in _READERS.items() if data.startswith(begin)), text_table)
     try:
@@ -105,10 +102,7 @@ def _of_arrow(table: Any) -> list[Column]:
 
 
 def _xdf(path: Path, data: bytes, asked: Asked) -> Table:
-    """Return the only stream of numbers in an XDF file, or the one that the user names.
-
-    Times are moved to the clock of the recording computer, but not smoothed: that would hide a lost sample.
-    """
+    """Return the only stream of numbers in an XDF file, or the one named; times are not smoothed, which hides lost samples."""
     pyxdf, log, logger = need("pyxdf", "tables"), BufferingHandler(1_000_000), logging.getLogger("pyxdf.pyxdf")
     logger.addHandler(log)
     try:
@@ -155,11 +149,7 @@ _READERS: dict[bytes, Callable[[Path, bytes, Asked], Table]] = {
 
 
 def frame(source: Any) -> Table:
-    """Return a data frame as a table; a column of float64 is not copied.
-
-    The index of a pandas frame is its last column if it is of dates or durations, or has a name. TypeError: no frame.
-    RecordingError: no row, fewer than two columns, or masked values.
-    """
+    """Return a data frame as a table; float64 is not copied. The index of pandas is its last column if it may be times."""
     where = Path(f"{type(source).__module__.split('.')[0]}.{type(source).__name__}")
     if not is_frame(source) or any(is_a(library, "Series", source) for library in ("pandas", "polars")):
         raise TypeError(

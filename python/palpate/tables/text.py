@@ -56,11 +56,7 @@ class _Dialect:
 
 
 def text_table(path: Path, data: bytes, asked: Asked) -> Table:
-    """Read the contents of a text file as a table.
-
-    RecordingError: not text, no row of numbers, or a row that does not belong to the table. ValueError: the decimal mark
-    is open.
-    """
+    """Read the contents of a text file as a table; RecordingError with the line, ValueError if the decimal mark is open."""
     text = _decoded(path, data)
     dialect = _dialect(path, text, asked)
     above, begin = _above(path, text, dialect)

@@ -36,10 +36,7 @@ _ZONE = r"(?:Z|[+-]\d\d:?\d\d)$"
 
 @dataclass(frozen=True, eq=False)
 class Times:
-    """Times of the rows, s, and how their cells were understood.
-
-    Dates count from `zero_ns`, ns since 1970, in UTC or by the clock of the table; others (None) as in the table.
-    """
+    """Times of the rows, s, of dates since `zero_ns`, ns since 1970 (None: no dates), and how their cells were understood."""
 
     seconds: Array
     said: str

@@ -47,10 +47,7 @@ def apply(image: bytearray, writes: Sequence[Write]) -> None:
 
 
 def cut(image: bytearray, writes: Sequence[Write], random: Random) -> None:
-    """Apply what a power cut leaves of writes: all before the last flush; of the rest any of their sectors, or all, or none.
-
-    Those of one address keep their order.
-    """
+    """Apply what a power cut leaves of writes: all before the last flush, and any sectors of the rest, in their order."""
     flushed = max((number for number, write in enumerate(writes) if write.flush), default=0)
     apply(image, writes[:flushed])
     share = random.choice((0.0, 0.1, 0.5, 0.9, 1.0))
