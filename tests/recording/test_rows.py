@@ -14,7 +14,6 @@ from palpate.samples import DTYPE, Block, samples_of
 from tally import Tally
 
 SEEDS = st.integers(0, 2**32)
-SCALES = (Codes(), None, Codes(zero=-5, per_pF=700_000_001 / 3, largest=2**31 - 1), Codes(0, 1000, 65535))
 ODD = [math.nan, 0.0, -0.0, 1e16, math.inf, 5e-324]
 PIECES = [b" ", b"+", b"-", b"1e5", b".", b",", b",,", b"_", b"inf", b"nan", b"NAN", b"\t", b"\x0b", b"\0", b"\r", b"\n",
           b"\r\n", b"99999999999", b"0000000000", b"e", b"E-3", b"1" * 20, b"\x1c", b"-1", b"9", b"", b"\xb2",
@@ -108,19 +107,6 @@ def test_a_block_is_read_as_python_reads_it_or_a_line_has_a_reason(tally: Tally)
             seq, hard_ns, soft_ns, _, _, *rest = by_python(line.replace(b"inf", b"nan"), columns)
             assert np.array_equal(row, [seq, hard_ns, soft_ns, -1, -1, *rest], equal_nan=True), line
     assert 0.25 * count < refused < 0.95 * count
-
-
-def test_capacitances_are_those_of_the_codes() -> None:
-    rng = random_of("codes of rows")
-    for scale in SCALES:
-        block = drawn(rng, 200)
-        found = parse_rows(format_rows(block), COLUMNS, scale)
-        for name in ("hard", "soft"):
-            coded = (block[f"{name}_raw"] >= 0) & (scale is not None)
-            expected = [(scale or Codes()).pF(code) for code in block[f"{name}_raw"].tolist()]
-            values = np.where(np.isinf(block[name]), math.nan, block[name])
-            assert found[name].tobytes() == np.where(coded, expected, values).tobytes()
-            assert (found[f"{name}_raw"] == (-1 if scale is None else block[f"{name}_raw"])).all()
 
 
 @given(SEEDS)

@@ -104,10 +104,11 @@ def import_(file: Path, asked: dict[str, Any]) -> None:
         raise click.UsageError(f"{file}: is a recording of palpate, allowed: a table of another program")
 
     with usage_errors():
-        table = read_table(file, Asked(**asked))
+        wanted = Asked(**asked)
+        table = read_table(file, wanted)
         if not as_json():  # before it is understood: what is shown helps to say the rest
             click.echo(f"{file}: {len(table.columns)} columns, {len(table)} rows\n{_preview(table)}")
-        found = of_table(file, table, **asked)
+        found = of_table(file, table, wanted)
     document = {
         "file": str(file),
         "columns": [column.name for column in table.columns],

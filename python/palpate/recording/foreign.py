@@ -94,13 +94,12 @@ AnyRecording = Recorded | Foreign
 """A recording of any kind, as a sequence of blocks."""
 
 
-def of_table(path: Path, table: Table, **asked: Any) -> Foreign:
-    """Return a table of another program, or a data frame of palpate's own, as a recording; arguments, errors as of `read`."""
+def of_table(path: Path, table: Table, wanted: Asked) -> Foreign:
+    """Return a table of another program, or a data frame of palpate's own, as a recording; errors as of `read`."""
     from palpate.recording.own_frame import own_frame
     from palpate.tables.channels import channels
     from palpate.tables.formats import read_table
 
-    wanted = Asked(**asked)
     if wanted == Asked() and (made := own_frame(table)) is not None:
         return Foreign(path, made)
     if wanted.decimal:
@@ -139,15 +138,14 @@ def recorded(path: str | os.PathLike[str], **asked: Any) -> AnyRecording:
     >>> [touch.samples for touch in palpate.touches(recorded("tests/data/four-specimens.csv"))]
     [250, 250, 250, 250]
     """
-    given = {name: value for name, value in asked.items() if value is not None}
-    file = Path(path)
-    if not given and is_own(file):
+    wanted, file = Asked(**asked), Path(path)
+    if wanted == Asked() and is_own(file):
         return Recorded(file)
     from palpate.tables.formats import read_table  # a recording of palpate does not need it
 
-    table = read_table(file, Asked(**given))
-    converted = None if given else own_recording(table)
-    return converted or of_table(file, table, **given)
+    table = read_table(file, wanted)
+    converted = own_recording(table) if wanted == Asked() else None
+    return converted or of_table(file, table, wanted)
 
 
 def read(
@@ -200,11 +198,10 @@ def read(
     --------
     >>> recording = read("bench.csv", columns={"hard": 3, "soft": "Ch1"})  # doctest: +SKIP
     """
-    given: dict[str, Any] = {"columns": columns, "unit": unit, "time_unit": time_unit, "rate": rate, "decimal": decimal}
-    given |= {"soft": soft, "part": part}
+    wanted = Asked(columns, unit, time_unit, rate, decimal, soft, part)
     if isinstance(source, str | os.PathLike):
-        return recorded(source, **given).recording
+        return recorded(source, **vars(wanted)).recording
     from palpate.tables.formats import frame
 
     table = frame(source)
-    return of_table(table.path, table, **{name: value for name, value in given.items() if value is not None}).recording
+    return of_table(table.path, table, wanted).recording

@@ -2,8 +2,9 @@
 
 The guest (record.py) writes to two disks, and says after each sync how many bytes are on the disk. QEMU logs each write
 and each flush. For each cut the disk is built again as it may be after any prefix of this log: all before the last
-flush, and any of the sectors written after it (write_log.py). Then the system's repair (e2fsck, fsck.fat), `check` and
-`check --repair` have their turn. As a control, cuts of a disk that ignores flushes have to lose rows.
+flush, and any of the sectors written after it. Then the system's repair (e2fsck, fsck.fat), `check` and `check --repair` have their
+turn. As a control, cuts of a disk that ignores flushes have to lose rows. The log is that of Linux' dm-log-writes:
+Documentation/admin-guide/device-mapper/log-writes.rst, and drivers/md/dm-log-writes.c for the bytes.
 
 Usage: python tests/tools/power_cut/cut_power.py [CUTS [SEED]]; 100 cuts of each disk, seed 0. RECORD_S (60) is how long it records, s.
 Needs what ../guest/boot needs, and apt-get install e2fsprogs dosfstools mtools.
@@ -12,13 +13,15 @@ Needs what ../guest/boot needs, and apt-get install e2fsprogs dosfstools mtools.
 import json
 import os
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 import zlib
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain, takewhile
 from pathlib import Path
 from random import Random
@@ -26,21 +29,19 @@ from typing import Any
 
 from palpate import RecordingError, check
 from palpate.recording.sidecar import load
-from write_log import apply, cut, read_log
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[2]
 SIZE = 40 << 20  # of a file system, bytes; FAT32 has 34 million at least
 SAID = 1 << 20  # behind it, for what the guest says
 MODULES = "virtio_blk ext4 vfat nls_cp437 nls_ascii"
-WRONG = (
-    "lost by the cut",
-    "lost by the repair",
-    "wrong checkpoints",
-    "faults after it",
-    "without a sidecar",
-    "closed, not clean",
-)
+SECTOR = 512  # of the log
+WHOLE = 4096  # bytes that a disk writes whole, its physical sector
+_MAGIC, _VERSION = 0x6A736677736872, 1
+_SUPER, _ENTRY = struct.Struct("<QQQI"), struct.Struct("<4Q")
+_FLUSH, _FUA = 1, 2
+LOST, NO_SIDECAR = "lost by the cut", "without a sidecar"
+WRONG = (LOST, "lost by the repair", "wrong checkpoints", "faults after it", NO_SIDECAR, "closed, not clean")
 
 
 def shell(command: str, most: int = 0) -> None:
@@ -48,6 +49,46 @@ def shell(command: str, most: int = 0) -> None:
     environment = {**os.environ, "PATH": f"{os.environ['PATH']}:/usr/sbin:/sbin"}
     done = subprocess.run(command, check=False, shell=True, capture_output=True, text=True, env=environment)
     assert done.returncode <= most, f"{command}: exit code {done.returncode}\n{done.stdout}{done.stderr}"
+
+
+@dataclass(frozen=True)
+class Write:
+    """A request: data at an offset in bytes, or a flush of all before it."""
+
+    offset: int
+    data: bytes
+    flush: bool
+    through: bool  # on the disk when it is done, without a flush
+
+
+def read_log(path: Path) -> list[Write]:
+    """Return the requests in their order."""
+    log, at, writes = path.read_bytes(), SECTOR, []
+    magic, version, count, sector = _SUPER.unpack_from(log)
+    assert (magic, version, sector) == (_MAGIC, _VERSION, SECTOR), f"{path}: not a log of writes"
+    for _ in range(count):
+        begin, sectors, flags, _ = _ENTRY.unpack_from(log, at)
+        assert flags & ~(_FLUSH | _FUA) == 0, f"a request with flags {flags}: neither write nor flush"
+        data = log[at + SECTOR : at + SECTOR + sectors * SECTOR]
+        at += SECTOR + len(data)
+        writes.append(Write(begin * SECTOR, data, bool(flags & _FLUSH), bool(flags & _FUA)))
+    return writes
+
+
+def apply(image: bytearray, writes: Sequence[Write]) -> None:
+    for write in writes:
+        image[write.offset : write.offset + len(write.data)] = write.data
+
+
+def cut(image: bytearray, writes: Sequence[Write], random: Random) -> None:
+    """Apply what a power cut leaves of writes: all before the last flush, and any sectors of the rest, in their order."""
+    flushed = max((number for number, write in enumerate(writes) if write.flush), default=0)
+    apply(image, writes[:flushed])
+    share = random.choice((0.0, 0.1, 0.5, 0.9, 1.0))
+    for write in writes[flushed:]:
+        for at in range(0, len(write.data), WHOLE):
+            if write.through or random.random() < share:
+                apply(image, [replace(write, offset=write.offset + at, data=write.data[at : at + WHOLE])])
 
 
 @dataclass
@@ -109,8 +150,8 @@ class Disk:
         print(f"{self.image.name}: {last} writes and flushes, {cuts} cuts, {len(self.whole)} recordings")
         for name in ("recordings", "synced rows", "checkpoints", *WRONG):
             print(f"  {tally[name]:9d} {name}")
-        print(f"  control: {control['lost by the cut']} of {control['synced rows']} rows lost without flushes")
-        return bool(control["lost by the cut"]) and not any(tally[name] for name in WRONG if name != self.may)
+        print(f"  control: {control[LOST]} of {control['synced rows']} rows lost without flushes")
+        return bool(control[LOST]) and not any(tally[name] for name in WRONG if name != self.may)
 
     def compare(self, image: bytearray, said: dict[str, dict[str, Any]]) -> Counter[str]:
         """Return the counts over all recordings of which the guest had said something."""
@@ -127,7 +168,7 @@ def look(path: Path, synced: bytes, *, closed: bool) -> Counter[str]:
     """Return the counts of one recording after a cut, before and after `check --repair`."""
     tally = Counter({"recordings": 1, "synced rows": rows(synced)})
     if lost := rows(synced) - kept(path, synced):
-        return tally + Counter({"lost by the cut": lost})
+        return tally + Counter({LOST: lost})
     document = None
     with suppress(RecordingError):
         document = load(path)
@@ -136,7 +177,7 @@ def look(path: Path, synced: bytes, *, closed: bool) -> Counter[str]:
         tally["checkpoints"] = 1
         tally["wrong checkpoints"] = zlib.crc32(data) != checkpoint["crc32"] or rows(data) != checkpoint["rows"]
     found = check(path, repair=document is not None)
-    tally["without a sidecar"] = document is None
+    tally[NO_SIDECAR] = document is None
     tally["lost by the repair"] = rows(synced) - min(kept(path, synced), found.survey.rows)
     tally["faults after it"] = document is not None and found.faults != ()
     tally["closed, not clean"] = closed and not found.clean
@@ -159,7 +200,7 @@ def main(cuts: int = 100, seed: int = 0) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         # FAT has no journal: between two of its writes, a file that is replaced can be neither the old nor the new one.
-        fat = "mkfs.vfat -F 32 -s 1 {}", "fsck.vfat -a {}", "mcopy -s -n -i {} :: {into}", "without a sidecar"
+        fat = "mkfs.vfat -F 32 -s 1 {}", "fsck.vfat -a {}", "mcopy -s -n -i {} :: {into}", NO_SIDECAR
         disks = (
             Disk(folder / "ext4", "mkfs.ext4 -q -F -b 4096 {}", "e2fsck -fy {}", "debugfs -R 'rdump / {into}' {}"),
             Disk(folder / "vfat", *fat),
