@@ -97,7 +97,7 @@ MIDDLE = np.arange(len(PLAIN.hard)) == 50
     ("frame", "message"),
     [
         (edited(gap=MIDDLE * 1.0), "gap: got '0.0', allowed: True or False in each row"),
-        (edited(status=np.where(MIDDLE, 9, 0)), "line 51: column status: got 9, allowed: whole numbers, 0 to 8"),
+        (edited(status=np.where(MIDDLE, 9, 0)), r"line 51: '9' in column 5 \(status\) is no status, allowed: whole numbers, 0 to 8"),
         (edited(hard_pF=PLAIN.hard > 7), r"column 3 \(hard_pF\): got True and False, allowed: numbers"),
     ],
 )  # fmt: skip

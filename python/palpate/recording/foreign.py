@@ -106,8 +106,8 @@ def of_table(path: Path, table: Table, wanted: Asked) -> Foreign:
         table = replace(table, decimal=DECIMALS[wanted.decimal])
     soft = read_table(Path(wanted.soft), wanted) if wanted.soft is not None else None
     found = channels(table, wanted, soft)
-    is_own = {column.name for column in table.columns} >= {"hard_pF", "soft_pF", "t_hard_s", "t_soft_s"}
-    notes = (*found.notes, AS_TABLE) if is_own else found.notes
+    has_own_names = {column.name for column in table.columns} >= {"hard_pF", "soft_pF", "t_hard_s", "t_soft_s"}
+    notes = (*found.notes, AS_TABLE) if has_own_names else found.notes
     recording = Recording(*found[:4], notes, zero_utc_ns=found.zero_utc_ns, understood=found.said)
     return Foreign(path, recording, found.unused)
 

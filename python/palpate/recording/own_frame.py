@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.ad7746.datasheet import SATURATED_PF
-from palpate.errors import RecordingError, quoted
+from palpate.errors import quoted
 from palpate.extras import need
 from palpate.recording.recording import Recording
 from palpate.recording.rows import LARGEST_STATUS
@@ -107,8 +107,5 @@ def _only(values: NDArray[Any]) -> Any:
 def _status(table: Table) -> NDArray[np.float64]:
     values = _numbers(table, "status")
     wrong = ~np.isin(values, np.arange(LARGEST_STATUS + 1))
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        reason = f"column status: got {values[row]:g}, allowed: whole numbers, 0 to {LARGEST_STATUS}"
-        raise RecordingError(table.path, reason, table.lines[row])
+    table.refuse(table.column("status"), wrong, f"is no status, allowed: whole numbers, 0 to {LARGEST_STATUS}")
     return values

@@ -19,7 +19,7 @@ from palpate.recording import sidecar
 from palpate.recording.integrity import judge
 from palpate.recording.own_file import Damage, Recorded
 from palpate.systems import to_disk
-from palpate.tables.packed import is_packed
+from palpate.tables.packed import STANDARD_INPUT
 
 _PACKED = "not repaired: it is standard input, or a packed or converted file: unpack it, and repair that"
 
@@ -33,7 +33,9 @@ def why_not(recording: Recorded, damage: list[Damage], *, remove_damage: bool) -
         size = sum(place.bytes for place in damage)
         return f"not repaired: {size:,} damaged bytes would be taken out, and kept in a file: not confirmed"
     if damage or (known.document and not known.end):
-        return _PACKED if recording.data is not None or is_packed(recording.path) else None
+        path = recording.path  # a packed file of another name is no text that can be repaired: it is left as it is
+        is_packed = recording.data is not None or path == STANDARD_INPUT or path.suffix.lower() == ".gz"
+        return _PACKED if is_packed else None
     if not known.document:
         return "not repaired: every line is a row, and what the sidecar said cannot be known again"
     if not recording.doubts:

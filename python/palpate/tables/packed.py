@@ -46,14 +46,6 @@ def contents(path: Path) -> bytes:
     return data
 
 
-def is_packed(path: Path) -> bool:
-    """Return whether a file is not itself what is read: standard input, or .gz."""
-    if path == STANDARD_INPUT:
-        return True
-    with open_regular(path) as file:
-        return file.read(len(_GZIP)) == _GZIP
-
-
 def unpacked_name(path: Path) -> str:
     """Return the name of a file without .gz."""
     return path.stem if path.suffix.lower() == ".gz" else path.name
