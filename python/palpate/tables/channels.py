@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -238,13 +238,15 @@ def partners(hard_s: Array, soft_s: Array) -> tuple[NDArray[np.intp], NDArray[np
     """Return the positions of pairs in two sequences of times, each reading once, at most a period of the slower one apart."""
     pandas = need("pandas", "tables")
     hard, soft = (pandas.DataFrame({"t": t, "at": range(len(t)), "own": t}).sort_values("t") for t in (hard_s, soft_s))
-    period, most = max(typical_step(each["t"].to_numpy()) for each in (hard, soft)), None
-    # Channels that are read in turn: the partner is always the reading after, or always the one before.
-    for way in ("nearest", "forward", "backward"):
+    period = max(typical_step(each["t"].to_numpy()) for each in (hard, soft))
+
+    def paired(way: str) -> Any:
         both = pandas.merge_asof(hard, soft, on="t", direction=way, tolerance=period, suffixes=("", "_soft")).dropna()
         nearest = (both["own"] - both["own_soft"]).abs().sort_values(kind="stable").index
-        once = both.loc[nearest].drop_duplicates("at_soft").sort_index()
-        most = once if most is None or len(once) > len(most) else most
+        return both.loc[nearest].drop_duplicates("at_soft").sort_index()
+
+    # Channels that are read in turn: the partner is always the reading after, or always the one before.
+    most = max(map(paired, ("nearest", "forward", "backward")), key=len)
     return most["at"].to_numpy(np.intp), most["at_soft"].to_numpy(np.intp)
 
 
