@@ -258,15 +258,10 @@ def test_times_that_cannot_be_and_the_uncertainty_of_those_that_are() -> None:
 
 
 @pytest.mark.parametrize(
-    ("numbers", "seqs"),
-    [
-        (["", "", "+"], [0, 1, 31]),
-        (["seq=5,", "seq=6,", "+seq=9,"], [0, 1, 4]),
-        (["seq=5,", "seq=6,", "+seq=0,"], [0, 1, 31]),
-    ],
+    ("numbers", "seqs"), [(["", "", "+"], [0, 1, 2]), (["seq=5,", "seq=6,", "+seq=9,"], [0, 1, 4])]
 )
 def test_pairs_lost_while_the_port_was_away(numbers: list[str], seqs: list[int]) -> None:
-    """By the numbers of the board; without them, or if it restarted, by the period."""
+    """How many is known by the numbers of the board only."""
     sent = Sent([f"{number}hard=1,soft=2" for number in numbers], [0, 1, 31])
     assert [sample.seq for sample in sent.samples] == seqs
     assert sent.source.gaps[0].text.startswith("the port was unplugged for 1.0 s")

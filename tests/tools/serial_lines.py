@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from palpate import ProtocolError, Sample
-from palpate.sources.lines import Refused
+from palpate.sources.lines import OF_LINES, Refused, grammar_of
 from palpate.sources.options import checked
-from palpate.sources.serial import OF_LINES, Line, Port, SerialSource, grammar_of
+from palpate.sources.serial import Line, Port, SerialSource
 
 
 class ChunkedPort(Port):

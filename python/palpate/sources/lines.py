@@ -3,13 +3,15 @@
 import json
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from operator import xor
 from typing import Any, NamedTuple
 
-from palpate.ad7746.datasheet import LAST_CODE
+from palpate.ad7746.datasheet import LAST_CODE, capacitance_pF, saturated
 from palpate.errors import quoted
+from palpate.samples import Sample, Status
+from palpate.sources import options
 
 Values = dict[str, Any]  # Role -> value: pF (float; nan: no value), ns (int), or a whole number.
 UNUSED = "-"  # Name of a column that is not used; its cells may be any text.
@@ -60,10 +62,7 @@ class Grammar:
     """
 
     def __init__(
-        self,
-        columns: Sequence[LineColumn] = (),
-        pattern: "re.Pattern[str] | None" = None,
-        unit_pF: float | None = None,
+        self, columns: Sequence[LineColumn] = (), pattern: re.Pattern[str] | None = None, unit_pF: float | None = None
     ) -> None:
         self.columns: Sequence[LineColumn] = [column(name) for name in pattern.groupindex] if pattern else columns
         self.by_order = False
@@ -81,11 +80,8 @@ class Grammar:
         if self.form not in (None, form):
             raise Refused("its names or its checksum are not as in the first line")
         columns = self._columns_of(cells)
-        values = {
-            each.role: self._value(each, cell)
-            for each, (_, cell) in zip(columns, cells, strict=True)
-            if each.role != UNUSED
-        }
+        named = zip(columns, cells, strict=True)
+        values = {each.role: self._value(each, cell) for each, (_, cell) in named if each.role != UNUSED}
         self._check_sizes(columns, values)
         if self.form is None:
             self.form, self.columns = form, self.columns or columns
@@ -121,8 +117,11 @@ class Grammar:
         if one.role in TIMES:
             return _ns(one, text)
         if one.role in CHANNELS:
-            return number(text) * (PICOFARADS[one.unit] if one.unit else self._unit_pF or 1.0)
-        return whole(text, *WHOLE[one.role])
+            return _number(text) * (PICOFARADS[one.unit] if one.unit else self._unit_pF or 1.0)
+        low, high = WHOLE[one.role]
+        if not (re.fullmatch("-?[0-9]{1,20}", text) and low <= int(text) <= high):
+            raise Refused(f"{quoted(text)} is not a whole number from {low} to {high}")
+        return int(text)
 
     def _check_sizes(self, columns: Sequence[LineColumn], values: Values) -> None:
         """Check that the first values without a unit have the size of pF; raises Refused."""
@@ -192,7 +191,7 @@ def split(text: str) -> Cells:
     return [(cell[1] or "", cell[2]) for cell in cells if cell]
 
 
-def number(text: str) -> float:
+def _number(text: str) -> float:
     """Return the value of a cell; nan: the instrument has no value; raises Refused."""
     if text.lstrip("+-").upper() in MARKS:
         return math.nan
@@ -200,13 +199,6 @@ def number(text: str) -> float:
         raise Refused(f"{quoted(text)} is not a number")
     value = float(text)
     return value if abs(value) < OVERLOAD else math.nan
-
-
-def whole(text: str, low: int, high: int) -> int:
-    """Return the value of a cell that is a whole number in a range; raises Refused."""
-    if not (re.fullmatch("-?[0-9]{1,20}", text) and low <= int(text) <= high):
-        raise Refused(f"{quoted(text)} is not a whole number from {low} to {high}")
-    return int(text)
 
 
 def shown(values: Values) -> str:
@@ -221,7 +213,61 @@ def _ns(one: LineColumn, text: str) -> int:
         raise Refused(
             f"the unit of {one.role} is not known: name it {one.role}_s, {one.role}_ms or {one.role}_us; {_NAMES}"
         )
-    value = number(text) * NANOSECONDS[one.unit]
+    value = _number(text) * NANOSECONDS[one.unit]
     if not 0 <= value < _LONGEST_NS:
         raise Refused(f"{quoted(text)} is not a time")
     return round(value)
+
+
+def sample_of(values: Values) -> Sample:
+    """Return the values as a sample, without number and times; raises Refused if its status contradicts its values."""
+    hard_raw, soft_raw = codes = [values.get(f"{name}_raw", -1) for name in CHANNELS]
+    known = [capacitance_pF(code) if code >= 0 else math.nan for code in codes]
+    hard, soft = (values.get(name, value) for name, value in zip(CHANNELS, known, strict=True))
+    lost = math.isnan(hard) or math.isnan(soft)
+    status = values.get("status", int(Status.LOST) if lost else 0)
+    if (status == Status.LOST) != lost:
+        raise Refused(f"its status is {status}, but {'a value' if lost else 'no value'} is missing")
+    if not lost:
+        flags = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
+        status |= sum(flag for code, flag in zip(codes, flags, strict=True) if code >= 0 and saturated(code))
+    return Sample(0, 0, 0, hard_raw, soft_raw, hard, soft, int(status), values.get("t_uncertainty_us", -1))
+
+
+def _columns(name: str, value: Any) -> tuple[LineColumn, ...]:
+    return _complete(name, str(value), str(value).split(","), "names of all cells in order, as t_ms,hard,soft")
+
+
+def _pattern(name: str, value: Any) -> re.Pattern[str]:
+    try:
+        found = re.compile(str(value))
+    except (re.error, OverflowError, RecursionError) as error:
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: a regular expression ({error})") from error
+    _complete(name, str(value), list(found.groupindex), "groups (?P<hard>...) and (?P<soft>...), named as columns")
+    return found
+
+
+def _complete(name: str, value: str, names: list[str], allowed: str) -> tuple[LineColumn, ...]:
+    """Return the columns of these names, if they have both channels."""
+    try:
+        found = tuple(map(column, names))
+        require_pair(found)
+    except Refused as error:
+        raise ValueError(f"{name}: got {quoted(value)}, allowed: {allowed} ({error})") from error
+    return found
+
+
+def _unit(name: str, value: Any) -> float:
+    """Return a unit, or the size of one count of a converter, pF."""
+    allowed = f"{name} ({', '.join(PICOFARADS)}, or pF of one count)"
+    return PICOFARADS[value] if value in PICOFARADS else float(options.number(0, above=True)(allowed, value))
+
+
+OF_LINES: dict[str, options.Check] = {"columns": _columns, "pattern": _pattern, "unit": _unit}
+
+
+def grammar_of(given: Mapping[str, Any]) -> Grammar:
+    """Return the grammar of checked options."""
+    if {"columns", "pattern"} <= set(given):
+        raise ValueError("columns: got a pattern, too, allowed: one of them; the groups of a pattern are its columns")
+    return Grammar(given.get("columns", ()), given.get("pattern"), given.get("unit"))

@@ -10,24 +10,12 @@ from itertools import chain
 from threading import Event
 from typing import Any, NamedTuple
 
-from palpate.ad7746.datasheet import SATURATED_PF, capacitance_pF, saturated
-from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, quoted, shortened
+from palpate.ad7746.datasheet import SATURATED_PF
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, shortened
 from palpate.extras import need
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Source
-from palpate.sources.lines import (
-    CHANNELS,
-    LONGEST,
-    PICOFARADS,
-    TIMES,
-    Grammar,
-    LineColumn,
-    Refused,
-    Values,
-    column,
-    require_pair,
-    shown,
-)
+from palpate.sources.lines import LONGEST, OF_LINES, TIMES, Grammar, Refused, Values, grammar_of, sample_of, shown
 from palpate.sources.options import Check, checked, number, text, yes_no
 from palpate.systems import fine_ns
 
@@ -74,15 +62,12 @@ class Port:
                 rest, is_cut = b"", True
                 continue
             arrived_ns = fine_ns() - self._begun_ns
-            *parts, rest = re.split(rb"[\r\n]", rest + data)
-            if is_too_long := len(rest) > LONGEST:
-                parts.append(rest)
+            # What is too long stays too long, and takes no more room.
+            *parts, rest = re.split(rb"[\r\n]", rest[: LONGEST + 1] + data)
             for part in parts:
                 if part.strip() and not is_cut:
-                    yield Line(part.strip(), arrived_ns)
+                    yield Line(part.strip() if len(part) <= LONGEST else part, arrived_ns)
                 is_cut = False
-            if is_too_long:
-                rest, is_cut = b"", True
             yield Line(b"", arrived_ns)
 
     def close(self) -> None:
@@ -120,23 +105,12 @@ def port_error(port: str, error: Exception, system: str = sys.platform) -> Sourc
     said = str(error)
     denied = "Permission" in said
     if "exclusively lock" in said or "busy" in said or (denied and system == "win32"):  # there a port has one user
-        return DeviceRefused(
-            f"{port}: another program reads it, and each would get a part of the lines: close that program"
-        )
+        text = "another program reads it, and each would get a part of the lines: close that program"
+        return DeviceRefused(f"{port}: {text}")
     if denied:
-        return DeviceRefused(
-            f"{port}: no permission to open it; `sudo usermod -aG dialout $USER`, then log out and in again"
-        )
+        text = "no permission to open it; `sudo usermod -aG dialout $USER`, then log out and in again"
+        return DeviceRefused(f"{port}: {text}")
     return DeviceNotFound(f"{port} cannot be opened ({said}); `palpate devices` lists the ports")
-
-
-class Place(NamedTuple):
-    """Number and times of a pair, and why the earlier baseline is no longer valid; empty: it is."""
-
-    seq: int
-    t_hard_ns: int
-    t_soft_ns: int
-    gap: str
 
 
 class Numbering:
@@ -148,45 +122,43 @@ class Numbering:
     def __init__(self, unit: str = "") -> None:
         self.next = self.lost = 0
         self._unit, self._wrap_ns = unit, WRAPS.get(unit, 0)
-        self._seq: int | None = None  # as the board counts
+        self._before: Values = {}  # of the last pair
         self._clock_ns: int | None = None  # as the board counts
         self._begun_ns = self._arrived_ns = self._last_ns = 0
-        self._capdacs: tuple[int | None, ...] = ()
         self._restarts = 0
         self._is_paced = False
 
-    def place(self, values: Values, arrived_ns: int, away_s: float = 0.0) -> Place:
-        """Return number and times of a pair; `away_s`: how long the port was gone before it; raises Refused."""
+    def place(self, values: Values, arrived_ns: int, away_s: float = 0.0) -> tuple[Sample, str]:
+        """Return the sample of a line, and why the earlier baseline is no longer valid, "" if it is; raises Refused.
+
+        `away_s` is how long the port was gone before it.
+        """
+        sample = sample_of(values)
         t_hard_ns, t_soft_ns, jump = self._times(values, arrived_ns)
-        self._begun_ns = self._begun_ns if self.next else arrived_ns
-        missing = 0
-        if away_s and self._arrived_ns > self._begun_ns:
-            period_ns = (self._arrived_ns - self._begun_ns) / (self.next - 1)
-            missing = max(int((arrived_ns - self._arrived_ns) / period_ns) - 1, 0)
-        restart = self._count(values.get("seq"), missing)
-        self._restarts = self._restarts + 1 if jump or restart else 0
+        before, self._before = self._before, values
+        restart = self._count(values.get("seq"), before.get("seq")) or jump
+        self._restarts = self._restarts + 1 if restart else 0
         if self._restarts >= RESTARTS:
             unit = f", or its times are not in {self._unit}" if self._unit else ""
             raise ProtocolError(
-                f"the board restarts with each line, or does not count up{unit}: {jump or restart}; check columns="
+                f"the board restarts with each line, or does not count up{unit}: {restart}; check columns="
             )
         away = f"the port was unplugged for {away_s:.1f} s" if away_s else ""
-        gap = "; ".join(filter(None, [away, restart or jump, self._moved(values)]))
+        old, new = (tuple(each.get(f"capdac_{name}") for name in ("hard", "soft")) for each in (before, values))
+        moved = f"CAPDAC {old[0]}, {old[1]} -> {new[0]}, {new[1]}" if before and old != new else ""
         self._arrived_ns, self._last_ns, self.next = arrived_ns, t_hard_ns, self.next + 1
-        return Place(self.next - 1, t_hard_ns, t_soft_ns, gap)
+        sample = sample._replace(seq=self.next - 1, t_hard_ns=t_hard_ns, t_soft_ns=t_soft_ns)
+        return sample, "; ".join(filter(None, [away, restart, moved]))
 
-    def _count(self, seq: int | None, missing: int) -> str:
+    def _count(self, seq: int | None, before: int | None) -> str:
         """Leave out the numbers of lost pairs; return why the board must have restarted."""
-        before, self._seq = self._seq, seq
-        why = ""
-        if seq is not None and before is not None:
-            if seq > before:
-                missing = seq - before - 1
-            else:
-                why = f"the board restarted: seq {seq} after {before}"
-        self.next += missing
-        self.lost += missing
-        return why
+        if seq is None or before is None:
+            return ""
+        if seq <= before:
+            return f"the board restarted: seq {seq} after {before}"
+        self.next += seq - before - 1
+        self.lost += seq - before - 1
+        return ""
 
     def _times(self, values: Values, arrived_ns: int) -> tuple[int, int, str]:
         """Return the times of both channels, and why the board must have restarted."""
@@ -195,6 +167,7 @@ class Numbering:
         before = self._clock_ns
         clock_ns, apart = self._clock(values)
         if before is None:
+            self._begun_ns = arrived_ns
             now = max(arrived_ns, -apart)
             return now, now + apart, ""
         waited, step, jump = max(arrived_ns - self._arrived_ns, 1), clock_ns - before, ""
@@ -233,26 +206,6 @@ class Numbering:
                 f"{computer_ns / 1e9:.4g} s of the computer's clock; name their unit, for example columns=t_us,hard,soft"
             )
 
-    def _moved(self, values: Values) -> str:
-        before, now = self._capdacs, tuple(values.get(f"capdac_{channel}") for channel in CHANNELS)
-        self._capdacs = now
-        return f"CAPDAC {before[0]}, {before[1]} -> {now[0]}, {now[1]}" if before and before != now else ""
-
-
-def sample_of(values: Values) -> Sample:
-    """Return the values as a sample, without number and times; raises Refused if its status contradicts its values."""
-    hard_raw, soft_raw = codes = [values.get(f"{name}_raw", -1) for name in CHANNELS]
-    known = [capacitance_pF(code) if code >= 0 else math.nan for code in codes]
-    hard, soft = (values.get(name, value) for name, value in zip(CHANNELS, known, strict=True))
-    lost = math.isnan(hard) or math.isnan(soft)
-    status = values.get("status", int(Status.LOST) if lost else 0)
-    if (status == Status.LOST) != lost:
-        raise Refused(f"its status is {status}, but {'a value' if lost else 'no value'} is missing")
-    if not lost:
-        flags = (Status.HARD_SATURATED, Status.SOFT_SATURATED)
-        status |= sum(flag for code, flag in zip(codes, flags, strict=True) if code >= 0 and saturated(code))
-    return Sample(0, 0, 0, hard_raw, soft_raw, hard, soft, int(status), values.get("t_uncertainty_us", -1))
-
 
 class SerialSource(Source):
     """Pairs from lines of text on a serial port."""
@@ -261,13 +214,12 @@ class SerialSource(Source):
         self._port, self._grammar = port, grammar
         self._lines = port.lines(self)
         self._early: list[Line] = []  # that the description read
-        self._described: dict[str, Any] | None = None
+        self._described: dict[str, Any] = {}
         self._numbering = Numbering()
         self._gaps: list[Gap] = []
         self._comments: set[bytes] = set()
         self._errors = 0
-        self._is_shown = False  # how the first line is read
-        self._is_noise = True  # until a line is read, also after a reconnect
+        self._is_read = False  # since a line was read, and shown
         self._unread_ns: int | None = None  # arrival of the first line since the last one that was read
         self._value_ns: float = 0.0  # arrival of the last pair with both values; infinity: silence was reported
 
@@ -292,25 +244,26 @@ class SerialSource(Source):
 
     def describe(self) -> dict[str, Any]:
         """Return the settings of the port and the columns of its lines; waits up to 5 s for the first line."""
-        if self._described is None:
-            until = time.monotonic() + SETTLE_S
-            while not self._grammar.columns and time.monotonic() < until and (line := next(self._lines, None)):
-                self._early.append(line)
-                with suppress(Refused):
-                    self._grammar.read(line.text)
-            columns = self._grammar.columns
-            unit = next((each.unit for each in columns if each.role in TIMES), "")
-            self._numbering = Numbering(unit)
-            self._described = {
-                "name": "serial port",
-                "port": self._port.name,
-                "baud": self._port.baud,
-                "columns": [f"{each.role} {each.unit}".strip() for each in columns],
-                "clock": f"{'clock of the board' if unit else 'arrival of a line'}, ns since the port was opened",
-                "stamps": "converter" if unit else "host",
-            }
-            if any(each.role == "hard_raw" for each in columns):
-                self._described["full_scale_pF"] = SATURATED_PF
+        if self._described:
+            return self._described
+        until = time.monotonic() + SETTLE_S
+        while not self._grammar.columns and time.monotonic() < until and (line := next(self._lines, None)):
+            self._early.append(line)
+            with suppress(Refused):
+                self._grammar.read(line.text)
+        columns = self._grammar.columns
+        unit = next((each.unit for each in columns if each.role in TIMES), "")
+        self._numbering = Numbering(unit)
+        self._described = {
+            "name": "serial port",
+            "port": self._port.name,
+            "baud": self._port.baud,
+            "columns": [f"{each.role} {each.unit}".strip() for each in columns],
+            "clock": f"{'clock of the board' if unit else 'arrival of a line'}, ns since the port was opened",
+            "stamps": "converter" if unit else "host",
+        }
+        if any(each.role == "hard_raw" for each in columns):
+            self._described["full_scale_pF"] = SATURATED_PF
         return self._described
 
     def interrupt(self) -> None:
@@ -322,48 +275,41 @@ class SerialSource(Source):
         self._port.close()
 
     def _pair(self, line: Line) -> Sample | None:
-        """Return the pair of a line; None: it is a comment, or not read."""
+        """Return the pair of a line; None: it is a comment, which is shown once, or not read."""
         if line.text.startswith(b"#"):
-            self._show_comment(line.text)
+            if len(self._comments) < _COMMENTS and line.text not in self._comments:
+                self._comments.add(line.text)
+                self.notify(f"{self._port.name}: {_quoted(line.text)}")
             return None
-        away_s = self._port.away_s
-        self._is_noise = self._is_noise or away_s > 0
         try:
             values = self._grammar.read(line.text)
-            sample = sample_of(values)
-            place = self._numbering.place(values, line.arrived_ns, away_s)
+            sample, gap = self._numbering.place(values, line.arrived_ns, self._port.away_s)
         except Refused as refused:
             self._refuse(line, refused)
             return None
-        self._port.away_s, self._is_noise, self._unread_ns = 0.0, False, None
-        if not self._is_shown:
-            self._is_shown = True
+        self._port.away_s, self._unread_ns = 0.0, None
+        if not self._is_read:
+            self._is_read = True
             guess = "; hard is the first: columns=soft,hard if it is not" if self._grammar.by_order else ""
             self.notify(f"{_quoted(line.text)} -> {shown(values)}{guess}")
-        if place.gap:
-            self._gaps.append(Gap(place.seq, place.gap))
-        return sample._replace(seq=place.seq, t_hard_ns=place.t_hard_ns, t_soft_ns=place.t_soft_ns)
+        if gap:
+            self._gaps.append(Gap(sample.seq, gap))
+        return sample
 
     def _refuse(self, line: Line, refused: Refused) -> None:
         """Count a line that is not read; show the 10th, the 100th and so on; raise ProtocolError if no line is read for long."""
-        if not self._is_noise:
+        if self._is_read and not self._port.away_s:  # what a board sends when it starts is no error
             self._errors += 1
             if self._errors > 1 and str(self._errors).strip("0") == "1":
                 self.notify(f"{self._errors:,} lines were not read; the last: {_quoted(line.text)}: {refused}")
         if self._unread_ns is None:
             self._unread_ns = line.arrived_ns
-        limit_s = max(PATIENCE_S, self._port.replug_s if self._is_shown else 0.0)
+        limit_s = max(PATIENCE_S, self._port.replug_s if self._is_read else 0.0)
         if line.arrived_ns - self._unread_ns >= limit_s * 1e9:
             hint = "" if line.text.isascii() else f". It is not plain text: check the baud rate, {self._port.baud}"
             raise ProtocolError(
                 f"{self._port.name}: no line is read. The last: {_quoted(line.text)}. Reason: {refused}{hint}"
             )
-
-    def _show_comment(self, line: bytes) -> None:
-        """Show a comment of the board once; of many the first ones."""
-        if len(self._comments) < _COMMENTS and line not in self._comments:
-            self._comments.add(line)
-            self.notify(f"{self._port.name}: {_quoted(line)}")
 
     def _watch_silence(self, pair: Sample | None, now_ns: int) -> None:
         """Report once that no pair with both values comes."""
@@ -382,48 +328,11 @@ def _quoted(line: bytes) -> str:
     return shortened(repr(line.decode(errors="replace")), 100)
 
 
-def _columns(name: str, value: Any) -> tuple[LineColumn, ...]:
-    return _complete(name, str(value), str(value).split(","), "names of all cells in order, as t_ms,hard,soft")
-
-
-def _pattern(name: str, value: Any) -> "re.Pattern[str]":
-    try:
-        found = re.compile(str(value))
-    except (re.error, OverflowError, RecursionError) as error:
-        raise ValueError(f"{name}: got {quoted(value)}, allowed: a regular expression ({error})") from error
-    _complete(name, str(value), list(found.groupindex), "groups (?P<hard>...) and (?P<soft>...), named as columns")
-    return found
-
-
-def _complete(name: str, value: str, names: list[str], allowed: str) -> tuple[LineColumn, ...]:
-    """Return the columns of these names, if they have both channels."""
-    try:
-        found = tuple(map(column, names))
-        require_pair(found)
-    except Refused as error:
-        raise ValueError(f"{name}: got {quoted(value)}, allowed: {allowed} ({error})") from error
-    return found
-
-
-def _unit(name: str, value: Any) -> float:
-    """Return a unit, or the size of one count of a converter, pF."""
-    allowed = f"{name} ({', '.join(PICOFARADS)}, or pF of one count)"
-    return PICOFARADS[value] if value in PICOFARADS else float(number(0, above=True)(allowed, value))
-
-
-OF_LINES: dict[str, Check] = {"columns": _columns, "pattern": _pattern, "unit": _unit}
 _OF_PORT: dict[str, Check] = {
     "baud": number(50, 4_000_000, whole=True),
     "reset": yes_no,
     "replug": number(0, 86400),
 }
-
-
-def grammar_of(given: Mapping[str, Any]) -> Grammar:
-    """Return the grammar of checked options."""
-    if {"columns", "pattern"} <= set(given):
-        raise ValueError("columns: got a pattern, too, allowed: one of them; the groups of a pattern are its columns")
-    return Grammar(given.get("columns", ()), given.get("pattern"), given.get("unit"))
 
 
 def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:
