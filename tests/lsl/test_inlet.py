@@ -65,19 +65,6 @@ def test_a_stream_that_is_not_there(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ("", "lsl: got no stream, allowed: lsl:NAME or"),
-        ("?unit=m", "unit: got 'm', allowed: aF"),
-        ("a'\"b", "name: got .*, allowed: no text with both kinds of quotes"),
-    ],
-)
-def test_wrong_options(options: str, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        palpate.open(f"lsl:{options}")
-
-
-@pytest.mark.parametrize(
     ("labels", "units", "asked", "message"),
     [
         (["", ""], ["pF", "pF"], {}, "hard: got nothing, allowed: hard=LABEL or a position from 1, one of 1, 2"),

@@ -11,16 +11,8 @@ from pathlib import Path
 from threading import Event
 from typing import Any, Self
 
-from palpate.errors import (
-    DeviceNotFound,
-    MissingExtra,
-    ProtocolError,
-    SourceError,
-    SourceTimeout,
-    listed,
-    quoted,
-    shortened,
-)
+from palpate import errors
+from palpate.errors import DeviceNotFound, ProtocolError, SourceError, listed, quoted
 from palpate.extras import need
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Source
@@ -39,7 +31,7 @@ _OTHERS_S = 1.0  # The search waits this long for more streams after each answer
 _TURN_S = 0.1  # of a call of liblsl: an interruption ends between two
 _ANSWER_S = 5.0
 _SILENT_S = 5.0
-_LOOK_S = 1.0  # of one search for a stream that was lost
+_LOOK_S = 1.0  # of the search for a stream that was lost, at least
 _STREAK = 100  # stamps in a row that go back are an error
 # LSL's estimate is better than 0.2 ms. Clocks of two machines count from their starts: they agree to 1 ms by chance alone.
 _AGREE_S = 1e-3
@@ -55,7 +47,7 @@ def library() -> Any:
         found = need("pylsl", "lsl")
     except (RuntimeError, OSError) as error:  # from its search for liblsl
         said = str(error).strip().split("\n")[0]
-        raise MissingExtra(
+        raise errors.MissingExtra(
             f"pylsl finds no liblsl ({said:.100}); type: pip install --force-reinstall 'palpate[lsl]', "
             "or set PYLSL_LIB to the library"
         ) from error
@@ -74,41 +66,25 @@ def ahead_ns(pylsl: Any) -> int:
     return 0 if before <= lsl_ns <= after else lsl_ns - (before + after) // 2
 
 
-def search(
-    wanted: Mapping[str, str],
-    limit_s: float,
-    stopped: Callable[[], bool] = lambda: False,
-    others_s: float | None = None,
-) -> list[Any]:
-    """Return all streams with these properties of LSL, sorted, without their descriptions; empty after the limit."""
-    predicate = " and ".join(f"{name}={_literal(name, value)}" for name, value in wanted.items())
-    pylsl = library()
-    resolver = pylsl.ContinuousResolver(pred=predicate) if predicate else pylsl.ContinuousResolver()
-    found: list[Any] = []
+def _resolver(wanted: Mapping[str, str]) -> Any:
+    """Return what looks for the streams with these properties of LSL, from now on."""
+    for name, value in wanted.items():
+        if '"' in value:
+            raise ValueError(f"{name}: got {quoted(value)}, allowed: no text with double quotes")
+    predicate = " and ".join(f'{name}="{value}"' for name, value in wanted.items())
+    return library().ContinuousResolver(pred=predicate or None)
+
+
+def search(wanted: Mapping[str, str], limit_s: float) -> list[Any]:
+    """Return all streams with these properties, sorted, without their descriptions; empty after the limit."""
+    resolver, found = _resolver(wanted), list[Any]()
     until = time.monotonic() + limit_s
-    while time.monotonic() < until and not stopped():
+    while time.monotonic() < until:
         answered = resolver.results()
         if len(answered) > len(found):
-            found, until = answered, time.monotonic() + (_OTHERS_S if others_s is None else others_s)
+            found, until = answered, time.monotonic() + _OTHERS_S
         time.sleep(_POLL_S)
     return sorted(found, key=told)
-
-
-def only(wanted: Mapping[str, str], limit_s: float) -> Any:
-    """Return the one stream with these properties; raises DeviceNotFound: there is none, or there are several."""
-    found = search(wanted, limit_s)
-    asked = ", ".join(f"{name} {quoted(value)}" for name, value in wanted.items())
-    if not found:
-        raise DeviceNotFound(
-            f"lsl: no stream with {asked} answered within {limit_s:g} s: is it running, in the same network? "
-            "`palpate devices --lsl` lists those that answer"
-        )
-    if len(found) > 1:
-        there = listed([told(info) for info in found])
-        raise DeviceNotFound(
-            f"lsl: {len(found)} streams have {asked}: {there}; choose one by its name and ?type=, source_id= or host="
-        )
-    return found[0]
 
 
 def told(info: Any) -> str:
@@ -119,14 +95,7 @@ def told(info: Any) -> str:
 
 def shown(text: str) -> str:
     """Return a text from the network as a terminal may show it."""
-    return shortened(text) if text.isprintable() else quoted(text)
-
-
-def _literal(name: str, value: str) -> str:
-    """Return a text in the quotes of XPath 1.0, which has no escapes."""
-    if '"' in value and "'" in value:
-        raise ValueError(f"{name}: got {quoted(value)}, allowed: no text with both kinds of quotes")
-    return f"'{value}'" if '"' in value else f'"{value}"'
+    return errors.shortened(text) if text.isprintable() else quoted(text)
 
 
 class Channels:
@@ -143,11 +112,7 @@ class Channels:
         self.names = {name: f"{labels[place] or place + 1}, {unit}" for name, (place, unit) in found.items()}
         self._places = [(place, PICOFARADS[unit]) for place, unit in found.values()]
         self._extra = {label: labels.index(label) for label in SAMPLES[2:] if own and label in labels}
-
-    @property
-    def numbered(self) -> bool:
-        """Whether each sample has the number of its sender."""
-        return "seq" in self._extra
+        self.numbered = "seq" in self._extra  # each sample has the number of its sender
 
     def values(self, row: Sequence[float]) -> tuple[float, float]:
         """Return both capacitances of a sample, pF; nan: none."""
@@ -247,17 +212,16 @@ class LslSource(Source):
     def describe(self) -> dict[str, Any]:
         """Return the stream, its channels, and what its description says of the instrument."""
         info, acquisition = self._info, self._info.desc().child("acquisition")
-        names = ("period_s", "full_scale_pF", "stamps")  # of palpate's own streams
-        said = {name: acquisition.child_value(name) if self._channels.numbered else "" for name in names}
-        period_s = _positive(said["period_s"]) or (1 / rate if (rate := info.nominal_srate()) > 0 else None)
-        numbers = {"period_s": period_s, "full_scale_pF": _positive(said["full_scale_pF"])}
+        said = acquisition.child_value if self._channels.numbered else (lambda _: "")  # of palpate's own streams
+        period_s = _positive(said("period_s")) or (1 / rate if (rate := info.nominal_srate()) > 0 else None)
+        numbers = {"period_s": period_s, "full_scale_pF": _positive(said("full_scale_pF"))}
         own = {"name": info.name(), "type": info.type(), "source_id": info.source_id(), "host": info.hostname()}
         return {
             "name": "LSL stream",
             "stream": own,
             "channels": self._channels.names,
             "clock": f"{self._clock}; ns since the stream was opened",
-            "stamps": self._stamps or ("converter" if said["stamps"] == "converter" else "host"),
+            "stamps": self._stamps or ("converter" if said("stamps") == "converter" else "host"),
             **{name: value for name, value in numbers.items() if value},
         }
 
@@ -307,7 +271,7 @@ class LslSource(Source):
                 continue
             except self._pylsl.util.LostError as error:
                 raise DeviceNotFound("lsl: the stream ended while it was opened: start it again") from error
-        raise SourceTimeout(f"lsl: the stream does not answer within {_ANSWER_S:g} s: is TCP or UDP blocked?")
+        raise errors.SourceTimeout(f"lsl: the stream does not answer within {_ANSWER_S:g} s: is TCP or UDP blocked?")
 
     def _reconnect(self) -> None:
         """Look for a stream that was lost, or is silent."""
@@ -316,15 +280,15 @@ class LslSource(Source):
         if not self._away:
             self.notify(f"lsl: the stream {name} was lost, or is silent. Waiting for it, up to {self._replug_s:g} s.")
         wanted = {"name": info.name(), "type": info.type(), "source_id": info.source_id()}
-        wanted = {key: value for key, value in wanted.items() if value}
-        while not self._stopped.is_set():
-            for found in search(wanted, _LOOK_S, self._stopped.is_set, others_s=0.0)[:1]:
+        resolver = _resolver({key: value for key, value in wanted.items() if value})
+        while not self._stopped.wait(_POLL_S):
+            for found in resolver.results()[:1]:
                 with suppress(SourceError):  # it ended again
                     self._inlet = self._connected(found)
                     self._patiently(self._inlet.open_stream)
                     self._away = self._away or f"the stream {name} was lost"
                     return
-            if time.monotonic() - begun > self._replug_s:
+            if time.monotonic() - begun > max(self._replug_s, _LOOK_S):
                 raise DeviceNotFound(f"lsl: the stream {name} was lost: start its sender again")
 
     def _sample(self, row: Sequence[float], stamp_s: float) -> Sample | None:
@@ -379,6 +343,17 @@ def open_lsl(address: str, options: Mapping[str, Any]) -> LslSource:
     wanted |= {_WHICH[name]: given[name] for name in _WHICH if name in given}
     if not wanted:
         raise ValueError("lsl: got no stream, allowed: lsl:NAME or lsl:?type=TYPE; see `palpate devices --lsl`")
-    info = only(wanted, given.get("wait", WAIT_S))
+    limit_s: float = given.get("wait", WAIT_S)
+    found, said = search(wanted, limit_s), ", ".join(f"{name} {quoted(value)}" for name, value in wanted.items())
+    if not found:
+        raise DeviceNotFound(
+            f"lsl: no stream with {said} answered within {limit_s:g} s: is it running, in the same network? "
+            "`palpate devices --lsl` lists those that answer"
+        )
+    if len(found) > 1:
+        there = listed([told(info) for info in found])
+        raise DeviceNotFound(
+            f"lsl: {len(found)} streams have {said}: {there}; choose one by its name and ?type=, source_id= or host="
+        )
     asked = {name: given[name] for name in _CHANNELS if name in given}
-    return LslSource(info, asked, **{name: given[name] for name in _STREAM if name in given})
+    return LslSource(found[0], asked, **{name: given[name] for name in _STREAM if name in given})
