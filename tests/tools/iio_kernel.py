@@ -14,8 +14,7 @@ from palpate.ad7746 import datasheet
 FREQUENCIES = (91, 84, 50, 26, 16, 13, 11, 9)
 SLEEPS_MS = (12, 13, 21, 39, 63, 78, 93, 111)
 LAST_OFFSET = 43_008_000
-I2C_NS = 1_160_000
-"""Four writes of a register at 100 kHz, before a conversion; the read after it takes half of that."""
+I2C_NS = 1_160_000  # of four writes of a register at 100 kHz, before a conversion; the read after it takes half as long
 
 
 class Kernel:
@@ -37,28 +36,16 @@ class Kernel:
     """
 
     def __init__(
-        self,
-        folder: Path,
-        picofarads: tuple[float, float] = (1.0, -1.0),
-        *,
-        hz: int = 1000,
-        step_pF: float = datasheet.DAC_STEP_PF,
-        pins: str = "B",
-        root: bool = True,
-    ) -> None:
+        self, folder: Path, picofarads: tuple[float, float] = (1.0, -1.0), *, hz: int = 1000,
+        step_pF: float = datasheet.DAC_STEP_PF, pins: str = "B", root: bool = True,
+    ) -> None:  # fmt: skip
         self.folder, self.picofarads, self.step_pF, self.pins, self.root = folder, picofarads, step_pF, pins, root
-        self.tick_ns = 10**9 // hz
-        self.now_ns = 10**12 + 123_456
-        self.capdac = [0, 0]
-        self.capf = 0
+        self.tick_ns, self.now_ns = 10**9 // hz, 10**12 + 123_456
+        self.capdac, self.capf = [0, 0], 0
         self.random = random.Random(1)
         self.conversions: list[tuple[int, int, int]] = []  # channel, middle, code
         self.scale = "0.000000488"
         self.failures: dict[str, int] = {}
-        node = folder / "of_node"
-        node.mkdir(parents=True, exist_ok=True)
-        for pin in pins:
-            (node / f"adi,exc{pin.lower()}-output-en").touch()
 
     def install(self, monkeypatch: pytest.MonkeyPatch) -> "Kernel":
         monkeypatch.setattr("palpate.sources.iio.text_of", self.read)
@@ -77,36 +64,28 @@ class Kernel:
             return str(self.convert(int(name[14])))
         if name.endswith("_offset"):
             return str(self.capdac[int(name[14])] * 338646)
-        files = {
-            "name": "ad7746",
-            "in_capacitance_scale": self.scale,
-            "in_capacitance_sampling_frequency": str(FREQUENCIES[self.capf]),
-        }
-        if name not in files:
-            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
-        return files[name]
+        files = {"name": "ad7746", "scale": self.scale, "sampling_frequency": str(FREQUENCIES[self.capf])}
+        return files[name.removeprefix("in_capacitance_")]
 
     def write(self, path: Path, text: str) -> None:
         self._fail(path)
         if not self.root:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
         offset = int(text)
-        if not path.name.endswith("_offset") or not 0 <= offset <= LAST_OFFSET:
-            raise OSError(errno.EINVAL, os.strerror(errno.EINVAL), str(path))
+        assert path.name.endswith("_offset")
+        assert 0 <= offset <= LAST_OFFSET
         self.capdac[int(path.name[14])] = offset // 338646
 
     def convert(self, channel: int) -> int:
         """Write the registers, convert, sleep, read; return the code without the middle of the range."""
         self.now_ns += I2C_NS
         lasts = round(datasheet.CONVERSION_S[self.capf] * 1e9)
-        excited = bool(self.pins)
         noise = self.random.gauss(0, datasheet.NOISE_PF[self.capf])
-        value = (self.picofarads[channel] - self.capdac[channel] * self.step_pF + noise) * excited
+        value = (self.picofarads[channel] - self.capdac[channel] * self.step_pF + noise) * bool(self.pins)
         code = datasheet.code_of(value)
         self.conversions.append((channel, self.now_ns + lasts // 2, code))
         ticks = -(-SLEEPS_MS[self.capf] * 1_000_000 // self.tick_ns) + 1
-        self.now_ns = (self.now_ns // self.tick_ns + ticks) * self.tick_ns
-        self.now_ns += I2C_NS // 2
+        self.now_ns = (self.now_ns // self.tick_ns + ticks) * self.tick_ns + I2C_NS // 2
         return code - datasheet.ZERO_CODE
 
     def _fail(self, path: Path) -> None:

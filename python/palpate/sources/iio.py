@@ -30,13 +30,8 @@ FIRST_PAIRS = 4  # Pairs that are read at the begin, to measure the period.
 STREAK = 3  # This many pairs in a row that cannot be read are an error.
 SAME = 8  # This many equal codes in a row are no measurement: the least noise of the chip is 9 codes rms.
 LATE_NS = 12_000_000  # A tick of the slowest kernel, and 2 ms.
-# Sampling frequency -> conversion time, least sleep of the driver, ns.
-_TIMES_NS: dict[float, tuple[int, int]] = {
-    frequency: (round(conversion_s * 1e9), sleep_ms * 1_000_000)
-    for frequency, conversion_s, sleep_ms in zip(
-        (91, 84, 50, 26, 16, 13, 11, 9), datasheet.CONVERSION_S, (12, 13, 21, 39, 63, 78, 93, 111), strict=True
-    )
-}
+FREQUENCIES = (91, 84, 50, 26, 16, 13, 11, 9)  # of the conversion times in the data sheet
+SLEEPS_MS = (12, 13, 21, 39, 63, 78, 93, 111)  # least sleep of the driver in a conversion
 
 
 class KernelDevice:
@@ -48,10 +43,11 @@ class KernelDevice:
             raise DeviceNotFound(f"{path} is {quoted(name)}, not an {NAME}")
         known = 1 / datasheet.CODES_PER_PF  # pF a code; the driver rounds it to 0.000000488
         self._number("in_capacitance_scale", known * 0.999, known * 1.001)
-        frequency = self._number("in_capacitance_sampling_frequency", min(_TIMES_NS), max(_TIMES_NS))
-        if frequency not in _TIMES_NS:
-            raise ProtocolError(f"{path}: got a sampling frequency of {frequency:g}, allowed: {[*_TIMES_NS]}")
-        self.conversion_ns, self.sleep_ns = _TIMES_NS[frequency]
+        frequency = self._number("in_capacitance_sampling_frequency", min(FREQUENCIES), max(FREQUENCIES))
+        if frequency not in FREQUENCIES:
+            raise ProtocolError(f"{path}: got a sampling frequency of {frequency:g}, allowed: {[*FREQUENCIES]}")
+        rate = FREQUENCIES.index(int(frequency))
+        self.conversion_ns, self.sleep_ns = round(datasheet.CONVERSION_S[rate] * 1e9), SLEEPS_MS[rate] * 1_000_000
 
     def code(self, channel: int) -> int:
         """Convert channel 0 or 1; return the 24-bit code."""
@@ -105,11 +101,7 @@ class IioSource(Source):
     """Pairs of both channels, read from two files one after the other."""
 
     def __init__(
-        self,
-        path: Path,
-        hard_input: int = 1,
-        centre: bool = False,
-        clock_ns: Callable[[], int] = time.monotonic_ns,
+        self, path: Path, hard_input: int = 1, centre: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns
     ) -> None:
         self._device = KernelDevice(path)
         self._channels = {"hard": hard_input - 1, "soft": 2 - hard_input}
@@ -135,20 +127,18 @@ class IioSource(Source):
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the pairs; a pair that cannot be read is LOST, and `STREAK` of them in a row are an error."""
-        start_ns = self._start_ns = self._clock_ns()
-        seq, streak = 0, 0
-        while not self._stopped.is_set():
+        start_ns, streak = self._clock_ns(), 0
+        self._start_ns = start_ns
+        for seq in itertools.takewhile(lambda _: not self._stopped.is_set(), itertools.count()):
             try:
-                sample = self._pair(seq, start_ns)
-                streak = 0
+                sample, streak = self._pair(seq, start_ns), 0
             except ProtocolError:
-                self._errors, streak = self._errors + 1, streak + 1
+                sample, streak = None, streak + 1
+                self._errors += 1
                 if streak == STREAK:
                     raise
-                sample = None
             now = self._clock_ns() - start_ns
             yield sample or Sample(seq, now, now, -1, -1, math.nan, math.nan, Status.LOST)
-            seq += 1
 
     @property
     def zero_ns(self) -> int | None:
@@ -195,8 +185,9 @@ class IioSource(Source):
         t_hard_ns, hard, hard_us = self._convert("hard")
         t_soft_ns, soft, soft_us = self._convert("soft")
         if (steps := self._device.steps()) != self._steps:
-            text = f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps"
-            self._gaps.append(Gap(seq, text))
+            self._gaps.append(
+                Gap(seq, f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps")
+            )
             self._steps, self._is_unjudged = steps, True
             return None
         self._judge("hard", hard)
