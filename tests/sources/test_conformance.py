@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from iio_kernel import Kernel
-from kit_bench import Bus
+from kit_bench import CENTRED, Bus
 from kit_bench import pins as ramps
 from palpate import Sample, Source, Status, open
 from palpate.ad7746.bus import VirtualClock
@@ -20,6 +20,7 @@ from palpate.testing import check_source
 from project import ROOT
 
 PATIENCE = 10.0
+FOUR = str(ROOT / "tests" / "data" / "four-specimens.csv")
 PERIOD_NS = 2_000_000
 
 
@@ -78,17 +79,6 @@ def described(**changed: Any) -> Callable[[], Source]:
     return wrong(describe=lambda self: {**Board.describe(self), **changed})
 
 
-def raising(error: Exception) -> Callable[..., Any]:
-    def method(*_: Any) -> Any:
-        raise error
-
-    return method
-
-
-def deaf(self: Board) -> None:
-    """Ignore the interruption."""
-
-
 def never_ending(self: Board) -> Iterator[Any]:
     for seq in itertools.count():
         time.sleep(PERIOD_NS / 1e9)
@@ -97,17 +87,20 @@ def never_ending(self: Board) -> Iterator[Any]:
 
 WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "no source": (dict, "an object of type dict"),
-    "seq repeats": (replaced(seq=lambda seq, _: seq // 2), "seq: got 0 after 0"),
+    "seq repeats": (replaced(seq=lambda seq, _: seq // 2), "seq: got 0, allowed: above the one before"),
     "time goes back": (replaced(t_soft_ns=lambda _, t: -t), "t_soft_ns: goes back"),
     "times in us": (replaced(t_hard_ns=lambda _, t: t // 1000), "period_s: got 0.002, allowed: 2e-06"),
     "nan, status OK": (replaced(soft=math.nan), "status: got 0 for .* nan pF"),
     "lost with a value": (replaced(status=8), "LOST .* only then"),
-    "value and code differ": (replaced(hard=1.0), "hard: got 1.0 pF for the code 671"),
+    "value and code differ": (replaced(hard=1.0), "hard: got 1.0, allowed: the pF of its code"),
     "an AD7746's codes": (wrong(describe=lambda _: {}), "hard_raw: got .* allowed: -1 to 16777215"),
-    "describe raises": (wrong(describe=raising(KeyError("serial"))), "describe.*KeyError"),
+    "describe raises": (wrong(describe=lambda _: {}["serial"]), "describe.*KeyError"),
     "period of a channel": (described(period_s=PERIOD_NS / 2e9), "period_s: got 0.001, allowed: 0.002"),
     "stamps": (described(stamps="mine"), "stamps: got 'mine'"),
-    "interrupt ignored": (wrong(interrupt=deaf, __iter__=never_ending), "interrupt: the iteration still runs"),
+    "interrupt ignored": (
+        wrong(interrupt=lambda _: None, __iter__=never_ending),
+        "interrupt: the iteration still runs",
+    ),
     "silent": (wrong(__iter__=lambda self: iter(self.stopped.wait, True)), "no sample came"),
 }
 
@@ -120,29 +113,27 @@ def test_a_wrong_source_is_found(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name",
+    ("name", "options"),
     [
-        "sim:four-specimens?seed=1",
-        "sim:dropouts?seed=2",
-        "sim:soft-steady?speed=2",
-        "sim:soft-steady?fault=unplug:0.5@1",
-        str(ROOT / "tests" / "data" / "four-specimens.csv"),
-        f"{ROOT / 'tests' / 'data' / 'four-specimens.csv'}?speed=20",
+        ("sim:dropouts?seed=2", {}),
+        ("sim:soft-steady?speed=2", {}),
+        ("sim:soft-steady?fault=unplug:0.5@1", {}),
+        (FOUR, {}),
+        (FOUR, {"speed": 20}),
     ],
 )
-def test_our_own(name: str) -> None:
-    path, _, speed = name.partition("?speed=")
-    source = open(path, speed=int(speed)) if path.endswith(".csv") and speed else name
-    assert (
-        len(check_source(source, samples=100, patience=PATIENCE)) >= 20
-    )  # a busy machine gives fewer of a short scenario
+def test_our_own(name: str, options: dict[str, Any]) -> None:
+    found = check_source(open(name, **options), samples=100, patience=PATIENCE)
+    assert len(found) >= 20  # a busy machine gives fewer of a short scenario
 
 
 def test_i2c() -> None:
     clock = VirtualClock()
-    source = open("i2c:/dev/i2c-1", open_bus=Bus(ChipTwin(ramps), clock), clock=clock)
+    bus = Bus(ChipTwin(ramps), clock)
+    source = open("i2c:/dev/i2c-1?hard_input=2", open_bus=bus, clock=clock)
     source.live = False  # it has another clock than the test
     assert len(check_source(source, patience=PATIENCE)) == 100
+    assert (source.describe()["configuration"]["hard"]["capdac"], bus.opened) == (CENTRED.soft.capdac, 0)
 
 
 @pytest.mark.parametrize("picofarads", [(1.0, -1.0), (6.9, 4.7)])

@@ -22,40 +22,38 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(folder)}
 
 
-def palpate(environment: dict[str, str], *words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    """Run a command of palpate."""
-    command = [sys.executable, "-m", "palpate", *words]
+def run(environment: dict[str, str], *words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """Run a module of Python."""
+    command = [sys.executable, "-m", *words]
     return subprocess.run(command, env=environment, capture_output=True, encoding="utf-8", cwd=cwd, check=False)
 
 
 def test_its_own_tests(installed: dict[str, str], tmp_path: Path) -> None:
     options = ["-q", "-n0", "-W", "error", "-p", "no:cacheprovider", "--rootdir", str(tmp_path)]
-    command = [sys.executable, "-m", "pytest", *options, str(PACKAGE / "tests")]
-    done = subprocess.run(command, env=installed, capture_output=True, encoding="utf-8", cwd=tmp_path, check=False)
+    done = run(installed, "pytest", *options, str(PACKAGE / "tests"), cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_a_recording_and_its_replay(installed: dict[str, str], tmp_path: Path) -> None:
     """The replay computes the capacitances from the codes, wider than 24 bits: the touch has the same numbers."""
-    done = palpate(
-        installed, "record", "fdc1004:fake?rate=400", "-o", "run.csv", "--touches", "1", "--json", cwd=tmp_path
-    )
+    words = ("record", "fdc1004:fake?rate=400", "-o", "run.csv", "--touches", "1", "--json")
+    done = run(installed, "palpate", *words, cwd=tmp_path)
     assert done.returncode in (0, 5), done.stderr
     rows = (tmp_path / "run.csv").read_text().splitlines()[1:]
     assert max(int(row.split(",")[3]) for row in rows) > 2**24
     device = json.loads((tmp_path / "run.json").read_text())["device"]
     assert device["codes"] == {"zero": 2**23, "per_pF": 2**19, "largest": 67567615}
-    [live, replayed] = [json.loads(text)["touches"] for text in (done.stdout, palpate(
-        installed, "replay", "run.csv", "--json", cwd=tmp_path).stdout)]  # fmt: skip
+    again = run(installed, "palpate", "replay", "run.csv", "--json", cwd=tmp_path)
+    live, replayed = (json.loads(each.stdout)["touches"] for each in (done, again))
     assert live[0]["ratio"] == replayed[0]["ratio"] == pytest.approx(2.5, rel=0.05)
-    assert palpate(installed, "check", "run.csv", cwd=tmp_path).returncode == 0
+    assert run(installed, "palpate", "check", "run.csv", cwd=tmp_path).returncode == 0
 
 
 def test_the_commands_list_it(installed: dict[str, str], tmp_path: Path) -> None:
-    listed = palpate(installed, "devices", "--json", cwd=tmp_path)
+    listed = run(installed, "palpate", "devices", "--json", cwd=tmp_path)
     assert {"uri": "fdc1004:fake", "what": "a simulated FDC1004"} in json.loads(listed.stdout)["devices"]
-    doctor = palpate(installed, "doctor", cwd=tmp_path)
+    doctor = run(installed, "palpate", "doctor", cwd=tmp_path)
     assert "ok  source fdc1004: of package palpate-fdc1004" in doctor.stdout
-    refused = palpate(installed, "record", "fdc1004:fake?rate=7", "-o", "run.csv", cwd=tmp_path)
+    refused = run(installed, "palpate", "record", "fdc1004:fake?rate=7", "-o", "run.csv", cwd=tmp_path)
     assert refused.returncode == 2
     assert "rate: got '7', allowed: 100, 200, 400" in refused.stderr

@@ -37,9 +37,12 @@ def test_a_file_that_is_not_read_to_its_end(tmp_path: Path, speed: float | None)
     """The checksum is compared at its end: stopped before, a change would not be noticed, and a message says so."""
     path, said = finished(tmp_path / "run.csv", 5000), list[str]()
     with Stream(palpate.open(str(path), **({"speed": speed} if speed else {})), notify=said.append) as stream:
-        for _ in stream:
-            break
+        next(iter(stream))
     assert said == [f"{path}: not read to its end: its rows are not verified"]
+    assert stream.counters.read == stream.counters.delivered < 5000
+    with Stream(str(path), notify=said.append) as stream:
+        list(stream.batches())
+    assert (len(said), stream.counters.read) == (1, 5000)
 
 
 def test_a_recording_read_as_a_table_says_that_it_is_not_verified(tmp_path: Path) -> None:

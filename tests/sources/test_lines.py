@@ -8,7 +8,6 @@ import pytest
 from effort import draws, random_of
 from line_grammar import line_of, strict
 from palpate import Gap, Sample, Status
-from palpate import open as open_source
 from project import ROOT
 from serial_lines import Sent
 
@@ -90,25 +89,6 @@ def test_columns_and_patterns_say_what_a_line_is() -> None:
     lines = ["h=1 s=2", "h=1 s=2 ", "x h=1 s=2", "h=1 s=2 x", "h=1 s=two", "h=0x1 s=2", "h=1_0 s=2", "h=1 s=2 seq=7"]
     sent = Sent(lines, pattern=pattern, unit="fF")
     assert (sent.pairs, sent.source.counters["errors"]) == ([(0.001, 0.002)] * 3, 5)
-
-
-@pytest.mark.parametrize(
-    ("options", "what"),
-    [
-        ("columns=hard", "allowed: names of all cells in order"),
-        ("columns=hard,soft,hard", "hard is there twice"),
-        ("columns=hard,soft,t_hard_us", "both times t_hard and t_soft"),
-        ("columns=t_ms,hard_V,soft", "what is 'hard_V'"),
-        ("columns=hard,soft&pattern=(?P<hard>.)(?P<soft>.)", "columns: got a pattern, too"),
-        ("pattern=(", "allowed: a regular expression"),
-        ("pattern=(?P<hard>.)", "allowed: groups"),
-        ("unit=kF", "unit (aF, fF, pF, nF, uF, F, or pF of one count): got 'kF'"),
-        ("baud=49", "allowed: a whole number from 50 to 4e+06"),
-    ],
-)
-def test_options_are_checked(options: str, what: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(what)):
-        open_source(f"serial:/dev/null?{options}")
 
 
 def test_lines_that_do_not_fit_are_counted_after_the_first_that_does() -> None:

@@ -15,7 +15,7 @@ from palpate.ad7746.wiring import Look, Wiring
 from palpate.cli import main
 from palpate.samples import Sample, Status
 from palpate.simulation.board import known
-from palpate.sources.board import BoardSource, configuration_of
+from palpate.sources.board import configuration_of
 
 SHORT = "sim:tap"
 DEMO = "the board's own length sensor, connected until R1 and R2 are removed"
@@ -26,10 +26,7 @@ REFUSED = {
     "soft-exca": ["soft bump: CIN2+ has 0.003 pF on EXCB, about 4.4 pF on EXCA: use excitation=B,A (as in", DEMO],
     "demo-exca": ["use excitation=A (as in usb:?excitation=A)", "about 5.8 pF on EXCA", DEMO],
     "demo-alone": ["soft bump: CIN2+ has 0.003 pF on EXCB, 1.400 pF on EXCA", DEMO],
-    "hard-minus": [
-        "hard bump: CIN1+ (socket P4)",
-        "its wire is at CIN1- (socket P3): move it to CIN1+",
-    ],
+    "hard-minus": ["hard bump: CIN1+ (socket P4)", "its wire is at CIN1- (socket P3): move it to CIN1+"],
     "hard-open": [
         "hard bump: CIN1+ (socket P4)",
         "nothing is connected: look at its wires, one to CIN1+, the other to EXCB",
@@ -46,15 +43,12 @@ QUIET = {"guide", "swapped", "exca-shorted", "differential"}  # EXCA is not driv
 
 def begun(uri: str, **options: Any) -> tuple[float, list[str], str]:
     """Begin a measurement; return its time, s, what was said, and the refusal."""
-    source = palpate.open(uri, **options)
-    assert isinstance(source, BoardSource)
-    said: list[str] = []
+    source: Any = palpate.open(uri, **options)
+    said, refusal, begin = list[str](), "", source.clock.now_ns()
     source.notify = said.append
-    begin = source.clock.now_ns()
-    refusal = ""
     try:
-        with source:
-            pass
+        source.__enter__()
+        source.close()
     except DeviceRefused as error:
         refusal = str(error)
     return (source.clock.now_ns() - begin) / 1e9, said, refusal
@@ -64,13 +58,9 @@ def begun(uri: str, **options: Any) -> tuple[float, list[str], str]:
 def test_every_mistake_is_named_at_the_begin(wiring: str) -> None:
     assert QUIET | set(REFUSED) | set(MEASURED) == set(WIRINGS)
     took_s, said, refusal = begun(f"{SHORT}?wiring={wiring}")
-    for part in REFUSED.get(wiring, []):
-        assert part in refusal
-    for part in MEASURED.get(wiring, []):
-        assert part in " ".join(said)
-    assert bool(refusal) == (wiring in REFUSED)
-    assert bool(said) == (wiring in MEASURED)
-    assert took_s < 1.0
+    assert [part for part in REFUSED.get(wiring, []) if part not in refusal] == []
+    assert [part for part in MEASURED.get(wiring, []) if part not in " ".join(said)] == []
+    assert (bool(refusal), bool(said), took_s < 1.0) == (wiring in REFUSED, wiring in MEASURED, True)
 
 
 def ratio_of(wiring: str, **options: Any) -> float:
@@ -96,11 +86,9 @@ def test_an_option_that_is_named_gives_the_true_ratio(wiring: str, excitation: s
         assert ratio_of(wiring, excitation=excitation, **right) == pytest.approx(ratio_of("guide"), rel=0.05)
 
 
-@pytest.mark.parametrize(
-    ("wiring", "excitation"), [("hard-shorted", "A"), ("soft-shorted", "A"), ("excb-shorted", "A")]
-)
-def test_a_short_at_the_other_excitation_is_not_an_open_input(wiring: str, excitation: str) -> None:
-    refusal = begun(f"{SHORT}?wiring={wiring}", excitation=excitation)[2]
+@pytest.mark.parametrize("wiring", ["hard-shorted", "soft-shorted", "excb-shorted"])
+def test_a_short_at_the_other_excitation_is_not_an_open_input(wiring: str) -> None:
+    refusal = begun(f"{SHORT}?wiring={wiring}", excitation="A")[2]
     assert ("nothing is connected" in refusal, "short" in refusal) == (False, True)
 
 
@@ -122,22 +110,6 @@ def test_a_sentence_says_what_excitation_a_cannot_show() -> None:
     assert begun(f"{SHORT}?wiring=guide&excitation=AB")[1] == []  # nothing is on EXCA
 
 
-@pytest.mark.parametrize(
-    ("options", "text"),
-    [
-        ({"excitation": "C"}, "excitation: got 'C', allowed: A, B, AB, or two of them: HARD,SOFT as B,A"),
-        ({"excitation": "A,B,A"}, "excitation: got 'A,B,A', allowed"),
-        ({"level": 4}, "level: got 4, allowed: a whole number from 0 to 3"),
-        ({"chop": "on"}, "chop: got 'on', allowed: 1, 0, true, false, yes, no"),
-        ({"hard_input": 2, "soft_input": 2}, "soft_input: got 2, as hard_input, allowed: the other one"),
-        ({"wiring": "wrong"}, "wiring: got 'wrong', allowed: guide, exca"),
-    ],
-)
-def test_an_option_that_is_refused(options: dict[str, Any], text: str) -> None:
-    with pytest.raises(ValueError, match=text):
-        palpate.open(SHORT, **options)
-
-
 def test_the_registers_of_the_options() -> None:
     options = {"excitation": ("A", "AB"), "level": 1, "chop": True, "differential": True, "soft_input": 1}
     configuration = configuration_of(options)
@@ -145,18 +117,17 @@ def test_the_registers_of_the_options() -> None:
     assert configuration_of({}) == Configuration()
 
 
-def test_record_ends_with_the_words(tmp_path: Path) -> None:
-    wiring, file = "exca", tmp_path / "run.csv"
-    result = CliRunner().invoke(main, ["record", f"{SHORT}?wiring={wiring}", "-o", str(file)])
-    assert (result.exit_code, file.exists()) == (3, False)
-    for part in REFUSED[wiring]:
-        assert part in result.stderr
-
-
-def test_record_says_beside_the_touch_that_the_inputs_are_swapped(tmp_path: Path) -> None:
-    arguments = ["record", "sim:stiff-steady?wiring=swapped&seed=1", "-o", str(tmp_path / "run.csv")]
-    result = CliRunner().invoke(main, arguments)
-    assert (result.exit_code, result.stdout.count("touch 1: swapped: the soft channel changed more")) == (0, 1)
+def test_record_says_in_words_what_is_wrong(tmp_path: Path) -> None:
+    """It ends if a wire is wrong, and goes on, with a sentence beside the touch, if the inputs are swapped."""
+    refused, swapped = (
+        CliRunner().invoke(
+            main, ["record", f"sim:stiff-steady?wiring={wiring}&seed=1", "-o", str(tmp_path / wiring) + ".csv"]
+        )
+        for wiring in ("exca", "swapped")
+    )
+    assert (refused.exit_code, all(part in refused.stderr for part in REFUSED["exca"])) == (3, True)
+    assert (swapped.exit_code, swapped.stdout.count("touch 1: swapped: the soft channel changed more")) == (0, 1)
+    assert [path.name for path in tmp_path.glob("*.csv")] == ["swapped.csv"]
 
 
 @pytest.mark.parametrize(
@@ -168,10 +139,8 @@ def test_record_says_beside_the_touch_that_the_inputs_are_swapped(tmp_path: Path
     ],
 )
 def test_a_wire_that_comes_off_is_told_and_marked_within_5_s(fault: str, text: str) -> None:
-    source = palpate.open(f"sim:soft-steady?fault={fault}")
-    with source:
-        first = next((s for s in source if source.gaps), None)
-    assert first is not None
+    with palpate.open(f"sim:soft-steady?fault={fault}") as source:
+        first = next(s for s in source if source.gaps)
     assert 3.0 < first.t_hard_ns / 1e9 < 5.0  # of 8 allowed
     [gap] = source.gaps
     assert (gap.seq, text in gap.text) == (first.seq, True)
@@ -186,12 +155,11 @@ def test_a_wire_that_is_put_on_again_is_told() -> None:
 
 
 def test_a_converter_that_repeats_itself_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    source = palpate.open("sim:soft-steady")
+    source: Any = palpate.open("sim:soft-steady")
     with source:
-        source.kit.chip._noisy = False  # type: ignore[attr-defined]
-        monkeypatch.setattr(source.kit.chip, "_pins", lambda bump, begin_s, end_s: 5.0)  # type: ignore[attr-defined]
-        for _ in zip(source, range(60), strict=False):
-            pass
+        source.kit.chip._noisy = False
+        monkeypatch.setattr(source.kit.chip, "_pins", lambda bump, begin_s, end_s: 5.0)
+        list(zip(source, range(60), strict=False))
     [gap] = source.gaps
     assert gap.text.count("bump: every reading is the same: the converter does not measure") == 2
 
@@ -215,7 +183,5 @@ def test_no_false_alarm(name: str) -> None:
             assert all(sample.seq >= 0 for sample in source)
         assert said == []
         assert [gap.text for gap in source.gaps if "bump" in gap.text] == []
-        told = [
-            text for touch in palpate.touches(palpate.simulation.run(name, seed + 1)) for text in palpate.advice(touch)
-        ]
-        assert [text for text in told if text.startswith("swapped")] == []
+        touches = palpate.touches(palpate.simulation.run(name, seed + 1))
+        assert not [text for touch in touches for text in palpate.advice(touch) if text.startswith("swapped")]

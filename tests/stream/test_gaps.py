@@ -18,40 +18,37 @@ from palpate.cli import main
 from palpate.recording.foreign import recorded
 from palpate.recording.recorder import Recorder
 from palpate.recording.sidecar import load
-from palpate.samples import RETAKEN
+from palpate.samples import RETAKEN, block_of
 from palpate.sources.base import Gap
-from palpate.sources.sim import Incident, SimSource
+from palpate.sources.sim import Incident
 from recording_bench import Scripted, four, sample
 
 
 def shifted(first: int, shift_pF: float = 0.002, seed: int = 1) -> list[Any]:
     """Return samples whose idle level changes at one of them."""
-    codes = round(shift_pF * CODES_PER_PF)
-    return [
-        each._replace(**{f"{name}_raw": getattr(each, f"{name}_raw") + codes for name in ("hard", "soft")})._replace(
-            hard=capacitance_pF(each.hard_raw + codes), soft=capacitance_pF(each.soft_raw + codes)
-        )
-        if isinstance(each, Sample) and each.seq >= first
-        else each
-        for each in four(seed)
-    ]
+    samples: list[Any] = four(seed)
+    for i, each in enumerate(samples):
+        if each.seq >= first:
+            hard, soft = (code + round(shift_pF * CODES_PER_PF) for code in (each.hard_raw, each.soft_raw))
+            values = {"hard": capacitance_pF(hard), "soft": capacitance_pF(soft)}
+            samples[i] = each._replace(hard_raw=hard, soft_raw=soft, **values)
+    return samples
 
 
 def plain(touches: list[palpate.Touch]) -> list[dict[str, Any]]:
     return [touch.as_dict() for touch in touches]
 
 
-def replug(shift_pF: float, at_s: float, seed: int = 1) -> SimSource:
+def replug(shift_pF: float, at_s: float, seed: int = 1) -> Any:
     """Return a simulated board that is unplugged for a second, and has another idle level then."""
-    source = palpate.open(f"sim:four-specimens?seed={seed}")
-    assert isinstance(source, SimSource)
+    source: Any = palpate.open(f"sim:four-specimens?seed={seed}")
     plugged = source.kit.plugged
 
     def moved() -> None:
         plugged()
         source.kit.chip.overload_pF = shift_pF
 
-    source.kit.plugged = moved  # type: ignore[method-assign]
+    source.kit.plugged = moved
     source._incidents = [Incident(at_s, Fault("unplug", 1.0))]
     return source
 
@@ -66,11 +63,10 @@ def test_an_idle_shift_across_a_replug_is_no_touch(shift_pF: float, tmp_path: Pa
     assert all("gap" not in touch.flags for touch in stream.touches)  # confirmed by the release
     assert any("the baseline is measured again: touch nothing" in message for message in messages)
     [mark] = (load(path) or {})["marks"]
-    assert mark == {"seq": mark["seq"], "t_s": pytest.approx(9.3, abs=0.1), "tare": True, "gap": True} | {
-        "text": "the board was unplugged for 1.0 s"
-    }
+    text, at_s = "the board was unplugged for 1.0 s", pytest.approx(9.3, abs=0.1)
+    assert mark == {"seq": mark["seq"], "t_s": at_s, "tare": True, "gap": True, "text": text}
     recording = recorded(path)
-    assert recording.gap_marks == [(mark["seq"], mark["text"])]
+    assert recording.gap_marks == [(mark["seq"], text)]
     for again in (recording, palpate.read(path)):
         assert plain(palpate.touches(again)) == plain(stream.touches)
     with Stream(str(path)) as repeated:
@@ -81,25 +77,21 @@ def test_an_idle_shift_across_a_replug_is_no_touch(shift_pF: float, tmp_path: Pa
 @pytest.mark.parametrize("scene", ["handheld", "sliding", "paper", "fixed"])
 @pytest.mark.parametrize("at", [300, 301, 555])
 def test_the_gap_is_exactly_before_its_sample(scene: Any, at: int, tmp_path: Path) -> None:
-    path, rows = tmp_path / "run.csv", shifted(at)
-    given = [each for each in rows if isinstance(each, Sample)]
-    source = Scripted(rows, gaps=[Gap(at, "moved")])
+    path, block = tmp_path / "run.csv", block_of(shifted(at))
+    source = Scripted(shifted(at), gaps=[Gap(at, "moved")])
     source.live = True  # so that it comes in large batches
     with Stream(source, record=path, scene=scene) as stream:
         list(stream.batches())
     tracker = Tracker(scene, **stream.tracker.settings)
-    for begin, end in ((0, at), (at, 10**6)):
-        part = [each for each in given if begin <= each.seq < end]
-        columns = np.array([(s.t_hard_ns, s.t_soft_ns) for s in part]), np.array([(s.hard, s.soft) for s in part])
-        bad = np.array([bool(s.status) for s in part])
-        columns[1][bad] = np.nan
-        tracker.process(*columns[0].T, *columns[1].T)
-        if not begin:
+    for name in ("hard", "soft"):
+        block[name][block["status"] != 0] = np.nan
+    for part in np.split(block, [np.searchsorted(block["seq"], at)]):
+        tracker.process(*(np.ascontiguousarray(part[name]) for name in ("t_hard_ns", "t_soft_ns", "hard", "soft")))
+        if part["seq"][0] < at:
             tracker.gap()
     tracker.finish()
-    assert [(t.start, t.samples, t.ratio.hex(), t.flags) for t in stream.touches] == [
-        (t.start, t.samples, t.ratio.hex(), t.flags) for t in tracker.touches
-    ]
+    live, fed = ([(t.start, t.samples, t.ratio.hex(), t.flags) for t in x.touches] for x in (stream, tracker))
+    assert live == fed
     assert plain(palpate.touches(recorded(path), scene=scene)) == plain(stream.touches)
 
 
@@ -146,12 +138,8 @@ def test_a_baseline_that_was_wrong_after_a_gap_is_told(tmp_path: Path) -> None:
     with Stream(replug(0.0, 4.0), record=tmp_path / "run.csv", notify=messages.append) as stream:
         list(stream.batches())
     assert RETAKEN in messages
-    assert [(round(touch.start_s), "gap" in touch.flags) for touch in stream.touches] == [
-        (2, True),
-        (11, False),
-        (20, False),
-        (29, False),
-    ]
+    found = [(round(touch.start_s), "gap" in touch.flags) for touch in stream.touches]
+    assert found == [(2, True), (11, False), (20, False), (29, False)]
     assert plain(palpate.touches(recorded(tmp_path / "run.csv"))) == plain(stream.touches)
 
 

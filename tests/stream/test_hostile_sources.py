@@ -3,7 +3,6 @@
 import math
 import re
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from hostile import Liar, good
 from palpate import ProtocolError, SampleRing, SourceTimeout, Stream, check
 from palpate.samples import block_of
 from palpate.stream import StreamCounters
-from recording_bench import Blocks, sample
+from recording_bench import Blocks, sample, soon
 
 NEXT = sample(3)
 
@@ -23,12 +22,7 @@ NEXT = sample(3)
 def nothing_left_running() -> Iterator[None]:
     """Every thread of the stream has ended soon after."""
     yield
-    until = time.monotonic() + 30
-    while (
-        left := [t.name for t in threading.enumerate() if t.name.startswith("palpate")]
-    ) and time.monotonic() < until:
-        time.sleep(0.01)
-    assert left == []
+    soon(lambda: not [t for t in threading.enumerate() if t.name.startswith("palpate")])
 
 
 def assert_they_add_up(counters: StreamCounters) -> None:
@@ -36,25 +30,16 @@ def assert_they_add_up(counters: StreamCounters) -> None:
     assert counters.waiting == 0
 
 
-REFUSED: dict[str, dict[str, Any]] = {
-    "seq": {"seq": 1},
-    "hard_raw": {"hard_raw": 2**24},
-    "soft_raw": {"soft_raw": -2},
-    "hard": {"hard": NEXT.hard + 1e-9},
-    "soft": {"soft": math.nan},
-    "t_hard_ns": {"t_hard_ns": 2**62},
-    "status": {"status": 99},
-    "t_uncertainty_us": {"t_uncertainty_us": -2},
-}
-"""What an array can have, and no recording can store: the field that is wrong, and its value."""
+# What an array can have, and no recording can store: the field that is wrong, and its value.
+REFUSED = {"seq": 1, "hard_raw": 2**24, "soft_raw": -2, "hard": NEXT.hard + 1e-9, "soft": math.nan, "t_hard_ns": 2**62,
+           "status": 99, "t_uncertainty_us": -2}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", REFUSED)
-def test_of_a_block_the_samples_before_a_wrong_one_are_stored(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("name", "value"), REFUSED.items())
+def test_of_a_block_the_samples_before_a_wrong_one_are_stored(name: str, value: float, tmp_path: Path) -> None:
     block = np.concatenate([block_of(good(2)), np.zeros(1, SampleRing(2).dtype), block_of(good(2, 4))])
     block[2] = NEXT
-    for field, value in REFUSED[name].items():
-        block[field][2] = value
+    block[name][2] = value
     seq = block["seq"][2]
     with (
         pytest.raises(ProtocolError, match=f"source: sample {seq}: {name}: got .*, allowed: "),
@@ -64,8 +49,7 @@ def test_of_a_block_the_samples_before_a_wrong_one_are_stored(name: str, tmp_pat
     assert_they_add_up(stream.counters)
     report = check(tmp_path / "run.csv")
     assert (report.clean, report.survey.rows, stream.counters.lost) == (True, 2, 0)
-    assert len(report.findings) == 1
-    assert report.findings[0].startswith("the source ended with an error: source: sample")
+    assert [text[:46] for text in report.findings] == ["the source ended with an error: source: sample"]
 
 
 @pytest.mark.parametrize("size", [1, 5, 10])
@@ -77,30 +61,20 @@ def test_a_time_that_goes_back_is_reported_once(size: int) -> None:
     source = Blocks([block_of(samples[begin : begin + size]) for begin in range(0, 10, size)])
     with Stream(source, notify=messages.append) as stream:
         assert len(list(stream)) == 10
-    assert len(messages) == 1
-    assert re.search("t_hard_ns: goes back by .* s at sample 5", messages[0])
+    assert [bool(re.search("t_hard_ns: goes back by .* s at sample 5", text)) for text in messages] == [True]
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        (["name"], r"describe\(\) cannot be stored"),
-        ({"period_s": 0}, "period_s: got 0, allowed"),
-        ({"full_scale_pF": math.nan}, "full_scale_pF: got nan, allowed"),
-        ({"stamps": "moon"}, "stamps: got 'moon', allowed: converter or host"),
-    ],
-)
-def test_a_false_description_is_an_error_before_the_first_sample(given: Any, message: str, tmp_path: Path) -> None:
-    at_once = Liar(good(3), lies={"describe": given})
-    with pytest.raises(ProtocolError, match=f"^source: .*{message}"):
+@pytest.mark.parametrize("given", [["name"], {"period_s": 0}, {"full_scale_pF": math.nan}, {"stamps": "moon"}])
+def test_a_false_description_is_an_error_before_the_first_sample(given: Any, tmp_path: Path) -> None:
+    """Also one that is false when the source has begun."""
+    at_once, later = Liar(good(3), lies={"describe": given}), Liar(good(3))
+    with pytest.raises(ProtocolError, match=r"^source: describe\(\)"):
         Stream(at_once, record=tmp_path / "run.csv")
-    later = Liar(good(3))
     stream = Stream(later, record=tmp_path / "run.csv")
     later.lies["describe"] = given
-    with pytest.raises(ProtocolError, match=f"^source: .*{message}"), stream:
+    with pytest.raises(ProtocolError, match=r"^source: describe\(\)"), stream:
         pass
-    assert (at_once.closed, later.closed) == (1, 1)
-    assert list(tmp_path.iterdir()) == []
+    assert (at_once.closed, later.closed, list(tmp_path.iterdir())) == (1, 1, [])
 
 
 def test_an_interrupt_without_effect_leaves_its_thread_and_takes_no_later_sample(tmp_path: Path) -> None:

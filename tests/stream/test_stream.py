@@ -1,16 +1,17 @@
 """The running measurement: what goes in comes out or is counted, and a recording of it is the same again."""
 
 import threading
-from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 from hostile import Liar
-from palpate import DeviceNotFound, ProtocolError, RecordingError, Sample, Stream, Tracker, check
+from palpate import DeviceNotFound, RecordingError, Stream, Tracker, check
 from palpate.recording.recorder import CAPACITY, Recorder
 from palpate.recording.sidecar import load
-from palpate.stream import StreamCounters
+from palpate.sources.base import Gap
+from palpate.stream import Listener, StreamCounters
 from recording_bench import Scripted, four, sample
 from tally import Tally
 
@@ -80,22 +81,15 @@ def test_a_source_faster_than_the_disk(tmp_path: Path, tally: Tally, monkeypatch
 def test_what_the_source_raises_comes_after_its_last_sample(
     tmp_path: Path, count: int, error: BaseException | None, tally: Tally
 ) -> None:
-    path, seen = tmp_path / "run.csv", list[Any]()
-
-    class Ending(Scripted):
-        def __iter__(self) -> Iterator[Sample]:
-            yield from super().__iter__()
-            if error is not None:
-                raise error
-
-    stream, caught = Stream(Ending([sample(i) for i in range(count)], live=True), record=path), None
+    path, seen, caught = tmp_path / "run.csv", list[Any](), None
+    script = [*(sample(i) for i in range(count)), *filter(None, [error])]
+    stream = Stream(Liar(script, live=True), record=path)
     try:
         with stream:
             seen.extend(stream)
     except BaseException as raised:  # noqa: BLE001  whatever it is
         caught = raised
-    assert caught is error
-    assert len(seen) == count
+    assert (caught, len(seen)) == (error, count)
     told = any("the source ended with an error" in finding for finding in check(path).findings)
     assert told == (error is not None)
     settled(stream, path, "source stops or raises", tally)
@@ -111,7 +105,7 @@ def test_notes_and_marks(tmp_path: Path) -> None:
     assert document["marks"] == [{"seq": 1441, "t_s": 37.46776374, "text": "the end"}]
     with Stream(Scripted(four())) as silent:
         silent.note("nobody writes it")
-        silent.mark("nor that")
+        assert silent.mark("nor that") is None
 
 
 @pytest.mark.parametrize("name", ["tare", "mark", "note"])
@@ -156,14 +150,12 @@ def test_a_stream_that_cannot_be_made_closes_its_source(wrong: dict[str, Any], m
         Stream(42)  # type: ignore[arg-type]
 
 
-def test_a_source_that_cannot_describe_itself_or_be_recorded_is_closed(tmp_path: Path) -> None:
-    mute, refused = Liar([], lies={"describe": ProtocolError("mute")}), Scripted([])
-    with pytest.raises(ProtocolError, match="mute"):
-        Stream(mute)
+def test_a_source_that_cannot_be_recorded_is_closed(tmp_path: Path) -> None:
+    refused = Scripted([])
     (tmp_path / "run.csv").write_text("precious")
     with pytest.raises(RecordingError, match="already exists"), Stream(refused, record=tmp_path / "run.csv"):
         pass
-    assert (mute.closed, refused.closed) == (1, 1)
+    assert refused.closed == 1
 
 
 def test_it_begins_once(tmp_path: Path) -> None:
@@ -191,3 +183,37 @@ def test_one_recording_at_a_time(tmp_path: Path) -> None:
     assert check(tmp_path / "run.csv").clean
     [note] = (load(tmp_path / "late.csv") or {})["notes"]
     assert "a replay has no baseline from them" in note
+
+
+def log_of(stream: Stream) -> list[tuple[Any, ...]]:
+    """Return the list of all events of a stream, with what came with them."""
+    events, listener = list[tuple[Any, ...]](), Listener()
+    for name in ("begun", "gap", "batch", "touch", "message", "ended"):
+        setattr(listener, name, partial(lambda *event: events.append(event), name))
+    stream.listen(listener)
+    return events
+
+
+def test_a_listener_gets_each_event_in_its_order(tmp_path: Path) -> None:
+    stream = Stream(Scripted(four(), gaps=[Gap(500, "moved")]), record=tmp_path / "run.csv")
+    events = log_of(stream)
+    with stream:
+        samples = sum(len(batch.samples) for batch in stream.batches())
+    kinds = [event[0] for event in events]
+    assert (events[0], events[-1]) == (("begun", stream), ("ended", None))
+    assert sum(len(event[1].samples) for event in events if event[0] == "batch") == samples
+    gap = kinds.index("gap")
+    assert (kinds[gap : gap + 2], events[gap][1].seq) == (["gap", "message"], 500)
+    touches = [(event[1], event[2].revised) for event in events if event[0] == "touch"]
+    assert touches == [(1, False), (1, True), (2, False), (3, False), (3, True), (4, False), (4, True)]
+    assert kinds.index("touch") > kinds.index("batch")
+
+
+def test_the_end_names_the_error_that_ended_it() -> None:
+    error = ZeroDivisionError("mine")
+    stream = Stream(Scripted([*four()[:50], error]))
+    events = log_of(stream)
+    stream.source.notify("hello: you")
+    with stream, pytest.raises(ZeroDivisionError):
+        list(stream.batches())
+    assert (events[0], events[-1]) == (("message", "hello: you"), ("ended", error))

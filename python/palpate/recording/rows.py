@@ -49,17 +49,6 @@ class Codes(NamedTuple):
         """Return the capacitance of a code; the readers of a recording compute the same bits."""
         return (code - self.zero) / self.per_pF
 
-    def disagreement(self, name: str, code: int, value: float) -> str | None:
-        """Return what is wrong with a value and its code; None: there is no code, or the value is the one of the code."""
-        if code > self.largest:
-            return f"{name}_raw: got {code}, allowed: -1 to {self.largest}, as describe()['codes'] says"
-        if code < 0 or value == self.pF(code):
-            return None
-        return (
-            f"{name}: got {value!r} pF for the code {code}, allowed: {self.pF(code)!r}, (code - zero) / per_pF with "
-            f"describe()['codes'], by default those of the AD7746; or -1 in place of the code"
-        )
-
 
 def codes_of(device: Mapping[str, Any]) -> Codes:
     """Return the scale of the codes from the description of an instrument.

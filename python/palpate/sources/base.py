@@ -9,8 +9,11 @@ from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 import numpy as np
 
 from palpate.errors import ProtocolError, quoted
-from palpate.recording.rows import codes_of
-from palpate.samples import DTYPE, Block, Sample
+from palpate.recording.rows import Codes, codes_of
+from palpate.samples import DTYPE, Block, Sample, Status
+
+_FARTHEST_NS = 2**62  # the difference of two such times is exact
+_NAMES = DTYPE.names or ()
 
 
 def _silent(_: str) -> None:
@@ -181,3 +184,34 @@ def blocks_of(source: Any) -> Iterator[Block]:
     """Return the blocks of a source that has `read_block`, until its end; dense, without the padding that numpy adds."""
     while len(block := source.read_block()):
         yield np.ascontiguousarray(block, DTYPE)
+
+
+def first_wrong(block: Block, last: int, codes: Codes) -> tuple[int, str] | None:
+    """Return position and message of the first sample that a recording cannot store; None: all are good; `last`: seq before."""
+    before: Any = last
+    if len(block) == 1:  # plain numbers: a twentieth of the time
+        fields = dict(zip(_NAMES, block.item(), strict=True))
+    else:
+        fields = {name: block[name].astype(np.int64) if name.endswith("_raw") else block[name] for name in _NAMES}
+        before = np.concatenate([[last], block["seq"][:-1]])
+    rules = _rules(fields, before, codes)
+    wrong = [
+        (int(np.argmin(good)), name, allowed) for name, good, allowed in rules if good is not True and not np.all(good)
+    ]
+    if not wrong:
+        return None
+    at, name, allowed = min(wrong, key=lambda found: found[0])
+    return at, f"source: sample {block['seq'][at]}: {name}: got {block[name][at]}, allowed: {allowed}"
+
+
+def _rules(fields: dict[str, Any], before: Any, codes: Codes) -> Iterator[tuple[str, Any, str]]:
+    """Yield each field, whether it is good, and what is allowed; of one sample as numbers, or of many as arrays."""
+    yield "seq", fields["seq"] > before, "above the one before"
+    yield "status", fields["status"] <= int(Status.LOST), f"0 to {int(Status.LOST)}"
+    yield "t_uncertainty_us", fields["t_uncertainty_us"] >= -1, "-1 or more"
+    for name in ("hard", "soft"):
+        raw, time_ns = fields[f"{name}_raw"], fields[f"t_{name}_ns"]
+        yield f"t_{name}_ns", (time_ns > -_FARTHEST_NS) & (time_ns < _FARTHEST_NS), "less than 146 years"
+        yield f"{name}_raw", (raw >= -1) & (raw <= codes.largest), f"-1 to {codes.largest}"
+        is_same = (raw - codes.zero) / codes.per_pF == fields[name]
+        yield name, (raw < 0) | is_same, "the pF of its code, or no code (-1)"

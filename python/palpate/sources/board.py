@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Self
 
@@ -18,7 +18,7 @@ from palpate.sources.options import Check, anything, checked, number, text, yes_
 
 if TYPE_CHECKING:
     from palpate.ad7746.evalkit.board import EvalKit
-    from palpate.ad7746.evalkit.find import Board, Hotplug, Look
+    from palpate.ad7746.evalkit.find import Board, Look
 
 _PINS = ("A", "B", "AB")
 _CONDITIONS_NS = 10_000_000_000
@@ -61,14 +61,9 @@ class BoardSource(Source):
     def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock, *, kit: bool = True) -> None:
         self.bus: RegisterBus = bus
         self.clock: Clock = clock
-        self.driver: Ad7746 = Ad7746(
-            bus,
-            configuration_of(options),
-            clock,
-            replug_s=options.get("replug", 30.0),
-            notify=lambda message: self.notify(message),
-            limit_ns=options.get("limit_ns", LIMIT_NS),
-        )
+        how = {"replug_s": options.get("replug", 30.0), "limit_ns": options.get("limit_ns", LIMIT_NS)}
+        notify = lambda message: self.notify(message)  # which may be set later
+        self.driver: Ad7746 = Ad7746(bus, configuration_of(options), clock, notify=notify, **how)
         self._watch = WiringWatch(self.driver.look)
         self._kit = kit
         self._hint = ""
@@ -172,8 +167,7 @@ class WatchedKit(BoardSource):
 
     def __init__(self, kit: "EvalKit", options: Mapping[str, Any], clock: Clock, look: "Look | None" = None) -> None:
         super().__init__(kit, options, clock)
-        self._evalkit, self._look = kit, look
-        self._hotplug: Hotplug | None = None
+        self._evalkit, self._look, self._watches = kit, look, ExitStack()
 
     def __enter__(self) -> Self:
         """Configure the converter, as `BoardSource`, and begin to watch."""
@@ -181,13 +175,12 @@ class WatchedKit(BoardSource):
 
         super().__enter__()
         with suppress(OSError, PalpateError):  # a measurement does not need it
-            self._hotplug = Hotplug(self._tell, self._look)
+            self._watches.callback(Hotplug(self._tell, self._look).close)
         return self
 
     def close(self) -> None:
         """Close the device, and end the watch."""
-        if self._hotplug:
-            self._hotplug.close()
+        self._watches.close()
         super().close()
 
     def _tell(self, before: "set[Board]", now: "set[Board]") -> None:

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from palpate.errors import MissingExtra, PalpateError, SourceError
+from palpate.errors import MissingExtra, SourceError
 from palpate.sources.uri import entry_points, loaded, package_of
 
 if TYPE_CHECKING:
@@ -38,14 +38,12 @@ def devices() -> tuple[list[Found], list[str]]:
     >>> all(":" in device.uri for device in found)
     True
     """
-    found, notes = _look_for(_boards, _iio, _i2c, _ports)
-    others, more = devices_of_packages()
-    return found + others, notes + more
+    return _look_for(_boards, _iio, _i2c, _ports, *_searches())
 
 
 def devices_of_packages() -> tuple[list[Found], list[str]]:
     """Return what the searches of other packages find, in the same form as `devices`."""
-    return _look_for(*(partial(_of_package, point) for point in entry_points(group=GROUP)))
+    return _look_for(*_searches())
 
 
 def boards() -> tuple[list[Found], list[str]]:
@@ -101,14 +99,14 @@ def _streams() -> list[Found]:
     return [Found(f"lsl:{shown(info.name())}", f"{told(info)}, {info.channel_count()} channels") for info in found]
 
 
+def _searches() -> list[Callable[[], list[Found]]]:
+    return [partial(_of_package, point) for point in entry_points(group=GROUP)]
+
+
 def _of_package(point: "EntryPoint") -> list[Found]:
+    search = loaded(point)
     try:
-        found = [Found(*device) for device in loaded(point)()]
-        if wrong := [device for device in found if not str(device.uri).startswith(f"{point.name}:")]:
-            raise ValueError(f"got {wrong[0].uri!r:.60}, allowed: {point.name}:ADDRESS")
-    except PalpateError:
-        raise
+        return [Found(*device) for device in search()]
     except Exception as error:
         text = f"{type(error).__name__}: {error!s:.200}"
         raise SourceError(f"{point.name}: the search of {package_of(point)} failed: {text}") from error
-    return found

@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate.errors import RecordingError
 from palpate.recording.columns import RATE
-from palpate.recording.foreign import AnyRecording, recorded
+from palpate.recording.foreign import recorded
 from palpate.samples import DTYPE, Block, Sample, Status, samples_of
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, choice, number
@@ -27,15 +27,19 @@ class FileSource(Source):
     """The samples of a file, as fast as possible or with the timing of the recording."""
 
     def __init__(self, path: str, speed: float | None = None, **asked: Any) -> None:
-        self.recording: AnyRecording = recorded(path, **asked)
-        if not self.recording.timed:
+        recording = self.recording = recorded(path, **asked)
+        if not recording.timed:
             raise ValueError(f"rate: got none, allowed: {RATE}")
+        # For `palpate.touches`, as of a recording.
+        self.blocks, self.timed, self.tares = recording.blocks, recording.timed, recording.tares
+        self.full_scale_pF, self.host_stamps = recording.full_scale_pF, recording.host_stamps
+        self.gap_marks = recording.gap_marks
         self.live: bool = speed is not None
         self.real_time: bool = False
         self._speed = speed
         self._stopped = Event()
         self._reading: Generator[Block] | None = None
-        self._gaps = [Gap(seq + 1, text) for seq, text in self.gap_marks]
+        self._gaps = [Gap(seq + 1, text) for seq, text in recording.gap_marks]
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the samples, from the first one; raises RecordingError after the last one if a checksum differs."""
@@ -51,31 +55,32 @@ class FileSource(Source):
         return next(self._reading, _NOTHING)
 
     def _blocks(self) -> Generator[Block]:
-        whole = False
-        if self.recording.understood:
-            self.notify(f"{self.recording.path}: {self.recording.understood}")
+        recording, whole = self.recording, False
+        if recording.understood:
+            self.notify(f"{recording.path}: {recording.understood}")
         try:
-            whole = yield from self._due(self._speed) if self._speed else self._all()
+            whole = yield from self._due()
         finally:  # also if the reader wants no more
             if not whole:
-                self.notify(f"{self.recording.path}: {UNREAD}")
-        if whole:
-            self._tell()
+                self.notify(f"{recording.path}: {UNREAD}")
+        if not whole:
+            return
+        for note in (note for note in recording.notes if note not in recording.doubts):
+            self.notify(f"{recording.path}: {note}")
+        if recording.doubts:
+            raise RecordingError(recording.path, "; ".join(recording.doubts))
 
-    def _all(self) -> Generator[Block, None, bool]:
-        """Yield the samples; return whether all of them."""
+    def _due(self) -> Generator[Block, None, bool]:
+        """Yield the samples, with `speed` at their times; return whether all of them."""
+        begun, first_ns = time.monotonic(), None
         for block in self.recording.blocks():
             if self._stopped.is_set():
                 return False
-            yield _marked(block)
-        return True
-
-    def _due(self, speed: float) -> Generator[Block, None, bool]:
-        """Yield the samples at their times; return whether all of them."""
-        begun, first_ns = time.monotonic(), None
-        for block in self.recording.blocks():
+            if not self._speed:
+                yield _marked(block)
+                continue
             first_ns = block["t_hard_ns"][0] if first_ns is None else first_ns
-            due = begun + (block["t_hard_ns"] - first_ns) / 1e9 / speed
+            due = begun + (block["t_hard_ns"] - first_ns) / 1e9 / self._speed
             begin = 0
             while begin < len(block):
                 late_s = time.monotonic() - due[begin]
@@ -89,14 +94,6 @@ class FileSource(Source):
                 yield _marked(block[begin:end])
                 begin = end
         return True
-
-    def _tell(self) -> None:
-        doubts = self.recording.doubts
-        for note in self.recording.notes:
-            if note not in doubts:
-                self.notify(f"{self.recording.path}: {note}")
-        if doubts:
-            raise RecordingError(self.recording.path, "; ".join(doubts))
 
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""
@@ -113,38 +110,9 @@ class FileSource(Source):
                 self._reading.close()
 
     @property
-    def full_scale_pF(self) -> float:
-        """Smallest absolute reading that counts as saturated, pF."""
-        return self.recording.full_scale_pF
-
-    @property
-    def host_stamps(self) -> bool:
-        """Whether the times are arrivals at the computer."""
-        return self.recording.host_stamps
-
-    @property
-    def timed(self) -> bool:
-        """Whether the file has times."""
-        return self.recording.timed
-
-    @property
-    def tares(self) -> frozenset[int]:
-        """As `tares` of the recording."""
-        return self.recording.tares
-
-    @property
-    def gap_marks(self) -> list[tuple[int, str]]:
-        """As `gap_marks` of the recording."""
-        return self.recording.gap_marks
-
-    @property
     def gaps(self) -> list[Gap]:
         """The gaps of the measurement."""
         return self._gaps
-
-    def blocks(self) -> Iterator[Block]:
-        """Return the samples as arrays of some thousand; `palpate.touches` reads these."""
-        return self.recording.blocks()
 
 
 def open_file(address: str, options: Mapping[str, Any]) -> FileSource:

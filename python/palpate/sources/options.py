@@ -8,16 +8,16 @@ import math
 import os
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any
 from urllib.parse import unquote
 
 from palpate.errors import quoted, unlike
 
-__all__ = ["LONGEST", "Check", "anything", "checked", "choice", "number", "split", "text", "yes_no"]
+__all__ = ["Check", "anything", "checked", "choice", "number", "split", "text", "yes_no"]
 
 Check = Callable[[str, Any], Any]  # (name, value) of an option -> checked value, or ValueError.
 
-LONGEST = 10_000  # Characters of the name of a source, at most.
 _YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
 _LONG_PATH = "\\\\?\\"  # Windows: \\?\C:\... may be longer than 260 characters
 _SCHEME = re.compile(r"([a-z][a-z0-9+.-]+):(.*)", re.DOTALL)  # two letters or more: C:\ is a drive
@@ -38,7 +38,7 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
     Raises
     ------
     ValueError
-        Too long; an option is not NAME=VALUE, or is given twice.
+        An option is not NAME=VALUE, or is given twice.
 
     Examples
     --------
@@ -47,8 +47,6 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
     >>> split("run.csv?rate=38.4")
     ('', 'run.csv', {'rate': '38.4'})
     """
-    if len(uri) > LONGEST:
-        raise ValueError(f"source: got {len(uri):,} characters, allowed: {LONGEST:,}")
     match = _SCHEME.fullmatch(uri)
     scheme, rest = (match[1], match[2]) if match else ("", uri)
     root = _LONG_PATH if not scheme and rest.startswith(_LONG_PATH) else ""
@@ -129,21 +127,15 @@ def number(low: float, high: float = math.inf, *, whole: bool = False, above: bo
     bounds = f"{'above' if above else 'from'} {low:g}" + ("" if math.isinf(high) else f" to {high:g}")
 
     def check(name: str, value: Any) -> Any:
-        found = _number(value, whole)
-        if not low <= found <= high or found == math.inf or (above and found == low):
+        found: float = math.nan
+        with suppress(TypeError, ValueError, OverflowError):
+            found = int(value) if whole else float(value)
+        is_cut = whole and not isinstance(value, str) and found != value
+        if is_cut or not low <= found <= high or found == math.inf or (above and found == low):
             raise ValueError(f"{name}: got {quoted(value)}, allowed: {kind} {bounds}")
         return found
 
     return check
-
-
-def _number(value: Any, whole: bool) -> Any:
-    """Convert a value to a number; nan: not a number, or a fraction in place of a whole number."""
-    try:
-        found = int(value) if whole else float(value)
-        return found if not whole or isinstance(value, str) or found == value else math.nan
-    except (TypeError, ValueError, OverflowError):
-        return math.nan
 
 
 def yes_no(name: str, value: Any) -> bool:

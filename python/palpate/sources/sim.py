@@ -47,11 +47,8 @@ class SimSource(BoardSource):
         self._simulated |= {"wiring": wiring, **({"idle_s": idle_s} if idle_s else {})}
         backend = TwinBackend(self.clock)
         backend.plug(self.kit)
-        super().__init__(
-            EvalKit(backend=backend, clock=self.clock),
-            {"capf": scenario.converter.capf, "limit_ns": limit_ns(speed), **options},
-            self.clock,
-        )
+        given = {"capf": scenario.converter.capf, "limit_ns": limit_ns(speed), **options}
+        super().__init__(EvalKit(backend=backend, clock=self.clock), given, self.clock)
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the pairs; after each pair inject the faults that are due."""
@@ -70,19 +67,19 @@ class SimSource(BoardSource):
 
 def faults(name: str, value: Any) -> list[Incident]:
     """Parse faults, KIND[:AMOUNT]@SECONDS, separated by commas; a blank in a kind may be a dash."""
-    return [_incident(name, text) for text in str(value).split(",")]
-
-
-def _incident(name: str, text: str) -> Incident:
-    kinds = {_plain(kind): kind for kind in FAULTS}
-    match = _FAULT.fullmatch(text)
-    if not match or _plain(match["kind"]) not in kinds:
-        raise ValueError(f"{name}: got {quoted(text)}, allowed: KIND[:AMOUNT]@SECONDS, KIND one of {', '.join(kinds)}")
-    try:
-        amount = float(match["amount"] or 1.0)
-    except ValueError:
-        raise ValueError(f"{name}: got amount {quoted(match['amount'])}, allowed: a number, or inf") from None
-    return Incident(number(0)(f"{name}'s time", match["time"]), Fault(kinds[_plain(match["kind"])], amount))
+    kinds, found = {_plain(kind): kind for kind in FAULTS}, list[Incident]()
+    for text in _plain(str(value)).split(","):
+        match = _FAULT.fullmatch(text)
+        if not match or match["kind"] not in kinds:
+            allowed = f"KIND[:AMOUNT]@SECONDS, KIND one of {', '.join(kinds)}"
+            raise ValueError(f"{name}: got {quoted(text)}, allowed: {allowed}")
+        try:
+            amount = float(match["amount"] or 1.0)
+        except ValueError:
+            raise ValueError(f"{name}: got amount {quoted(match['amount'])}, allowed: a number, or inf") from None
+        time_s = number(0)(f"{name}'s time", match["time"])
+        found.append(Incident(time_s, Fault(kinds[match["kind"]], amount)))
+    return found
 
 
 def _plain(kind: str) -> str:

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 from palpate.errors import PalpateError, SourceError, nearest, shortened
@@ -15,12 +15,13 @@ if TYPE_CHECKING:
 # Group of entry points that add a scheme: a function of address (str) and options (mapping) -> `Source`.
 GROUP = "palpate.sources"
 _OWN = {
-    "usb": ("palpate.sources.board", "open_usb"),
-    "sim": ("palpate.sources.sim", "open_sim"),
-    "i2c": ("palpate.sources.board", "open_i2c"),
-    "iio": ("palpate.sources.iio", "open_iio"),
-    "serial": ("palpate.sources.serial", "open_serial"),
-    "lsl": ("palpate.sources.lsl", "open_lsl"),
+    "usb": "palpate.sources.board:open_usb",
+    "sim": "palpate.sources.sim:open_sim",
+    "i2c": "palpate.sources.board:open_i2c",
+    "iio": "palpate.sources.iio:open_iio",
+    "serial": "palpate.sources.serial:open_serial",
+    "lsl": "palpate.sources.lsl:open_lsl",
+    "": "palpate.sources.files:open_file",  # a path
 }
 
 Factory = Callable[[str, Mapping[str, Any]], Source]
@@ -39,7 +40,7 @@ def schemes() -> list[str]:
     >>> {"usb", "sim", "i2c", "iio", "serial"} <= set(schemes())
     True
     """
-    return sorted({*_OWN, *(point.name for point in entry_points(group=GROUP))})
+    return sorted({*filter(None, _OWN), *(point.name for point in entry_points(group=GROUP))})
 
 
 def open(uri: str, **options: Any) -> Source:
@@ -92,12 +93,7 @@ def open(uri: str, **options: Any) -> Source:
         raise ValueError(f"source: got {shortened(min(twice))} twice, allowed: in the name or by keyword")
     if scheme and scheme not in _OWN and os.path.exists(uri):  # noqa: PTH110  Path's raises for a long name
         scheme, address, in_uri = "", uri, {}
-    if not scheme:
-        return _factory("palpate.sources.files", "open_file")(address, {**in_uri, **options})
-    source = _find(scheme)(address, {**in_uri, **options})
-    if not isinstance(source, Source):
-        raise SourceError(f"{scheme}: gave an object of type {type(source).__name__}, allowed: a palpate.Source")
-    return source
+    return _find(scheme)(address, {**in_uri, **options})
 
 
 def entry_points(group: str, name: str | None = None) -> "list[EntryPoint]":
@@ -109,20 +105,21 @@ def entry_points(group: str, name: str | None = None) -> "list[EntryPoint]":
 
 def _find(scheme: str) -> Factory:
     if scheme in _OWN:
-        return _factory(*_OWN[scheme])
-    for point in entry_points(group=GROUP, name=scheme):
-        factory: Factory = loaded(point)
+        factory: Factory = resolve_name(_OWN[scheme])
         return factory
+    for point in entry_points(group=GROUP, name=scheme):
+        return loaded(point)
     raise ValueError(
         f"source: got {shortened(scheme)}:, allowed: {', '.join(f'{name}:' for name in schemes())} or a path"
         f"{nearest(f'{scheme}:', [f'{name}:' for name in schemes()])}"
     )
 
 
-def loaded(point: "EntryPoint") -> Any:
-    """Return the object of an entry point of another package; SourceError with the name of the package if it fails."""
+def loaded(point: "EntryPoint") -> Callable[..., Any]:
+    """Return the function of an entry point of another package; SourceError with the name of the package if it fails."""
     try:
-        return point.load()
+        function: Callable[..., Any] = point.load()
+        return function
     except PalpateError:
         raise
     except Exception as error:
@@ -135,8 +132,3 @@ def loaded(point: "EntryPoint") -> Any:
 def package_of(point: "EntryPoint") -> str:
     """Return the name of the package that has an entry point, for a message."""
     return f"package {point.dist.name}" if point.dist else "another package"
-
-
-def _factory(module: str, name: str) -> Factory:
-    factory: Factory = getattr(import_module(module), name)
-    return factory

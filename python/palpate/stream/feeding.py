@@ -11,11 +11,11 @@ from palpate._core import Touch, Tracker
 from palpate.samples import DTYPE, RETAKEN, Block, Sample, Status, columns_for, feed, refused, samples_of, saturated
 from palpate.sources.base import Gap
 from palpate.stream.estimate import Batch
-from palpate.stream.listener import Listener
+from palpate.stream.listener import Listeners
 from palpate.stream.memory import SampleQueue
 
+# Shortest time outside the range of the converter that is reported, s: without a touch; since a touch that has samples.
 IDLE_S, PRESSED_S = 2.0, 10.0
-"""Shortest time outside the range of the converter that is reported, s: without a touch; since a touch that has samples."""
 _CHANNELS = (("hard", Status.HARD_SATURATED), ("soft", Status.SOFT_SATURATED))
 _PART = 32  # samples: the baseline after a touch takes as many, so a touch is not revised in the part in which it ends
 
@@ -34,7 +34,7 @@ class Feeding:
         Held while samples go to the tracker: one thread may iterate while another one closes.
     """
 
-    def __init__(self, queue: SampleQueue, tracker: Tracker, listeners: Listener) -> None:
+    def __init__(self, queue: SampleQueue, tracker: Tracker, listeners: Listeners) -> None:
         self.lock: RLock = RLock()
         settings = tracker.settings
         self.range: RangeWatch = RangeWatch(settings["full_scale"], settings["initial_ratio"])
@@ -60,7 +60,7 @@ class Feeding:
                 return None
             batch, gaps, messages = self._send(block)
         for gap in gaps:  # when all is done: a listener may raise
-            self._listeners.gap(gap)
+            self._listeners.tell("gap", gap)
         for message in messages:
             self._listeners.message(message)
         self._listeners.batch(batch)
@@ -112,14 +112,7 @@ class Feeding:
             begin = at
             passed.append(gap)
         parts += self._parts(block[begin:])
-        if len(parts) == 1:
-            return parts[0], passed
-        rows = np.empty(len(block), parts[0].dtype)
-        begin = 0
-        for part in parts:
-            rows[begin : begin + len(part)] = part
-            begin += len(part)
-        return rows, passed
+        return np.concatenate(parts, out=np.empty(len(block), parts[0].dtype)), passed
 
     def _parts(self, block: Block) -> Iterator[NDArray[Any]]:
         """Send samples, few at a time; note each touch as it is at its end, before it is revised."""

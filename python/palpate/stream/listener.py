@@ -52,21 +52,22 @@ class Listener:
         """Take notice that measurement and recording have ended; `error` has ended them, or closing failed."""
 
 
-class Listeners(Listener):
-    """Passes each event to all listeners, in the order in which they were added."""
+class Listeners:
+    """Passes each event to all listeners, in the order in which they were added; a message to a function first."""
 
-    def __init__(self) -> None:
+    def __init__(self, show: Callable[[str], object]) -> None:
         self.all: list[Listener] = []
+        self._show = show
 
-    def begun(self, stream: "Stream") -> None:
-        """Pass it on."""
+    def tell(self, event: str, *what: object) -> None:
+        """Call the method of this name of each listener."""
         for each in self.all:
-            each.begun(stream)
+            getattr(each, event)(*what)
 
-    def gap(self, gap: Gap) -> None:
-        """Pass it on."""
-        for each in self.all:
-            each.gap(gap)
+    def message(self, text: str) -> None:
+        """Pass on a message."""
+        self._show(text)
+        self.tell("message", text)
 
     def batch(self, batch: Batch) -> None:
         """Pass on a batch, then each of its touches: as it ended, as it was revised, then the next one."""
@@ -77,29 +78,3 @@ class Listeners(Listener):
             for number in sorted({*ended, *revised}):
                 for touch in (touches[number] for touches in (ended, revised) if number in touches):
                     each.touch(number, touch)
-
-    def message(self, text: str) -> None:
-        """Pass it on."""
-        for each in self.all:
-            each.message(text)
-
-    def ended(self, error: BaseException | None) -> None:
-        """Pass it on."""
-        for each in self.all:
-            each.ended(error)
-
-
-class Messages(Listener):
-    """Passes the messages to a function.
-
-    Parameters
-    ----------
-    show : callable
-    """
-
-    def __init__(self, show: Callable[[str], object]) -> None:
-        self._show = show
-
-    def message(self, text: str) -> None:
-        """Pass it on."""
-        self._show(text)

@@ -14,8 +14,7 @@ from palpate.sources.base import Gap
 _FEWEST, _MOST, _MOST_MARKS = 1024, 2**24, 10_000
 _BYTES = np.dtype((np.void, DTYPE.itemsize))
 NO_BASELINE = "a replay has no baseline from them"
-BEGIN = "begin of the recording"
-"""Text of the tare mark with which a recording begins that was started later than the measurement."""
+BEGIN = "begin of the recording"  # text of the tare mark of a recording that was started later than the measurement
 MAY_DIFFER = "the baseline is measured there: the touches of a replay may differ until it is measured again"
 WITHIN = "; later ones agree within their uncertainty, as the times are those of the computer"
 

@@ -10,57 +10,37 @@ import numpy as np
 
 from palpate.errors import ProtocolError, SourceTimeout
 from palpate.recording.recorder import Recorder
-from palpate.recording.rows import Codes
+from palpate.recording.rows import codes_of
 from palpate.recording.sidecar import marked
-from palpate.samples import DTYPE, Block, Sample, Status, block_of, samples_of
+from palpate.samples import Block, Sample, block_of, samples_of
 from palpate.sources import Source
-from palpate.sources.base import Gap, blocks_of, gap_of
+from palpate.sources.base import Gap, blocks_of, first_wrong, gap_of
 from palpate.stream.memory import Memory, SampleQueue
 
 _LATE = 1.5  # periods after the sample before
 _MOST_CONDITIONS = 2000
-_FARTHEST_NS = 2**62  # the difference of two such times is exact
 
 
 class Reader:
-    """Reads a source in a thread of its own, independent of the disk and of the consumer.
-
-    Attributes
-    ----------
-    read, lost, late : int
-        As in `StreamCounters`.
-    last : Sample or None
-    zero_ns : int or None
-        `time.monotonic_ns()` at t = 0, after the first sample; None: the source has no times of this computer.
-    lock : RLock
-        Held while samples are counted and stored. With it a caller sees complete samples, and may change the recorder.
-    error : BaseException or None
-        The error that ended the thread.
-    """
+    """Reads a source in a thread of its own, independent of the disk and of the consumer."""
 
     def __init__(
-        self,
-        source: Source,
-        queue: SampleQueue,
-        recorder: Recorder | None,
-        memory: Memory | None,
-        *,
-        period_s: float = math.nan,
-        codes: Codes = Codes(),  # noqa: B008  it cannot be changed
-        outlives_recording: bool = False,
+        self, source: Source, device: dict[str, Any], queue: SampleQueue, memory: Memory | None, *, outlives: bool
     ) -> None:
-        self.read = self.lost = self.late = 0
+        self.read = self.lost = self.late = 0  # as in `StreamCounters`
         self.last: Sample | None = None
+        # `time.monotonic_ns()` at t = 0; None: the source has no times of this computer, or gave no sample yet.
         self.zero_ns: int | None = None
+        # Held while samples are counted and stored: a caller that has it sees complete samples, and may change the recorder.
         self.lock: RLock = RLock()
-        self.error: BaseException | None = None
+        self.error: BaseException | None = None  # that ended the thread
         self._source, self._queue, self._memory = source, queue, memory
-        self._late_ns, self._codes = _LATE * period_s * 1e9, codes
-        self._outlives_recording = outlives_recording
+        self._late_ns, self._codes = _LATE * float(device.get("period_s", math.nan)) * 1e9, codes_of(device)
+        self._outlives_recording = outlives
         self._stopping = Event()
         self._gaps_passed, self._conditions, self._has_gone_back = 0, 0, False
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
-        self.recorder = recorder
+        self._recorder: Recorder | None = None
 
     @property
     def recorder(self) -> Recorder | None:
@@ -230,53 +210,3 @@ class Reader:
                 return room
             self._queue.wait_for_room()
         return 0
-
-
-def first_wrong(block: Block, last: int, codes: Codes) -> tuple[int, str] | None:
-    """Return the first sample that a recording cannot store, and why: its position and a message; None: all are good.
-
-    Parameters
-    ----------
-    block : numpy.ndarray of `SampleRing.dtype`, shape (n,)
-    last : int
-        Number of the sample before.
-    codes : Codes
-        Readings have to be those of their codes: else a replay would have other readings.
-
-    Examples
-    --------
-    >>> samples = block_of([Sample(seq, 0, 0, -1, -1, 1.5, 2.5) for seq in (3, 4)])
-    >>> first_wrong(samples, 2, Codes())
-    >>> first_wrong(samples, 3, Codes())
-    (0, 'source: sample 3: seq: got 3, allowed: above the one before')
-    """
-    before: Any = last
-    if len(block) == 1:  # plain numbers: a twentieth of the time
-        fields = dict(zip(_NAMES, block.item(), strict=True))
-    else:
-        fields = {name: block[name].astype(np.int64) if name.endswith("_raw") else block[name] for name in _NAMES}
-        before = np.concatenate([[last], block["seq"][:-1]])
-    rules = _rules(fields, before, codes)
-    wrong = [
-        (int(np.argmin(good)), name, allowed) for name, good, allowed in rules if good is not True and not np.all(good)
-    ]
-    if not wrong:
-        return None
-    at, name, allowed = min(wrong, key=lambda found: found[0])
-    return at, f"source: sample {block['seq'][at]}: {name}: got {block[name][at]}, allowed: {allowed}"
-
-
-_NAMES = DTYPE.names or ()
-
-
-def _rules(fields: dict[str, Any], before: Any, codes: Codes) -> Iterator[tuple[str, Any, str]]:
-    """Yield each field, whether it is good, and what is allowed; of one sample as numbers, or of many as arrays."""
-    yield "seq", fields["seq"] > before, "above the one before"
-    yield "status", fields["status"] <= int(Status.LOST), f"0 to {int(Status.LOST)}"
-    yield "t_uncertainty_us", fields["t_uncertainty_us"] >= -1, "-1 or more"
-    for name in ("hard", "soft"):
-        raw, time_ns = fields[f"{name}_raw"], fields[f"t_{name}_ns"]
-        yield f"t_{name}_ns", (time_ns > -_FARTHEST_NS) & (time_ns < _FARTHEST_NS), "less than 146 years"
-        yield f"{name}_raw", (raw >= -1) & (raw <= codes.largest), f"-1 to {codes.largest}"
-        is_same = (raw - codes.zero) / codes.per_pF == fields[name]
-        yield name, (raw < 0) | is_same, "the pF of its code, or no code (-1)"

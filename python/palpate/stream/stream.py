@@ -1,6 +1,5 @@
 """A running measurement: source, queue, tracker, and one recording of it at a time."""
 
-import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -14,7 +13,6 @@ import numpy as np
 from palpate._core import Touch, Tracker
 from palpate.extras import display
 from palpate.recording.recorder import Recorder, capacity_for
-from palpate.recording.rows import codes_of
 from palpate.recording.sidecar import BEGUN, marked, sidecar_path
 from palpate.samples import DTYPE, Block, Epoch, Sample, epoch_at, refused, saturated, settings_for
 from palpate.sources import Source
@@ -22,7 +20,7 @@ from palpate.sources import open as open_source
 from palpate.sources.base import described
 from palpate.stream.estimate import Batch, Estimate, StreamCounters
 from palpate.stream.feeding import Feeding
-from palpate.stream.listener import Listener, Listeners, Messages
+from palpate.stream.listener import Listener, Listeners
 from palpate.stream.memory import NO_BASELINE, Beginning, Memory, SampleQueue
 from palpate.stream.reader import Reader
 
@@ -122,8 +120,7 @@ class Stream:
                 source = open_source(source)
                 on_failure.callback(source.close)
             self.source: Source = source
-            self._listeners = Listeners()
-            self.listen(Messages(notify or source.notify))
+            self._listeners = Listeners(notify or source.notify)
             source.notify = self._listeners.message
             device = described(source)
             if tracker is None:
@@ -158,16 +155,9 @@ class Stream:
             device = described(self.source)
             path, notes = self._first_recording
             self._recorder = None if path is None else self._new_recorder(path, notes)
-            self._listeners.begun(self)
-            self._reader = Reader(
-                self.source,
-                self._queue,
-                self._recorder,
-                self._memory,
-                period_s=float(device.get("period_s", math.nan)),
-                codes=codes_of(device),
-                outlives_recording=self._outlives_recording,
-            )
+            self._listeners.tell("begun", self)
+            self._reader = Reader(self.source, device, self._queue, self._memory, outlives=self._outlives_recording)
+            self._reader.recorder = self._recorder
             self._reader.start()
             if self._stop_asked:
                 self._reader.stop()
@@ -453,7 +443,7 @@ class Stream:
             return
         self._closed = True
         with ExitStack() as steps:  # they run from the last one to the first, each also after an error
-            steps.push(lambda _, error, __: self._listeners.ended(failure or error or self._source_error))
+            steps.push(lambda _, error, __: self._listeners.tell("ended", failure or error or self._source_error))
             steps.callback(self._raise_unrecorded)
             steps.callback(self._close_source)
             steps.push(lambda _, error, __: self._close_recording(failure or error or self._source_error))
