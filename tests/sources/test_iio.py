@@ -175,16 +175,21 @@ def test_no_excitation_is_said_in_words_and_a_quiet_sensor_has_one(install: Call
         assert not said or said[0].startswith("hard: CIN1 gives exactly 0 pF, 8 times in a row")
 
 
-def test_a_device_that_fails_while_its_period_is_measured(install: Callable[..., Kernel]) -> None:
+def test_a_device_that_fails(install: Callable[..., Kernel]) -> None:
+    """Already while its period is measured."""
     kernel = install()
     source, _ = opened(kernel)
     kernel.failures["in_capacitance1_raw"] = errno.EREMOTEIO
-    with source, pytest.raises(ProtocolError, match="Remote I/O error"):
-        list(source)
+    with source:
+        samples = iter(source)
+        assert [next(samples).status for _ in range(2)] == [Status.LOST] * 2
+        with pytest.raises(ProtocolError, match="Remote I/O error"):
+            next(samples)
     assert source.counters == {"errors": iio.STREAK}
-    kernel.failures["in_capacitance1_raw"] = errno.ENODEV
-    with pytest.raises(DeviceNotFound), source:
-        pytest.fail("it has begun")
+    for number, error in ((errno.ENODEV, DeviceNotFound), (errno.EACCES, DeviceRefused)):
+        kernel.failures["in_capacitance1_raw"] = number
+        with pytest.raises(error), source:
+            pytest.fail("it has begun")
 
 
 @pytest.fixture
@@ -219,23 +224,8 @@ def test_real_files(tree: Path) -> None:
     assert iio.text_of(folder / "in_capacitance0_offset") == "13884487"
 
 
-def test_errors(tree: Path) -> None:
+def test_no_device(tree: Path) -> None:
     with pytest.raises(DeviceNotFound, match=r"0 devices in .* are an ad7746"):
         palpate.open("iio:", root=tree / "nothing")
     with pytest.raises(DeviceNotFound, match="is 'bme280', not an ad7746"):
         palpate.open(f"iio:{tree}/iio:device0")
-    folder = tree / "iio:device1"
-    with palpate.open(f"iio:{folder}") as source:
-        samples = iter(source)
-        (folder / "in_capacitance1_raw").write_text("later\n")
-        assert [next(samples).status, next(samples).status] == [Status.LOST] * 2
-        with pytest.raises(ProtocolError, match="got 'later'"):
-            next(samples)
-        assert source.counters == {"errors": 3}
-
-
-def test_a_file_that_may_not_be_read(install: Callable[..., Kernel]) -> None:
-    kernel = install()
-    kernel.failures["name"] = errno.EACCES
-    with pytest.raises(DeviceRefused, match="no permission to read it"):
-        opened(kernel)

@@ -1,7 +1,9 @@
 """Serial lines without a device: the page's table, a strict grammar of its own, and boards that count, stamp and restart."""
 
 import re
+from functools import reduce
 from itertools import pairwise
+from operator import xor
 from typing import Any
 
 import pytest
@@ -17,7 +19,7 @@ LINES = draws(20_000, 1_000_000)
 def documented() -> list[Any]:
     """Return line, option and result of each row of the table on the page."""
     page = (ROOT / "docs" / "serial.md").read_text(encoding="utf-8")
-    table = page[page.index("## Which lines are read") : page.index("## The grammar")]
+    table = page.partition("## Which lines are read")[2].partition("## The grammar")[0]
     rows = [re.split(r"(?<!\\)\|", row)[1:-1] for row in table.splitlines() if row.startswith("| `")]
     return [[cell.replace("\\|", "|").strip() for cell in row] for row in rows]
 
@@ -64,20 +66,13 @@ def test_only_the_first_values_need_the_size_of_pF() -> None:
 
 
 def test_codes_become_capacitances_and_a_status_goes_with_its_values() -> None:
-    head = "hard_raw={},soft_raw={},status={}"
-    lines = [
-        (0, 8388608, 0),
-        (8388609, 16777215, 4),
-        (-1, 8388608, 8),
-        (-1, 8388608, 0),
-        (8388608, 8388608, 8),
-        (1, 1, 9),
-    ]
-    sent = Sent([head.format(*line) for line in lines])
+    middle, full = 8388608, 16777215
+    lines = [(0, middle, 0), (middle + 1, full, 4), (-1, middle, 8), (-1, middle, 0), (middle, middle, 8), (1, 1, 9)]
+    sent = Sent(["hard_raw={},soft_raw={},status={}".format(*line) for line in lines])
     assert sent.pairs[:2] == [(-4.096, 0), (2**-21 * 1.024, pytest.approx(4.09599951, abs=1e-8))]
     assert [sample.hard_raw for sample in sent.samples] == [0, 8388609, -1]
-    full = [Status.HARD_SATURATED, Status.SOFT_SATURATED | Status.EXCITATION, Status.LOST]
-    assert ([sample.status for sample in sent.samples], sent.source.counters["errors"]) == (full, 3)
+    expected = [Status.HARD_SATURATED, Status.SOFT_SATURATED | Status.EXCITATION, Status.LOST]
+    assert ([sample.status for sample in sent.samples], sent.source.counters["errors"]) == (expected, 3)
     assert sent.source.describe()["full_scale_pF"] < 4.096
 
 
@@ -122,10 +117,8 @@ def test_too_long_without_a_line_that_is_read(lines: list[str], arrivals_s: list
 
 def test_silence_is_reported_once() -> None:
     sent = Sent(["1.5,2.5", *["1.5,nan"] * 5, "1.5,2.5", "what"], [0, 1, 10, 10.1, 12, 15, 20, 30.1])
-    silent = (
-        "tty: no pair with both values for 10 s: check the board, the baud rate, 115200, and the probe's connection"
-    )
-    assert [text == silent for text in sent.said] == [False, True, True]
+    silent = "tty: no pair with both values for 10 s: check the board, the baud rate, 115200, and the probe"
+    assert [text.startswith(silent) for text in sent.said] == [False, True, True]
 
 
 LINE = "seq={},t_hard_us={},t_soft_us={},hard_raw={},soft_raw=8400000,capdac_hard={},capdac_soft=9,status={}"
@@ -134,10 +127,7 @@ LINE = "seq={},t_hard_us={},t_soft_us={},hard_raw={},soft_raw=8400000,capdac_har
 def line(seq: int, t_us: int, capdac: int = 5, code: int = 8388608, status: int = 0) -> str:
     """Return a line of the palpate format with its checksum."""
     text = LINE.format(seq, t_us % 2**32, (t_us + 15_000) % 2**32, code, capdac, status)
-    found = 0
-    for byte in text.encode():
-        found ^= byte
-    return f"{text}*{found:02X}"
+    return f"{text}*{reduce(xor, text.encode()):02X}"
 
 
 def steps(samples: list[Sample]) -> list[int]:
@@ -149,14 +139,14 @@ def test_the_palpate_format() -> None:
     """The board's counter of 32 bits begins again on the way."""
     begin = 2**32 - 100_000
     sent = Sent(
-        [line(40 + k, begin + 31_500 * k, code=-1 if k == 9 else 8388608, status=8 * (k == 9)) for k in range(10)]
+        [line(40 + k, begin + 31_500 * k) for k in range(9)] + [line(49, begin + 9 * 31_500, code=-1, status=8)]
     )
     assert [sample.seq for sample in sent.samples] == list(range(10))
     assert steps(sent.samples) == [31_500] * 9
     assert {sample.t_soft_ns - sample.t_hard_ns for sample in sent.samples} == {15_000_000}
     assert [sample.status for sample in sent.samples] == [0] * 9 + [Status.LOST]
     assert sent.source.describe()["stamps"] == "converter"
-    assert (sent.source.gaps, sent.source.counters) == ([], {"errors": 0, "lost": 0, "reconnects": 0})
+    assert (sent.source.gaps, sent.source.counters) == ((), {"errors": 0, "lost": 0, "reconnects": 0})
 
 
 def test_every_byte_that_changes_is_seen() -> None:
@@ -171,7 +161,7 @@ def test_numbers_that_were_left_out_are_lost_and_a_capdac_that_moves_is_a_gap() 
     sent = Sent([line(0, 0), line(1, 31_500), line(4, 126_000, capdac=6)])
     assert [sample.seq for sample in sent.samples] == [0, 1, 4]
     assert sent.source.counters["lost"] == 2
-    assert sent.source.gaps == [Gap(4, "CAPDAC 5, 9 -> 6, 9")]
+    assert sent.source.gaps == (Gap(4, "CAPDAC 5, 9 -> 6, 9"),)
 
 
 @pytest.mark.parametrize("t_us", [5_000_000, 2**32 - 5_000_000])
@@ -180,10 +170,8 @@ def test_a_board_that_restarts_is_a_gap(t_us: int) -> None:
     after = [line(k, 900_000 + 31_500 * k) for k in range(5)]
     sent = Sent([*before, "ets Jul 29 2019", *after])
     assert [sample.seq for sample in sent.samples] == list(range(10))
-    assert sent.source.gaps == [Gap(5, "the board restarted: seq 0 after 74")]
-    assert min(steps(sent.samples)) >= 0
-    assert steps(sent.samples)[5:] == [31_500] * 4
-    assert sent.source.counters["lost"] == 0
+    assert (sent.source.gaps, sent.source.counters["lost"]) == ((Gap(5, "the board restarted: seq 0 after 74"),), 0)
+    assert (min(steps(sent.samples)) >= 0, steps(sent.samples)[5:]) == (True, [31_500] * 4)
 
 
 def test_a_board_that_always_restarts_ends_it() -> None:
@@ -226,8 +214,8 @@ def test_a_clock_in_another_unit_ends_it(factor: float) -> None:
 @pytest.mark.parametrize("batch", [2, 25, 90])
 @pytest.mark.parametrize("first", [0, 1, 6])
 def test_lines_in_batches_are_no_wrong_clock(batch: int, first: int) -> None:
-    arrivals_s = [0.03 * batch * ((k + first) // batch) for k in range(500)]
-    assert (len(stamped(STEADY, arrivals_s).samples), stamped(STEADY, arrivals_s).failed) == (500, "")
+    sent = stamped(STEADY, [0.03 * batch * ((k + first) // batch) for k in range(500)])
+    assert (len(sent.samples), sent.failed) == (500, "")
 
 
 def test_times_that_cannot_be_and_the_uncertainty_of_those_that_are() -> None:

@@ -5,7 +5,6 @@ import threading
 import tty
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import palpate
 import pytest
@@ -50,8 +49,7 @@ def test_the_description_waits_for_the_first_lines(port: Port) -> None:
     line = "t_hard_us={0}000,t_soft_us={0}500,hard_raw=8388608,soft_raw=8400000\n"
     with palpate.open(f"serial:{port.link}") as source:
         port.write("\n" + line.format(1) + line.format(2))
-        described = source.describe()
-        assert [described["stamps"], described["columns"][0]] == ["converter", "t_hard us"]
+        assert (source.describe()["stamps"], source.describe()["columns"][0]) == ("converter", "t_hard us")
         first, second = (sample for _, sample in zip(range(2), source, strict=False))
         assert (second.t_hard_ns - first.t_hard_ns, first.t_soft_ns - first.t_hard_ns) == (1_000_000, 500_000)
     with palpate.open(f"serial:{port.link}") as source:
@@ -67,12 +65,14 @@ def test_options_in_the_name(port: Port, tmp_path: Path) -> None:
     uri = f"serial:{port.link}?pattern=h=(?P<hard>\\d+) s=(?P<soft>\\d+)&unit=fF&baud=9600"
     with Stream(uri, record=tmp_path / "run.csv") as stream:
         port.write("\nh=1000 s=2000\n")
-        estimate = next(iter(stream))
-    assert (estimate.sample.hard, estimate.sample.soft) == (1.0, 2.0)
-    assert stream.source.describe()["baud"] == 9600
-    assert stream.tracker.settings["host_stamps"] is True
-    assert recorded(tmp_path / "run.csv").host_stamps
-    assert palpate.read(tmp_path / "run.csv").full_scale_pF == float("inf")
+        sample = next(iter(stream)).sample
+    assert (sample.hard, sample.soft, stream.source.describe()["baud"]) == (1.0, 2.0, 9600)
+    again = recorded(tmp_path / "run.csv")
+    assert (stream.tracker.settings["host_stamps"], again.host_stamps, again.full_scale_pF) == (
+        True,
+        True,
+        float("inf"),
+    )
 
 
 def test_unplugged_and_back(port: Port) -> None:
@@ -137,13 +137,7 @@ def test_without_reset_the_modem_lines_stay_inactive(port: Port, monkeypatch: py
     import serial
 
     seen = []
-    plain = serial.Serial.open
-
-    def noted(made: Any) -> None:
-        seen.append((made.dtr, made.rts))
-        plain(made)
-
-    monkeypatch.setattr(serial.Serial, "open", noted)
+    monkeypatch.setattr(serial.Serial, "open", lambda made: seen.append((made.dtr, made.rts)))
     for reset in ("yes", "no"):
         palpate.open(f"serial:{port.link}?reset={reset}").close()
     assert seen == [(True, True), (False, False)]

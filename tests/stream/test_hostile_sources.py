@@ -9,13 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hostile import Liar, good
 from palpate import ProtocolError, SampleRing, SourceTimeout, Stream, check
 from palpate.samples import block_of
 from palpate.stream import StreamCounters
-from recording_bench import Blocks, sample, soon
+from recording_bench import Blocks, Liar, sample, soon
 
 NEXT = sample(3)
+
+
+def good(count: int, first: int = 0) -> list[Any]:
+    return [sample(first + i) for i in range(count)]
 
 
 @pytest.fixture(autouse=True)

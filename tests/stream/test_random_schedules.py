@@ -1,5 +1,6 @@
 """Random measurements: the source fails or waits, a consumer is slow, a second thread presses buttons; the counters add up."""
 
+import math
 import os
 import random
 import threading
@@ -9,13 +10,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from effort import NIGHTLY, draws
-from hostile import Liar, bad, unusual
-from palpate import PalpateError, Status, Stream, check
+from palpate import PalpateError, Sample, Status, Stream, check
 from palpate.recording.sidecar import load
 from palpate.stream import StreamCounters
-from recording_bench import sample
+from recording_bench import Liar, sample
 from tally import Tally
 
 WORKERS = 4
@@ -23,6 +24,18 @@ COUNT = draws(200, 10_000)
 FIRST = int(os.environ.get("PALPATE_SEED", time.time_ns() % 2**40 if NIGHTLY else 0))
 ERRORS = (PalpateError, OSError, RuntimeError, ValueError, SystemExit)
 """What a stream of such a source may raise: of the source, or a refused button."""
+
+
+def bad(good: Sample) -> list[Any]:
+    """Return what a source may yield in place of a sample: nothing of it can be stored."""
+    return [good._replace(t_hard_ns=2**63), good._replace(soft=math.nan), good._replace(status=99), None]
+
+
+def unusual(good: Sample) -> list[Any]:
+    """Return what can be stored as well as a sample."""
+    no_codes = good._replace(hard_raw=-1, soft_raw=-1)
+    odd = no_codes._replace(seq=np.int64(good.seq), hard=np.float32(1.5), status=np.uint8(0))
+    return [odd, no_codes._replace(hard=1, soft=math.inf), tuple(good)]
 
 
 class Play:

@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hostile import Liar
 from palpate import DeviceNotFound, RecordingError, Stream, Tracker, check
 from palpate.recording.recorder import CAPACITY, Recorder
 from palpate.recording.sidecar import load
 from palpate.sources.base import Gap
 from palpate.stream import Listener, StreamCounters
-from recording_bench import Scripted, four, sample
+from recording_bench import Liar, Scripted, four, sample
 from tally import Tally
 
 

@@ -20,22 +20,16 @@ class Sender:
     labels, units : sequence of str
         Of its description; an empty one has none.
     **more
-        `kind`, `rate`, `form`, `identity` of the stream; `manufacturer`.
+        `kind`, `rate`, `form` of the stream; `manufacturer`.
     """
 
-    def __init__(self, name: str, labels: Sequence[str] = (), units: Sequence[str] = (), **more: Any) -> None:
+    def __init__(self, name: str, labels: Sequence[str], units: Sequence[str] = (), **more: Any) -> None:
         self.name = name
-        count = len(labels) or more.get("count", 2)
-        info = pylsl.StreamInfo(
-            name, more.get("kind", "Capacitance"), count, more.get("rate", 0.0),
-            more.get("form", pylsl.cf_double64), more.get("identity", ""),
-        )  # fmt: skip
+        kind, rate, form = more.get("kind", "Capacitance"), more.get("rate", 0.0), more.get("form", pylsl.cf_double64)
+        info = pylsl.StreamInfo(name, kind, len(labels), rate, form)
         info.desc().append_child_value("manufacturer", more.get("manufacturer", "another"))
-        channels = info.desc().append_child("channels")
-        for label, unit in zip(labels, units or [""] * count, strict=True):
-            channel = channels.append_child("channel")
-            channel.append_child_value("label", label)
-            channel.append_child_value("unit", unit)
+        info.set_channel_labels(list(labels))
+        info.set_channel_units(list(units or [""] * len(labels)))
         self._outlet = pylsl.StreamOutlet(info)
 
     def send(self, *values: float, at_s: float | None = None) -> None:
@@ -51,11 +45,12 @@ class Sender:
         del self._outlet
 
     @contextmanager
-    def going_on(self, *values: float) -> Iterator[None]:
-        """Send samples, again and again."""
+    def going_on(self, *values: float, after_s: float = 0.0) -> Iterator[None]:
+        """Send samples, again and again, after a time."""
         stopped = threading.Event()
 
         def run() -> None:
+            stopped.wait(after_s)
             while not stopped.wait(PERIOD_S):
                 self.send(*values)
 

@@ -5,7 +5,7 @@ import time
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from palpate import Sample, Source, Status
 from palpate.ad7746 import datasheet
@@ -58,6 +58,45 @@ class Scripted(Source):
 
     def close(self) -> None:
         self.closed += 1
+
+
+class Liar(Scripted):
+    """A source that fails: errors of its script are raised, functions called; `lies`: in place of methods of these names."""
+
+    def __init__(self, script: list[Any], *, live: bool = False, lies: dict[str, Any] | None = None) -> None:
+        super().__init__(script, live=live)
+        self.lies = lies or {}
+
+    def _lie(self, name: str, otherwise: Any = None) -> Any:
+        lie = self.lies.get(name, otherwise)
+        if isinstance(lie, BaseException):
+            raise lie
+        return lie
+
+    def __enter__(self) -> Self:
+        """Begin, or lie."""
+        self._lie("enter")
+        return self
+
+    def __iter__(self) -> Iterator[Any]:
+        """Return the items of the script."""
+        for item in self.script:
+            if isinstance(item, BaseException):
+                raise item
+            if callable(item):
+                item()
+            else:
+                yield item
+
+    def describe(self) -> Any:
+        return self._lie("describe", {"name": "liar"})
+
+    def interrupt(self) -> None:
+        self._lie("interrupt")
+
+    def close(self) -> None:
+        super().close()
+        self._lie("close")
 
 
 class Blocks(Scripted):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from palpate import __version__
 from palpate._core import Touch
-from palpate.sources.base import described, gap_of
+from palpate.sources.base import described, gaps_until
 from palpate.sources.lsl import MANUFACTURER, SAMPLES, ahead_ns, library
 from palpate.stream import Batch, Stream
 
@@ -131,9 +131,11 @@ allowed: one in real time
             self._zero_ns = epoch.monotonic_ns + ahead_ns(self._pylsl)
         stamps: NDArray[np.float64] = (samples["t_hard_ns"] + self._zero_ns) / 1e9
         gaps = np.full(len(samples), self._gaps)
-        for at, text in self._new_gaps(samples["seq"]):
+        for gap in gaps_until(self._stream.source, self._gaps, int(samples["seq"][-1])):
+            self._gaps += 1
+            at = int(np.searchsorted(samples["seq"], gap.seq))
             gaps[at:] += 1
-            self._push(f"gap {text}", float(stamps[at]))
+            self._push(f"gap {gap.text}", float(stamps[at]))
         offset_s = (samples["t_soft_ns"] - samples["t_hard_ns"]) / 1e9
         values = [samples["hard"], samples["soft"], offset_s, samples["seq"], samples["status"], gaps]
         self._outlets[0].push_chunk(np.column_stack(values).astype(float), stamps)
@@ -143,12 +145,6 @@ allowed: one in real time
         self._outlets[1].push_chunk(np.column_stack(estimates).astype(float), stamps)
         self._last_s = float(stamps[-1])
         return stamps
-
-    def _new_gaps(self, seqs: NDArray[np.int64]) -> Iterator[tuple[int, str]]:
-        """Yield the place in the batch, and the text, of each gap before one of these samples."""
-        while (gap := gap_of(self._stream.source, self._gaps)) and gap.seq <= seqs[-1]:
-            self._gaps += 1
-            yield int(np.searchsorted(seqs, gap.seq)), gap.text
 
     def _touches(self, batch: Batch) -> Iterator[tuple[int, str]]:
         """Yield the place in the batch, and the text, of each touch that ended or was revised in it."""
@@ -174,12 +170,9 @@ def _info(pylsl: Any, name: str, kind: str, labels: Sequence[str], device: Mappi
     info = pylsl.StreamInfo(name, kind, len(labels), pylsl.IRREGULAR_RATE, form, identity)
     about = info.desc()
     about.append_child_value("manufacturer", MANUFACTURER)
-    channels = about.append_child("channels")
-    for label in labels:
-        channel = channels.append_child("channel")
-        said = {"label": label, "unit": _UNITS.get(label, "none"), "type": _TYPES.get(label, "Misc")}
-        for key, value in said.items():
-            channel.append_child_value(key, value)
+    info.set_channel_labels(list(labels))
+    info.set_channel_units([_UNITS.get(label, "none") for label in labels])
+    info.set_channel_types([_TYPES.get(label, "Misc") for label in labels])
     acquisition = about.append_child("acquisition")
     instrument = device.get("name") or device.get("converter") or ""
     told = {"version": __version__, "instrument": instrument, "stamps": device.get("stamps", "converter")}

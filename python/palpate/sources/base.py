@@ -16,10 +16,6 @@ _FARTHEST_NS = 2**62  # the difference of two such times is exact
 _NAMES = DTYPE.names or ()
 
 
-def _silent(_: str) -> None:
-    """Ignore the message."""
-
-
 class Gap(NamedTuple):
     """A place from which the earlier baseline is no longer valid: the device was opened again, or its range was moved.
 
@@ -81,7 +77,7 @@ class Source(Protocol):
 
     live: bool = True
     real_time: bool = True
-    notify: Callable[[str], None] = staticmethod(_silent)
+    notify: Callable[[str], None] = staticmethod(lambda _: None)
 
     def __enter__(self) -> Self:
         """Begin the measurement."""
@@ -174,10 +170,9 @@ def described(source: Source) -> dict[str, Any]:
     return device
 
 
-def gap_of(source: Source, number: int) -> Gap | None:
-    """Return a gap of a source, by its number from 0; None: there is no such gap so far."""
-    gaps = source.gaps
-    return gaps[number] if len(gaps) > number else None
+def gaps_until(source: Source, passed: int, seq: int) -> list[Gap]:
+    """Return the gaps of a source before or at a sample, without the first ones, which were passed before."""
+    return [gap for gap in source.gaps[passed:] if gap.seq <= seq]
 
 
 def blocks_of(source: Any) -> Iterator[Block]:

@@ -58,6 +58,9 @@ def configuration_of(options: Mapping[str, Any]) -> Configuration:
 class BoardSource(Source):
     """Pairs of both channels of the AD7746, until it is interrupted."""
 
+    # Temperature and supply of the chip: at the begin, every 10 s where no pair is late for it, and at the end.
+    conditions: tuple[dict[str, float], ...] = ()
+
     def __init__(self, bus: RegisterBus, options: Mapping[str, Any], clock: Clock, *, kit: bool = True) -> None:
         self.bus: RegisterBus = bus
         self.clock: Clock = clock
@@ -67,7 +70,6 @@ class BoardSource(Source):
         self._watch = WiringWatch(self.driver.look)
         self._kit = kit
         self._hint = ""
-        self._conditions: tuple[dict[str, float], ...] = ()
         self._due_ns = 0
         self._started = False
 
@@ -104,12 +106,7 @@ class BoardSource(Source):
     def _measure_conditions(self) -> None:
         self._due_ns = self.clock.now_ns() + _CONDITIONS_NS
         if found := self.driver.read_conditions():
-            self._conditions = (*self._conditions, found)
-
-    @property
-    def conditions(self) -> tuple[dict[str, float], ...]:
-        """Temperature and supply of the chip: at the begin, every 10 s where no pair is late for it, and at the end."""
-        return self._conditions
+            self.conditions += (found,)
 
     def _check_wiring(self) -> None:
         mistakes = Wiring(self.driver.look, self.driver.configuration, kit=self._kit).mistakes()

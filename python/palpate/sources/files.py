@@ -26,6 +26,8 @@ _STOOD_S = 0.25
 class FileSource(Source):
     """The samples of a file, as fast as possible or with the timing of the recording."""
 
+    gaps: tuple[Gap, ...] = ()
+
     def __init__(self, path: str, speed: float | None = None, **asked: Any) -> None:
         recording = self.recording = recorded(path, **asked)
         if not recording.timed:
@@ -39,7 +41,7 @@ class FileSource(Source):
         self._speed = speed
         self._stopped = Event()
         self._reading: Generator[Block] | None = None
-        self._gaps = [Gap(seq + 1, text) for seq, text in recording.gap_marks]
+        self.gaps = tuple(Gap(seq + 1, text) for seq, text in recording.gap_marks)
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the samples, from the first one; raises RecordingError after the last one if a checksum differs."""
@@ -108,11 +110,6 @@ class FileSource(Source):
         if self._reading:
             with suppress(ValueError):  # another thread is in it, and was interrupted before
                 self._reading.close()
-
-    @property
-    def gaps(self) -> list[Gap]:
-        """The gaps of the measurement."""
-        return self._gaps
 
 
 def open_file(address: str, options: Mapping[str, Any]) -> FileSource:

@@ -9,7 +9,7 @@ import itertools
 import math
 import statistics
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from threading import Event
@@ -100,6 +100,8 @@ class KernelDevice:
 class IioSource(Source):
     """Pairs of both channels, read from two files one after the other."""
 
+    gaps: tuple[Gap, ...] = ()  # the offset of a channel was written
+
     def __init__(
         self, path: Path, hard_input: int = 1, centre: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns
     ) -> None:
@@ -110,7 +112,6 @@ class IioSource(Source):
         if centre:
             self._to_centre.set()
         self._errors = 0
-        self._gaps: list[Gap] = []
         self._period_ns, self._longest_ns = 2.0 * self._device.sleep_ns, math.inf
         self._steps = self._device.steps()
         self._is_unjudged = True  # since the CAPDACs were moved
@@ -150,11 +151,6 @@ class IioSource(Source):
         """Number of pairs that could not be read, as `errors`."""
         return {"errors": self._errors}
 
-    @property
-    def gaps(self) -> Sequence[Gap]:
-        """Samples from which on the range was another one: the offset of a channel was written."""
-        return self._gaps
-
     def describe(self) -> dict[str, Any]:
         """Return the folder of the device, its range and speed."""
         return {
@@ -185,9 +181,8 @@ class IioSource(Source):
         t_hard_ns, hard, hard_us = self._convert("hard")
         t_soft_ns, soft, soft_us = self._convert("soft")
         if (steps := self._device.steps()) != self._steps:
-            self._gaps.append(
-                Gap(seq, f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps")
-            )
+            text = f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps"
+            self.gaps += (Gap(seq, text),)
             self._steps, self._is_unjudged = steps, True
             return None
         self._judge("hard", hard)

@@ -175,13 +175,15 @@ def channels_of(info: Any, asked: Mapping[str, str]) -> Channels:
 class LslSource(Source):
     """Two channels of a stream, as samples."""
 
+    gaps: tuple[Gap, ...] = ()  # where the stream was lost, or its sender had a gap or began again
+    zero_ns: int | None = None  # opening of the stream on the clock of the computer
+
     def __init__(self, info: Any, asked: Mapping[str, str], stamps: str | None = None, replug: float = 30.0) -> None:
         self._pylsl = library()
         self._asked, self._stamps, self._replug_s = asked, stamps, replug
         self._stopped = Event()
-        self._zero_ns = time.monotonic_ns()
-        self._to_t_ns = -ahead_ns(self._pylsl) - self._zero_ns
-        self._gaps: list[Gap] = []
+        self.zero_ns = time.monotonic_ns()
+        self._to_t_ns = -ahead_ns(self._pylsl) - self.zero_ns
         self._errors = self._reconnects = self._streak = 0
         self._away = ""  # why the next sample comes after a gap
         self._seq, self._t_ns = -1, -(2**62)  # of the last sample
@@ -230,16 +232,6 @@ class LslSource(Source):
         """Samples that were refused, because their stamps go back (`errors`), and `reconnects`."""
         return {"errors": self._errors, "reconnects": self._reconnects}
 
-    @property
-    def gaps(self) -> Sequence[Gap]:
-        """Where the stream was lost, or its sender had a gap or began again."""
-        return self._gaps
-
-    @property
-    def zero_ns(self) -> int | None:
-        """Opening of the stream on the clock of the computer."""
-        return self._zero_ns
-
     def interrupt(self) -> None:
         """Stop the iteration."""
         self._stopped.set()
@@ -280,7 +272,7 @@ class LslSource(Source):
         if not self._away:
             self.notify(f"lsl: the stream {name} was lost, or is silent. Waiting for it, up to {self._replug_s:g} s.")
         wanted = {"name": info.name(), "type": info.type(), "source_id": info.source_id()}
-        resolver = _resolver({key: value for key, value in wanted.items() if value})
+        resolver = _resolver({key: value for key, value in wanted.items() if value and '"' not in value})
         while not self._stopped.wait(_POLL_S):
             for found in resolver.results()[:1]:
                 with suppress(SourceError):  # it ended again
@@ -319,7 +311,7 @@ class LslSource(Source):
             why = why or "the sender had a gap"
         self._seq, self._sender_gaps, self._away = seq, gaps, ""
         if why:
-            self._gaps.append(Gap(seq, why))
+            self.gaps += (Gap(seq, why),)
 
 
 def _positive(text: str) -> float | None:

@@ -4,7 +4,7 @@ import math
 import re
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from itertools import chain
 from threading import Event
@@ -210,13 +210,14 @@ class Numbering:
 class SerialSource(Source):
     """Pairs from lines of text on a serial port."""
 
+    gaps: tuple[Gap, ...] = ()  # where the port was opened again, the board restarted, or its CAPDAC changed
+
     def __init__(self, port: Port, grammar: Grammar) -> None:
         self._port, self._grammar = port, grammar
         self._lines = port.lines(self)
         self._early: list[Line] = []  # that the description read
         self._described: dict[str, Any] = {}
         self._numbering = Numbering()
-        self._gaps: list[Gap] = []
         self._comments: set[bytes] = set()
         self._errors = 0
         self._is_read = False  # since a line was read, and shown
@@ -236,11 +237,6 @@ class SerialSource(Source):
     def counters(self) -> dict[str, int]:
         """Lines that are not read (`errors`), `reconnects`, and `lost` pairs."""
         return {"errors": self._errors, "reconnects": self._port.reconnects, "lost": self._numbering.lost}
-
-    @property
-    def gaps(self) -> Sequence[Gap]:
-        """Where the port was opened again, the board restarted, or its CAPDAC changed."""
-        return self._gaps
 
     def describe(self) -> dict[str, Any]:
         """Return the settings of the port and the columns of its lines; waits up to 5 s for the first line."""
@@ -293,7 +289,7 @@ class SerialSource(Source):
             guess = "; hard is the first: columns=soft,hard if it is not" if self._grammar.by_order else ""
             self.notify(f"{_quoted(line.text)} -> {shown(values)}{guess}")
         if gap:
-            self._gaps.append(Gap(sample.seq, gap))
+            self.gaps += (Gap(sample.seq, gap),)
         return sample
 
     def _refuse(self, line: Line, refused: Refused) -> None:

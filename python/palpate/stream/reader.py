@@ -14,7 +14,7 @@ from palpate.recording.rows import codes_of
 from palpate.recording.sidecar import marked
 from palpate.samples import Block, Sample, block_of, samples_of
 from palpate.sources import Source
-from palpate.sources.base import Gap, blocks_of, first_wrong, gap_of
+from palpate.sources.base import Gap, blocks_of, first_wrong, gaps_until
 from palpate.stream.memory import Memory, SampleQueue
 
 _LATE = 1.5  # periods after the sample before
@@ -42,13 +42,8 @@ class Reader:
         self._thread = Thread(target=self._run, name="palpate-reader", daemon=True)
         self._recorder: Recorder | None = None
 
-    @property
-    def recorder(self) -> Recorder | None:
-        """The recorder, which wakes a source that waits for it; None: no recording."""
-        return self._recorder
-
-    @recorder.setter
-    def recorder(self, recorder: Recorder | None) -> None:
+    def record(self, recorder: Recorder | None) -> None:
+        """Record from now on; the recorder wakes a source that waits for it. None: no recording."""
         if recorder:
             recorder.popped = self._queue.wake_source
             self._conditions = 0
@@ -123,7 +118,8 @@ class Reader:
 
     def _store(self, block: Block) -> None:
         """Count and store samples, each gap directly before its sample."""
-        gaps, begin = self._gaps_until(int(block["seq"][-1])), 0
+        gaps, begin = gaps_until(self._source, self._gaps_passed, int(block["seq"][-1])), 0
+        self._gaps_passed += len(gaps)
         with self.lock:
             if self._is_over():
                 return
@@ -151,14 +147,6 @@ class Reader:
                 raise self._recorder.error
             self._recorder = None
         return self._stopping.is_set()
-
-    def _gaps_until(self, seq: int) -> list[Gap]:
-        """Return the gaps between the last sample and this one."""
-        found = []
-        while (gap := gap_of(self._source, self._gaps_passed)) and gap.seq <= seq:
-            self._gaps_passed += 1
-            found.append(gap)
-        return found
 
     def _pass_gap(self, gap: Gap) -> None:
         """Pass on a gap before its sample; before the first sample there is no baseline."""

@@ -157,7 +157,7 @@ class Stream:
             self._recorder = None if path is None else self._new_recorder(path, notes)
             self._listeners.tell("begun", self)
             self._reader = Reader(self.source, device, self._queue, self._memory, outlives=self._outlives_recording)
-            self._reader.recorder = self._recorder
+            self._reader.record(self._recorder)
             self._reader.start()
             if self._stop_asked:
                 self._reader.stop()
@@ -324,7 +324,8 @@ class Stream:
                 beginning = self._beginning(reader.read, earlier=earlier)
                 recorder.begin(*beginning)
                 self._before = _counters_before(beginning.block, self.counters)
-                self._recorder = reader.recorder = recorder
+                self._recorder = recorder
+                reader.record(recorder)
             return recorder
 
     def _beginning(self, read: int, *, earlier: bool) -> Beginning:
@@ -349,7 +350,8 @@ class Stream:
             with self._remarking, reader.lock:
                 counters = self.counters
                 self._recorded = reader.last.seq if reader.last else None
-                self._recorder = reader.recorder = None  # before it closes, which takes time: a tare is no mark in it
+                self._recorder = None  # before it closes, which takes time: a tare is no mark in it
+                reader.record(None)
             recorder.close(lambda: self._counted(counters, recorder))
             if recorder.error:
                 self._recorded = None  # the next one has all that is kept
