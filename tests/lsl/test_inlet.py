@@ -30,13 +30,12 @@ def sender(name: str) -> Sender:
     return Sender(name, ("hard", "soft"), FARADS, rate=1 / PERIOD_S)
 
 
-def received(source: Source, sender: Sender, *rows: tuple[float, ...], step_s: float = PERIOD_S) -> list[Sample]:
-    """Send rows, `step_s` apart from now on, and return the samples that come of them."""
+def received(source: Source, sender: Sender, *rows: tuple[float, ...]) -> list[Sample]:
+    """Send rows, and return the samples that come of them."""
     with source:
         sender.wait()
-        begin_s = pylsl.local_clock()
-        for i, row in enumerate(rows):
-            sender.send(*row, at_s=begin_s + i * step_s)
+        for row in rows:
+            sender.send(*row)
         return list(islice(source, len(rows)))
 
 
@@ -144,11 +143,12 @@ def test_a_stream_that_ends_and_comes_back(sender: Sender, quick: None, monkeypa
         sender.send(1.0, 1.0)
         assert next(samples).seq == 0
         sender.close()
+        back: list[Sender] = []
 
         def come_back() -> None:
-            back = Sender(sender.name, ("hard", "soft"), FARADS, rate=1 / PERIOD_S)
-            back.wait()
-            back.send(2.0, 1.0)
+            back.append(Sender(sender.name, ("hard", "soft"), FARADS, rate=1 / PERIOD_S))
+            back[0].wait()
+            back[0].send(2.0, 1.0)
 
         returning = threading.Timer(0.5, come_back)
         returning.start()

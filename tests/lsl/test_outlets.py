@@ -75,7 +75,7 @@ class Lab(Scripted):
     """Four touches, with samples that are lost, without a value, saturated, and a gap between the second and the third."""
 
     def __init__(self) -> None:
-        samples: list[Any] = four()
+        samples = four()
         samples[40] = samples[40]._replace(hard=math.nan, hard_raw=-1, status=8)
         samples[41] = samples[41]._replace(hard=math.nan, hard_raw=-1, soft=math.nan, soft_raw=-1, status=8)
         middle = next(each.seq for each in samples if each.t_hard_ns > 19e9)

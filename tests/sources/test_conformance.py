@@ -69,8 +69,8 @@ def replaced(**fields: Any) -> Callable[[], Source]:
     """Return a board with other fields in its samples; a function gets the number and the time."""
 
     def pair(self: Board, seq: int, t_ns: int) -> Any:
-        good = Board.pair(self, seq, t_ns)
-        return good._replace(**{name: f(seq, t_ns) if callable(f) else f for name, f in fields.items()})
+        changed = {name: field(seq, t_ns) if callable(field) else field for name, field in fields.items()}
+        return Board.pair(self, seq, t_ns)._replace(**changed)
 
     return wrong(pair=pair)
 
@@ -94,7 +94,7 @@ WRONG: dict[str, tuple[Callable[[], Any], str]] = {
     "lost with a value": (replaced(status=8), "LOST .* only then"),
     "value and code differ": (replaced(hard=1.0), "hard: got 1.0, allowed: the pF of its code"),
     "an AD7746's codes": (wrong(describe=lambda _: {}), "hard_raw: got .* allowed: -1 to 16777215"),
-    "describe raises": (wrong(describe=lambda _: {}["serial"]), "describe.*KeyError"),
+    "describe raises": (wrong(describe=lambda _: dict[str, Any]()["serial"]), "describe.*KeyError"),
     "period of a channel": (described(period_s=PERIOD_NS / 2e9), "period_s: got 0.001, allowed: 0.002"),
     "stamps": (described(stamps="mine"), "stamps: got 'mine'"),
     "interrupt ignored": (

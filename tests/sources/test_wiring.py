@@ -98,12 +98,12 @@ def test_a_bump_at_the_negative_input_is_named_with_differential_too() -> None:
     exchanged = {("1+", "B"): 2.0, ("1-", "B"): 6.9, ("2+", "B"): 4.7, ("2-", "B"): 1.5}
     look = lambda name, pin: Look(exchanged.get((name, pin), 0.003))
     [found] = Wiring(look, Configuration(differential=True), kit=True).mistakes()
-    assert (str(found)[:72], found.fatal) == (
-        "hard bump: CIN1+ minus CIN1- is -4.90 pF: exchange its wires at CIN1+ an", False)  # fmt: skip
+    assert str(found).startswith("hard bump: CIN1+ minus CIN1- is -4.90 pF: exchange its wires at CIN1+ an")
+    assert not found.fatal
 
 
 def test_a_sentence_says_what_excitation_a_cannot_show() -> None:
-    _, said, _ = begun(f"{SHORT}?wiring=exca&excitation=A")
+    said = begun(f"{SHORT}?wiring=exca&excitation=A")[1]
     assert said == [f"soft bump: EXCA also drives {DEMO}: remove them; the readings cannot show whether they are there"]
     _, said, _ = begun(f"{SHORT}?wiring=demo&excitation=B,AB")
     assert [f"{DEMO}: remove them, or use excitation=B (as in usb:?excitation=B)" in text for text in said] == [True]
@@ -119,12 +119,9 @@ def test_the_registers_of_the_options() -> None:
 
 def test_record_says_in_words_what_is_wrong(tmp_path: Path) -> None:
     """It ends if a wire is wrong, and goes on, with a sentence beside the touch, if the inputs are swapped."""
-    refused, swapped = (
-        CliRunner().invoke(
-            main, ["record", f"sim:stiff-steady?wiring={wiring}&seed=1", "-o", str(tmp_path / wiring) + ".csv"]
-        )
-        for wiring in ("exca", "swapped")
-    )
+    sources = {name: f"sim:stiff-steady?wiring={name}&seed=1" for name in ("exca", "swapped")}
+    commands = [["record", source, "-o", str(tmp_path / f"{name}.csv")] for name, source in sources.items()]
+    refused, swapped = (CliRunner().invoke(main, command) for command in commands)
     assert (refused.exit_code, all(part in refused.stderr for part in REFUSED["exca"])) == (3, True)
     assert (swapped.exit_code, swapped.stdout.count("touch 1: swapped: the soft channel changed more")) == (0, 1)
     assert [path.name for path in tmp_path.glob("*.csv")] == ["swapped.csv"]
@@ -134,7 +131,6 @@ def test_record_says_in_words_what_is_wrong(tmp_path: Path) -> None:
     ("fault", "text"),
     [
         ("wire-off:1@3", "hard bump: CIN1+ has 0.003 pF on EXCB: its wire is off: look at CIN1+ and EXCB"),
-        ("wire-off:2@3", "soft bump: CIN2+ has 0.003 pF on EXCB: its wire is off: look at CIN2+ and EXCB"),
         ("excitation-shorted:1000@3", "soft bump: EXCB is shorted or overloaded (EXCERR)"),
     ],
 )

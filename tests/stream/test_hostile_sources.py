@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from palpate import ProtocolError, SampleRing, SourceTimeout, Stream, check
+from palpate import ProtocolError, SourceTimeout, Stream, check
 from palpate.samples import block_of
 from palpate.stream import StreamCounters
 from recording_bench import Blocks, Liar, sample, soon
@@ -40,8 +39,7 @@ REFUSED = {"seq": 1, "hard_raw": 2**24, "soft_raw": -2, "hard": NEXT.hard + 1e-9
 
 @pytest.mark.parametrize(("name", "value"), REFUSED.items())
 def test_of_a_block_the_samples_before_a_wrong_one_are_stored(name: str, value: float, tmp_path: Path) -> None:
-    block = np.concatenate([block_of(good(2)), np.zeros(1, SampleRing(2).dtype), block_of(good(2, 4))])
-    block[2] = NEXT
+    block = block_of([*good(2), NEXT, *good(2, 4)])
     block[name][2] = value
     seq = block["seq"][2]
     with (

@@ -33,7 +33,7 @@ def bad(good: Sample) -> list[Any]:
 
 def unusual(good: Sample) -> list[Any]:
     """Return what can be stored as well as a sample."""
-    no_codes = good._replace(hard_raw=-1, soft_raw=-1)
+    no_codes: Any = good._replace(hard_raw=-1, soft_raw=-1)
     odd = no_codes._replace(seq=np.int64(good.seq), hard=np.float32(1.5), status=np.uint8(0))
     return [odd, no_codes._replace(hard=1, soft=math.inf), tuple(good)]
 

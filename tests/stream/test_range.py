@@ -6,19 +6,19 @@ from typing import Any
 import palpate
 import pytest
 from click.testing import CliRunner
-from palpate import Sample, Stream
+from palpate import Stream
 from palpate.cli import main
 from palpate.recording.foreign import recorded
 from palpate.stream import stream as stream_module
-from recording_bench import Scripted, four
+from recording_bench import Scripted, four, sample
 
 
 def jumped(jump_pF: float, at: int = 400) -> list[Any]:
     """Return idle samples of which the hard channel is saturated from one on."""
-    idle = [each for each in four() if isinstance(each, Sample)][:60]
-    period = 26_000_000
-    times = [{"t_hard_ns": i * period, "t_soft_ns": i * period + 13_000_000} for i in range(800)]
-    rows = [idle[i % 60]._replace(seq=i, hard_raw=-1, soft_raw=-1, **times[i]) for i in range(800)]
+    rows = [
+        sample(i)._replace(hard_raw=-1, soft_raw=-1, hard=idle.hard, soft=idle.soft)
+        for i, idle in enumerate(four()[:60] * 13)
+    ]
     return [row._replace(hard=row.hard + jump_pF) if row.seq >= at else row for row in rows]
 
 

@@ -17,12 +17,10 @@ from tally import Tally
 
 def settled(stream: Stream, path: Path, what: str, tally: Tally) -> StreamCounters:
     """See that every sample is accounted for, in the counters and in the file; note it."""
-    counters = stream.counters
+    counters, report = stream.counters, check(path)
     assert counters.waiting == 0
     assert counters.read == counters.delivered + counters.dropped == counters.recorded + counters.unrecorded
-    report = check(path)
-    assert report.clean
-    assert report.survey.rows == counters.recorded
+    assert (report.clean, report.survey.rows) == (True, counters.recorded)
     last = stream._started().last
     assert counters.read + counters.lost == (last.seq + 1 if last else 0)
     tally.fault(what, counters.read, counters.read - counters.recorded)
@@ -67,8 +65,7 @@ def test_a_source_faster_than_the_disk(tmp_path: Path, tally: Tally, monkeypatch
     with Stream(source, record=path) as stream:
         monkeypatch.setattr(writer, "write", lambda file, data: (hangs.wait(), write(file, data))[1])
         begin.set()
-        for _ in stream:
-            pass
+        list(stream.batches())
         hangs.set()
     counters = settled(stream, path, "disk hangs", tally)
     assert counters.unrecorded > 0

@@ -18,27 +18,14 @@ I2C_NS = 1_160_000  # of four writes of a register at 100 kHz, before a conversi
 
 
 class Kernel:
-    """One AD7746 with the kernel's driver, and a clock of its own.
-
-    Parameters
-    ----------
-    folder : pathlib.Path
-    picofarads : tuple of float
-        At CIN1 and CIN2, while they are excited.
-    hz : int
-        Ticks a second: a sleep ends at a tick, one more than its length needs.
-    step_pF : float
-        A step of this chip's CAPDAC.
-    pins : str
-        Excitation pins of the device tree.
-    root : bool
-        Whether the offsets may be written.
-    """
+    """One AD7746 with the kernel's driver, and a clock of its own."""
 
     def __init__(
         self, folder: Path, picofarads: tuple[float, float] = (1.0, -1.0), *, hz: int = 1000,
         step_pF: float = datasheet.DAC_STEP_PF, pins: str = "B", root: bool = True,
     ) -> None:  # fmt: skip
+        # pF at CIN1 and CIN2; ticks a second, at which a sleep ends; a step of this chip's CAPDAC; excitation pins of the
+        # device tree; whether the offsets may be written.
         self.folder, self.picofarads, self.step_pF, self.pins, self.root = folder, picofarads, step_pF, pins, root
         self.tick_ns, self.now_ns = 10**9 // hz, 10**12 + 123_456
         self.capdac, self.capf = [0, 0], 0

@@ -60,15 +60,17 @@ def _pair(cells: Cells) -> tuple[float, float] | None:
         return None
     if "t_hard" in found and abs(found["t_hard"] - found["t_soft"]) > 10e9:
         return None
-    hard, soft = (found[name] if name in found else _capacitance(found[f"{name}_raw"]) for name in ("hard", "soft"))
+    codes = {name: found[f"{name}_raw"] for name in ("hard", "soft") if name not in found}
+    found |= {name: nan if code < 0 else (code - 2**23) * 8.192 / 2**24 for name, code in codes.items()}
+    hard, soft = found["hard"], found["soft"]
     return (hard, soft) if "status" not in found or (found["status"] == 8) == isnan(hard + soft) else None
 
 
 def _role(label: str) -> tuple[str, str]:
     """Return what a name means, "" if nothing, and its unit."""
-    plain = label.strip().lower()
-    if plain in WHOLE or plain in ("millis", "micros"):
-        return {"millis": ("t", "ms"), "micros": ("t", "us")}.get(plain, (plain, ""))
+    plain = {"millis": "t_ms", "micros": "t_us"}.get(label.strip().lower(), label.strip().lower())
+    if plain in WHOLE:
+        return plain, ""
     match = re.fullmatch(rf"(hard|soft|c1|c2|time|t_hard|t_soft|t)(?:_({UNITS}))?", plain)
     if not match:
         return "", ""
@@ -87,10 +89,6 @@ def _value(role: str, unit: str, text: str) -> float | None:
     if role in ("hard", "soft"):
         return value * PF[unit or "pf"]
     return value * NS[unit] if unit and 0 <= value * NS[unit] < 2**62 else None
-
-
-def _capacitance(code: float) -> float:
-    return nan if code < 0 else (code - 2**23) * 8.192 / 2**24
 
 
 _PIECES = ["hard", "soft", "Hard", "C1", "C2", "hard_raw", "soft_raw", "t", "t_ms", "t_hard_us", "t_soft_us", "seq", "status", "capdac_hard",

@@ -12,16 +12,7 @@ PERIOD_S = 0.01
 
 
 class Sender:
-    """A stream of two channels, as another program makes it.
-
-    Parameters
-    ----------
-    name : str
-    labels, units : sequence of str
-        Of its description; an empty one has none.
-    **more
-        `kind`, `rate`, `form` of the stream; `manufacturer`.
-    """
+    """A stream as another program makes it; `more`: its kind, rate, form and manufacturer."""
 
     def __init__(self, name: str, labels: Sequence[str], units: Sequence[str] = (), **more: Any) -> None:
         self.name = name

@@ -11,7 +11,7 @@ from palpate import Sample, Source, Status
 from palpate.ad7746 import datasheet
 from palpate.recording import sidecar
 from palpate.recording.recorder import Recorder
-from palpate.samples import block_of
+from palpate.samples import block_of, samples_of
 from palpate.simulation import scenarios
 from palpate.sources.base import Gap
 
@@ -144,15 +144,8 @@ def tear(path: Path, count: int) -> None:
     path.write_bytes(path.read_bytes()[:-count])
 
 
-def four(seed: int = 1) -> list[Sample | Exception]:
+def four(seed: int = 1) -> list[Any]:
     """Return a scenario's samples, as a source would give them, with some that have no value."""
-    run = scenarios.run("four-specimens", seed)
-    rows: list[Sample | Exception] = []
-    for i, (th, ts, h, s, hr, sr) in enumerate(
-        zip(run.t_hard_s, run.t_soft_s, run.hard, run.soft, run.hard_raw, run.soft_raw, strict=True)
-    ):
-        if i % 97 == 5:
-            continue
-        flag = {17: Status.EXCITATION, 31: Status.HARD_SATURATED}.get(i % 101, Status.OK)
-        rows.append(Sample(i, round(th * 1e9), round(ts * 1e9), int(hr), int(sr), float(h), float(s), flag))
-    return rows
+    flags = {17: Status.EXCITATION, 31: Status.HARD_SATURATED}
+    samples = samples_of(scenarios.run("four-specimens", seed).block())
+    return [s._replace(status=flags.get(s.seq % 101, Status.OK)) for s in samples if s.seq % 97 != 5]

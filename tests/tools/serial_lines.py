@@ -56,12 +56,16 @@ class Sent:
     def __init__(self, lines: list[str] | bytes, arrivals_s: list[float] | None = None, **options: Any) -> None:
         data = lines if isinstance(lines, bytes) else "".join(f"{line}\n" for line in lines).encode()
         port = ChunkedPort(b"\n" + data) if arrivals_s is None else TimedPort(b"\n" + data, arrivals_s)
-        self.refusals: list[str] = []
-        self.source: SerialSource = _Noting(self.refusals, port, grammar_of(checked("serial", options, OF_LINES)))
-        self.said: list[str] = []
+        self.refusals, self.said, self.samples, self.failed = list[str](), list[str](), list[Sample](), ""
+        self.source = SerialSource(port, grammar_of(checked("serial", options, OF_LINES)))
+        refuse = self.source._refuse
+
+        def noted(line: Line, refused: Refused) -> None:
+            self.refusals.append(str(refused))
+            refuse(line, refused)
+
+        self.source._refuse = noted  # type: ignore[method-assign]
         self.source.notify = lambda text: None if "was unplugged. Waiting" in text else self.said.append(text)
-        self.samples: list[Sample] = []
-        self.failed: str = ""
         try:
             self.samples.extend(self.source)
         except ProtocolError as error:
@@ -71,15 +75,3 @@ class Sent:
     def pairs(self) -> list[tuple[float, float]]:
         """The values of the samples, pF."""
         return [(sample.hard, sample.soft) for sample in self.samples]
-
-
-class _Noting(SerialSource):
-    """Notes why lines are not read."""
-
-    def __init__(self, refusals: list[str], *given: Any) -> None:
-        super().__init__(*given)
-        self._refusals = refusals
-
-    def _refuse(self, line: Line, refused: Refused) -> None:
-        self._refusals.append(str(refused))
-        super()._refuse(line, refused)

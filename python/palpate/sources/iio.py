@@ -101,6 +101,7 @@ class IioSource(Source):
     """Pairs of both channels, read from two files one after the other."""
 
     gaps: tuple[Gap, ...] = ()  # the offset of a channel was written
+    zero_ns: int | None = None  # begin of the iteration on the clock of the computer
 
     def __init__(
         self, path: Path, hard_input: int = 1, centre: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns
@@ -116,7 +117,6 @@ class IioSource(Source):
         self._steps = self._device.steps()
         self._is_unjudged = True  # since the CAPDACs were moved
         self._same = {"hard": (-1, 0), "soft": (-1, 0)}  # the last code, and how often it came
-        self._start_ns: int | None = None
 
     def __enter__(self) -> Self:
         """Centre the range, if this was asked for, and measure the period."""
@@ -129,7 +129,7 @@ class IioSource(Source):
     def __iter__(self) -> Iterator[Sample]:
         """Return the pairs; a pair that cannot be read is LOST, and `STREAK` of them in a row are an error."""
         start_ns, streak = self._clock_ns(), 0
-        self._start_ns = start_ns
+        self.zero_ns = start_ns if self._clock_ns is time.monotonic_ns else None
         for seq in itertools.takewhile(lambda _: not self._stopped.is_set(), itertools.count()):
             try:
                 sample, streak = self._pair(seq, start_ns), 0
@@ -140,11 +140,6 @@ class IioSource(Source):
                     raise
             now = self._clock_ns() - start_ns
             yield sample or Sample(seq, now, now, -1, -1, math.nan, math.nan, Status.LOST)
-
-    @property
-    def zero_ns(self) -> int | None:
-        """Begin of the iteration on the clock of the computer."""
-        return self._start_ns if self._clock_ns is time.monotonic_ns else None
 
     @property
     def counters(self) -> dict[str, int]:
@@ -178,8 +173,7 @@ class IioSource(Source):
             self._centre_if_asked()
         except DeviceRefused as error:  # the measurement goes on
             self.notify(str(error))
-        t_hard_ns, hard, hard_us = self._convert("hard")
-        t_soft_ns, soft, soft_us = self._convert("soft")
+        (t_hard_ns, hard, hard_us), (t_soft_ns, soft, soft_us) = map(self._convert, ("hard", "soft"))
         if (steps := self._device.steps()) != self._steps:
             text = f"{self._device.path}: the CAPDACs were moved from {self._steps} to {steps} steps"
             self.gaps += (Gap(seq, text),)

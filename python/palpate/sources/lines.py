@@ -55,11 +55,10 @@ Cells = list[tuple[str, str]]  # Name, "" without one, and text of each cell of 
 
 
 class Grammar:
-    """Reads lines. The first line that is read fixes the names, and the checksum, of the lines after it.
+    """Reads lines. The first line that is read fixes the names, and the checksum, of the lines after it."""
 
-    `columns` are the cells in order, `pattern` is a regular expression with columns as its groups; `unit_pF` is the unit of
-    capacitances whose name has none.
-    """
+    # `columns` are the cells in order, `pattern` is a regular expression with columns as its groups; `unit_pF` is the unit
+    # of capacitances whose name has none.
 
     def __init__(
         self, columns: Sequence[LineColumn] = (), pattern: re.Pattern[str] | None = None, unit_pF: float | None = None

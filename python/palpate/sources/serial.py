@@ -114,14 +114,14 @@ def port_error(port: str, error: Exception, system: str = sys.platform) -> Sourc
 
 
 class Numbering:
-    """Numbers and times of the samples; after a restart of the board both go on from the last sample.
-
-    `unit` is the unit of the times in the lines, "" without times: then a time is the arrival of a line.
-    """
+    """Numbers and times of the samples; after a restart of the board both go on from the last sample."""
 
     def __init__(self, unit: str = "") -> None:
         self.next = self.lost = 0
-        self._unit, self._wrap_ns = unit, WRAPS.get(unit, 0)
+        self._unit, self._wrap_ns = (
+            unit,
+            WRAPS.get(unit, 0),
+        )  # "": no times in the lines; a time is the arrival of a line
         self._before: Values = {}  # of the last pair
         self._clock_ns: int | None = None  # as the board counts
         self._begun_ns = self._arrived_ns = self._last_ns = 0
@@ -129,10 +129,7 @@ class Numbering:
         self._is_paced = False
 
     def place(self, values: Values, arrived_ns: int, away_s: float = 0.0) -> tuple[Sample, str]:
-        """Return the sample of a line, and why the earlier baseline is no longer valid, "" if it is; raises Refused.
-
-        `away_s` is how long the port was gone before it.
-        """
+        """Return the sample of a line, and why the earlier baseline is no longer valid, or ""; raises Refused."""
         sample = sample_of(values)
         t_hard_ns, t_soft_ns, jump = self._times(values, arrived_ns)
         before, self._before = self._before, values

@@ -21,24 +21,15 @@ _PART = 32  # samples: the baseline after a touch takes as many, so a touch is n
 
 
 class Feeding:
-    """Sends the samples that wait to a tracker, and the results to the listeners.
-
-    Attributes
-    ----------
-    delivered, refused, saturated : int
-        As in `StreamCounters`.
-    last : Sample or None
-        The last sample that was sent.
-    range : RangeWatch
-    lock : RLock
-        Held while samples go to the tracker: one thread may iterate while another one closes.
-    """
+    """Sends the samples that wait to a tracker, and the results to the listeners."""
 
     def __init__(self, queue: SampleQueue, tracker: Tracker, listeners: Listeners) -> None:
-        self.lock: RLock = RLock()
+        self.lock: RLock = (
+            RLock()
+        )  # held while samples go to the tracker: one thread may iterate while another one closes
         settings = tracker.settings
         self.range: RangeWatch = RangeWatch(settings["full_scale"], settings["initial_ratio"])
-        self.delivered = self.refused = self.saturated = 0
+        self.delivered = self.refused = self.saturated = 0  # as in `StreamCounters`
         self.last: Sample | None = None
         self._queue, self._tracker, self._listeners = queue, tracker, listeners
         self._touches, self._revisions = tracker.touch_count, tracker.revision_count  # in batches so far
@@ -138,16 +129,10 @@ class Feeding:
 
 
 class RangeWatch:
-    """Follows which channels are outside the range of the converter, and for how long.
-
-    Attributes
-    ----------
-    channels : tuple of str
-        Those of "hard" and "soft" that are outside the range, and not because of a touch.
-    """
+    """Follows which channels are outside the range of the converter, and for how long."""
 
     def __init__(self, full_scale_pF: float, initial_ratio: float) -> None:
-        self.channels: tuple[str, ...] = ()
+        self.channels: tuple[str, ...] = ()  # of "hard" and "soft": outside the range, and not because of a touch
         self._full_scale_pF, self._initial_ratio = full_scale_pF, initial_ratio
         self._since_ns: dict[str, int] = {}
 

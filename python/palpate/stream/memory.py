@@ -28,16 +28,7 @@ class Beginning(NamedTuple):
 
 
 class Memory:
-    """Keeps the newest samples, in memory of a fixed size; the caller has the lock of the reader.
-
-    Examples
-    --------
-    >>> from palpate.samples import blank
-    >>> memory = Memory(1024)
-    >>> memory.push_many(blank(1500))
-    >>> memory.block()["seq"][[0, -1]].tolist()
-    [476, 1499]
-    """
+    """Keeps the newest samples, in memory of a fixed size; the caller has the lock of the reader."""
 
     def __init__(self, most: int) -> None:
         if not _FEWEST <= most <= _MOST:
@@ -84,11 +75,10 @@ _AHEAD = 2048  # a source that can wait is at most this many samples ahead of th
 
 
 class SampleQueue:
-    """Samples on their way from the thread that reads to the consumer, and the gaps between them.
+    """Samples on their way from the thread that reads to the consumer, and the gaps between them."""
 
-    Each end changes the ring, then sets the event of the other end; the other end clears its event, then looks at the
-    ring. So no change is missed, and neither end has to poll.
-    """
+    # Each end changes the ring, then sets the event of the other end; the other end clears its event, then looks at the
+    # ring. So no change is missed, and neither end has to poll.
 
     def __init__(self, capacity: int) -> None:
         self.ring: SampleRing = SampleRing(capacity)

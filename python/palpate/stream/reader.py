@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Iterator
-from threading import Event, RLock, Thread, current_thread
+from threading import Event, RLock, Thread
 from typing import Any
 
 import numpy as np
@@ -49,11 +49,6 @@ class Reader:
             self._conditions = 0
         self._recorder = recorder
 
-    @property
-    def is_this_thread(self) -> bool:
-        """Whether the caller is the thread that reads."""
-        return self._thread is current_thread()
-
     def start(self) -> None:
         """Start the thread."""
         self._thread.start()
@@ -82,17 +77,15 @@ class Reader:
 
     def _run(self) -> None:
         try:
-            try:
-                for block in self._blocks():
-                    self._take(block)
-                    if self._stopping.is_set():
-                        break
-            finally:
-                with self.lock:
-                    self._pass_conditions()
+            for block in self._blocks():
+                self._take(block)
+                if self._stopping.is_set():
+                    break
         except BaseException as error:  # noqa: BLE001  the consumer gets any error of a source
             self.error = error
         finally:
+            with self.lock:
+                self._pass_conditions()
             self._queue.close()
 
     def _blocks(self) -> Iterator[Block]:

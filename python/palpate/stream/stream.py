@@ -431,7 +431,7 @@ class Stream:
         SourceTimeout
             The source did not stop; its thread still runs, and the source stays open.
         RuntimeError
-            Called in the thread of the source, for example in `notify`.
+            Called in the thread of the source, for example in `notify`: use `stop` there.
         Exception
             What `interrupt` or `close` of the source raises.
         """
@@ -439,8 +439,6 @@ class Stream:
 
     def _end(self, failure: BaseException | None) -> None:
         reader = self._reader
-        if reader and reader.is_this_thread:
-            raise RuntimeError("stream: got close() in the thread of the source, allowed: stop()")
         if self._closed:
             return
         self._closed = True
