@@ -169,12 +169,9 @@ def require_pair(columns: Sequence[LineColumn]) -> None:
 def unsummed(line: bytes) -> tuple[str, bool]:
     """Return a line without its checksum, and whether it had one: `*` and the XOR of all bytes before; raises Refused."""
     match = re.fullmatch(rb"(.*)\*([0-9A-Fa-f]{2})", line, re.DOTALL)
-    if not match:
-        return line.decode(errors="replace").strip(), False
-    found = reduce(xor, match[1], 0)
-    if found != int(match[2], 16):
+    if match and (found := reduce(xor, match[1], 0)) != int(match[2], 16):
         raise Refused(f"its checksum is {match[2].decode()}, but its text has {found:02X}")
-    return match[1].decode(errors="replace").strip(), True
+    return (match[1] if match else line).decode(errors="replace").strip(), match is not None
 
 
 def split(text: str) -> Cells:
