@@ -6,11 +6,12 @@ readings as they come, and ("+A") on pairs aligned as in the scene handheld.
 """
 
 import math
-import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from itertools import groupby
 from pathlib import Path
+from timeit import repeat
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -115,13 +116,16 @@ def pairs_as_read(run: Simulation) -> Pairs:
 
 def pairs_aligned(run: Simulation) -> Pairs:
     """Return the pairs that the scene handheld makes of the readings; each counts from the reading that completes it."""
-    t_hard, t_soft = (np.round(times * 1e9).astype(np.int64) for times in (run.t_hard_s, run.t_soft_s))
-    made = matched_pair(t_hard, t_soft, run.hard, run.soft)
+    made = matched_pair(*_times_ns(run), run.hard, run.soft)
     soft_at = np.flatnonzero(np.isfinite(run.soft))
     at = np.flatnonzero(made.valid)
     middle = soft_at[np.searchsorted(soft_at, at) - 1]  # a pair is of the time before its last reading
     at = at[run.t_hard_s[middle] >= run.presses[0].start_s]
     return _changes(run, at, made.hard[at], made.soft[at])
+
+
+def _times_ns(run: Simulation) -> list[NDArray[np.int64]]:
+    return [np.round(times * 1e9).astype(np.int64) for times in (run.t_hard_s, run.t_soft_s)]
 
 
 def _changes(run: Simulation, at: NDArray[np.intp], hard: Array, soft: Array) -> Pairs:
@@ -140,14 +144,16 @@ def _no_alarm(estimate: Callable[..., Array]) -> Estimate:
     return lambda output, regressor: (estimate(output, regressor), np.zeros(len(output), bool))
 
 
+_PRIOR = {"initial_covariance": rivals.COVARIANCE, "max_covariance": rivals.COVARIANCE}
+
+
 def _adaptive(output: Array, regressor: Array) -> tuple[Array, NDArray[np.bool_]]:
-    rows = AdaptiveRls(initial_covariance=rivals.COVARIANCE, max_covariance=rivals.COVARIANCE).trace(output, regressor)
+    rows = AdaptiveRls(**_PRIOR).trace(output, regressor)
     return rows["ratio"], rows["alarm"]
 
 
 def _fixed(forgetting: float) -> Estimate:
-    settings = {"initial_covariance": rivals.COVARIANCE, "max_covariance": rivals.COVARIANCE}
-    return _no_alarm(lambda output, regressor: Rls(forgetting=forgetting, **settings).process(output, regressor))
+    return _no_alarm(lambda output, regressor: Rls(forgetting=forgetting, **_PRIOR).process(output, regressor))
 
 
 OWN: dict[str, Estimate] = {"fixed 0.995": _fixed(0.995), "fixed 0.9": _fixed(0.9), "paper": _adaptive}
@@ -173,19 +179,13 @@ def scene_trace(scene: "_Scene", run: Simulation, **settings: Any) -> ErrorTrace
 
 def nanoseconds(work: Callable[[], Any], pairs: int, repeats: int = 25) -> float:
     """Return the run time for each pair, ns: the fastest of several runs."""
-    best = math.inf
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        best = min(best, time.perf_counter() - start)
-    return best / pairs * 1e9
+    return min(repeat(work, number=1, repeat=repeats)) / pairs * 1e9
 
 
 def long_touch() -> Simulation:
     """Return a simulated touch of about 15,000 pairs, to measure run times."""
     press = scenarios.SCENARIOS["tremor"].presses[0]
-    held = type(press)(**{**press.__dict__, "hold_s": 500.0})
-    return simulate(Scenario(presses=[held], duration_s=400.0, tremor=0.03), seed=1)
+    return simulate(Scenario(presses=[replace(press, hold_s=500.0)], duration_s=400.0, tremor=0.03), seed=1)
 
 
 def costs() -> dict[str, float]:
@@ -202,7 +202,7 @@ def costs() -> dict[str, float]:
 
 
 def _scene_work(scene: "_Scene", run: Simulation) -> Callable[[], Any]:
-    t_hard, t_soft = (np.round(t * 1e9).astype(np.int64) for t in (run.t_hard_s, run.t_soft_s))
+    t_hard, t_soft = _times_ns(run)
     return lambda: Tracker(scene, samples=None).process(t_hard, t_soft, run.hard, run.soft)
 
 
@@ -302,22 +302,15 @@ def table(rows: Iterable[Row]) -> str:
     >>> table([row]).splitlines()[1].split()
     ['tremor', 'paper', '1.0000', '0.0000', '50.0', '95.0', '4', '(6)', '20.0']
     """
-    lines = [
-        "scenario        estimator        rmse %   bias %  alarm %  cover %  pairs to 3 % (slowest)  ns/pair",
-    ]
-    before = ""
-    for r in rows:
-        if before not in ("", r.scenario):
-            lines.append("")
-        before = r.scenario
-        pairs = "-" if math.isnan(r.pairs_to_3_percent) else f"{r.pairs_to_3_percent:.0f} ({r.slowest_pairs:.0f})"
-        cover = "-" if math.isnan(r.coverage) else f"{100 * r.coverage:.1f}"
-        ns = "-" if math.isnan(r.ns) else f"{r.ns:.1f}"
-        lines.append(
-            f"{r.scenario:15} {r.estimator:14} {100 * r.rmse:8.4f} {100 * r.bias:8.4f} {100 * r.alarm:8.1f} {cover:>8}"
-            f" {pairs:>23} {ns:>8}"
-        )
-    return "\n".join(lines)
+    head = "scenario        estimator        rmse %   bias %  alarm %  cover %  pairs to 3 % (slowest)  ns/pair\n"
+    return head + "\n\n".join("\n".join(map(_line, some)) for _, some in groupby(rows, lambda row: row.scenario))
+
+
+def _line(r: Row) -> str:
+    pairs = "-" if math.isnan(r.pairs_to_3_percent) else f"{r.pairs_to_3_percent:.0f} ({r.slowest_pairs:.0f})"
+    cover, ns = ("-" if math.isnan(value) else f"{value:.1f}" for value in (100 * r.coverage, r.ns))
+    errors = f"{100 * r.rmse:8.4f} {100 * r.bias:8.4f} {100 * r.alarm:8.1f}"
+    return f"{r.scenario:15} {r.estimator:14} {errors} {cover:>8} {pairs:>23} {ns:>8}"
 
 
 PLOTTED = {
@@ -356,7 +349,7 @@ def plot(rows: Sequence[Row], path: Path) -> None:
             ax.set_xlabel("run time of a pair of readings, ns")
         for ax in axes[:, 0]:
             ax.set_ylabel("error of the ratio, %")
-        first = axes.flat[0]
+        first = axes[0, 0]
         first.plot([], [], "o", color="black", ms=5, mew=0.9, mfc="none", label="hollow: on readings as they come")
         first.plot([], [], "o", color="black", ms=5, label="filled: on aligned pairs")
         figure.legend(*first.get_legend_handles_labels(), loc="outside lower center", ncols=4)
@@ -368,27 +361,11 @@ def _panel(ax: Any, rows: Sequence[Row]) -> None:
         mark, colour = _LOOKS.get(name, ("*", "black"))
         filled = row.estimator.endswith(ALIGNED) or row.estimator in ("handheld scene", "sliding scene")
         look: dict[str, Any] = {"mec": "white", "mew": 0.4} if filled else {"mfc": "none", "mew": 0.9}
-        if row.estimator == "handheld scene":
-            look |= {"ms": 8, "zorder": 4}
-            _name_point(ax, "handheld", row)
-        if row.estimator == "sliding scene":
-            look["zorder"] = 5
+        look |= {"ms": 8 if name == "handheld scene" else 5.5, "zorder": 4 if "scene" in name else 3}
         label = name if filled or name == "paper scene" else "_"
-        ax.loglog(row.ns, 100 * row.rmse, mark, color=colour, ls="", label=label, **{"ms": 5.5, "zorder": 3, **look})
-    best = front(rows)
-    ax.step(
-        [row.ns for row in best],
-        [100 * row.rmse for row in best],
-        where="post",
-        label="front: no other is better",
-        **TRUTH,
-    )
-
-
-def _name_point(ax: Any, text: str, row: Row) -> None:
-    box = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none"}
-    at = (row.ns, 100 * row.rmse)
-    ax.annotate(text, at, (-8, -3), textcoords="offset points", ha="right", color=HANDHELD, bbox=box, zorder=3)
+        ax.loglog(row.ns, 100 * row.rmse, mark, color=colour, ls="", label=label, **look)
+    ns, errors = zip(*((row.ns, 100 * row.rmse) for row in front(rows)), strict=True)
+    ax.step(ns, errors, where="post", label="front: no other is better", **TRUTH)
 
 
 def front(rows: Iterable[Row]) -> list[Row]:

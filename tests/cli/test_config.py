@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 import pytest
 from command_lines import commands, run
-from palpate.cli import COMMANDS, config, kit
+from palpate.cli import COMMANDS, config
 from palpate.cli.config import keys
 from project import ROOT
 
@@ -94,8 +94,8 @@ def test_every_command_has_keys_a_short_help_and_an_example(name: str) -> None:
     assert ({"debug"} if isinstance(command, click.Group) else {"json", "debug"}) <= set(keys(command))
     long = [option for p in command.params for option in p.opts if option.startswith("--")]
     assert len(keys(command)) >= len(long)
-    known = kit.COMMANDS if name.startswith("kit ") else COMMANDS
-    assert command.get_short_help_str(limit=1000).rstrip(".") == known[name.split()[-1]][1].rstrip(".")
+    if name in COMMANDS:
+        assert command.get_short_help_str(limit=1000).rstrip(".") == COMMANDS[name][1].rstrip(".")
     assert f"palpate {name}" in run(*name.split(), "--help").stdout.split("Example:\n")[1].split("Options:")[0]
 
 

@@ -39,7 +39,7 @@ def load(context: click.Context, chosen: Path | None, commands: Iterable[str]) -
     for place, table in tables.items():
         if table:
             click.echo(f"defaults of {run} from {place}: {', '.join(table)}", err=True)
-            for key, value in parameters(place, command, table).items():
+            for key, value in parameters(place, run, command, table).items():
                 merged[key] = {**merged.get(key, {}), **value} if isinstance(value, dict) else value
     context.default_map = {run: merged}
 
@@ -77,7 +77,7 @@ def keys(command: click.Command) -> dict[str, click.Parameter]:
     return found
 
 
-def parameters(place: object, command: click.Command, table: dict[str, Any]) -> dict[str, Any]:
+def parameters(place: object, section: str, command: click.Command, table: dict[str, Any]) -> dict[str, Any]:
     """Return the table of a command with the names of click's parameters as keys; a group has a table for each command.
 
     Raises
@@ -87,9 +87,9 @@ def parameters(place: object, command: click.Command, table: dict[str, Any]) -> 
     """
     allowed, inner, found = keys(command), _commands_of(command), dict[str, Any]()
     for key, value in table.items():
-        where = f"{place}: [{command.name}]: "
+        where = f"{place}: [{section}]: "
         if key in inner and isinstance(value, dict):
-            found[key] = parameters(place, inner[key], value)
+            found[key] = parameters(place, f"{section}.{key}", inner[key], value)
         elif key not in allowed:
             raise click.UsageError(where + unlike(key, [*allowed, *inner]))
         elif isinstance(value, dict):
@@ -113,8 +113,4 @@ def _of_environment(command: click.Command) -> dict[str, Any]:
 
 def _commands_of(command: click.Command) -> dict[str, click.Command]:
     """Return the commands of a group; none for a command."""
-    if not isinstance(command, click.Group):
-        return {}
-    context = click.Context(command)
-    found = {name: command.get_command(context, name) for name in command.list_commands(context)}
-    return {name: inner for name, inner in found.items() if inner is not None}
+    return getattr(command, "commands", {})

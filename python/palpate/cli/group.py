@@ -57,12 +57,12 @@ def one_line(message: str) -> str:
 
 
 @contextmanager
-def usage_errors() -> Iterator[None]:
-    """Turn a wrong argument of palpate's functions into an error of the command line."""
+def usage_errors(before: str = "") -> Iterator[None]:
+    """Turn a wrong argument of palpate's functions into an error of the command line, with a text before it."""
     try:
         yield
     except (ValueError, TypeError) as error:
-        raise click.UsageError(str(error).split("\n")[0]) from error
+        raise click.UsageError(before + str(error).split("\n")[0]) from error
 
 
 def as_json() -> bool:
@@ -100,43 +100,41 @@ json_option: Callable[[_C], _C] = click.option(
 
 
 class Commands(click.Group):
-    """A group of commands, which are imported when they are used.
+    """A group of commands with --debug; those in `known` (name: module, help line) are imported when they are used."""
 
-    Parameters
-    ----------
-    known : mapping
-        Module and help line of each command, the function of its name there: listing the commands imports no command.
-    """
-
-    def __init__(self, *args: Any, known: Mapping[str, tuple[str, str]], **kwargs: Any) -> None:
+    def __init__(self, *args: Any, known: Mapping[str, tuple[str, str]] | None = None, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self._known = known
+        self._known = known or {}
+
+    def add_command(self, cmd: click.Command, name: str | None = None) -> None:
+        """Add a command, and --debug to it."""
+        super().add_command(debug_option(cmd), name)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of the commands."""
-        return list(self._known)
+        return list(self._known or self.commands)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a command, and add --debug."""
+        """Import a command."""
         if cmd_name in self._known and cmd_name not in self.commands:
             module = import_module(f"palpate.cli.{self._known[cmd_name][0]}")
-            name = f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name
-            self.commands[cmd_name] = debug_option(getattr(module, name))
+            self.add_command(getattr(module, f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name), cmd_name)
         return self.commands.get(cmd_name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find a command by its name."""
-        name = args[0]
-        if name not in self._known and not name.startswith("-") and not ctx.resilient_parsing:
-            raise click.UsageError(unlike(name, self._known, "command"), ctx)
+        name, names = args[0], self.list_commands(ctx)
+        if name not in names and not name.startswith("-") and not ctx.resilient_parsing:
+            raise click.UsageError(unlike(name, names, "command"), ctx)
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands."""
+        lines = {name: (command.help or "").split("\n")[0] for name, command in self.commands.items()}
         with formatter.section("Commands"):
-            formatter.write_dl([(name, text) for name, (_, text) in self._known.items()])
+            formatter.write_dl(list((lines | {name: line for name, (_, line) in self._known.items()}).items()))
 
     def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
         """Parse the options of the group itself."""

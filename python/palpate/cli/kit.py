@@ -47,17 +47,7 @@ def exit_code_of(report: AcceptanceReport) -> int:
     return Exit.NOT_RELIABLE if any(step.verdict == WRONG for step in report.steps) else 0
 
 
-COMMANDS = {
-    "accept": ("kit", "Measure all that shows whether a board works and is wired right; write a report."),
-    "noise": ("kit", "Measure the noise of each input, beside the data sheet's."),
-    "scan": ("kit", "Measure the capacitance of each input with each excitation."),
-    "dump": ("kit", "Print the registers by name, with their bits in words."),
-    "report": ("kit", "Print the report of an acceptance."),
-}
-"""Module and help line of each command."""
-
-
-@click.group(cls=Commands, known=COMMANDS)
+@click.group(cls=Commands)
 def kit() -> None:
     """Check a board: wiring, noise, registers.
 
@@ -70,7 +60,7 @@ def kit() -> None:
     """  # noqa: D301
 
 
-@click.command("kit.accept")
+@kit.command()
 @board_options
 @click.option("-o", "file", type=OUTPUT,
               help="The report to write: a new file.  [default: kit-report-DATE-TIME.json]")  # fmt: skip
@@ -153,7 +143,7 @@ def _number(answer: str) -> float | None:
 _NOISE = ("CAPF", "   ms", " CIN1 aF", " CIN2 aF", "data sheet aF")
 
 
-@click.command("kit.noise")
+@kit.command()
 @board_options
 @click.option("--capf", "speeds", type=click.IntRange(0, 7), multiple=True,
               help="Speed, 0 (11 ms) to 7 (110 ms); may be repeated.  [default: all]")  # fmt: skip
@@ -198,7 +188,7 @@ def _both(bench: Bench, capf: int, readings: int) -> list[float | None]:
             for pin, level in levels]  # fmt: skip
 
 
-@click.command("kit.scan")
+@kit.command()
 @board_options
 @json_option
 def scan(source: str, firmware: Path | None) -> None:
@@ -220,7 +210,7 @@ def scan(source: str, firmware: Path | None) -> None:
     show({"inputs": rows}, aligned([["", "EXCA", "EXCB"], *shown]))
 
 
-@click.command("kit.dump")
+@kit.command()
 @board_options
 @json_option
 def dump(source: str, firmware: Path | None) -> None:
@@ -239,7 +229,7 @@ def dump(source: str, firmware: Path | None) -> None:
     show({"registers": rows}, aligned(shown, "<"))
 
 
-@click.command("kit.report")
+@kit.command()
 @click.argument("file", type=InputFile())
 @json_option
 def report(file: Path) -> None:
