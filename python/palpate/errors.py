@@ -21,10 +21,7 @@ def quoted(value: object) -> str:
     >>> quoted("C1 (pF)"), len(quoted("9" * 1_000_000)) < 100
     ("'C1 (pF)'", True)
     """
-    try:
-        return shortened(repr(value))
-    except (ValueError, RecursionError):  # more digits than Python converts, or lists in lists
-        return f"a {type(value).__name__} that cannot be shown"
+    return shortened(repr(value))
 
 
 def shortened(text: str, most: int = LONGEST) -> str:
@@ -45,18 +42,7 @@ def listed(names: Collection[str], most: int = 20) -> str:
 
 
 def unlike(given: object, allowed: Iterable[str], what: str = "") -> str:
-    """Return what a message says of a name that is not allowed: the name, the allowed ones, and the one it is most like.
-
-    Parameters
-    ----------
-    given : object
-    allowed : iterable of str
-    what : str
-        What the name is of.
-
-    Returns
-    -------
-    str
+    """Return what a message says of a wrong name: `what` it is of, the name, the allowed ones, and the most similar one.
 
     Examples
     --------
@@ -69,19 +55,7 @@ def unlike(given: object, allowed: Iterable[str], what: str = "") -> str:
 
 
 def nearest(given: object, allowed: Iterable[str], prefix: str = "") -> str:
-    """Return the end of a message about a name that is not allowed: the allowed name that it is most like.
-
-    Parameters
-    ----------
-    given : object
-    allowed : iterable of str
-    prefix : str
-        What all of them begin with: it is not compared.
-
-    Returns
-    -------
-    str
-        "" if it is like no allowed word, or too long.
+    """Return the end of a message about a wrong name: the most similar name, after the prefix of all, or nothing.
 
     Examples
     --------

@@ -28,13 +28,9 @@ def is_frame(source: object) -> bool:
     >>> is_frame({"hard": [1.0], "soft": [2.0]}), is_frame("bench.csv")
     (True, False)
     """
-    return (
-        is_a("pandas", "DataFrame", source)
-        or is_a("polars", "DataFrame", source)
-        or isinstance(source, Mapping)
-        or hasattr(source, "__arrow_c_stream__")
-        or (isinstance(source, np.ndarray) and bool(source.dtype.names))
-    )
+    if isinstance(source, np.ndarray):
+        return bool(source.dtype.names)
+    return isinstance(source, Mapping) or hasattr(source, "__arrow_c_stream__")
 
 
 def is_a(library: str, name: str, source: object) -> bool:

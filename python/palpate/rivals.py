@@ -14,49 +14,44 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 COVARIANCE = 1e12  # P0, 1/pF^2: 1 / P0 is far below x^2 of a sample of the lightest press, 4e-8 pF^2
+FORGETTING = 0.995
 WALK = 0.5623  # variance of the ratio's random walk / variance of the noise, 1/pF^2: the best over all scenarios, other seeds
 
 
-def padasip(
-    output: Array, regressor: Array, covariance: float = COVARIANCE, forgetting: float = 0.995, initial: float = 0.0
-) -> Array:
+def padasip(output: Array, regressor: Array) -> Array:
     """Estimate with padasip's FilterRLS."""
     from padasip.filters import FilterRLS
 
     # eps is 1 / P0; its default of 0.001 is for data near 1.
-    model, ratio = FilterRLS(1, mu=forgetting, eps=1 / covariance, w=np.array([initial])), np.empty(len(output))
+    model, ratio = FilterRLS(1, mu=FORGETTING, eps=1 / COVARIANCE, w=np.zeros(1)), np.empty(len(output))
     for k, (y, x) in enumerate(zip(output, regressor[:, None], strict=True)):
         model.adapt(y, x)
         ratio[k] = model.w[0]
     return ratio
 
 
-def river(
-    output: Array, regressor: Array, covariance: float = COVARIANCE, forgetting: float = 0.995, initial: float = 0.0
-) -> Array:
-    """Estimate with river's BayesianLinearRegression, its prior mean of 0 moved to `initial`."""
+def river(output: Array, regressor: Array) -> Array:
+    """Estimate with river's BayesianLinearRegression."""
     from river.linear_model import BayesianLinearRegression
 
     # A sample adds (1 - smoothing) beta x^2 to a prior precision of 1: that factor is P0. The default beta of 1 is for
     # data near 1.
-    model = BayesianLinearRegression(beta=covariance / (1 - forgetting), smoothing=forgetting)
+    model = BayesianLinearRegression(beta=COVARIANCE / (1 - FORGETTING), smoothing=FORGETTING)
     ratio = np.empty(len(output))
     for k, (y, x) in enumerate(zip(output.tolist(), regressor.tolist(), strict=True)):
-        model.learn_one({"x": x}, y - initial * x)
-        ratio[k] = initial + model.predict_one({"x": 1.0})
+        model.learn_one({"x": x}, y)
+        ratio[k] = model.predict_one({"x": 1.0})
     return ratio
 
 
-def filterpy(
-    output: Array, regressor: Array, covariance: float = COVARIANCE, forgetting: float = 0.995, initial: float = 1.0
-) -> Array:
+def filterpy(output: Array, regressor: Array) -> Array:
     """Estimate with filterpy's FadingKalmanFilter, alpha^2 = 1 / forgetting."""
     from filterpy.kalman import FadingKalmanFilter
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of filterpy itself
-        kalman, ratio = FadingKalmanFilter(alpha=forgetting**-0.5, dim_x=1, dim_z=1), np.empty(len(output))
-    kalman.x, kalman.P = np.array([[initial]]), np.array([[covariance]])
+        kalman, ratio = FadingKalmanFilter(alpha=FORGETTING**-0.5, dim_x=1, dim_z=1), np.empty(len(output))
+    kalman.x, kalman.P = np.ones((1, 1)), np.array([[COVARIANCE]])
     kalman.Q = np.zeros((1, 1))  # alpha is the forgetting; the default Q of 1 would be a random walk on top of it
     for k, (y, x) in enumerate(zip(output.tolist(), regressor.tolist(), strict=True)):
         kalman.H = np.array([[x]])
@@ -66,32 +61,30 @@ def filterpy(
     return ratio
 
 
-def simdkalman(
-    output: Array, regressor: Array, covariance: float = COVARIANCE, forgetting: float = 0.995, initial: float = 1.0
-) -> Array:
+def simdkalman(output: Array, regressor: Array) -> Array:
     """Estimate with simdkalman's steps, fading memory as process noise; also many streams, arrays of shape (n, streams)."""
     from simdkalman import primitives
 
     one, ratio = np.ones((1, 1)), np.empty(output.shape)
     outputs, regressors = (values.reshape(len(values), -1, 1, 1) for values in (output, regressor))
-    mean = np.full(outputs.shape[1:], initial)
-    covariances = np.full(mean.shape, covariance)
+    mean = np.ones(outputs.shape[1:])
+    covariances = np.full(mean.shape, COVARIANCE)
     for k, (y, x) in enumerate(zip(outputs, regressors, strict=True)):
-        mean, covariances = primitives.predict(mean, covariances, one, covariances * (1 / forgetting - 1))
+        mean, covariances = primitives.predict(mean, covariances, one, covariances * (1 / FORGETTING - 1))
         mean, covariances = primitives.update(mean, covariances, x, one, y)
         ratio[k] = mean[:, 0, 0] if output.ndim > 1 else mean[0, 0, 0]
     return ratio
 
 
-def scipy(output: Array, regressor: Array, forgetting: float = 0.995) -> Array:
+def scipy(output: Array, regressor: Array) -> Array:
     """Estimate with two filters of scipy: least squares with forgetting."""
     from scipy.signal import lfilter
 
-    numerator = lfilter([1.0], [1.0, -forgetting], output * regressor)
-    return np.asarray(numerator / lfilter([1.0], [1.0, -forgetting], regressor**2))
+    sums = (lfilter([1.0], [1.0, -FORGETTING], products) for products in (output * regressor, regressor**2))
+    return np.asarray(np.divide(*sums))
 
 
-def kalman_walk(output: Array, regressor: Array, walk: float = WALK) -> Array:
+def kalman_walk(output: Array, regressor: Array) -> Array:
     """Estimate with a Kalman filter whose state, the ratio, is a random walk.
 
     r(k) = r(k-1) + w, y(k) = x(k) r(k) + v; with p = P / var v and walk = var w / var v, 1/pF^2:
@@ -99,7 +92,7 @@ def kalman_walk(output: Array, regressor: Array, walk: float = WALK) -> Array:
     """
     ratio, p, found = 1.0, COVARIANCE, []
     for y, x in zip(output.tolist(), regressor.tolist(), strict=True):
-        p = p + walk
+        p = p + WALK
         scale = 1 + x * x * p
         ratio = ratio + p * x / scale * (y - x * ratio)
         p = p / scale

@@ -56,10 +56,6 @@ def _is_swapped(touch: Touch) -> bool:
     return touch.samples >= _FEWEST and 0 < touch.ratio < 1 - margin and not _NO_RATIO & set(touch.flags)
 
 
-def _short(touch: Touch) -> str:
-    return f"the touch ended after {touch.samples} samples, before its full length: hold the probe longer"
-
-
 def _saturated(touch: Touch) -> str:
     if not touch.samples:
         return (
@@ -76,11 +72,6 @@ def _refused(touch: Touch) -> str:
         f"{touch.refused} of {readings} readings gave no sample: they or their neighbours have no value: check the "
         "cable and the connection of the board"
     )
-
-
-def _unsettled(touch: Touch) -> str:
-    longer = ": hold the probe longer" if touch.samples else ""
-    return f"{touch.samples} samples are too few for a standard error{longer}"
 
 
 def _unexcited(touch: Touch) -> str:
@@ -103,18 +94,16 @@ def _offset(touch: Touch) -> str:
     if cause := _cause(touch, "lag", "curve"):
         return f"hard against soft misses the origin by {_per_cent(share)} of the mean depth, likely because of the {cause}"
     first, second = ("soft", "hard") if share > 0 else ("hard", "soft")
-    told = f"the {first} bump is reached {_per_cent(share)} of the mean depth before the {second} one (bumps not level)"
-    told += ": hold the probe upright"
-    if isfinite(touch.offset_ratio):
-        told += (
-            f". With this offset taken out, the ratio is {plus_minus(touch.offset_ratio, touch.offset_standard_error)}"
-        )
-    return told
+    size = f"{_per_cent(share)} of the mean depth before the {second} one (bumps not level)"
+    told = f"the {first} bump is reached {size}: hold the probe upright"
+    if not isfinite(touch.offset_ratio):
+        return told
+    corrected = plus_minus(touch.offset_ratio, touch.offset_standard_error)
+    return f"{told}. With this offset taken out, the ratio is {corrected}"
 
 
 def _drift(touch: Touch) -> str:
     drift, shift = touch.effects["drift"], touch.effects["shift"]
-    object_too = abs(drift) > 4 * abs(shift)
     if not touch.revised:
         return (
             f"a baseline or the object changed, by {_per_cent(drift)} of the signal; which one is not known yet: "
@@ -122,7 +111,7 @@ def _drift(touch: Touch) -> str:
         )
     if cause := _cause(touch, "creep", "baseline"):
         return f"a channel changed, by {_per_cent(max(drift, shift, key=abs))} of the signal, likely because of the {cause}"
-    if object_too:
+    if abs(drift) > 4 * abs(shift):  # the object, too
         return (
             f"the ratio changed during the touch, by {_per_cent(drift)}; the baselines explain {_per_cent(shift)}: the "
             "object gives way, or the probe tilts: hold the probe still, and wait until the object is at rest"
@@ -151,32 +140,30 @@ def _curve(touch: Touch) -> str:
     return f"{size}: a bump bottoms out, or a gauge is not linear: press less deep, and as deep as when calibrated"
 
 
-def _creep(touch: Touch) -> str:
-    return (
-        "a channel recovers slowly after the release, so the ratio is not corrected; it is off by about "
-        f"{_per_cent(touch.effects['shift'])}: press for a shorter time, and wait longer between touches"
-    )
-
-
-_BASELINE = "it was measured in contact, and is measured again now: the ratio is wrong: touch again"
-_GAP = (
-    "the board was opened again, or its range was moved, during the touch or before it; so the baseline may have been "
-    "measured in contact: lift the probe, and touch again"
-)
 _SENTENCES: dict[str, Callable[[Touch], str]] = {
-    "short": _short,
+    "short": lambda touch: (
+        f"the touch ended after {touch.samples} samples, before its full length: hold the probe longer"
+    ),
     "saturated": _saturated,
     "refused": _refused,
-    "unsettled": _unsettled,
+    "unsettled": lambda touch: (
+        f"{touch.samples} samples are too few for a standard error" + ": hold the probe longer" * bool(touch.samples)
+    ),
     "unexcited": _unexcited,
     "one-sided": _one_sided,
     "offset": _offset,
     "drift": _drift,
     "lag": _lag,
     "curve": _curve,
-    "creep": _creep,
-    "baseline": lambda _: _BASELINE,
-    "gap": lambda _: _GAP,
+    "creep": lambda touch: (
+        "a channel recovers slowly after the release, so the ratio is not corrected; it is off by about "
+        f"{_per_cent(touch.effects['shift'])}: press for a shorter time, and wait longer between touches"
+    ),
+    "baseline": lambda _: "it was measured in contact, and is measured again now: the ratio is wrong: touch again",
+    "gap": lambda _: (
+        "the board was opened again, or its range was moved, during the touch or before it; so the baseline may have been "
+        "measured in contact: lift the probe, and touch again"
+    ),
 }
 FLAGS = tuple(_SENTENCES)
 """The flags that a touch can have."""

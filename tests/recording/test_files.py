@@ -120,16 +120,7 @@ def test_a_file_is_synced_before_and_after_it_gets_its_name(tmp_path: Path, monk
     assert synced == [(file, b"old"), (file, b"new"), (folder, b"new")]
 
 
-@pytest.mark.parametrize(
-    ("at", "beyond", "said"),
-    [
-        ("a" + ".a" * 32 + "=1", "a" + ".a" * 33 + "=1", "line 1: got 33 dots, allowed: 32 in a line"),
-        ("#\n" * 100_000, "#\n" * 100_000 + "#", "got 200,001 characters, allowed: 200,000"),
-        ("a=" + "[" * 50 + "]" * 50, "a=" + "[" * 4000 + "]" * 4000, "too deep in others"),
-    ],
-)
-def test_the_limits_of_a_calibration_file(at: str, beyond: str, said: str) -> None:
-    parse_toml(at)
-    with pytest.raises(ValueError, match="got ") as caught:
-        parse_toml(beyond)
-    assert said in str(caught.value)
+def test_the_limit_of_a_calibration_file() -> None:
+    parse_toml("#\n" * 100_000)
+    with pytest.raises(ValueError, match="got 200,001 characters, allowed: 200,000"):
+        parse_toml("#\n" * 100_000 + "#")
