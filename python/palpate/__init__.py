@@ -115,16 +115,13 @@ _LAZY = {
 
 def __getattr__(name: str) -> Any:
     from importlib import import_module
+    from importlib.util import find_spec
 
     for module, names in _LAZY.items():
         if name in names:
             return getattr(import_module(f"palpate.{module}"), name)
-    try:
-        if not name.startswith("_"):
-            return import_module(f"palpate.{name}")
-    except ModuleNotFoundError as error:
-        if error.name != f"palpate.{name}":
-            raise
+    if not name.startswith("_") and find_spec(f"palpate.{name}"):
+        return import_module(f"palpate.{name}")
     raise AttributeError(f"module 'palpate' has no attribute {name!r}")
 
 

@@ -87,8 +87,8 @@ def calibrate(
         _write_pictures(found, specimens, plot, report)
         found.save(output)
     notes = [f"{run.file}: {note}" for run in runs for note in run.notes]
-    records = {"sound": found.sound, "specimens": specimen_records(specimens), "notes": notes}
-    show({"calibration": str(output), **found.as_dict(), **records}, _fit_table(found, specimens))
+    more = {"sound": found.sound, "specimens": specimen_records(specimens), "notes": notes}
+    show({"calibration": str(output), **found.as_dict(), **more}, _fit_table(found, specimens))
     sys.exit(0 if found.sound and not doubts else Exit.NOT_RELIABLE)
 
 
@@ -105,7 +105,6 @@ def _write_pictures(found: Calibration, specimens: list[Specimen], plot: Path | 
 
 
 def _fit_table(found: Calibration, specimens: list[Specimen]) -> str:
-
     parameters = [f"{name:15} {value:>12}   {interval}" for name, value, interval in parameter_rows(found)]
     return "\n".join([aligned(specimen_rows(specimens)), "", *parameters, "", found.verdict])
 
@@ -123,11 +122,9 @@ class _Run(NamedTuple):
 
 def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> _Run:
     """Measure the touches of a recording, and print the notes on it."""
-    try:
+    with usage_errors(f"{file}: "):
         recording = recorded(file, **asked)
         found = touches(recording, **how)
-    except (ValueError, TypeError) as error:
-        raise click.UsageError(f"{file}: {str(error).splitlines()[0]}") from error
     show_notes(file, [recording.understood, *recording.notes])
     plan = plan_of(recording.document or {})
     entries = plan.matched(found, recording.survey.period_s) if plan.touches else []
@@ -170,11 +167,12 @@ def _moduli(runs: Sequence[_Run], table: Path | None) -> tuple[dict[str, float],
         for given, modulus in run.moduli.items():
             name = names.setdefault(bare(given), given)
             known = moduli.setdefault(name, modulus)
+            if known == modulus:
+                continue
             said = f"{run.file}: {name}: got {modulus:g} MPa, "
-            if known != modulus and name not in listed:
+            if name not in listed:
                 raise CalibrationError(f"{said}allowed: {known:g} MPa, as in the file before; or --moduli with a table")
-            if known != modulus:
-                click.echo(f"{said}used: {known:g} MPa, as {table} says", err=True)
+            click.echo(f"{said}used: {known:g} MPa, as {table} says", err=True)
     return moduli, names
 
 
@@ -182,11 +180,8 @@ def _assigned(
     runs: Sequence[_Run], moduli: Mapping[str, float], names: Mapping[str, str]
 ) -> Iterator[tuple[str, str, Touch, str]]:
     """Yield the name of the specimen of each touch, where it is, the touch, and why it is left out; "": it is kept."""
-    by_file = {
-        file: name
-        for name, files in assign([run.file for run in runs if not run.entries], moduli).items()
-        for file in files
-    }
+    by_name = assign([run.file for run in runs if not run.entries], moduli)
+    by_file = {file: name for name, files in by_name.items() for file in files}
     unknown = set[str]()
     for run in runs:
         for number, touch in enumerate(run.touches):

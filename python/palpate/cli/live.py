@@ -202,10 +202,6 @@ def _ending(measurement: "LiveMeasurement | RecordedMeasurement") -> Iterator[No
         measurement.close()
 
 
-LIBRARIES = ("asyncio", "starlette", "uvicorn", "websockets")
-"""Loggers of the libraries of the page's server."""
-
-
 class OneLine(logging.Formatter):
     """Writes an error as one line, without its traceback."""
 
@@ -223,13 +219,8 @@ def library_logs(*, debug: bool) -> Iterator[None]:
     if not debug:
         handler.setLevel(logging.ERROR)
         handler.setFormatter(OneLine())
-    loggers = [logging.getLogger(name) for name in LIBRARIES]
-    for logger in loggers:
-        logger.propagate = False
-        logger.addHandler(handler)
+    logging.getLogger().addHandler(handler)
     try:
         yield
     finally:
-        for logger in loggers:
-            logger.removeHandler(handler)
-            logger.propagate = True
+        logging.getLogger().removeHandler(handler)

@@ -66,11 +66,8 @@ def check(files: tuple[Path, ...], asked: dict[str, Any], repair: bool, yes: boo
 
 
 def _checked(file: Path, repair: bool, yes: bool, asked: dict[str, Any]) -> Verification:
-
-    try:
+    with usage_errors(f"{file}: "):
         report = verified(recorded(file, **asked), repair=repair, remove_damage=yes)
-    except ValueError as error:
-        raise click.UsageError(f"{file}: {error}") from error
     if repair and not yes and report.damaged and not report.running:
         click.echo(f"{file}: --yes takes out what is damaged, and keeps it in a file", err=True)
     return report
@@ -118,10 +115,9 @@ def import_(file: Path, asked: dict[str, Any]) -> None:
         "asked": {name: str(value) if name == "soft" else value for name, value in asked.items()},
     }
     ratios = [plus_minus(touch.ratio, touch.standard_error) for touch in touches(found)]
-    measured = f"{len(ratios)} touch{'es' * (len(ratios) != 1)}" + (
-        f": ratio {listed(ratios, _TOUCHES)}" if ratios else ""
-    )
-    show(document, "\n".join([found.understood, *found.notes, measured]))
+    measured = f": ratio {listed(ratios, _TOUCHES)}" if ratios else ""
+    count = f"{len(ratios)} touch{'es' * (len(ratios) != 1)}"
+    show(document, "\n".join([found.understood, *found.notes, count + measured]))
 
 
 def _preview(table: Table) -> str:
@@ -170,9 +166,8 @@ def _print_written(file: Path, output: Path, recording: AnyRecording, counts: di
 
 
 def _convert_notes(recording: AnyRecording) -> list[str]:
-    refused = recording.survey.refused
     notes = [note for note in recording.notes if "have no value in a channel" not in note]
-    if refused:
+    if refused := recording.survey.refused:
         notes.append(f"{refused} of {recording.survey.rows} rows have no usable value: kept, marked as lost")
     if unused := getattr(recording, "unused", None):
         notes.append(f"columns left out: {', '.join(unused)}")
@@ -181,8 +176,7 @@ def _convert_notes(recording: AnyRecording) -> list[str]:
 
 @click.command()
 @click.argument("file", type=INPUT)
-@click.option("-o", "output", required=True, type=OUTPUT,
-              help="NAME.png, NAME.pdf or NAME.svg.")  # fmt: skip
+@click.option("-o", "output", required=True, type=OUTPUT, help="NAME.png, NAME.pdf or NAME.svg.")
 @replaying_options
 @force_option
 @json_option
