@@ -1,11 +1,12 @@
 """`palpate convert` and `palpate import`: nothing is lost; what is not taken over or is left open is reported."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_lines import run
+from command_lines import document, run
 from foreign_files import measurement
 from palpate import Status, check
 from palpate.recording.own_file import Recorded
@@ -23,11 +24,8 @@ def block(path: Path) -> Block:
 @pytest.fixture
 def own(tmp_path: Path) -> Path:
     """Gaps, a lost sample, a saturated one."""
-    rows = [sample(i) for i in (0, 1, 2, 7, 8)] + [
-        sample(9, status=Status.LOST),
-        sample(10, status=Status.HARD_SATURATED),
-    ]
-    return record(tmp_path / "own.csv", rows, name="script", full_scale_pF=4.0)
+    bad = [sample(9, status=Status.LOST), sample(10, status=Status.HARD_SATURATED)]
+    return record(tmp_path / "own.csv", [*map(sample, (0, 1, 2, 7, 8)), *bad], name="script", full_scale_pF=4.0)
 
 
 def test_parquet_has_units_and_the_sidecar(own: Path, tmp_path: Path) -> None:
@@ -38,10 +36,9 @@ def test_parquet_has_units_and_the_sidecar(own: Path, tmp_path: Path) -> None:
     schema = parquet.read_table(out).schema
     assert schema.names[:4] == ["seq", "t_hard_ns", "t_soft_ns", "hard_raw"]
     assert [schema.field(name).metadata[b"unit"] for name in ("hard_pF", "t_soft_ns")] == [b"pF", b"ns"]
-    document, known = json.loads(parquet.read_metadata(out).metadata[b"palpate"]), load(own)
-    assert known
-    assert [document[name] == known[name] for name in ("device", "started", "versions", "end")] == [True] * 4
-    assert document["notes"][-1].startswith("converted from own.csv by palpate ")
+    made, known = json.loads(parquet.read_metadata(out).metadata[b"palpate"]), load(own) or {}
+    assert [made[name] == known[name] for name in ("device", "started", "versions", "end")] == [True] * 4
+    assert made["notes"][-1].startswith("converted from own.csv by palpate ")
 
 
 def test_a_torn_and_endless_recording_says_so(tmp_path: Path) -> None:
@@ -63,9 +60,8 @@ def test_another_loggers_table(tmp_path: Path) -> None:
     out = tmp_path / "run.csv"
     result = run("convert", tmp_path / "t.csv", "--map", "hard=C hard,soft=C soft", "-o", out, "--json")
     assert result.exit_code == 0, result.stderr
-    document = json.loads(result.stdout)
-    assert (document["rows"], document["lost"]) == (6, 1)
-    assert "columns left out: T (C)" in document["notes"]
+    made = json.loads(result.stdout)
+    assert (made["rows"], made["lost"], "columns left out: T (C)" in made["notes"]) == (6, 1, True)
     assert "columns left out: T (C)" in result.stderr
     rows = block(out)
     assert rows["hard"].tolist() == pytest.approx([0.1 * i for i in range(6)])
@@ -93,10 +89,8 @@ def test_a_running_recording_is_not_replaced(own: Path, tmp_path: Path) -> None:
     recorder.push(sample(0))
     result = run("convert", own, "-o", recorder.path, "--force")
     assert (result.exit_code, "is still being recorded" in result.stderr) == (4, True)
-    assert (
-        "still being recorded: only the rows written until now"
-        in run("convert", recorder.path, "-o", tmp_path / "c.csv").stderr
-    )
+    result = run("convert", recorder.path, "-o", tmp_path / "c.csv")
+    assert "still being recorded: only the rows written until now" in result.stderr
     recorder.close()
     assert check(recorder.path).clean
 
@@ -123,18 +117,17 @@ def test_import_shows_what_is_understood_and_what_is_open(own: Path, tmp_path: P
     rows = zip(*measurement(), strict=True)
     path.write_text("t (s);A;B\n" + "".join(f"{t:.4f};{1e3 * h:.3f};{1e3 * s:.3f}\n" for t, h, s in rows))
     both = ("--map", "hard=2,soft=3")
-    cases: list[tuple[tuple[str, ...], int, tuple[str, ...]]] = [
-        ((), 2, ("    2  A      6900.", "columns: got none")),
-        (both, 2, ("unit: got none",)),
-        (
-            (*both, "--unit", "fF"),
+    cases: dict[tuple[str, ...], tuple[int, str]] = {
+        (): (2, r"    2  A      6900\.(.|\n)*columns: got none"),
+        both: (2, "unit: got none"),
+        (*both, "--unit", "fF"): (
             0,
-            ("hard = A, fF; soft = B, fF; 38.4 pairs a second; 880 rows", "2 touches: ratio 2.0"),
+            r"hard = A, fF; soft = B, fF; 38.4 pairs a second; 880 rows\n2 touches: ratio 2.0",
         ),
-    ]
-    for options, code, said in cases:
+    }
+    for options, (code, said) in cases.items():
         result = run("import", path, *options)
-        assert (result.exit_code, [text in result.output for text in said]) == (code, [True] * len(said)), result.output
-    document = json.loads(run("import", path, *both, "--unit", "fF", "--json").stdout)
-    assert document["asked"] == {"columns": {"hard": "2", "soft": "3"}, "unit": "fF"}
+        assert (result.exit_code, bool(re.search(said, result.output))) == (code, True), result.output
+    asked = document("import", path, *both, "--unit", "fF")["asked"]
+    assert asked == {"columns": {"hard": "2", "soft": "3"}, "unit": "fF"}
     assert run("import", own).exit_code == 2

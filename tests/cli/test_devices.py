@@ -1,6 +1,5 @@
 """`palpate devices` and `palpate doctor`: what is connected, and for each line that is not ok what to type."""
 
-import json
 import os
 import shutil
 import subprocess
@@ -11,7 +10,7 @@ from types import SimpleNamespace
 
 import click
 import pytest
-from command_lines import run
+from command_lines import document, run
 from palpate import DeviceNotFound
 from palpate.ad7746.bus import VirtualClock
 from palpate.ad7746.evalkit import board, find, udev
@@ -62,9 +61,8 @@ def test_devices_and_searches_that_are_not_possible(monkeypatch: pytest.MonkeyPa
     assert (result.exit_code, result.stdout) == (0, "usb:1/2  AD7746 evaluation kit\n")
     assert result.stderr == "not searched: no permission to look\n"
     monkeypatch.setattr(devices, "_boards", list)
-    result = run("devices", "--json")
-    assert (result.exit_code, json.loads(result.stdout)["devices"]) == (3, [])
-    assert "sim:four-specimens" in result.stderr
+    result = run("devices")
+    assert (result.exit_code, result.stdout, "sim:four-specimens" in result.stderr) == (3, "", True)
 
 
 def test_boards_blink_in_turn_and_one_in_use_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -72,9 +70,7 @@ def test_boards_blink_in_turn_and_one_in_use_is_left_alone(monkeypatch: pytest.M
     blinks = [f"usb:1/{number}: the red LED blinks for 3 s\n" for number in (2, 3)]
     assert run("devices", "--blink").stdout == "".join(blinks)
     assert run("devices", "--blink", "usb:1/3").stdout == blinks[1]
-    wrong = run("devices", "--blink", "usb:1/9")
-    assert wrong.exit_code == 3
-    assert "--blink: got usb:1/9, connected: usb:1/2, usb:1/3" in wrong.stderr
+    assert "--blink: got usb:1/9, connected: usb:1/2, usb:1/3" in run("devices", "--blink", "usb:1/9").stderr
     measuring = EvalKit(1, 2, backend=find.system_backend())
     result = run("devices", "--blink")
     assert (result.exit_code, result.stdout) == (3, blinks[1])
@@ -86,44 +82,36 @@ def test_nothing_is_wrong_here() -> None:
     result = run("doctor")
     assert result.exit_code == 0, result.stdout
     assert {line[:2] for line in result.stdout.splitlines()} <= {"ok", "--", "  "}
-    document = json.loads(run("doctor", "--json").stdout)
-    assert document["wrong"] == 0
-    assert {"palpate", "extra usb", "firmware"} <= {finding["what"] for finding in document["findings"]}
+    found = document("doctor")
+    assert found["wrong"] == 0
+    assert {"palpate", "extra usb", "firmware"} <= {finding["what"] for finding in found["findings"]}
 
 
-@pytest.mark.parametrize(
-    ("how", "code", "said"),
-    [
-        ({"allowed": True}, 0, "ok  board usb:1/2: can be opened, firmware is running, the AD7746 answers"),
-        ({"absent": True}, 4, "the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link LK2"),
-        ({"loaded": False}, 3, "!!  board usb:1/2: the board at 1/2 has no firmware"),
-        ({"allowed": False}, 3, "!!  permission: no udev rule for the board: only root can open it\n      palpate doctor --install-udev"),
-    ],
-)  # fmt: skip
-def test_a_board(how: dict[str, bool], code: int, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
+BOARDS = [
+    ("", {"allowed": True}, 0, "ok  board usb:1/2: can be opened, firmware is running, the AD7746 answers"),
+    ("", {"absent": True}, 4, "the AD7746 has never answered; check the jumpers SDA, SCL and RDY of link LK2"),
+    ("", {"loaded": False}, 3, "!!  board usb:1/2: the board at 1/2 has no firmware"),
+    ("", {"allowed": False}, 3, "!!  permission: no udev rule for the board: only root can open it\n      palpate doctor --install-udev"),
+    (f"70-palpate.rules: {UDEV_RULE}", {"allowed": False}, 3, "70-palpate.rules gives this user no access"),
+    (f"70-palpate.rules: {OLDER}", {"allowed": True}, 0, "lets every user and program of this machine write"),
+    (f"99-ad7746.rules: {OLDER.replace('MODE=', 'MODE:=')}", {}, 0, "      take the board's mode and tag out of"),
+    (f'99-ad7746.rules: {OLDER.partition("MODE")[0]}TAG+="uaccess"', {}, 0, "sorts after 73-seat-late.rules"),
+]  # fmt: skip
+"""A rule file, what is wrong with the board, exit code and output."""
+
+
+@pytest.mark.parametrize(("rule", "how", "code", "said"), BOARDS)
+def test_a_board_and_its_rule(
+    rule: str, how: dict[str, bool], code: int, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if rule:
+        (tmp_path / "rules.d").mkdir()
+        name, _, text = rule.partition(": ")
+        (tmp_path / "rules.d" / name).write_text(f"{text}\n")
     [kit] = plug(monkeypatch, loaded=how.get("loaded", True), allowed=how.get("allowed"))
     kit.chip.present = not how.get("absent", False)
     result = run("doctor")
     assert (result.exit_code, said in result.stdout) == (code, True), result.stdout
-
-
-@pytest.mark.parametrize(
-    ("name", "rule", "allowed", "said"),
-    [
-        ("70-palpate.rules", UDEV_RULE, False, "70-palpate.rules gives this user no access"),
-        ("70-palpate.rules", OLDER, True, "lets every user and program of this machine write"),
-        ("99-ad7746.rules", OLDER.replace('MODE=', 'MODE:='), True, "      take the board's mode and tag out of"),
-        ("99-ad7746.rules", OLDER.partition("MODE")[0] + 'TAG+="uaccess"', True, "sorts after 73-seat-late.rules"),
-    ],
-)  # fmt: skip
-def test_a_rule_that_gives_too_little_or_too_much(
-    name: str, rule: str, allowed: bool, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "rules.d").mkdir()
-    (tmp_path / "rules.d" / name).write_text(f"{rule}\n")
-    plug(monkeypatch, allowed=allowed)
-    result = run("doctor")
-    assert (result.exit_code, said in result.stdout) == (0 if allowed else 3, True), result.stdout
 
 
 def test_an_extra_that_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -157,22 +145,16 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "udev" / "rules.d" / "70-palpate.rules"
 
 
-def rules(file: Path) -> list[str]:
-    return [line for line in file.read_text().splitlines() if not line.startswith("#")]
-
-
 @linux
 def test_the_rule_is_written_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert 'MODE="0660", GROUP="plugdev", TAG+="uaccess"' in UDEV_RULE
-    assert udev.RULE_FILE < udev._SEATS
     result = run("doctor", "--install-udev")
     assert result.exit_code == 0, result.output
     assert f"ok  udev rule: wrote {file}" in result.stdout
     assert "ok  udev: has read its rules again" in result.stdout
     assert "--  users: the user at the screen can open the board; over ssh" in result.stdout
     assert "      sudo usermod -aG plugdev me" in result.stdout
-    assert (rules(file), file.stat().st_mode & 0o777) == ([UDEV_RULE], 0o644)
-    assert (udev.rule_files(), udev.flaw(file)) == ([file], "")
+    assert (udev.rule_files(), udev.flaw(file), file.stat().st_mode & 0o777) == ([file], "", 0o644)
     monkeypatch.setattr(udev, "reload", lambda: "udevadm is not installed")
     monkeypatch.setattr(udev, "missing_group", lambda: "")
     again = run("doctor", "--install-udev").stdout
@@ -186,8 +168,7 @@ def test_the_rule_is_written_once(file: Path, monkeypatch: pytest.MonkeyPatch) -
     ("before", "code", "said"),
     [
         ("# none\n", 0, "ok  udev rule: wrote "),
-        (f"{OLDER}\n", 4, "has other rules, stays as it is"),
-        (f'{UDEV_RULE}\n{OLDER}, RUN+="/bin/x"\n', 4, "has other rules, stays as it is"),
+        (f"{UDEV_RULE}\n{OLDER}\n", 4, "has other rules, stays as it is"),
     ],
 )
 def test_a_file_with_other_rules_stays(file: Path, before: str, code: int, said: str) -> None:
@@ -195,7 +176,7 @@ def test_a_file_with_other_rules_stays(file: Path, before: str, code: int, said:
     file.write_text(before)
     result = run("doctor", "--install-udev")
     assert (result.exit_code, said in result.stdout) == (code, True), result.stdout
-    assert file.read_text() == before if code else rules(file) == [UDEV_RULE]
+    assert file.read_text() == before if code else UDEV_RULE in file.read_text().splitlines()
 
 
 @linux
@@ -203,12 +184,12 @@ def test_a_user_is_sent_to_sudo(file: Path, monkeypatch: pytest.MonkeyPatch) -> 
     def refuse(folder: object = None) -> str:
         raise PermissionError(13, "Permission denied", str(file))
 
-    command = f"sudo {sys.executable} -P -m palpate doctor --install-udev"
     monkeypatch.setattr(udev, "install", refuse)
     assert run("doctor", "--install-udev").exit_code == 4  # root itself is refused: sudo would not help
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
     result = run("doctor", "--install-udev")
-    assert (result.exit_code, f"      {command}\n" in result.stdout) == (3, True)
+    command = f"      sudo {sys.executable} -P -m palpate doctor --install-udev\n"
+    assert (result.exit_code, command in result.stdout) == (3, True)
 
 
 @linux
@@ -224,7 +205,6 @@ def test_another_system_has_no_udev(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ("echo $@ >> calls", ""),
         ("echo Running in chroot >&2; exit 1", "udevadm control: Running in chroot"),
-        ("exec sleep 30", "timed out after 0.05 seconds"),
         ("", "udevadm is not installed"),
     ],
 )
@@ -235,11 +215,8 @@ def test_udev_reads_and_applies_the_rules(
     path.write_text(f"#!/bin/sh\n{program}\n")
     path.chmod(0o755)
     monkeypatch.setattr(shutil, "which", lambda name, path=None: str(tmp_path / name) if program else None)
-    if "sleep" in program:
-        monkeypatch.setattr(udev, "_WAIT_S", 0.05)
     found = udev.reload()
-    assert found.endswith(said)
-    assert bool(found) == bool(said)
+    assert (found.endswith(said), bool(found)) == (True, bool(said))
     if not said:
         reload, trigger = (tmp_path / "calls").read_text().splitlines()
         assert reload == "control --reload"

@@ -1,5 +1,6 @@
 """Command lines: running them in the process; whether those in texts are commands of palpate, with options that it has."""
 
+import json
 import re
 import shlex
 from collections.abc import Iterator
@@ -20,6 +21,11 @@ _PROGRAM = re.compile(r"^(?:\$ |sudo )*(?:\S*/)?palpate (.*)$")
 def run(*arguments: str | Path, text: str | None = None, **environment: str) -> Result:
     """Run a command of palpate in this process; `text` is its input."""
     return CliRunner(env=environment).invoke(main, [str(each) for each in arguments], input=text)
+
+
+def document(*arguments: str | Path, **environment: str) -> Any:
+    """Run a command of palpate with --json; return its document."""
+    return json.loads(run(*arguments, "--json", **environment).stdout)
 
 
 def commands(command: click.Command = main, names: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
