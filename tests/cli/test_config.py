@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 import pytest
-from command_lines import commands, run
+from command_lines import commands, document, run
 from palpate.cli import COMMANDS, config
 from palpate.cli.config import keys
 from project import ROOT
@@ -24,9 +24,7 @@ def places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]
 
 
 def scene(*arguments: str, **variables: str) -> str:
-    result = run("replay", FOUR, "--json", *arguments, **variables)
-    assert result.exit_code in (0, 5), result.stderr
-    return str(json.loads(result.stdout)["scene"])
+    return str(document("replay", FOUR, *arguments, **variables)["scene"])
 
 
 def test_the_nearer_wins(places: tuple[Path, Path], tmp_path: Path) -> None:
@@ -40,10 +38,10 @@ def test_the_nearer_wins(places: tuple[Path, Path], tmp_path: Path) -> None:
     assert scene("--scene", "handheld", PALPATE_REPLAY_SCENE="sliding") == "handheld"
     other = tmp_path / "other.toml"
     other.write_text('[replay]\nset = ["threshold=inf", "drift=0.5"]\nsamples = 80\n')
-    document = json.loads(run("--config", other, "replay", FOUR, "--json").stdout)
+    found = document("--config", other, "replay", FOUR)
     given = {"threshold": "inf", "drift": 0.5, "samples": 80, "seconds": None}
-    assert (document["scene"], document["settings"]) == ("handheld", given)
-    assert json.loads(run("replay", FOUR, PALPATE_CONFIG=str(other), PALPATE_REPLAY_JSON="1").stdout) == document
+    assert (found["scene"], found["settings"]) == ("handheld", given)
+    assert json.loads(run("replay", FOUR, PALPATE_CONFIG=str(other), PALPATE_REPLAY_JSON="1").stdout) == found
 
 
 def test_a_command_of_a_group_has_a_table_and_variables(places: tuple[Path, Path]) -> None:
@@ -52,8 +50,8 @@ def test_a_command_of_a_group_has_a_table_and_variables(places: tuple[Path, Path
     here.write_text("[kit.noise]\ncapf = [1, 2]\n")
 
     def noise(*arguments: str, **variables: str) -> tuple[int, list[int]]:
-        document = json.loads(run("kit", "noise", "sim:", "--json", *arguments, **variables).stdout)
-        return document["readings"], [row["capf"] for row in document["noise"]]
+        found = document("kit", "noise", "sim:", *arguments, **variables)
+        return found["readings"], [row["capf"] for row in found["noise"]]
 
     assert noise() == (4, [1, 2])
     assert noise("--readings", "6", "--capf", "0", PALPATE_KIT_NOISE_READINGS="5") == (6, [0])

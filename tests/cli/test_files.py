@@ -5,16 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import click
-import palpate
 import pytest
 from command_lines import commands, run
-from palpate.calibration.specimen_files import write_session
 from palpate.cli.paths import OUTPUT, OUTPUT_FOLDER, InputFile, Recordings, require_free, require_free_in
-from palpate.samples import block_of
 from project import ROOT
 
 FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
-PROBE = ROOT / "tests" / "fuzz" / "corpus" / "calibration" / "probe.toml"
 OURS = (InputFile, Recordings, type(OUTPUT))
 WRITTEN = {names for names, command in commands() if any(p.type in (OUTPUT, OUTPUT_FOLDER) for p in command.params)}
 FORCED = {names for names, command in commands() if any("--force" in p.opts for p in command.params)}
@@ -25,7 +21,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the working folder: a recording, and an object of each kind that is in the way."""
     monkeypatch.chdir(tmp_path)
     for suffix in (".csv", ".json"):
-        (tmp_path / "run").with_suffix(suffix).write_bytes(FOUR.with_suffix(suffix).read_bytes())
+        (tmp_path / f"run{suffix}").write_bytes(FOUR.with_suffix(suffix).read_bytes())
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "moduli.csv").write_text("precious")
     (tmp_path / "taken.csv").write_text("precious")
@@ -89,11 +85,7 @@ def test_each_command_with_a_wrong_file(line: list[str], folder: Path) -> None:
 
 @pytest.mark.parametrize(
     ("file", "error"),
-    [
-        ("nowhere.csv", FileNotFoundError),
-        ("folder", IsADirectoryError),
-        ("run.csv/x", NotADirectoryError),
-    ],
+    [("nowhere.csv", FileNotFoundError), ("folder", IsADirectoryError), ("run.csv/x", NotADirectoryError)],
 )
 def test_an_input_that_cannot_be_read(file: str, error: type[OSError]) -> None:
     with pytest.raises(error) as caught:
@@ -125,18 +117,3 @@ def test_an_output_folder_that_is_in_the_way() -> None:
     for folder, said in {"folder": "already exists", "taken.csv/new/new": "is no folder"}.items():
         with pytest.raises(OSError, match=said):
             require_free_in(Path(folder), [Path(folder) / "moduli.csv"], force=False)
-
-
-def test_no_predictable_name_is_written(folder: Path) -> None:
-    """Links at the names that temporary files could have are not written through."""
-    (folder / "precious").write_text("precious")
-    names = ["new.csv.new", "new.json.new", "new.parquet.new", "probe.toml.part", "gel.csv"]
-    for name in names:
-        (folder / name).symlink_to("precious")
-    for name in ("new.csv", "new.parquet"):
-        assert run("convert", FOUR, "-o", name).exit_code == 0
-    palpate.Calibration.load(PROBE).save(folder / "probe.toml")
-    with pytest.raises(FileExistsError):
-        write_session(folder, {"gel": block_of([])}, {"gel": 1.0})
-    assert (folder / "precious").read_text() == "precious"
-    assert all((folder / name).is_symlink() for name in names)

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from command_lines import run
+from command_lines import document, run
 from palpate import Status, check
 from palpate.recording.sidecar import load
 from recording_bench import record, sample, tear
@@ -32,28 +32,23 @@ def test_record_check_replay(tmp_path: Path) -> None:
     assert recorded.stderr == f"{path}: {lines} rows; file closed\n"
     assert list(rows(recorded.stdout)) == [1, 2, 3, 4]
     assert [recorded.stdout.count(f"  {result}") for result in ("first", "revised")] == [4, 4]
-    checked = run("check", path)
-    assert checked.exit_code == 0
-    assert checked.stdout.startswith(f"{path}: complete, clean end: {lines} rows in 3")
+    assert run("check", path).stdout.startswith(f"{path}: complete, clean end: {lines} rows in 3")
     replayed = run("replay", path)
     assert (replayed.exit_code, rows(replayed.stdout)) == (0, rows(recorded.stdout))
     assert told(replayed.stdout) <= told(recorded.stdout)
-    document = load(path)
-    assert document
-    assert document["notes"] == ["on the desk"]
+    assert (load(path) or {})["notes"] == ["on the desk"]
 
 
 def test_the_recorded_scene_is_replayed_unless_another_is_asked_for(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
     how = ("--scene", "paper", "--samples", "80", "--set", "threshold=inf")
-    live = json.loads(run("record", "sim:stiff-steady", "-o", path, *how, "--json").stdout)
-    again = json.loads(run("replay", path, "--json").stdout)
+    live, again = document("record", "sim:stiff-steady", "-o", path, *how), document("replay", path)
     assert (again["scene"], again["settings"]["threshold"], again["settings"]["samples"]) == ("paper", "inf", 80)
     assert again["touches"] == live["touches"]
-    other = json.loads(run("replay", path, "--json", "--scene", "handheld").stdout)
+    other = document("replay", path, "--scene", "handheld")
     assert (other["scene"], other["settings"], other["touches"][0]["samples"]) == ("handheld", {}, 208)
-    in_seconds = json.loads(run("replay", path, "--json", "--touch-seconds", "2").stdout)
-    assert (in_seconds["settings"]["samples"], in_seconds["settings"]["seconds"]) == (None, 2.0)
+    settings = document("replay", path, "--touch-seconds", "2")["settings"]
+    assert (settings["samples"], settings["seconds"]) == (None, 2.0)
 
 
 def test_unplugged_for_good(tmp_path: Path) -> None:
@@ -117,10 +112,9 @@ def test_check_of_several_has_the_worst_code(tmp_path: Path) -> None:
     letter = tmp_path / "letter.csv"
     letter.write_text("Dear colleague,\n")
     assert [run("check", good, *more).exit_code for more in ([], [gaps], [gaps, torn])] == [0, 5, 4]
-    result = run("check", good, letter, "--json")
-    assert result.exit_code == 4
-    document = json.loads(result.stdout)
-    assert ([entry["clean"] for entry in document["recordings"]], len(document["unreadable"])) == ([True], 1)
+    assert run("check", good, letter).exit_code == 4
+    found = document("check", good, letter)
+    assert ([entry["clean"] for entry in found["recordings"]], len(found["unreadable"])) == ([True], 1)
     table = tmp_path / "table.csv"
     table.write_text("time,hard,soft\n0,1,2\n0.1,1,3\n0.2,1,3\n")
     result = run("check", table, "--map", "hard=2,soft=3", "--unit", "pF")
