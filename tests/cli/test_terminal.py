@@ -17,10 +17,7 @@ FOUR = ROOT / "tests" / "data" / "four-specimens.csv"
 PATIENCE_S = 60
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="no signals and terminals on this system")
 SOURCE = "sim:four-specimens?speed=1"
-COMMANDS = {
-    "record": ["-m", "palpate", "record", SOURCE, "-o"],
-    "live": ["-m", "palpate", "live", SOURCE, "--no-open", "--port", "0", "--record"],
-}
+RECORD, LIVE = ["record", SOURCE, "-o"], ["live", SOURCE, "--no-open", "--port", "0", "--record"]
 PLAIN = "import os, sys; os.execv(sys.argv[1], sys.argv[1:])"
 OWN_TERMINAL = f"import fcntl, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); {PLAIN}"
 NOHUP = f"import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); {PLAIN}"
@@ -28,12 +25,11 @@ NOHUP = f"import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); {PLAIN}"
 
 def begun(first: str, command: list[str], path: Path, output: int) -> "subprocess.Popen[str]":
     """Return the running command, when some rows are in its file; the output, if it is no pipe, is its input, too."""
-    whole = [sys.executable, "-c", first, sys.executable, *command, str(path)]
-    process = subprocess.Popen(
-        whole, stdin=output if output > 0 else None, stdout=output, stderr=output, text=True, start_new_session=True
-    )
+    whole = [sys.executable, "-c", first, sys.executable, "-m", "palpate", *command, str(path)]
+    places = {"stdin": output if output > 0 else None, "stdout": output, "stderr": output}
+    process = subprocess.Popen(whole, **places, text=True, start_new_session=True)  # type: ignore[call-overload]
     until(lambda: rows(path) > 5, process)
-    return process
+    return process  # type: ignore[no-any-return]
 
 
 def rows(path: Path) -> int:
@@ -52,42 +48,38 @@ def until(there: Callable[[], bool], process: "subprocess.Popen[str]") -> None:
 
 def test_a_closed_terminal_closes_the_recording(tmp_path: Path) -> None:
     ours, theirs = os.openpty()
-    process = begun(OWN_TERMINAL, COMMANDS["record"], tmp_path / "run.csv", theirs)
+    process = begun(OWN_TERMINAL, RECORD, tmp_path / "run.csv", theirs)
     os.close(theirs)
     os.close(ours)
-    assert process.wait(PATIENCE_S) == 130
-    assert check(tmp_path / "run.csv").clean
+    assert (process.wait(PATIENCE_S), check(tmp_path / "run.csv").clean) == (130, True)
 
 
 def test_nohup_is_obeyed(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    with begun(NOHUP, COMMANDS["record"], path, subprocess.PIPE) as process:
+    with begun(NOHUP, RECORD, path, subprocess.PIPE) as process:
         process.send_signal(signal.SIGHUP)
         more = rows(path) + 20
         until(lambda: rows(path) > more, process)
         process.send_signal(signal.SIGTERM)
         process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 130
-    assert check(path).clean
+    assert (process.returncode, check(path).clean) == (130, True)
 
 
 def test_ctrl_c_twice_closes_the_file(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    with begun(PLAIN, COMMANDS["record"], path, subprocess.PIPE) as process:
+    with begun(PLAIN, RECORD, path, subprocess.PIPE) as process:
         process.send_signal(signal.SIGINT)
         process.send_signal(signal.SIGINT)
         told = process.communicate(timeout=PATIENCE_S)[1]
-    assert process.returncode == 130
     report = check(path)
-    assert report.clean
-    assert f"run.csv: {report.survey.rows} rows" in told.splitlines()[-1]
-    assert told.endswith("; file closed\n")
+    assert (process.returncode, report.clean) == (130, True)
+    assert told.endswith(f"run.csv: {report.survey.rows} rows; file closed\n")
 
 
 def test_live_says_in_the_terminal_that_a_recording_failed(tmp_path: Path) -> None:
     path, printed = tmp_path / "run.csv", tmp_path / "printed"
     with printed.open("w") as output:
-        process = begun(PLAIN, COMMANDS["live"], path, output.fileno())
+        process = begun(PLAIN, LIVE, path, output.fileno())
         path.unlink()
         until(lambda: "Error: " in printed.read_text(), process)
         process.send_signal(signal.SIGINT)
@@ -117,10 +109,37 @@ def on_a_terminal(words: list[str]) -> tuple[str, str]:
 
 
 def test_progress_is_shown_on_a_terminal_only(tmp_path: Path) -> None:
-    words = ["record", "sim:four-specimens", "-o", str(tmp_path / "run.csv"), "--json"]
-    printed, drawn = on_a_terminal(words)
-    assert " pairs, 0 lost, " in drawn
-    assert "\r" not in printed
+    printed, drawn = on_a_terminal(["record", "sim:four-specimens", "-o", str(tmp_path / "run.csv"), "--json"])
+    assert (" pairs, 0 lost, " in drawn, "\r" in printed) == (True, False)
     check_words = ["check", str(FOUR), str(FOUR)]
     assert "check  [##" in on_a_terminal(check_words)[1]
     assert "\r" not in run(*check_words).output
+
+
+HANGS = """
+import os, time
+from pathlib import Path
+def hang(_):
+    Path("writing").touch()
+    for _ in range(6000):
+        time.sleep(0.1)  # a signal just before a sleep is noticed after it
+os.fsync = hang  # when all is written, and the file does not have its name yet
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "number"),
+    [
+        (["convert", str(FOUR), "-o", "run.parquet"], "SIGTERM"),
+        (["simulate", "-o", "ten", "--object", "gel=1.1"], "SIGHUP"),
+    ],
+)
+def test_a_command_that_is_ended_leaves_no_half_file(words: list[str], number: str, tmp_path: Path) -> None:
+    code = f"{HANGS}\nfrom palpate.cli import main; main({words!r}, prog_name='palpate')"
+    with subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True, cwd=tmp_path) as running:
+        until((tmp_path / "writing").exists, running)
+        assert len(list(tmp_path.rglob("*"))) > 1
+        running.send_signal(getattr(signal, number))
+        told = running.communicate(timeout=PATIENCE_S)[1]
+    assert (running.returncode, told.splitlines()[-1]) == (130, "interrupted")
+    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == ["writing"]
