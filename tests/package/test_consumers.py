@@ -25,19 +25,15 @@ def test_find_package_in_the_folder_that_the_package_tells(cmake: str, tmp_path:
     assert run(tmp_path / "consumer") == EXPECTED
 
 
-@pytest.mark.parametrize("installed", [True, False], ids=["of the package", "of the sources"])
-def test_add_subdirectory(cmake: str, tmp_path: Path, installed: bool) -> None:
-    configure(cmake, CONSUMER, tmp_path, f"-DPALPATE_SOURCE={asked('--cmakedir') if installed else ROOT}")
-    assert run(tmp_path / "consumer") == EXPECTED
-
-
-def test_fetch_content(cmake: str, tmp_path: Path) -> None:
-    """From an archive of the sources, as a forge makes of a tag: everything below one folder."""
+@pytest.mark.parametrize("source", ["package", "sources", "archive"])
+def test_add_subdirectory_and_fetch_content(cmake: str, tmp_path: Path, source: str) -> None:
+    """The archive is as a forge makes of a tag: everything below one folder."""
     archive = tmp_path / "v1.tar.gz"
     with tarfile.open(archive, "w:gz") as made:
         for name in ("CMakeLists.txt", "LICENSE", "cpp"):
             made.add(ROOT / name, f"palpate-1/{name}")
-    configure(cmake, CONSUMER, tmp_path / "build", f"-DPALPATE_ARCHIVE={archive}")
+    wanted = {"package": f"SOURCE={asked('--cmakedir')}", "sources": f"SOURCE={ROOT}", "archive": f"ARCHIVE={archive}"}
+    configure(cmake, CONSUMER, tmp_path / "build", f"-DPALPATE_{wanted[source]}")
     assert run(tmp_path / "build" / "consumer") == EXPECTED
 
 

@@ -19,17 +19,12 @@ SOURCE = "https://forge.invalid/palpate"
 STUB = ROOT / "tests" / "tools" / "arduino_stub"
 
 
-def make(folder: Path, *address: str) -> subprocess.CompletedProcess[str]:
-    """Run the command."""
-    command: list[str | Path] = [sys.executable, "-m", "release.headers", folder, *address]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-
-
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Make the archive by its command, and unpack it."""
     folder = tmp_path_factory.mktemp("archive")
-    made = Path(make(folder, SOURCE).stdout.strip())
+    command: list[str | Path] = [sys.executable, "-m", "release.headers", folder, SOURCE]
+    made = Path(subprocess.check_output(command, cwd=ROOT, text=True).strip())
     headers.write(again := folder / "again.zip", SOURCE)
     assert made.read_bytes() == again.read_bytes()
     with zipfile.ZipFile(made) as archive:
@@ -109,10 +104,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_it_has_every_header_once_and_each_standard_header_once() -> None:
-    text, headers = one_header(), in_order()
-    assert set(headers) == {
-        path.relative_to(ROOT / "cpp" / "include").as_posix() for path in (ROOT / "cpp" / "include").rglob("*.hpp")
-    }
+    text, headers, include = one_header(), in_order(), ROOT / "cpp" / "include"
+    assert set(headers) == {path.relative_to(include).as_posix() for path in include.rglob("*.hpp")}
     assert re.findall(r"^// (palpate/\S+\.hpp)$", text, re.MULTILINE) == headers
     includes = re.findall(r"^\s*#\s*include (.*)", text, re.MULTILINE)
     assert len(includes) == len(set(includes)) > 4
@@ -121,21 +114,18 @@ def test_it_has_every_header_once_and_each_standard_header_once() -> None:
     assert f'#define PALPATE_VERSION "{palpate.__version__}"' in text
     assert "Permission is hereby granted" in text
     for header in headers:  # what stands in a header, stands in it
-        body = (ROOT / "cpp" / "include" / header).read_text(encoding="utf-8").partition("namespace palpate")[2]
+        body = (include / header).read_text(encoding="utf-8").partition("namespace palpate")[2]
         assert body.strip() in text, header
 
 
 @pytest.mark.parametrize("compiler", ["c++", "clang++"])
 def test_two_units_of_one_program(folder: Path, tmp_path: Path, compiler: str) -> None:
-    main = (
-        (ROOT / "tests" / "cpp" / "consumer" / "main.cpp")
-        .read_text()
-        .replace("<palpate/palpate.hpp>", '"palpate_one.hpp"')
-    )
-    for name, text in (("main", main), ("scene", SCENE)):
-        (tmp_path / f"{name}.cpp").write_text(text)
+    main = (ROOT / "tests" / "cpp" / "consumer" / "main.cpp").read_text()
+    units = {"main.cpp": main.replace("<palpate/palpate.hpp>", '"palpate_one.hpp"'), "scene.cpp": SCENE}
+    for name, text in units.items():
+        (tmp_path / name).write_text(text)
     program = tmp_path / "program"
-    run(need(compiler), *STRICT, f"-I{folder}", tmp_path / "main.cpp", tmp_path / "scene.cpp", "-o", program)
+    run(need(compiler), *STRICT, f"-I{folder}", *(tmp_path / name for name in units), "-o", program)
     assert run(program) == f"palpate {palpate.__version__}: ratio 2.000\n"
 
 

@@ -43,26 +43,16 @@ def module_of(path: Path) -> str:
 
 
 MODULES = {module_of(path): path for path in sorted(SOURCES.rglob("*.py"))}
+INCLUDE = re.compile(r"^#include <palpate/([\w/]+)\.hpp>", re.MULTILINE)
 FOLDERS = sorted({module_of(path) for path in SOURCES.rglob("__init__.py")} - {"__init__"})
-
-
-def header_of(path: Path) -> str:
-    return path.relative_to(HEADERS).with_suffix("").as_posix()
-
-
-def included() -> dict[str, list[str]]:
-    """Return which of our headers each header includes."""
-    return {
-        header_of(path): re.findall(
-            r"^#include <palpate/([\w/]+)\.hpp>", path.read_text(encoding="utf-8"), re.MULTILINE
-        )
-        for path in sorted(HEADERS.rglob("*.hpp"))
-    }
 
 
 def test_includes_point_down() -> None:
     rank = {room: number for number, row in enumerate(HEADER_LAYERS) for room in row.split()}
-    found = included()
+    found = {
+        path.relative_to(HEADERS).with_suffix("").as_posix(): INCLUDE.findall(path.read_text(encoding="utf-8"))
+        for path in sorted(HEADERS.rglob("*.hpp"))
+    }
     assert {header.split("/")[0] for header in found} == set(rank)
     upwards = [
         (header, target)
@@ -83,11 +73,8 @@ def test_imports_keep_their_contracts() -> None:
 
 
 def test_the_reference_shares_no_code() -> None:
-    nodes = [
-        node
-        for path in (SOURCES / "reference").glob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-    ]
+    texts = [path.read_text(encoding="utf-8") for path in (SOURCES / "reference").glob("*.py")]
+    nodes = [node for text in texts for node in ast.walk(ast.parse(text))]
     names = {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
     names |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     own = {name for name in names if name.startswith("palpate.reference.")}
@@ -137,7 +124,7 @@ def test_wheel_contents() -> None:
     assert files
     names = {name for name in map(str, files) if not re.search(r"__pycache__/|(bin|Scripts)/palpate(\.exe)?$", name)}
     assert [n for n in names if re.fullmatch(r"palpate/_core\..*(so|pyd)", n)]
-    assert {f"palpate/include/palpate/{header_of(p)}.hpp" for p in HEADERS.rglob("*.hpp")} <= names
+    assert {f"palpate/include/palpate/{p.relative_to(HEADERS).as_posix()}" for p in HEADERS.rglob("*.hpp")} <= names
     sources = [p for p in SOURCES.rglob("*") if p.suffix in (".py", ".pyi", ".typed", ".j2", ".css")]
     assert {f"palpate/{p.relative_to(SOURCES).as_posix()}" for p in sources} <= names
     cmake = {f"palpate/lib/cmake/palpate/{n}" for n in ("palpate-config.cmake", "CMakeLists.txt")}
@@ -146,12 +133,10 @@ def test_wheel_contents() -> None:
 
 
 def documented() -> Iterator[tuple[str, str, dict[str, Any]]]:
-    for name in MODULES:
-        if name != "__main__":
-            module = importlib.import_module("palpate" if name == "__init__" else f"palpate.{name}")
-            yield from (
-                (t.name, t.docstring or "", module.__dict__) for t in doctest.DocTestFinder().find(module) if t.examples
-            )
+    for name in sorted(MODULES.keys() - {"__main__"}):
+        module = importlib.import_module("palpate" if name == "__init__" else f"palpate.{name}")
+        tests = doctest.DocTestFinder().find(module)
+        yield from ((test.name, test.docstring or "", module.__dict__) for test in tests if test.examples)
     for path in sorted(ROOT.glob("*.md")):
         for number, block in enumerate(re.findall(r"```pycon\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL)):
             yield f"{path.name}[{number}]", block, {}

@@ -3,6 +3,7 @@
 import errno
 import math
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -24,10 +25,8 @@ from palpate.systems import REPLACE_S, replace, require_file_name, to_disk
 )
 def test_a_name_that_is_no_file_on_windows_is_refused_there(name: str) -> None:
     require_file_name(Path(name), "linux")
-    with pytest.raises(OSError, match=r"on Windows|Windows leaves out") as refused:
+    with pytest.raises(OSError, match=r"(on Windows|Windows leaves out): choose another name: .*" + re.escape(name)):
         require_file_name(Path("folder") / name, "win32")
-    assert "choose another name" in str(refused.value)
-    assert name in str(refused.value)
 
 
 @pytest.mark.parametrize("name", ["null.csv", "com.csv", "com0.csv", "com10.csv", "run.con.csv", "größe ω.csv", ".csv"])
@@ -59,31 +58,26 @@ def held(monkeypatch: pytest.MonkeyPatch, tries: float) -> list[Path]:
     return tried
 
 
-def test_on_windows_a_file_that_is_open_is_replaced_when_it_is_closed(
+def test_on_windows_a_file_that_is_open_is_replaced_when_it_is_closed_or_stays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    path = tmp_path / "run.json"
+
+    def write(data: bytes) -> None:
+        with replacing(path) as file:
+            file.write(data)
+
+    write(b"old")
     monkeypatch.setattr(replace, "__defaults__", ("win32",))
     tried = held(monkeypatch, 3)
-    path = tmp_path / "run.json"
-    path.write_text("old", encoding="utf-8")
-    with replacing(path) as file:
-        file.write(b"new")
-    assert path.read_text(encoding="utf-8") == "new"
-    assert len(tried) == 4
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_one_that_stays_open_is_left_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(replace, "__defaults__", ("win32",))
-    monkeypatch.setattr(systems, "REPLACE_S", 0.1)
+    write(b"new")
+    assert (path.read_bytes(), len(tried), list(tmp_path.iterdir())) == (b"new", 4, [path])
     assert REPLACE_S < 5, "a recorder waits for it"
+    monkeypatch.setattr(systems, "REPLACE_S", 0.1)
     held(monkeypatch, math.inf)
-    path = tmp_path / "run.json"
-    path.write_text("old", encoding="utf-8")
-    with pytest.raises(PermissionError, match="another program has it open") as refused, replacing(path) as file:
-        file.write(b"new")
-    assert refused.value.filename == str(path)
-    assert (path.read_text(encoding="utf-8"), list(tmp_path.iterdir())) == ("old", [path])
+    with pytest.raises(PermissionError, match="another program has it open") as refused:
+        write(b"newer")
+    assert (refused.value.filename, path.read_bytes(), list(tmp_path.iterdir())) == (str(path), b"new", [path])
 
 
 def test_macos_writes_to_the_disk_itself(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -171,5 +165,4 @@ def test_any_name_can_be_printed(tmp_path: Path) -> None:
     env = {**os.environ, "PYTHONIOENCODING": "cp1252", "PYTHONUTF8": "0"}
     command = [sys.executable, "-m", "palpate", "check", "größe ω.csv"]
     done = subprocess.run(command, cwd=tmp_path, env=env, capture_output=True, check=False, timeout=60)
-    assert "größe \\u03c9.csv" in done.stderr.decode("cp1252")
-    assert "Traceback" not in done.stderr.decode("cp1252")
+    assert done.stderr.decode("cp1252").startswith("Error: größe \\u03c9.csv: ")

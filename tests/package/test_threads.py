@@ -26,19 +26,16 @@ ONES = np.ones(SIZE)
 def blocks_of(name: str) -> tuple[Callable[[], Any], Callable[[Any], Any], dict[str, tuple[Any, ...]]]:
     """Return how an object of a class is made, given a long block, and the arguments of its methods."""
     kind: Any = getattr(palpate, name)
-    ones = ONES.astype(np.float32) if name.rstrip("Bank").endswith("32") or "32" in name else ONES
-    none = np.zeros(0, ones.dtype)
     if name == "Tracker":
         empty: tuple[Any, ...] = (np.zeros(0, np.int64),) * 2 + (np.zeros(0),) * 2
         arguments = {"feed": (0.0, 0.0, 1.0, 1.0), "process": empty, "take": empty}
         more: dict[str, tuple[Any, ...]] = {"touches_since": (0,), "revisions_since": (0,)}
         return kind, lambda made: made.process(TIMES, TIMES, ONES, ONES), arguments | more
-    if "Bank" in name:
-        block, row = ones.reshape(-1, 4), ones[:4]
-        arguments = {"update": (row, row), "process": (block[:0], block[:0]), "__deepcopy__": ({},)}
-        return lambda: kind(4), lambda made: made.process(block, block), arguments
-    arguments = {"update": (1.0, 1.0), "process": (none, none), "trace": (none, none), "__deepcopy__": ({},)}
-    return kind, lambda made: made.process(ones, ones), arguments
+    bank = "Bank" in name
+    block = ONES.astype(np.float32 if "32" in name else float).reshape((-1, 4) if bank else -1)
+    pair, none = (block[0], block[0]) if bank else (1.0, 1.0), (block[:0], block[:0])
+    arguments = {"update": pair, "process": none, "trace": none, "__deepcopy__": ({},)}
+    return (lambda: kind(4)) if bank else kind, lambda made: made.process(block, block), arguments
 
 
 @contextmanager
@@ -79,12 +76,10 @@ def attempted(made: Any, name: str, arguments: tuple[Any, ...]) -> bool:
 def refused_by(name: str) -> set[str]:
     """Return the public names of a class that are refused while a block is in an object of it."""
     make, work, arguments = blocks_of(name)
-    made, found = make(), set[str]()
+    made = make()
     names = {each for each in dir(made) if not each.startswith("_")} | {"__repr__", "__copy__"} & set(dir(made))
     with while_busy(lambda: work(made)):
-        for each in names:
-            found |= {each} if meanwhile(made, each, arguments) else set()
-    return found
+        return {each for each in names if meanwhile(made, each, arguments)}
 
 
 def meanwhile(made: Any, name: str, arguments: dict[str, tuple[Any, ...]]) -> bool:
@@ -102,11 +97,9 @@ def meanwhile(made: Any, name: str, arguments: dict[str, tuple[Any, ...]]) -> bo
 
 def said(name: str) -> set[str]:
     """Return what the page says is refused for a class."""
-    for line in PAGE.splitlines():
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if len(cells) == 3 and name in re.findall(r"`(\w+)`", cells[0]):
-            return set(re.findall(r"`(\w+)`", cells[1]))
-    raise AssertionError(f"docs/threads.md has no row for {name}")
+    rows = [line.strip("|").split("|") for line in PAGE.splitlines()]
+    [cell] = [cells[1] for cells in rows if len(cells) == 3 and f"`{name}`" in cells[0]]
+    return set(re.findall(r"`(\w+)`", cell))
 
 
 @pytest.mark.parametrize("name", ["AdaptiveRls32", "HandoverRls", "Tracker", "HandoverRlsBank"])
@@ -133,29 +126,22 @@ def test_who_is_refused_changes_nothing(name: str) -> None:
         assert made == alone
 
 
-def in_threads(work: Callable[[int], Any], many: int = 4) -> list[Any]:
-    """Return what a function gives in threads that all begin it at once."""
-    together = threading.Barrier(many)
-
-    def begin(number: int) -> Any:
-        together.wait()
-        return work(number)
-
-    with ThreadPoolExecutor(many) as pool:
-        return list(pool.map(begin, range(many)))
-
-
 def test_two_threads_that_iterate_a_stream_share_its_samples() -> None:
     samples: list[palpate.Sample | Exception] = [sample(i) for i in range(3000)]
-    with palpate.Stream(Scripted(samples)) as stream:
-        seen = in_threads(lambda _: [int(seq) for batch in stream.batches() for seq in batch.samples["seq"]], 2)
-        shared = stream.tracker
+    together = threading.Barrier(2)
+
+    def read(stream: palpate.Stream) -> list[int]:
+        together.wait()
+        return [int(seq) for batch in stream.batches() for seq in batch.samples["seq"]]
+
+    with palpate.Stream(Scripted(samples)) as stream, ThreadPoolExecutor(2) as pool:
+        seen = list(pool.map(read, [stream, stream]))
     assert sorted(seen[0] + seen[1]) == list(range(3000))
     assert all(part == sorted(part) for part in seen)
     with palpate.Stream(Scripted(samples)) as alone:
         for _ in alone.batches():
             pass
-    assert (shared.readings, shared.ratio) == (alone.tracker.readings, alone.tracker.ratio)
+    assert (stream.tracker.readings, stream.tracker.ratio) == (alone.tracker.readings, alone.tracker.ratio)
 
 
 def recorded_in_turns(stream: palpate.Stream, folder: Path, number: int) -> None:

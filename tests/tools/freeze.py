@@ -19,16 +19,15 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import palpate
-from click.testing import CliRunner
-from command_lines import commands
+from command_lines import commands, run
 from foreign_files import CASES, ending
-from palpate.cli import main
 from websockets.asyncio.client import connect
 
 ROOT = Path(__file__).parents[2]
 GOLDEN = ROOT / "tests" / "golden"
 OWN = ROOT / "tests" / "data" / "four-specimens.csv"
 SIMULATED = ("stiff-steady", "step-up", "dropouts", "saturating", "not-level", "drift-both")
+FIRST = {"schema": "palpate-recording-1", "end": {"rows": 1411, "dropped": 0, "clean": True}}
 EPHEMERAL = r'"(started|started_utc_ns|sidecar_crc32|python|system|version|palpate)": ("[^"]*"|\d+)'
 
 
@@ -39,15 +38,10 @@ def _cell(text: str, row: int, column: int, cell: str) -> str:
     return "".join([*lines[:row], ",".join(cells) + "\n", *lines[row + 1 :]])
 
 
-def _without_rows(text: str) -> str:
-    lines = text.splitlines(keepends=True)
-    return "".join(lines[:400] + lines[420:])
-
-
 DAMAGES: dict[str, Callable[[str], str]] = {
     "whole": str,
     "torn": lambda text: text[:-11],
-    "gap": _without_rows,
+    "gap": lambda text: "".join((lines := text.splitlines(keepends=True))[:400] + lines[420:]),
     "letter": lambda text: _cell(text, 300, 5, "0.1x"),
     "not-finite": lambda text: _cell(text, 300, 5, "nan"),
     "one-digit": lambda text: _cell(text, 300, 5, "0.62"),
@@ -65,9 +59,7 @@ def recordings(folder: Path) -> Iterator[Path]:
         "described": OWN.with_suffix(".json").read_text(),
         "bare": None,
         "unclean": json.dumps({key: value for key, value in bare.items() if key != "end"}),
-        "first": json.dumps(
-            bare | {"schema": "palpate-recording-1", "end": {"rows": 1411, "dropped": 0, "clean": True}}
-        ),
+        "first": json.dumps(bare | FIRST),
     }
     for damage, change in DAMAGES.items():
         for kind, description in sidecars.items():
@@ -85,7 +77,7 @@ def recordings(folder: Path) -> Iterator[Path]:
 
 def said(*arguments: str) -> str:
     """Return what a command prints, its messages and its exit code, without what depends on folder and time."""
-    done = CliRunner().invoke(main, arguments)
+    done = run(*arguments)
     return f"$ palpate {' '.join(arguments)}\n{done.stdout}{done.stderr}exit {done.exit_code}\n"
 
 
@@ -102,12 +94,9 @@ def replayed(folder: Path) -> str:
         parts += [said("replay", str(path)), said("replay", str(path), "--json"), said("check", str(path), "--json")]
         parts.append(said("check", str(path)))
     whole = str(folder / "whole-described.csv")
-    parts += [said("replay", whole, "--scene", scene) for scene in ("fixed", "paper", "sliding")]
-    parts += [
-        said("replay", whole, "--offline", "--json"),
-        said("replay", whole, "--set", "threshold=6", "--touch-seconds", "3"),
-    ]
-    return "".join(parts)
+    options = [["--scene", scene] for scene in ("fixed", "paper", "sliding")]
+    options += [["--offline", "--json"], ["--set", "threshold=6", "--touch-seconds", "3"]]
+    return "".join([*parts, *(said("replay", whole, *words) for words in options)])
 
 
 def written(folder: Path) -> str:
@@ -117,13 +106,8 @@ def written(folder: Path) -> str:
         path = folder / f"{name}.csv"
         said("record", f"sim:{name}?seed=1", "-o", str(path), "--note", "frozen")
         lines = path.read_text().splitlines()
-        checksum = zlib.crc32(path.read_bytes())
-        parts += [
-            f"{name}: {len(lines)} lines, crc32 {checksum}",
-            *lines[:3],
-            lines[-1],
-            path.with_suffix(".json").read_text(),
-        ]
+        parts += [f"{name}: {len(lines)} lines, crc32 {zlib.crc32(path.read_bytes())}", *lines[:3], lines[-1]]
+        parts.append(path.with_suffix(".json").read_text())
     return "\n".join(parts)
 
 
