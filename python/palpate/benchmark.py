@@ -124,8 +124,9 @@ def pairs_aligned(run: Simulation) -> Pairs:
     return _changes(run, at, made.hard[at], made.soft[at])
 
 
-def _times_ns(run: Simulation) -> list[NDArray[np.int64]]:
-    return [np.round(times * 1e9).astype(np.int64) for times in (run.t_hard_s, run.t_soft_s)]
+def _times_ns(run: Simulation) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    hard, soft = (np.round(times * 1e9).astype(np.int64) for times in (run.t_hard_s, run.t_soft_s))
+    return hard, soft
 
 
 def _changes(run: Simulation, at: NDArray[np.intp], hard: Array, soft: Array) -> Pairs:
@@ -202,8 +203,8 @@ def costs() -> dict[str, float]:
 
 
 def _scene_work(scene: "_Scene", run: Simulation) -> Callable[[], Any]:
-    t_hard, t_soft = _times_ns(run)
-    return lambda: Tracker(scene, samples=None).process(t_hard, t_soft, run.hard, run.soft)
+    times_ns = _times_ns(run)
+    return lambda: Tracker(scene, samples=None).process(*times_ns, run.hard, run.soft)
 
 
 def summarise(scenario: str, estimator: str, traces: Iterable[ErrorTrace], ns: float = math.nan) -> Row:

@@ -4,7 +4,6 @@ Exit codes: 0 done, 1 unexpected error or closed pipe, 2 a wrong line or a wrong
 to open it, 4 anything about a file, 5 measured but not reliable, 6 an extra is missing, 130 interrupted.
 """
 
-from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -35,22 +34,13 @@ COMMANDS = {
 """Module and help line of each command; the module is imported when the command is used."""
 
 
-def _tell(text: str) -> Callable[[click.Context, click.Parameter, bool], None]:
-    def tell(context: click.Context, _parameter: click.Parameter, asked: bool) -> None:
-        if asked:
-            click.echo(text)
-            context.exit()
-
-    return tell
-
-
 @click.group("palpate", cls=Commands, known=COMMANDS,
              context_settings={"help_option_names": ["-h", "--help"], "auto_envvar_prefix": "PALPATE"})  # fmt: skip
 @click.version_option(__version__, prog_name="palpate")
-@click.option("--includes", is_flag=True, is_eager=True, expose_value=False, callback=_tell(f"-I{get_include()}"),
-              help="Print the compiler flag for the headers, and exit.")  # fmt: skip
-@click.option("--cmakedir", is_flag=True, is_eager=True, expose_value=False, callback=_tell(get_cmake_dir()),
-              help="Print the folder for CMake (palpate_DIR or add_subdirectory), and exit.")  # fmt: skip
+@click.version_option(get_include(), "--includes", message="-I%(version)s",
+                      help="Print the compiler flag for the headers, and exit.")  # fmt: skip
+@click.version_option(get_cmake_dir(), "--cmakedir", message="%(version)s",
+                      help="Print the folder for CMake (palpate_DIR or add_subdirectory), and exit.")  # fmt: skip
 @click.option("--config", type=InputFile(),
               help="File with defaults, instead of palpate.toml here and in your configuration folder.")  # fmt: skip
 @debug_option

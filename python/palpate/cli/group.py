@@ -132,9 +132,10 @@ class Commands(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands."""
-        lines = {name: (command.help or "").split("\n")[0] for name, command in self.commands.items()}
+        known = {name: line for name, (_, line) in self._known.items()}
+        lines = known or {name: (command.help or "").split("\n")[0] for name, command in self.commands.items()}
         with formatter.section("Commands"):
-            formatter.write_dl(list((lines | {name: line for name, (_, line) in self._known.items()}).items()))
+            formatter.write_dl(list(lines.items()))
 
     def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
         """Parse the options of the group itself."""
