@@ -3,41 +3,30 @@
 import hashlib
 import json
 import sys
-import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import pytest
 from project import ROOT, run
 
-try:
-    import fcntl
-except ImportError:  # pragma: no cover: Windows, where every test builds for itself
-    fcntl = None  # type: ignore[assignment]
-
 FOLDER = ROOT / "build" / "tests"
+_SOURCES = {".cpp", ".hpp", ".ld", ".py"}
 
 
 @contextmanager
 def kept_folder(name: str, *compilers: str) -> Iterator[Path]:
     """Give a folder for a build by these programs, and those of this environment; no other process has it meanwhile.
 
-    The build tool finds out what has changed in it. A new one where the tree cannot be written, or there are no locks.
+    The build tool finds out what has changed in it.
     """
-    key = _hash(name, sys.prefix, *(run(compiler, "--version") for compiler in compilers))
-    try:
-        if fcntl is None:
-            raise OSError
-        (FOLDER / key).mkdir(parents=True, exist_ok=True)
-        file = (FOLDER / f"{key}.lock").open("w")
-    except OSError:
-        with tempfile.TemporaryDirectory() as folder:
-            yield Path(folder)
-    else:
-        with file:
-            fcntl.flock(file, fcntl.LOCK_EX)
-            yield FOLDER / key
+    fcntl = pytest.importorskip("fcntl", reason="no lock of files on this system")
+    folder = FOLDER / _hash(name, sys.prefix, *(run(compiler, "--version") for compiler in compilers))
+    folder.mkdir(parents=True, exist_ok=True)
+    with folder.with_suffix(".lock").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield folder
 
 
 def kept_json(name: str, inputs: tuple[Path, ...], programs: tuple[str, ...], make: Callable[[Path], object]) -> Any:
@@ -46,19 +35,14 @@ def kept_json(name: str, inputs: tuple[Path, ...], programs: tuple[str, ...], ma
     `inputs` are folders of sources, all of whose files count.
     """
     with kept_folder(name, *programs) as folder:
-        made = folder / f"{_hash(*_texts(inputs))}.json"
+        files = sorted(path for each in inputs for path in each.rglob("*") if path.suffix in _SOURCES)
+        texts = (f"{path.relative_to(ROOT)}\n{path.read_text(encoding='utf-8')}" for path in files)
+        made = folder / f"{_hash(*texts)}.json"
         if not made.exists():
             for old in folder.glob("*.json"):
                 old.unlink()
             make(made)
         return json.loads(made.read_text(encoding="utf-8"))
-
-
-def _texts(folders: Iterable[Path]) -> Iterator[str]:
-    for folder in folders:
-        for path in sorted(folder.rglob("*")):
-            if path.suffix in {".cpp", ".hpp", ".ld", ".py"}:
-                yield f"{path.relative_to(ROOT)}\n{path.read_text(encoding='utf-8')}"
 
 
 def _hash(*texts: str) -> str:

@@ -73,21 +73,19 @@ def compiles(compiler: str, text: str, folder: Path) -> None:
 def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
     """Return the folder that `make` fills in the first worker that needs it; all other workers wait, and fail if it failed."""
     base = factory.getbasetemp()
-    root = base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base
-    folder, said = root / name, root / f"{name}.said"
+    folder = (base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base) / name
+    made, failed = folder.with_suffix(".made"), folder.with_suffix(".failed")
     try:
         folder.mkdir()
     except FileExistsError:
-        while not said.exists():
+        while not made.exists():
+            assert not failed.exists(), f"{name}: not made, see the test of another worker"
             time.sleep(0.1)
-        failure = said.read_text(encoding="utf-8")
-        assert failure == "", failure
         return folder
-    failure = f"{name}: not made, see the test of another worker"
     try:
         make(folder)
-        failure = ""
-    finally:
-        said.with_suffix(".part").write_text(failure, encoding="utf-8")
-        said.with_suffix(".part").rename(said)
+    except BaseException:
+        failed.touch()
+        raise
+    made.touch()
     return folder
