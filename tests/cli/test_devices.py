@@ -6,7 +6,6 @@ import subprocess
 import sys
 from importlib import metadata
 from pathlib import Path
-from types import SimpleNamespace
 
 import click
 import pytest
@@ -150,10 +149,13 @@ def test_the_rule_is_written_once(file: Path, monkeypatch: pytest.MonkeyPatch) -
     assert 'MODE="0660", GROUP="plugdev", TAG+="uaccess"' in UDEV_RULE
     result = run("doctor", "--install-udev")
     assert result.exit_code == 0, result.output
-    assert f"ok  udev rule: wrote {file}" in result.stdout
-    assert "ok  udev: has read its rules again" in result.stdout
-    assert "--  users: the user at the screen can open the board; over ssh" in result.stdout
-    assert "      sudo usermod -aG plugdev me" in result.stdout
+    done = [
+        "ok  udev rule: wrote ",
+        "ok  udev: has read its rules again",
+        "--  users: the user at the screen",
+        "      sudo us",
+    ]
+    assert [line[: len(begin)] for begin, line in zip(done, result.stdout.splitlines(), strict=True)] == done
     assert (udev.rule_files(), udev.flaw(file), file.stat().st_mode & 0o777) == ([file], "", 0o644)
     monkeypatch.setattr(udev, "reload", lambda: "udevadm is not installed")
     monkeypatch.setattr(udev, "missing_group", lambda: "")
@@ -189,9 +191,9 @@ def test_a_user_is_sent_to_sudo(file: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 @linux
 def test_another_system_has_no_udev(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cli_devices, "sys", SimpleNamespace(platform="win32", exit=sys.exit))
-    refused = run("doctor", "--install-udev")
-    assert (refused.exit_code, "WinUSB, by Zadig" in refused.stdout) == (2, True)
+    monkeypatch.setattr(sys, "platform", "win32")
+    [finding] = cli_devices.udev_steps()
+    assert (finding.code, "WinUSB, by Zadig" in finding.text) == (2, True)
 
 
 @linux

@@ -1,6 +1,7 @@
 """How commands begin and end: what they import, one line and an exit code after an error, and no half file."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -60,8 +61,8 @@ def test_the_version_and_what_it_goes_with() -> None:
 
 def test_a_wrong_instruction_set_is_one_line() -> None:
     done = process("--version", PALPATE_SIMD="sse9")
-    assert (done.returncode, done.stdout, len(done.stderr.splitlines())) == (2, "", 1)
-    assert done.stderr.startswith("Error: environment variable PALPATE_SIMD: got 'sse9', allowed: ")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert re.fullmatch("Error: environment variable PALPATE_SIMD: got 'sse9', allowed: .*\n", done.stderr)
 
 
 def test_ctrl_c_during_the_imports_is_no_traceback() -> None:

@@ -72,7 +72,6 @@ def test_so_many_seconds_or_fewer_touches_than_asked_for(tmp_path: Path, monkeyp
     assert f"touch 1: {told}\n" in run("replay", cut).stdout
     recorded = run("record", "sim:step-up", "-o", few, "--touches", "2", "--samples", "1000")
     assert (recorded.exit_code, "1 of 2 touches were measured" in recorded.stderr) == (5, True)
-    assert "touch 1: short: the touch ended after" in recorded.stdout
     monkeypatch.setattr("palpate.sources.sim.SimSource.__iter__", lambda _: iter(()))
     recorded = run("record", "sim:", "-o", tmp_path / "c.csv", "--touches", "1")
     assert (recorded.exit_code, recorded.stdout) == (5, "")
@@ -97,9 +96,8 @@ def test_how_it_ends(
     monkeypatch.setattr("palpate.sources.sim.SimSource.__iter__", lambda _: 1 / 0)
     monkeypatch.chdir(tmp_path)
     result = run("record", *arguments)
-    assert (result.exit_code, result.stdout) == (code, "")
+    assert (result.exit_code, result.stdout, list(tmp_path.iterdir())) == (code, "", [])
     assert message in result.stderr
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_check_of_several_has_the_worst_code(tmp_path: Path) -> None:

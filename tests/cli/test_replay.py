@@ -166,10 +166,9 @@ def test_the_rows_and_documents_are_those_of_each_file(week: Path, jobs: str) ->
     assert replayed(week, *options, "--jobs", jobs)[:2] == [one, one | {"file": str(Path("week/b.csv"))}]
 
 
-def test_sentences_stand_below_with_the_file_and_how_tables_are_read_once(tmp_path: Path, week: Path) -> None:
+def test_sentences_stand_below_with_the_file_and_how_tables_are_read_once(tmp_path: Path) -> None:
     paths = [table(tmp_path, name, "fF") for name in ("tremor", "not-level")]
-    shown = run("replay", *paths, *MAP)
-    alone = [run("replay", path, *MAP) for path in paths]
+    shown, alone = run("replay", *paths, *MAP), [run("replay", path, *MAP) for path in paths]
     below = [f"{path}: {line}" for path, one in zip(paths, alone, strict=True) for line in one.stdout.splitlines()[2:]]
     assert shown.stdout.splitlines()[3:] == below != []
     understood = alone[0].stderr.splitlines()[0].partition(": ")[2]
