@@ -7,23 +7,7 @@ from palpate.errors import MissingExtra
 
 
 def need(module: str, extra: str) -> Any:
-    """Import a module from an optional package (an extra of palpate).
-
-    Parameters
-    ----------
-    module : str
-        Full name, for example "scipy.optimize".
-    extra : str
-        Name of the extra, for example "science"; "" for a package that is in none.
-
-    Returns
-    -------
-    module
-
-    Raises
-    ------
-    MissingExtra
-        The package is not installed; the message has the pip command.
+    """Import a module of an extra of palpate ("": of a package in none); MissingExtra has the pip command that installs it.
 
     Examples
     --------

@@ -140,16 +140,7 @@ def _is_several(given: One | Iterable[One]) -> TypeGuard[Iterable[One]]:
 def in_order(
     work: Callable[[_Item], _Result], items: Iterable[_Item], jobs: int
 ) -> Generator[_Result | Exception, None, None]:
-    """Yield the result of a function for each item, in their order.
-
-    Parameters
-    ----------
-    work : function
-        Called in a thread for each item; what it raises is yielded in place of its result.
-    items : iterable
-        At most 2 * jobs of them are taken ahead.
-    jobs : int
-        Number of threads, 1 or more; 1: none, the function is called in this one.
+    """Yield the result of a function for each item in order, or what it raised, from threads; jobs=1: from this one.
 
     Examples
     --------

@@ -131,7 +131,14 @@ def test_the_cord(recordings: Path, tmp_path: Path) -> None:
     for file in files:
         shutil.copy(recordings / "cord" / file.name.replace("-", ""), file)
     accept = [text for flag in MODEL for text in ("--accept", flag)]
-    how = ("--moduli", tmp_path / "moduli.csv", "--map", "soft=4,hard=8", "--free-soft-ratio", *accept)
+    how: tuple[str | Path, ...] = (
+        "--moduli",
+        tmp_path / "moduli.csv",
+        "--map",
+        "soft=4,hard=8",
+        "--free-soft-ratio",
+        *accept,
+    )
     result = run("calibrate", *files, *how, "-o", tmp_path / "cord.toml")
     assert (result.exit_code, "This calibration is not reliable. 4 specimens" in result.stdout) == (5, True)
     made = palpate.Calibration.load(tmp_path / "cord.toml")

@@ -68,11 +68,10 @@ def _blink(uri: str) -> int:
 
     backend = find.system_backend()
     found = find.boards(backend)
-    chosen = [board for board in found if uri in ("usb:", f"usb:{board}")]
+    code, chosen = 0, [board for board in found if uri in ("usb:", f"usb:{board}")]
     if not chosen:
         there = ", ".join(f"usb:{board}" for board in found) or "no evaluation kit; `palpate doctor` says what to check"
         raise DeviceNotFound(f"--blink: got {shortened(uri)}, connected: {there}")
-    code = 0
     for board in chosen:
         try:
             with closing(EvalKit(board.bus, board.address, backend=backend)) as kit:
@@ -110,22 +109,11 @@ def doctor(install_udev: bool) -> None:
     codes = [finding.code for finding in findings if finding.code]
     plain = [{"what": f.what, "state": f.state, "text": f.text, "do": f.do} for f in findings]
     show({"palpate": __version__, "wrong": len(codes), "findings": plain}, "")
-    sys.exit(codes[0] if codes else 0)
+    sys.exit(next(iter(codes), 0))
 
 
 class Finding(NamedTuple):
-    """One line of the output of `palpate doctor`.
-
-    Attributes
-    ----------
-    what, text : str
-    do : str
-        What to type or to do; empty: nothing.
-    code : int
-        The exit code: 0, not wrong.
-    free : bool
-        Missing, but optional; or could be better.
-    """
+    """One line of the output of `palpate doctor`: what to do, its exit code (0: not wrong), whether it is optional."""
 
     what: str
     text: str
@@ -178,8 +166,7 @@ def extras() -> Iterator[Finding]:
             packages.setdefault(match[2], []).append(match[1])
     for extra, names in packages.items():
         versions = {name: _version(name) for name in names}
-        missing = ", ".join(name for name, version in versions.items() if not version)
-        if missing:
+        if missing := ", ".join(name for name, version in versions.items() if not version):
             yield Finding(f"extra {extra}", f"not installed: {missing}", f"pip install 'palpate[{extra}]'", free=True)
         else:
             yield Finding(f"extra {extra}", ", ".join(f"{name} {version}" for name, version in versions.items()))

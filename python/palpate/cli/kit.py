@@ -5,7 +5,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -123,14 +122,15 @@ class Terminal:
 
     def ready(self, text: str) -> bool:
         """Wait for Enter; s leaves the step out."""
-        return bool(_ask(f"{text} Enter: go on, s: leave out").strip().lower() != "s")
+        return bool(_asked(f"{text} Enter: go on, s: leave out", str.strip).lower() != "s")
 
     def value(self, text: str) -> float | None:
         """Ask for a number, again if it is none; Enter or s leaves the step out."""
-        return _ask(f"{text}; Enter or s: leave out", value_proc=_number)  # type: ignore[no-any-return]
+        return _asked(f"{text}; Enter or s: leave out", _number)  # type: ignore[no-any-return]
 
 
-_ask = partial(click.prompt, default="", show_default=False, err=True)
+def _asked(question: str, convert: Callable[[str], Any]) -> Any:
+    return click.prompt(question, default="", show_default=False, err=True, value_proc=convert)
 
 
 def _number(answer: str) -> float | None:

@@ -82,20 +82,7 @@ force_option: Callable[[Callable[..., Any]], Callable[..., Any]] = click.option(
 
 
 def require_free(outputs: Iterable[Path], inputs: Iterable[Path] = (), *, force: bool | None) -> None:
-    """Check the names of output files, before anything is computed or a device is opened.
-
-    Parameters
-    ----------
-    outputs, inputs : iterable of pathlib.Path
-    force : bool or None
-        Whether files are replaced; None: a measurement, which is never replaced.
-
-    Raises
-    ------
-    OSError
-        A file of this name exists, and `force` is not True; it is an input, or the sidecar of one; it is a folder; or its
-        folder does not exist, or may not be written.
-    """
+    """Check the names of output files, before anything is computed or a device is opened; `force` None: a measurement."""
     read = [file for path in inputs for file in with_sidecar(path) if file.exists()]
     for path in outputs:
         _require_folder(path.parent)
