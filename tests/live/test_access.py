@@ -2,21 +2,17 @@
 
 import asyncio
 import socket
-from collections.abc import Iterator
-from contextlib import closing
-from http.client import HTTPConnection
 from pathlib import Path
-from threading import Event, Thread
 from types import SimpleNamespace
 from typing import Any
 
 import palpate
 import pytest
-from live_bench import HOST, ORIGIN, OWN, PORT, SOURCE, begun
+from live_bench import HOST, ORIGIN, OWN, PORT
+from live_server import Live
 from palpate.live import commands, feed, files, hub, measurement, server
 from palpate.live.access import HEADERS, Gatekeeper, new_token
 from palpate.live.app import PageApp
-from palpate.live.server import address_of, listen, serve
 
 TOKEN = "Q4h-Zk_0aBcDeFgHiJkLmNoPqRsTuVwX"
 COOKIE = f"palpate-{PORT}={TOKEN}"
@@ -119,44 +115,18 @@ def test_only_files_of_the_page_are_served() -> None:
 
 def test_the_limits_are_those_that_the_pages_promise() -> None:
     """SECURITY.md and docs/live.md have these numbers."""
-    assert (server.PATIENCE_S, server.HEAD, server.CONNECTIONS, server._BACKLOG) == (5.0, 16 * 1024, 128, 64)
+    assert (server.HEAD, server.CONNECTIONS, server._BACKLOG) == (16 * 1024, 128, 64)
     assert (hub.PAGES, hub.AHEAD, commands.LONGEST, files.LONGEST) == (16, 30, 8192, 100)
     assert HEADERS["Content-Security-Policy"].startswith("default-src 'none'; script-src 'self';")
     assert (measurement.KEPT, feed.BINS_PER_S, len(new_token())) == (65_536, 500.0, 192 / 6)
 
 
-@pytest.fixture
-def address(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    """Serve a measurement that records to run.csv; wait a short time for a request."""
-    monkeypatch.setattr(server, "PATIENCE_S", 0.5)
-    bench, ending = begun(SOURCE, tmp_path), Event()
-    with listen(HOST, 0) as listening:
-        port = listening.getsockname()[1]
-        app = PageApp(bench).app(HOST, port, TOKEN)
-        thread = Thread(target=serve, args=(app, listening, ending.is_set))
-        thread.start()
-        yield address_of(listening, HOST)
-        ending.set()
-        thread.join()
-    bench.measurement.close()
-    assert bench.measurement.error == ""
+def test_a_long_request_and_nonsense_are_refused_and_the_recording_goes_on(tmp_path: Path) -> None:
+    with Live("--record", str(tmp_path / "run.csv")) as live:
+        for sent in (b"nonsense\r\n\r\n", b"GET / HTTP/1.1\r\nX: " + b"x" * 30000):
+            with socket.create_connection((HOST, live.port), timeout=60) as client:
+                client.sendall(sent)
+                assert client.recv(4096).startswith(b"HTTP/1.1 400 ")
+        assert live.asks("/", live.token) == 200
+        assert live.end() == 130
     assert palpate.check(tmp_path / "run.csv").clean
-
-
-def ask(address: str, path: str = "/", **headers: str) -> int:
-    """Ask over the network; return the status."""
-    port = address.strip("/").rpartition(":")[2]
-    with closing(HTTPConnection(HOST, int(port), timeout=60)) as connection:
-        connection.request("GET", path, headers={"Cookie": f"palpate-{port}={TOKEN}"} | headers)
-        return connection.getresponse().status
-
-
-def test_an_unfinished_request_and_a_long_one_are_closed(address: str) -> None:
-    port = int(address.strip("/").rpartition(":")[2])
-    for sent in (b"", b"GET / HTTP/1.1\r\n", b"nonsense\r\n\r\n", b"GET / HTTP/1.1\r\nX: " + b"x" * 30000):
-        with socket.create_connection((HOST, port), timeout=60) as client:
-            client.sendall(sent)
-            answer = client.recv(4096)
-            assert answer.startswith(b"HTTP/1.1 400 ") == (len(sent) > 17 or b"nonsense" in sent)
-    assert ask(address) == 200
-    assert ask(address, Cookie="") == 403

@@ -79,8 +79,8 @@ def test_a_guided_calibration(tmp_path: Path, touches: dict[str, list[Touch]]) -
     [(used, path)] = bench.used
     assert (path, used.as_dict()) == (tmp_path / "probe.toml", Calibration.load(path).as_dict())
     assert used.as_dict() == expected.as_dict()
-    assert [file["name"] for file in bench.files.named] == ["probe.toml", answer["report"]]
-    assert expected.verdict in (tmp_path / answer["report"]).read_text()
+    assert [file["name"] for file in bench.files.named] == ["probe.toml", "probe-calibration.html"]
+    assert expected.verdict in (tmp_path / "probe-calibration.html").read_text()
     assert bench.part.document()["saved"] == "probe.toml"
     assert bench.part.switch(on=False).startswith("Calibrating has ended")
 

@@ -7,7 +7,6 @@ import pytest
 from live_bench import OWN_FILE, begun, client
 from palpate.live import files as module
 from palpate.live.app import DOWNLOADED, READ_ONLY
-from palpate.live.commands import Command
 from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
 
@@ -90,7 +89,7 @@ def test_a_report_of_the_newest_recording(tmp_path: Path, monkeypatch: pytest.Mo
 def test_a_browser_shows_a_report_and_runs_nothing_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bench = begun(f"{OWN_FILE}?speed=100", tmp_path)
     monkeypatch.setattr(module, "write", lambda path, *_: path.write_text("<p>gel</p>"))
-    name = bench.do(Command("report"))["file"]
+    name = bench.do("report")["file"]
     for beside in ("probe.toml", "odd.bin"):
         (tmp_path / beside).write_text("x")
         bench.measurement.files.made(tmp_path / beside, "calibration")

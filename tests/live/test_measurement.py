@@ -15,7 +15,7 @@ from live_bench import OWN_FILE, SOURCE, Bench, begun, client, until
 from palpate import Source
 from palpate.elasticity import SORBOTHANE_MPA, Elasticity
 from palpate.live import levels
-from palpate.live.commands import Command, Workbench
+from palpate.live.commands import Workbench
 from palpate.live.feed import HEADER, Kind, RefusedCommand
 from palpate.live.measurement import RecordedMeasurement, open_file
 from palpate.live.touch_rows import TouchTable
@@ -91,7 +91,7 @@ def test_a_recording_that_is_begun_in_a_touch_has_the_whole_touch(tmp_path: Path
     assert list(tmp_path.iterdir()) == []  # nothing is recorded before Record is pressed
     bench.obey("plan", text="30 OO; 0.143", wanted=2)
     until(lambda: measurement.last is not None)
-    marked = bench.do(Command("mark"))["id"]
+    marked = bench.do("mark")["id"]
     bench.obey("note", text="warm")
     until(lambda: measurement.state in ("contact", "adapting", "done"))
     with pytest.raises(RefusedCommand, match="tare: the probe is in contact; lift it first"):
@@ -227,7 +227,7 @@ def test_what_a_page_is_told_of_a_recording(tmp_path: Path) -> None:
         assert same(found.touches, palpate.touches(recorded(path)))
         for do in ("tare", "record", "again", "mark"):
             with pytest.raises(RefusedCommand, match=f"{do}: this is a recording, nothing is measured"):
-                bench.do(Command(do))
+                bench.do(do)
 
 
 def test_a_damaged_recording_is_shown_as_far_as_it_can_be_read(tmp_path: Path) -> None:

@@ -146,7 +146,7 @@ def test_flags_decide_unless_a_calibration_accepts_them() -> None:
     bench = Bench(accepted=SHORT.flags)
     bench.take("short")
     assert bench.plan.rows[0]["kept"]
-    bench.plan.accepted = ()
+    bench.plan.progress.accepted = ()
     bench.do("note", text="another calibration")
     [row] = bench.plan.rows
     assert (row["kept"], row["deviation"], row["why"].split(":")[0] in SHORT.flags) == (False, None, True)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.live.app import PageApp
-from palpate.live.commands import Command, Workbench
+from palpate.live.commands import Workbench
 from palpate.live.connection_state import ConnectionState
 from palpate.live.files import RunFiles
 from palpate.live.measurement import LiveMeasurement, opener
@@ -34,7 +34,7 @@ class Bench(Workbench):
 
     def obey(self, do: str, **given: object) -> str:
         """Let a page order this; return the message."""
-        return str(self.do(Command(do, given))["message"])
+        return str(self.do(do, **given)["message"])
 
     def waited(self, what: str) -> dict[str, Any]:
         """Return the first state with this word, or with a line of this kind."""

@@ -144,7 +144,7 @@ def progress_of(case: "Case", touches: list[Press]) -> Progress:
         progress.specimens = [Specimen(name, modulus, WANTED) for name, modulus in SPECIMENS.items()]
     given: Any = touches
     progress.present = [Done(one.number, one, one.specimen, WHY.get(one.flag, "")) for one in given]
-    progress.settle(0.0, ())
+    progress.settle(0.0)
     return progress
 
 

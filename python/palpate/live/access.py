@@ -21,7 +21,6 @@ HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cache-Control": "no-store",
-    "Connection": "close",  # one request on a connection, so that one time-out is enough
 }
 FRAMED_HEADERS = HEADERS | {"Content-Security-Policy": _SOURCES}
 """A notebook may frame the page: where Jupyter runs cannot be known. Only who knows the token can frame it."""

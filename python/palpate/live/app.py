@@ -116,14 +116,14 @@ class PageApp:
 
     async def _hear(self, page: Page, message: str) -> None:
         try:
-            command = parse(message)
-            if COMMANDS[command.do].obeys.startswith("page."):
-                answer = page.do(command)
+            do, given = parse(message)
+            if COMMANDS[do].obeys.startswith("page."):
+                answer = page.do(do, **given)
             else:
-                answer = await asyncio.to_thread(self._bench.do, command)
+                answer = await asyncio.to_thread(self._bench.do, do, **given)
                 self.hub.send_state()
             if answer:
-                page.answer(message_of("done", do=command.do, **answer))
+                page.answer(message_of("done", do=do, **answer))
         except RefusedCommand as refusal:
             page.answer(message_of("refused", message=str(refusal)))
         except (ValueError, PalpateError) as error:

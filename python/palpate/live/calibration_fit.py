@@ -21,8 +21,7 @@ from palpate.live.files import RunFiles
 from palpate.report import calibration_page
 from palpate.several import objections
 
-FEWEST = 3
-"""Specimens of different moduli that eq. (2) needs."""
+FEWEST = 3  # specimens of different moduli that eq. (2) needs
 _POINTS = 81
 
 
@@ -77,14 +76,10 @@ class GuidedCalibration:
         if not self._on:
             return {"on": False}
         known = self._known()
-        seen = (
-            [replace(each, touches=()) for each in known],
-            [(n, touch.ratio, kept) for each in known for n, touch, kept in each.touches],
-        )
         if self._running and self._running.done():
             self._shown, self._running = self._running.result(), None
-        if seen != self._seen and self._running is None:
-            self._seen = seen
+        if known != self._seen and self._running is None:
+            self._seen = known
             self._running = self._worker.submit(self._grown, known)
         return {"on": True, "saved": self._saved or None, **self._shown}
 
@@ -112,36 +107,32 @@ class GuidedCalibration:
             raise RefusedCommand(f"save calibration: {error}") from error
         found.save(path)
         self._files.made(path, "calibration")
-        report = self._report(path, found, specimens)
+        self._report(path, found, specimens)
         self._saved = path.name
         self._use(found, path)
         doubt = "" if found.sound else " It is not reliable yet: its verdict is in the file."
-        return {"message": f"Saved as {path.name}; moduli are from it now.{doubt}", "file": path.name, "report": report}
+        return {"message": f"Saved as {path.name}; moduli are from it now.{doubt}", "file": path.name}
 
-    def _report(self, path: Path, found: Calibration, specimens: list[Specimen]) -> str | None:
-        try:
+    def _report(self, path: Path, found: Calibration, specimens: list[Specimen]) -> None:
+        with suppress(MissingExtra):
             text = calibration_page(found, specimens)
-        except MissingExtra:
-            return None
-        beside = self._files.free(f"{path.stem}-calibration.html")
-        with replacing(beside) as file:
-            file.write(text.encode())
-        self._files.made(beside, "report")
-        return beside.name
+            beside = self._files.free(f"{path.stem}-calibration.html")
+            with replacing(beside) as file:
+                file.write(text.encode())
+            self._files.made(beside, "report")
 
     def _fit(self, known: Sequence[KnownSpecimen]) -> tuple[list[Specimen], Calibration]:
         specimens = [Specimen(each.name, each.modulus, each.kept) for each in known if each.usable]
         return specimens, calibrate(specimens, about={"scene": self._scene()})
 
     def _grown(self, known: Sequence[KnownSpecimen]) -> Document:
-        found, verdict, error = None, "", None
+        found, error = None, None
         try:
             _, found = self._fit(known)
             verdict = found.verdict
-        except CalibrationError as failure:
-            error, verdict = str(failure), f"Not enough yet: {failure}"
         except (ValueError, PalpateError) as failure:  # MissingExtra, too
-            error = verdict = str(failure)
+            error = str(failure)
+            verdict = f"Not enough yet: {error}" if isinstance(failure, CalibrationError) else error
         return {
             "touches": sum(len(each.usable) for each in known),
             "missing": missing(known),
@@ -203,10 +194,9 @@ def next_best(known: Sequence[KnownSpecimen]) -> str:
     low, high = by_modulus[0], by_modulus[-1]
     lacking.sort(key=lambda each: (not each.usable, each not in (low, high), each.modulus))
     done, more = [each.modulus for each in known if not each.lacks], ""
-    if done and min(done) > low.modulus:
-        more = f" Below {min(done):g} MPa no specimen is finished."
-    elif done and max(done) < high.modulus:
-        more = f" Above {max(done):g} MPa no specimen is finished."
+    if done and (min(done) > low.modulus or max(done) < high.modulus):
+        where = f"Below {min(done):g}" if min(done) > low.modulus else f"Above {max(done):g}"
+        more = f" {where} MPa no specimen is finished."
     return f"Next: {', then '.join(each.name for each in lacking[:2])}.{more}"
 
 
@@ -225,7 +215,7 @@ def _fitted(found: Calibration | None) -> Document:
 def _points(known: Sequence[KnownSpecimen], found: Calibration | None) -> list[Document]:
     points: list[Document] = []
     for each in known:
-        named = {"modulus": each.modulus, "specimen": each.name}
-        named["fitted"] = found.probe.ratio(each.modulus) if found else None
+        fitted = found.probe.ratio(each.modulus) if found else None
+        named = {"modulus": each.modulus, "specimen": each.name, "fitted": fitted}
         points += [{**named, "touch": n, "ratio": touch.ratio, "kept": kept} for n, touch, kept in each.touches]
     return points

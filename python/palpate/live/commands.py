@@ -3,9 +3,8 @@
 import json
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from palpate.calibration import Calibration
 from palpate.live.calibration_fit import GuidedCalibration
@@ -30,29 +29,20 @@ LARGEST_S = 1e12
 Check = Callable[[str, Any], Any]
 
 
-@dataclass(frozen=True)
-class Command:
-    """One message of a page: its name, and its checked values; those that may be left out are missing then."""
-
-    do: str
-    given: Document = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Order:
+class Order(NamedTuple):
     """Who obeys a command, as part.method, and the check of each value; with a question mark: may be left out."""
 
     obeys: str
-    values: dict[str, Check] = field(default_factory=dict)
+    values: dict[str, Check] = {}  # noqa: RUF012  never changed
 
 
-def parse(message: str) -> Command:
-    """Return the command of a message, or raise `RefusedCommand`.
+def parse(message: str) -> tuple[str, Document]:
+    """Return the command of a message and its checked values, or raise `RefusedCommand`.
 
     Examples
     --------
     >>> parse('{"do": "note", "text": "second specimen"}')
-    Command(do='note', given={'text': 'second specimen'})
+    ('note', {'text': 'second specimen'})
     >>> parse('{"do": "format the disk"}')  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     palpate.live.feed.RefusedCommand: do: got 'format the disk', allowed: tare, tare anyway, ...
@@ -75,7 +65,7 @@ def parse(message: str) -> Command:
             checked[bare] = check(bare, given.pop(bare, None))
     if given:
         _refuse("message", min(given), f"no further names for {do}")
-    return Command(do, checked)
+    return do, checked
 
 
 class Workbench:
@@ -130,17 +120,17 @@ class Workbench:
         end_s = self.measurement.ends.get(number, start_s)
         return f"trace {number}", message_of("trace", **self.measurement.levels.trace(number, start_s, end_s))
 
-    def do(self, command: Command) -> Document:
+    def do(self, do: str, /, **given: Any) -> Document:
         """Obey a command of a page; return the answer. May wait for the disk.
 
         Raises `RefusedCommand` if it is not possible now, or not here; and what `Stream` raises.
         """
-        part, _, name = COMMANDS[command.do].obeys.partition(".")
+        part, _, name = COMMANDS[do].obeys.partition(".")
         if part not in self._parts:
-            raise RefusedCommand(f"{command.do}: this is a recording, nothing is measured")
+            raise RefusedCommand(f"{do}: this is a recording, nothing is measured")
         # A report takes seconds, and changes nothing that another command needs.
         with nullcontext() if part == "bench" else self.measurement.commands:
-            answer = getattr(self._parts[part], name)(**command.given)
+            answer = getattr(self._parts[part], name)(**given)
         return answer if isinstance(answer, dict) else {"message": answer}
 
     def report(self) -> Document:
@@ -149,7 +139,7 @@ class Workbench:
 
     def _use(self, calibration: Calibration, path: Path) -> None:
         self._table.calibration, self._calibration_file = calibration, path
-        self._plan.accepted = calibration.accepted
+        self._plan.progress.accepted = calibration.accepted
         self._plan.note(f"moduli are from {path.name} from here on")
 
 

@@ -17,20 +17,14 @@ from palpate.live.state_rules import SILENT_S, Facts, LastTouch, Now, PairRate, 
 from palpate.recording.recorder import Recorder
 from palpate.sentences import advice
 from palpate.several import objections
-from palpate.sources import Source
-from palpate.sources.base import Gap
-from palpate.stream import Stream
-from palpate.stream.estimate import StreamCounters
-from palpate.stream.listener import Listener
+from palpate.sources import Gap, Source
+from palpate.stream import Listener, Stream, StreamCounters
 
-GAP_S = 3.0
-"""A gap, or a wrong baseline, is shown for this time, and until the baseline is measured again."""
+GAP_S = 3.0  # a gap, or a wrong baseline, is shown for this time, and until the baseline is measured again
 RATE_S, LATE_S = 2.0, 10.0
 """Pairs a second are known after the first time; they, and late pairs, are counted over the second one."""
-HOLD_S = 3.0
-"""A line whose cause may come and go stays for this time after it."""
-SETTLED_S = 1.0
-"""What stays for this time is announced; a fault, and the end of a touch, at once."""
+HOLD_S = 3.0  # a line whose cause may come and go stays for this time after it
+SETTLED_S = 1.0  # what stays for this time is announced; a fault, and the end of a touch, at once
 _LOOK_S = 0.1
 _SETTLED_S = {"done": 0.0, "left out": 0.0, "after": 3.0}
 _COMES_AND_GOES = {"slow", "silent", "wiring", "constant", "unwired", "range"}
@@ -162,7 +156,7 @@ class ConnectionState(Listener):
         key = (number, touch.revised, why)
         if self._known is None or self._known[0] != key:
             swapped = next((text for text in advice(touch) if text.startswith("swapped")), "")
-            flags = objections(touch, self._plan.accepted)
+            flags = objections(touch, self._plan.progress.accepted)
             text = _ratio_text(touch, self._calibration())
             self._known = key, LastTouch(number, text, why, flags, swapped.removeprefix("swapped: "), touch.revised)
         return self._known[1]

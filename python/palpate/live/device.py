@@ -17,10 +17,8 @@ from palpate.sources.options import split
 _CHANGED = ("usb", "i2c", "sim")  # sources that take the options of `CONVERTER`
 _LEVELS = ("±VDD/8", "±VDD/4", "±3/8 VDD", "±VDD/2")
 _PINS = ["B", "A", "AB", "B,A", "A,B"]
-_TITLES = {
-    "capf": "Conversion: 0 is the fastest (11 ms), 7 has the least noise (110 ms); only 4 (62 ms) rejects the mains",
-    "excitation": "Excitation pins of both bumps; of two, separated by a comma: hard, soft",
-}
+_CAPF = "Conversion: 0 is the fastest (11 ms), 7 has the least noise (110 ms); only 4 (62 ms) rejects the mains"
+_EXCITATION = "Excitation pins of both bumps; of two, separated by a comma: hard, soft"
 _NEAR_LIMIT = 0.9  # of the range
 
 
@@ -85,10 +83,9 @@ class Device:
     def _options(device: Mapping[str, Any]) -> Document:
         if not (settings := device.get("configuration")):
             return {}
-        values = {"capf": settings["capf"], "excitation": _pins(settings)}
-        allowed = {"capf": list(range(len(CONVERSION_S))), "excitation": _PINS}
         return {
-            name: {"value": values[name], "allowed": allowed[name], "title": title} for name, title in _TITLES.items()
+            "capf": {"value": settings["capf"], "allowed": list(range(len(CONVERSION_S))), "title": _CAPF},
+            "excitation": {"value": _pins(settings), "allowed": _PINS, "title": _EXCITATION},
         }
 
     def _require_free(self, what: str) -> None:
@@ -101,12 +98,12 @@ def _board(device: Mapping[str, Any]) -> str:
     """Return name and place of a board."""
     device = device["device"] if isinstance(device.get("device"), dict) else device
     usb = f"USB {device['bus']}/{device['address']}" if "usb" in device else ""
-    place = usb or device.get("bus") or device.get("path") or device.get("port") or ""
-    return ", ".join(str(part) for part in (device.get("name", ""), place) if part)
+    place = usb or device.get("bus") or device.get("path") or device.get("port")
+    return ", ".join(str(part) for part in (device.get("name"), place) if part)
 
 
 def _facts(device: Mapping[str, Any], facts: Facts, measurement: LiveMeasurement) -> list[Document | None]:
-    away, counters, pace = "unplugged" in facts.troubles, measurement.counters, facts.pace
+    away, counters, pace = "unplugged" in facts.troubles, measurement.stream.counters, facts.pace
     slow = state_rules.slow(facts) is not None
     rate = f"{pace.per_s:.1f}" if math.isfinite(pace.per_s) else "-"
     rate += f" of {1 / facts.period_s:.1f}" if math.isfinite(facts.period_s) else ""

@@ -12,12 +12,9 @@ from palpate.live.measurement import MOST, LiveMeasurement, Mark, RecordedMeasur
 from palpate.recording.recorder import Recorder
 from palpate.sentences import advice
 from palpate.sources.base import Gap
-from palpate.stream import Stream
-from palpate.stream.estimate import Batch
-from palpate.stream.listener import Listener
+from palpate.stream import Batch, Listener, Stream
 
-HOLE_S = 0.25
-"""A hole in the samples without a message of the source is shown from here on; all are counted."""
+HOLE_S = 0.25  # a hole in the samples without a message of the source is shown from here on; all are counted
 _MOST_GAPS, _FLAGGED = 1000, 1000  # gaps, touches; the newest
 _AT_FIRST = {"saturated": Flag.SATURATED, "refused": Flag.REFUSED}  # shown at their first sample; the rest: at the end
 
@@ -41,9 +38,9 @@ class Events(Listener):
 
     def document(self) -> Document:
         """Return the message `events`."""
-        marks, tares, gaps = self._measurement.marks.copy(), self._measurement.tares.copy(), self._gaps.copy()
-        shown = [{"id": mark.id, "t_s": mark.t_s, "text": mark.text} for mark in marks]
-        return {"marks": shown, "tares": list(tares), "gaps": list(gaps), "flags": self._flags()}
+        tares, gaps = list(self._measurement.tares.copy()), list(self._gaps.copy())
+        marks = [{"id": mark.id, "t_s": mark.t_s, "text": mark.text} for mark in self._measurement.marks.copy()]
+        return {"marks": marks, "tares": tares, "gaps": gaps, "flags": self._flags()}
 
     def begun(self, stream: Stream) -> None:
         """Begin with the next measurement."""
@@ -84,8 +81,7 @@ class Events(Listener):
             raise RefusedCommand("mark: no sample has come yet; wait a moment")
         self._number += 1
         mark = Mark(self._number, measurement.last_s, sample=measurement.last)
-        recorder = measurement.recorder
-        if recorder:
+        if recorder := measurement.recorder:
             self._put(mark, recorder)
         if measurement.outlets:
             measurement.outlets.mark("mark", "")

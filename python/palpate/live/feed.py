@@ -12,16 +12,13 @@ from numpy.typing import NDArray
 from palpate.samples import refused, saturated
 from palpate.stream.estimate import Batch
 
-Document = dict[str, Any]
-"""Plain values, ready for JSON."""
-Rows = NDArray[np.void]
-"""Rows that a page draws: shape (n,), dtype `ROW`."""
+Document = dict[str, Any]  # plain values, ready for JSON
+Rows = NDArray[np.void]  # rows that a page draws: shape (n,), dtype `ROW`
 FIELDS = ("t_s", "hard", "soft", "ratio", "standard_error", "statistic")
 ROW = np.dtype([(name, "<f8") for name in FIELDS] + [("flags", "u1")])
 HEADER = struct.Struct("<4I")
 VERSION = 3
-BINS_PER_S = 500.0
-"""Beyond two rows in each of these parts of a second, a page gets two: lowest and highest values."""
+BINS_PER_S = 500.0  # beyond two rows in each of these parts of a second, a page gets two: lowest and highest values
 
 
 class RefusedCommand(ValueError):

@@ -13,8 +13,7 @@ from palpate.recording.sidecar import sidecar_path
 from palpate.report import write
 
 Kind = Literal["recording", "settings", "calibration", "report"]
-LONGEST = 100
-"""Characters of a name, at most."""
+LONGEST = 100  # characters of a name, at most
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _.-]*")
 _ALLOWED = f"at most {LONGEST} of A-Z, a-z, 0-9, space, _, . and -, a letter or digit first"
 
@@ -48,14 +47,9 @@ class RunFiles:
         return self._first is not None
 
     @property
-    def recordings(self) -> list[Path]:
-        """The recordings made, in order of time."""
-        return [path for path, kind in self._made.items() if kind == "recording"]
-
-    @property
     def named(self) -> list[dict[str, str]]:
         """Names and kinds of all files made, in order of time; after each recording its sidecar, the settings."""
-        return [{"name": path.name, "kind": kind} for path, kind in self._all().items()]
+        return [{"name": path.name, "kind": kind} for path, kind in self._made.copy().items()]
 
     def next(self, name: str | None = None) -> Path:
         """Return the path of the next recording; without a name: the proposed one.
@@ -64,10 +58,11 @@ class RunFiles:
         """
         if name is not None:
             return self.checked(name)
-        if self._first and not self.recordings:
+        made = len(self._recordings())
+        if self._first and not made:
             return self._first
         stem = self._first.stem if self._first else f"palpate-{date.today():%Y-%m-%d}"
-        numbers = count(len(self.recordings) + 1 if self._first else 1)
+        numbers = count(made + 1 if self._first else 1)
         paths = (self._folder / f"{stem}-{number}.csv" for number in numbers)
         return next(path for path in paths if self._is_free(path))
 
@@ -86,22 +81,24 @@ class RunFiles:
     def made(self, path: Path, kind: Kind) -> Path:
         """Remember a file that was made, for the page; return its path."""
         self._made[path] = kind
+        if kind == "recording":
+            self._made[sidecar_path(path)] = "settings"
         return path
 
     def find(self, name: str) -> Path | None:
         """Return the path of a file of this run; None for any other name."""
-        return {path.name: path for path in self._all()}.get(name)
+        return {path.name: path for path in self._made.copy()}.get(name)
 
     def report(self, calibration: Path | None) -> dict[str, str]:
         """Write a report of the newest recording beside it, also of one that runs; return the answer to the page."""
-        if not self.recordings:
+        if not (recordings := self._recordings()):
             raise RefusedCommand("report: nothing is recorded yet, allowed: after Record")
         if not self._writing.acquire(blocking=False):
             raise RefusedCommand("report: one is being written; wait for it")
         try:
-            newest = self.recordings[-1]
+            newest = recordings[-1]
             path = self._free(newest.with_name(f"{newest.stem}-report.html"))
-            write(path, self.recordings[-1:], calibration)
+            write(path, [newest], calibration)
         except OSError as error:
             raise RefusedCommand(f"report: cannot be written: {error.strerror}") from error
         finally:
@@ -109,13 +106,8 @@ class RunFiles:
         self.made(path, "report")
         return {"message": f"The report is {path.name}.", "file": path.name}
 
-    def _all(self) -> dict[Path, str]:
-        files: dict[Path, str] = {}
-        for path, kind in self._made.copy().items():
-            files[path] = kind
-            if kind == "recording":
-                files[sidecar_path(path)] = "settings"
-        return files
+    def _recordings(self) -> list[Path]:
+        return [path for path, kind in self._made.items() if kind == "recording"]
 
     def _free(self, path: Path) -> Path:
         numbered = (path.with_stem(f"{path.stem}-{number}") for number in count(2))

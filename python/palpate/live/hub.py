@@ -2,28 +2,22 @@
 
 import asyncio
 from collections import deque
-from collections.abc import Awaitable, Iterable
+from collections.abc import Iterable
 from contextlib import suppress
-from typing import Protocol
+from typing import Any
 
-from palpate.live.commands import COMMANDS, Command, Workbench
+from starlette.websockets import WebSocket
+
+from palpate.live.commands import COMMANDS, Workbench
 from palpate.live.feed import Document, Kind, message_of, pack
 from palpate.live.levels import Levels
 
 PAGES = 16
 AHEAD = 30  # sent frames that a page has not confirmed; more would only fill buffers and be shown late
-FRAME_ROWS = 1024
-"""Rows of a frame; a page that was asleep gets what it missed in several frames."""
+FRAME_ROWS = 1024  # rows of a frame; a page that was asleep gets what it missed in several frames
 _ANSWERS = 32
 _VIEWS = 4  # of more the oldest are not sent: the page looks elsewhere by now
 _STATES_PER_S = 5
-
-
-class Sending(Protocol):
-    """The methods of a web socket that a page needs."""
-
-    def send_text(self, data: str) -> Awaitable[None]: ...  # noqa: D102
-    def send_bytes(self, data: bytes) -> Awaitable[None]: ...  # noqa: D102
 
 
 class Page:
@@ -34,7 +28,7 @@ class Page:
     again with the recent ones, and asks for views of those before.
     """
 
-    def __init__(self, socket: Sending, bench: Workbench) -> None:
+    def __init__(self, socket: WebSocket, bench: Workbench) -> None:
         self.sent: int = 0  # frames, without views
         self.listens: bool = False  # whether it shows the noise
         self._socket, self._bench = socket, bench
@@ -61,9 +55,9 @@ class Page:
         self._answers.append(message)
         self.wake()
 
-    def do(self, command: Command) -> Document:
+    def do(self, do: str, /, **given: Any) -> Document:
         """Obey a command that is about this page alone; return the answer, empty without one."""
-        answer = getattr(self, COMMANDS[command.do].obeys.removeprefix("page."))(**command.given)
+        answer = getattr(self, COMMANDS[do].obeys.removeprefix("page."))(**given)
         return {} if answer is None else {"message": answer}
 
     def look(self, id: int, from_s: float, to_s: float, rows: int) -> None:

@@ -4,6 +4,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from math import nan
 from pathlib import Path
@@ -27,19 +28,13 @@ from palpate.recording.own_file import Damage, Recorded
 from palpate.recording.recorder import Recorder
 from palpate.recording.verification import judged
 from palpate.samples import Block, Sample, samples_of
-from palpate.sources import Source
-from palpate.sources.base import Gap
-from palpate.sources.files import FileSource
+from palpate.sources import Gap, Source
 from palpate.sources.options import split
-from palpate.stream import Stream
-from palpate.stream.estimate import Batch, StreamCounters
-from palpate.stream.listener import Listener
+from palpate.stream import Batch, Listener, Stream
 from palpate.touch import feed_recording, tracker_of
 
-MOST = 500
-"""Marks of a measurement that the page shows; older ones are in the recording only."""
-KEPT = 1 << 16
-"""Samples that a later recording begins with, at most: 28 min at 38 pairs a second."""
+MOST = 500  # marks of a measurement that the page shows; older ones are in the recording only
+KEPT = 1 << 16  # samples that a later recording begins with, at most: 28 min at 38 pairs a second
 _PAUSE_S = 1 / 120  # after a batch: the next pair of a slow source comes later, those of a fast one come together
 _BEHIND = 256  # pairs that wait: no pause
 _STATES = {"baseline": "baseline", "waiting": "no contact", "done": "done", "ended": "ended"}
@@ -68,8 +63,11 @@ class Mark:
 class Measurement(Listener):
     """What the page shows of a measurement, from whichever source; its parts listen to the same events."""
 
-    kind = ""
+    kind: str
     tracker: Tracker
+    file: Any = None  # what the page says of a file that is shown; None: something is measured
+    last_s: Any = 0.0  # time of the last sample that was estimated, s; 0 before the first one, and of a file
+    recorder: Any = None  # of the recording that runs; None: there is none
 
     def __init__(self, files: RunFiles, tell: Callable[[str], None], *, whole: bool = False) -> None:
         self.files = files
@@ -107,21 +105,6 @@ class Measurement(Listener):
             return _STATES[moment.state]
         knows = self.tracker.scene in ("handheld", "sliding")
         return "adapting" if moment.alarm or (knows and math.isnan(moment.standard_error)) else "contact"
-
-    @property
-    def file(self) -> Document | None:
-        """What the page says of a file that is shown; None: something is measured."""
-        return None
-
-    @property
-    def last_s(self) -> float:
-        """Time of the last sample that was estimated, s; 0 before the first one, and of a file."""
-        return 0.0
-
-    @property
-    def recorder(self) -> Recorder | None:
-        """The recorder of the recording that runs; None: there is none."""
-        return None
 
 
 class LiveMeasurement(Measurement):
@@ -214,10 +197,8 @@ class LiveMeasurement(Measurement):
         if self.outlets:
             self.outlets.send(batch)
         if (recorder := self.stream.recorder) and recorder.error:
-            try:
-                self.stream.stop_recording()
-            except PalpateError as error:
-                self._lose_recording(error)
+            with suppress(PalpateError):
+                self._end_recording()
 
     @property
     def running(self) -> bool:
@@ -233,11 +214,6 @@ class LiveMeasurement(Measurement):
     def recorder(self) -> Recorder | None:
         """The recorder of the recording that runs; None: there is none."""
         return self.stream.recorder if self.running else None
-
-    @property
-    def counters(self) -> StreamCounters:
-        """Numbers of samples read, used, dropped and lost."""
-        return self.stream.counters
 
     def device(self) -> Document:
         """Return what the source says of itself."""
@@ -255,7 +231,7 @@ class LiveMeasurement(Measurement):
             seconds = None if recorder.first_s is None else max(self.last_s - recorder.first_s, 0.0)
             now = {"name": recorder.path.name, "rows": recorder.rows, "seconds": seconds}
         files = {"proposed": self.files.next().name, "files": self.files.named}
-        return {"recording": now, "counters": self.counters.as_dict(), **files}
+        return {"recording": now, "counters": self.stream.counters.as_dict(), **files}
 
     def record(self, name: str | None = None) -> str:
         """Begin a recording, with the samples that are kept; return the message."""
@@ -265,20 +241,15 @@ class LiveMeasurement(Measurement):
         path = self.files.next(name)
         recorder = self.stream.start_recording(path, earlier=True)
         self._begin_recording(recorder)
-        earlier = 0.0 if recorder.first_s is None else self.last_s - recorder.first_s
-        return f"Recording to {path.name}{f'; it begins {earlier:.0f} s ago' if earlier >= 1 else ''}"
+        earlier_s = 0.0 if recorder.first_s is None else self.last_s - recorder.first_s
+        return f"Recording to {path.name}{f'; it begins {earlier_s:.0f} s ago' if earlier_s >= 1 else ''}"
 
     def stop(self) -> str:
         """End the recording; return the message."""
         recorder = self.recorder
         if recorder is None:
             raise RefusedCommand("stop: no recording is running")
-        try:
-            self.stream.stop_recording()
-        except PalpateError as error:
-            self._lose_recording(error)
-            raise
-        self.records = False
+        self._end_recording()
         return self._tell_closed(recorder)
 
     def again(self) -> str:
@@ -300,9 +271,15 @@ class LiveMeasurement(Measurement):
         self.say(line)
         return line
 
-    def _lose_recording(self, error: PalpateError) -> None:
-        self.failed, self.records = True, False
-        self.say(f"Error: {error}")
+    def _end_recording(self) -> None:
+        """Close the recording; the next measurement has none."""
+        self.records = False
+        try:
+            self.stream.stop_recording()
+        except PalpateError as error:
+            self.failed = True
+            self.say(f"Error: {error}")
+            raise
 
     def _run(self, stream: Stream) -> None:
         errors: list[Exception] = []
@@ -342,15 +319,12 @@ class RecordedMeasurement(Measurement):
     ) -> None:
         if not recording.timed:
             raise ValueError(f"rate: got none, allowed: {RATE}")
-        files = RunFiles()
+        super().__init__(RunFiles(), tell, whole=True)
         if isinstance(recording, Recorded):
-            files.made(recording.path, "recording")
-        super().__init__(files, tell, whole=True)
+            self.files.made(recording.path, "recording")
         self.number = 1
-        given = {name: value for name, value in how.items() if name != "scene"}
-        settings: Any = (
-            {"scene": how["scene"]} if how.get("scene") else {"scene": "handheld"} | recording.settings
-        ) | given
+        own: dict[str, Any] = {} if how.get("scene") else {"scene": "handheld", **recording.settings}
+        settings: Any = own | {name: value for name, value in how.items() if name != "scene" or value}
         self._recording, self._damage = recording, list[Damage]()
         self._marked = dict(recording.gap_marks)
         self._gaps = deque(sorted(Gap(seq + 1, text) for seq, text in self._marked.items()))
@@ -455,9 +429,7 @@ def open_file(
     source: str, given_beside: dict[str, Any], how: dict[str, Any], tell: Callable[[str], None]
 ) -> RecordedMeasurement:
     """Return a file as a recording to look at; errors as of `palpate.read`."""
-    opened = sources.open(source, **given_beside)
-    if not isinstance(opened, FileSource):
-        raise ValueError(f"source: got {source}, allowed: a file")  # noqa: TRY004  of a name
+    opened: Any = sources.open(source, **given_beside)
     return RecordedMeasurement(opened.recording, how, tell)
 
 

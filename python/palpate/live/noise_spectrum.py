@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,22 +17,12 @@ EVERY_S = 0.5
 MAINS_HZ = (50.0, 60.0)
 HARMONICS = 3
 TREMOR_HZ = (4.0, 12.0)
-FEWEST = 64
-"""Samples without contact, one after the other, at least."""
+FEWEST = 64  # samples without contact, one after the other, at least
 _SEGMENT, _SEGMENTS = 512, 16
 _EDGE_S = 0.25  # beside a touch: the contact is found a little late
 _PER_PF = 1e6  # aF
 _ABOVE = 4.0  # a peak: times the median of the amplitude
 _PEAKS = 4
-
-
-class Peak(NamedTuple):
-    """A peak of a spectrum: where, in which channel, its rms in aF, and what it is; "": unknown."""
-
-    hz: float
-    channel: str
-    aF: float
-    name: str
 
 
 class NoiseMeter:
@@ -84,14 +73,8 @@ def noise_of(rows: Rows) -> Document:
         hz, spectra[name] = spectrum(level, rate)
     peaks = [peak for name in CHANNELS for peak in peaks_of(name, hz, spectra[name], rate)]
     seconds = segments.size / rate
-    return {
-        "seconds": seconds,
-        **{f"{name}_aF": rms[name] for name in CHANNELS},
-        "hz": hz.tolist(),
-        **{name: spectra[name].tolist() for name in CHANNELS},
-        "peaks": [peak._asdict() for peak in peaks],
-        "text": _said(seconds, rms, peaks, rate),
-    }
+    values = {f"{name}_aF": rms[name] for name in CHANNELS} | {name: spectra[name].tolist() for name in CHANNELS}
+    return {"seconds": seconds, **values, "hz": hz.tolist(), "peaks": peaks, "text": _said(seconds, rms, peaks, rate)}
 
 
 def idle(rows: Rows) -> Rows:
@@ -103,9 +86,8 @@ def idle(rows: Rows) -> Rows:
     follows = usable[1:] & usable[:-1] & (np.abs(steps - period_s) < 0.5 * period_s)
     cuts = np.flatnonzero(np.concatenate(([True], ~follows, [True]))).tolist() if len(rows) else []
     edge = math.ceil(_EDGE_S / period_s) if period_s > 0 else 0
-    runs = [
-        (begin + edge * (begin > 0), end - edge * (end < len(rows))) for begin, end in pairwise(cuts) if usable[begin]
-    ]
+    known = [(begin, end) for begin, end in pairwise(cuts) if usable[begin]]
+    runs = [(begin + edge * (begin > 0), end - edge * (end < len(rows))) for begin, end in known]
     longest = max((end - begin for begin, end in runs), default=0)
     if longest < FEWEST:
         return rows[:0].reshape(0, 0)
@@ -130,17 +112,17 @@ def spectrum(level: Array, rate: float) -> tuple[Array, Array]:
     return np.asarray(hz[1:], np.float64), np.sqrt(power[1:])
 
 
-def peaks_of(channel: str, hz: Array, amplitude: Array, rate: float) -> list[Peak]:
-    """Return the highest peaks that stand out of a spectrum, the highest first."""
-    step = float(hz[0])
-    floor = float(np.median(amplitude))
-    inner = amplitude[1:-1]
-    tops = 1 + np.flatnonzero((inner >= amplitude[:-2]) & (inner > amplitude[2:]) & (inner > _ABOVE * floor))
+def peaks_of(channel: str, hz: Array, amplitude: Array, rate: float) -> list[Document]:
+    """Return the highest peaks of a spectrum, the highest first: where, channel, rms, and what it is; "": unknown."""
+    step, inner = float(hz[0]), amplitude[1:-1]
+    high = inner > _ABOVE * float(np.median(amplitude))
+    tops = 1 + np.flatnonzero((inner >= amplitude[:-2]) & (inner > amplitude[2:]) & high)
     tops = tops[np.argsort(-amplitude[tops])][:_PEAKS]
     found = []
     for top in tops.tolist():
         power = float(np.sum(amplitude[max(top - 2, 0) : top + 3] ** 2)) * step  # a line fills three bins of the window
-        found.append(Peak(float(hz[top]), channel, math.sqrt(power), name_of(float(hz[top]), 1.5 * step, rate)))
+        at = float(hz[top])
+        found.append({"hz": at, "channel": channel, "aF": math.sqrt(power), "name": name_of(at, 1.5 * step, rate)})
     return found
 
 
@@ -177,10 +159,10 @@ def _detrended(level: Array) -> Array:
     return np.asarray(level - (level @ at)[:, None] * at / (at @ at))
 
 
-def _said(seconds: float, rms: dict[str, float], peaks: list[Peak], rate: float) -> str:
+def _said(seconds: float, rms: dict[str, float], peaks: list[Document], rate: float) -> str:
     where = " and ".join(f"{hz:g} Hz at {alias(hz, rate):.1f} Hz" for hz in MAINS_HZ)
-    shown = [f"{p.name or 'a peak'} at {p.hz:.1f} Hz ({p.channel}, {p.aF:.2g} aF)" for p in peaks]
-    told = "; ".join(shown) if shown else "no peak stands out"
+    shown = [f"{p['name'] or 'a peak'} at {p['hz']:.1f} Hz ({p['channel']}, {p['aF']:.2g} aF)" for p in peaks]
+    told = "; ".join(shown) or "no peak stands out"
     return (
         f"Without contact, {seconds:.0f} s: hard {rms['hard']:.2g} aF rms, soft {rms['soft']:.2g} aF rms; {told}. "
         f"At {rate:.1f} pairs a second the mains appear: {where}."

@@ -20,23 +20,15 @@ from palpate.recording.session import Specimen
 from palpate.recording.sidecar import amend
 from palpate.sentences import advice
 from palpate.several import objections
-from palpate.stream import Stream
-from palpate.stream.listener import Listener
+from palpate.stream import Listener, Stream
 from palpate.tables.units import to_number
 
 DISCARDED = "discarded"
-MOST_NOTES = 500
-"""Notes of a measurement."""
-MOST = 200
-"""Specimens of a list."""
-LONGEST = 80
-"""Characters of the name of a specimen."""
-LARGEST_MPa = 1e6
-"""Of a modulus: steel has 2e5."""
-_FORM = (
-    f"name, or name; modulus in MPa, as 30 OO; 0.143: names of 1 to {LONGEST} characters, moduli above 0, {LARGEST_MPa:g} at "
-    "most"
-)
+MOST = 200  # specimens of a list
+LONGEST = 80  # characters of the name of a specimen
+LARGEST_MPa = 1e6  # of a modulus: steel has 2e5
+_CHARACTERS = f"names of 1 to {LONGEST} characters, moduli above 0, {LARGEST_MPa:g} at most"
+_FORM = f"name, or name; modulus in MPa, as 30 OO; 0.143: {_CHARACTERS}"
 _SHOWN = 99  # the newest touches of a specimen
 
 
@@ -61,13 +53,10 @@ class TouchPlan(Listener):
     """
 
     def __init__(
-        self,
-        measurement: LiveMeasurement | RecordedMeasurement,
-        accepted: Collection[str] = frozenset(),
+        self, measurement: LiveMeasurement | RecordedMeasurement, accepted: Collection[str] = frozenset()
     ) -> None:
         self._measurement = measurement
-        self.accepted: Collection[str] = accepted
-        self._progress = Progress()
+        self.progress = Progress(accepted)
         self._lock = RLock()
         self._head: Document = {"title": "", "operator": "", "wanted": 4}
         self._notes: list[stored.Note] = []
@@ -78,7 +67,7 @@ class TouchPlan(Listener):
             self._recorded = plan = stored.plan_of(measurement.document)
             wanted = max((one.wanted for one in plan.specimens), default=0)
             self._head = {"title": plan.title, "operator": plan.operator, "wanted": wanted}
-            self._notes, self._progress.specimens = list(plan.notes), list(plan.specimens)
+            self._notes, self.progress.specimens = list(plan.notes), list(plan.specimens)
         measurement.listeners.append(self)
         measurement.recording_begun.append(self._store)
         self._changed()
@@ -86,19 +75,19 @@ class TouchPlan(Listener):
     def known(self) -> list[KnownSpecimen]:
         """Return the specimens of known modulus with their touches; those of earlier measurements have numbers below 1."""
         with self._lock:
-            return self._progress.known()
+            return self.progress.known()
 
     def begun(self, stream: Stream) -> None:
         """Begin with the next measurement."""
         with self._lock:
-            self._progress.begin()
+            self.progress.begin()
             self._notes, self._recorder = [], None
             self._changed()
 
     def touch(self, number: int, touch: Touch) -> None:
         """Take a touch when it has ended, or was revised."""
         with self._lock:
-            self._progress.take(self._measurement.touches)
+            self.progress.take(self._measurement.touches)
             self._changed()
 
     def ended(self, error: BaseException | None) -> None:
@@ -106,7 +95,7 @@ class TouchPlan(Listener):
         measurement = self._measurement
         if self._recorded and isinstance(measurement, RecordedMeasurement):
             known = self._recorded.matched(measurement.touches, measurement.period_s)
-            self._progress.present = [
+            self.progress.present = [
                 Done(number, touch, entry.specimen if entry else None, entry.left_out if entry else None)
                 for number, (touch, entry) in enumerate(zip(measurement.touches, known, strict=True), 1)
             ]
@@ -117,14 +106,14 @@ class TouchPlan(Listener):
         """Take another list of specimens; return the message."""
         specimens = specimens_of(text, wanted)
         self._head |= {"wanted": wanted, **head}
-        self._progress.replace(specimens)
+        self.progress.replace(specimens)
         touches = "1 touch" if wanted == 1 else f"{wanted} touches"
         return f"{len(specimens)} specimens, {touches} of each." if specimens else "No specimens."
 
     @_order
     def choose(self, name: str) -> str:
         """Choose the specimen of the next touch, "": the list decides; return the message."""
-        self._progress.chosen = (self._measurement.last_s, self._in_list(name)) if name else None
+        self.progress.chosen = (self._measurement.last_s, self._in_list(name)) if name else None
         return self._following() or "Next: nothing is lacking."
 
     @_order
@@ -146,29 +135,26 @@ class TouchPlan(Listener):
         done = self._done(touch)
         if not isfinite(done.touch.ratio):
             raise RefusedCommand(f"keep: touch {touch} has no ratio; touch again")
-        done.left_out = "" if objections(done.touch, self.accepted) else None
+        done.left_out = "" if objections(done.touch, self.progress.accepted) else None
         return f"Touch {touch} is kept. {self._following()}".strip()
 
     @_order
     def more(self) -> str:
         """Want one touch more of the specimen of the last touch; return the message."""
-        specimen = self._progress.more()
-        if specimen is None:
+        if not (specimen := self.progress.more()):
             raise RefusedCommand(f"more: allowed: up to {stored.MOST_WANTED} touches of a specimen of the list")
         return f"{specimen.name}: {specimen.wanted} touches are wanted."
 
     @_order
     def note(self, text: str) -> str:
         """Add a note; return the message."""
-        if len(self._notes) >= MOST_NOTES:
-            raise RefusedCommand(f"note: got {MOST_NOTES} notes in this measurement, allowed: no more")
         self._notes.append(stored.Note(self._measurement.last_s, text))
         return f"Noted: {text}"
 
     def _changed(self, *, ordered: bool = False) -> None:
         """Make the documents anew; store the plan in the recording, after an order also in one that has ended."""
-        progress = self._progress
-        progress.settle(self._measurement.last_s, self.accepted)
+        progress = self.progress
+        progress.settle(self._measurement.last_s)
         rows = self.rows = progress.rows()
         following, count = progress.following(), progress.count()
         if self._recorded:
@@ -201,7 +187,7 @@ class TouchPlan(Listener):
                 self._measurement.say(str(error))
 
     def _within(self, first_s: float) -> stored.Plan:
-        progress = self._progress
+        progress = self.progress
         entries = (
             stored.Entry(done.touch.start_s, done.specimen, done.why[: stored.LONGEST_NAME])
             for done in progress.present[-stored.MOST_TOUCHES :]
@@ -213,18 +199,18 @@ class TouchPlan(Listener):
         )
 
     def _following(self) -> str:
-        self._progress.settle(self._measurement.last_s, self.accepted)
-        following = self._progress.next
+        self.progress.settle(self._measurement.last_s)
+        following = self.progress.next
         return f"Next: {following}." if following else ""
 
     def _in_list(self, name: str) -> str:
-        if name and not self._progress.named(name):
-            names = ", ".join(one.name for one in self._progress.specimens[:10]) or "none: write a list first"
+        if name and not self.progress.named(name):
+            names = ", ".join(one.name for one in self.progress.specimens[:10]) or "none: write a list first"
             raise RefusedCommand(f"name: got {name!r:.60}, allowed: a specimen of the list: {names}")
         return name
 
     def _done(self, number: int) -> "Done":
-        present = self._progress.present
+        present = self.progress.present
         if not 1 <= number <= len(present):
             raise RefusedCommand(f"touch: got {number}, allowed: a touch of this measurement, 1 to {len(present)}")
         return present[number - 1]
@@ -258,11 +244,11 @@ class Progress:
     lacks touches.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, accepted: Collection[str] = ()) -> None:
         self.specimens: list[Specimen] = []
         self.present: list[Done] = []  # the touches of this measurement
         self.chosen: tuple[float, str] | None = None  # when, s, and which
-        self._accepted: Collection[str] = ()
+        self.accepted = accepted  # flags that do not exclude a touch
         self._earlier: list[Done] = []
         self._on: dict[str, list[Done]] = {}
         self._kept: dict[str, list[float]] = {}  # ratios of the kept touches on each specimen
@@ -270,13 +256,14 @@ class Progress:
 
     def begin(self) -> None:
         """Begin a new measurement: times and numbers begin again; what was done stays."""
-        for done in [*self._earlier, *self.present]:
+        self._earlier += self.present
+        for done in self._earlier:
             done.number -= len(self.present)
-        self._earlier, self.present = [*self._earlier, *self.present], []
+        self.present = []
         if self.chosen:
             self.chosen = (-inf, self.chosen[1])
         self._nexts = [(-inf, None)]
-        self.settle(-inf, self._accepted)
+        self.settle(-inf)
 
     def take(self, touches: Sequence[Touch]) -> None:
         """Take all touches of this measurement: those that are new, and those that were revised since."""
@@ -287,13 +274,13 @@ class Progress:
             self.present.append(Done(len(self.present) + 1, touch, name))
             if self.chosen and not self.chosen[0] > touch.start_s:
                 self.chosen = None
-            self.settle(touch.start_s, self._accepted)
+            self.settle(touch.start_s)
 
-    def settle(self, t_s: float, accepted: Collection[str]) -> None:
+    def settle(self, t_s: float) -> None:
         """Judge each touch after a change at a time, s, and note what comes next from then on."""
-        self._accepted, self._on, self._kept = accepted, defaultdict(list), defaultdict(list)
+        self._on, self._kept = defaultdict(list), defaultdict(list)
         for done in (*self._earlier, *self.present):
-            done.judge(accepted)
+            done.judge(self.accepted)
             if done.specimen:
                 self._on[done.specimen].append(done)
                 if not done.why:
@@ -301,22 +288,19 @@ class Progress:
         if (name := self.next) != self._nexts[-1][1]:
             self._nexts.append((t_s, name))
 
-    def replace(self, specimens: Sequence[Specimen]) -> None:
+    def replace(self, specimens: list[Specimen]) -> None:
         """Take another list; a touch stays with its specimen."""
-        self.specimens = list(specimens)
+        self.specimens = specimens
         if self.chosen and not self.named(self.chosen[1]):
             self.chosen = None
 
     def more(self) -> Specimen | None:
         """Want one touch more of the specimen of the last touch, else of the next one; None: there is none."""
         specimen = self.named(self._last or self.next)
-        if specimen is None:
+        wanted = max(specimen.wanted, len(self._kept[specimen.name])) + 1 if specimen else 0
+        if not specimen or wanted > stored.MOST_WANTED:
             return None
-        wanted = max(specimen.wanted, len(self._kept[specimen.name])) + 1
-        if wanted > stored.MOST_WANTED:
-            return None
-        longer = replace(specimen, wanted=wanted)
-        self.specimens[self.specimens.index(specimen)] = longer
+        longer = self.specimens[self.specimens.index(specimen)] = replace(specimen, wanted=wanted)
         self.chosen = None
         return longer
 
@@ -351,11 +335,7 @@ class Progress:
         """Return a specimen with its touches, for the page."""
         mean = self._mean(one.name)
         shown = [
-            {
-                "touch": done.number if done.number > 0 else None,
-                "deviation": self._deviation(done),
-                "kept": not done.why,
-            }
+            {"touch": max(done.number, 0) or None, "deviation": self._deviation(done), "kept": not done.why}
             for done in self._on[one.name][-_SHOWN:]
         ]
         known = {"name": one.name, "modulus": one.modulus_MPa, "kept": len(self._kept[one.name]), "of": one.wanted}
@@ -370,16 +350,12 @@ class Progress:
 
     def known(self) -> list[KnownSpecimen]:
         """Return the specimens of known modulus with their touches."""
-        return [
-            KnownSpecimen(
-                one.name,
-                one.modulus_MPa,
-                one.wanted,
-                tuple((done.number, done.touch, not done.why) for done in self._on[one.name]),
-            )
-            for one in self.specimens
-            if one.modulus_MPa is not None
-        ]
+        found = []
+        for one in self.specimens:
+            touches = tuple((done.number, done.touch, not done.why) for done in self._on[one.name])
+            if one.modulus_MPa is not None:
+                found.append(KnownSpecimen(one.name, one.modulus_MPa, one.wanted, touches))
+        return found
 
     @property
     def _last(self) -> str | None:

@@ -4,20 +4,14 @@ import asyncio
 import socket
 import sys
 from collections.abc import Callable
-from typing import Any
 
 import uvicorn
 from starlette.types import ASGIApp
-from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from palpate.live.commands import LONGEST
 
-PATIENCE_S = 5.0
-"""Time for a whole request to arrive."""
-HEAD = 16384
-"""Bytes of a request; a browser sends about 700, and the cookies of other programs at the same host."""
-CONNECTIONS = 128
-"""Open connections. Of more none is kept: each takes a file descriptor, which the recording needs, too."""
+HEAD = 16384  # bytes of a request; a browser sends about 700, and the cookies of other programs at the same host
+CONNECTIONS = 128  # open connections; a request on another one is refused
 _BACKLOG = 64  # connections accepted at once
 _GRACE_S = 1
 _SWITCH_S = 1e-4  # how long the reader of the source waits for the interpreter at most; Python: 5 ms
@@ -79,7 +73,7 @@ def serve(app: ASGIApp, listening: socket.socket, ended: Callable[[], bool] = la
     """
     config = uvicorn.Config(
         app,
-        http=_Requests,
+        http="h11",
         ws="websockets-sansio",
         lifespan="on",
         log_config=None,
@@ -99,28 +93,6 @@ def serve(app: ASGIApp, listening: socket.socket, ended: Callable[[], bool] = la
         asyncio.run(_Server(config, ended).serve([listening]))
     finally:
         sys.setswitchinterval(before)
-
-
-class _Requests(H11Protocol):
-    """A connection: too many are closed at once, and one whose request has not arrived within 5 s."""
-
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        super().connection_made(transport)
-        self._clock = self.loop.call_later(PATIENCE_S, self._expire)
-        if len(self.connections) > CONNECTIONS:
-            transport.abort()
-
-    def _expire(self) -> None:
-        if self.cycle is None:  # there is no request yet
-            self.transport.abort()
-
-    def handle_websocket_upgrade(self, event: Any) -> None:
-        self._clock.cancel()
-        super().handle_websocket_upgrade(event)
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        self._clock.cancel()
-        super().connection_lost(exc)
 
 
 class _Server(uvicorn.Server):

@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.samples import Status
-from palpate.stream import Stream
-from palpate.stream.estimate import Batch
-from palpate.stream.listener import Listener
+from palpate.stream import Batch, Listener, Stream
 
 CHANNELS = ("hard", "soft")
 PRESSED = ("contact", "done")

@@ -10,18 +10,12 @@ from palpate.live.feed import Document
 from palpate.live.measurement import RecordedMeasurement
 from palpate.live.signal_state import ChannelSeen, SignalSeen
 
-LIMIT_S = 0.1
-"""In contact a channel may be at its limit for this time."""
-BELOW_S = 1.0
-"""A channel is far below its baseline for this time before the page says it."""
-LONG_S = 10.0
-"""The probe is left in contact after a touch for this time before the page says it."""
-ENDLESS_S = 60.0
-"""A contact after a touch that lasts longer is likely none."""
-SILENT_S, SILENT_PERIODS = 1.0, 10
-"""Without a pair for this time, and for so many periods, a measurement is silent."""
-CONSTANT_S = 1.0
-"""A channel has the same value for this time before the page says it."""
+LIMIT_S = 0.1  # in contact a channel may be at its limit for this time
+BELOW_S = 1.0  # a channel is far below its baseline for this time before the page says it
+LONG_S = 10.0  # the probe is left in contact after a touch for this time before the page says it
+ENDLESS_S = 60.0  # a contact after a touch that lasts longer is likely none
+SILENT_S, SILENT_PERIODS = 1.0, 10  # without a pair for this time, and for so many periods, a measurement is silent
+CONSTANT_S = 1.0  # a channel has the same value for this time before the page says it
 SLOW_SHARE, LATE_SHARE, FEWEST = 0.9, 0.05, 50
 """Too slow: fewer pairs than this part of those that should come; more late ones; of so many pairs at least."""
 HOW = {
@@ -63,8 +57,7 @@ class StatusLine(NamedTuple):
         return {"level": self.level, "title": self.title, "text": self.text, "since_s": since_s, "what": self.what}
 
 
-View = tuple[StatusLine, Now | None]
-"""A line, and what to do; None: what one would do without it."""
+View = tuple[StatusLine, Now | None]  # a line, and what to do; None: what one would do without it
 
 
 @dataclass(frozen=True)

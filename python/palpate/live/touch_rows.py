@@ -84,7 +84,7 @@ class TouchTable:
         alike = _on_the_last(touches, known)
         found, best, together = self._agreement(alike), None, None
         if found and found.agree:
-            best = touches.index(most_reliable(alike, scatter=None, accept=self._plan.accepted)) + 1
+            best = touches.index(most_reliable(alike, scatter=None, accept=self._plan.progress.accepted)) + 1
         if found and found.touches > 1:
             modulus = None
             if self.calibration and found.agree:
