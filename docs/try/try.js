@@ -35,7 +35,6 @@ async function unpacked(bytes) {
 function show(got) {
   current = got;
   line.down = null;
-  screen.clear();
   const file = got.kind === "file";
   document.body.classList.toggle("file", file);
   $("tare").hidden = $("pause").hidden = file;

@@ -41,7 +41,7 @@ def test_what_a_board_is_and_other_settings_begin_a_new_measurement(tmp_path: Pa
     assert (capf["value"], capf["allowed"], document["can_centre"]) == (1, list(range(8)), True)
     with pytest.raises(RefusedCommand, match="these are the present settings"):
         bench.obey("device", capf=1)
-    with pytest.raises(RefusedCommand, match="excitation: got 'C', allowed: A, B, AB"):
+    with pytest.raises(ValueError, match="excitation: got 'C', allowed: A, B, AB"):
         bench.obey("device", excitation="C")
     message = bench.obey("device", capf=2, excitation="B")
     assert message == "A new measurement has started: capf 2, before 1."

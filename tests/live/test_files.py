@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from live_bench import OWN_FILE, begun, client
 from palpate.live import files as module
-from palpate.live.app import DOWNLOADED, READ_ONLY
+from palpate.live.app import READ_ONLY, TYPES
 from palpate.live.feed import RefusedCommand
 from palpate.live.files import RunFiles
 
@@ -104,7 +104,7 @@ def test_a_browser_shows_a_report_and_runs_nothing_in_it(tmp_path: Path, monkeyp
     for file in ("run.csv", "run.json", "probe.toml", "odd.bin"):
         got = page.get(f"/recording/{file}")
         assert got.headers["content-disposition"].startswith("attachment")
-        kind = DOWNLOADED.get(Path(file).suffix, ("application/octet-stream",))[0]
+        kind = TYPES.get(Path(file).suffix, "application/octet-stream")
         assert got.headers["content-type"].partition(";")[0] == kind
         assert got.headers["x-content-type-options"] == "nosniff"
     bench.measurement.close()

@@ -112,9 +112,8 @@ def test_a_line_of_the_list(line: str, value: float | None) -> None:
 
 @pytest.mark.parametrize(("text", "words"), [
     ("a\nb; much", "line 2: got 'b; much', allowed: name, or name; modulus in MPa"), ("a; -1", "line 1: got 'a; -1'"),
-    ("a; 0", "line 1"), ("a; nan", "line 1"), ("a; 1.01e6", "1e+06 at most"), ("a; 1; 2", "line 1"), ("gel, soft", "line 1"),
-    ("a\n\nb\na", "line 4: got 'a' again, allowed: each name once"), ("; 3", "1 to 80 characters"), ("x" * 81, "line 1"),
-    ("\n".join(map(str, range(201))), "got 201 specimens, allowed: 200 at most"),
+    ("a; 0", "line 1"), ("a; nan", "line 1"), ("a; 1; 2", "line 1"), ("gel, soft", "line 1"),
+    ("a\n\nb\na", "line 4: got 'a' again, allowed: each name once"), ("; 3", "1 to 200 characters"), ("x" * 201, "line 1"),
 ])  # fmt: skip
 def test_a_list_that_is_refused(text: str, words: str) -> None:
     with pytest.raises(RefusedCommand, match=re.escape(words)):

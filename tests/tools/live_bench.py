@@ -23,8 +23,7 @@ OWN = f"{HOST}:{PORT}"
 ORIGIN = f"http://{OWN}"
 SOURCE = "sim:four-specimens?seed=1"
 OWN_FILE = ROOT / "tests" / "data" / "four-specimens.csv"
-PATIENCE_S = 60
-"""Long, since a busy machine is slow."""
+PATIENCE_S = 60  # long, since a busy machine is slow
 
 
 class Bench(Workbench):

@@ -12,8 +12,7 @@ from selenium.common.exceptions import StaleElementReferenceException
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 
-PATIENCE_S = 90
-"""Long, since a busy machine is slow."""
+PATIENCE_S = 90  # long, since a busy machine is slow
 SIZES = {"desk": (1280, 800), "phone": (390, 844), "wall": (2560, 1440), "lying": (844, 390), "tablet": (768, 1024)}
 
 

@@ -11,8 +11,7 @@ from typing import Self
 from urllib.parse import urlsplit
 
 SOURCE = "sim:four-specimens?seed=1"
-PATIENCE_S = 90
-"""Long, since a busy machine is slow."""
+PATIENCE_S = 90  # long, since a busy machine is slow
 
 
 def played(name: str, folder: Path, speed: float = 1.0) -> str:

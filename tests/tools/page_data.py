@@ -9,16 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from palpate.live.feed import ROW, Flag, Rows
+from palpate.live.noise_spectrum import noise_of
 from palpate.live.plan import Done, Progress
+from palpate.live.state_rules import Now, StatusLine
 from palpate.recording.session import Specimen
 
 Document = dict[str, Any]
-RATE = 38.4
-"""Pairs a second."""
-ORIGIN_S = 5.0
-"""Time of the first sample, s: not 0, as with a device."""
-LENGTH, WANTED = 250, 4
-"""Samples of a touch; touches of a specimen."""
+RATE = 38.4  # pairs a second
+ORIGIN_S = 5.0  # time of the first sample, s: not 0, as with a device
+LENGTH, WANTED = 250, 4  # samples of a touch; touches of a specimen
 THRESHOLD, RIGID, HALF, SCATTER = 8.0, 10.1, 2.056, 0.028
 SPECIMENS = {"70 A": 8.68, "50 A": 2.18, "30 A": 0.87, "50 OO": 0.289, "30 OO": 0.143, "gel 7": None}
 TOUCHED = [("70 A", 4), ("50 A", 5), ("30 A", 5), ("50 OO", 4), ("30 OO", 2)]
@@ -121,11 +120,10 @@ def rows_of(touches: list[Press], until: float) -> Rows:
 
 @dataclass
 class State:
-    """One state of the page: rows, a document of each kind of message, and the traces of the touches."""
+    """One state of the page: rows, and a document of each kind of message."""
 
     rows: Rows
     told: dict[str, Document]
-    traces: list[Document] = field(default_factory=list)
 
 
 def measured(ratio: float, error: float) -> Document:
@@ -156,12 +154,6 @@ def touch_row(one: Press, known: Document) -> Document:
     return {"number": one.number, **times, **counted, **said, **known, **measured(one.ratio, float(one.trace[-1, 2]))}
 
 
-def trace_of(one: Press) -> Document:
-    """Return the trace of a completed touch."""
-    columns = zip(("t", "ratio", "error", "statistic"), one.trace[::2].T.tolist(), strict=True)
-    return {"touch": one.number, **dict(columns)}
-
-
 def session_of(case: "Case", progress: Progress) -> Document:
     """Return the plan and how far it is."""
     rows = progress.rows()
@@ -190,27 +182,13 @@ def calibration_of(touches: list[Press]) -> Document:
     lines = {"ratio": curve, "low": curve * 0.944, "high": curve * 1.056, "modulus": grid}
     said = {"verdict": "Not enough yet. 13 touches are on the curve: 3.2 % scatter, no trend.", "error": None}
     todo = {"next": "Next: 50 OO, then 30 OO.", "missing": ["Below 0.8 MPa no specimen is finished."], "saved": None}
-    return {
-        "on": True,
-        "sound": False,
-        **said,
-        **todo,
+    return {"on": True, "sound": False} | said | todo | {
         "parameters": [dict(zip(("name", "value", "interval"), one, strict=True)) for one in parameters],
         "curve": {name: values.tolist() for name, values in lines.items()},
         "points": points,
         "rigid": {"value": RIGID, "error": 0.26},
         "history": [0.2, 0.15, 0.1, 0.07, 0.06, 0.05, 0.042, 0.035, 0.031, 0.028, 0.026],
-    }
-
-
-def noise() -> Document:
-    """Return a spectrum with a peak of the mains."""
-    hz = [0.15 * k for k in range(1, 128)]
-    level = [4.0 + 6.0 / f + (9.0 if abs(f - 11.6) < 0.2 else 0.0) for f in hz]
-    text = "Noise 31 aF (hard) and 28 aF (soft); a peak at 11.6 Hz is likely the mains (50 Hz, folded)."
-    peaks = [{"hz": 11.6, "channel": "hard", "aF": 8.1}]
-    known = {"seconds": 26.7, "hard_aF": 31.0, "soft_aF": 28.0, "peaks": peaks, "text": text}
-    return {**known, "hz": hz, "hard": level, "soft": level}
+    }  # fmt: skip
 
 
 def device(file: bool, changed: Document) -> Document:
@@ -242,8 +220,8 @@ class Case:
     """A moment of the measurement, s from its first sample; the word and the line that the server says, and what differs."""
 
     at: float
-    word: tuple[str, str, str, float | None]  # word, sub, tone, share
-    line: tuple[str, str, str, str]  # level, title, text, what
+    now: Now
+    line: StatusLine
     touches: list[Press] | None = None
     running: Press | None = None
     cut: float | None = None
@@ -258,9 +236,9 @@ class Case:
 
 HELD, PART = RUNNING.until(LIVE), replace(RUNNING.until(LIVE - 0.95), flag="gap")
 OFFSET = press(20, "30 OO", RUNNING.start, "offset")
-TOUCH = ("Touch", "30 OO, touch 2 of 4: press, and hold", "idle", None)
-HOLD = ("Hold", "2.5 s more", "busy", 4.05 * RATE / LENGTH)
-READY = ("quiet", "", "Ready. Baseline 7 s old, noise 31 aF.", "ready")
+TOUCH = Now("Touch", "30 OO, touch 2 of 4: press, and hold")
+HOLD = Now("Hold", "2.5 s more", "busy", 4.05 * RATE / LENGTH)
+READY = StatusLine("ready", "quiet", "", "Ready. Baseline 7 s old, noise 31 aF.")
 BEFORE = RUNNING.start - 1.4
 SLOW = "212 of 1530 readings came late (14 %). Close other programs. Late readings are recorded; ratios are less sure."
 GONE = "The board at USB 1/4 is gone. Touch 20 is cut, and will be repeated. The recording goes on."
@@ -268,17 +246,17 @@ FILE = "A recording: whole, 7612 rows, 34 missing, clean end. Nothing is being m
 LEFT = "Offset: the soft bump is reached 2 % of the depth before the hard one; hold the probe upright."
 CASES = {
     "idle": Case(BEFORE, TOUCH, READY, recording=False),
-    "contact": Case(LIVE, HOLD, ("quiet", "", "Measuring. 30 OO, touch 2 of 4.", "contact"), running=HELD),
-    "lift": Case(RUNNING.end + 0.1, ("Lift", "kept; then 30 OO, touch 3 of 4", "good", 1.0), ("quiet", "", "Touch 20 is kept.", "done"), state="done"),
-    "flagged": Case(OFFSET.end + 0.6, ("Repeat", "lift, hold upright, touch 30 OO again", "caution", 1.0), ("caution", "Touch 20 is left out.", LEFT, "left out"),
+    "contact": Case(LIVE, HOLD, StatusLine("contact", "quiet", "", "Measuring. 30 OO, touch 2 of 4."), running=HELD),
+    "lift": Case(RUNNING.end + 0.1, Now("Lift", "kept; then 30 OO, touch 3 of 4", "good", 1.0), StatusLine("done", "quiet", "", "Touch 20 is kept."), state="done"),
+    "flagged": Case(OFFSET.end + 0.6, Now("Repeat", "lift, hold upright, touch 30 OO again", "caution", 1.0), StatusLine("left out", "caution", "Touch 20 is left out.", LEFT),
                     touches=[*TOUCHES[:19], OFFSET]),
-    "unplugged": Case(LIVE + 12, ("Stop", "no board: plug it in, it goes on by itself", "fault", None), ("fault", "Unplugged.", GONE, "unplugged"),
+    "unplugged": Case(LIVE + 12, Now("Stop", "no board: plug it in, it goes on by itself", "fault"), StatusLine("unplugged", "fault", "Unplugged.", GONE),
                       touches=[*TOUCHES[:19], PART], cut=LIVE - 0.95, facts={"Board": "USB 1/4, gone for 12 s", "Late": "3, 495, 0"}),
-    "slow": Case(BEFORE, TOUCH, ("caution", "Computer too slow.", SLOW, "slow"), facts={"Pairs": "33.1 of 38.4", "Late": "212, 34, 0"}),
-    "calibrate": Case(TOUCHES[15].start - 1.3, ("Touch", "50 OO, touch 2 of 4: press, and hold", "idle", None),
-                      ("quiet", "", "Calibrating with 5 specimens of known modulus: 3 done, 50 OO begun.", "ready"), calibrating=True),
-    "file": Case(RUNNING.end + 1.2, ("File", "run-11.csv, 21 Nov 2026, 14:02", "idle", None), ("quiet", "", FILE, "file"), recording=False, file=True, state="ended"),
-    "bare": Case(3.9, ("Touch", "press, and hold for 6.5 s", "idle", None), READY, recording=False, listed=False, calibrated=False),
+    "slow": Case(BEFORE, TOUCH, StatusLine("slow", "caution", "Computer too slow.", SLOW), facts={"Pairs": "33.1 of 38.4", "Late": "212, 34, 0"}),
+    "calibrate": Case(TOUCHES[15].start - 1.3, Now("Touch", "50 OO, touch 2 of 4: press, and hold"),
+                      StatusLine("ready", "quiet", "", "Calibrating with 5 specimens of known modulus: 3 done, 50 OO begun."), calibrating=True),
+    "file": Case(RUNNING.end + 1.2, Now("File", "run-11.csv, 21 Nov 2026, 14:02"), StatusLine("file", "quiet", "", FILE), recording=False, file=True, state="ended"),
+    "bare": Case(3.9, Now("Touch", "press, and hold for 6.5 s"), READY, recording=False, listed=False, calibrated=False),
 }  # fmt: skip
 CASES["review"] = CASES["contact"]
 """The page itself looks back: nothing changes at the server."""
@@ -289,6 +267,7 @@ def state(name: str) -> State:
     case = CASES[name]
     known = [one for one in TOUCHES if one.end <= case.at] if case.touches is None else case.touches
     end, running = case.cut or case.at, case.running
+    rows = rows_of([*known, *([running] if running else [])], end)
     progress = progress_of(case, known)
     touches = [touch_row(one, row) for one, row in zip(known, progress.rows(), strict=True)]
     told = {
@@ -298,11 +277,10 @@ def state(name: str) -> State:
         "session": session_of(case, progress),
         "calibration": calibration_of(known) if case.calibrating else {"on": False},
         "device": device(case.file, case.facts),
-        "noise": noise(),
+        "noise": noise_of(rows),
         "state": state_of(case, end, running),
     }
-    seen = [*known, *([running] if running else [])]
-    return State(rows_of(seen, end), told, [trace_of(one) for one in known])
+    return State(rows, told)
 
 
 def hello_of(case: Case) -> Document:
@@ -318,17 +296,17 @@ def hello_of(case: Case) -> Document:
 def state_of(case: Case, end: float, running: Press | None) -> Document:
     """Return what changes during a measurement."""
     none = dict.fromkeys(("ratio", "standard_error", "uncertainty", "modulus"))
-    rows, now = round(end * RATE), dict(zip(("word", "sub", "tone", "share"), case.word, strict=True))
-    line = dict(zip(("level", "title", "text", "what"), case.line, strict=True))
     return {
         **(measured(running.ratio, float(running.trace[-1, 2])) if running else none),
         "state": case.state or ("contact" if running else "no contact"),
         "error": "",
         "end_s": end + ORIGIN_S,
-        "recording": {"name": "palpate-2026-11-22-2.csv", "rows": rows, "seconds": end} if case.recording else None,
+        "recording": {"name": "palpate-2026-11-22-2.csv", "rows": round(end * RATE), "seconds": end}
+        if case.recording
+        else None,
         "proposed": "palpate-2026-11-22-2.csv",
         "files": [{"name": file, "kind": kind} for file, kind in RECORDED],
-        "now": now,
-        "line": line | {"since_s": 12.0 if case.cut else None},
-        "announce": f"{now['word']}: {now['sub']}",
+        "now": case.now._asdict(),
+        "line": case.line.as_dict(12.0 if case.cut else None),
+        "announce": f"{case.now.word}: {case.now.sub}",
     }

@@ -47,39 +47,7 @@ return [...document.querySelectorAll("button, a, input, select, textarea")].filt
 )
 """What can be pressed and is smaller than 44 px."""
 
-FAINT = (
-    _SHOWN
-    + """
-const parts = (colour) => { const [r, g, b, a = 1] = colour.match(/[\\d.]+/g).map(Number); return [r, g, b, a]; };
-const over = ([r, g, b, a], [R, G, B]) => [r * a + R * (1 - a), g * a + G * (1 - a), b * a + B * (1 - a), 1];
-const ground = (e) => {
-  const layers = [];
-  for (let p = e; p; p = p.parentElement) { const c = parts(getComputedStyle(p).backgroundColor); if (c[3] > 0) layers.push(c); if (c[3] === 1) break; }
-  return layers.reverse().reduce((under, c) => over(c, under), [255, 255, 255, 1]);
-};
-const light = (c) => { const [r, g, b] = c.slice(0, 3).map((v) => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4); return 0.2126 * r + 0.7152 * g + 0.0722 * b; };
-const contrast = (a, b) => { const [low, high] = [light(a), light(b)].sort((x, y) => x - y); return (high + 0.05) / (low + 0.05); };
-const seen = [...texts.map((e) => [e, getComputedStyle(e).color]), ...[...document.querySelectorAll("svg text")].filter(shown).map((e) => [e, getComputedStyle(e).fill])];
-const wrong = [];
-for (const [e, colour] of seen) {
-  const size = parseFloat(getComputedStyle(e).fontSize), bold = Number(getComputedStyle(e).fontWeight) >= 700;
-  const under = ground(e), found = contrast(over(parts(colour), under), under), least = size >= 24 || (bold && size >= 18.66) ? 3 : 4.5;
-  if (found < least) wrong.push(`${named(e)} ${found.toFixed(2)}`);
-}
-const root = getComputedStyle(document.documentElement), card = document.getElementById("touch").hidden ? document.getElementById("fit") : document.getElementById("touch");
-for (const name of ["hard", "soft", "ratio", "past", "bad", "edge"]) {
-  const probe = document.body.appendChild(document.createElement("i"));
-  probe.style.color = `var(--${name})`;
-  const found = contrast(parts(getComputedStyle(probe).color), ground(card));
-  probe.remove();
-  if (found < 3) wrong.push(`line ${name} ${found.toFixed(2)}`);
-}
-return wrong;"""
-)
-"""Texts whose contrast is below 4.5 (3 for large ones), and lines below 3, by WCAG 2."""
-
-CHECKS = {"sideways": SIDEWAYS, "cut": CUT, "faint": FAINT}
-"""What holds at every size."""
+CHECKS = {"sideways": SIDEWAYS, "cut": CUT}  # what holds at every size
 NEWEST = """return [...document.querySelectorAll("#touches tr")].filter((e) => !e.hidden).slice(0, 4)
   .map((e) => e.getBoundingClientRect().bottom);"""
 """Lower edges of the head of the table and of the three newest touches, px."""

@@ -15,8 +15,7 @@ from palpate import report
 from palpate.recording import sidecar
 from palpate.recording.session import Entry, Note, Plan, Specimen
 
-HOSTILE = "<script>fetch('//x')</script>\"'&</style>"
-"""A text that a page must only show."""
+HOSTILE = "<script>fetch('//x')</script>\"'&</style>"  # a text that a page must only show
 
 
 def calibrated(folder: Path) -> Path:

@@ -1,11 +1,12 @@
 """The web application of the page: its files, the web socket and the downloads."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Coroutine
 from contextlib import asynccontextmanager, suppress
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
 from starlette.applications import Starlette
@@ -21,14 +22,13 @@ from palpate.live.commands import COMMANDS, Workbench, parse
 from palpate.live.feed import RefusedCommand, message_of
 from palpate.live.hub import PAGES, Hub, Page
 
-_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
-DOWNLOADED = {
-    ".csv": ("text/csv", "attachment"),
-    ".json": ("application/json", "attachment"),
-    ".toml": ("application/toml", "attachment"),
-    ".html": ("text/html; charset=utf-8", "inline"),
+_PAGE = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+TYPES = {
+    ".csv": "text/csv",
+    ".json": "application/json",
+    ".toml": "application/toml",
+    ".html": "text/html; charset=utf-8",
 }
-"""Files of a run: type, and whether a browser stores them or shows them."""
 READ_ONLY = (
     "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'"
@@ -43,7 +43,7 @@ def page_files() -> dict[str, tuple[bytes, str]]:
     page = files("palpate.live") / "page"
     for folder, prefix in ((page, "/"), (page / "charts", "/charts/")):
         for file in folder.iterdir():
-            kind = _TYPES.get(Path(file.name).suffix)
+            kind = _PAGE.get(Path(file.name).suffix)
             if kind:
                 found[prefix + file.name] = (file.read_bytes(), f"{kind}; charset=utf-8")
     found["/"] = found.pop("/index.html")
@@ -76,22 +76,20 @@ class PageApp:
 
     @asynccontextmanager
     async def _life(self, _: Starlette) -> AsyncIterator[None]:
-        running = asyncio.create_task(self.hub.run())
-        yield
-        running.cancel()
-        with suppress(asyncio.CancelledError):
-            await running
+        async with _beside(self.hub.run()):
+            yield
 
     async def _download(self, request: Request) -> Response:
         name = request.path_params["name"]
         path = self._bench.measurement.files.find(name)
         if path is None or not path.is_file():
             return PlainTextResponse("this run has no such recording\n", 404)
-        kind, where = DOWNLOADED.get(path.suffix.lower(), ("application/octet-stream", "attachment"))
-        headers = {"Content-Disposition": f"{where}; filename*=UTF-8''{quote(name)}"}
-        if path.suffix.lower() == ".json":  # a recording that runs replaces it: size and content are of one file
+        suffix = path.suffix.lower()
+        kind, shown = TYPES.get(suffix, "application/octet-stream"), suffix == ".html"
+        headers = {"Content-Disposition": f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(name)}"}
+        if suffix == ".json":  # a recording that runs replaces it: size and content are of one file
             return Response(await asyncio.to_thread(path.read_bytes), headers=headers, media_type=kind)
-        if where == "inline":
+        if shown:
             headers["Content-Security-Policy"] = READ_ONLY
         size = path.stat().st_size
         headers["Content-Length"] = str(size)
@@ -104,15 +102,12 @@ class PageApp:
         await socket.accept()
         page = Page(socket, self._bench)
         self.hub.join(page)
-        sending = asyncio.create_task(page.send())
         try:
-            async for message in socket.iter_text():
-                await self._hear(page, message)
+            async with _beside(page.send()):
+                async for message in socket.iter_text():
+                    await self._hear(page, message)
         finally:
             self.hub.pages.discard(page)
-            sending.cancel()
-            with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
-                await sending
 
     async def _hear(self, page: Page, message: str) -> None:
         try:
@@ -122,12 +117,25 @@ class PageApp:
             else:
                 answer = await asyncio.to_thread(self._bench.do, do, **given)
                 self.hub.send_state()
-            if answer:
-                page.answer(message_of("done", do=do, **answer))
+            told = message_of("done", do=do, **answer) if answer else ""
         except RefusedCommand as refusal:
-            page.answer(message_of("refused", message=str(refusal)))
+            told = message_of("refused", message=str(refusal))
         except (ValueError, PalpateError) as error:
-            page.answer(message_of("failed", message=str(error)))
+            told = message_of("failed", message=str(error))
+        if told:  # behind the state, so that the page shows it when the answer arrives
+            page.tell(object(), told)
+
+
+@asynccontextmanager
+async def _beside(work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
+    """Do this beside what is in the block; the end of the block cancels it."""
+    running = asyncio.create_task(work)
+    try:
+        yield
+    finally:
+        running.cancel()
+        with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):  # the page may be gone
+            await running
 
 
 async def _parts(path: Path, size: int) -> AsyncIterator[bytes]:

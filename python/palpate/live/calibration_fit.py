@@ -101,10 +101,7 @@ class GuidedCalibration:
         """Save the calibration, and a report of it; return the answer."""
         known = self._known()
         path = self._files.checked(name, ".toml") if name else self._files.free("probe.toml")
-        try:
-            specimens, found = self._fit(known)
-        except (ValueError, PalpateError) as error:
-            raise RefusedCommand(f"save calibration: {error}") from error
+        specimens, found = self._fit(known)
         found.save(path)
         self._files.made(path, "calibration")
         self._report(path, found, specimens)

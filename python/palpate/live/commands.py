@@ -20,7 +20,7 @@ from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
 from palpate.several import TOUCH_SCATTER
 
-LONGEST = 8192  # characters of a message
+LONGEST = 32768  # bytes of a message
 LONGEST_TEXT = 200  # characters of a mark, a name, a note
 LONGEST_PLAN = 4000  # characters of a list of specimens
 FEWEST_ROWS = 16  # of a view
@@ -47,8 +47,6 @@ def parse(message: str) -> tuple[str, Document]:
     Traceback (most recent call last):
     palpate.live.feed.RefusedCommand: do: got 'format the disk', allowed: tare, tare anyway, ...
     """
-    if len(message) > LONGEST:
-        _refuse("message", f"{len(message)} characters", f"{LONGEST} at most")
     try:
         given = json.loads(message)
     except (ValueError, RecursionError):
@@ -96,7 +94,7 @@ class Workbench:
         }
         self._parts: dict[str, object] = {"bench": self}
         if isinstance(measurement, RecordedMeasurement):
-            self._shown: Callable[[], Document] = lambda: file_state(measurement)
+            self._shown: Callable[[], Document] = lambda: file_state(measurement.file)
             self.is_news: Callable[[], bool] = lambda: False
             return
         state = ConnectionState(measurement, plan, lambda: table.calibration)
@@ -154,36 +152,29 @@ def _text(most: int, least: int = 1, *, lines: bool = False) -> Check:
     return check
 
 
-def _whole(least: int, most: int) -> Check:
-    def check(name: str, value: Any) -> int:
-        if type(value) is not int or not least <= value <= most:
-            _refuse(name, value, f"a whole number from {least} to {most}")
+def _number(least: float, most: float, allowed: str, *kinds: type) -> Check:
+    def check(name: str, value: Any) -> Any:
+        if type(value) not in kinds or not least <= value <= most:
+            _refuse(name, value, allowed)
         return value
 
     return check
 
 
-def _seconds(name: str, value: Any) -> float:
-    if type(value) not in (int, float) or not -LARGEST_S <= value <= LARGEST_S:
-        _refuse(name, value, "a time, s")
-    return float(value)
-
-
-def _flag(name: str, value: Any) -> bool:
-    if not isinstance(value, bool):
-        _refuse(name, value, "true or false")
-    return value
+def _whole(least: int, most: int) -> Check:
+    return _number(least, most, f"a whole number from {least} to {most}", int)
 
 
 def _refuse(name: str, value: Any, allowed: str) -> NoReturn:
     raise RefusedCommand(f"{name}: got {value!a:.60}, allowed: {allowed}")
 
 
-_ID = _whole(0, 2**32 - 1)
+_ID, _FLAG = _whole(0, 2**32 - 1), _number(0, 1, "true or false", bool)
+_SECONDS = _number(-LARGEST_S, LARGEST_S, "a time, s", int, float)
 _NAME, _MAYBE = _text(LONGEST_TEXT), _text(LONGEST_TEXT, 0)
 _LIST = _text(LONGEST_PLAN, 0, lines=True)
 _PLAN = {"text": _LIST, "wanted": _whole(1, 99), "title?": _MAYBE, "operator?": _MAYBE}
-_VIEW = {"id": _ID, "from_s": _seconds, "to_s": _seconds, "rows": _whole(FEWEST_ROWS, ROWS)}
+_VIEW = {"id": _ID, "from_s": _SECONDS, "to_s": _SECONDS, "rows": _whole(FEWEST_ROWS, ROWS)}
 
 COMMANDS: dict[str, Order] = {
     "tare": Order("events.tare"),
@@ -202,10 +193,10 @@ COMMANDS: dict[str, Order] = {
     "discard": Order("plan.discard", {"touch": _ID}),
     "keep": Order("plan.keep", {"touch": _ID}),
     "more": Order("plan.more"),
-    "calibrating": Order("calibration.switch", {"on": _flag}),
+    "calibrating": Order("calibration.switch", {"on": _FLAG}),
     "save calibration": Order("calibration.save", {"name?": _NAME}),
     "report": Order("bench.report"),
-    "noise": Order("page.listen", {"on": _flag}),
+    "noise": Order("page.listen", {"on": _FLAG}),
     "trace": Order("page.trace", {"touch": _ID}),
     "view": Order("page.look", _VIEW),
     "seen": Order("page.seen", {"frame": _ID}),

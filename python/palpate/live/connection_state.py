@@ -4,7 +4,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from palpate._core import Touch
 from palpate.calibration import Calibration
@@ -104,7 +104,7 @@ class ConnectionState(Listener):
             gap=self._gap,
             lost=self._lost,
             cut=self._cut,
-            pace=self._pace(at_s, counters) if source.live and not troubles else self._no_pace(),
+            pace=self._pace(at_s, counters, steady=source.live and not troubles),
             recording=recorder.path.name if recorder else "",
             recording_error=str(last.error or "") if last else "",
             unrecorded=last.dropped if last and last.error else 0,
@@ -127,15 +127,11 @@ class ConnectionState(Listener):
             self._gap_s = self._gap_s if at_s - self._gap_s < GAP_S else -math.inf
             self._retaken_s = self._retaken_s if at_s - self._retaken_s < GAP_S else -math.inf
 
-    def _no_pace(self) -> PairRate:
-        """Begin to count again: after an interruption pairs come together."""
-        self._reads.clear()
-        return PairRate()
-
-    def _pace(self, at_s: float, counters: StreamCounters) -> PairRate:
-        """Return how fast pairs arrive."""
-        if self._gap_s > -math.inf:
-            return self._no_pace()
+    def _pace(self, at_s: float, counters: StreamCounters, *, steady: bool) -> PairRate:
+        """Return how fast pairs arrive; after an interruption, when pairs come together, counted anew."""
+        if not steady or self._gap_s > -math.inf:
+            self._reads.clear()
+            return PairRate()
         if not self._reads or at_s - self._reads[-1][0] >= _LOOK_S:
             self._reads.append((at_s, counters))
         while at_s - self._reads[0][0] > LATE_S:
@@ -162,21 +158,17 @@ class ConnectionState(Listener):
         return self._known[1]
 
 
-class _Heard(NamedTuple):
-    """What a screen reader has to know: the word, the line, and the last result."""
-
-    word: str = ""
-    what: str = ""
-    result: str = ""
-
-
 class SteadyLine:
     """Keeps the line and the announcement of one measurement: no flicker, and only what has settled is announced."""
 
     def __init__(self) -> None:
         self._line: StatusLine | None = None
         self._began_s = self._caused_s = 0.0
-        self._heard, self._pending = _Heard(), _Heard()
+        self._heard = self._pending = (
+            "",
+            "",
+            "",
+        )  # what a screen reader has to know: the word, the line, the last result
         self._since_s = -math.inf
         self._announce = ""
 
@@ -203,18 +195,20 @@ class SteadyLine:
 
     def _listen(self, now: Now, line: StatusLine, result: LastTouch | None, at_s: float) -> None:
         """Announce what has settled and is new."""
-        heard = _Heard(now.word, line.what, f"{result.number}: {result.text}" if result and not result.why else "")
+        ended = f"{result.number}: {result.text}" if result and not result.why else ""
+        heard = now.word, line.what, ended
         if heard != self._pending:
             self._pending, self._since_s = heard, at_s
         least_s = 0.0 if line.level == "fault" else _SETTLED_S.get(line.what, SETTLED_S)
         if heard == self._heard or at_s - self._since_s < least_s:
             return
+        word, what, before = self._heard
         told = []
-        if result and heard.result not in ("", self._heard.result):
+        if result and ended not in ("", before):
             told.append(f"Touch {result.number}{', revised' if result.revised else ''}: {result.text}.")
-        if heard.word != self._heard.word:
+        if now.word != word:
             told.append(f"{now.word}.")
-        if heard.what != self._heard.what:
+        if line.what != what:
             told.append(f"{line.title} {line.said or line.text}")
         self._announce = " ".join(" ".join(told).split()) or self._announce
         self._heard = heard

@@ -33,10 +33,9 @@ class Device:
     def document(self) -> Document:
         """Return the message `device`."""
         device = self._description()
-        facts = self._state.facts()
         return {
             "board": _board(device),
-            "facts": [fact for fact in _facts(device, facts, self._measurement) if fact],
+            "facts": _facts(device, self._state.facts(), self._measurement),
             "options": self._options(device) if self._is_ours else {},
             "can_centre": can_centre(self._measurement.stream.source),
         }
@@ -48,10 +47,7 @@ class Device:
         self._require_free("device")
         now = {name: option["value"] for name, option in self._options(self._description()).items()}
         for name, value in options.items():
-            try:
-                CONVERTER[name](name, value)
-            except ValueError as error:
-                raise RefusedCommand(str(error)) from error
+            CONVERTER[name](name, value)
         changed = {name: value for name, value in options.items() if str(value) != str(now[name])}
         if not changed:
             raise RefusedCommand("device: these are the present settings")
@@ -102,16 +98,17 @@ def _board(device: Mapping[str, Any]) -> str:
     return ", ".join(str(part) for part in (device.get("name"), place) if part)
 
 
-def _facts(device: Mapping[str, Any], facts: Facts, measurement: LiveMeasurement) -> list[Document | None]:
+def _facts(device: Mapping[str, Any], facts: Facts, measurement: LiveMeasurement) -> list[Document]:
     away, counters, pace = "unplugged" in facts.troubles, measurement.stream.counters, facts.pace
     slow = state_rules.slow(facts) is not None
     rate = f"{pace.per_s:.1f}" if math.isfinite(pace.per_s) else "-"
     rate += f" of {1 / facts.period_s:.1f}" if math.isfinite(facts.period_s) else ""
     numbers = {"Late": counters.late, "lost": counters.lost, "refused": counters.refused}
     numbers |= {"dropped": counters.dropped} if counters.dropped else {}
+    found = [_fact("Board", f"{board}{', gone' if away else ''}", warn=away)] if (board := _board(device)) else []
+    found += [_fact("Chip", device["fingerprint"])] if device.get("fingerprint") else []
     return [
-        _fact("Board", f"{_board(device)}{', gone' if away else ''}", warn=away) if _board(device) else None,
-        _fact("Chip", device["fingerprint"]) if device.get("fingerprint") else None,
+        *found,
         _fact("Pairs a second", "0" if away else rate, warn=away or slow),
         _fact(", ".join(numbers), ", ".join(map(str, numbers.values())), warn=away or slow),
         *_settings(device),
@@ -158,7 +155,7 @@ def _conditions(given: Any, baseline_s: float) -> list[Document]:
     return found
 
 
-def _range(device: Mapping[str, Any], facts: Facts, number: int) -> Document | None:
+def _range(device: Mapping[str, Any], facts: Facts, number: int) -> Document:
     """Return how much of its range a channel uses."""
     reading, full, settings = facts.seen.channels[number].reading, facts.full_scale_pF, device.get("configuration")
     name = CHANNELS[number].capitalize()

@@ -55,8 +55,8 @@ class Events(Listener):
         if len(batch.samples):
             self._find_holes(batch)
         asked, self._asked = self._asked, None
-        if asked is not None and isinstance(self._measurement, LiveMeasurement):
-            self._tare_now(self._measurement, force=asked)
+        if asked is not None:
+            self._tare_now(force=asked)
 
     def tare(self, *, force: bool = False) -> str:
         """Ask for a tare; return the message."""
@@ -118,7 +118,8 @@ class Events(Listener):
         except (ValueError, PalpateError) as error:  # a recording with 10,000 marks, or one that fails
             self._measurement.say(str(error))
 
-    def _tare_now(self, measurement: LiveMeasurement, *, force: bool) -> None:
+    def _tare_now(self, *, force: bool) -> None:
+        measurement = self._live
         try:
             measurement.stream.tare(force=force)
         except RuntimeError as refusal:  # pressed after the command

@@ -1,7 +1,6 @@
 """Sends the measurement to the pages as soon as there are rows; fewer and larger frames to a page that reads slowly."""
 
 import asyncio
-from collections import deque
 from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any
@@ -15,8 +14,6 @@ from palpate.live.levels import Levels
 PAGES = 16
 AHEAD = 30  # sent frames that a page has not confirmed; more would only fill buffers and be shown late
 FRAME_ROWS = 1024  # rows of a frame; a page that was asleep gets what it missed in several frames
-_ANSWERS = 32
-_VIEWS = 4  # of more the oldest are not sent: the page looks elsewhere by now
 _STATES_PER_S = 5
 
 
@@ -32,10 +29,8 @@ class Page:
         self.sent: int = 0  # frames, without views
         self.listens: bool = False  # whether it shows the noise
         self._socket, self._bench = socket, bench
-        self._unseen: deque[int] = deque()
-        self._latest: dict[str, str] = {}
-        self._answers: deque[str] = deque(maxlen=_ANSWERS)
-        self._views: deque[tuple[int, float, float, int]] = deque(maxlen=_VIEWS)
+        self._seen = 0  # of the sent frames, confirmed
+        self._queue: dict[object, str | bytes] = {}
         self._something = asyncio.Event()
         self.wake = self._something.set  # look at the rows again
         self.begin(bench.measurement.levels)
@@ -45,14 +40,9 @@ class Page:
         self._levels, self._next, self._anew = levels, levels.begin, True
         self.wake()
 
-    def tell(self, kind: str, message: str) -> None:
+    def tell(self, kind: object, message: str | bytes) -> None:
         """Queue a message; it replaces a message of the same kind that is still in the queue."""
-        self._latest[kind] = message
-        self.wake()
-
-    def answer(self, message: str) -> None:
-        """Queue the answer to a command of the page."""
-        self._answers.append(message)
+        self._queue[kind] = message
         self.wake()
 
     def do(self, do: str, /, **given: Any) -> Document:
@@ -61,14 +51,12 @@ class Page:
         return {} if answer is None else {"message": answer}
 
     def look(self, id: int, from_s: float, to_s: float, rows: int) -> None:
-        """Queue a view; of too many the newest are sent."""
-        self._views.append((id, from_s, to_s, rows))
-        self.wake()
+        """Queue a view."""
+        self.tell(object(), pack(id, self._levels.view(from_s, to_s, rows), Kind.VIEW))
 
     def seen(self, frame: int) -> None:
         """Confirm all frames up to this number."""
-        while self._unseen and self._unseen[0] <= frame:
-            self._unseen.popleft()
+        self._seen = max(self._seen, min(frame, self.sent))
         self.wake()
 
     def trace(self, touch: int) -> None:
@@ -90,14 +78,10 @@ class Page:
 
     async def _send_next(self) -> bool:
         """Send what comes first, and return whether there was something that may be sent now."""
-        if self._latest:  # the state before the answer, so that the page shows it when the answer arrives
-            await self._socket.send_text(self._latest.pop(next(iter(self._latest))))
-        elif self._answers:
-            await self._socket.send_text(self._answers.popleft())
-        elif self._views:
-            number, from_s, to_s, rows = self._views.popleft()
-            await self._socket.send_bytes(pack(number, self._levels.view(from_s, to_s, rows), Kind.VIEW))
-        elif len(self._unseen) < AHEAD and (self._anew or self._next < self._levels.end):
+        if self._queue:
+            message = self._queue.pop(next(iter(self._queue)))
+            await (self._socket.send_text(message) if isinstance(message, str) else self._socket.send_bytes(message))
+        elif self.sent - self._seen < AHEAD and (self._anew or self._next < self._levels.end):
             await self._socket.send_bytes(self._frame())
         else:
             return False
@@ -107,7 +91,6 @@ class Page:
         missed, rows = self._levels.following(self._next, FRAME_ROWS)
         self._next += missed + len(rows)
         self.sent += 1
-        self._unseen.append(self.sent)
         kind, self._anew = Kind.ANEW if self._anew or missed else Kind.NEXT, False
         return pack(self.sent, rows, kind)
 
@@ -146,10 +129,10 @@ class Hub:
         """Send the state to every page, and each other document that has changed."""
         for kind in self._bench.documents:
             self._announce(kind)
+        self._tell("state", self._bench.state(), self.pages)
         listening = [page for page in self.pages if page.listens]
         if listening and (found := self._bench.noise.document()):
-            self._tell(listening, "noise", found)
-        self._tell(self.pages, "state", self._bench.state())
+            self._tell("noise", found, listening)
 
     def _announce(self, kind: str) -> None:
         """Send a document to every page, if it has changed."""
@@ -160,7 +143,7 @@ class Hub:
                 page.tell(kind, message)
 
     @staticmethod
-    def _tell(pages: Iterable[Page], kind: str, document: Document) -> None:
+    def _tell(kind: str, document: Document, pages: Iterable[Page]) -> None:
         message = message_of(kind, **document)
         for page in pages:
             page.tell(kind, message)

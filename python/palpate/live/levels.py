@@ -149,13 +149,9 @@ class Levels:
         rows = rows[inside & (rows["flags"] & int(Flag.MEASURED) != 0)]
         if len(rows) > _POINTS:
             rows = extremes(rows, np.arange(_POINTS // 2) * len(rows) // (_POINTS // 2))
-        return {
-            "touch": number,
-            "t": _rounded(rows["t_s"] - start_s),
-            "ratio": _rounded(rows["ratio"]),
-            "error": _rounded(rows["standard_error"]),
-            "statistic": _rounded(rows["statistic"]),
-        }
+        values = {"ratio": rows["ratio"], "error": rows["standard_error"], "statistic": rows["statistic"]}
+        columns = {"t": rows["t_s"] - start_s} | values
+        return {"touch": number} | {name: _rounded(column) for name, column in columns.items()}
 
     def _between(self, from_s: float, to_s: float, most: int) -> Rows:
         """Return rows of the finest level that remembers them and is coarse enough; the newest are of finer levels."""

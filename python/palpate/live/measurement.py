@@ -133,13 +133,14 @@ class LiveMeasurement(Measurement):
         self._options: dict[str, Any] = {}
         self.moment = Moment("ended")  # until it starts
 
-    def start(self) -> None:
+    def start(self, **options: Any) -> None:
         """Start to measure and, if the measurement before was recorded or the user has named a file, to record.
 
-        Raises what `Stream` raises.
+        Options of the source hold for later measurements, too. Raises what `Stream` raises.
         """
+        options = {**self._options, **options}
         path = self.files.next() if self.records else None
-        source = self._open(**self._options)
+        source = self._open(**options)
         stream = Stream(source, record=path, keep=KEPT, outlives_recording=True, notify=self.say, **self._how)
         if self.outlets:
             self.outlets.follow(stream)
@@ -148,6 +149,7 @@ class LiveMeasurement(Measurement):
         for listener in (self, *self.listeners):
             stream.listen(listener)
         stream.__enter__()
+        self._options = options
         if stream.recorder:
             self._begin_recording(stream.recorder)
         self._thread = Thread(target=self._run, args=[stream], name="palpate-measurement", daemon=True)
@@ -166,15 +168,10 @@ class LiveMeasurement(Measurement):
 
         Raises as `start`: the measurement has ended then, and the next one has the options from before.
         """
-        before, self._options = self._options, {**self._options, **options}
         self.stream.note(note)
         self.stream.stop()
         self._thread.join()
-        try:
-            self.start()
-        except BaseException:
-            self._options = before
-            raise
+        self.start(**options)
         self.stream.note(note)
 
     def begun(self, stream: Stream) -> None:

@@ -24,11 +24,9 @@ from palpate.stream import Listener, Stream
 from palpate.tables.units import to_number
 
 DISCARDED = "discarded"
-MOST = 200  # specimens of a list
-LONGEST = 80  # characters of the name of a specimen
-LARGEST_MPa = 1e6  # of a modulus: steel has 2e5
-_CHARACTERS = f"names of 1 to {LONGEST} characters, moduli above 0, {LARGEST_MPa:g} at most"
-_FORM = f"name, or name; modulus in MPa, as 30 OO; 0.143: {_CHARACTERS}"
+_FORM = (
+    f"name, or name; modulus in MPa, as 30 OO; 0.143: names of 1 to {stored.LONGEST_NAME} characters, moduli above 0"
+)
 _SHOWN = 99  # the newest touches of a specimen
 
 
@@ -396,20 +394,11 @@ def specimens_of(text: str, wanted: int) -> list[Specimen]:
         if not (name or modulus) or (heading and not found):
             continue
         try:
-            specimen = _specimen(name, modulus, wanted)
+            value = to_number(re.sub(r"\s*mpa$", "", modulus, flags=re.IGNORECASE)) if modulus else None
+            specimen = Specimen(name, value, wanted)
         except ValueError as error:
             raise RefusedCommand(f"line {number}: got {quoted(line)}, allowed: {_FORM}") from error
         if name in found:
             raise RefusedCommand(f"line {number}: got {quoted(name)} again, allowed: each name once")
         found[name] = specimen
-    if len(found) > MOST:
-        raise RefusedCommand(f"text: got {len(found)} specimens, allowed: {MOST} at most")
     return list(found.values())
-
-
-def _specimen(name: str, modulus: str, wanted: int) -> Specimen:
-    """Return a specimen; ValueError if its name or its modulus is not allowed."""
-    value = to_number(re.sub(r"\s*mpa$", "", modulus, flags=re.IGNORECASE)) if modulus else None
-    if not 1 <= len(name) <= LONGEST or not (value is None or 0 < value <= LARGEST_MPa):
-        raise ValueError(name)
-    return Specimen(name, value, wanted)

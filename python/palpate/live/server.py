@@ -83,7 +83,7 @@ def serve(app: ASGIApp, listening: socket.socket, ended: Callable[[], bool] = la
         backlog=_BACKLOG,
         limit_concurrency=CONNECTIONS,
         h11_max_incomplete_event_size=HEAD,
-        ws_max_size=4 * LONGEST,
+        ws_max_size=LONGEST,
         ws_per_message_deflate=False,
         timeout_graceful_shutdown=_GRACE_S,
     )

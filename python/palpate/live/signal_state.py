@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +57,7 @@ class SignalFollower(Listener):
         """Begin with the next measurement."""
         self._tracker = stream.tracker
         self._channels = _Channel("hard"), _Channel("soft")
-        self._state, self._touch, self._count = "", 0, 0
+        self._state, self._touch, self._count = "", 0, 0  # the count: samples of the touch
         self._contact_s = self._touch_s = self._done_s = self._baseline_s = math.nan
         self.seen = SignalSeen()
 
@@ -69,16 +69,8 @@ class SignalFollower(Listener):
         self._follow_state(batch, t_s, state)
         hard, soft = (channel.follow(batch, t_s, state) for channel in self._channels)
         last_s = float(t_s[-1])
-        share, left_s = self._progress(last_s, state)
-        self.seen = SignalSeen(
-            (hard, soft),
-            self._clock(),
-            share,
-            left_s,
-            last_s - self._contact_s,
-            last_s - self._done_s,
-            self._baseline_s,
-        )
+        lasting = last_s - self._contact_s, last_s - self._done_s
+        self.seen = SignalSeen((hard, soft), self._clock(), *self._progress(last_s, state), *lasting, self._baseline_s)
 
     def _follow_state(self, batch: Batch, t_s: NDArray[np.float64], state: str) -> None:
         """Note when contact, touch, its completion and the baseline began."""
@@ -87,8 +79,6 @@ class SignalFollower(Listener):
             self._contact_s = math.nan
         elif before not in PRESSED:
             self._contact_s = float(t_s[0])
-            for channel in self._channels:
-                channel.seen = replace(channel.seen, limit_s=0.0)
         self._done_s = math.nan if state != "done" else self._done_s if before == "done" else last_s
         if state != "baseline" and (before == "baseline" or math.isnan(self._baseline_s)):
             self._baseline_s = last_s
@@ -137,7 +127,7 @@ class _Channel:
     def __init__(self, name: str) -> None:
         self.seen = ChannelSeen(name)
         self._below, self._same = _Lasting(), _Lasting()
-        self._last = self._last_s = math.nan
+        self._last = self._last_s = math.nan  # value and time of the last sample
 
     def follow(self, batch: Batch, t_s: NDArray[np.float64], state: str) -> ChannelSeen:
         """Take the next batch; return what is seen."""
@@ -147,14 +137,14 @@ class _Channel:
         steps = np.diff(values, prepend=self._last)
         passed_s = np.diff(t_s, prepend=t_s[0] if math.isnan(self._last_s) else self._last_s)
         noise_pF = before.noise_pF if state in PRESSED else _adapted(before.noise_pF, steps)
-        margin = _BELOW_PF + _BELOW_NOISE * (0.0 if math.isnan(noise_pF) else noise_pF)
+        margin = _BELOW_PF + _BELOW_NOISE * np.nan_to_num(noise_pF)
         known = values[np.isfinite(values)]
         self._last, self._last_s = float(values[-1]), float(t_s[-1])
         self.seen = ChannelSeen(
             name,
             float(known[-1]) if len(known) else before.reading,
             noise_pF,
-            before.limit_s + (float(passed_s[limited].sum()) if state in PRESSED else 0.0),
+            before.limit_s + float(passed_s[limited].sum()) if state in PRESSED else 0.0,
             self._below.follow((change < -margin) & ~limited & (state == "waiting"), t_s),
             -float(change[-1]),
             self._same.follow((steps == 0) & ~limited, t_s, _SAME_SAMPLES),

@@ -7,7 +7,6 @@ from itertools import chain
 from typing import Any, NamedTuple
 
 from palpate.live.feed import Document
-from palpate.live.measurement import RecordedMeasurement
 from palpate.live.signal_state import ChannelSeen, SignalSeen
 
 LIMIT_S = 0.1  # in contact a channel may be at its limit for this time
@@ -129,22 +128,23 @@ def view_of(facts: Facts) -> tuple[Now, StatusLine]:
     ('Stop', 'fault', 'fault', 'Unplugged.')
     """
     now, line = calm(facts)
-    urgent, do = next(chain(_device_faults(facts), _signal_faults(facts), _touch_doubts(facts)), (line, None))
-    return do or now, urgent
+    line, do = next(urgent(facts), (line, None))
+    return do or now, line
 
 
-def file_state(measurement: RecordedMeasurement) -> Document:
+def urgent(facts: Facts) -> Iterator[View]:
+    """Return what is wrong, the most urgent first."""
+    return chain(_device_faults(facts), _signal_faults(facts), _touch_doubts(facts))
+
+
+def file_state(file: Mapping[str, Any]) -> Document:
     """Return word and line of a recording that is shown, as the message `state` has them."""
-    now, line = of_file(*(measurement.file[name] for name in ("name", "end", "rows", "missing", "refused")))
-    return {"now": now._asdict(), "line": line.as_dict(None), "announce": line.text}
-
-
-def of_file(name: str, verdict: str, rows: int, missing: int, refused: int = 0) -> tuple[Now, StatusLine]:
-    """Return word and line of a recording; `verdict`: as `Verification.verdict`."""
-    title = DAMAGED.get(verdict, "")
-    useless = f", {refused} without a value" if refused else ""
-    text = f"A recording: {verdict}, {rows} rows, {missing} missing{useless}. Nothing is being measured."
-    return Now("File", name), StatusLine("file", "caution" if title else "quiet", title, text)
+    title = DAMAGED.get(file["end"], "")
+    useless = f", {file['refused']} without a value" if file["refused"] else ""
+    counts = f"{file['rows']} rows, {file['missing']} missing{useless}"
+    text = f"A recording: {file['end']}, {counts}. Nothing is being measured."
+    line = StatusLine("file", "caution" if title else "quiet", title, text)
+    return {"now": Now("File", file["name"])._asdict(), "line": line.as_dict(None), "announce": text}
 
 
 def _device_faults(facts: Facts) -> Iterator[View]:
@@ -201,10 +201,8 @@ def _signal_faults(facts: Facts) -> Iterator[View]:
         text = f"{_sentence(facts.gap + lost)}{facts.cut_text} The baseline is measured again."
         yield StatusLine("gap", "caution", "It goes on after a gap.", text), wait
     if math.isfinite(facts.retaken_s):
-        text = (
-            "The channels fell far below it: it had been measured in contact, or it jumped. It is measured again; a touch "
-            "before may be wrong, and is flagged."
-        )
+        why = "The channels fell far below it: it had been measured in contact, or it jumped."
+        text = f"{why} It is measured again; a touch before may be wrong, and is flagged."
         yield StatusLine("baseline", "caution", "Baseline lost.", text), wait
 
 

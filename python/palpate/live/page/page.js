@@ -55,7 +55,6 @@ const ANSWERS = {
 
 function hear(message) {
   const { type } = message;
-  if (type === "hello" && known.hello.measurement !== message.measurement) screen.clear();
   ANSWERS[type]?.(message);
   if (KEPT.includes(type)) screen.hear(type, message);
   else screen.charts.tell(type, message);
@@ -114,8 +113,3 @@ $("again").onclick = () => say({ do: "again" });
 $("more").onclick = () => menu(!document.body.classList.contains("menu"));
 $("menu").onclick = () => menu(false);
 $("closenoise").onclick = () => screen.charts.key("spectrum");
-document.addEventListener("spectrum", ({ detail }) => {
-  $("noise").hidden = !detail;
-  document.body.classList.toggle("noisy", detail);
-  $("opennoise").ariaPressed = String(detail);
-});

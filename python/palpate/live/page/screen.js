@@ -8,7 +8,9 @@ import { Now } from "./now.js";
 import { Theme } from "./preferences.js";
 import { Table } from "./table.js";
 
-const NOTHING = { touches: { rows: [] }, events: { marks: [] }, session: { specimens: [], notes: [] }, calibration: {}, device: {}, chosen: null };
+const NOTHING = {
+  touches: { rows: [] }, events: { marks: [], tares: [], gaps: [], flags: [] }, session: { specimens: [], notes: [] }, calibration: {}, device: {}, chosen: null,
+};
 
 export class Screen {
   // store: Store; say(message): to the server; change: the same for the table, null if nothing can be changed; others: further
@@ -17,7 +19,7 @@ export class Screen {
     this.known = { hello: {}, state: {}, looking: null, ...NOTHING };
     this.store = store;
     this.line = new Line();
-    this.charts = new Charts(store, say, others);
+    this.charts = new Charts(store, this.known, say, others);
     this.parts = [this.line, new Now(), new Table(change, (touch) => this.charts.choose(touch))];
     const key = (name) => this.charts.key(name), pause = () => $("pause").hidden || key(this.known.looking ? "live" : "pause");
     new Theme(() => this.charts.dress(), memory);
@@ -27,20 +29,16 @@ export class Screen {
     addEventListener("resize", () => this.charts.dress());
     globalThis.palpate = this; // for the console: the numbers that are shown
     document.addEventListener("looking", () => this.look(this.charts.window.back));
-    document.addEventListener("chosen", ({ detail }) => {
-      this.known.chosen = detail;
-      this.tell("chosen");
-    });
+    document.addEventListener("chosen", () => this.tell("chosen"));
   }
 
-  // Another measurement begins.
-  clear() {
-    Object.assign(this.known, NOTHING);
-    this.store.clear();
-  }
-
-  // Takes a message of this kind: all parts show it.
+  // Takes a message of this kind: all parts show it. A hello of another measurement ends all that was known of the one before.
   hear(kind, message) {
+    if (kind === "hello" && isOther(message, this.known.hello)) {
+      Object.assign(this.known, NOTHING, { state: { ...this.known.state, end_s: null } });
+      this.store.clear();
+      this.charts.clear(message.kind === "file");
+    }
     this.known[kind] = message;
     this.tell(kind);
     this.charts.tell(kind, message);
@@ -62,4 +60,8 @@ export class Screen {
     this.charts.choose(null);
     this.charts.key("clear");
   }
+}
+
+function isOther(hello, before) {
+  return hello.measurement !== before.measurement || hello.kind !== before.kind || (before.origin_s !== null && hello.origin_s !== before.origin_s);
 }

@@ -12,18 +12,17 @@ import { TouchPlot } from "./touch.js";
 
 const PAN = 0.2, ZOOM = 0.5, EARLIER = 8; // by a key: a share of the window, a factor; touches behind the shown one
 const TOUCH_MS = 66;
+const BOTH = ["time", "touch"];
+const DRAWN = { hello: BOTH, touches: BOTH, session: BOTH, events: BOTH, state: ["time"], trace: ["touch"], calibration: ["fitplot"] }; // kind of a message -> charts
 
 export class Charts {
-  // store: Store; say(message): to the server; others: what a page has in addition
-  // them, name -> class of it
-  constructor(store, say, others = {}) {
-    Object.assign(this, { store, say });
+  // store: Store; known: the newest message of each kind; say(message): to the server; others: further charts, name -> class
+  constructor(store, known, say, others = {}) {
+    Object.assign(this, { store, known, say });
     this.dirty = new Set();
-    this.hello = {};
-    this.chosen = null;
     this.asked = new Set(); // traces that were asked for
-    this.tale = new Tale();
-    this.rows = new Rows(store, say, () => this.redraw("time"));
+    this.tale = new Tale(known);
+    this.rows = new Rows(store, known, say, () => this.redraw("time"));
     this.window = new Looking(() => this.moved());
     this.cursors = new Cursors($("readout"), { rows: this.rows, tale: this.tale, changed: () => this.redraw("time") });
     const parts = { rows: this.rows, looking: this.window, tale: this.tale, cursors: this.cursors, choose: (n) => this.choose(n), redraw: () => this.redraw("time") };
@@ -35,57 +34,20 @@ export class Charts {
     addEventListener("beforeprint", () => this.paint());
   }
 
-  // A message of the server.
+  // A message of the server has come; `known` has it, if it is kept.
   tell(type, message) {
-    for (const part of [this, ...this.others]) part[`tell_${type}`]?.(message);
-  }
-
-  tell_hello(message) {
-    const same = (name) => message[name] === this.hello[name];
-    if (!same("measurement") || !same("kind") || (this.hello.origin_s !== null && !same("origin_s"))) this.clear(message.kind === "file");
-    this.hello = message;
-    this.asked.clear(); // perhaps on a new connection
-    this.rows.told.begin = message.origin_s ?? null;
-    this.redraw("time", "touch");
+    if (type === "hello") this.asked.clear(); // perhaps on a new connection
+    if (type === "trace") this.tale.traces.set(message.touch, fromTrace(message));
+    for (const part of this.others) part[`tell_${type}`]?.(message);
+    this.follow();
+    this.redraw(...(DRAWN[type] ?? []));
   }
 
   clear(file) {
     this.tale.clear();
-    this.rows.clear();
+    this.rows.views.clear();
     this.window.clear(file);
     this.cursors.clear();
-    this.chosen = null;
-  }
-
-  tell_state({ end_s: end = null, uncertainty = null }) {
-    this.tale.uncertainty = uncertainty;
-    if (end === this.rows.told.end) return;
-    this.rows.told.end = end;
-    this.follow();
-    this.redraw("time");
-  }
-
-  tell_touches({ rows }) {
-    this.tale.touches = rows;
-    this.follow();
-    this.redraw("time", "touch");
-  }
-
-  // The specimen of a touch that goes on is the next one of the plan.
-  tell_session({ next }) {
-    this.tale.next = next?.name ?? null;
-    this.follow();
-    this.redraw("touch");
-  }
-
-  tell_trace(message) {
-    this.tale.traces.set(message.touch, fromTrace(message));
-    this.redraw("touch");
-  }
-
-  tell_events({ marks = [], tares = [], gaps = [], flags = [] }) {
-    Object.assign(this.tale, { marks, tares, gaps, flags });
-    this.redraw("time", "touch");
   }
 
   // New rows have come. The charts of touches, which are more work, follow some times a second.
@@ -98,11 +60,12 @@ export class Charts {
     }, TOUCH_MS);
   }
 
+  // The specimen of a touch that goes on is the next one of the plan.
   follow() {
-    const { begin, end } = this.rows.extent;
+    const { begin, end } = this.rows.extent, { session, state } = this.known;
     Object.assign(this.window, { begin, end });
     const running = this.window.file ? null : runningOf(this.store, this.tale.touches.at(-1));
-    this.tale.running = running && { ...running, specimen: this.tale.next, uncertainty: this.tale.uncertainty };
+    this.tale.running = running && { ...running, specimen: session.next?.name ?? null, uncertainty: state.uncertainty ?? null };
   }
 
   // The theme or the size is another.
@@ -114,8 +77,8 @@ export class Charts {
 
   // Shows a touch; null: the running or the newest one.
   choose(number) {
-    this.chosen = number;
-    document.dispatchEvent(new CustomEvent("chosen", { detail: number }));
+    this.known.chosen = number;
+    document.dispatchEvent(new CustomEvent("chosen"));
     this.redraw("touch");
   }
 
@@ -140,11 +103,11 @@ export class Charts {
 
   // What the touch chart shows.
   subject() {
-    const touch = (this.chosen !== null && this.tale.touch(this.chosen)) || this.tale.all.at(-1);
+    const touch = this.tale.touches.find(({ number }) => number === this.known.chosen) ?? this.tale.all.at(-1);
     if (!touch) return null;
     const alike = this.tale.touches.filter((one) => one.kept && one.specimen && one.specimen === touch.specimen && one.number < touch.number);
     const earlier = alike.slice(-EARLIER).map((one) => this.curveOf(one)).filter((curve) => curve.length > 1);
-    return { touch, curve: this.curveOf(touch), earlier, flags: this.tale.flagsOf(touch.number) };
+    return { touch, curve: this.curveOf(touch), earlier, flags: this.tale.events.flags.filter((flag) => flag.touch === touch.number) };
   }
 
   // From the server's trace; else from the rows that are here; else it is asked for.

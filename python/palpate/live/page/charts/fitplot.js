@@ -8,18 +8,12 @@ import { SvgChart, area, clipped, escaped, label, line, measure, ruler } from ".
 const NEAR = 12; // pixels
 
 export class FitPlot extends SvgChart {
-  calibration = null;
   dots = [];
 
-  tell_calibration(message) {
-    this.calibration = message.points ? message : null;
-    this.charts.redraw("fitplot");
-  }
-
   draw() {
-    const [width, height] = this.size, { calibration } = this;
+    const [width, height] = this.size, { calibration } = this.charts.known;
     this.dots = [];
-    if (width < 120 || height < 120 || !calibration) return;
+    if (width < 120 || height < 120 || !calibration.points) return;
     const points = calibration.points.filter(({ modulus, ratio }) => modulus > 0 && ratio > 0);
     if (!points.length) return this.write("No touch of a specimen with a known modulus yet.");
     const shown = this.layout(width, height, points, calibration);

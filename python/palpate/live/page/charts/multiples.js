@@ -42,7 +42,7 @@ export class Multiples extends SvgChart {
     const lines = groups.flatMap((group) => this.rowsOf(group, columns, groups.length > 1 ? 1 : rows)).slice(0, rows);
     const high = Math.min((height - head) / lines.length, MOST * k), wide = (width - left) / columns;
     const inner = lines.map((one, row) => this.row(one, { left, wide, high, k, top: head + row * high }));
-    const scatter = this.charts.hello.scatter ? "; band: scatter" : "", from = named ? "the mean" : "its result";
+    const scatter = this.charts.known.hello.scatter ? "; band: scatter" : "", from = named ? "the mean" : "its result";
     this.show(label(0, 12 * k, `Touches, % from ${from}; ±${RANGE} %${scatter}`) + inner.join(""), this.name(groups));
   }
 
@@ -59,7 +59,7 @@ export class Multiples extends SvgChart {
   }
 
   cell(touch, mean, place, k) {
-    const { x, y, width, height } = place, curve = this.charts.curveOf(touch), { seconds, scatter } = this.charts.hello;
+    const { x, y, width, height } = place, curve = this.charts.curveOf(touch), { seconds, scatter } = this.charts.known.hello;
     const zero = mean ?? touch.ratio, length = Math.max(seconds ?? 0, curve.at(-1)?.t ?? 1), share = mean === null ? null : 100 * (touch.ratio / mean - 1);
     const level = (d) => y + height / 2 - (Math.max(-RANGE, Math.min(RANGE, d)) / RANGE) * (height / 2 - 2), s = 100 * (scatter ?? 0);
     const points = curve.map((p) => [x + (p.t / length) * width, level(100 * (p.ratio / zero - 1))]);

@@ -6,23 +6,17 @@ import { extremes, nearest, span } from "./plot.js";
 const AROUND_S = 0.1, EXACT_ROWS = 512; // for a cursor: every row up to 2,500 pairs per second
 
 export class Rows {
-  constructor(store, say, changed) {
-    this.store = store;
+  constructor(store, known, say, changed) {
+    Object.assign(this, { store, known });
     this.views = new Views(say, changed);
     store.view = (id, block) => this.views.take(id, block, this.extent.end);
     store.again = () => this.views.clear();
-    this.clear();
-  }
-
-  clear() {
-    this.views.clear();
-    this.told = { begin: null, end: null }; // by the server's messages
   }
 
   // begin, end: of the measurement, in the source's seconds; held: from here on all rows are here.
   get extent() {
     const { block, now, used } = this.store, first = used ? block.t[block.first] : Infinity;
-    const begin = Math.min(this.told.begin ?? first, first), end = Math.max(this.told.end ?? 0, used ? now : 0);
+    const begin = Math.min(this.known.hello.origin_s ?? first, first), end = Math.max(this.known.state.end_s ?? 0, used ? now : 0);
     return Number.isFinite(begin) ? { begin, end: Math.max(begin, end), held: Math.min(first, Math.max(begin, end)) } : { begin: 0, end: 0, held: 0 };
   }
 

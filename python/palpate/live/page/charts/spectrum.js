@@ -1,5 +1,6 @@
 // Noise of both channels: rms and spectrum, asked for while the panel is open.
 
+import { $ } from "../dom.js";
 import { number } from "../formatting.js";
 import { decades, placed, shortened } from "./axes.js";
 import { unit } from "./sheet.js";
@@ -9,15 +10,7 @@ const FLOOR = 1e-3; // of the highest value: what is below is not drawn
 
 export class Spectrum extends SvgChart {
   noise = null;
-
-  constructor(place, charts, part) {
-    super(place, charts, part);
-    place.hidden = true;
-  }
-
-  get on() {
-    return !this.place.hidden;
-  }
+  on = false;
 
   tell_noise(message) {
     this.noise = message.hz ? message : null;
@@ -29,11 +22,13 @@ export class Spectrum extends SvgChart {
     if (this.on) this.charts.say({ do: "noise", on: true });
   }
 
-  toggle(on = !this.on) {
-    this.place.hidden = !on;
+  toggle() {
+    const on = (this.on = !this.on);
     this.noise = null;
+    $("noise").hidden = !on;
+    document.body.classList.toggle("noisy", on);
+    $("opennoise").ariaPressed = String(on);
     this.charts.say({ do: "noise", on });
-    document.dispatchEvent(new CustomEvent("spectrum", { detail: on }));
     this.draw();
   }
 

@@ -3,23 +3,28 @@
 import { MEASURED, indexOf } from "../store.js";
 
 export class Tale {
-  constructor() {
+  // known: the newest message of each kind
+  constructor(known) {
+    this.known = known;
     this.clear();
   }
 
   clear() {
-    this.touches = []; // completed ones
-    this.running = this.next = this.uncertainty = null; // the touch that goes on, its specimen, and the uncertainty of its ratio
+    this.running = null; // the touch that goes on
     this.traces = new Map(); // touch -> { t, ratio, error, statistic }
-    Object.assign(this, { marks: [], tares: [], gaps: [], flags: [] });
+  }
+
+  get touches() {
+    return this.known.touches.rows;
+  }
+
+  // { marks, tares, gaps, flags }
+  get events() {
+    return this.known.events;
   }
 
   get all() {
     return this.running ? [...this.touches, this.running] : this.touches;
-  }
-
-  touch(number) {
-    return this.touches.find((one) => one.number === number) ?? null;
   }
 
   // The touch at a moment, or one that is not further away than `near`.
@@ -27,26 +32,21 @@ export class Tale {
     return this.all.find(({ start_s, end_s }) => start_s <= t && t <= end_s) ?? this.all.find(({ start_s, end_s }) => start_s - near <= t && t <= end_s + near) ?? null;
   }
 
-  // Flags that arose in a touch, with their sentences.
-  flagsOf(number) {
-    return this.flags.filter(({ touch }) => touch === number);
-  }
-
   // Sentences for what is at a moment, or `near` it.
   said(t, near) {
-    const touch = this.touchAt(t, near), close = (at) => Math.abs(at - t) <= near;
+    const touch = this.touchAt(t, near), close = (at) => Math.abs(at - t) <= near, { marks, tares, gaps, flags } = this.events;
     return [
       touch ? [`touch ${touch.number}`, touch.specimen, touch.kept ? null : `left out: ${touch.why}`].filter(Boolean).join(", ") : null,
-      ...this.gaps.filter(({ from_s, to_s }) => from_s - near <= t && t <= to_s + near).map(({ lost, text }) => text || `gap, ${lost} lost`),
-      ...this.marks.filter(({ t_s }) => close(t_s)).map(({ text }) => text || "mark"),
-      ...(this.tares.some(close) ? ["tare"] : []),
-      ...this.flags.filter(({ t_s }) => close(t_s)).map(({ text }) => text),
+      ...gaps.filter(({ from_s, to_s }) => from_s - near <= t && t <= to_s + near).map(({ lost, text }) => text || `gap, ${lost} lost`),
+      ...marks.filter(({ t_s }) => close(t_s)).map(({ text }) => text || "mark"),
+      ...(tares.some(close) ? ["tare"] : []),
+      ...flags.filter(({ t_s }) => close(t_s)).map(({ text }) => text),
     ].filter(Boolean);
   }
 
   counted() {
-    const out = this.touches.filter(({ kept }) => !kept).length, many = (n, word) => `${n} ${word}${n === 1 ? "" : "s"}`;
-    return [`${many(this.touches.length, "touch").replace("touchs", "touches")}${out ? ` (${out} left out)` : ""}`, many(this.marks.length, "mark"), many(this.gaps.length, "gap"), many(this.tares.length, "tare")].join(", ");
+    const { marks, tares, gaps } = this.events, out = this.touches.filter(({ kept }) => !kept).length, many = (n, word) => `${n} ${word}${n === 1 ? "" : "s"}`;
+    return [`${many(this.touches.length, "touch").replace("touchs", "touches")}${out ? ` (${out} left out)` : ""}`, many(marks.length, "mark"), many(gaps.length, "gap"), many(tares.length, "tare")].join(", ");
   }
 }
 

@@ -15,8 +15,8 @@ const STACKED = 4; // labels one below the other
 const STILL_MS = 120; // then the window stands still, and is drawn exactly
 
 // A chart of time that is dragged, zoomed and read by pointer, wheel and fingers. A chart says what a drag does from an x:
-// grab(x) -> (x, dx) => {}, or null: a part is selected; what a click does; what is at the pointer: tell(x or null); and how
-// its pixels are times: x(t), time(x), seconds(pixels).
+// grab(x) -> (x, dx) => {}, or null: a part is selected; what a click does; what is at the pointer: tell(x or null); and what
+// it shows: axis { from, to (s), left, right (pixels) }.
 class TimeChart {
   // rows: Rows, looking: Looking, tale: Tale, cursors: Cursors, choose(number of a touch), redraw()
   constructor(place, { rows, looking, tale, cursors, choose, redraw }) {
@@ -31,6 +31,21 @@ class TimeChart {
     for (const name of ["pointerup", "pointercancel"]) place.addEventListener(name, (event) => this.up(event));
     place.addEventListener("pointerleave", () => this.tell(null));
     place.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+  }
+
+  x(t) {
+    const { from, to, left, right } = this.axis;
+    return left + ((t - from) / (to - from)) * (right - left);
+  }
+
+  seconds(pixels) {
+    const { from, to, left, right } = this.axis;
+    return (pixels / (right - left)) * (to - from);
+  }
+
+  time(x) {
+    const { from, left, right } = this.axis;
+    return from + this.seconds(Math.max(left, Math.min(right, x)) - left);
   }
 
   dress() {
@@ -96,6 +111,12 @@ class TimeChart {
     this.redraw();
   }
 
+  // A label whose middle is at a moment, as far as the sheet has room.
+  centred(text, t, y, height, colour) {
+    const { sheet } = this, width = sheet.measure(text, colour === "bad"), x = Math.max(0, Math.min(sheet.width - width, this.x(t) - width / 2));
+    return { text, width, height, colour, places: [[x, y]] };
+  }
+
   // Touches and gaps as areas, `strength` of those that were left out.
   shade(touches, top, foot, strength) {
     const { sheet } = this;
@@ -112,18 +133,6 @@ class TimeChart {
 
 // The whole measurement as one strip: touches, marks, gaps, tares, and the window, which can be dragged.
 export class Overview extends TimeChart {
-  x(t) {
-    return ((t - this.since) / (this.until - this.since)) * this.sheet.width;
-  }
-
-  seconds(pixels) {
-    return (pixels / this.sheet.width) * (this.until - this.since);
-  }
-
-  time(x) {
-    return this.since + this.seconds(Math.max(0, Math.min(this.sheet.width, x)));
-  }
-
   // Inside the window: it is dragged; at its edges: they are; elsewhere: a part is selected.
   grab(x) {
     const { from, to } = this.looking, [a, b] = [this.x(from), this.x(to)];
@@ -142,7 +151,7 @@ export class Overview extends TimeChart {
   }
 
   tell(x) {
-    if (x === null || !this.until) return this.hover.hide();
+    if (x === null || !this.axis) return this.hover.hide();
     const t = this.time(x), near = this.time(x + 4) - t;
     const [low, high] = this.rows.within("hard", this.time(x - 1), this.time(x + 1));
     const value = low <= high ? [`hard to ${high.toFixed(3)} pF`] : [];
@@ -152,8 +161,7 @@ export class Overview extends TimeChart {
   draw() {
     if (!this.sheet.begin()) return;
     const { sheet } = this, { begin, end, held } = this.rows.extent, top = 14 * sheet.unit, foot = sheet.height - 2;
-    this.since = begin;
-    this.until = Math.max(end, begin + 1);
+    this.axis = { from: begin, to: Math.max(end, begin + 1), left: 0, right: sheet.width };
     this.ask(begin, end, held, sheet.width);
     this.shade(this.tale.all, top, foot, 0.55);
     this.area(top, foot);
@@ -181,29 +189,25 @@ export class Overview extends TimeChart {
   }
 
   area(top, foot) {
-    const pieces = this.rows.pieces(this.since, this.until), range = [0, 0.2];
+    const pieces = this.rows.pieces(this.axis.from, this.axis.to), range = [0, 0.2];
     for (const { block, rows } of pieces) extremes(block, ["hard"], rows, range);
     const x = (t) => this.x(t), y = (value) => foot - (Math.max(0, value) / (1.08 * range[1])) * (foot - top - 2);
     this.points = pieces.reduce((sum, { block, rows }) => sum + bars(this.sheet, "past", block, "hard", rows, x, y, true), 0);
   }
 
   signs(top, foot) {
-    const { sheet, tale } = this;
-    for (const gap of tale.gaps) this.hatch(gap, top, foot);
-    for (const t of tale.tares) sheet.text("▴", this.x(t), foot - 5, { colour: "ink", align: "center" });
-    for (const { t_s } of tale.marks) sheet.line("ink", this.x(t_s), top, this.x(t_s), foot, { dash: [2, 3] });
+    const { sheet } = this, { gaps, tares, marks } = this.tale.events;
+    for (const gap of gaps) this.hatch(gap, top, foot);
+    for (const t of tares) sheet.text("▴", this.x(t), foot - 5, { colour: "ink", align: "center" });
+    for (const { t_s } of marks) sheet.line("ink", this.x(t_s), top, this.x(t_s), foot, { dash: [2, 3] });
   }
 
   // Numbers of the touches above them, M at a mark, where they have room: left out ones first.
   label(top) {
     const { sheet, tale } = this, height = 12 * sheet.unit, edges = { left: 0, right: sheet.width, top: 0, bottom: sheet.height };
-    const wanted = (text, t, y, colour) => {
-      const width = sheet.measure(text, colour === "bad"), x = this.x(t) - width / 2;
-      return { text, width, height, colour, places: [[Math.max(0, Math.min(sheet.width - width, x)), y]] };
-    };
     const touches = tale.all.toSorted((a, b) => Number(a.kept) - Number(b.kept));
-    const numbers = touches.map(({ number, start_s, end_s, kept }) => wanted(String(number), (start_s + end_s) / 2, top / 2, kept ? "ink" : "bad"));
-    this.labels = placed([...numbers, ...tale.marks.map(({ t_s }) => wanted("M", t_s, top + height / 2, "ink"))], edges);
+    const numbers = touches.map(({ number, start_s, end_s, kept }) => this.centred(String(number), (start_s + end_s) / 2, top / 2, height, kept ? "ink" : "bad"));
+    this.labels = placed([...numbers, ...tale.events.marks.map(({ t_s }) => this.centred("M", t_s, top + height / 2, height, "ink"))], edges);
     for (const { text, x, y, colour } of this.labels) sheet.text(text, x, y, { colour, bold: colour === "bad" });
   }
 }
@@ -213,16 +217,9 @@ export class Detail extends TimeChart {
   pointer = null; // time at the pointer
   window = [];
 
-  x(t) {
-    return this.left + ((t - this.looking.from) / (this.looking.to - this.looking.from)) * (this.right - this.left);
-  }
-
-  seconds(pixels) {
-    return (pixels / (this.right - this.left)) * (this.looking.to - this.looking.from);
-  }
-
-  time(x) {
-    return this.looking.from + this.seconds(Math.max(this.left, Math.min(this.right, x)) - this.left);
+  get axis() {
+    const { looking: { from, to }, left, right } = this;
+    return { from, to, left, right };
   }
 
   grab(x) {
@@ -264,7 +261,7 @@ export class Detail extends TimeChart {
     this.axes(from, to);
     sheet.clipped(this.left, this.top, this.right - this.left, this.foot - this.top, () => {
       this.shade(this.touches(from, to), this.top, this.foot, 0.45);
-      for (const gap of this.tale.gaps) if (gap.to_s >= from && gap.from_s <= to) this.hatch(gap, this.top, this.foot);
+      for (const gap of this.tale.events.gaps) if (gap.to_s >= from && gap.from_s <= to) this.hatch(gap, this.top, this.foot);
       this.lines(pieces, y);
     });
     this.labels = [...this.touchLabels(from, to), ...this.signs(from, to)];
@@ -331,9 +328,8 @@ export class Detail extends TimeChart {
     const labels = (ratios) => {
       const wanted = touches.map((one) => {
         const text = `${one.kept ? "" : "▲ "}${one.number}${ratios ? ` · ${one.running ? "…" : number(one.ratio, one.uncertainty)}` : ""}`;
-        const width = sheet.measure(text, true), middle = (this.x(Math.max(from, one.start_s)) + this.x(Math.min(to, one.end_s))) / 2;
-        const x = Math.max(0, Math.min(sheet.width - width, middle - width / 2));
-        return { text, width, height, colour: one.kept ? "ink" : "bad", touch: one.number, places: [[x, this.top / 2]] };
+        const middle = (Math.max(from, one.start_s) + Math.min(to, one.end_s)) / 2;
+        return { ...this.centred(text, middle, this.top / 2, height, one.kept ? "ink" : "bad"), touch: one.number };
       });
       return placed(wanted.toSorted((a, b) => Number(b.colour === "bad") - Number(a.colour === "bad")), edges);
     };
@@ -343,11 +339,11 @@ export class Detail extends TimeChart {
 
   // Lines of marks, tares and flags, each with its label beside it, stacked where they meet.
   signs(from, to) {
-    const { sheet, tale, top, foot } = this, height = 14 * sheet.unit, edges = { left: this.left, right: this.right, top, bottom: foot };
-    const flags = tale.flags.map(({ t_s, text, name }) => ({ t: t_s, text: `▲ ${text || name}`, colour: "bad" }));
-    const marks = tale.marks.map(({ t_s, text }) => ({ t: t_s, text: text || "mark", colour: "ink" }));
-    const tares = tale.tares.map((t) => ({ t, text: "tare", colour: "ink", low: true }));
-    const gaps = tale.gaps.map(({ from_s, to_s, lost }) => ({ t: Math.max(from_s, Math.min(from, to_s)), text: `gap, ${lost} lost`, colour: "ink", bare: true }));
+    const { sheet, top, foot } = this, { events } = this.tale, height = 14 * sheet.unit, edges = { left: this.left, right: this.right, top, bottom: foot };
+    const flags = events.flags.map(({ t_s, text, name }) => ({ t: t_s, text: `▲ ${text || name}`, colour: "bad" }));
+    const marks = events.marks.map(({ t_s, text }) => ({ t: t_s, text: text || "mark", colour: "ink" }));
+    const tares = events.tares.map((t) => ({ t, text: "tare", colour: "ink", low: true }));
+    const gaps = events.gaps.map(({ from_s, to_s, lost }) => ({ t: Math.max(from_s, Math.min(from, to_s)), text: `gap, ${lost} lost`, colour: "ink", bare: true }));
     const wanted = [...flags, ...marks, ...tares, ...gaps].filter(({ t }) => t >= from && t <= to).map((one) => {
       const x = this.x(one.t), room = this.right - this.left - 10;
       const text = shortened(one.text, room, (part) => sheet.measure(part, true)), width = sheet.measure(text, true);

@@ -34,7 +34,7 @@ export class TouchPlot extends SvgChart {
     const zero = touch.running ? curve.at(-1).ratio : touch.ratio, dev = ({ ratio }) => 100 * (ratio / zero - 1), se = ({ error }) => (Number.isFinite(error) ? 100 * Math.abs(error / zero) : 0);
     const settled = curve.filter(({ t }) => t > BEGIN_S), most = Math.max(0, ...(settled.length ? settled : curve.slice(-1)).map((p) => Math.abs(dev(p)) + se(p)));
     const scale = SCALES.find((step) => step >= most) ?? SCALES.at(-1);
-    const last = Math.max(curve.at(-1).t, ...earlier.map((one) => one.at(-1).t)), length = Math.max(this.charts.hello.seconds ?? LONGEST.find((s) => s >= last) ?? last, curve.at(-1).t);
+    const last = Math.max(curve.at(-1).t, ...earlier.map((one) => one.at(-1).t)), length = Math.max(this.charts.known.hello.seconds ?? LONGEST.find((s) => s >= last) ?? last, curve.at(-1).t);
     const x = (t) => left + (t / length) * (right - left), y = (d) => base / 2 + 2 - (Math.max(-OVER, Math.min(OVER, d / scale)) * (base - 8)) / 2;
     return { k, left, right, foot, strip, base, zero, dev, se, scale, length, x, y, height };
   }
@@ -56,7 +56,7 @@ export class TouchPlot extends SvgChart {
   }
 
   cusum({ k, curve, left, right, foot, strip, x }) {
-    const { threshold } = this.charts.hello, known = curve.filter(({ statistic }) => Number.isFinite(statistic));
+    const { threshold } = this.charts.known.hello, known = curve.filter(({ statistic }) => Number.isFinite(statistic));
     const top = 1.15 * (threshold ?? Math.max(1e-9, ...known.map(({ statistic }) => statistic))), g = (value) => foot - Math.min(1, value / top) * strip;
     const under = (value) => area(known.map((p) => [x(p.t), g(value(p))]), known.map((p) => [x(p.t), foot]), value === alarm ? "alarm" : "statistic");
     const all = ({ statistic }) => statistic, alarm = ({ statistic }) => (statistic > threshold && threshold !== null ? statistic : 0);
