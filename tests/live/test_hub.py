@@ -42,7 +42,7 @@ def with_page(test: Callable[[Page, Levels], Awaitable[None]]) -> Socket:
     bench: Any = SimpleNamespace(measurement=SimpleNamespace(levels=levels))
 
     async def run() -> None:
-        page = Page(socket, bench)
+        page = Page(socket, bench)  # type: ignore[arg-type]
         sending = asyncio.create_task(page.send())
         await test(page, levels)
         sending.cancel()

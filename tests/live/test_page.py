@@ -9,8 +9,9 @@ from pathlib import Path
 
 import palpate
 from effort import random_of
+from live_bench import OWN_FILE
 from live_browser import Browser
-from live_server import Live, played
+from live_server import Live
 from palpate import digits
 from palpate.live.app import page_files
 from selenium.webdriver.common.keys import Keys
@@ -24,11 +25,10 @@ def is_up(page: Browser) -> bool:
 
 def test_a_session(page: Browser, serve: Serve, tmp_path: Path) -> None:
     """Measured, marked, recorded twice, tared, downloaded; no request leaves the machine."""
-    (tmp_path / "played").mkdir()
-    live = serve("--record", str(tmp_path / "run.csv"), source=played("four-specimens", tmp_path / "played"))
+    live = serve("--record", str(tmp_path / "run.csv"), source=f"{OWN_FILE}?speed=1")  # no pair of it comes late
     page.driver.get(live.address)
     page.until(lambda: page.text("word") == "Hold" and "±" in page.text("range"))
-    truth = palpate.touches(tmp_path / "played" / "four-specimens.csv")[0].ratio
+    truth = palpate.touches(OWN_FILE)[0].ratio
     page.until(lambda: abs(float(page.text("number")) / truth - 1) < 0.01)  # the first pairs have a large error
     page.press("m")
     page.until(lambda: page["marking"].is_displayed())

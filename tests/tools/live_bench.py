@@ -114,7 +114,7 @@ class Played(LiveMeasurement):
     def play(self, until_s: float = math.inf, at: dict[float, Any] | None = None) -> "Played":
         """Play to a time or the end; `at`: what to do with the stream, by time."""
         waiting, due_s = sorted((at or {}).items()), 0.0
-        for listener in (self, *self.listeners):
+        for listener in self.listeners:
             self.stream.listen(listener)
         with self.stream as stream:
             for batch in stream._batches(1):

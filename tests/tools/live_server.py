@@ -6,21 +6,11 @@ import subprocess
 import sys
 from contextlib import closing
 from http.client import HTTPConnection
-from pathlib import Path
 from typing import Self
 from urllib.parse import urlsplit
 
 SOURCE = "sim:four-specimens?seed=1"
 PATIENCE_S = 90  # long, since a busy machine is slow
-
-
-def played(name: str, folder: Path, speed: float = 1.0) -> str:
-    """Return a source that plays a simulated measurement: no pair comes late on a busy machine."""
-    path = folder / f"{name}.csv"
-    if not path.exists():
-        command = [sys.executable, "-m", "palpate", "record", f"sim:{name}?seed=1", "-o", str(path)]
-        subprocess.run(command, check=True, capture_output=True)
-    return f"{path}?speed={speed}"
 
 
 class Live:

@@ -31,6 +31,7 @@ from palpate.samples import Block, Sample, samples_of
 from palpate.sources import Gap, Source
 from palpate.sources.options import split
 from palpate.stream import Batch, Listener, Stream
+from palpate.stream.listener import Listeners
 from palpate.touch import feed_recording, tracker_of
 
 MOST = 500  # marks of a measurement that the page shows; older ones are in the recording only
@@ -74,7 +75,9 @@ class Measurement(Listener):
         self.number: int = 0  # of the measurement, counted from 1
         self.error: str = ""  # that ended the measurement
         self.failed: bool = False  # a recording failed: the one written, or a file as the source
-        self.listeners: list[Listener] = []
+        self.events = Listeners()
+        self.listeners: list[Listener] = self.events.all  # the measurement itself, and its parts
+        self.listeners.append(self)
         self.recording_begun: list[Callable[[Recorder], None]] = []
         self.on_rows: Callable[[], None] = lambda: None  # called from any thread when there is something to show
         self.commands: Any = Lock()  # held while a command runs
@@ -96,6 +99,11 @@ class Measurement(Listener):
         rows["t_s"] = np.maximum.accumulate(np.maximum(rows["t_s"], last))  # times of a file may go back
         self.levels.add(rows)
         self.ends |= ends_of(batch)
+
+    @property
+    def running(self) -> bool:
+        """Whether it is measured, or read, still."""
+        return self.moment.state != "ended"
 
     @property
     def state(self) -> str:
@@ -146,7 +154,7 @@ class LiveMeasurement(Measurement):
             self.outlets.follow(stream)
         elif self._lsl is not None:
             self.outlets = Outlets(stream, self._lsl)
-        for listener in (self, *self.listeners):
+        for listener in self.listeners:
             stream.listen(listener)
         stream.__enter__()
         self._options = options
@@ -196,11 +204,6 @@ class LiveMeasurement(Measurement):
         if (recorder := self.stream.recorder) and recorder.error:
             with suppress(PalpateError):
                 self._end_recording()
-
-    @property
-    def running(self) -> bool:
-        """Whether the measurement runs."""
-        return self.moment.state != "ended"
 
     @property
     def last_s(self) -> float:
@@ -322,7 +325,7 @@ class RecordedMeasurement(Measurement):
         self.number = 1
         own: dict[str, Any] = {} if how.get("scene") else {"scene": "handheld", **recording.settings}
         settings: Any = own | {name: value for name, value in how.items() if name != "scene" or value}
-        self._recording, self._damage = recording, list[Damage]()
+        self.recording, self._damage = recording, list[Damage]()
         self._marked = dict(recording.gap_marks)
         self._gaps = deque(sorted(Gap(seq + 1, text) for seq, text in self._marked.items()))
         names = ("timed", "full_scale_pF", "host_stamps", "tares", "gap_marks")
@@ -346,30 +349,17 @@ class RecordedMeasurement(Measurement):
         self._thread.join()
 
     @property
-    def running(self) -> bool:
-        """Whether it is still read."""
-        return not (self._verdict or self.error)
-
-    @property
-    def period_s(self) -> float:
-        """Mean time from pair to pair, s."""
-        return self._recording.survey.period_s
-
-    @property
     def file(self) -> Document:
         """What the page says of the file."""
-        survey, is_read = self._recording.survey, bool(self._verdict)
-        return {
-            "name": self._recording.path.name,
-            "rows": survey.rows if is_read else 0,
-            "missing": survey.lost if is_read else 0,
-            "refused": survey.refused if is_read else 0,
-            "end": self._verdict or self.error or "being read",
-        }
+        survey = self.recording.survey
+        counts = {"rows": survey.rows, "missing": survey.lost, "refused": survey.refused}
+        if not self._verdict:
+            counts = dict.fromkeys(counts, 0)
+        return {"name": self.recording.path.name, **counts, "end": self._verdict or self.error or "being read"}
 
     def device(self) -> Document:
         """Return what the recording says of its device."""
-        return self._recording.describe()
+        return self.recording.describe()
 
     def recording_state(self) -> Document:
         """Return the files; nothing is recorded."""
@@ -390,7 +380,7 @@ class RecordedMeasurement(Measurement):
 
     def _blocks(self) -> Iterator[Block]:
         """Yield the samples without damaged places; note the block that the tracker has."""
-        recording = self._recording
+        recording = self.recording
         for block in recording.blocks(self._damage) if isinstance(recording, Recorded) else recording.blocks():
             self._block = block
             yield block
@@ -398,13 +388,9 @@ class RecordedMeasurement(Measurement):
     def _follow(self, batch: Batch) -> None:
         """Pass on a batch, with the gaps in it; a block ends where the baseline was measured again."""
         last = int(batch.samples["seq"][-1])
-        listeners = (self, *self.listeners)
         while self._gaps and self._gaps[0].seq <= last:
-            gap = self._gaps.popleft()
-            for listener in listeners:
-                listener.gap(gap)
-        for listener in listeners:
-            listener.batch(batch)
+            self.events.gap(self._gaps.popleft())
+        self.events.batch(batch)
         if last in self._opened.tares and last not in self._marked:
             self.tares.append(float(batch.samples["t_hard_ns"][-1] * 1e-9))
         self.on_rows()
@@ -412,13 +398,12 @@ class RecordedMeasurement(Measurement):
     def _finish(self) -> None:
         self.tracker.finish()
         self.touches = self.tracker.touches
-        found = judged(self._recording, self._damage)
+        found = judged(self.recording, self._damage)
         long = "too long to show every sample: at first only lowest and highest values are shown"
-        for line in (self._recording.understood, *found.faults, *found.findings, "" if self.levels.has_all else long):
+        for line in (self.recording.understood, *found.faults, *found.findings, "" if self.levels.has_all else long):
             if line:
                 self.say(line)
-        for listener in self.listeners:
-            listener.ended(None)
+        self.events.ended(None)
         self._verdict = found.verdict
 
 

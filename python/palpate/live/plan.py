@@ -92,7 +92,7 @@ class TouchPlan(Listener):
         """Take the touches of a recording when it has been read."""
         measurement = self._measurement
         if self._recorded and isinstance(measurement, RecordedMeasurement):
-            known = self._recorded.matched(measurement.touches, measurement.period_s)
+            known = self._recorded.matched(measurement.touches, measurement.recording.survey.period_s)
             self.progress.present = [
                 Done(number, touch, entry.specimen if entry else None, entry.left_out if entry else None)
                 for number, (touch, entry) in enumerate(zip(measurement.touches, known, strict=True), 1)
