@@ -6,6 +6,7 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import AsyncMock
 
 import numpy as np
 import pytest
@@ -17,38 +18,25 @@ from palpate.live.levels import KEPT, Levels
 from starlette.websockets import WebSocketDisconnect
 
 
-class Socket:
-    """A web socket that keeps what it gets."""
-
-    def __init__(self) -> None:
-        self.texts: list[str] = []
-        self.frames: list[bytes] = []
-
-    async def send_text(self, data: str) -> None:
-        self.texts.append(data)
-
-    async def send_bytes(self, data: bytes) -> None:
-        self.frames.append(data)
-
-
 async def turns() -> None:
     for _ in range(50):
         await asyncio.sleep(0)
 
 
-def with_page(test: Callable[[Page, Levels], Awaitable[None]]) -> Socket:
-    """Run a test with a page that sends; return its socket."""
-    socket, levels = Socket(), Levels()
+def with_page(test: Callable[[Page, Levels], Awaitable[None]]) -> tuple[list[str], list[bytes]]:
+    """Run a test with a page that sends; return its texts and frames."""
+    socket, levels = AsyncMock(), Levels()
     bench: Any = SimpleNamespace(measurement=SimpleNamespace(levels=levels))
 
     async def run() -> None:
-        page = Page(socket, bench)  # type: ignore[arg-type]
+        page = Page(socket, bench)
         sending = asyncio.create_task(page.send())
         await test(page, levels)
         sending.cancel()
 
     asyncio.run(run())
-    return socket
+    texts, frames = ([call.args[0] for call in sent.await_args_list] for sent in (socket.send_text, socket.send_bytes))
+    return texts, frames
 
 
 def times(frame: bytes) -> np.ndarray[Any, Any]:
@@ -74,7 +62,7 @@ def test_a_page_that_does_not_read_costs_nothing_and_goes_on_later(missed: int) 
             page.seen(page.sent // 4 * 4)
             await turns()
 
-    frames = with_page(test).frames
+    _, frames = with_page(test)
     assert [HEADER.unpack_from(frame)[1] for frame in frames] == list(range(1, len(frames) + 1))
     assert max(len(times(frame)) for frame in frames) <= FRAME_ROWS
     anew = [at for at, frame in enumerate(frames) if HEADER.unpack_from(frame)[3] == Kind.ANEW]
@@ -92,9 +80,9 @@ def test_the_state_comes_before_the_answer_and_only_the_newest() -> None:
         page.look(7, 0.0, 1.0, 100)
         await turns()
 
-    socket = with_page(test)
-    assert socket.texts == ["recording: none", "closed"]
-    views = [HEADER.unpack_from(frame) for frame in socket.frames]
+    texts, frames = with_page(test)
+    assert texts == ["recording: none", "closed"]
+    views = [HEADER.unpack_from(frame) for frame in frames]
     assert [number for _, number, _, kind in views if kind == Kind.VIEW] == [7]
 
 

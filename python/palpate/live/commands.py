@@ -14,7 +14,6 @@ from palpate.live.events import Events
 from palpate.live.feed import Document, RefusedCommand, message_of
 from palpate.live.levels import ROWS
 from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
-from palpate.live.noise_spectrum import NoiseMeter
 from palpate.live.plan import TouchPlan
 from palpate.live.state_rules import file_state
 from palpate.live.touch_rows import TouchTable
@@ -85,7 +84,6 @@ class Workbench:
         plan = self._plan = TouchPlan(measurement, calibration.accepted if calibration else frozenset())
         table = self._table = TouchTable(measurement, plan, calibration, scatter)
         events = Events(measurement)
-        self.noise: NoiseMeter = NoiseMeter(lambda: measurement.levels.newest_rows())
         self.documents: dict[str, Callable[[], Document]] = {
             "hello": lambda: table.hello(source),
             "touches": table.document,

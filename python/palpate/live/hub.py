@@ -10,6 +10,7 @@ from starlette.websockets import WebSocket
 from palpate.live.commands import COMMANDS, Workbench
 from palpate.live.feed import Document, Kind, message_of, pack
 from palpate.live.levels import Levels
+from palpate.live.noise_spectrum import noise_of
 
 PAGES = 16
 AHEAD = 30  # sent frames that a page has not confirmed; more would only fill buffers and be shown late
@@ -130,9 +131,8 @@ class Hub:
         for kind in self._bench.documents:
             self._announce(kind)
         self._tell("state", self._bench.state(), self.pages)
-        listening = [page for page in self.pages if page.listens]
-        if listening and (found := self._bench.noise.document()):
-            self._tell("noise", found, listening)
+        if listening := [page for page in self.pages if page.listens]:
+            self._tell("noise", noise_of(self._measurement.levels.newest_rows()), listening)  # takes 1 ms
 
     def _announce(self, kind: str) -> None:
         """Send a document to every page, if it has changed."""

@@ -1,9 +1,6 @@
 """The noise of both channels without contact: rms, spectrum, and what its peaks are."""
 
 import math
-import time
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +10,6 @@ from palpate.live.feed import Document, Flag, Rows
 from palpate.live.signal_state import CHANNELS
 
 Array = NDArray[np.float64]
-EVERY_S = 0.5
 MAINS_HZ = (50.0, 60.0)
 HARMONICS = 3
 TREMOR_HZ = (4.0, 12.0)
@@ -23,32 +19,6 @@ _EDGE_S = 0.25  # beside a touch: the contact is found a little late
 _PER_PF = 1e6  # aF
 _ABOVE = 4.0  # a peak: times the median of the amplitude
 _PEAKS = 4
-
-
-class NoiseMeter:
-    """Computes the noise in a thread of its own, twice a second at most, and only while it is asked for.
-
-    Parameters
-    ----------
-    newest : callable
-        Returns the newest rows as they came.
-    """
-
-    def __init__(self, newest: Callable[[], Rows]) -> None:
-        self._newest = newest
-        self._thread = ThreadPoolExecutor(1, "palpate-noise")
-        self._computed: Future[Document] | None = None
-        self._due_s = 0.0
-        self._latest: Document = {}
-
-    def document(self) -> Document:
-        """Return the newest result, empty before the first one, and begin to compute the next."""
-        if self._computed and self._computed.done():
-            self._latest, self._computed = self._computed.result(), None
-        if self._computed is None and time.monotonic() >= self._due_s:
-            self._due_s = time.monotonic() + EVERY_S
-            self._computed = self._thread.submit(lambda: noise_of(self._newest()))
-        return self._latest
 
 
 def noise_of(rows: Rows) -> Document:
