@@ -20,22 +20,13 @@ from websockets.sync.server import Server, ServerConnection, serve
 
 
 class Canned:
-    """A server of the page that says what it is given, and keeps what it hears.
-
-    Attributes
-    ----------
-    state : State
-        What a page gets when it connects.
-    heard : list of dict
-        The commands of the pages, without "seen".
-    rows : numpy.ndarray, optional
-        All rows, for views; without them the page gets all rows of the state at once.
-    """
+    """A server of the page that says what it is given, and keeps what it hears."""
 
     def __init__(self, state: State, rows: Rows | None = None) -> None:
-        self.state, self._levels = state, Levels(whole=True)
-        self._levels.add(state.rows if rows is None else rows)
-        self.heard: list[dict[str, Any]] = []
+        self.state = state  # what a page gets when it connects
+        self._levels = Levels(whole=True)
+        self._levels.add(state.rows if rows is None else rows)  # rows: all, for views
+        self.heard: list[dict[str, Any]] = []  # the commands of the pages, without "seen"
         self._pages: list[ServerConnection] = []
         self._files = page_files()
         self._server: Server = serve(self._page, "127.0.0.1", 0, process_request=self._file, compression=None)

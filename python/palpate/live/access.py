@@ -52,24 +52,12 @@ def new_token() -> str:
 
 
 class Gatekeeper:
-    """Refuses requests that do not come from the page.
+    """Refuses requests that do not come from the page."""
 
-    `Host` must be a name of the server: another name is a sign of DNS rebinding. `Origin` must be the page's own where
-    the browser sends it; a web socket always needs it. The token must be in the query of the first request; then a cookie
-    stores it. Browsers keep no strict cookie for a frame, so a framed page has the token at the begin of each path.
-
-    Parameters
-    ----------
-    app : ASGI application
-    host : str
-        Address at which the server listens.
-    port : int
-    token : str, optional
-    ticket : str, optional
-        Valid instead of the token, once: a browser gets it on its command line, which other users can see.
-    framed : bool
-        Whether the page is in a frame of another page, as in the cell of a notebook.
-    """
+    # `Host` must be a name of the server: another name is a sign of DNS rebinding. `Origin` must be the page's own where
+    # the browser sends it; a web socket always needs it. The token must be in the query of the first request; then a cookie
+    # stores it. The ticket is valid instead, once: a browser gets it on its command line, which other users can see.
+    # Browsers keep no strict cookie for a frame, as in the cell of a notebook: a framed page has the token in each path.
 
     def __init__(
         self,

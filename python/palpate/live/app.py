@@ -51,16 +51,7 @@ def page_files() -> dict[str, tuple[bytes, str]]:
 
 
 class PageApp:
-    """The web application of one workbench.
-
-    Parameters
-    ----------
-    bench : Workbench
-
-    Attributes
-    ----------
-    hub : Hub
-    """
+    """The web application of one workbench."""
 
     def __init__(self, bench: Workbench) -> None:
         self._bench = bench

@@ -28,11 +28,10 @@ class Device:
     def __init__(self, measurement: LiveMeasurement, state: ConnectionState, source: str) -> None:
         self._measurement, self._state = measurement, state
         self._is_ours = split(source)[0] in _CHANGED
-        self._described: tuple[tuple[int, int], Document] = (0, 0), {}
 
     def document(self) -> Document:
         """Return the message `device`."""
-        device = self._description()
+        device = self._measurement.device()
         return {
             "board": _board(device),
             "facts": _facts(device, self._state.facts(), self._measurement),
@@ -45,7 +44,7 @@ class Device:
         if not self._is_ours:
             raise RefusedCommand("device: this source has no settings")
         self._require_free("device")
-        now = {name: option["value"] for name, option in self._options(self._description()).items()}
+        now = {name: option["value"] for name, option in self._options(self._measurement.device()).items()}
         for name, value in options.items():
             CONVERTER[name](name, value)
         changed = {name: value for name, value in options.items() if str(value) != str(now[name])}
@@ -66,14 +65,6 @@ class Device:
         except RuntimeError as refusal:  # pressed since
             raise RefusedCommand(str(refusal)) from refusal
         return "The range is set again. If it moves, the baseline is measured again: do not touch anything."
-
-    def _description(self) -> Document:
-        """Return what the source says of itself: anew after each gap, where it may be another board."""
-        source = self._measurement.stream.source
-        key = self._measurement.number, len(source.gaps)
-        if self._described[0] != key:
-            self._described = key, source.describe()
-        return self._described[1]
 
     @staticmethod
     def _options(device: Mapping[str, Any]) -> Document:

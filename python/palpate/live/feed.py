@@ -104,17 +104,7 @@ def ends_of(batch: Batch) -> dict[int, float]:
 
 
 def thinned(rows: Rows, per_s: float = BINS_PER_S) -> Rows:
-    """Return two rows for each bin that has more than two: the lowest and the highest values; the other rows as they are.
-
-    Of each column the value that came first stands first, if the column only rises or falls. standard_error: the
-    highest, twice. flags: all that were there. Such a bin has a nan only where no row of it has a value. Bins that are
-    cut anew, into wider ones that they fill, have the same extremes as all the rows.
-
-    Parameters
-    ----------
-    rows : numpy.ndarray of `ROW`, shape (n,)
-    per_s : float
-        Bins in a second, 1/s; at each multiple of the bin's width a new one begins.
+    """Return two rows for each bin, 1/per_s wide, that has more: the lowest and the highest values; other rows as they are.
 
     Examples
     --------
@@ -124,6 +114,9 @@ def thinned(rows: Rows, per_s: float = BINS_PER_S) -> Rows:
     >>> len(kept), bool(np.ptp(kept["hard"]) == np.ptp(rows["hard"]))
     (10, True)
     """
+    # Of each column the value that came first stands first, if the column only rises or falls. standard_error: the highest,
+    # twice. flags: all that were there. Such a bin has a nan only where no row of it has a value. Bins that are cut anew,
+    # into wider ones that they fill, have the same extremes as all the rows.
     return extremes(rows, np.flatnonzero(np.diff(np.floor(rows["t_s"] * per_s), prepend=np.nan)))
 
 

@@ -22,13 +22,7 @@ _PEAKS = 4
 
 
 def noise_of(rows: Rows) -> Document:
-    """Return the noise of the newest samples without contact, as the message to a page.
-
-    Parameters
-    ----------
-    rows : numpy.ndarray of `ROW`, shape (n,)
-        Every sample, in order.
-    """
+    """Return the noise of the newest samples without contact, as the message to a page; rows: every sample, in order."""
     segments = idle(rows)
     if not len(segments):
         text = f"Noise: wait for {FEWEST} samples without contact, one after the other."
@@ -67,15 +61,7 @@ def idle(rows: Rows) -> Rows:
 
 
 def spectrum(level: Array, rate: float) -> tuple[Array, Array]:
-    """Return frequencies, Hz, and the amplitude spectrum, aF/sqrt(Hz): mean of the segments, Hann window (Welch, 1967).
-
-    Parameters
-    ----------
-    level : numpy.ndarray, shape (k, n)
-        Segments without trend, aF.
-    rate : float
-        Samples a second.
-    """
+    """Return frequencies, Hz, and amplitude, aF/sqrt(Hz), of segments without trend, aF: Hann window (Welch, 1967)."""
     window = np.hanning(level.shape[1] + 1)[:-1]
     power = np.mean(np.abs(np.fft.rfft(level * window)) ** 2, axis=0) * 2 / (rate * float(window @ window))
     hz = np.fft.rfftfreq(level.shape[1], 1 / rate)

@@ -19,19 +19,7 @@ _NOWHERE = ("192.0.2.1", 9)  # RFC 5737: an address without a host; connecting a
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a listening socket.
-
-    Parameters
-    ----------
-    host : str
-    port : int
-        0: any free port.
-
-    Raises
-    ------
-    ValueError
-        The host is not an address of this machine, or the port is in use.
-    """
+    """Return a listening socket; port 0: any free one. ValueError: no address of this machine, or the port is in use."""
     try:
         [(family, *_, address), *_] = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         listening = socket.socket(family, socket.SOCK_STREAM)
@@ -60,17 +48,8 @@ def address_of(listening: socket.socket, host: str, token: str | None = None) ->
 
 
 def serve(app: ASGIApp, listening: socket.socket, ended: Callable[[], bool] = lambda: False) -> None:
-    """Serve until SIGINT or SIGTERM; their previous handlers run after the last page is closed.
-
-    In another thread than the main one signals do not end it.
-
-    Parameters
-    ----------
-    app : ASGI application
-    listening : socket
-    ended : callable
-        Whether to end, asked ten times a second.
-    """
+    """Serve until SIGINT or SIGTERM, in the main thread, or until `ended`, which is asked ten times a second."""
+    # The previous handlers of the signals run after the last page is closed.
     config = uvicorn.Config(
         app,
         http="h11",
