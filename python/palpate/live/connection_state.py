@@ -21,8 +21,7 @@ from palpate.sources import Gap, Source
 from palpate.stream import Listener, Stream, StreamCounters
 
 GAP_S = 3.0  # a gap, or a wrong baseline, is shown for this time, and until the baseline is measured again
-RATE_S, LATE_S = 2.0, 10.0
-"""Pairs a second are known after the first time; they, and late pairs, are counted over the second one."""
+RATE_S, LATE_S = 2.0, 10.0  # pairs a second are known from then on; they, and late pairs, are counted over this time
 HOLD_S = 3.0  # a line whose cause may come and go stays for this time after it
 SETTLED_S = 1.0  # what stays for this time is announced; a fault, and the end of a touch, at once
 _LOOK_S = 0.1

@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 
 from palpate.live.feed import ROW, Flag, Rows, extremes, thinned
 
-KEPT = 16384
-"""Rows that are kept for a page that is opened later: 160 s at 100 pairs per second, 16 s at 1,000 and more."""
+KEPT = 16384  # rows for a page that is opened later: 160 s at 100 pairs per second, 16 s at 1,000 and more
 NEWEST = 8192  # rows, as they came, that are kept for the noise
-FINEST, COARSER = 1 << 17, 1 << 16
-"""Rows of the finest level of a live measurement, 57 min at 38 pairs a second; and of each coarser one."""
+FINEST, COARSER = 1 << 17, 1 << 16  # rows of the finest level, 57 min at 38 pairs a second; of each coarser one
 WHOLE = 1 << 21  # rows of the finest level of a recording: 15 h at 38 pairs a second, 100 MB
 ROWS = 4096  # rows of a view, at most
 _BLOCK = 8  # rows of a level that become two of the next one

@@ -15,9 +15,12 @@ LONG_S = 10.0  # the probe is left in contact after a touch for this time before
 ENDLESS_S = 60.0  # a contact after a touch that lasts longer is likely none
 SILENT_S, SILENT_PERIODS = 1.0, 10  # without a pair for this time, and for so many periods, a measurement is silent
 CONSTANT_S = 1.0  # a channel has the same value for this time before the page says it
-SLOW_SHARE, LATE_SHARE, FEWEST = 0.9, 0.05, 50
-"""Too slow: fewer pairs than this part of those that should come; more late ones; of so many pairs at least."""
-HOW = {
+SLOW_SHARE, LATE_SHARE, FEWEST = (
+    0.9,
+    0.05,
+    50,
+)  # too slow: below this part of the rate; more late ones; of so many pairs
+HOW = {  # what to do better, in two words, by flag
     "offset": "hold upright",
     "short": "hold longer",
     "unsettled": "hold longer",
@@ -28,7 +31,6 @@ HOW = {
     "drift": "hold still",
     "creep": "wait longer",
 }
-"""What to do better, in two words, by flag."""
 DAMAGED = {"changed": "This recording was changed.", "not complete": "This recording is not complete."}
 """What `Verification.verdict` says of a recording that is not as it was made."""
 
