@@ -53,9 +53,9 @@ class Listener:
 
 
 class Listeners:
-    """Passes each event to all listeners, in the order in which they were added; a message to a function first."""
+    """Passes each event to all listeners, in the order in which they were added; a message to `show` first."""
 
-    def __init__(self, show: Callable[[str], object]) -> None:
+    def __init__(self, show: Callable[[str], object] = lambda _: None) -> None:
         self.all: list[Listener] = []
         self._show = show
 
