@@ -8,7 +8,7 @@ import palpate
 import pytest
 from palpate import reference
 
-from bench.accuracy.bound import Setup, bound
+from bench.accuracy.bound import Setup, bound, information
 from bench.accuracy.extremes import ending, powers, stepped
 
 
@@ -58,6 +58,18 @@ def test_the_interval_needs_the_same_noise_at_all_depths() -> None:
             hits[name] += abs(estimator.ratio - 2.5) < 1.96 * estimator.standard_error
     assert hits["as it is"] < 140
     assert hits["divided"] > 178  # 190 +- 3
+
+
+def test_the_fisher_bound_without_tremor_is_that_of_least_squares() -> None:
+    setup, hard = Setup(), np.arange(0.010, 0.4, 0.026)
+    times = np.sort(np.concatenate([hard, hard + 0.013]))
+    found = information(setup, times, np.arange(len(times)) % 2 == 0)[-1]
+    shape = [0.5 * (1 - np.cos(np.pi * np.minimum(t / setup.rise_s, 1))) for t in (hard, hard + 0.013)]
+    # A channel with amplitude a: J = (sum p^2 - (sum p)^2 / (n0 + n)) / sigma^2, from (I + 11' / n0)^-1.
+    first, second = ((p @ p - p.sum() ** 2 / (setup.baseline + len(p))) / setup.noise_pF**2 for p in shape)
+    # Ratio = a_hard / a_soft: relative variances add.
+    expected = 1 / (first * (setup.ratio * setup.depth_pF) ** 2) + 1 / (second * setup.depth_pF**2)
+    assert np.linalg.inv(found)[0, 0] / setup.ratio**2 == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("tremor", [0.0, 0.08])
