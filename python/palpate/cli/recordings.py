@@ -227,7 +227,7 @@ def report(
 ) -> None:
     """Write a report of recordings as one HTML file, which prints on A4.
 
-    It has every touch with its plot and flags, also those left out, the result of each specimen, the repeatability, the
+    It has every touch with its flags, also those left out, the result of each specimen, the repeatability, the
     calibration with its data, what the uncertainty consists of, what `check` says of each recording, all settings,
     checksums, and the commands that do it again. The specimens are those of the session in the sidecar. Without one
     the file name begins with the name of the specimen, as for `calibrate`. The same files give the same report.
