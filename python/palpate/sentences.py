@@ -1,6 +1,6 @@
-"""What the flags of a touch mean, in words for the person who holds the probe."""
+"""What the flags of a touch mean, in words for the person who holds the probe; and doubts about a calibration."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import isfinite
 
 from palpate._core import Touch
@@ -181,3 +181,13 @@ def _per_cent(share: float) -> str:
 
 def _signed_per_cent(share: float) -> str:
     return ("+" if share > 0 else "-") + _per_cent(share)
+
+
+def doubts_of_origin(about: Mapping[str, str], scene: str) -> list[str]:
+    """Return what may be wrong with a calibration for this scene, from what its file says about its origin."""
+    made_by, doubts = about.get("scene", scene), about.get("doubts", "")
+    other = f"the calibration was made with scene {made_by}, but this is scene {scene}: the moduli may be wrong"
+    doubtful = (
+        f"the calibration was made from recordings that were not as written, so the moduli may be wrong: {doubts}"
+    )
+    return [other] * (made_by != scene) + [doubtful] * bool(doubts)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from palpate._core import Touch, Tracker
 from palpate.extras import display
 from palpate.frames import Framed, arrow_of_touches
-from palpate.samples import Block, settings_for, usable
+from palpate.samples import RETAKEN, Block, settings_for, usable
 
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
@@ -122,6 +122,12 @@ class Tracked(NamedTuple):
     touches: Touches
     retaken: int  # how often the baseline was measured again
     cut: int  # how many of the last touches ran when the recording ended: 0 or 1
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes on the recording, and how often its baseline was measured again."""
+        again = "once" if self.retaken == 1 else f"{self.retaken} times"
+        return [*self.touches.notes, *([f"{RETAKEN} ({again})"] if self.retaken else [])]
 
 
 def tracked(

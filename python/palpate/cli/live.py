@@ -19,8 +19,8 @@ from palpate.cli.group import Exit, as_json, json_option, one_line, show_notes, 
 from palpate.cli.options import board_options, complete_source, lsl_option, recording_options
 from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
 from palpate.cli.terminal import say, signals
-from palpate.cli.touch_table import doubts_of_origin
 from palpate.extras import need
+from palpate.sentences import doubts_of_origin
 from palpate.several import TOUCH_SCATTER
 
 if TYPE_CHECKING:

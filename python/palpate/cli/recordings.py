@@ -7,7 +7,6 @@ from typing import Any
 import click
 
 from palpate import RecordingError, touches
-from palpate.cli import touch_table
 from palpate.cli.group import Exit, as_json, json_option, show, show_notes, usage_errors
 from palpate.cli.options import INPUT, reading_options, replaying_options, tracking_of
 from palpate.cli.paths import OUTPUT, InputFile, force_option, require_free, with_sidecar
@@ -198,10 +197,10 @@ def plot(file: Path, output: Path, asked: dict[str, Any], how: dict[str, Any], f
         require_free([output], [file], force=force)
         plots.check(output)
         recording = recorded(file, **asked)
-        found, retaken, _ = tracked(recording, **tracking_of(recording, how))
-        plots.save(recording.recording, found, output)
-    notes = [note for note in [recording.understood, *touch_table.notes_of(recording, retaken)] if note]
-    sys.exit(_print_written(file, output, recording, {"touches": len(found)}, notes))
+        found = tracked(recording, **tracking_of(recording, how))
+        plots.save(recording.recording, found.touches, output)
+    notes = [note for note in [recording.understood, *found.notes] if note]
+    sys.exit(_print_written(file, output, recording, {"touches": len(found.touches)}, notes))
 
 
 @click.command()

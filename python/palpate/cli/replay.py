@@ -18,6 +18,7 @@ from palpate.cli.terminal import reading
 from palpate.fleet import in_order
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, plan_of
+from palpate.sentences import doubts_of_origin
 from palpate.touch import tracked
 
 if TYPE_CHECKING:  # they are imported when they are used
@@ -128,8 +129,8 @@ def replayed(
     recording = recorded(file, **asked)
     tracking = tracking_of(recording, how)
     again = palpate.offline(recording, **tracking) if offline else None
-    touches, retaken, cut = tracked(recording, **tracking)
-    notes, plan = touch_table.notes_of(recording, retaken), plan_of(recording.document or {})
+    of_tracker = tracked(recording, **tracking)
+    touches, notes, plan = of_tracker.touches, of_tracker.notes, plan_of(recording.document or {})
     document = {
         "file": str(file),
         "scene": tracking["scene"],
@@ -137,14 +138,14 @@ def replayed(
         "palpate": palpate.__version__,
         "rows": recording.survey.rows,
         "notes": list(notes),
-        "touches": touch_table.records(touches, cut=cut),
+        "touches": touch_table.records(touches, cut=of_tracker.cut),
     }
     reliable = bool(touches) and not recording.doubts
     found = Replayed(document, touch_table.table(touches), recording.understood, notes, reliable)
     if touches and plan.touches:
         found.add_specimens(plan.matched(touches, recording.survey.period_s))
     if calibration:
-        notes += touch_table.doubts_of_origin(calibration.about, tracking["scene"])
+        notes += doubts_of_origin(calibration.about, tracking["scene"])
         found.add_moduli(calibration, touches)
     found.below += touch_table.advised(document["touches"])
     if again is not None:

@@ -90,24 +90,6 @@ def records(touches: "Sequence[Touch]", *, cut: int = 0) -> list[dict[str, Any]]
     return [{**touch.as_dict(), "advice": advice_at_end(touch, cut=n >= whole)} for n, touch in enumerate(touches)]
 
 
-def notes_of(recording: Any, retaken: int) -> list[str]:
-    """Return the notes on a recording, and how often its baseline was measured again."""
-    from palpate.samples import RETAKEN
-
-    again = [f"{RETAKEN} ({'once' if retaken == 1 else f'{retaken} times'})"] if retaken else []
-    return [*recording.notes, *again]
-
-
-def doubts_of_origin(about: Mapping[str, str], scene: str) -> list[str]:
-    """Return what may be wrong with a calibration for this scene, from what its file says about its origin."""
-    made_by, doubts = about.get("scene", scene), about.get("doubts", "")
-    other = f"the calibration was made with scene {made_by}, but this is scene {scene}: the moduli may be wrong"
-    doubtful = (
-        f"the calibration was made from recordings that were not as written, so the moduli may be wrong: {doubts}"
-    )
-    return [other] * (made_by != scene) + [doubtful] * bool(doubts)
-
-
 class Moduli(NamedTuple):
     """Moduli of the touches of a recording, whether the usable ones agree, and the modulus of the mean if they do."""
 

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from math import hypot, inf, isfinite, log, nan, sqrt
 from pathlib import Path
 from typing import Any
@@ -17,46 +16,38 @@ from palpate.calibration.specimen_files import assign
 from palpate.errors import CalibrationError
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Plan, plan_of
-from palpate.recording.verification import Verification, verified
+from palpate.recording.verification import Verification, judged
 from palpate.report.repeatability import Repeatability, repeatability
 from palpate.sentences import advice_at_end
-from palpate.several import TOUCH_SCATTER, Agreement, agreement, objections
+from palpate.several import Agreement, agreement, objections
 from palpate.touch import Tracked, tracked
 
 
 @dataclass(frozen=True)
 class Run:
-    """A recording, what `check` says of it, its session, and what the scene and settings of its measurement find in it."""
+    """A recording, what the scene and settings of its measurement find in it, what `check` says of it, its session.
+
+    Its first time and its mean time from pair to pair are nan if they are unknown.
+    """
 
     name: str
     recording: AnyRecording
-    checked: Verification
-    plan: Plan
     tracking: dict[str, Any]
     found: Tracked
-
-    @property
-    def document(self) -> dict[str, Any]:
-        """The sidecar; empty without one."""
-        return self.recording.document
-
-    @property
-    def first_s(self) -> float:
-        """The first time; nan: unknown."""
-        return self.checked.survey.first_ns / 1e9 if self.recording.timed else nan
-
-    @property
-    def period_s(self) -> float:
-        """Mean time from pair to pair; nan: unknown."""
-        return self.checked.survey.period_s if self.recording.timed else nan
+    checked: Verification
+    plan: Plan
+    first_s: float
+    period_s: float
 
 
 def run_of(path: Path, name: str) -> Run:
-    """Read a recording, check it, and send it through the estimator."""
+    """Read a recording, send it through the estimator, and check it."""
     recording = recorded(path)
-    checked = verified(recording)
     tracking: dict[str, Any] = {"scene": "handheld"} | recording.settings
-    return Run(name, recording, checked, plan_of(recording.document), tracking, tracked(recording, **tracking))
+    found = tracked(recording, **tracking)  # reads it to its end; a damaged one is an error
+    survey = recording.survey
+    times = (survey.first_ns / 1e9, survey.period_s) if recording.timed else (nan, nan)
+    return Run(name, recording, tracking, found, judged(recording, []), plan_of(recording.document), *times)
 
 
 @dataclass(frozen=True)
@@ -70,54 +61,27 @@ class Found:
     left_out: tuple[str, ...]
     said: tuple[str, ...]
 
-    @property
-    def kept(self) -> bool:
-        """Whether it counts."""
-        return not self.left_out
-
-    @property
-    def noise(self) -> float:
-        """Standard error relative to the ratio; nan: unknown."""
-        return self.touch.standard_error / abs(self.touch.ratio) if self.touch.ratio else nan
-
 
 @dataclass(frozen=True)
 class Result:
-    """All touches on one specimen; `known`: its modulus, MPa, if it was known before."""
+    """All touches on one specimen, and what the kept ones say.
+
+    known: its modulus, MPa, if it was known before.
+    agreement: whether the kept touches agree; `mean` is the same if they do.
+    modulus: of the mean; without a calibration None.
+    variation: standard deviation of the logarithm of the ratio of the kept touches; nan below two.
+    parts: errors of the mean by their causes, and all together, relative to the ratio; empty without a modulus.
+    """
 
     name: str
     known: float | None
     touches: list[Found]
-    calibration: Calibration | None
-
-    @cached_property
-    def kept(self) -> list[Found]:
-        """The touches that count."""
-        return [one for one in self.touches if one.kept]
-
-    @cached_property
-    def agreement(self) -> Agreement | None:
-        """Whether the kept touches agree, and their mean; None without any."""
-        kept = [one.touch for one in self.kept]
-        return (self.calibration.agreement(kept) if self.calibration else agreement(kept)) if kept else None
-
-    @property
-    def together(self) -> Agreement | None:
-        """The mean of the kept touches; None if there are none, or they differ."""
-        return self.agreement if self.agreement and self.agreement.agree else None
-
-    @cached_property
-    def modulus(self) -> Modulus | None:
-        """Modulus of the mean ratio; None without a calibration or a mean."""
-        if (mean := self.together) is None or self.calibration is None:
-            return None
-        return self.calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
-
-    @property
-    def variation(self) -> float:
-        """Standard deviation of the logarithm of the ratio of the kept touches; nan below two."""
-        logarithms = _logarithms(self.kept)
-        return float(np.std(logarithms, ddof=1)) if len(logarithms) > 1 else nan
+    kept: list[Found]
+    agreement: Agreement | None
+    mean: Agreement | None
+    modulus: Modulus | None
+    variation: float
+    parts: dict[str, float]
 
     @property
     def inside(self) -> bool | None:
@@ -126,29 +90,39 @@ class Result:
             return None
         return self.modulus.low <= self.known <= self.modulus.high
 
-    @property
-    def parts(self) -> list[float]:
-        """Relative errors of the mean by touch, specimen, curve and noise, and all together; empty without a modulus."""
-        mean = self.together
-        if not (self.calibration and mean and self.modulus and 0 < self.modulus.value < inf):
-            return []
-        measured = Measured(mean.ratio, mean.own_error, mean.effective)
-        found = variances(self.calibration.fitted, measured, np.array(log(self.modulus.value)))
-        parts = [sqrt(float(part)) / mean.ratio for part in (found.touch, found.specimen, found.curve, found.noise)]
-        return [*parts, hypot(*parts)]
-
     def as_dict(self) -> dict[str, Any]:
         """Return plain numbers and text, for JSON."""
         return {
             "specimen": self.name,
             "known_MPa": self.known,
             "kept": [one.number for one in self.kept],
-            "left_out": [one.number for one in self.touches if not one.kept],
+            "left_out": [one.number for one in self.touches if one.left_out],
             "agreement": self.agreement.as_dict() if self.agreement else None,
             "variation": self.variation if isfinite(self.variation) else None,
             "modulus": self.modulus.as_dict() if self.modulus else None,
             "inside": self.inside,
         }
+
+
+def _result(name: str, known: float | None, touches: list[Found], calibration: Calibration | None) -> Result:
+    kept = [one for one in touches if not one.left_out]
+    ratios = [one.touch for one in kept]
+    found = mean = modulus = None
+    if kept:
+        found = calibration.agreement(ratios) if calibration else agreement(ratios)
+        mean = found if found.agree else None
+    if mean and calibration:
+        modulus = calibration.modulus(mean.ratio, mean.own_error, touches=mean.effective)
+    logarithms = _logarithms(kept)
+    variation = float(np.std(logarithms, ddof=1)) if len(logarithms) > 1 else nan
+    parts = {}
+    if calibration and mean and modulus and 0 < modulus.value < inf:
+        measured = Measured(mean.ratio, mean.own_error, mean.effective)
+        of = variances(calibration.fitted, measured, np.array(log(modulus.value)))
+        causes = {"Holding": of.touch, "Specimens": of.specimen, "Curve": of.curve, "Noise": of.noise}
+        parts = {cause: sqrt(float(variance)) / mean.ratio for cause, variance in causes.items()}
+        parts["Together"] = hypot(*parts.values())
+    return Result(name, known, touches, kept, found, mean, modulus, variation, parts)
 
 
 @dataclass(frozen=True)
@@ -165,35 +139,6 @@ class Findings:
         groups = [_logarithms(result.touches if all_touches else result.kept) for result in self.results]
         return repeatability(groups) if any(groups) else None
 
-    @property
-    def kept(self) -> int:
-        """How many touches count."""
-        return sum(one.kept for one in self.touches)
-
-    @property
-    def of_the_fit(self) -> int:
-        """How many touches are data of the calibration: their ratio is there with the same bits."""
-        known = set(self.calibration.ratios.tolist()) if self.calibration else set()
-        return sum(one.touch.ratio in known for one in self.touches)
-
-    @property
-    def scatter(self) -> float:
-        """Relative scatter from touch to touch: by the calibration, or assumed."""
-        return self.calibration.touch_spread if self.calibration else TOUCH_SCATTER
-
-    def error(self, touch: Touch) -> float:
-        """Return the standard deviation of a ratio: what is known of its noise, and the scatter."""
-        noise = touch.standard_error if isfinite(touch.standard_error) else 0.0
-        return hypot(noise, self.scatter * touch.ratio)
-
-    def from_mean(self, one: Found) -> float:
-        """Return how far a touch is from the mean of its specimen, relative to it; nan: unknown."""
-        return one.touch.ratio / self._means.get(one.specimen, nan) - 1
-
-    @cached_property
-    def _means(self) -> dict[str, float]:
-        return {result.name: result.together.ratio for result in self.results if result.together}
-
 
 def findings(runs: list[Run], calibration: Calibration | None, moduli: Mapping[str, float]) -> Findings:
     """Return the touches with their specimens, and the result of each specimen.
@@ -203,10 +148,10 @@ def findings(runs: list[Run], calibration: Calibration | None, moduli: Mapping[s
     """
     touches = list(_touches(runs, calibration.accepted if calibration else (), moduli))
     known = moduli or _moduli(runs)
-    names = dict.fromkeys(one.specimen for one in touches if one.specimen)
-    results = [
-        Result(name, known.get(name), [one for one in touches if one.specimen == name], calibration) for name in names
-    ]
+    groups: dict[str, list[Found]] = {}
+    for one in touches:
+        groups.setdefault(one.specimen, []).append(one)
+    results = [_result(name, known.get(name), group, calibration) for name, group in groups.items() if name]
     return Findings(runs, touches, results, calibration)
 
 

@@ -1,23 +1,38 @@
-"""Writes a report of recordings, or of a calibration, as one HTML file."""
+"""Writes a report of recordings, or of a calibration, as one HTML file: its texts and tables, and the template filled."""
 
+import hashlib
 import os
-from collections.abc import Mapping, Sequence
+import shlex
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import exp
-from pathlib import Path
+from datetime import UTC, datetime, timedelta
+from math import exp, hypot, inf, isfinite, isnan, nan
+from pathlib import Path, PurePath
 from typing import Any
 
 from palpate import digits
+from palpate._core import __version__
+from palpate.calibration import plot, verdict
 from palpate.calibration.calibration import Calibration
 from palpate.calibration.characterise import Specimen
-from palpate.calibration.fit_tables import specimen_rows
+from palpate.calibration.fit_tables import parameter_rows, specimen_rows
 from palpate.calibration.specimen_files import read_moduli
+from palpate.display.markup import LEFT_OUT, MINUS, NONE, element
+from palpate.display.text import counted, lasting
+from palpate.errors import shortened
 from palpate.extras import need
 from palpate.files import replacing
-from palpate.report import sections
-from palpate.report.findings import Findings, findings, run_of
+from palpate.recording import sidecar
+from palpate.report.findings import Findings, Result, Run, findings, run_of
+from palpate.sentences import doubts_of_origin
+from palpate.several import TOUCH_SCATTER
+from palpate.tables.packed import unpacked_name
 
 _PathLike = str | os.PathLike[str]
+_Event = tuple[float, str, str]
+"""What happened in a recording: time, s (nan: unknown), kind, text."""
+_LONGEST = 300  # characters of a text from a sidecar
+_MOST_NAMED = 3  # specimens in the first sentence
 
 
 @dataclass(frozen=True)
@@ -94,38 +109,28 @@ def write(
         need(module, "report")  # before the recordings are read
     probe, table = (None if given is None else Path(given) for given in (calibration, moduli))
     known = read_moduli(table) if table else {}
-    runs = [run_of(each, name) for name, each in _named(recordings, table).items()]
+    runs = [run_of(each, name) for name, each in _recordings(recordings, table).items()]
     found = findings(runs, Calibration.load(probe) if probe else None, known)
-    files = {name: file for name, file in (("calibration", probe), ("moduli", table)) if file}
-    given = [("title", title), ("operator", operator), *(("note", note) for note in notes)]
-    context = sections.context(found, files, [(name, text) for name, text in given if text])
+    files = [("calibration", probe), ("moduli", table)]
+    options = [*((name, file and file.name) for name, file in files), ("title", title), ("operator", operator)]
+    options += [("note", note) for note in notes]
+    shown = _shown(found, [(name, text) for name, text in options if text], [file for _, file in files if file])
     with replacing(Path(path)) as file:
-        file.write(_render(context).encode(errors="replace"))  # a name of a file may be no text
-    return Written(
-        Path(path), " ".join([*context["named"], context["verdict"]]), tuple(context["doubts"]), _plain(found)
-    )
-
-
-def _plain(found: Findings) -> dict[str, Any]:
-    """Return the results as plain numbers and text, for JSON."""
-    repeatability = found.repeatability()
-    return {
+        file.write(_render(shown).encode(errors="replace"))  # a name of a file may be no text
+    results = {
         "touches": len(found.touches),
-        "kept": found.kept,
+        "kept": shown["kept"],
         "specimens": [result.as_dict() for result in found.results],
-        "repeatability": repeatability.as_dict() if repeatability else None,
+        "repeatability": shown["repeatability"] and shown["repeatability"].as_dict(),
     }
+    return Written(Path(path), " ".join([*shown["named"], shown["verdict"]]), tuple(shown["doubts"]), results)
 
 
 def calibration_page(calibration: Calibration, specimens: Sequence[Specimen]) -> str:
     """Return the report of a calibration as one HTML page without external files."""
     head, *rows = specimen_rows(specimens)
-    context = {
-        "title": "palpate: calibration",
-        "columns": [(name, "" if at else "name") for at, name in enumerate(head)],
-        "specimens": rows,
-    }
-    return _render(context | sections.fitted(calibration))
+    records = [dict(zip(head, row, strict=True)) for row in rows]
+    return _render({"title": "Calibration of a probe", "found": None, "specimens": records, **_fitted(calibration)})
 
 
 def _render(context: Mapping[str, Any]) -> str:
@@ -135,12 +140,12 @@ def _render(context: Mapping[str, Any]) -> str:
     pages = jinja2.Environment(
         loader=loader, autoescape=True, undefined=undefined, trim_blocks=True, lstrip_blocks=True
     )
-    pages.globals.update(zip=zip, exp=exp, digits=digits, **sections.SHOWN)
-    pages.filters["percent"] = sections.percent
+    pages.globals.update(exp=exp, digits=digits, columns=_columns, counted=counted, NONE=NONE)
+    pages.filters["percent"] = _percent
     return str(pages.get_template("report.html.j2").render(context)).lstrip()
 
 
-def _named(recordings: Sequence[_PathLike], table: Path | None) -> dict[str, Path]:
+def _recordings(recordings: Sequence[_PathLike], table: Path | None) -> dict[str, Path]:
     """Return the recordings by the names that the report has for them, without the table of moduli."""
     paths = [Path(each) for each in recordings if not (table and Path(each).resolve() == table.resolve())]
     if not paths:
@@ -149,3 +154,311 @@ def _named(recordings: Sequence[_PathLike], table: Path | None) -> dict[str, Pat
     if len({path.resolve() for path in paths}) < len(paths):
         raise ValueError("recordings: got one twice, allowed: each once")
     return {path.name if alone else path.as_posix(): path for path in paths}
+
+
+_Row = dict[str, object] | str
+"""A row of a table: cells by their columns, or a text about the row above."""
+_WORDS = {
+    "Recording", "Specimen", "95 % interval", "Inside", "Parameter", "Value", "Values", "Mark", "Missing", "Check",
+    "What", "Text", "specimen",
+}  # fmt: skip
+"""Columns that are no numbers."""
+
+
+def _columns(rows: list[_Row]) -> list[tuple[str, str]]:
+    """Return the columns that have a value in any row, and the class of each."""
+    cells = [row for row in rows if isinstance(row, dict)]
+    return [(name, "w" if name in _WORDS else "") for name in cells[0] if any(row[name] != "" for row in cells)]
+
+
+def _shown(found: Findings, options: list[tuple[str, str]], files: list[Path]) -> dict[str, Any]:
+    """Return all that the template shows, from findings, the options of the command, and the files that these name."""
+    asked, runs = dict(options), found.runs
+    given, names = [f" --{name} {shlex.quote(text)}" for name, text in options], shlex.join(run.name for run in runs)
+    each = counted(len(runs), "recording") if len(runs) > 1 else runs[0].name
+    rows, lost = (sum(getattr(run.recording.survey, name) for run in runs) for name in ("rows", "lost"))
+    begins = sorted(filter(None, map(_begin, runs)))
+    sources = [*(source for run in runs for source in _files(run)), *((file.name, file) for file in files)]
+    kept = [one for one in found.touches if not one.left_out]
+    scatter = found.calibration.touch_spread if found.calibration else TOUCH_SCATTER
+    happened = {run.name: _happened(run) for run in runs}
+    return {
+        "title": asked.get("title") or _listed(run.plan.title for run in runs) or f"Report of {each}",
+        "simulated": _simulated(runs),
+        "doubts": _doubts(found),
+        "named": _named(found.results),
+        "verdict": " ".join(_sentences(found, len(kept))),
+        "head": [
+            ("Operator", asked.get("operator") or _listed(run.plan.operator for run in runs)),
+            ("Begin", _listed([*begins[:1], *begins[-1:]], " to ") or "unknown"),
+            *((name.capitalize(), text) for name, text in options if name == "note"),
+            ("Probe", f"calibration {asked['calibration']}" if "calibration" in asked else "not calibrated"),
+            ("Board", _listed(map(_board, runs))),
+            ("Recordings", each),
+            ("Rows", f"{rows:,}, {lost or 'none'} missing"),
+            ("Check", _listed(run.checked.verdict for run in runs)),
+        ],
+        "found": found,
+        "kept": len(kept),
+        "repeatability": found.repeatability(),
+        "scatter": scatter,
+        "calibration": None,
+        "specimens": [],
+        "version": __version__,
+        **(_fitted(found.calibration, found.results) if found.calibration else {}),
+        "results": [_result(one, found.calibration) for one in found.results],
+        "parts": [
+            {"Specimen": one.name, **{cause: _percent(share) for cause, share in one.parts.items()}}
+            for one in found.results
+            if one.parts
+        ],
+        "touches": list(_touches(found, scatter, happened)),
+        "recordings": [_recording(run) for run in runs],
+        "happened": [
+            {"Recording": run.name, "Time": _clock(t_s - run.first_s), "What": kind, "Text": text}
+            for run in runs
+            for t_s, kind, text in happened[run.name]
+        ],
+        "settings": [*_settings(runs), ("Reported by", f"palpate {__version__}")],
+        "sums": [(name, element("code", f"sha256 {_checksum(file)}")) for name, file in sources],
+        "commands": [
+            f"palpate check {names}",
+            f"palpate replay {names}{given[0] if 'calibration' in asked else ''}",
+            f"palpate report {names}{''.join(given)}",
+        ],
+    }
+
+
+def _fitted(calibration: Calibration, results: Iterable[Result] = ()) -> dict[str, Any]:
+    """Return what the template shows of a calibration, and of the moduli that it gave."""
+    seen = [
+        (one.name, one.mean.ratio, one.modulus)
+        for one in results
+        if one.known is None and one.mean and one.modulus and isfinite(one.modulus.value)
+    ]
+    names = ("Parameter", "Value", "95 % interval")
+    return {
+        "calibration": calibration,
+        "picture": plot.picture(calibration, seen),
+        "rings": bool(seen),
+        "parameters": [dict(zip(names, row, strict=True)) for row in parameter_rows(calibration)],
+        "distances": [_distance(calibration, one) for one in calibration.residuals],
+        "about": ", ".join(f"{key}: {value}" for key, value in calibration.about.items()),
+    }
+
+
+def _distance(calibration: Calibration, one: verdict.Residual) -> dict[str, object]:
+    """Return the row of a specimen of a fit: its values, their mean, and its distance from the curve."""
+    values = calibration.ratios[calibration.moduli == one.modulus].tolist()
+    return {
+        "MPa": f"{one.modulus:g}",
+        "Touches": one.touches,
+        "Ratio": digits.number(one.ratio, one.standard_error),
+        "Curve": digits.number(one.fitted, one.standard_error),
+        "Distance, %": verdict.percent(one).replace("-", MINUS),
+        "In std. errors": f"{one.standardised:+.1f}".replace("-", MINUS),
+        "Values": ", ".join(digits.number(value, calibration.touch_spread * value) for value in values),
+    }
+
+
+def _clock(seconds: float) -> str:
+    """Return a time since the begin of a recording; `NONE`: unknown."""
+    return NONE if isnan(seconds) else lasting(timedelta(seconds=seconds))
+
+
+def _percent(share: float) -> str:
+    """Return an error in percent; `NONE`: unknown."""
+    return digits.error(100 * share) if isfinite(share) else NONE
+
+
+def _result(one: Result, calibration: Calibration | None) -> dict[str, object]:
+    """Return the row of a specimen; without a value of the modulus the interval says why."""
+    mean, value, interval = one.mean, NONE, NONE
+    if one.modulus:
+        value, _, interval = str(one.modulus).rstrip(")").partition(" (")
+        value, interval = (value.removesuffix(" MPa"), interval) if interval else (NONE, value)
+        interval += ", beyond the specimens" if one.modulus.extrapolated else ""
+    return {
+        "Specimen": one.name,
+        "Kept": len(one.kept),
+        "Left out": len(one.touches) - len(one.kept) or NONE,
+        "Ratio": digits.number(mean.ratio, mean.standard_error) if mean else NONE,
+        "±": digits.error(mean.standard_error) if mean else NONE,
+        "CV, %": _percent(one.variation),
+        "MPa": value if calibration else "",
+        "95 % interval": interval if calibration else "",
+        "Known": f"{one.known:g}" if one.known else "",
+        "Inside": {True: "yes", False: "no", None: ""}[one.inside],
+    }
+
+
+def _touches(found: Findings, scatter: float, happened: Mapping[str, list[_Event]]) -> Iterator[_Row]:
+    """Yield a row for each touch, and the sentences about it; of several recordings their names, too."""
+    means = {one.name: one.mean.ratio for one in found.results if one.mean}
+    name = found.runs[0].name if len(found.runs) == 1 else ""
+    for one in found.touches:
+        if one.run.name != name:
+            name = one.run.name
+            yield element("b", name)
+        touch = one.touch
+        noise = touch.standard_error if isfinite(touch.standard_error) else 0.0
+        modulus = NONE if found.calibration else ""
+        if found.calibration and not one.left_out:
+            modulus = str(found.calibration.modulus(touch.ratio, noise)).partition(" (")[0].removesuffix(" MPa")
+        from_mean = touch.ratio / means.get(one.specimen, nan) - 1
+        end_s = touch.start_s + touch.samples * one.run.period_s
+        marks = [text for t_s, kind, text in happened[name] if kind == "mark" and touch.start_s <= t_s <= end_s]
+        yield {
+            "Touch": one.number,
+            "Specimen": one.specimen or NONE,
+            "Start": _clock(touch.start_s - one.run.first_s),
+            "Samples": touch.samples,
+            "Ratio": digits.number(touch.ratio, hypot(noise, scatter * touch.ratio)),
+            "Noise, %": _percent(touch.standard_error / abs(touch.ratio) if touch.ratio else nan),
+            "From mean, %": f"{100 * from_mean:+.1f}".replace("-", MINUS) if isfinite(from_mean) else NONE,
+            "MPa": modulus,
+            "Alarm, %": f"{100 * touch.alarm_share:.0f}",
+            "Mark": "; ".join(marks),
+        }
+        yield from (f"{LEFT_OUT} left out. {reason}" for reason in one.left_out)
+        yield from (said for said in one.said if said not in one.left_out)
+
+
+def _recording(run: Run) -> dict[str, object]:
+    """Return the row of a recording: begin, length, rows and lost samples; and what `check` and `replay` say of it."""
+    checked, survey = run.checked, run.recording.survey
+    share = digits.number(100 * survey.lost / (survey.rows + survey.lost)) if survey.lost else ""
+    told = [checked.verdict, checked.understood, *checked.faults, *checked.findings, *run.found.notes]
+    return {
+        "Recording": run.name,
+        "Begin": _begin(run) or "unknown",
+        "Length": lasting(timedelta(seconds=survey.seconds)) if checked.timed else "unknown",
+        "Rows": survey.rows,
+        "Missing": f"{survey.lost} ({share} %) {survey.in_gaps}" if survey.lost else "0",
+        "Check": _listed(told, "; "),
+    }
+
+
+def _listed(texts: Iterable[str], between: str = ", ") -> str:
+    """Return texts in one line, each once, without empty ones."""
+    return between.join(dict.fromkeys(filter(None, texts)))
+
+
+def _simulated(runs: list[Run]) -> str:
+    """Return what to say of simulated data; "": there are none."""
+    made = [run.name for run in runs if "simulated" in _flat(run.recording.document.get("device", {}))]
+    which = "" if len(made) == len(runs) else f" in {', '.join(made)}"
+    return f"Simulated data{which}: no probe was used." if made else ""
+
+
+def _doubts(found: Findings) -> list[str]:
+    """Return why the report is not to be relied on."""
+    doubts = [f"{run.name}: {doubt}" for run in found.runs for doubt in run.recording.doubts]
+    if found.calibration:
+        doubts += [] if found.calibration.sound else [f"calibration: {found.calibration.verdict}"]
+        for scene in sorted({run.tracking["scene"] for run in found.runs}):
+            doubts += doubts_of_origin(found.calibration.about, scene)
+    return list(dict.fromkeys(doubts)) if found.touches else [*doubts, "no touch was found"]
+
+
+def _named(results: list[Result]) -> list[str]:
+    """Return the moduli that were not known before, a sentence each."""
+    unknown = [result for result in results if result.known is None and result.modulus]
+    named = [f"{one.name}: {str(one.modulus).replace('(', '(95 %: ')}." for one in unknown[:_MOST_NAMED]]
+    more = len(unknown) - _MOST_NAMED
+    return [*named, f"{counted(more, 'more specimen')} below."] if more > 0 else named
+
+
+def _sentences(found: Findings, kept: int) -> Iterator[str]:
+    if not found.touches:
+        yield "No touch was found."
+        return
+    left = len(found.touches) - kept
+    reasons = f"; {left} {_is(left)} left out, with reasons" if left else ""
+    yield f"{kept} of {counted(len(found.touches), 'touch')} {_is(kept)} kept{reasons}."
+    inside = [result.inside for result in found.results if result.inside is not None]
+    if inside:
+        yield f"{sum(inside)} of {len(inside)} known moduli {_is(sum(inside))} in the 95 % interval."
+    if found.calibration is None:
+        yield "No calibration was given, so there are ratios, and no moduli."
+    elif of_fit := sum(one.touch.ratio in found.calibration.ratios for one in found.touches):  # with the same bits
+        yield f"{of_fit} of these touches are data of the calibration itself: for them that is no independent test."
+
+
+def _is(count: int) -> str:
+    return "is" if count == 1 else "are"
+
+
+def _begin(run: Run) -> str:
+    """Return when a recording began, UTC; "": unknown. By the epoch of its clock, else by the start of the program."""
+    zero_ns, started = run.recording.zero_utc_ns, run.recording.document.get("started")
+    if zero_ns is not None and isfinite(run.first_s):
+        at = datetime.fromtimestamp(zero_ns / 1e9 + run.first_s, UTC)
+        return f"{at:%Y-%m-%d %H:%M:%S} UTC"
+    return f"{shortened(started).replace('T', ' ').removesuffix('+00:00')} UTC" if isinstance(started, str) else ""
+
+
+def _board(run: Run) -> str:
+    """Return the board, and the fingerprint of its chip."""
+    device = run.recording.document.get("device", {})
+    inner = device["device"] if isinstance(device.get("device"), dict) else device
+    chip = f"fingerprint {device['fingerprint']}" if "fingerprint" in device else ""
+    return _listed([shortened(str(inner.get("name", ""))), shortened(chip)])
+
+
+def _happened(run: Run) -> list[_Event]:
+    """Return notes, marks, tares and gaps in order of time; first those without one."""
+    document = run.recording.document
+    raw = [mark for mark in document.get("marks", []) if isinstance(mark, dict)]
+    kinds = ["gap" if mark.get("gap") is True else "tare" if mark.get("tare") is True else "mark" for mark in raw]
+    found = [(nan, "note", shortened(str(note), _LONGEST)) for note in document.get("notes", [])]
+    found += [(t_s, kind, text) for kind, (t_s, text) in zip(kinds, sidecar.marks_of(document), strict=True)]
+    found += [(note.t_s, "note", note.text) for note in run.plan.notes]
+    return sorted(found, key=lambda one: -inf if isnan(one[0]) else one[0])
+
+
+def _settings(runs: list[Run]) -> list[tuple[str, str]]:
+    """Return devices and settings, each with its title; equal ones once, with the names of their recordings."""
+    named: dict[tuple[str, str], list[str]] = {}
+    for run in runs:
+        of = run.recording.document.get
+        texts = {"Device": _flat(of("device")), "Chip": _conditions(of("conditions", []))}
+        texts |= {"Estimator": _flat(run.tracking), "Recorded by": _flat(of("versions"))}
+        for title, text in texts.items():
+            named.setdefault((title, text), []).append(run.name)
+    return [
+        (title, text if len(names) == len(runs) else f"{', '.join(names)}: {text}")
+        for (title, text), names in named.items()
+        if text
+    ]
+
+
+def _flat(values: Any, name: str = "") -> str:
+    """Return names and values as one line; a value in a table has both names."""
+    if isinstance(values, Mapping):
+        inner = (_flat(value, f"{name}.{key}" if name else str(key)) for key, value in values.items())
+        return ", ".join(filter(None, inner))
+    return f"{name} = {shortened(str(values), _LONGEST)}" if values is not None else ""
+
+
+def _conditions(known: list[Any]) -> str:
+    """Return the range of temperature and supply of the chip, as the recording has them."""
+    ranges = []
+    for name, unit in {"temperature_C": "°C", "supply_V": "V"}.items():
+        values = [one[name] for one in known if isinstance(one, dict) and isinstance(one.get(name), int | float)]
+        ranges += [f"{min(values):.2f} to {max(values):.2f} {unit}"] if values else []
+    return ", ".join(ranges)
+
+
+def _files(run: Run) -> list[tuple[str, Path]]:
+    """Return a recording, and its sidecar if there is one, by their names in the report."""
+    path = run.recording.path
+    own = path.with_name(unpacked_name(path))
+    beside = [sidecar.sidecar_path(own)] if own.suffix.lower() == ".csv" else []
+    files = [path, *(file for file in beside if file.exists())]
+    return [(PurePath(run.name).with_name(file.name).as_posix(), file) for file in files]
+
+
+def _checksum(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
