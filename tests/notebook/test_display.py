@@ -99,9 +99,10 @@ def test_digits_are_those_of_the_standard_error() -> None:
 
 
 def test_a_bar_is_two_standard_errors_to_each_side() -> None:
-    scale = markup.span([(2.0, 0.5), (4.0, 0.25)])
-    assert scale == (1.0, 4.5)
-    bars = [markup.interval(*bar, scale) for bar in ((2.75, 0.875), (1.5, 0.25), (float("nan"), 1.0))]
+    html = SHOWN["touches"]._repr_html_()
+    ends = [touch.ratio + side * touch.standard_error for touch in SHOWN["touches"] for side in (-2, 2)]
+    assert f"± 2 std. errors, {' to '.join(map(palpate.digits.number, markup.span(ends)))}" in html
+    bars = [markup.interval(bar, (1.0, 4.5)) for bar in ((1.0, 4.5), (1.0, 2.0), (float("nan"), 1.0))]
     assert [re.findall(r"[ML]([\d.]+) ", bar) for bar in bars] == [["4.0", "136.0"], ["4.0", "41.7"], []]
 
 

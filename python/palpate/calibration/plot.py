@@ -94,17 +94,18 @@ def picture(calibration: Calibration, seen: Iterable[tuple[str, float, Modulus]]
     def y(ratio: float) -> float:
         return float(down(np.array(ratio)))
 
+    around, edge = np.append(log_E, log_E[::-1]), np.append(level - reach, (level + reach)[::-1])
     drawn = []
     for tick in markup.decades(low, high):
-        drawn += [markup.ruler((x(tick), x(tick)), (_TOP, _FOOT), **_GRID)]
+        drawn += [markup.path([x(tick)] * 2, (_TOP, _FOOT), **_GRID)]
         drawn += [markup.label(x(tick), _FOOT + 15, f"{tick:g}", "middle")]
     for tick in markup.ticks(bottom, top):
-        drawn += [markup.ruler((_LEFT, _RIGHT), (y(tick), y(tick)), **_GRID)]
+        drawn += [markup.path((_LEFT, _RIGHT), [y(tick)] * 2, **_GRID)]
         drawn += [markup.label(_LEFT - 6, y(tick) + 4, f"{tick:g}", "end")]
     drawn += [
-        markup.area(across(log_E), down(level - reach), down(level + reach), fill=ACCENT, fill_opacity=0.24),
+        markup.path(across(around), down(edge), fill=ACCENT, fill_opacity=0.24),
         markup.path(across(log_E), down(level), stroke=ACCENT, stroke_width=2),
-        markup.ruler((_LEFT, _RIGHT), (y(rigid), y(rigid)), stroke="currentColor", stroke_dasharray="5 4"),
+        markup.path((_LEFT, _RIGHT), [y(rigid)] * 2, stroke="currentColor", stroke_dasharray="5 4"),
         markup.label(_LEFT + 8, y(rigid) - 4, f"rigid object: {text.rigid(calibration)}"),
         markup.label(_RIGHT, 244, "ratio over modulus, MPa", "end"),
     ]
@@ -113,6 +114,6 @@ def picture(calibration: Calibration, seen: Iterable[tuple[str, float, Modulus]]
     for name, ratio, found in seen:
         at, height = x(found.value), y(ratio)
         beside = (at - 8, height - 6, name, "end") if at > (_LEFT + _RIGHT) / 2 else (at + 8, height + 14, name)
-        drawn += [markup.ruler((x(found.low), x(found.high)), (height, height), **_BAR)]
+        drawn += [markup.path((x(found.low), x(found.high)), [height] * 2, **_BAR)]
         drawn += [markup.dot(at, height, 4, fill="none", **_BAR), markup.label(*beside)]
     return markup.picture(450, 250, "Calibration: ratio against modulus", *drawn)

@@ -10,10 +10,11 @@ import click
 from palpate import benchmark
 from palpate.benchmark import Row
 from palpate.calibration.specimen_files import session_files, write_session
-from palpate.cli.group import json_option, show
+from palpate.cli.group import json_option, show, usage_errors
 from palpate.cli.options import named_numbers
 from palpate.cli.paths import OUTPUT, OUTPUT_FOLDER, force_option, require_free, require_free_in
 from palpate.cli.terminal import progress
+from palpate.display import plots
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import unlike
 from palpate.extras import need
@@ -85,8 +86,8 @@ def bench(seeds: int, names: tuple[str, ...], plot: Path | None, force: bool) ->
             raise click.UsageError(f"--scenario: {unlike(name, benchmark.SINGLE)}")
     if plot:
         require_free([plot], force=force)
-        if plot.suffix not in (".png", ".pdf", ".svg"):
-            raise click.UsageError(f"--plot: got {plot.name!r}, allowed: a name that ends in .png, .pdf or .svg")
+        with usage_errors("--"):
+            plots.check(plot)
         need("matplotlib", "science")  # before anything is measured
     with progress("bench", names or (benchmark.PLOTTED if plot else benchmark.SINGLE)) as scenarios:
         rows = benchmark.compare(seeds, scenarios)

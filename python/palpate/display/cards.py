@@ -47,11 +47,12 @@ def touches(shown: "Sequence[Touch]", said: "Sequence[str]" = ()) -> Markup:
     if not shown:
         return _card("No touches", {}, *_sentences(said))
     listed = list(shown)[:_MOST]
-    scale = markup.span((one.ratio, one.standard_error) for one in listed)
+    bars = [(one.ratio - 2 * one.standard_error, one.ratio + 2 * one.standard_error) for one in listed]
+    scale = markup.span(end for bar in bars for end in bar)
     rows: list[list[object]] = [
         [number, text.seconds(one.start_s), f"{one.samples:,}", text.ratio(one.ratio, one.standard_error),
-         markup.interval(one.ratio, one.standard_error, scale), ", ".join(one.flags)]
-        for number, one in enumerate(listed, 1)
+         markup.interval(bar, scale), ", ".join(one.flags)]
+        for number, (one, bar) in enumerate(zip(listed, bars, strict=True), 1)
     ]  # fmt: skip
     advised = [f"touch {number}: {sentence}" for number, one in enumerate(listed, 1) for sentence in advice(one)]
     ends = " to ".join(map(digits.number, scale))
@@ -66,13 +67,11 @@ def _more(count: int) -> str:
 
 def recording(shown: "Recording") -> Markup:
     """Return both channels as lines, what is known of them, and what was said of the file."""
-    duration, pairs = text.known_duration(shown), len(shown.hard)
-    length_s = duration.total_seconds() if duration else 0.0
-    rate = f"{digits.number((pairs - 1) / length_s)} pairs a second" if length_s else "rate unknown"
-    t_s, over = (np.arange(pairs, dtype=float), "pairs") if duration is None else (shown.t_hard_s, "time")
+    pairs = len(shown.hard)
+    t_s, over = (shown.t_hard_s, "time") if text.known_duration(shown) else (np.arange(pairs, dtype=float), "pairs")
     marks = ", ".join(f"{text.seconds(t_s)} {name}" for t_s, name in shown.marks[:_MOST])
     facts: dict[str, object] = {
-        "length": f"{text.lasting(duration)}, {text.counted(pairs, 'pair')}, {rate}",
+        "length": text.length(shown),
         "hard": _told(shown.hard),
         "soft": _told(shown.soft),
         "read as": shown.understood,
@@ -117,10 +116,7 @@ def calibration(shown: "Calibration", picture: Callable[["Calibration"], Markup]
 
 def estimator(shown: Any) -> Markup:
     """Return the state of an estimator, and its settings."""
-    facts: dict[str, object] = {
-        "ratio": text.ratio(shown.ratio, getattr(shown, "standard_error", float("nan"))),
-        "samples": f"{shown.samples:,}" + (f", {shown.rejected:,} rejected" if shown.rejected else ""),
-    }
+    facts: dict[str, object] = {"state": text.measured(shown)}
     if "threshold" in shown.settings:
         alarm = ", alarm" if shown.alarm else ""
         facts["statistic"] = f"{digits.number(shown.statistic)} of {shown.settings['threshold']:g}{alarm}"

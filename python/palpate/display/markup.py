@@ -1,6 +1,6 @@
 """HTML and SVG, with all text escaped: elements, small drawings, and the parts of a chart; nothing is fetched, no script runs."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from html import escape
 from math import ceil, floor, isnan, log10, nan
 
@@ -16,7 +16,6 @@ MINUS, NONE, LEFT_OUT = "\N{MINUS SIGN}", "\N{EN DASH}", "\N{MULTIPLICATION SIGN
 """Before a number; in the place of one that is not known; beside what does not count."""
 _COLUMNS = 240
 """Points of a line: more rows are drawn as the smallest and the largest of each group."""
-_REACH = 2.0  # standard errors to each side
 
 
 class Markup(str):
@@ -47,7 +46,8 @@ def element(tag: str, *children: object, **attributes: object) -> Markup:
 def channels(time: Array, hard: Array, soft: Array) -> Markup:
     """Return both channels as lines over times or rows, on one scale, the soft one thinner; a missing reading is a hole."""
     lines = [envelope(time, values) for values in (hard, soft)]
-    x, y = _fit([line[0] for line in lines], _EDGE, 480 - _EDGE), _fit([line[1] for line in lines], 90 - _EDGE, _EDGE)
+    times, changes_pF = (span(np.concatenate(part)) for part in zip(*lines, strict=True))
+    x, y = axis(*times, _EDGE, 480 - _EDGE), axis(*changes_pF, 90 - _EDGE, _EDGE)
     drawn = [
         path(x(t), y(values), stroke="currentColor", stroke_width=wide, stroke_opacity=opaque)
         for (t, values), wide, opaque in zip(lines, (1.6, 1.1), (1.0, 0.55), strict=True)
@@ -73,49 +73,38 @@ def envelope(x: Array, y: Array, columns: int = _COLUMNS) -> tuple[Array, Array]
     return np.repeat(x[begins], 2), ends.T.ravel()
 
 
-def interval(value: float, error: float, span: tuple[float, float]) -> Markup:
-    """Return a value with two standard errors to each side, on a scale that other pictures share."""
-    ends = axis(*span, _EDGE, 140 - _EDGE)(np.array([value - _REACH * error, value, value + _REACH * error]))
-    drawn = [
-        path(ends[[0, 2]], np.full(2, 7.0), stroke=ACCENT, stroke_width=2),
-        dot(ends[1], 7.0, radius=3, fill=ACCENT),
-    ]
-    known = bool(np.isfinite(ends).all())
-    return picture(140, 14, "ratio and two standard errors", *(drawn if known else []))
+def interval(ends: tuple[float, float], scale: tuple[float, float]) -> Markup:
+    """Return an interval and its middle, on a scale that other pictures share; nothing if an end is not known."""
+    low, high = axis(*scale, _EDGE, 140 - _EDGE)(np.array(ends))
+    line = path((low, high), (7.0, 7.0), stroke=ACCENT, stroke_width=2)
+    drawn = [line, dot((low + high) / 2, 7.0, radius=3, fill=ACCENT)] if np.isfinite(low + high) else []
+    return picture(140, 14, "ratio and two standard errors", *drawn)
 
 
-def span(values: Iterable[tuple[float, float]]) -> tuple[float, float]:
-    """Return the scale for values with standard errors; (0, 1) without any.
+def span(values: Iterable[float]) -> tuple[float, float]:
+    """Return the smallest and the largest of the known values; (0, 1) without any.
 
     Examples
     --------
-    >>> span([(2.0, 0.5), (4.0, 0.0), (3.0, float("nan"))])
-    (1.0, 4.0)
+    >>> span([4.0, 1.0, float("nan")]), span([])
+    ((1.0, 4.0), (0.0, 1.0))
     """
-    ends = [value + side * _REACH * error for value, error in values for side in (-1, 1)]
-    known = [end for end in ends if np.isfinite(end)]
+    known = [float(value) for value in values if np.isfinite(value)]
     return (min(known), max(known)) if known else (0.0, 1.0)
 
 
 _EDGE = 4.0
 
 
-def _fit(values: Sequence[Array], begin: float, end: float) -> Axis:
-    """Return the function from values to pixels that shows all of them."""
-    known = np.concatenate(values)
-    known = known[np.isfinite(known)]
-    return axis(float(known.min()), float(known.max()), begin, end) if len(known) else axis(0.0, 1.0, begin, end)
-
-
-def path(x: Array, y: Array, **attributes: object) -> Markup:
-    """Return a line through points in pixels, with a hole where one is not known."""
+def path(x: Iterable[float], y: Iterable[float], **attributes: object) -> Markup:
+    """Return a line through points in pixels, with a hole where one is not known; with `fill` the area inside it."""
     points: list[str] = []
     pen = "M"
-    for across, down in zip(x.tolist(), y.tolist(), strict=True):
+    for across, down in zip(x, y, strict=True):
         whole = not (isnan(across) or isnan(down))
         points += [f"{pen}{across:.1f} {down:.1f}"] if whole else []
         pen = "L" if whole else "M"
-    return element("path", d="".join(points), fill="none", stroke_linejoin="round", **attributes)
+    return element("path", d="".join(points), **{"fill": "none", "stroke_linejoin": "round", **attributes})
 
 
 def axis(low: float, high: float, begin: float, end: float) -> Axis:
@@ -153,19 +142,6 @@ def decades(low: float, high: float) -> list[float]:
     powers = range(floor(log10(low)), ceil(log10(high)) + 1)
     found = [float(f"{first}e{power}") for power in powers for first in (1, 3)]
     return [tick for tick in found if low <= tick <= high]
-
-
-def area(x: Array, low: Array, high: Array, **attributes: object) -> Markup:
-    """Return the area between two lines, in pixels; without the points where one is not known."""
-    known = np.isfinite(low) & np.isfinite(high)
-    edge = np.concatenate([x[known], x[known][::-1]]), np.concatenate([high[known], low[known][::-1]])
-    points = " ".join(f"{across:.1f},{down:.1f}" for across, down in zip(*edge, strict=True))
-    return element("polygon", points=points, **attributes)
-
-
-def ruler(x: tuple[float, float], y: tuple[float, float], **attributes: object) -> Markup:
-    """Return a straight line between two points, in pixels."""
-    return element("line", x1=f"{x[0]:.1f}", x2=f"{x[1]:.1f}", y1=f"{y[0]:.1f}", y2=f"{y[1]:.1f}", **attributes)
 
 
 def dot(x: float, y: float, radius: float = 2.6, **attributes: object) -> Markup:

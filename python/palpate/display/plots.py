@@ -103,12 +103,8 @@ def touches(shown: "Sequence[Touch]", ax: Any = None) -> Any:
         at = np.array([one.start_s if timed else number for number, one in enumerate(shown, 1)])
         ratios = np.array([one.ratio for one in shown])
         errors = np.nan_to_num([one.standard_error for one in shown], nan=0.0, posinf=0.0)
-        flagged = np.array([bool(one.flags) for one in shown], dtype=bool)
-        for rows, face, label in ((~flagged, HANDHELD, "ratio, std. error"), (flagged, "none", "with flags")):
-            if rows.any():
-                drawn.errorbar(at[rows], ratios[rows], errors[rows], fmt="o", color=HANDHELD, markerfacecolor=face,
-                               capsize=3, label=label)  # fmt: skip
-                drawn.legend(**_ABOVE)
+        drawn.errorbar(at, ratios, errors, fmt="o", color=HANDHELD, capsize=3, label="ratio, std. error")
+        drawn.legend(**_ABOVE)
         for x, y, one in zip(at, ratios, shown, strict=True):
             if one.flags and np.isfinite(y):
                 drawn.annotate(", ".join(one.flags), (x, y), xytext=(5, 3), textcoords="offset points", fontsize=6)

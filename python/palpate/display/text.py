@@ -80,10 +80,14 @@ def own_class(shown: object) -> Any:
 def estimator(shown: Any) -> str:
     """Return an estimator, with the settings that are not the default."""
     given = _given(shown.settings, own_class(shown)().settings)
-    measured = ratio(shown.ratio, getattr(shown, "standard_error", float("nan")))
+    return f"<{type(shown).__name__}({', '.join(given)}): {measured(shown)}>"
+
+
+def measured(shown: Any) -> str:
+    """Return what an estimator has found, and of how many samples."""
     rejected = f", {shown.rejected:,} rejected" if shown.rejected else ""
-    name = f"{type(shown).__name__}({', '.join(given)})"
-    return f"<{name}: ratio {measured}, {counted(shown.samples, 'sample')}{rejected}>"
+    found = ratio(shown.ratio, getattr(shown, "standard_error", float("nan")))
+    return f"ratio {found}, {counted(shown.samples, 'sample')}{rejected}"
 
 
 def _given(settings: dict[str, Any], defaults: dict[str, Any]) -> list[str]:
@@ -93,9 +97,8 @@ def _given(settings: dict[str, Any], defaults: dict[str, Any]) -> list[str]:
 def tracker(shown: "Tracker") -> str:
     """Return a tracker, with the settings that are not those of its scene."""
     given = [repr(shown.scene), *_given(shown.settings, own_class(shown)(shown.scene).settings)]
-    measured = f", ratio {running_ratio(shown)}" if running_ratio(shown) else ""
-    name = f"{type(shown).__name__}({', '.join(given)})"
-    return f"<{name}: {shown.state}{measured}, {counted(shown.touch_count, 'touch')}>"
+    found = f", ratio {running_ratio(shown)}" if running_ratio(shown) else ""
+    return f"<{type(shown).__name__}({', '.join(given)}): {shown.state}{found}, {counted(shown.touch_count, 'touch')}>"
 
 
 def running_ratio(shown: "Tracker") -> str:
@@ -135,8 +138,12 @@ def recording(shown: "Recording") -> str:
     """Return a recording: how long, how many pairs, and what was said of it."""
     said = [counted(len(group), name) for name, group in (("mark", shown.marks), ("note", shown.notes)) if group]
     doubts = [f"{counted(len(shown.doubts), 'doubt')}: results may be wrong"] if shown.doubts else []
-    parts = [lasting(known_duration(shown)), counted(len(shown.hard), "pair"), *said, *doubts]
-    return f"<Recording: {', '.join(parts)}>"
+    return f"<Recording: {', '.join([length(shown), *said, *doubts])}>"
+
+
+def length(shown: "Recording") -> str:
+    """Return how long a recording is, and how many pairs it has."""
+    return f"{lasting(known_duration(shown))}, {counted(len(shown.hard), 'pair')}"
 
 
 def known_duration(shown: "Recording") -> "timedelta | None":
