@@ -5,7 +5,9 @@ or 0) a value has `FEW` significant digits, and a power of ten below 1e-4. live/
 the page.
 """
 
+from collections.abc import Mapping
 from math import inf, isfinite, isnan, nan
+from typing import Any
 
 FEW = 3
 """Significant digits of a value of unknown uncertainty."""
@@ -94,6 +96,11 @@ def between(value: float, low: float, high: float) -> tuple[str, str, str]:
 def known(uncertainty: float) -> bool:
     """Return whether an uncertainty says how many digits a value has: finite and above 0."""
     return isfinite(uncertainty) and uncertainty > 0
+
+
+def plain(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values for JSON, which has no nan and no infinity: None for them."""
+    return {name: None if isinstance(value, float) and not isfinite(value) else value for name, value in values.items()}
 
 
 def _exponent(value: float, decimals: int) -> int:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate import digits
 from palpate._core import Touch
 from palpate.afterwards.fit import HARD, SOFT, aligned, fitted, since_change
 from palpate.afterwards.idle import IdleLevel, Readings, idle, level_of, pause
@@ -89,10 +90,8 @@ class OfflineTouch:
         return self.live.alarm_share
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all fields but `live` as a dict of plain values; nan becomes None."""
-        fields = {name: value for name, value in self.__dict__.items() if name != "live"}
-        unknown = {name for name, value in fields.items() if isinstance(value, float) and math.isnan(value)}
-        return fields | dict.fromkeys(unknown)
+        """Return all fields but `live` as a dict of plain values; nan and inf become None."""
+        return digits.plain({name: value for name, value in self.__dict__.items() if name != "live"})
 
 
 def offline(

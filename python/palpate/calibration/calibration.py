@@ -60,8 +60,7 @@ class Modulus:
     def as_dict(self) -> dict[str, float | str | bool | None]:
         """Return all fields (moduli in MPa) and the text; nan and inf as None."""
         numbers = {"value_MPa": self.value, "low_MPa": self.low, "high_MPa": self.high}
-        plain = {name: number if isfinite(number) else None for name, number in numbers.items()}
-        return {**plain, "text": str(self), "reason": self.reason, "extrapolated": self.extrapolated}
+        return {**digits.plain(numbers), "text": str(self), "reason": self.reason, "extrapolated": self.extrapolated}
 
     def __str__(self) -> str:
         """Return the modulus as text: a value with its interval, or a bound."""

@@ -111,7 +111,8 @@ class Replayed:
 
     def add_offline(self, touches: "list[OfflineTouch]") -> None:
         """Show the touches as they are estimated afterwards."""
-        self.table, self.below = touch_table.offline_table(touches), touch_table.methods(touches)
+        self.table = touch_table.table(touches, touch_table.OFFLINE_HEADER, touch_table.offline_row)
+        self.below = touch_table.methods(touches)
         for record, touch in zip(self.document["touches"], touches, strict=False):
             record["offline"] = touch.as_dict()
 

@@ -3,17 +3,16 @@
 import math
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import click
 
 from palpate import benchmark
-from palpate.benchmark import Row
 from palpate.calibration.specimen_files import session_files, write_session
 from palpate.cli.group import json_option, show, usage_errors
 from palpate.cli.options import named_numbers
 from palpate.cli.paths import OUTPUT, OUTPUT_FOLDER, force_option, require_free, require_free_in
 from palpate.cli.terminal import progress
+from palpate.digits import plain
 from palpate.display import plots
 from palpate.elasticity import SORBOTHANE_MPA
 from palpate.errors import unlike
@@ -93,10 +92,4 @@ def bench(seeds: int, names: tuple[str, ...], plot: Path | None, force: bool) ->
         rows = benchmark.compare(seeds, scenarios)
     if plot:
         benchmark.plot(rows, plot)
-    show({"seeds": seeds, "rows": [_plain(row) for row in rows]}, benchmark.table(rows))
-
-
-def _plain(row: Row) -> dict[str, Any]:
-    """Return a row for JSON: nan as None."""
-    values = asdict(row)
-    return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in values.items()}
+    show({"seeds": seeds, "rows": [plain(asdict(row)) for row in rows]}, benchmark.table(rows))

@@ -23,34 +23,29 @@ def row(number: int, touch: "Touch") -> str:
     scene that revises none.
     """
     result = "-" if not touch.effects else "revised" if touch.revised else "first"
-    spread = (f"{touch.covariance:.3g}", f"{touch.alarm_share:.0%}", result, _flags(touch))
-    return row_below(HEADER, [number, *_begin(touch), *_ratio(touch), *spread])
+    return _row(HEADER, number, touch, f"{touch.covariance:.3g}", f"{touch.alarm_share:.0%}", result)
 
 
-def _begin(touch: "Touch | OfflineTouch") -> tuple[str, int]:
-    return "-" if math.isnan(touch.start_s) else f"{touch.start_s:.3f}", touch.samples
+def offline_row(number: int, touch: "OfflineTouch") -> str:
+    """Return one touch with the live result beside."""
+    return _row(OFFLINE_HEADER, number, touch, *_ratio(touch.live))
+
+
+def _row(header: Sequence[str], number: int, touch: "Touch | OfflineTouch", *more: str) -> str:
+    start = "-" if math.isnan(touch.start_s) else f"{touch.start_s:.3f}"
+    flags = f"{' '.join(touch.flags):{len('flags')}}"
+    return row_below(header, [number, start, touch.samples, *_ratio(touch), *more, flags])
 
 
 def _ratio(touch: "Touch | OfflineTouch") -> tuple[str, str]:
     return digits.number(touch.ratio, touch.standard_error), digits.error(touch.standard_error)
 
 
-def _flags(touch: "Touch | OfflineTouch") -> str:
-    return f"{' '.join(touch.flags):{len('flags')}}"
-
-
-def table(touches: "Sequence[Touch]") -> list[str]:
+def table(
+    touches: "Sequence[Touch] | Sequence[OfflineTouch]", header: Sequence[str] = HEADER, line: Any = row
+) -> list[str]:
     """Return a header and a line for each touch; none without touches."""
-    return [row_below(HEADER, HEADER), *(row(*each) for each in enumerate(touches, 1))] if touches else []
-
-
-def offline_table(touches: "Sequence[OfflineTouch]") -> list[str]:
-    """Return a header, and a line for each touch with the live result beside; none without touches."""
-    lines = [
-        row_below(OFFLINE_HEADER, [number, *_begin(each), *_ratio(each), *_ratio(each.live), _flags(each)])
-        for number, each in enumerate(touches, 1)
-    ]
-    return [row_below(OFFLINE_HEADER, OFFLINE_HEADER), *lines] if touches else []
+    return [row_below(header, header), *(line(*each) for each in enumerate(touches, 1))] if touches else []
 
 
 def methods(touches: "Iterable[OfflineTouch]") -> list[str]:

@@ -1,7 +1,6 @@
 """A measurement on Lab Streaming Layer: outlets of samples, estimates and marks."""
 
 import json
-import math
 import socket
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate import __version__
+from palpate import __version__, digits
 from palpate._core import Touch
 from palpate.sources.base import described, gaps_until
 from palpate.sources.lsl import MANUFACTURER, SAMPLES, ahead_ns, library
@@ -184,6 +183,5 @@ def _info(pylsl: Any, name: str, kind: str, labels: Sequence[str], device: Mappi
 
 def _touch_text(kind: str, number: int, touch: Touch, ratio: float, standard_error: float, zero_s: float) -> str:
     """Return the mark of a touch: its kind, and a JSON object with all digits."""
-    values = {"ratio": ratio, "standard_error": standard_error, "start": zero_s + touch.start_s}
-    known = {name: value if math.isfinite(value) else None for name, value in values.items()}
+    known = digits.plain({"ratio": ratio, "standard_error": standard_error, "start": zero_s + touch.start_s})
     return f"{kind} {json.dumps({'number': number, **known, 'samples': touch.samples, 'flags': list(touch.flags)})}"

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate import digits
 from palpate.extras import need
 
 _BOTH = 1.96 * sqrt(2)  # 95 % of the differences of two touches, in standard errors of measurement
@@ -53,8 +54,7 @@ class Repeatability:
 
     def as_dict(self) -> dict[str, Any]:
         """Return all values as plain numbers; None for what is unknown."""
-        values = {**asdict(self), "error": self.error, "detectable": self.detectable()}
-        return {name: value if isfinite(value) else None for name, value in values.items()}
+        return digits.plain({**asdict(self), "error": self.error, "detectable": self.detectable()})
 
 
 def repeatability(groups: Sequence[Sequence[float]]) -> Repeatability:
