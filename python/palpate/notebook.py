@@ -3,8 +3,9 @@
 import atexit
 import os
 import time
+from contextlib import AbstractContextManager
 from threading import Event, Thread
-from typing import TYPE_CHECKING, Any, ClassVar, Self, Unpack
+from typing import TYPE_CHECKING, ClassVar, Unpack
 
 from palpate.display.markup import element
 from palpate.extras import need
@@ -12,6 +13,8 @@ from palpate.extras import need
 if TYPE_CHECKING:
     from palpate._core import _AnySettings, _Scene
     from palpate.calibration import Calibration
+    from palpate.live.app import PageApp
+    from palpate.live.measurement import LiveMeasurement
     from palpate.touch import Touches
 
 _HOST = "127.0.0.1"
@@ -68,10 +71,19 @@ def live(
     """
     for module in ("starlette", "uvicorn", "websockets"):
         need(module, "live")
-    return LivePage(source, calibration, record, height, {"scene": scene, **settings})
+    from palpate.live.app import PageApp
+    from palpate.live.commands import Workbench
+    from palpate.live.files import RunFiles
+    from palpate.live.measurement import LiveMeasurement, opener
+
+    if LivePage._newest:
+        LivePage._newest.close()
+    files = RunFiles(None if record is None else os.fspath(record))
+    measurement = LiveMeasurement(opener(source, {}), files, {"scene": scene, **settings})
+    return LivePage(measurement, PageApp(Workbench(measurement, source, calibration)), source, height)
 
 
-class LivePage:
+class LivePage(AbstractContextManager["LivePage"]):
     """A running measurement with its live page; `live` makes it.
 
     Attributes
@@ -82,33 +94,13 @@ class LivePage:
 
     _newest: ClassVar["LivePage | None"] = None
 
-    def __init__(
-        self,
-        source: str,
-        calibration: "Calibration | None",
-        record: str | os.PathLike[str] | None,
-        height: int,
-        how: dict[str, Any],
-    ) -> None:
+    def __init__(self, measurement: "LiveMeasurement", page: "PageApp", source: str, height: int) -> None:
         from palpate.live.access import new_token
-        from palpate.live.app import PageApp
-        from palpate.live.commands import Workbench
-        from palpate.live.files import RunFiles
-        from palpate.live.measurement import LiveMeasurement, opener
         from palpate.live.server import address_of, listen
 
-        if LivePage._newest:
-            LivePage._newest.close()
-        self._measurement = LiveMeasurement(
-            opener(source, {}), RunFiles(None if record is None else os.fspath(record)), how
-        )
-        self._page = PageApp(Workbench(self._measurement, source, calibration))
+        self._measurement, self._page = measurement, page
+        measurement.start()
         self._listening, self._token = listen(_HOST, 0), new_token()
-        try:
-            self._measurement.start()
-        except BaseException:
-            self._listening.close()
-            raise
         self.address: str = f"{address_of(self._listening, _HOST)}token={self._token}/"
         self._source, self._height = source, height
         self._closing, self._seen_s = Event(), time.monotonic()
@@ -134,10 +126,6 @@ class LivePage:
         atexit.unregister(self.close)
         self._closing.set()
         self._thread.join()
-
-    def __enter__(self) -> Self:
-        """Return the page."""
-        return self
 
     def __exit__(self, *_: object) -> None:
         """Close it."""

@@ -5,18 +5,13 @@ import re
 import signal
 import subprocess
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 from click.testing import CliRunner
-from live_bench import HOST, until
+from live_bench import HOST
 from live_server import PATIENCE_S, Live
-from palpate import MissingExtra
-from palpate.ad7746.evalkit import find
-from palpate.ad7746.evalkit.find import Board
 from palpate.cli import main
-from palpate.cli.live import _arrivals, library_logs
+from palpate.cli.live import library_logs
 from palpate.live.server import listen
 
 
@@ -38,25 +33,6 @@ def test_the_token_is_in_the_printed_address() -> None:
         assert live.asks("/", live.token) == 200
         with Live() as other:
             assert live.asks("/", other.token) == 403
-
-
-def test_a_board_that_comes_while_one_is_simulated_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without libusb there is no message, and nothing fails."""
-
-    def fail() -> None:
-        raise MissingExtra("libusb-1.0 is not installed")
-
-    there: set[Board] = set()
-    notes: list[str] = []
-    session: Any = SimpleNamespace(say=notes.append)
-    monkeypatch.setattr(find, "look", fail)
-    with _arrivals(session):
-        pass
-    monkeypatch.setattr(find, "look", lambda: set(there))
-    with _arrivals(session):
-        there.add(Board(1, 7, (2,)))
-        until(lambda: notes)
-    assert notes == ["usb:1/7 was plugged in: to measure with it, end this with Ctrl-C, then type palpate live again"]
 
 
 def test_ctrl_c_twice_ends_it_without_a_traceback(tmp_path: Path) -> None:

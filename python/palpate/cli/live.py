@@ -7,14 +7,13 @@ import signal
 import sys
 import webbrowser
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
-from palpate import PalpateError
 from palpate.cli.group import Exit, as_json, json_option, one_line, show_notes, usage_errors
 from palpate.cli.options import board_options, complete_source, lsl_option, recording_options
 from palpate.cli.paths import OUTPUT, InputFile, require_free, with_sidecar
@@ -24,7 +23,6 @@ from palpate.sentences import doubts_of_origin
 from palpate.several import TOUCH_SCATTER
 
 if TYPE_CHECKING:
-    from palpate.ad7746.evalkit.find import Board
     from palpate.calibration import Calibration
     from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
 
@@ -95,7 +93,7 @@ def live(
     from palpate.live.server import address_of, listen, serve
 
     context = click.get_current_context()
-    token, in_place = _token(host, no_token=no_token), not source
+    token = _token(host, no_token=no_token)
     source = source or _plugged_in()
     calibrated = _calibration(calibration, how["scene"]) if calibration else None
     measurement: LiveMeasurement | RecordedMeasurement
@@ -113,8 +111,7 @@ def live(
         listening = unless_started.enter_context(listen(host, port))
         measurement.start()
         unless_started.pop_all()
-    arrivals = _arrivals(measurement) if in_place and source == SIMULATED else nullcontext()
-    with _ending(measurement), arrivals, listening, library_logs(debug="palpate.debug" in context.meta):
+    with _ending(measurement), listening, library_logs(debug="palpate.debug" in context.meta):
         ticket = new_token() if token else None
         page, port = PageApp(bench), listening.getsockname()[1]
         address = address_of(listening, host, token)
@@ -141,23 +138,6 @@ def _plugged_in() -> str:
     show_notes("not searched", notes)
     click.echo(f"no board found; using a simulated one: {SIMULATED}", err=True)
     return SIMULATED
-
-
-@contextmanager
-def _arrivals(measurement: "LiveMeasurement | RecordedMeasurement") -> Iterator[None]:
-    """While a simulated board measures in place of one: tell when one is plugged in."""
-    from palpate.ad7746.evalkit.find import Hotplug  # the simulated board needs pyusb, too
-
-    def tell(before: "set[Board]", now: "set[Board]") -> None:
-        for board in now - before:
-            measurement.say(
-                f"usb:{board} was plugged in: to measure with it, end this with Ctrl-C, then type palpate live again"
-            )
-
-    with ExitStack() as ending:
-        with suppress(OSError, PalpateError):  # no libusb, for example
-            ending.callback(Hotplug(tell).close)
-        yield
 
 
 def _calibration(path: Path, scene: str) -> "Calibration":
