@@ -19,6 +19,7 @@ from palpate.fleet import in_order
 from palpate.recording.foreign import AnyRecording, recorded
 from palpate.recording.session import Entry, plan_of
 from palpate.sentences import doubts_of_origin
+from palpate.several import objections
 from palpate.touch import tracked
 
 if TYPE_CHECKING:  # they are imported when they are used
@@ -100,14 +101,21 @@ class Replayed:
 
     def add_moduli(self, calibration: "Calibration", touches: list[palpate.Touch]) -> None:
         """Add the modulus of each touch, and of their mean."""
-        moduli = touch_table.Moduli.of(calibration, touches)
+        errors = [touch.standard_error if math.isfinite(touch.standard_error) else None for touch in touches]
+        moduli = [calibration.modulus(touch.ratio, error) for touch, error in zip(touches, errors, strict=True)]
+        usable = [touch for touch in touches if not objections(touch, calibration.accepted)]
+        found, of_mean = calibration.agreement(usable) if len(usable) > 1 else None, None
+        if found and found.agree:
+            of_mean = calibration.modulus(found.ratio, found.own_error, touches=found.effective)
         if touches:
-            self.table = touch_table.beside(self.table, moduli.column())
-            self.below += moduli.sentences(str(calibration.scatter))
-        for record, modulus in zip(self.document["touches"], moduli.each, strict=True):
+            cells = ["modulus (95 % interval)", *map(touch_table.modulus_cell, moduli)]
+            self.table = touch_table.beside(self.table, cells)
+            mean = f", if all are on one object: {of_mean}" if of_mean else ""
+            self.below += [f"{found}{mean}"] * bool(found) + [f"The intervals include the {calibration.scatter}."]
+        for record, modulus in zip(self.document["touches"], moduli, strict=True):
             record["modulus"] = modulus.as_dict()
-        self.document["agreement"] = moduli.agreement.as_dict() if moduli.agreement else None
-        self.document["modulus_of_mean"] = moduli.of_mean.as_dict() if moduli.of_mean else None
+        self.document["agreement"] = found.as_dict() if found else None
+        self.document["modulus_of_mean"] = of_mean.as_dict() if of_mean else None
 
     def add_offline(self, touches: "list[OfflineTouch]") -> None:
         """Show the touches as they are estimated afterwards."""

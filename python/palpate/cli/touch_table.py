@@ -2,15 +2,14 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from palpate import Touch, digits
 from palpate.cli.terminal import row_below
 
 if TYPE_CHECKING:
-    from palpate import Calibration, Modulus, OfflineTouch
+    from palpate import Modulus, OfflineTouch
     from palpate.recording.session import Entry
-    from palpate.several import Agreement
 
 HEADER = ("touch", " start_s", "samples", "   ratio", "std. error", "covariance", "alarm", " result", "flags")
 OFFLINE_HEADER = ("touch", " start_s", "samples", "   ratio", "std. error", "     live", "std. error", "flags")
@@ -85,34 +84,7 @@ def records(touches: "Sequence[Touch]", *, cut: int = 0) -> list[dict[str, Any]]
     return [{**touch.as_dict(), "advice": advice_at_end(touch, cut=n >= whole)} for n, touch in enumerate(touches)]
 
 
-class Moduli(NamedTuple):
-    """Moduli of the touches of a recording, whether the usable ones agree, and the modulus of the mean if they do."""
-
-    each: "list[Modulus]"
-    agreement: "Agreement | None"
-    of_mean: "Modulus | None"
-
-    @classmethod
-    def of(cls, calibration: "Calibration", touches: Sequence[Touch]) -> "Moduli":
-        """Return the moduli by a calibration."""
-        from palpate.several import objections
-
-        errors = [touch.standard_error if math.isfinite(touch.standard_error) else None for touch in touches]
-        each = [calibration.modulus(touch.ratio, error) for touch, error in zip(touches, errors, strict=True)]
-        usable = [touch for touch in touches if not objections(touch, calibration.accepted)]
-        found = calibration.agreement(usable) if len(usable) > 1 else None
-        if not (found and found.agree):
-            return cls(each, found, None)
-        return cls(each, found, calibration.modulus(found.ratio, found.own_error, touches=found.effective))
-
-    def column(self) -> list[str]:
-        """Return a name and a cell for each touch."""
-        beyond = ["  beyond the calibrated moduli" if modulus.extrapolated else "" for modulus in self.each]
-        reasons = [f": {modulus.reason}" if modulus.reason else "" for modulus in self.each]
-        cells = [f"{modulus}{why}{more}" for modulus, why, more in zip(self.each, reasons, beyond, strict=True)]
-        return ["modulus (95 % interval)", *cells]
-
-    def sentences(self, scatter: str) -> list[str]:
-        """Return what stands below the table: the mean, and what the intervals include."""
-        mean = f", if all are on one object: {self.of_mean}" if self.of_mean else ""
-        return [f"{self.agreement}{mean}"] * bool(self.agreement) + [f"The intervals include the {scatter}."]
+def modulus_cell(modulus: "Modulus") -> str:
+    """Return a modulus with its interval; why it is not known, and whether it is beyond the calibration."""
+    reason = f": {modulus.reason}" if modulus.reason else ""
+    return f"{modulus}{reason}" + "  beyond the calibrated moduli" * modulus.extrapolated
