@@ -130,16 +130,8 @@ def test_the_cord(recordings: Path, tmp_path: Path) -> None:
     files = [tmp_path / f"{name}-{number}.csv" for name in moduli for number in range(1, 16)]
     for file in files:
         shutil.copy(recordings / "cord" / file.name.replace("-", ""), file)
-    accept = [text for flag in MODEL for text in ("--accept", flag)]
-    how: tuple[str | Path, ...] = (
-        "--moduli",
-        tmp_path / "moduli.csv",
-        "--map",
-        "soft=4,hard=8",
-        "--free-soft-ratio",
-        *accept,
-    )
-    result = run("calibrate", *files, *how, "-o", tmp_path / "cord.toml")
+    how = ["--map", "soft=4,hard=8", "--free-soft-ratio", *(f"--accept={flag}" for flag in MODEL)]
+    result = run("calibrate", *files, "--moduli", tmp_path / "moduli.csv", *how, "-o", tmp_path / "cord.toml")
     assert (result.exit_code, "This calibration is not reliable. 4 specimens" in result.stdout) == (5, True)
     made = palpate.Calibration.load(tmp_path / "cord.toml")
     left_out = re.findall(r": touch 1 of \S+ is left out: ", result.stderr)

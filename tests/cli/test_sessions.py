@@ -64,13 +64,8 @@ def test_it_is_the_calibration_of_the_same_touches_in_files_with_names(tmp_path:
 
 
 def test_what_is_left_out_is_told(plan: Plan, tmp_path: Path) -> None:
-    first, second, third, last = plan.touches
-    first, third, last = (
-        replace(first, left_out="discarded"),
-        replace(third, specimen=None),
-        replace(last, specimen="gel"),
-    )
-    entries = (first, second, third, last)
+    changes = ({"left_out": "discarded"}, {}, {"specimen": None}, {"specimen": "gel"})
+    entries = tuple(replace(entry, **change) for entry, change in zip(plan.touches, changes, strict=True))
     path = planned(tmp_path / "run.csv", replace(plan, touches=entries))
     result = run("calibrate", path, "-o", tmp_path / "probe.toml")
     assert result.stderr.splitlines()[:-1] == [
