@@ -3,6 +3,7 @@
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import palpate
 import pytest
@@ -64,7 +65,7 @@ def test_it_is_the_calibration_of_the_same_touches_in_files_with_names(tmp_path:
 
 
 def test_what_is_left_out_is_told(plan: Plan, tmp_path: Path) -> None:
-    changes = ({"left_out": "discarded"}, {}, {"specimen": None}, {"specimen": "gel"})
+    changes: tuple[dict[str, Any], ...] = ({"left_out": "discarded"}, {}, {"specimen": None}, {"specimen": "gel"})
     entries = tuple(replace(entry, **change) for entry, change in zip(plan.touches, changes, strict=True))
     path = planned(tmp_path / "run.csv", replace(plan, touches=entries))
     result = run("calibrate", path, "-o", tmp_path / "probe.toml")

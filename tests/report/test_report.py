@@ -39,7 +39,7 @@ class Page:
                 self.text[section], self.rows[section] = "", []
             self.text[section] += part.get_text(" ")
             self.rows[section] += [[cell.text for cell in row(["td", "th"])] for row in part("tr")]
-            self.rows[section] += [[name.text, name.find_next("dd").text] for name in part("dt")]
+            self.rows[section] += [[name.text, value.text] for name, value in zip(part("dt"), part("dd"), strict=True)]
 
     def row(self, section: str, first: str) -> list[str]:
         """Return the only row of a section that begins with a text."""

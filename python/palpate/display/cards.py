@@ -57,27 +57,27 @@ def touches(shown: "Sequence[Touch]", said: "Sequence[str]" = ()) -> Markup:
     advised = [f"touch {number}: {sentence}" for number, one in enumerate(listed, 1) for sentence in advice(one)]
     ends = " to ".join(map(digits.number, scale))
     names = ["touch", "begin", "samples", "ratio", f"± 2 std. errors, {ends}", "flags"]
-    below = (_columns(names, rows), _more(len(shown)), *_sentences([*advised, *said]))
+    more = f"... and {len(shown) - _MOST:,} more" if len(shown) > _MOST else ""
+    below = (_columns(names, rows), more, *_sentences([*advised, *said]))
     return _card(text.counted(len(shown), "touch"), {}, *below)
 
 
-def _more(count: int) -> str:
-    return f"... and {count - _MOST:,} more" if count > _MOST else ""
+def _some(texts: Sequence[str]) -> str:
+    return "; ".join([*texts[:_MOST], *([f"... and {len(texts) - _MOST:,} more"] if len(texts) > _MOST else [])])
 
 
 def recording(shown: "Recording") -> Markup:
     """Return both channels as lines, what is known of them, and what was said of the file."""
     pairs = len(shown.hard)
     t_s, over = (shown.t_hard_s, "time") if text.known_duration(shown) else (np.arange(pairs, dtype=float), "pairs")
-    marks = ", ".join(f"{text.seconds(t_s)} {name}" for t_s, name in shown.marks[:_MOST])
     facts: dict[str, object] = {
         "length": text.length(shown),
         "hard": _told(shown.hard),
         "soft": _told(shown.soft),
         "read as": shown.understood,
-        "gaps": ", ".join(f"row {row:,}" for row in shown.gap_rows[:_MOST]),
-        "marks": marks + _more(len(shown.marks)),
-        "notes": "; ".join([*shown.notes[:_MOST], _more(len(shown.notes))]).rstrip("; "),
+        "gaps": _some([f"row {row:,}" for row in shown.gap_rows]),
+        "marks": _some([f"{text.seconds(t_s)} {name}" for t_s, name in shown.marks]),
+        "notes": _some(shown.notes),
     }
     below: list[Markup] = []
     if pairs:

@@ -119,8 +119,8 @@ def _result(name: str, known: float | None, touches: list[Found], calibration: C
     if calibration and mean and modulus and 0 < modulus.value < inf:
         measured = Measured(mean.ratio, mean.own_error, mean.effective)
         of = variances(calibration.fitted, measured, np.array(log(modulus.value)))
-        causes = {"Holding": of.touch, "Specimens": of.specimen, "Curve": of.curve, "Noise": of.noise}
-        parts = {cause: sqrt(float(variance)) / mean.ratio for cause, variance in causes.items()}
+        errors = [sqrt(float(variance)) / mean.ratio for variance in (of.touch, of.specimen, of.curve, of.noise)]
+        parts = dict(zip(("Holding", "Specimens", "Curve", "Noise"), errors, strict=True))
         parts["Together"] = hypot(*parts.values())
     return Result(name, known, touches, kept, found, mean, modulus, variation, parts)
 
