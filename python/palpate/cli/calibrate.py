@@ -3,11 +3,11 @@
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 
-from palpate import Calibration, Touch, recorded, touches
+from palpate import Calibration, Touch
 from palpate.calibration import characterise
 from palpate.calibration.characterise import Specimen
 from palpate.calibration.fit_tables import parameter_rows, specimen_records, specimen_rows
@@ -19,7 +19,7 @@ from palpate.cli.terminal import aligned
 from palpate.errors import CalibrationError, shortened
 from palpate.extras import need
 from palpate.files import replacing
-from palpate.recording.session import Entry, plan_of
+from palpate.report.findings import Run, run_of
 from palpate.sentences import FLAGS
 from palpate.several import FEWEST, objections
 
@@ -78,7 +78,7 @@ def calibrate(
         need("jinja2", "report")
     runs = [_run(file, asked, how) for file in files if moduli is None or file.resolve() != moduli.resolve()]
     specimens = _specimens(runs, moduli, accept)
-    doubts = [doubt for run in runs for doubt in run.doubts]
+    doubts = [f"{run.name}: {doubt}" for run in runs for doubt in run.recording.doubts]
     about = {"scene": how["scene"]} | ({"accepted flags": " ".join(accept)} if accept else {})
     about |= {"doubts": shortened("; ".join(doubts), 1000)} if doubts else {}
     with usage_errors():
@@ -86,7 +86,7 @@ def calibrate(
         found = characterise.calibrate(specimens, by=by, soft_ratio=soft, about=about)
         _write_pictures(found, specimens, plot, report)
         found.save(output)
-    notes = [f"{run.file}: {note}" for run in runs for note in run.notes]
+    notes = [f"{run.recording.path}: {note}" for run in runs for note in run.recording.notes]
     more = {"sound": found.sound, "specimens": specimen_records(specimens), "notes": notes}
     show({"calibration": str(output), **found.as_dict(), **more}, _fit_table(found, specimens))
     sys.exit(0 if found.sound and not doubts else Exit.NOT_RELIABLE)
@@ -109,30 +109,15 @@ def _fit_table(found: Calibration, specimens: list[Specimen]) -> str:
     return "\n".join([aligned(specimen_rows(specimens)), "", *parameters, "", found.verdict])
 
 
-class _Run(NamedTuple):
-    """A recording: its touches, and for each what the sidecar says of it; without entries the file has the name."""
-
-    file: Path
-    touches: list[Touch]
-    entries: list[Entry | None]
-    moduli: dict[str, float]
-    notes: Sequence[str]
-    doubts: list[str]
-
-
-def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> _Run:
+def _run(file: Path, asked: dict[str, Any], how: dict[str, Any]) -> Run:
     """Measure the touches of a recording, and print the notes on it."""
     with usage_errors(f"{file}: "):
-        recording = recorded(file, **asked)
-        found = touches(recording, **how)
-    show_notes(file, [recording.understood, *recording.notes])
-    plan = plan_of(recording.document or {})
-    entries = plan.matched(found, recording.survey.period_s) if plan.touches else []
-    doubts = [f"{file.name}: {doubt}" for doubt in recording.doubts]
-    return _Run(file, found, entries, plan.moduli if plan.touches else {}, recording.notes, doubts)
+        run = run_of(file, file.name, how, **asked)
+    show_notes(file, [run.recording.understood, *run.recording.notes])
+    return run
 
 
-def _specimens(runs: Sequence[_Run], table: Path | None, accept: tuple[str, ...]) -> list[Specimen]:
+def _specimens(runs: Sequence[Run], table: Path | None, accept: tuple[str, ...]) -> list[Specimen]:
     """Return the specimens with a usable touch, in order of modulus; print which touches are left out, and why."""
     moduli, names = _moduli(runs, table)
     found: dict[str, list[Touch]] = {name: [] for name in moduli}
@@ -154,9 +139,9 @@ def _specimens(runs: Sequence[_Run], table: Path | None, accept: tuple[str, ...]
     return kept
 
 
-def _moduli(runs: Sequence[_Run], table: Path | None) -> tuple[dict[str, float], dict[str, str]]:
+def _moduli(runs: Sequence[Run], table: Path | None) -> tuple[dict[str, float], dict[str, str]]:
     """Return the modulus of each specimen, and its name by the bare name; a table has priority over the sidecars."""
-    if table is None and (unnamed := next((run.file for run in runs if not run.entries), None)):
+    if table is None and (unnamed := next((run.recording.path for run in runs if not run.plan.touches), None)):
         raise click.UsageError(
             "--moduli: missing: allowed: a table of moduli, with the name of the specimen in each file name, for recordings "
             f"whose sidecar names no specimens, as {unnamed}"
@@ -164,12 +149,12 @@ def _moduli(runs: Sequence[_Run], table: Path | None) -> tuple[dict[str, float],
     listed = read_moduli(table) if table else {}
     moduli, names = dict(listed), {bare(name): name for name in listed}
     for run in runs:
-        for given, modulus in run.moduli.items():
+        for given, modulus in run.plan.moduli.items() if run.plan.touches else ():
             name = names.setdefault(bare(given), given)
             known = moduli.setdefault(name, modulus)
             if known == modulus:
                 continue
-            said = f"{run.file}: {name}: got {modulus:g} MPa, "
+            said = f"{run.recording.path}: {name}: got {modulus:g} MPa, "
             if name not in listed:
                 raise CalibrationError(f"{said}allowed: {known:g} MPa, as in the file before; or --moduli with a table")
             click.echo(f"{said}used: {known:g} MPa, as {table} says", err=True)
@@ -177,17 +162,18 @@ def _moduli(runs: Sequence[_Run], table: Path | None) -> tuple[dict[str, float],
 
 
 def _assigned(
-    runs: Sequence[_Run], moduli: Mapping[str, float], names: Mapping[str, str]
+    runs: Sequence[Run], moduli: Mapping[str, float], names: Mapping[str, str]
 ) -> Iterator[tuple[str, str, Touch, str]]:
     """Yield the name of the specimen of each touch, where it is, the touch, and why it is left out; "": it is kept."""
-    by_name = assign([run.file for run in runs if not run.entries], moduli)
+    by_name = assign([run.recording.path for run in runs if not run.plan.touches], moduli)
     by_file = {file: name for name, files in by_name.items() for file in files}
     unknown = set[str]()
     for run in runs:
-        for number, touch in enumerate(run.touches):
-            entry = run.entries[number] if run.entries else None
-            given = by_file.get(run.file) or (entry and entry.specimen)
-            left_out, place = entry.left_out if entry else "", f"touch {number + 1} of {run.file.name}"
+        touches = run.found.touches
+        entries = run.plan.matched(touches, *([run.period_s] if run.period_s > 0 else []))
+        for number, (touch, entry) in enumerate(zip(touches, entries, strict=True), 1):
+            given = by_file.get(run.recording.path) or (entry and entry.specimen)
+            left_out, place = entry.left_out if entry else "", f"touch {number} of {run.name}"
             if not given:
                 click.echo(f"{place} is left out: {left_out or 'no specimen is named for it'}", err=True)
             elif name := names.get(bare(given)):

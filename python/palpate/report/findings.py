@@ -40,10 +40,10 @@ class Run:
     period_s: float
 
 
-def run_of(path: Path, name: str) -> Run:
-    """Read a recording, send it through the estimator, and check it."""
-    recording = recorded(path)
-    tracking: dict[str, Any] = {"scene": "handheld"} | recording.settings
+def run_of(path: Path, name: str, how: dict[str, Any] | None = None, **asked: Any) -> Run:
+    """Read a recording, send it through the estimator, and check it; `how`: scene and settings, else its own."""
+    recording = recorded(path, **asked)
+    tracking: dict[str, Any] = how or {"scene": "handheld"} | recording.settings
     found = tracked(recording, **tracking)  # reads it to its end; a damaged one is an error
     survey = recording.survey
     times = (survey.first_ns / 1e9, survey.period_s) if recording.timed else (nan, nan)
