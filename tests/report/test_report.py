@@ -166,8 +166,7 @@ def test_a_session_is_told(folder: Path, tmp_path: Path) -> None:
 
 def test_the_epoch_of_the_clock_is_the_begin(tmp_path: Path) -> None:
     path = tmp_path / "run.csv"
-    shutil.copy(FOUR, path)
-    assert run("convert", FOUR, "-o", path, "--force").exit_code == 0
+    assert run("convert", FOUR, "-o", path).exit_code == 0
     zero = 1_763_733_731_000_000_000  # 2025-11-21 14:02:11 UTC
     change(path, {"clock": {"zero_utc_ns": zero, "zero_monotonic_ns": 0}})
     first_s = float(palpate.read(path).t_hard_s[0])

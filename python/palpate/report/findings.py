@@ -25,10 +25,9 @@ from palpate.touch import Tracked, tracked
 
 @dataclass(frozen=True)
 class Run:
-    """A recording, what the scene and settings of its measurement find in it, what `check` says of it, its session.
+    """A recording, what the scene and settings of its measurement find in it, what `check` says of it, its session."""
 
-    Its first time and its mean time from pair to pair are nan if they are unknown.
-    """
+    # first_s, period_s: the first time, and the mean time from pair to pair; nan: unknown.
 
     name: str
     recording: AnyRecording
@@ -64,14 +63,13 @@ class Found:
 
 @dataclass(frozen=True)
 class Result:
-    """All touches on one specimen, and what the kept ones say.
+    """All touches on one specimen, and what the kept ones say."""
 
-    known: its modulus, MPa, if it was known before.
-    agreement: whether the kept touches agree; `mean` is the same if they do.
-    modulus: of the mean; without a calibration None.
-    variation: standard deviation of the logarithm of the ratio of the kept touches; nan below two.
-    parts: errors of the mean by their causes, and all together, relative to the ratio; empty without a modulus.
-    """
+    # known: its modulus, MPa, if it was known before.
+    # agreement: whether the kept touches agree; `mean` is the same if they do.
+    # modulus: of the mean; None without a calibration or a mean.
+    # variation: standard deviation of the logarithm of the ratio of the kept touches; nan below two.
+    # parts: errors of the mean by their causes, and all together, relative to the ratio; empty without a modulus.
 
     name: str
     known: float | None

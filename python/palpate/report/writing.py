@@ -346,7 +346,8 @@ def _listed(texts: Iterable[str], between: str = ", ") -> str:
 
 def _simulated(runs: list[Run]) -> str:
     """Return what to say of simulated data; "": there are none."""
-    made = [run.name for run in runs if "simulated" in _flat(run.recording.document.get("device", {}))]
+    devices = {run.name: run.recording.document.get("device", {}) for run in runs}
+    made = [n for n, d in devices.items() if "simulated" in d or str(d.get("name", "")).startswith("simulated")]
     which = "" if len(made) == len(runs) else f" in {', '.join(made)}"
     return f"Simulated data{which}: no probe was used." if made else ""
 
