@@ -189,14 +189,14 @@ def test_tares_and_marks_of_the_page_and_the_next_measurement(name: str, tmp_pat
     session = bench.measurement
     try:
         with listening(name) as found:
-            soon(lambda: session.counters.delivered >= 5)
+            soon(lambda: session.stream.counters.delivered >= 5)
             bench.obey("mark")
             bench.obey("tare")
             time.sleep(0.3)
             session.stream.stop()
             soon(lambda: not session.running)
             bench.obey("again")
-            soon(lambda: session.counters.delivered >= 5)
+            soon(lambda: session.stream.counters.delivered >= 5)
     finally:
         session.close()
     assert {("mark", ""), ("tare", "")} <= set(marks(found["-marks"]))

@@ -389,7 +389,7 @@ class RecordedMeasurement(Measurement):
         """Pass on a batch, with the gaps in it; a block ends where the baseline was measured again."""
         last = int(batch.samples["seq"][-1])
         while self._gaps and self._gaps[0].seq <= last:
-            self.events.gap(self._gaps.popleft())
+            self.events.tell("gap", self._gaps.popleft())
         self.events.batch(batch)
         if last in self._opened.tares and last not in self._marked:
             self.tares.append(float(batch.samples["t_hard_ns"][-1] * 1e-9))
@@ -403,7 +403,7 @@ class RecordedMeasurement(Measurement):
         for line in (self.recording.understood, *found.faults, *found.findings, "" if self.levels.has_all else long):
             if line:
                 self.say(line)
-        self.events.ended(None)
+        self.events.tell("ended", None)
         self._verdict = found.verdict
 
 
