@@ -75,7 +75,7 @@ class Measurement(Listener):
         self.number: int = 0  # of the measurement, counted from 1
         self.error: str = ""  # that ended the measurement
         self.failed: bool = False  # a recording failed: the one written, or a file as the source
-        self.events = Listeners()
+        self.events = Listeners(tell)
         self.listeners: list[Listener] = self.events.all  # the measurement itself, and its parts
         self.listeners.append(self)
         self.recording_begun: list[Callable[[Recorder], None]] = []
