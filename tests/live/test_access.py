@@ -115,18 +115,23 @@ def test_only_files_of_the_page_are_served() -> None:
 
 def test_the_limits_are_those_that_the_pages_promise() -> None:
     """SECURITY.md and docs/live.md have these numbers."""
-    assert (server.HEAD, server.CONNECTIONS, server._BACKLOG) == (16 * 1024, 128, 64)
+    assert (server.PATIENCE_S, server.HEAD, server.CONNECTIONS, server._BACKLOG) == (5.0, 16 * 1024, 128, 64)
     assert (hub.PAGES, hub.AHEAD, commands.LONGEST, files.LONGEST) == (16, 30, 32768, 100)
     assert HEADERS["Content-Security-Policy"].startswith("default-src 'none'; script-src 'self';")
     assert (measurement.KEPT, feed.BINS_PER_S, len(new_token())) == (65_536, 500.0, 192 / 6)
 
 
-def test_a_long_request_and_nonsense_are_refused_and_the_recording_goes_on(tmp_path: Path) -> None:
-    with Live("--record", str(tmp_path / "run.csv")) as live:
+def test_half_a_request_a_long_one_and_nonsense_are_refused_and_the_recording_goes_on(tmp_path: Path) -> None:
+    with (
+        Live("--record", str(tmp_path / "run.csv")) as live,
+        socket.create_connection((HOST, live.port), timeout=60) as slow,
+    ):
+        slow.sendall(b"GET / HTTP/1.1\r\nHost: ")
         for sent in (b"nonsense\r\n\r\n", b"GET / HTTP/1.1\r\nX: " + b"x" * 30000):
             with socket.create_connection((HOST, live.port), timeout=60) as client:
                 client.sendall(sent)
                 assert client.recv(4096).startswith(b"HTTP/1.1 400 ")
         assert live.asks("/", live.token) == 200
+        assert slow.recv(1) == b""
         assert live.end() == 130
     assert palpate.check(tmp_path / "run.csv").clean

@@ -7,9 +7,11 @@ from collections.abc import Callable
 
 import uvicorn
 from starlette.types import ASGIApp
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from palpate.live.commands import LONGEST
 
+PATIENCE_S = 5.0  # for the first request of a connection to arrive
 HEAD = 16384  # bytes of a request; a browser sends about 700, and the cookies of other programs at the same host
 CONNECTIONS = 128  # open connections; a request on another one is refused
 _BACKLOG = 64  # connections accepted at once
@@ -52,7 +54,7 @@ def serve(app: ASGIApp, listening: socket.socket, ended: Callable[[], bool] = la
     # The previous handlers of the signals run after the last page is closed.
     config = uvicorn.Config(
         app,
-        http="h11",
+        http=_Connection,
         ws="websockets-sansio",
         lifespan="on",
         log_config=None,
@@ -72,6 +74,18 @@ def serve(app: ASGIApp, listening: socket.socket, ended: Callable[[], bool] = la
         asyncio.run(_Server(config, ended).serve([listening]))
     finally:
         sys.setswitchinterval(before)
+
+
+class _Connection(H11Protocol):
+    """A connection; one whose request does not arrive is closed, or it would stay for ever."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self.loop.call_later(PATIENCE_S, self._expire)
+
+    def _expire(self) -> None:
+        if self.scope is None:  # there is no request yet
+            self.transport.close()
 
 
 class _Server(uvicorn.Server):
