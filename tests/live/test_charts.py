@@ -252,6 +252,14 @@ def test_the_touch_chart_shows_the_running_or_the_chosen_touch_and_charts_have_n
         assert any(part in name for name in names), names
 
 
+def test_the_course_of_a_touch_whose_rows_are_not_here_is_asked_for(page: Browser) -> None:
+    whole = state("contact")
+    with serving(Canned(State(whole.rows[-2000:], whole.told), whole.rows)) as server:
+        opened(page, server, "contact")
+        page.run("palpate.charts.choose(2)")
+        page.until(lambda: drawn(page)["touch"]["number"] == 2)
+
+
 def test_a_gap_is_not_joined_and_a_touch_that_ends_is_not_lost(page: Browser, live: Canned) -> None:
     """Between the end of a touch and the message with its result, its chart stays."""
     look(page, GAP[0] - 2, GAP[1] + 2)

@@ -21,6 +21,7 @@ from urllib.parse import urlsplit
 import palpate
 from command_lines import commands, run
 from foreign_files import CASES, ending
+from palpate.live.feed import HEADER, Kind
 from websockets.asyncio.client import connect
 
 ROOT = Path(__file__).parents[2]
@@ -169,13 +170,18 @@ async def _messages(address: str, enough: Callable[[dict[str, Any]], bool]) -> t
         while not enough(last):
             message = await asyncio.wait_for(socket.recv(), 60)
             if isinstance(message, bytes):
-                frames.append(message)
+                _, number, rows, kind = HEADER.unpack_from(message)
+                if kind == Kind.VIEW:
+                    last[f"view{number}"] = {"rows": rows, "crc32": zlib.crc32(message[HEADER.size :])}
+                else:
+                    frames.append(message)
                 continue
             document = json.loads(message)
             if document.get("state") == "ended" and last["state"]["state"] != "ended":
-                for number in range(1, 5):
-                    await socket.send(json.dumps({"do": "trace", "touch": number}))
-            last[document["type"] + str(document.get("touch", ""))] = document
+                for touch in last["touches"]["rows"]:
+                    part = {"from_s": touch["start_s"], "to_s": touch["end_s"], "rows": 512}
+                    await socket.send(json.dumps({"do": "view", "id": touch["number"], **part}))
+            last[document["type"]] = document
     return last, frames
 
 
@@ -205,10 +211,10 @@ def _keys(value: Any, path: str = "") -> Iterator[str]:
 
 def page(_: Path) -> str:
     """Return the messages of a page that shows a recording, and the form and the touches of those of a measurement."""
-    shown, frames = _page(OWN.name, lambda last: last["state"]["state"] == "ended" and "trace4" in last)
+    shown, frames = _page(OWN.name, lambda last: last["state"]["state"] == "ended" and "view4" in last)
     parts = [json.dumps(shown[name]) for name in sorted(shown)]
     parts.append(f"{len(frames)} frames of rows, crc32 {[zlib.crc32(frame[16:]) for frame in frames]}")
-    played, _frames = _page(f"{OWN.name}?speed=60", lambda last: last["state"]["state"] == "ended" and "trace4" in last)
+    played, _frames = _page(f"{OWN.name}?speed=60", lambda last: last["state"]["state"] == "ended" and "view4" in last)
     for name in sorted(played):
         parts += [name, *sorted(set(_keys(played[name])))]
     parts.append(json.dumps(played["touches"]))

@@ -11,7 +11,7 @@ from live_browser import Browser
 from page_data import State
 from palpate.live.access import HEADERS
 from palpate.live.app import page_files
-from palpate.live.feed import Kind, Rows, message_of, pack
+from palpate.live.feed import Kind, Rows, pack
 from palpate.live.levels import Levels
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
@@ -104,9 +104,6 @@ class Canned:
             view = self._levels.view(command["from_s"], command["to_s"], command["rows"])
             page.send(pack(command["id"], view, Kind.VIEW))
             return
-        if command["do"] == "trace":
-            touch = self.state.told["touches"]["rows"][command["touch"] - 1]
-            page.send(message_of("trace", **self._levels.trace(touch["number"], touch["start_s"], touch["end_s"])))
         if command["do"] == "noise" and command["on"]:
             page.send(json.dumps({"type": "noise", **self.state.told["noise"]}))
         more = {"id": 9} if command["do"] == "mark" else {}

@@ -11,7 +11,7 @@ from palpate.live.calibration_fit import GuidedCalibration
 from palpate.live.connection_state import ConnectionState
 from palpate.live.device import Device
 from palpate.live.events import Events
-from palpate.live.feed import Document, RefusedCommand, message_of
+from palpate.live.feed import Document, RefusedCommand
 from palpate.live.levels import ROWS
 from palpate.live.measurement import LiveMeasurement, RecordedMeasurement
 from palpate.live.plan import TouchPlan
@@ -107,15 +107,6 @@ class Workbench:
         """Return the values that change during a measurement."""
         return {**self._table.now(), **self.measurement.recording_state(), **self._shown()}
 
-    def trace(self, number: int) -> tuple[str, str]:
-        """Return the course of a touch: what it replaces, and the message."""
-        touches = self.measurement.touches
-        if not 1 <= number <= len(touches):
-            raise RefusedCommand(f"trace: got touch {number}, allowed: 1 to {len(touches)}, those that have ended")
-        start_s = touches[number - 1].start_s
-        end_s = self.measurement.ends.get(number, start_s)
-        return f"trace {number}", message_of("trace", **self.measurement.levels.trace(number, start_s, end_s))
-
     def do(self, do: str, /, **given: Any) -> Document:
         """Obey a command of a page; return the answer. May wait for the disk.
 
@@ -195,7 +186,6 @@ COMMANDS: dict[str, Order] = {
     "save calibration": Order("calibration.save", {"name?": _NAME}),
     "report": Order("bench.report"),
     "noise": Order("page.listen", {"on": _FLAG}),
-    "trace": Order("page.trace", {"touch": _ID}),
     "view": Order("page.look", _VIEW),
     "seen": Order("page.seen", {"frame": _ID}),
 }

@@ -60,10 +60,6 @@ class Page:
         self._seen = max(self._seen, min(frame, self.sent))
         self.wake()
 
-    def trace(self, touch: int) -> None:
-        """Queue the course of a touch."""
-        self.tell(*self._bench.trace(touch))
-
     def listen(self, on: bool) -> str:
         """Begin or end to show the noise."""
         self.listens = on

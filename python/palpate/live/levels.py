@@ -1,28 +1,21 @@
-"""The rows of a measurement at several levels of detail, so that a page gets any part of it at any width at once.
+"""The rows of a measurement: the newest ones as they came, of those before the lowest and highest values in each part of time.
 
-The finest level has the rows as they came. Of each eight rows of a level the next one has two: lowest and highest values.
-Each level keeps its newest rows: the finest one forgets first, the coarsest one never, since a coarser one begins before.
+So memory is bounded, and a page gets any part of a measurement of any length at once.
 """
 
 from bisect import bisect_left, bisect_right
 from threading import Lock
 
 import numpy as np
-from numpy.typing import NDArray
 
-from palpate.live.feed import ROW, Flag, Rows, extremes, thinned
+from palpate.live.feed import BINS_PER_S, ROW, Rows, extremes, thinned
 
 KEPT = 16384  # rows for a page that is opened later: 160 s at 100 pairs per second, 16 s at 1,000 and more
 NEWEST = 8192  # rows, as they came, that are kept for the noise
-FINEST, COARSER = 1 << 17, 1 << 16  # rows of the finest level, 57 min at 38 pairs a second; of each coarser one
-WHOLE = 1 << 21  # rows of the finest level of a recording: 15 h at 38 pairs a second, 100 MB
+FINEST = 1 << 17  # newest rows of a measurement, 57 min at 38 pairs a second
+WHOLE = 1 << 21  # rows of a recording: 15 h at 38 pairs a second, 100 MB
+EARLIER = 1 << 17  # rows that stand for all those before
 ROWS = 4096  # rows of a view, at most
-_BLOCK = 8  # rows of a level that become two of the next one
-_AT_ONCE = 512  # rows that go to the next level together
-_SPLIT = 16384  # rows of the coarsest level, with which a coarser one begins
-_ENOUGH = 8  # times the rows asked for: a level with more is finer than a view needs
-_POINTS = 160  # of the course of a touch
-_SLACK_S = 1e-6  # the times of rows and of touches are rounded
 
 
 class Newest:
@@ -30,35 +23,25 @@ class Newest:
 
     def __init__(self, most: int) -> None:
         self.end: int = 0
-        self.passed: int = 0  # rows that the next level has, too
         self._most, self._used = most, 0
         self._rows: Rows = np.empty(most * 5 // 4, ROW)  # memory is used as rows come
 
-    def add(self, rows: Rows) -> None:
-        """Add rows. Rows that were returned before do not change."""
+    def add(self, rows: Rows) -> Rows:
+        """Add rows; return those that are forgotten for them. Rows that were returned before do not change."""
         self.end += len(rows)
-        rows = rows[-self._most :]
+        forgotten = rows[:0]
         if self._used + len(rows) > len(self._rows):
-            kept = self._rows[max(self._used + len(rows) - self._most, 0) : self._used]
-            self._rows, self._used = np.empty_like(self._rows), len(kept)
-            self._rows[: len(kept)] = kept
+            every = np.concatenate((self.rows, rows))
+            forgotten, rows = every[: -self._most], every[-self._most :]
+            self._rows, self._used = np.empty_like(self._rows), 0
         self._rows[self._used : self._used + len(rows)] = rows
         self._used += len(rows)
-
-    @property
-    def begin(self) -> int:
-        """Number of the oldest row in memory."""
-        return self.end - self._used
+        return forgotten
 
     @property
     def rows(self) -> Rows:
         """All rows in memory; a view."""
         return self._rows[: self._used]
-
-    def part(self, begin: int, most: int) -> Rows:
-        """Return at most `most` rows from number `begin` on; a view."""
-        first = begin - self.begin
-        return self.rows[first : first + most]
 
 
 class Levels:
@@ -69,8 +52,8 @@ class Levels:
 
     def __init__(self, *, whole: bool = False) -> None:
         self._whole, self._lock = whole, Lock()
-        self._levels = [Newest(WHOLE if whole else FINEST)]
-        self._newest = Newest(NEWEST)
+        self._finest, self._newest = Newest(WHOLE if whole else FINEST), Newest(NEWEST)
+        self._earlier, self._per_s = np.empty(0, ROW), BINS_PER_S
         self._span: tuple[float, float] | None = None
 
     def add(self, rows: Rows) -> None:
@@ -81,20 +64,15 @@ class Levels:
             first = self._span[0] if self._span else float(rows["t_s"][0])
             self._span = first, float(rows["t_s"][-1])
             self._newest.add(rows)
-            self._pass_on(0, rows if self._whole else thinned(rows))
+            forgotten = self._finest.add(rows if self._whole else thinned(rows))
+            if len(forgotten):
+                self._earlier = self._thinner(np.concatenate((self._earlier, forgotten)))
 
-    def _pass_on(self, number: int, rows: Rows) -> None:
-        """Add rows to a level, and extremes of its rows to the next one; begin a coarser one if it is time to."""
-        if number == len(self._levels):
-            self._levels.append(Newest(COARSER))
-        level = self._levels[number]
-        for begin in range(0, len(rows), _AT_ONCE):
-            level.add(rows[begin : begin + _AT_ONCE])
-            late = (level.end - level.passed) // _BLOCK * _BLOCK
-            if late >= _AT_ONCE and (level.passed or level.end >= _SPLIT):
-                blocks = level.part(level.passed, late)
-                level.passed += late
-                self._pass_on(number + 1, extremes(blocks, np.arange(0, late, _BLOCK)))
+    def _thinner(self, rows: Rows) -> Rows:
+        """Return the extremes of rows in parts of time, each of which is twice as long until there are few enough."""
+        while len(rows := thinned(rows, self._per_s)) > EARLIER:
+            self._per_s /= 2
+        return rows
 
     @property
     def span(self) -> tuple[float, float] | None:
@@ -104,12 +82,12 @@ class Levels:
     @property
     def has_all(self) -> bool:
         """Whether every row is still there."""
-        return self._levels[0].begin == 0
+        return not len(self._earlier)
 
     @property
     def end(self) -> int:
         """Number of rows so far that a page gets in frames; of a recording none."""
-        return 0 if self._whole else self._levels[0].end
+        return 0 if self._whole else self._finest.end
 
     @property
     def begin(self) -> int:
@@ -120,7 +98,8 @@ class Levels:
         """Return the rows for a page from a number on, at most so many, and how many are no longer there; a view."""
         with self._lock:
             missed = max(self.begin - begin, 0)
-            return missed, self._levels[0].part(begin + missed, min(most, self.end - begin - missed))
+            rows, left = self._finest.rows, max(self.end - begin - missed, 0)
+            return missed, rows[len(rows) - left :][:most]
 
     def newest_rows(self) -> Rows:
         """Return the newest rows as they came."""
@@ -135,40 +114,20 @@ class Levels:
         if self._span is None or from_s > to_s:
             return np.empty(0, ROW)
         low, high = self._span
-        rows = self._between(min(max(from_s, low), high), max(min(to_s, high), low), most)
-        if len(rows) <= most:
-            return rows
-        return extremes(rows, np.arange(most // 2) * len(rows) // (most // 2))
-
-    def trace(self, number: int, start_s: float, end_s: float) -> dict[str, object]:
-        """Return the course of a touch: at each time the ratio, its standard error and the statistic, in few points."""
-        rows = self.view(start_s, end_s, ROWS)
-        inside = (rows["t_s"] >= start_s - _SLACK_S) & (rows["t_s"] <= end_s + _SLACK_S)
-        rows = rows[inside & (rows["flags"] & int(Flag.MEASURED) != 0)]
-        if len(rows) > _POINTS:
-            rows = extremes(rows, np.arange(_POINTS // 2) * len(rows) // (_POINTS // 2))
-        values = {"ratio": rows["ratio"], "error": rows["standard_error"], "statistic": rows["statistic"]}
-        columns = {"t": rows["t_s"] - start_s} | values
-        return {"touch": number} | {name: _rounded(column) for name, column in columns.items()}
-
-    def _between(self, from_s: float, to_s: float, most: int) -> Rows:
-        """Return rows of the finest level that remembers them and is coarse enough; the newest are of finer levels."""
-        late: list[Rows] = []
+        from_s, to_s = min(max(from_s, low), high), max(min(to_s, high), low)
         with self._lock:
-            for level in self._levels:
-                part = _cut(level.rows, from_s, to_s)
-                remembers = level.begin == 0 or level.rows["t_s"][0] <= from_s
-                if (remembers and len(part) <= _ENOUGH * most) or level is self._levels[-1]:
-                    break
-                late.insert(0, level.part(level.passed, level.end))
-        return _cut(np.concatenate((part, *late)), from_s, to_s) if late else part
+            parts = self._earlier, self._finest.rows
+        few = [_thinned_to(4 * most, _cut(part, from_s, to_s)) for part in parts]  # a copy of all would take longer
+        return _thinned_to(most, _cut(np.concatenate(few), from_s, to_s))
+
+
+def _thinned_to(most: int, rows: Rows) -> Rows:
+    if len(rows) <= most:
+        return rows
+    return extremes(rows, np.arange(most // 2) * len(rows) // (most // 2))
 
 
 def _cut(rows: Rows, from_s: float, to_s: float) -> Rows:
     """Return the rows between two times, with the one before and the one after; a view."""
     begin, end = bisect_left(rows["t_s"], from_s), bisect_right(rows["t_s"], to_s)
     return rows[max(begin - 1, 0) : end + 1]
-
-
-def _rounded(values: NDArray[np.float64]) -> list[float]:
-    return [float(f"{value:.7g}") for value in values.tolist()]

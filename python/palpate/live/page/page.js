@@ -16,7 +16,7 @@ import { Store } from "./store.js";
 
 const CONFIRMED = 4; // every fourth frame; the server sends 30 more at most
 const KEPT = ["hello", "state", "touches", "events", "session", "calibration", "device"];
-const SILENT = ["trace", "view", "noise", "seen"]; // asked for by the charts, not by a person
+const SILENT = ["view", "noise", "seen"]; // asked for by the charts, not by a person
 
 const store = new Store();
 const connection = new Connection({

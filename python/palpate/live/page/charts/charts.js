@@ -6,21 +6,20 @@ import { Looking } from "./looking.js";
 import { Multiples } from "./multiples.js";
 import { Cursors } from "./readout.js";
 import { Rows } from "./rows.js";
-import { Tale, fromRows, fromTrace, runningOf } from "./tale.js";
+import { Tale, fromRows, runningOf } from "./tale.js";
 import { Detail, Overview } from "./timeline.js";
 import { TouchPlot } from "./touch.js";
 
 const PAN = 0.2, ZOOM = 0.5, EARLIER = 8; // by a key: a share of the window, a factor; touches behind the shown one
 const TOUCH_MS = 66;
 const BOTH = ["time", "touch"];
-const DRAWN = { hello: BOTH, touches: BOTH, session: BOTH, events: BOTH, state: ["time"], trace: ["touch"], calibration: ["fitplot"] }; // kind of a message -> charts
+const DRAWN = { hello: BOTH, touches: BOTH, session: BOTH, events: BOTH, state: ["time"], calibration: ["fitplot"] }; // kind of a message -> charts
 
 export class Charts {
   // store: Store; known: the newest message of each kind; say(message): to the server; others: further charts, name -> class
   constructor(store, known, say, others = {}) {
     Object.assign(this, { store, known, say });
     this.dirty = new Set();
-    this.asked = new Set(); // traces that were asked for
     this.tale = new Tale(known);
     this.rows = new Rows(store, known, say, () => this.redraw("time"));
     this.window = new Looking(() => this.moved());
@@ -36,8 +35,6 @@ export class Charts {
 
   // A message of the server has come; `known` has it, if it is kept.
   tell(type, message) {
-    if (type === "hello") this.asked.clear(); // perhaps on a new connection
-    if (type === "trace") this.tale.traces.set(message.touch, fromTrace(message));
     for (const part of this.others) part[`tell_${type}`]?.(message);
     this.follow();
     this.redraw(...(DRAWN[type] ?? []));
@@ -110,12 +107,15 @@ export class Charts {
     return { touch, curve: this.curveOf(touch), earlier, flags: this.tale.events.flags.filter((flag) => flag.touch === touch.number) };
   }
 
-  // From the server's trace; else from the rows that are here; else it is asked for.
+  // From a view of it; else from the rows that are here; else a view is asked for.
   curveOf({ number, start_s: start, end_s: end, running }) {
-    const trace = running ? null : this.tale.traces.get(number);
-    if (trace) return trace;
-    if (start >= this.rows.extent.held && this.store.used) return fromRows(this.store, start, end);
-    if (!this.asked.has(number) && this.say({ do: "trace", touch: number }) !== false) this.asked.add(number);
+    const { courses } = this.tale;
+    if (!running && courses.has(number)) return courses.get(number);
+    if (start >= this.rows.extent.held && this.store.used) return fromRows(this.store.block, start, end);
+    this.rows.once(`touch ${number}`, start, end, (block) => {
+      courses.set(number, fromRows(block, start, end));
+      this.redraw("touch");
+    });
     return [];
   }
 

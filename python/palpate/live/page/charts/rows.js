@@ -49,10 +49,15 @@ export class Rows {
   exactly(time) {
     if (time < this.extent.held) this.views.ask(`at ${time}`, time - AROUND_S, time + AROUND_S, EXACT_ROWS);
   }
+
+  // Asks for the rows of [from, to], which `take` gets, unless they are under way.
+  once(purpose, from, to, take) {
+    if (!this.views.expects(purpose)) this.views.ask(purpose, from, to, EXACT_ROWS, take);
+  }
 }
 
 // Rows of any part of the measurement at the resolution of the screen: asked from the server, kept, and chosen from.
-const EVERY_MS = 70; // fewer than 15 requests a second
+const EVERY_MS = 70; // what is wanted is asked for together, fewer than 15 times a second
 const PATIENCE_MS = 3000; // then a request may have been lost with its connection
 const KEPT = 24, ROWS = 4096;
 const WIDER = 3; // windows in one view: a pan is drawn from it
@@ -76,25 +81,23 @@ class Views {
     this.sent ??= 0;
   }
 
-  // Asks for rows of [from, to]. Of each purpose only the newest request counts.
-  ask(purpose, from, to, rows) {
+  // Asks for rows of [from, to]. Of each purpose only the newest request counts. take(block): gets them, in place of the view.
+  ask(purpose, from, to, rows, take) {
     rows = Math.min(Math.max(Math.round(rows), 2), ROWS);
-    this.wanted.set(purpose, { purpose, from, to, rows, bin: (2 * (to - from)) / rows });
+    this.wanted.set(purpose, { purpose, from, to, rows, take, bin: (2 * (to - from)) / rows });
     this.timer ??= setTimeout(() => this.send(), Math.max(0, this.said + EVERY_MS - performance.now()));
   }
 
   send() {
     this.timer = null;
-    const [request] = this.wanted.values();
-    if (!request) return;
-    this.wanted.delete(request.purpose);
     this.said = performance.now();
-    const { from, to, rows } = request;
-    if (this.say({ do: "view", id: ++this.id, from_s: from, to_s: to, rows }) !== false) {
+    for (const request of this.wanted.values()) {
+      const { from, to, rows } = request;
+      if (this.say({ do: "view", id: ++this.id, from_s: from, to_s: to, rows }) === false) continue;
       this.asked.set(this.id, { ...request, at: this.said });
       this.sent++;
     }
-    if (this.wanted.size) this.timer = setTimeout(() => this.send(), EVERY_MS);
+    this.wanted.clear();
   }
 
   // Takes an answer. known: the newest time that the measurement had; later rows are not in the view.
@@ -102,6 +105,7 @@ class Views {
     const request = this.asked.get(id);
     if (!request) return;
     this.asked.delete(id);
+    if (request.take) return void request.take(block);
     this.kept = this.kept.filter((one) => one.purpose !== "all" || request.purpose !== "all");
     this.kept.push({ ...request, to: Math.min(request.to, known), block: Object.assign(block, { bin: request.bin }) });
     if (this.kept.length > KEPT) this.kept.splice(this.kept.findIndex((one) => one.purpose !== "all"), 1);
@@ -130,6 +134,10 @@ class Views {
     const exact = (2 * span) / ROWS, margin = ((WIDER - 1) / 2) * span;
     if (!have(WIDER * exact * COARSE, from - NEAR * span, to + NEAR * span)) ask("window", from - margin, to + margin);
     else if (still && !have(Math.max(span / pixels, exact) * COARSE, from, to)) ask("pixels", from, to);
+  }
+
+  expects(purpose) {
+    return this.underWay().some((one) => one.purpose === purpose);
   }
 
   underWay() {

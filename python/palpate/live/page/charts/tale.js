@@ -1,4 +1,4 @@
-// What happened in the measurement: touches, marks, tares, gaps, flags, and the traces of touches, as the server tells them.
+// What happened in the measurement: touches, marks, tares, gaps, flags, as the server tells them, and the courses of touches.
 
 import { MEASURED, indexOf } from "../store.js";
 
@@ -11,7 +11,7 @@ export class Tale {
 
   clear() {
     this.running = null; // the touch that goes on
-    this.traces = new Map(); // touch -> { t, ratio, error, statistic }
+    this.courses = new Map(); // touch -> fromRows() of it
   }
 
   get touches() {
@@ -50,7 +50,7 @@ export class Tale {
   }
 }
 
-const POINTS = 400;
+const POINTS = 400, SLACK_S = 1e-6; // the times of rows and of touches are rounded
 const ENDING_S = 0.5; // a touch that has just ended is shown on, until the server tells its result
 
 // A touch that goes on: since its first row after the last completed touch. null: none.
@@ -63,10 +63,10 @@ export function runningOf(store, last) {
   return used - first < 2 ? null : { number: (last?.number ?? 0) + 1, start_s: block.t[first], end_s: block.t[used - 1], ratio: block.ratio[used - 1], standard_error: block.error[used - 1], kept: true, running: true };
 }
 
-// [{ t (s from the start), ratio, error, statistic }] of rows in [start, end]: at most so many; of several the last one, and
+// [{ t (s from the start), ratio, error, statistic }] of rows of a block in [start, end]: at most so many; of several the last one, and
 // the highest statistic, so that no alarm is missed.
-export function fromRows({ block }, start, end) {
-  const first = indexOf(block, start), stop = indexOf(block, end + 1e-6), step = Math.max(1, Math.ceil((stop - first) / POINTS)), curve = [];
+export function fromRows(block, start, end) {
+  const first = indexOf(block, start - SLACK_S), stop = indexOf(block, end + SLACK_S), step = Math.max(1, Math.ceil((stop - first) / POINTS)), curve = [];
   for (let k = first; k < stop; k += step) {
     const last = Math.min(stop, k + step) - 1;
     let statistic = NaN;
@@ -74,8 +74,4 @@ export function fromRows({ block }, start, end) {
     if (!Number.isNaN(block.ratio[last])) curve.push({ t: block.t[last] - start, ratio: block.ratio[last], error: block.error[last], statistic });
   }
   return curve;
-}
-
-export function fromTrace({ t, ratio, error, statistic }) {
-  return t.map((at, k) => ({ t: at, ratio: ratio[k] ?? NaN, error: error[k] ?? NaN, statistic: statistic?.[k] ?? NaN })).filter((point) => Number.isFinite(point.ratio));
 }

@@ -185,7 +185,7 @@ export class Overview extends TimeChart {
   ask(begin, end, held, width) {
     const { all } = this.rows.views;
     const stale = !all || all.to < held - STALE * (end - begin) || all.rows < width;
-    if (held > begin && stale && !this.rows.views.underWay().some(({ purpose }) => purpose === "all")) this.rows.views.ask("all", begin, end, 2 * width);
+    if (held > begin && stale && !this.rows.views.expects("all")) this.rows.views.ask("all", begin, end, 2 * width);
   }
 
   area(top, foot) {
