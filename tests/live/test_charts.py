@@ -219,7 +219,7 @@ def test_a_long_recording_is_drawn_with_few_points_and_few_requests(
         assert 0.5 * min(width, span * RATE) < now["detail"]["points"] <= 4 * width + 10
         assert now["overview"]["points"] <= now["overview"]["width"] + 2
         assert len(recording.asked("view")) - before <= 4
-    asked = [(command["id"], command["rows"] <= 4096) for command in recording.asked("view")]
+    asked = [(command["id"], command["rows"] <= 8192) for command in recording.asked("view")]
     assert len(dict(asked)) == len(asked)
     assert all(few for _, few in asked)
     fire(page, "detail", "pointermove", 0.5)

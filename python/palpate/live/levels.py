@@ -15,7 +15,7 @@ NEWEST = 8192  # rows, as they came, that are kept for the noise
 FINEST = 1 << 17  # newest rows of a measurement, 57 min at 38 pairs a second
 WHOLE = 1 << 21  # rows of a recording: 15 h at 38 pairs a second, 100 MB
 EARLIER = 1 << 17  # rows that stand for all those before
-ROWS = 4096  # rows of a view, at most
+ROWS = 8192  # rows of a view, at most
 
 
 class Newest:

@@ -59,10 +59,10 @@ export class Rows {
 // Rows of any part of the measurement at the resolution of the screen: asked from the server, kept, and chosen from.
 const EVERY_MS = 70; // what is wanted is asked for together, fewer than 15 times a second
 const PATIENCE_MS = 3000; // then a request may have been lost with its connection
-const KEPT = 24, ROWS = 4096;
+const KEPT = 24, ROWS = 8192;
 const WIDER = 3; // windows in one view: a pan is drawn from it
 const NEAR = 0.4; // windows before the edge of a view the next one is asked for
-const COARSE = 1.5; // pixels in a bin that still count as one
+const COARSE = 1.5; // a view is fine enough if its bins are no longer than so many of the wanted ones
 
 class Views {
   // say(message): to the server; changed(): a view has come.
@@ -125,15 +125,12 @@ class Views {
     return found ?? this.all;
   }
 
-  // Asks for what a window of so many pixels still needs: first three times as wide, then exactly, once it stands still.
-  // begin, end: of the measurement; held: from here on its rows are here anyway.
-  need(from, to, pixels, still, { begin, held, end }) {
-    const span = to - from, under = [...this.kept, ...this.underWay()];
-    const have = (bin, a, b) => under.some((one) => one.bin <= bin && one.from <= Math.max(a, begin) && one.to >= Math.min(b, held) - 1e-9);
-    const ask = (purpose, a, b) => this.ask(purpose, Math.max(a, begin), Math.min(b, end), ROWS);
-    const exact = (2 * span) / ROWS, margin = ((WIDER - 1) / 2) * span;
-    if (!have(WIDER * exact * COARSE, from - NEAR * span, to + NEAR * span)) ask("window", from - margin, to + margin);
-    else if (still && !have(Math.max(span / pixels, exact) * COARSE, from, to)) ask("pixels", from, to);
+  // Asks for what a window still needs: three times as wide, so that it can be moved. begin, end: of the measurement; held: from
+  // here on its rows are here anyway.
+  need(from, to, { begin, held, end }) {
+    const span = to - from, near = NEAR * span, margin = ((WIDER - 1) / 2) * span, bin = (2 * WIDER * span) / ROWS;
+    const has = (one) => one.bin <= COARSE * bin && one.from <= Math.max(from - near, begin) && one.to >= Math.min(to + near, held) - 1e-9;
+    if (![...this.kept, ...this.underWay()].some(has)) this.ask("window", Math.max(from - margin, begin), Math.min(to + margin, end), ROWS);
   }
 
   expects(purpose) {

@@ -12,7 +12,6 @@ const HANDLE = 8; // pixels: an edge of the window, or a cursor, is dragged from
 const STALE = 0.02; // share of the measurement that may be missing in the view of everything
 const LEAST_PF = 0.02; // height of the chart while it follows: the noise alone looks quiet
 const STACKED = 4; // labels one below the other
-const STILL_MS = 120; // then the window stands still, and is drawn exactly
 
 // A chart of time that is dragged, zoomed and read by pointer, wheel and fingers. A chart says what a drag does from an x:
 // grab(x) -> (x, dx) => {}, or null: a part is selected; what a click does; what is at the pointer: tell(x or null); and what
@@ -215,7 +214,6 @@ export class Overview extends TimeChart {
 // The window: the capacitance changes, with touches, marks, gaps, tares and two cursors.
 export class Detail extends TimeChart {
   pointer = null; // time at the pointer
-  window = [];
 
   get axis() {
     const { looking: { from, to }, left, right } = this;
@@ -256,7 +254,8 @@ export class Detail extends TimeChart {
     if (!this.sheet.begin()) return;
     const { sheet } = this, { unit } = sheet, { from, to } = this.looking;
     Object.assign(this, { left: 46 * unit, right: sheet.width - 4 * unit, top: 17 * unit, foot: sheet.height - 18 * unit });
-    this.ask(from, to);
+    const { extent } = this.rows;
+    if (from < extent.held) this.rows.views.need(from, to, extent);
     const pieces = this.rows.pieces(from, to), y = this.scale(pieces);
     this.axes(from, to);
     sheet.clipped(this.left, this.top, this.right - this.left, this.foot - this.top, () => {
@@ -269,18 +268,6 @@ export class Detail extends TimeChart {
     this.drawCursors();
     if (this.selected) sheet.fill("band", this.selected[0], this.top, this.selected[1] - this.selected[0], this.foot - this.top);
     this.nameIt(from, to, pieces);
-  }
-
-  // A window that moves is drawn from wider views; one that stands still is asked for exactly.
-  ask(from, to) {
-    const { extent } = this.rows, now = performance.now(), moved = this.window[0] !== from || this.window[1] !== to;
-    if (moved) this.movedAt = now;
-    this.window = [from, to];
-    if (from >= extent.held) return;
-    const still = now - this.movedAt >= STILL_MS;
-    this.rows.views.need(from, to, this.right - this.left, still, extent);
-    clearTimeout(this.settling);
-    if (!still) this.settling = setTimeout(this.redraw, STILL_MS);
   }
 
   // Steps, so that the scale does not creep.
