@@ -116,7 +116,7 @@ def test_only_files_of_the_page_are_served() -> None:
 def test_the_limits_are_those_that_the_pages_promise() -> None:
     """SECURITY.md and docs/live.md have these numbers."""
     assert (server.PATIENCE_S, server.HEAD, server.CONNECTIONS, server._BACKLOG) == (5.0, 16 * 1024, 128, 64)
-    assert (hub.PAGES, hub.AHEAD, commands.LONGEST, files.LONGEST) == (16, 30, 32768, 100)
+    assert (hub.PAGES, commands.LONGEST, files.LONGEST) == (16, 32768, 100)
     assert HEADERS["Content-Security-Policy"].startswith("default-src 'none'; script-src 'self';")
     assert (measurement.KEPT, feed.BINS_PER_S, len(new_token())) == (65_536, 500.0, 192 / 6)
 

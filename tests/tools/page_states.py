@@ -26,7 +26,7 @@ class Canned:
         self.state = state  # what a page gets when it connects
         self._levels = Levels(whole=True)
         self._levels.add(state.rows if rows is None else rows)  # rows: all, for views
-        self.heard: list[dict[str, Any]] = []  # the commands of the pages, without "seen"
+        self.heard: list[dict[str, Any]] = []  # the commands of the pages
         self._pages: list[ServerConnection] = []
         self._files = page_files()
         self._server: Server = serve(self._page, "127.0.0.1", 0, process_request=self._file, compression=None)
@@ -97,8 +97,6 @@ class Canned:
         page.send(json.dumps({"type": "state", **self.state.told["state"]}))  # last: a page that shows it has all
 
     def _hear(self, page: ServerConnection, command: dict[str, Any]) -> None:
-        if command["do"] == "seen":
-            return
         self.heard.append(command)
         if command["do"] == "view":
             view = self._levels.view(command["from_s"], command["to_s"], command["rows"])

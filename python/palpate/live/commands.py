@@ -187,6 +187,5 @@ COMMANDS: dict[str, Order] = {
     "report": Order("bench.report"),
     "noise": Order("page.listen", {"on": _FLAG}),
     "view": Order("page.look", _VIEW),
-    "seen": Order("page.seen", {"frame": _ID}),
 }
 """`page`: the page that sends the command; the other ones are parts of the workbench."""

@@ -148,8 +148,8 @@ def pack(number: int, rows: Rows, kind: Kind = Kind.NEXT) -> bytes:
     """Return a frame as bytes.
 
     Little-endian: version, number, number of rows, kind, each uint32; then the columns, float64; then the flags, uint8.
-    The header has 16 bytes: the columns are aligned, and a browser reads them without a copy. number: of the frame, or
-    of a view the one that the page gave it.
+    The header has 16 bytes: the columns are aligned, and a browser reads them without a copy. number: of
+    a view, the one that the page gave it.
 
     Examples
     --------

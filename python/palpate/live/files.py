@@ -76,7 +76,9 @@ class RunFiles:
 
     def free(self, name: str) -> Path:
         """Return the path of a new file of this name, with a number behind it if there is such a file."""
-        return self._free(self._folder / name)
+        path = self._folder / name
+        numbered = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
+        return next(each for each in chain([path], numbered) if self._is_free(each))
 
     def made(self, path: Path, kind: Kind) -> Path:
         """Remember a file that was made, for the page; return its path."""
@@ -97,7 +99,7 @@ class RunFiles:
             raise RefusedCommand("report: one is being written; wait for it")
         try:
             newest = recordings[-1]
-            path = self._free(newest.with_name(f"{newest.stem}-report.html"))
+            path = self.free(f"{newest.stem}-report.html")
             write(path, [newest], calibration)
         except OSError as error:
             raise RefusedCommand(f"report: cannot be written: {error.strerror}") from error
@@ -108,10 +110,6 @@ class RunFiles:
 
     def _recordings(self) -> list[Path]:
         return [path for path, kind in self._made.items() if kind == "recording"]
-
-    def _free(self, path: Path) -> Path:
-        numbered = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
-        return next(each for each in chain([path], numbered) if self._is_free(each))
 
     def _is_free(self, path: Path) -> bool:
         beside = path.with_suffix(".json")

@@ -13,7 +13,6 @@ from palpate.live.levels import Levels
 from palpate.live.noise_spectrum import noise_of
 
 PAGES = 16
-AHEAD = 30  # sent frames that a page has not confirmed; more would only fill buffers and be shown late
 FRAME_ROWS = 1024  # rows of a frame; a page that was asleep gets what it missed in several frames
 _STATES_PER_S = 5
 
@@ -21,16 +20,14 @@ _STATES_PER_S = 5
 class Page:
     """One open page: how far it has read the rows, the newest message of each kind, and what it asked for.
 
-    The page confirms every fourth frame. One that confirms nothing, asleep or on a slow line, gets nothing more;
-    afterwards it continues where it stopped, so that it draws no hole. If those rows are no longer kept for it, it begins
-    again with the recent ones, and asks for views of those before.
+    While the connection of a page is full, as it is asleep or its line is slow, nothing more is sent; afterwards it continues
+    where it stopped, so that it draws no hole. If those rows are no longer kept for it, it begins again with the recent ones,
+    and asks for views of those before.
     """
 
     def __init__(self, socket: WebSocket, bench: Workbench) -> None:
-        self.sent: int = 0  # frames, without views
         self.listens: bool = False  # whether it shows the noise
         self._socket, self._bench = socket, bench
-        self._seen = 0  # of the sent frames, confirmed
         self._queue: dict[object, str | bytes] = {}
         self._something = asyncio.Event()
         self.wake = self._something.set  # look at the rows again
@@ -55,11 +52,6 @@ class Page:
         """Queue a view."""
         self.tell(object(), pack(id, self._levels.view(from_s, to_s, rows), Kind.VIEW))
 
-    def seen(self, frame: int) -> None:
-        """Confirm all frames up to this number."""
-        self._seen = max(self._seen, min(frame, self.sent))
-        self.wake()
-
     def listen(self, on: bool) -> str:
         """Begin or end to show the noise."""
         self.listens = on
@@ -78,7 +70,7 @@ class Page:
         if self._queue:
             message = self._queue.pop(next(iter(self._queue)))
             await (self._socket.send_text(message) if isinstance(message, str) else self._socket.send_bytes(message))
-        elif self.sent - self._seen < AHEAD and (self._anew or self._next < self._levels.end):
+        elif self._anew or self._next < self._levels.end:
             await self._socket.send_bytes(self._frame())
         else:
             return False
@@ -87,9 +79,8 @@ class Page:
     def _frame(self) -> bytes:
         missed, rows = self._levels.following(self._next, FRAME_ROWS)
         self._next += missed + len(rows)
-        self.sent += 1
         kind, self._anew = Kind.ANEW if self._anew or missed else Kind.NEXT, False
-        return pack(self.sent, rows, kind)
+        return pack(0, rows, kind)
 
 
 class Hub:

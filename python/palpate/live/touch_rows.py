@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import count
 
 from palpate._core import Touch
 from palpate.calibration import Calibration
@@ -30,8 +31,7 @@ class TouchTable:
     ) -> None:
         self.calibration: Calibration | None = calibration  # a new one holds for all touches
         self._measurement, self._plan, self._scatter = measurement, plan, scatter
-        self._made_for: tuple[int, Calibration | None] = (0, None)
-        self._rows: list[Document] = []
+        self._rows: dict[tuple[object, ...], Document] = {}  # a row takes 1 ms
         self._shown: tuple[tuple[object, ...], Document] | None = None
 
     def hello(self, source: str) -> Document:
@@ -69,18 +69,13 @@ class TouchTable:
 
     def document(self) -> Document:
         """Return a row for each completed touch; whether they agree; the number of the most reliable one if they do."""
-        measurement, touches, known = self._measurement, self._measurement.touches, self._plan.rows
-        if (made_for := (measurement.number, self.calibration)) != self._made_for:
-            self._made_for, self._rows = made_for, []
+        touches, known = self._measurement.touches, self._plan.rows
         made_of = (touches, known, self.calibration)
         if self._shown is None or any(one is not other for one, other in zip(self._shown[0], made_of, strict=True)):
             self._shown = made_of, self._document(touches, known)
         return self._shown[1]
 
     def _document(self, touches: list[Touch], known: Sequence[Document]) -> Document:
-        for number, touch in enumerate(touches, 1):
-            if number > len(self._rows) or self._rows[number - 1]["revised"] != touch.revised:
-                self._rows[number - 1 : number] = [self._row(number, touch)]
         alike = _on_the_last(touches, known)
         found, best, together = self._agreement(alike), None, None
         if found and found.agree:
@@ -90,12 +85,16 @@ class TouchTable:
             if self.calibration and found.agree:
                 modulus = self.calibration.modulus(found.ratio, found.own_error, touches=found.effective).as_dict()
             together = {**found.as_dict(), "modulus": modulus}
-        rows = [{**row, **more} for row, more in zip(self._rows, [*known, *[_UNKNOWN] * len(touches)], strict=False)]
-        return {"rows": rows[-_SHOWN:], "most_reliable": best, "together": together}
+        each = zip(count(1), touches, [*known, *[_UNKNOWN] * len(touches)])
+        rows = [{**self._row(number, touch), **more} for number, touch, more in [*each][-_SHOWN:]]
+        return {"rows": rows, "most_reliable": best, "together": together}
 
     def _row(self, number: int, touch: Touch) -> Document:
-        end_s, more = self._measurement.ends.get(number), self._calibrated(touch.ratio, touch.standard_error)
-        return {"number": number, **touch.as_dict(), "end_s": end_s, **more, "advice": advice(touch)}
+        of = self._measurement.number, number, touch.revised, self.calibration
+        if of not in self._rows:
+            end_s, more = self._measurement.ends.get(number), self._calibrated(touch.ratio, touch.standard_error)
+            self._rows[of] = {"number": number, **touch.as_dict(), "end_s": end_s, **more, "advice": advice(touch)}
+        return self._rows[of]
 
     def _calibrated(self, ratio: float, error: float) -> Document:
         """Return the standard deviation of a ratio, with the scatter from touch to touch if it is known; the modulus."""

@@ -1,5 +1,4 @@
-// The web socket: connects again after a failure, or when nothing comes any more. The page confirms frames, so
-// that a slow page gets fewer.
+// The web socket: connects again after a failure, or when nothing comes any more.
 
 const WAITS_MS = [250, 500, 1000, 2000];
 const SILENT_S = 5; // the server sends its state five times a second

@@ -14,17 +14,15 @@ import { Screen } from "./screen.js";
 import { Plan, Session } from "./session.js";
 import { Store } from "./store.js";
 
-const CONFIRMED = 4; // every fourth frame; the server sends 30 more at most
 const KEPT = ["hello", "state", "touches", "events", "session", "calibration", "device"];
-const SILENT = ["view", "noise", "seen"]; // asked for by the charts, not by a person
+const SILENT = ["view", "noise"]; // asked for by the charts, not by a person
 
 const store = new Store();
 const connection = new Connection({
   up: () => link(null),
   down: (what, advice) => link({ title: sentence(what), text: sentence(advice) }),
   frame: (buffer) => {
-    const frame = store.take(buffer);
-    if (frame !== undefined && frame % CONFIRMED === 0) connection.say({ do: "seen", frame });
+    store.take(buffer);
     screen.charts.frame();
   },
   text: hear,

@@ -21,18 +21,17 @@ export class Store {
     this.origin = null; // time of the first sample, s
   }
 
-  // Takes a frame from live/feed.py. Returns its number, if the server waits for its confirmation.
+  // Takes a frame from live/feed.py.
   take(buffer) {
     const [version, number, size, kind] = new Uint32Array(buffer, 0, 4);
     if (version !== VERSION) throw new Error(`frame: got version ${version}, allowed: ${VERSION}; reload the page`);
     const block = blockOf(buffer, size);
-    if (kind === VIEW) return void this.view(number, block);
+    if (kind === VIEW) return this.view(number, block);
     if (kind === AGAIN) {
       this.clear();
       this.again();
     }
     this.add(block);
-    return number;
   }
 
   add(block) {
