@@ -41,8 +41,8 @@ class SignalSeen:
     at_s: float = -math.inf  # time of the last batch on the clock; -inf: none yet
     share: float | None = None  # part of the running touch that is measured; None: no touch, or one without a length
     left_s: float = math.nan  # to the end of the touch
-    contact_s: float = math.nan  # in contact
-    done_s: float = math.nan  # in contact since the touch was complete
+    contact_s: float = 0.0  # in contact for this time; 0: it is not
+    done_s: float = 0.0  # in contact for this time since the touch was complete; 0: it is not
     baseline_s: float = math.nan  # time at which the baseline was measured
 
 
@@ -57,8 +57,9 @@ class SignalFollower(Listener):
         """Begin with the next measurement."""
         self._tracker = stream.tracker
         self._channels = _Channel("hard"), _Channel("soft")
+        self._contact, self._done = _Lasting(), _Lasting()
         self._state, self._touch, self._count = "", 0, 0  # the count: samples of the touch
-        self._contact_s = self._touch_s = self._done_s = self._baseline_s = math.nan
+        self._touch_s = self._baseline_s = math.nan
         self.seen = SignalSeen()
 
     def batch(self, batch: Batch) -> None:
@@ -68,20 +69,18 @@ class SignalFollower(Listener):
         t_s, state = batch.samples["t_hard_ns"] * 1e-9, self._tracker.state
         self._follow_state(batch, t_s, state)
         hard, soft = (channel.follow(batch, t_s, state) for channel in self._channels)
-        last_s = float(t_s[-1])
-        lasting = last_s - self._contact_s, last_s - self._done_s
-        self.seen = SignalSeen((hard, soft), self._clock(), *self._progress(last_s, state), *lasting, self._baseline_s)
+        lasting = (
+            part.follow(np.full(len(t_s), holds), t_s)
+            for part, holds in ((self._contact, state in PRESSED), (self._done, state == "done"))
+        )
+        progress = self._progress(float(t_s[-1]), state)
+        self.seen = SignalSeen((hard, soft), self._clock(), *progress, *lasting, self._baseline_s)
 
     def _follow_state(self, batch: Batch, t_s: NDArray[np.float64], state: str) -> None:
-        """Note when contact, touch, its completion and the baseline began."""
-        last_s, before, self._state = float(t_s[-1]), self._state, state
-        if state not in PRESSED:
-            self._contact_s = math.nan
-        elif before not in PRESSED:
-            self._contact_s = float(t_s[0])
-        self._done_s = math.nan if state != "done" else self._done_s if before == "done" else last_s
+        """Note when the touch began, and when its baseline was measured."""
+        before, self._state = self._state, state
         if state != "baseline" and (before == "baseline" or math.isnan(self._baseline_s)):
-            self._baseline_s = last_s
+            self._baseline_s = float(t_s[-1])
         number = int(batch.rows["touch"][-1])
         mine = np.flatnonzero(batch.rows["touch"] == number)
         if number != self._touch:

@@ -266,7 +266,7 @@ def calm(facts: Facts) -> tuple[Now, StatusLine]:
             return now, StatusLine("left in contact", "note", "Lift the probe.", text)
         return now, StatusLine("done", "quiet", "", kept, "Complete.")
     if facts.pressed:
-        sub = f"{seen.contact_s:.0f} s so far" if math.isfinite(seen.contact_s) else "measuring"
+        sub = f"{seen.contact_s:.0f} s so far" if seen.contact_s else "measuring"
         if math.isfinite(seen.left_s):
             sub = f"{seen.left_s:.1f} s more"
         about = f" {_sentence(following)}" if facts.next else ""

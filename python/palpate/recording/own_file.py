@@ -54,21 +54,13 @@ class Damage(NamedTuple):
     reason: str
 
 
-class _Piece(NamedTuple):
-    """Whole lines of a file: where they begin, and the number of the first one."""
-
-    data: bytes
-    offset: int
-    line: int
-
-
 class _Pass:
-    """Reads a file once, in whole lines: `tail` is what comes after the last line end, at `offset`, in this line."""
+    """Reads a file once, in whole lines; what was yielded last, or the `tail` after the last line end, is at `offset`, in `line`."""
 
     def __init__(self, to_mark: int | None = None) -> None:
         self.seen, self.offset, self.tail, self.line = Bytes(to_mark), 0, b"", 1
 
-    def pieces(self, file: BinaryIO, chunk: int) -> Iterator[_Piece]:
+    def pieces(self, file: BinaryIO, chunk: int) -> Iterator[bytes]:
         """Yield the lines of a file that have an end, in order."""
         while data := file.read(chunk):
             self.seen.count(data)
@@ -77,9 +69,9 @@ class _Pass:
                 self.tail += data
                 continue
             lines = b"".join((self.tail, memoryview(data)[:end]))  # one copy
-            yield _Piece(lines, self.offset, self.line)
-            self.offset += len(lines)
-            self.line += _OWN.count_lines(lines)
+            after = self.offset + len(lines), self.line + _OWN.count_lines(lines)
+            yield lines
+            self.offset, self.line = after
             self.tail = data[end:]
 
 
@@ -275,9 +267,9 @@ class Recorded:
         rows, self.headed = 0, False
         try:
             with io.BytesIO(self.data) if self.data is not None else opened(self.path) as file:
-                for piece in reading.pieces(file, chunk):
-                    rest = self._without_header(piece, damage) if piece.line == 1 else piece
-                    block = self._block(rest, rows, damage)
+                for lines in reading.pieces(file, chunk):
+                    rest = self._without_header(reading, lines, damage) if reading.line == 1 else lines
+                    block = self._block(reading, rest, rows, damage)
                     rows += len(block)
                     if len(block):
                         yield block
@@ -289,24 +281,25 @@ class Recorded:
         if len(last):
             yield last
 
-    def _without_header(self, piece: _Piece, damage: list[Damage] | None) -> _Piece:
-        first, _, rest = piece.data.partition(b"\n")
+    def _without_header(self, reading: _Pass, lines: bytes, damage: list[Damage] | None) -> bytes:
+        first, _, rest = lines.partition(b"\n")
         line = first.removesuffix(b"\r")
-        self.columns = columns_of(piece.data.split(b"\n")) or COLUMNS
+        self.columns = columns_of(lines.split(b"\n")) or COLUMNS
         self.headed = line == ",".join(self.columns).encode()
         if self.headed:
-            return _Piece(rest, len(first) + 1, 2)
+            reading.offset, reading.line = len(first) + 1, 2
+            return rest
         if unreadable(line, self.columns) is None:
             self._add(Damage(1, 0, 0, 0, 0, "the header is missing"), damage)
-        return piece
+        return lines
 
-    def _block(self, piece: _Piece, rows: int, damage: list[Damage] | None) -> Block:
+    def _block(self, reading: _Pass, data: bytes, rows: int, damage: list[Damage] | None) -> Block:
         """Return the lines that are rows, and add the rest as damaged places."""
         try:
-            return parse_rows(piece.data, self.columns, self.codes)
+            return parse_rows(data, self.columns, self.codes)
         except ValueError:
-            good, number, offset = list[bytes](), piece.line, piece.offset
-        lines = [line + b"\n" for line in piece.data.split(b"\n")[:-1]]
+            good, number, offset = list[bytes](), reading.line, reading.offset
+        lines = [line + b"\n" for line in data.split(b"\n")[:-1]]
         for reason, group in groupby(lines, lambda line: unreadable(line, self.columns)):
             alike = list(group)
             size = sum(map(len, alike))
