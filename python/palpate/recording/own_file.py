@@ -107,6 +107,16 @@ class Recorded:
         Scale of the codes: from the sidecar; else the AD7746 if the first rows agree with it; else None.
     full_scale_pF : float
         Full scale, pF: from the sidecar; else the range of the AD7746 if rows have codes; else inf.
+    settings : dict
+        Scene and settings of the live measurement; empty if unknown.
+    host_stamps : bool
+        Whether the computer stamped the samples when they arrived, from the sidecar.
+    zero_utc_ns : int or None
+        UTC of t = 0, ns since 1970, by the wall clock at the begin; None: unknown.
+    tares : frozenset of int
+        Numbers of the samples after which the baseline was measured again; each is the last of a block.
+    gap_marks : list of (int, str)
+        Those of `tares` that are before a gap, each with what happened there: the board was opened again, ...
     timed : bool
         True: every row has its times. A table of another program may have none.
     understood : str
@@ -143,6 +153,12 @@ class Recorded:
         self.columns: tuple[str, ...] = COLUMNS
         self.codes: Codes | None = None
         self.full_scale_pF: float = math.inf
+        self.settings: dict[str, Any] = sidecar.settings_of(self.document)
+        self.host_stamps: bool = self.describe().get("stamps") == "host"
+        self.zero_utc_ns: int | None = sidecar.zero_of(self.document)[0]
+        tares = sidecar.tares_of(self.document)
+        self.tares: frozenset[int] = frozenset(seq for seq, _, _ in tares)
+        self.gap_marks: list[tuple[int, str]] = [(seq, text) for seq, text, is_gap in tares if is_gap]
         if self.document:
             device = self.document["device"]
             self.codes, self.full_scale_pF = codes_of(device), float(device.get("full_scale_pF", math.inf))
@@ -164,31 +180,6 @@ class Recorded:
 
     def _first_rows(self) -> Block:
         return next(self._parsed(_Pass(), _FIRST, []), np.zeros(0, DTYPE))
-
-    @property
-    def host_stamps(self) -> bool:
-        """Whether the computer stamped the samples when they arrived, from the sidecar."""
-        return self.describe().get("stamps") == "host"
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Scene and settings of the live measurement; empty if unknown."""
-        return sidecar.settings_of(self.document)
-
-    @property
-    def tares(self) -> frozenset[int]:
-        """Numbers of the samples after which the baseline was measured again; each is the last of a block."""
-        return frozenset(seq for seq, _, _ in sidecar.tares_of(self.document))
-
-    @property
-    def gap_marks(self) -> list[tuple[int, str]]:
-        """Those of `tares` that are before a gap, each with what happened there: the board was opened again, ..."""
-        return [(seq, text) for seq, text, is_gap in sidecar.tares_of(self.document) if is_gap]
-
-    @property
-    def zero_utc_ns(self) -> int | None:
-        """UTC of t = 0, ns since 1970, by the wall clock at the begin; None: unknown."""
-        return sidecar.zero_of(self.document)[0]
 
     @property
     def doubts(self) -> tuple[str, ...]:
