@@ -12,18 +12,6 @@ from palpate.recording.recorder import Recorder
 from recording_bench import sample
 
 
-def test_a_recording_is_locked_while_it_is_written(tmp_path: Path) -> None:
-    path = tmp_path / "run.csv"
-    recorder = Recorder(path, {}, {}, [])
-    assert recorder.push(sample(0))
-    assert is_locked(path)
-    assert is_locked(path), "asking ended the lock"
-    assert check(path).running
-    recorder.close()
-    assert not is_locked(path)
-    assert not check(path).running
-
-
 def test_a_second_one_is_refused_and_readers_are_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A writer waits for a reader that asks in between."""
     path = tmp_path / "run.csv"

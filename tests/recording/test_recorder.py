@@ -44,6 +44,7 @@ def test_the_sidecar_is_there_before_the_first_row_and_gets_its_end(tmp_path: Pa
     assert "end" not in before
     assert (before["settings"], before["notes"]) == ({"scene": "paper"}, ["first"])
     assert is_locked(path)
+    assert is_locked(path), "asking ended the lock"
     for seq in range(100):
         assert recorder.push(sample(seq))
     recorder.note("second")

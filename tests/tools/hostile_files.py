@@ -39,7 +39,7 @@ def anywhere() -> Contents:
 
 
 def found() -> dict[str, list[tuple[str, bytes]]]:
-    """Return contents that once took too long, by parser: TOML, sidecars that are right but for one part, and a table."""
+    """Return contents that once took too long, by parser: sidecars that are right but for one part, and a table."""
     right = {"schema": '"palpate-recording-2"', "device": "{}", "settings": "{}", "notes": "[]", "marks": "[]"}
     parts = {
         "100,000 marks": {"marks": json.dumps([0] * 100_000)},
@@ -50,11 +50,8 @@ def found() -> dict[str, list[tuple[str, bytes]]]:
     sidecars = {
         name: ",".join(f'"{key}":{text}' for key, text in (right | part).items()) for name, part in parts.items()
     }
-    dots = [("dotted keys", counted("a." * 1000 + "a{}=1\n"))]
     wide = "1," * 100_000 + "\n"
     return {
-        "calibration": dots,
-        "config": dots,
         "sidecar": [(name, f"{{{text}}}".encode()) for name, text in sidecars.items()],
         "table": [("100,000 columns", f"\2t,hard,soft,{'a,' * 100_000}\n{wide}{wide}".encode())],
         "own_file": [("rows", counted("{},0.026,0.039,8388608,8400000,0.0,0.0,-1,0\n"))],

@@ -54,15 +54,15 @@ class Levels:
         self._whole, self._lock = whole, Lock()
         self._finest, self._newest = Newest(WHOLE if whole else FINEST), Newest(NEWEST)
         self._earlier, self._per_s = np.empty(0, ROW), BINS_PER_S
-        self._span: tuple[float, float] | None = None
+        self.span: tuple[float, float] | None = None  # times of the first and the last row, s
 
     def add(self, rows: Rows) -> None:
         """Add the next rows; their times do not go back."""
         if not len(rows):
             return
         with self._lock:
-            first = self._span[0] if self._span else float(rows["t_s"][0])
-            self._span = first, float(rows["t_s"][-1])
+            first = self.span[0] if self.span else float(rows["t_s"][0])
+            self.span = first, float(rows["t_s"][-1])
             self._newest.add(rows)
             forgotten = self._finest.add(rows if self._whole else thinned(rows))
             if len(forgotten):
@@ -73,11 +73,6 @@ class Levels:
         while len(rows := thinned(rows, self._per_s)) > EARLIER:
             self._per_s /= 2
         return rows
-
-    @property
-    def span(self) -> tuple[float, float] | None:
-        """Times of the first and the last row, s; None: there is no row."""
-        return self._span
 
     @property
     def has_all(self) -> bool:
@@ -111,9 +106,9 @@ class Levels:
 
         The row before, and the one after, are there, too, so that a line reaches both ends. `most`: 16 or more.
         """
-        if self._span is None or from_s > to_s:
+        if self.span is None or from_s > to_s:
             return np.empty(0, ROW)
-        low, high = self._span
+        low, high = self.span
         from_s, to_s = min(max(from_s, low), high), max(min(to_s, high), low)
         with self._lock:
             parts = self._earlier, self._finest.rows

@@ -5,11 +5,11 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass
 from math import nan
 from pathlib import Path
 from threading import Event, Lock, Thread
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -328,8 +328,8 @@ class RecordedMeasurement(Measurement):
         self.recording, self._damage = recording, list[Damage]()
         self._marked = dict(recording.gap_marks)
         self._gaps = deque(sorted(Gap(seq + 1, text) for seq, text in self._marked.items()))
-        names = ("timed", "full_scale_pF", "host_stamps", "tares", "gap_marks")
-        self._opened: Any = SimpleNamespace(blocks=self._blocks, **{name: getattr(recording, name) for name in names})
+        self._opened: Any = copy(recording)
+        self._opened.blocks = self._blocks
         self.tracker = tracker_of(self._opened, settings.pop("scene"), settings)
         self.document: Document = recording.document or {}
         marks = [(t_s, text) for t_s, text in sidecar.marks_of(self.document) if math.isfinite(t_s)]

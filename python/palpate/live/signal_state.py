@@ -69,12 +69,10 @@ class SignalFollower(Listener):
         t_s, state = batch.samples["t_hard_ns"] * 1e-9, self._tracker.state
         self._follow_state(batch, t_s, state)
         hard, soft = (channel.follow(batch, t_s, state) for channel in self._channels)
-        lasting = (
-            part.follow(np.full(len(t_s), holds), t_s)
-            for part, holds in ((self._contact, state in PRESSED), (self._done, state == "done"))
-        )
+        contact_s = self._contact.follow(np.full(len(t_s), state in PRESSED), t_s)
+        done_s = self._done.follow(np.full(len(t_s), state == "done"), t_s)
         progress = self._progress(float(t_s[-1]), state)
-        self.seen = SignalSeen((hard, soft), self._clock(), *progress, *lasting, self._baseline_s)
+        self.seen = SignalSeen((hard, soft), self._clock(), *progress, contact_s, done_s, self._baseline_s)
 
     def _follow_state(self, batch: Batch, t_s: NDArray[np.float64], state: str) -> None:
         """Note when the touch began, and when its baseline was measured."""
