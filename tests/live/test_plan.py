@@ -50,6 +50,7 @@ class Bench:
         self.touches, self.last_s = list[Any](), 0.0
         self.listeners, self.recording_begun, self.said = list[Any](), list[Any](), list[str]()
         self.recorder: Recorder | None = Recorder()
+        self.newest_recorder: Recorder | None = self.recorder
         self.say = self.said.append
         measurement: Any = self
         self.plan = TouchPlan(measurement, accepted)
@@ -60,7 +61,7 @@ class Bench:
 
     def begin(self) -> None:
         """Begin the next measurement."""
-        self.touches, self.last_s = [], 0.0
+        self.touches, self.last_s, self.newest_recorder = [], 0.0, None
         self.plan.begun(SimpleNamespace())  # type: ignore[arg-type]
 
     def touch(

@@ -14,7 +14,6 @@ from palpate.live.measurement import LiveMeasurement
 from palpate.live.plan import TouchPlan
 from palpate.live.signal_state import SignalFollower
 from palpate.live.state_rules import SILENT_S, Facts, LastTouch, Now, PairRate, StatusLine, view_of
-from palpate.recording.recorder import Recorder
 from palpate.sentences import advice
 from palpate.several import objections
 from palpate.sources import Gap, Source
@@ -43,7 +42,6 @@ class ConnectionState(Listener):
         self._signal = SignalFollower(clock)
         self._shown: list[str] = []
         measurement.listeners += [self._signal, self]
-        measurement.recording_begun.append(self._follow_recording)
 
     def document(self) -> Document:
         """Return now, line and announce, of the message `state`."""
@@ -68,16 +66,12 @@ class ConnectionState(Listener):
         self._retaken = self._lost = self._cut = self._before = 0
         self._gaps = len(stream.source.gaps)
         self._reads: deque[tuple[float, StreamCounters]] = deque()
-        self._recorder: Recorder | None = None  # one that failed is shown until the next one begins
         self._known: tuple[tuple[int, bool, str], LastTouch] | None = None
 
     def gap(self, gap: Gap) -> None:
         """Show a gap for a while."""
         self._gap, self._gap_s = gap.text, self._clock()
         self._gaps += 1
-
-    def _follow_recording(self, recorder: Recorder) -> None:
-        self._recorder = recorder
 
     def facts(self) -> Facts:
         """Return what is known now."""
@@ -88,7 +82,7 @@ class ConnectionState(Listener):
         if at_s - self._looked_s > SILENT_S and seen.at_s > self._awake_s:
             self._awake_s = at_s  # this process stood still, not the source; once, until there is a sample again
         self._looked_s = at_s
-        last, recorder = self._recorder, measurement.recorder
+        last, recorder = measurement.newest_recorder, measurement.recorder
         return Facts(
             state,
             seen=seen,

@@ -91,6 +91,7 @@ class Measurement(Listener):
         self.tares: deque[float] = deque(maxlen=MOST)  # times after which the baseline was measured again, s
         self.levels: Levels = Levels(whole=self._whole)
         self.moment: Moment = Moment()
+        self.newest_recorder: Recorder | None = None  # of this measurement, also after its end
 
     def batch(self, batch: Batch) -> None:
         """Keep the rows of a batch, and where its touches end."""
@@ -261,7 +262,7 @@ class LiveMeasurement(Measurement):
         return "A new measurement has started."
 
     def _begin_recording(self, recorder: Recorder) -> None:
-        self.records = True
+        self.records, self.newest_recorder = True, recorder
         self.files.made(recorder.path, "recording")
         for add in self.recording_begun:
             add(recorder)

@@ -58,8 +58,7 @@ class TouchPlan(Listener):
         self._lock = RLock()
         self._head: Document = {"title": "", "operator": "", "wanted": 4}
         self._notes: list[stored.Note] = []
-        self._recorder: Recorder | None = None  # of this measurement, also after its end
-        self._stored = stored.Plan()  # what it has
+        self._stored: tuple[Recorder | None, stored.Plan] = None, stored.Plan()  # a recorder, and what it has
         self._recorded: stored.Plan | None = None
         if isinstance(measurement, RecordedMeasurement):
             self._recorded = plan = stored.plan_of(measurement.document)
@@ -79,7 +78,7 @@ class TouchPlan(Listener):
         """Begin with the next measurement."""
         with self._lock:
             self.progress.begin()
-            self._notes, self._recorder = [], None
+            self._notes = []
             self._changed()
 
     def touch(self, number: int, touch: Touch) -> None:
@@ -167,20 +166,19 @@ class TouchPlan(Listener):
         }
         if recorder := self._measurement.recorder:
             self._store(recorder)
-        elif ordered and self._recorder and self._recorder.first_s is not None:
-            amend(self._recorder.path, self._within(self._recorder.first_s))
+        elif ordered and (ended := self._measurement.newest_recorder) and ended.first_s is not None:
+            amend(ended.path, self._within(ended.first_s))
 
     def _store(self, recorder: Recorder) -> None:
         """Give a recording the session as it is now: what is within it."""
         with self._lock:
-            if recorder is not self._recorder:
-                self._recorder, self._stored = recorder, stored.Plan()
             plan = self._within(-inf if recorder.first_s is None else recorder.first_s)
-            if plan == self._stored:
+            of, has = self._stored
+            if plan == (has if of is recorder else stored.Plan()):
                 return
             try:
                 recorder.session(plan)
-                self._stored = plan
+                self._stored = recorder, plan
             except (ValueError, PalpateError) as error:  # no room for it, or closed at this moment
                 self._measurement.say(str(error))
 

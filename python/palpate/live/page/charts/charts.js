@@ -90,7 +90,6 @@ export class Charts {
       "spectrum": () => this.spectrum?.toggle(),
     }[name];
     act?.();
-    return Boolean(act);
   }
 
   // A cursor goes to the pointer, or to the middle of the window.
@@ -120,9 +119,7 @@ export class Charts {
   }
 
   moved() {
-    const { back } = this.window, said = JSON.stringify(back);
-    if (said !== this.said) document.dispatchEvent(new CustomEvent("looking", { detail: back }));
-    this.said = said;
+    document.dispatchEvent(new CustomEvent("looking"));
     this.redraw("time");
   }
 

@@ -67,7 +67,6 @@ export class Looking {
   }
 
   pause() {
-    if (this.fixed) this.now();
-    else this.show(this.from, this.to);
+    this.show(this.from, this.to);
   }
 }
