@@ -1,7 +1,6 @@
 """Sends the measurement to the pages as soon as there are rows; fewer and larger frames to a page that reads slowly."""
 
 import asyncio
-from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any
 
@@ -117,9 +116,13 @@ class Hub:
         """Send the state to every page, and each other document that has changed."""
         for kind in self._bench.documents:
             self._announce(kind)
-        self._tell("state", self._bench.state(), self.pages)
-        if listening := [page for page in self.pages if page.listens]:
-            self._tell("noise", noise_of(self._measurement.levels.newest_rows()), listening)  # takes 1 ms
+        state = message_of("state", **self._bench.state())
+        for page in self.pages:
+            page.tell("state", state)
+            if page.listens:
+                page.tell(
+                    "noise", message_of("noise", **noise_of(self._measurement.levels.newest_rows()))
+                )  # takes 1 ms
 
     def _announce(self, kind: str) -> None:
         """Send a document to every page, if it has changed."""
@@ -128,12 +131,6 @@ class Hub:
             self._told[kind] = message
             for page in self.pages:
                 page.tell(kind, message)
-
-    @staticmethod
-    def _tell(kind: str, document: Document, pages: Iterable[Page]) -> None:
-        message = message_of(kind, **document)
-        for page in pages:
-            page.tell(kind, message)
 
     def _look(self) -> None:
         if self._number != self._measurement.number:

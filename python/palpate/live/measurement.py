@@ -330,7 +330,7 @@ class RecordedMeasurement(Measurement):
         self._marked = dict(recording.gap_marks)
         self._gaps = deque(sorted(Gap(seq + 1, text) for seq, text in self._marked.items()))
         self._opened: Any = copy(recording)
-        self._opened.blocks = self._blocks
+        vars(self._opened)["blocks"] = self._blocks
         self.tracker = tracker_of(self._opened, settings.pop("scene"), settings)
         self.document: Document = recording.document or {}
         marks = [(t_s, text) for t_s, text in sidecar.marks_of(self.document) if math.isfinite(t_s)]
