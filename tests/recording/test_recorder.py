@@ -6,16 +6,17 @@ import os
 import time
 import zlib
 from pathlib import Path
-from threading import Event
+from threading import Event, Timer
 from typing import Any
 from unittest.mock import Mock
 
 import pytest
 from palpate import RecordingError, check, read
+from palpate.recording import lock as lock_module
 from palpate.recording import recorder as recorder_module
 from palpate.recording import sidecar
 from palpate.recording import writer as writer_module
-from palpate.recording.lock import is_locked
+from palpate.recording.lock import is_locked, lock, unlock
 from palpate.recording.recorder import CAPACITY, FLUSH_S, SYNC_S, Recorder
 from palpate.recording.rows import HEADER
 from palpate.recording.session import Entry, Note, Plan, Specimen, plan_of
@@ -201,3 +202,34 @@ def test_a_mark_may_be_earlier_and_be_renamed(tmp_path: Path) -> None:
             recorder.rename_mark(number, "x")
     recorder.close()
     assert read(path).marks[1] == (2.0, "named")
+
+
+def test_a_second_one_is_refused_and_readers_are_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A writer waits for a reader that asks in between."""
+    path = tmp_path / "run.csv"
+    path.write_bytes(b"x")
+    with path.open("r+b") as first, path.open("r+b") as second:
+        lock(first)
+        with pytest.raises(BlockingIOError):
+            lock(second)
+        assert path.read_bytes() == b"x"
+        unlock(first)
+        lock(second)
+        monkeypatch.setattr(lock_module, "_WAIT_S", 60.0)
+        ending = Timer(0.1, unlock, (second,))
+        ending.start()
+        lock(first)
+        ending.join()
+        unlock(first)
+
+
+def test_a_file_system_without_locks_takes_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: object, shared: bool) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(lock_module, "_take", none)
+    recorder = Recorder(tmp_path / "run.csv", {}, {}, [])
+    assert recorder.push(sample(0))
+    assert not is_locked(tmp_path / "run.csv")
+    recorder.close()
+    assert not check(tmp_path / "run.csv").faults
