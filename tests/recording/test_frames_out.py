@@ -98,7 +98,7 @@ MIDDLE = np.arange(len(PLAIN.hard)) == 50
     [
         (edited(gap=MIDDLE * 1.0), "gap: got '0.0', allowed: True or False in each row"),
         (edited(status=np.where(MIDDLE, 9, 0)), r"line 51: '9' in column 5 \(status\) is no status, allowed: whole numbers, 0 to 8"),
-        (edited(hard_pF=PLAIN.hard > 7), r"column 3 \(hard_pF\): got True and False, allowed: numbers"),
+        (edited(hard_pF=PLAIN.hard > 7), r"'False' in column 3 \(hard_pF\) is neither a number"),
     ],
 )  # fmt: skip
 def test_wrong_cells_of_an_own_frame_are_refused(frame: pd.DataFrame, message: str) -> None:

@@ -153,7 +153,7 @@ def test_a_damaged_xdf_file_is_refused(tmp_path: Path) -> None:
     markers = written(Stream("Marks", [1.0], [["x"]], ["mark"], kind="string"))
     for wrong in (b"XDF:", b"XDF:\2\1", markers, path.read_bytes()[: path.stat().st_size // 2]):
         path.write_bytes(wrong)
-        with pytest.raises(RecordingError, match="XDF file"):
+        with pytest.raises(RecordingError, match=r"cannot be read|no stream has numbers"):
             palpate.read(path)
 
 
@@ -194,7 +194,7 @@ def test_clean_text_and_own_recordings_need_no_package(tmp_path: Path) -> None:
         "assert len(palpate.read({'t_s': numpy.arange(9.), 'C1': numpy.arange(9.), 'C2': numpy.arange(9.)}, unit='pF')) == 9\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=ROOT)
-    loaded = "import sys, palpate; palpate.read({!r}); print([m for m in ('pandas', 'pyarrow', 'palpate.tables.text') if m in sys.modules])"
+    loaded = "import sys, palpate; palpate.read({!r}); print([m for m in ('pandas', 'pyarrow', 'palpate.tables.formats') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", loaded.format(str(OWN))], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

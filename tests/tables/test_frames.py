@@ -137,9 +137,9 @@ def test_a_column_that_is_not_wanted_may_have_anything() -> None:
         (pa.table({**BASE, "C1": [[1.0]] * N}), r"in column 3 \(C1\) is neither a number"),
         ({**BASE, "C1": np.full(N, 1j)}, r"in column 3 \(C1\) is neither a number"),
         ({**BASE, "C1": np.ma.masked_array(PLAY.hard, np.arange(N) == 7)}, "nan in place of masked values"),
-        ({**BASE, "C1": PLAY.hard > 7}, r"column 3 \(C1\): got True and False, allowed: numbers"),
+        ({**BASE, "C1": PLAY.hard > 7}, r"'(True|False)' in column 3 \(C1\) is neither a number"),
         (pd.DataFrame({**BASE, "C1": pd.array([None, *[True] * (N - 1)], "boolean")}), "'True' in column 3"),
-        ({**BASE, "C1": DATES}, r"column 3 \(C1\): got times, allowed: numbers"),
+        ({**BASE, "C1": DATES}, r"'2026-03-01T10.*' in column 3 \(C1\) is neither a number"),
         ({"C1": PLAY.hard, "C2": PLAY.soft[:9]}, r"got columns of shapes \[\(9,\), \(.*,\)\], allowed: .* one shape"),
     ],
 )  # fmt: skip

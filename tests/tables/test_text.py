@@ -3,14 +3,15 @@
 import sys
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from palpate import RecordingError
-from palpate.tables.table import Asked, Table, numbers
-from palpate.tables.text import text_table
+from palpate import RecordingError, read
+from palpate.tables.formats import text_table
+from palpate.tables.table import Asked, Table
 from palpate.tables.units import to_number
 
 NAMES = ["time", "hard", "soft"]
@@ -22,7 +23,7 @@ def table(text: str | bytes, decimal: str | None = None) -> Table:
 
 
 def values(found: Table, *columns: str) -> list[list[float]]:
-    return [numbers(found, found.column(column)).tolist() for column in columns]
+    return [found.column(column).numbers().tolist() for column in columns]
 
 
 @pytest.mark.parametrize(
@@ -64,8 +65,8 @@ def test_the_same_table_in_many_dialects(text: str | bytes) -> None:
         ("time;C1;C2", "0 1.5 2", ["time", "C1", "C2"]),
         ("Report of run 7,,\n,Ch1,Ch2\nTime (s),C (pF),C (pF)", "0,1,2", ["Time (s)", "Ch1 C (pF)", "Ch2 C (pF)"]),
         ("t;C1;C2\ns;pF;pF", "0;1;2", ["t s", "C1 pF", "C2 pF"]),
-        ("Logger 7", "0;1;2", ["", "", ""]),
-        ("time;soft;hard", "0;0;1;2", ["", "", "", ""]),
+        ("Logger 7", "0;1;2", ["column 1", "column 2", "column 3"]),
+        ("time;soft;hard", "0;0;1;2", ["column 1", "column 2", "column 3", "column 4"]),
     ],
 )
 def test_names_of_the_columns(header: str, row: str, names: list[str]) -> None:
@@ -76,7 +77,7 @@ def test_names_of_the_columns(header: str, row: str, names: list[str]) -> None:
 def column(*cells: str, beside: str = "0", delimiter: str = ";", decimal: str | None = None) -> list[float]:
     """Return the numbers in the first column of a table."""
     rows = "".join(f"{cell}{delimiter}{beside}\n" for cell in cells)
-    found: list[float] = numbers(table(f"hard{delimiter}n\n{rows}", decimal), 0).tolist()
+    found: list[float] = table(f"hard{delimiter}n\n{rows}", decimal).columns[0].numbers().tolist()
     return found
 
 
@@ -99,7 +100,7 @@ def test_numbers_with_evidence(cells: tuple[str, ...], found: list[float]) -> No
 
 def test_a_doubtful_mark_is_asked_about() -> None:
     for cells in (("6,123", "7,123"), ("6,123", "OL")):
-        with pytest.raises(ValueError, match=r"decimal: got '[67],123'.* or a thousands separator\? allowed: decimal"):
+        with pytest.raises(ValueError, match=r"decimal: got '[67],123'.* or a thousands separator\?, allowed: decimal"):
             column(*cells)
     assert column("6,123", "7,123", beside="0,5") == [6.123, 7.123], "another column settles it"
     assert column("6,123", "7,123", decimal="comma") == [6.123, 7.123]
@@ -114,6 +115,23 @@ def test_a_wrong_cell_is_refused_by_line(wrong: str) -> None:
     with pytest.raises((RecordingError, ValueError), match=r"line 47|decimal: got") as caught:
         column(*cells)
     assert wrong in str(caught.value)
+
+
+@pytest.mark.parametrize("word", ["Mean", "Std dev", "average:", "Max", "Summe"])
+def test_a_row_of_sums_is_refused_also_without_times(tmp_path: Path, word: str) -> None:
+    rows = "".join(f"{6 + n % 7 / 10},{4 + n % 5 / 10},{'touch' if n == 20 else ''}\n" for n in range(60))
+    path = tmp_path / "sums.csv"
+    cases: list[tuple[str, str, str, dict[str, Any]]] = [("", "", "", {}), ("t (s),", "0.1,", ",", {"rate": 40.0})]
+    for header, cell, empty, options in cases:
+        body = "".join(f"{cell}{row}\n" for row in rows.splitlines())
+        path.write_text(f"{header}C1 (pF),C2 (pF),notes\n{body}")
+        assert len(read(path, **options)) == 60
+        path.write_text(f"{header}C1 (pF),C2 (pF),notes\n{body}{empty}6.3,4.2,{word}\n")
+        with pytest.raises(RecordingError, match=f"line 62: '{word}' in column . .notes. looks like a row of sums"):
+            read(path, **options)
+    path.write_text(f"t (s),C1 (pF),C2 (pF),notes\n{body},6.3,4.2,promedio\n")
+    with pytest.raises(RecordingError, match=r"line 62: an empty cell in column 1 .* looks like a row of sums"):
+        read(path, rate=40.0)
 
 
 def test_cells_without_a_value() -> None:
@@ -180,9 +198,9 @@ ANY = st.lists(st.lists(CELLS, min_size=1, max_size=4), max_size=12)
 def test_any_text_is_a_table_or_an_error(drawn: tuple[list[list[str]], str] | bytes) -> None:
     with suppress(RecordingError, ValueError):
         found = table(drawn if isinstance(drawn, bytes) else "\n".join(drawn[1].join(row) for row in drawn[0]))
-        for at in range(len(found.columns)):
+        for each in found.columns:
             with suppress(RecordingError, ValueError):
-                assert len(numbers(found, at)) == len(found) > 0
+                assert len(each.numbers()) == len(found) > 0
 
 
 @given(

@@ -5,14 +5,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import palpate
 import pytest
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from palpate import RecordingError
-from palpate.tables.table import Asked, Column, Table
-from palpate.tables.times import Times, times, typical_step
+from palpate.tables.channels import Times, times
+from palpate.tables.remarks import typical_step
+from palpate.tables.table import Table
 
 ROW = np.arange(200)
 STEP_US = 26_041
@@ -21,10 +23,9 @@ DATE = 1_763_726_400
 BEGUN = datetime(2025, 11, 21, 12, 0, 0, 0, UTC)
 
 
-def read(cells: Any, name: str = "time", *, unit: str = "", zero_ns: int | None = None, **asked: Any) -> Times:
+def read(cells: Any, name: str = "time", *, unit: str = "", time_unit: str | None = None) -> Times:
     cells = cells if isinstance(cells, np.ndarray) else np.array(cells, object)
-    table = Table(Path("t.csv"), [Column(name, cells, unit)], range(2, 2 + len(cells)))
-    return times(table, 0, Asked(**asked), zero_ns)
+    return times(Table(Path("t.csv"), [(name, cells, unit)], range(2, 2 + len(cells))).columns[0], time_unit)
 
 
 def stamps(form: str, begun: datetime = BEGUN) -> list[str]:
@@ -77,8 +78,8 @@ def test_whole_numbers_and_dates_lose_no_nanosecond() -> None:
         (ROW * 2, "time", "time_unit: got a median step of 2"),
         (46090.5 + SECOND / 86400, "Time", "time_unit: got a median step of 3.01e-07"),
         (SECOND, "t_ms", r"a median step of 0.026 in .*: s \(38.4 pairs a second\), ms \(3.84e\+04"),
-        ((DATE + SECOND) // 1, "time", r"200 rows have 6 different stamps in .*--rate 39\.8 from the count"),
-        (np.full(20, 7), "t_s", "20 rows have 1 different stamps in .*--rate"),
+        ((DATE + SECOND) // 1, "time", r"6 different stamps in 200 rows .*--rate 39\.8 from the count"),
+        (np.full(20, 7), "t_s", "1 different stamps in 20 rows .*--rate"),
     ],
 )
 def test_what_is_open_is_asked(cells: Any, name: str, message: str) -> None:
@@ -126,10 +127,11 @@ def test_jitter_and_bursts_of_host_stamps_are_kept() -> None:
 
 
 def test_dates_of_both_channels_count_from_one_zero() -> None:
-    for first in (0, 1, 37, 130):
-        cells = 1_741_944_413.2 + np.arange(1650) / 50
-        whole = read(cells)
-        assert read(cells[first:], zero_ns=whole.zero_ns).seconds.tolist() == whole.seconds[first:].tolist()
+    channels = {"C1": 6 + ROW % 7, "C2": 4 + ROW % 5}
+    for later in (-0.013, 0.0, 0.013, 2.5):
+        found = palpate.read({"time": DATE + SECOND, "t_soft": DATE + SECOND + later, **channels}, unit="pF")
+        assert (found.t_hard_s[0], found.zero_utc_ns) == (0, DATE * 10**9)
+        assert found.t_soft_s == pytest.approx(SECOND + later, rel=0, abs=1e-6)
 
 
 Values: Any = st.lists(st.floats(), min_size=1, max_size=12) | st.lists(

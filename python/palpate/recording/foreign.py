@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -103,12 +103,12 @@ def of_table(path: Path, table: Table, wanted: Asked) -> Foreign:
     if wanted == Asked() and (made := own_frame(table)) is not None:
         return Foreign(path, made)
     if wanted.decimal:
-        table = replace(table, decimal=DECIMALS[wanted.decimal])
+        table.decimal = DECIMALS[wanted.decimal]
     soft = read_table(Path(wanted.soft), wanted) if wanted.soft is not None else None
     found = channels(table, wanted, soft)
     has_own_names = {column.name for column in table.columns} >= {"hard_pF", "soft_pF", "t_hard_s", "t_soft_s"}
     notes = (*found.notes, AS_TABLE) if has_own_names else found.notes
-    recording = Recording(*found[:4], notes, zero_utc_ns=found.zero_utc_ns, understood=found.said)
+    recording = Recording(*found.arrays, notes, zero_utc_ns=found.zero_utc_ns, understood=found.said)
     return Foreign(path, recording, found.unused)
 
 

@@ -14,9 +14,9 @@ from palpate.extras import need
 from palpate.recording.recording import Recording
 from palpate.recording.rows import LARGEST_STATUS
 from palpate.samples import blank, usable
-from palpate.tables.channels import pace, rate_of, remarks
-from palpate.tables.table import Asked, Table, numbers
-from palpate.tables.times import times
+from palpate.tables.channels import times
+from palpate.tables.remarks import pace, rate_of, remarks
+from palpate.tables.table import Table
 
 _ARRAYS = {"t_hard_s": "t_hard_s", "t_soft_s": "t_soft_s", "hard": "hard_pF", "soft": "soft_pF"}
 _UNITS = {"t_hard_s": "s", "t_soft_s": "s", "hard_pF": "pF", "soft_pF": "pF", "full_scale_pF": "pF"}
@@ -57,10 +57,10 @@ def own_frame(table: Table) -> Recording | None:
     stamps = next((pair for pair in _TIMES if names >= {*pair}), None)
     if not names >= {"hard_pF", "soft_pF"} or (stamps is None and "full_scale_pF" not in names):
         return None
-    hard, soft = _numbers(table, "hard_pF"), _numbers(table, "soft_pF")
-    full_scale = np.inf if "hard_raw" in names and _numbers(table, "hard_raw")[0] < 0 else SATURATED_PF
+    hard, soft = (table.column(name).numbers() for name in ("hard_pF", "soft_pF"))
+    full_scale = np.inf if "hard_raw" in names and table.column("hard_raw").numbers()[0] < 0 else SATURATED_PF
     if "full_scale_pF" in names:
-        cells = np.asarray(table.columns[table.column("full_scale_pF")].cells, float)  # numbers() refuses inf
+        cells = np.asarray(table.column("full_scale_pF").cells, float)  # numbers() refuses inf
         full_scale = float(_only(np.nan_to_num(cells, nan=np.inf, posinf=np.inf)))
     if "status" in names:
         block = blank(len(table))
@@ -68,11 +68,10 @@ def own_frame(table: Table) -> Recording | None:
         hard, soft = usable(block, full_scale)
     t_hard = t_soft = np.full(len(table), np.nan)
     if stamps:
-        t_hard, t_soft = (times(table, table.column(name), Asked()).seconds for name in stamps)
-    rate = rate_of(t_hard)
-    date_ns = times(table, table.column("utc"), Asked()).zero_ns if "utc" in names else None
+        t_hard, t_soft = (times(table.column(name)).seconds for name in stamps)
+    date_ns = times(table.column("utc")).zero_ns if "utc" in names else None
     gaps = np.flatnonzero(_flags(table, "gap")).tolist() if "gap" in names else []
-    notes = [*remarks((t_hard, t_soft, hard, soft), rate), *table.notes, *([ROWS_ONLY] if "status" in names else [])]
+    notes = [*remarks(t_hard, t_soft, hard, soft), *table.notes, *([ROWS_ONLY] if "status" in names else [])]
     return Recording(
         *(t_hard, t_soft, hard, soft),
         notes=tuple(dict.fromkeys(notes)),
@@ -80,17 +79,13 @@ def own_frame(table: Table) -> Recording | None:
         host_stamps="host_stamps" in names and bool(_only(_flags(table, "host_stamps"))),
         gap_rows=tuple(row for row in gaps if row),
         zero_utc_ns=None if date_ns is None else date_ns - round(float(t_hard[0]) * 1e9),
-        understood=f"a recording of palpate as a data frame; {pace(rate)}; {len(table)} rows",
+        understood=f"a recording of palpate as a data frame; {pace(rate_of(t_hard))}; {len(table)} rows",
     )
-
-
-def _numbers(table: Table, name: str) -> NDArray[np.float64]:
-    return numbers(table, table.column(name))
 
 
 def _flags(table: Table, name: str) -> NDArray[np.bool_]:
     """Return the values of a column of True and False, or of texts of them."""
-    texts = [str(cell).strip().casefold() for cell in table.columns[table.column(name)].cells]
+    texts = [str(cell).strip().casefold() for cell in table.column(name).cells]
     if wrong := set(texts) - {"true", "false"}:
         raise ValueError(f"{name}: got {quoted(min(wrong))}, allowed: True or False in each row")
     return np.array([text == "true" for text in texts])
@@ -105,7 +100,7 @@ def _only(values: NDArray[Any]) -> Any:
 
 
 def _status(table: Table) -> NDArray[np.float64]:
-    values = _numbers(table, "status")
-    wrong = ~np.isin(values, np.arange(LARGEST_STATUS + 1))
-    table.refuse(table.column("status"), wrong, f"is no status, allowed: whole numbers, 0 to {LARGEST_STATUS}")
+    column = table.column("status")
+    wrong = ~np.isin(values := column.numbers(), np.arange(LARGEST_STATUS + 1))
+    column.refuse(wrong, f"is no status, allowed: whole numbers, 0 to {LARGEST_STATUS}")
     return values

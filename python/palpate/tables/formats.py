@@ -3,24 +3,30 @@
 import csv
 import io
 import logging
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
-from logging.handlers import BufferingHandler
+import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from statistics import mode
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from palpate.errors import RecordingError, listed, quoted
+from palpate.errors import MissingExtra, PalpateError, RecordingError, listed, quoted
 from palpate.extras import need
 from palpate.frames import is_a, is_frame
 from palpate.tables.packed import contents, unpacked_name
-from palpate.tables.table import Asked, Column, Table
-from palpate.tables.text import NoRows, text_table
+from palpate.tables.table import DECIMALS, Asked, Question, Table, ask
+from palpate.tables.units import NONE, NUMBER, TEXT, TIME, kind
 
 PARQUET, ARROW = b"PAR1", b"ARROW1\0\0"
 _SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".xlsx", ".xlsm", ".xdf", ".parquet", ".arrow", ".feather")
+_HEADER = 1 << 18  # characters in which the first row of numbers is looked for
+_SAMPLE = 500  # characters in the middle, and at the end, in which the dialect is looked for
+_MOST_NAMES = 4  # rows of names
+_DELIMITERS = "\t;|,"
+_COMMENT = re.compile(r'["\s]*(?:[#%!]|//)')
+_DOUBTFUL = re.compile(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}")  # decimal comma, or a separator of thousands
+_USUAL = "Segments and clock-segments differ"  # pyxdf logs it of every stream whose times are not smoothed
 
 
 def readable(path: Path) -> bool:
@@ -31,110 +37,227 @@ def readable(path: Path) -> bool:
 def read_table(path: Path, asked: Asked) -> Table:
     """Read a file of any format as a table, also a packed one and standard input; errors as of `palpate.read`."""
     data = contents(path)
-    reader = next((reader for begin, reader in _READERS.items() if data.startswith(begin)), text_table)
+    readers = {b"PK\3\4": _workbook, b"XDF:": _xdf, PARQUET: _arrow, ARROW: _arrow}
     try:
-        return reader(path, data, asked)
-    except csv.Error as error:
-        raise RecordingError(path, f"not a table: {error}") from error
-
-
-def _the_one(tables: Mapping[str, Table], asked: Asked, what: str) -> Table:
-    """Return the only sheet or stream, or the one that the user names."""
-    part = next(iter(tables)) if len(tables) == 1 and asked.part is None else asked.part
-    if part is None or part not in tables:
-        got = "none" if part is None else quoted(part)
-        raise ValueError(f"part: got {got}, allowed: the name of a {what} (--part): {listed(tables)}")
-    return tables[part]
-
-
-@contextmanager
-def _damaged(path: Path, what: str) -> Iterator[None]:
-    """Report any error of a library as a damaged file: anyone may have made it."""
-    try:
-        yield
-    except Exception as error:
+        return next((reader for begin, reader in readers.items() if data.startswith(begin)), text_table)(
+            path, data, asked
+        )
+    except (PalpateError, Question):
+        raise
+    except Exception as error:  # of a library: anyone may have made the file
         said = str(error).partition("\n")[0]
-        raise RecordingError(path, f"cannot be read: {what} that is damaged: {said:.200}") from error
+        raise RecordingError(path, f"cannot be read, it is damaged, or no such file: {said:.200}") from error
+
+
+class _Dialect(NamedTuple):
+    """How the rows are written: delimiter (None: blanks), decimal mark, kinds of the cells of a row."""
+
+    delimiter: str | None
+    decimal: str
+    kinds: list[str]
+
+
+def text_table(path: Path, data: bytes, asked: Asked) -> Table:
+    """Read the contents of a text file as a table; RecordingError with the line, ValueError if the decimal mark is open."""
+    text = _decoded(path, data)
+    dialect = _dialect(path, text, asked)
+    above, begin = _above(path, text, dialect)
+    end, notes = text.rfind("\n") + 1, list[str]()
+    if text[end:] and len(_split(text[end:], dialect.delimiter)) < len(dialect.kinds):
+        text, notes = text[:end], ["the last row is incomplete: left out"]
+    body, first = text[begin:], len(above) + 1
+    names = _names(path, above, dialect, "." in body)
+    columns = _alike(body, dialect)
+    lines: Any = range(first, first + len(columns[0])) if columns else []
+    if not columns:
+        columns, lines, left_out = _by_line(path, body, first, dialect, above[-1] if above else "")
+        notes += left_out
+    table = Table(path, zip(names, columns, strict=True), lines, notes, dialect.decimal)
+    for each, of in zip(table.columns, dialect.kinds, strict=True):
+        if of in {NUMBER, TIME} and each.cells.dtype.kind == "O":  # not only of a channel: the row may be a sum
+            wrong = [word for word in set(each.cells) if kind(word) == TEXT]
+            each.refuse(np.isin(each.cells, wrong), "is neither a number nor an overload mark")
+    return table
+
+
+def _decoded(path: Path, data: bytes) -> str:
+    try:
+        text = data.decode("utf-16" if data.startswith((b"\xff\xfe", b"\xfe\xff")) else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    if "\0" in text:
+        allowed = "text, .xlsx, .parquet, .arrow, .feather, .xdf; save a .xls, .mat, .h5 or .npy as one of them"
+        raise RecordingError(path, f"not a table that palpate reads, allowed: {allowed}")
+    text = text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text  # two passes over all of it
+    return text.rstrip("\x1a")
+
+
+def _split(line: str, delimiter: str | None) -> list[str]:
+    """Return the cells of a line."""
+    if delimiter is None:
+        return [cell.strip('"') for cell in line.split()]
+    return [cell.strip() for row in csv.reader([line], delimiter=delimiter, skipinitialspace=True) for cell in row]
+
+
+def _dialect(path: Path, text: str, asked: Asked) -> _Dialect:
+    """Find how the lines in the middle and at the end are written; ask if all commas may separate thousands."""
+    half, tail = text.find("\n", len(text) // 2), text.rfind("\n", 0, max(len(text) - _SAMPLE, 0))
+    middle = text[half + 1 : text.find("\n", half + _SAMPLE)] if half >= 0 else ""
+    lines = [line for line in f"{middle}\n{text[tail + 1 :]}".split("\n") if line.strip() and not _COMMENT.match(line)]
+    if not lines:
+        raise RecordingError(path, "nothing but blank lines", 1)
+
+    def score(delimiter: str | None) -> int:
+        kinds = [kind(cell) for line in lines for cell in _split(line, delimiter)]
+        return kinds.count(NUMBER) + kinds.count(TIME) - kinds.count(TEXT)
+
+    delimiter: str | None = max(_DELIMITERS, key=score)
+    if "\t" not in lines[-1] and score(delimiter) < min(2 * len(lines), score(None)):
+        delimiter = None
+    rows = [_split(line, delimiter) for line in lines]
+    commas = [cell for row in rows for cell in row if "," in cell and "." not in cell and kind(cell) == NUMBER]
+    if commas and not asked.decimal and all(map(_DOUBTFUL.fullmatch, commas)):
+        got = f"{quoted(commas[0])}, a decimal comma or a thousands separator?"
+        raise ask("decimal", got, 'decimal "point" or "comma" (--decimal)')
+    width = mode(map(len, rows))
+    kinds = [[kind(cell) for cell in row] for row in rows if len(row) == width]
+    decimal = DECIMALS[asked.decimal or ("comma" if commas else "point")]
+    return _Dialect(delimiter, decimal, max(kinds, key=lambda each: each.count(NUMBER) + each.count(TIME)))
+
+
+def _row(path: Path, line: str, number: int, dialect: _Dialect) -> list[str]:
+    """Return the cells of a row; refuse one with another number of cells."""
+    cells, width = _split(line, dialect.delimiter), len(dialect.kinds)
+    if len(cells) != width:
+        raise RecordingError(path, f"got {len(cells)} cells, allowed: {width}, as in the other rows", number)
+    return cells
+
+
+def _above(path: Path, text: str, dialect: _Dialect) -> tuple[list[str], int]:
+    """Return the lines above the first row of numbers, and where that row begins."""
+    above: list[str] = []
+    for found in re.finditer(r"([^\n]*)\n?", text[:_HEADER]):
+        kinds = [kind(cell) for cell in _split(found[1], dialect.delimiter)]
+        values = 0 if _COMMENT.match(found[1]) else kinds.count(NUMBER) + kinds.count(TIME)
+        texts = [one == TEXT != other for one, other in zip(kinds, dialect.kinds, strict=False)]
+        if values and len(kinds) == len(dialect.kinds) and (values > 1 or not any(texts)):
+            return above, found.start()
+        if values and TEXT not in kinds and len(kinds) > 1:
+            _row(path, found[1], len(above) + 1, dialect)
+        above.append(found[1])
+    raise RecordingError(path, "not a recording: no row of numbers", 1)
+
+
+def _names(path: Path, above: list[str], dialect: _Dialect, points: bool) -> list[str]:
+    """Return the names of the columns, joined from up to four rows; "" if no line has a name for each column."""
+    rows, width = list[list[str]](), len(dialect.kinds)
+    filled = [line.lstrip('#%!/ "') if _COMMENT.match(line) else line for line in above if line.strip()]
+    for line in filled[: -_MOST_NAMES - 1 : -1]:
+        ways = [_split(line, each) for each in (dialect.delimiter, *_DELIMITERS)]  # it may have one of its own
+        ways += [[*ways[0], ""]] if dialect.kinds[-1] == NONE else []  # each row ends with a delimiter
+        cells = next(([cell.strip('"') for cell in cells] for cells in ways if len(cells) == width), [])
+        kinds = [kind(cell) for cell in cells]
+        if not cells or {NUMBER, TIME} & {*kinds} or kinds.count(TEXT) < min(2, width):
+            break
+        rows.insert(0, cells)
+    few = len(_split(filled[-1], ",")) if filled and not rows else 1
+    if 1 < few < width and dialect.delimiter == "," and not points:
+        reason = f"got {width} cells below {few} names: commas separate the cells and are decimal marks?"
+        raise RecordingError(path, f"{reason} save it with another delimiter", len(above) + 1)
+    return [" ".join(filter(None, column)) for column in zip(*rows, strict=True)] or [""] * width
+
+
+def _alike(body: str, dialect: _Dialect) -> list[Any]:
+    """Return the columns of rows that are all alike, by pandas; none: not so, or there is no pandas."""
+    comments = [] if dialect.kinds[0] == NUMBER else ["#", "%", "!", "//"]
+    if any(sign in body for sign in ['"', *comments]):
+        return []
+    try:
+        pandas = need("pandas", "tables")
+        how = {"sep": dialect.delimiter or r"\s+", "decimal": dialect.decimal, "header": None, "na_filter": False}
+        how |= {} if pandas.__version__ >= "3.1" else {"float_precision": "round_trip"}  # the nearest double
+        frame = pandas.read_csv(io.BytesIO(body.encode()), skip_blank_lines=False, low_memory=False, **how)
+    except (MissingExtra, ValueError):
+        return []
+    columns = [each.to_numpy(object if each.dtype.kind not in "iuf" else None) for _, each in frame.items()]
+    wrong = [of == NUMBER and each.dtype.kind == "O" for each, of in zip(columns, dialect.kinds, strict=False)]
+    is_short = columns[-1].dtype.kind == "O" and not all(columns[-1])  # in a row
+    return [] if len(columns) != len(dialect.kinds) or any(wrong) or is_short else columns
+
+
+def _by_line(
+    path: Path, body: str, first: int, dialect: _Dialect, names: str
+) -> tuple[list[Any], list[int], list[str]]:
+    """Return the columns as texts, the number of each line, and a note on comments and repeated names."""
+    lines = {number: line for number, line in enumerate(body.split("\n"), first) if line.strip()}
+    left_out = [number for number, line in lines.items() if _COMMENT.match(line) or line == names]
+    more = f", and {len(left_out) - 1} more lines" if len(left_out) > 1 else ""
+    notes = [f"line {number} is no row ({quoted(lines[number])}){more}: left out" for number in left_out[:1]]
+    rows = {number: _row(path, lines[number], number, dialect) for number in sorted({*lines} - {*left_out})}
+    return [np.array(column, object) for column in zip(*rows.values(), strict=True)], list(rows), notes
+
+
+def _part(path: Path, parts: Mapping[str, Any], asked: Asked, what: str) -> Any:
+    """Return the only sheet or stream with numbers, or the one that the user names."""
+    if not parts:
+        raise RecordingError(path, f"no {what} has numbers")
+    part = next(iter(parts)) if len(parts) == 1 and asked.part is None else asked.part
+    if part is None or part not in parts:
+        raise ask("part", "none" if part is None else quoted(part), f"the name of a {what} (--part): {listed(parts)}")
+    return parts[part]
 
 
 def _workbook(path: Path, data: bytes, asked: Asked) -> Table:
     """Return the sheet of an Excel workbook with the two channels, read as text with tabs; a line is a row of the sheet."""
-    openpyxl, found = need("openpyxl", "tables"), dict[str, Table]()
-    with _damaged(path, "an Excel workbook"):
-        book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-        sheets = {sheet.title: [list(map(_written, row)) for row in sheet.iter_rows()] for sheet in book.worksheets}
-    for name, rows in sheets.items():
-        width = max(map(len, rows), default=0)
-        lines = ["\t".join([*row, *[""] * (width - len(row))]) for row in rows]
-        with suppress(NoRows):
-            found[name] = text_table(path, "".join(f"{line}\n" for line in lines).encode(), asked)
-    if not found:
-        raise RecordingError(path, "an Excel workbook without a sheet that has rows of numbers")
-    return _the_one(found, asked, "sheet")
+    book = need("openpyxl", "tables").load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+    sheets = {sheet.title: list(sheet.iter_rows()) for sheet in book.worksheets}
+    filled = {name: rows for name, rows in sheets.items() if any(_is_number(cell) for row in rows for cell in row)}
+    rows = _part(path, filled, asked, "sheet")
+    width = max(map(len, rows))
+    lines = ["\t".join([*map(_written, row), *[""] * (width - len(row))]) for row in rows]
+    return text_table(path, "".join(f"{line}\n" for line in lines).encode(), asked)
+
+
+def _is_number(cell: Any) -> bool:
+    return isinstance(cell.value, int | float)
 
 
 def _written(cell: Any) -> str:
     """Return a cell of a sheet as text; a number that is shown in per cent is no capacitance."""
-    if isinstance(cell.value, int | float) and "%" in (cell.number_format or ""):
+    if _is_number(cell) and "%" in (cell.number_format or ""):
         return f"{100 * cell.value:.12g}%"
     return "" if cell.value is None else " ".join(str(cell.value).split())
 
 
-def _arrow(path: Path, data: bytes, _asked: Asked) -> Table:
-    arrow = need("pyarrow", "tables")
-    with _damaged(path, "a Parquet or Arrow file"):
-        if data.startswith(PARQUET):
-            table = need("pyarrow.parquet", "tables").read_table(io.BytesIO(data))
-        else:
-            table = need("pyarrow.ipc", "tables").open_file(arrow.py_buffer(data)).read_all()
-        table.validate(full=True)  # wrong offsets in a file would be wrong addresses
-    columns = _of_arrow(table)
-    return Table(path, columns, range(1, len(table) + 1), metadata=table.schema.metadata or {})
-
-
-def _of_arrow(table: Any) -> list[Column]:
-    """Return the columns of an Arrow table with the units in the metadata of its fields."""
-    need("pandas", "tables")
-    units = {
-        field.name: field.metadata[b"unit"].decode() for field in table.schema if b"unit" in (field.metadata or {})
-    }
-    return _of_pandas(table.to_pandas(split_blocks=True, ignore_metadata=True), units)
-
-
 def _xdf(path: Path, data: bytes, asked: Asked) -> Table:
     """Return the only stream of numbers in an XDF file, or the one named; times are not smoothed, which hides lost samples."""
-    pyxdf, log, logger = need("pyxdf", "tables"), BufferingHandler(1_000_000), logging.getLogger("pyxdf.pyxdf")
-    logger.addHandler(log)
+    pyxdf, logger, notes = need("pyxdf", "tables"), logging.getLogger("pyxdf.pyxdf"), list[str]()
+
+    def heard(record: logging.LogRecord) -> bool:
+        said = record.getMessage()
+        if record.levelno >= logging.ERROR:  # pyxdf goes on where it finds a next part
+            raise ValueError(said)
+        notes.extend([said] * (_USUAL not in said))
+        return False
+
+    logger.addFilter(heard)
     try:
-        with _damaged(path, "an XDF file"):
-            streams, _ = pyxdf.load_xdf(io.BytesIO(data), dejitter_timestamps=False, synchronize_clocks=True)
-            if errors := [record.getMessage() for record in log.buffer if record.levelno >= logging.ERROR]:
-                raise ValueError(errors[0])
-            streams = [one for one in streams if len(one["time_stamps"]) and isinstance(one["time_series"], np.ndarray)]
-            tables = {_word(one["info"], "name") or str(at): _stream(path, one) for at, one in enumerate(streams, 1)}
-            if len(tables) < max(1, len(streams)):
-                raise ValueError("no stream has a sample of numbers, or two streams have one name")
+        streams, _ = pyxdf.load_xdf(io.BytesIO(data), dejitter_timestamps=False, synchronize_clocks=True)
     finally:
-        logger.removeHandler(log)
-    table = _the_one(tables, asked, "stream")
-    if not all(stream["clock_times"] for stream in streams):
-        table.notes.append("a stream without clock offsets: its times are on the clock of its sender")
-    said = [record.getMessage() for record in log.buffer]
-    table.notes.extend(text for text in said if not text.endswith(_USUAL))
-    return table
-
-
-_USUAL = "Segments and clock-segments differ"  # logged of every stream whose times are not smoothed
-
-
-def _stream(path: Path, stream: Any) -> Table:
-    values = stream["time_series"]
-    described = ((stream["info"].get("desc") or [None])[0] or {}).get("channels") or [{}]
-    each = [*described[0].get("channel", []), *[{}] * values.shape[1]]
-    columns = [Column("time", np.asarray(stream["time_stamps"], float), "s")]
-    for at in range(values.shape[1]):
-        columns.append(Column(_word(each[at], "label") or f"channel {at + 1}", values[:, at], _word(each[at], "unit")))
-    return Table(path, columns, range(1, len(values) + 1))
+        logger.removeFilter(heard)
+    streams = [one for one in streams if len(one["time_stamps"]) and isinstance(one["time_series"], np.ndarray)]
+    parts = {_word(one["info"], "name"): one for one in streams}
+    if len(parts) < len(streams):
+        raise RecordingError(path, "cannot be read: two streams have one name")
+    stream = _part(path, parts, asked, "stream")
+    channels = ((stream["info"].get("desc") or [None])[0] or {}).get("channels") or [{}]
+    described = [*channels[0].get("channel", []), *[{}] * stream["time_series"].shape[1]]
+    named = [(_word(each, "label"), _word(each, "unit")) for each in described]
+    columns = [(name, values, unit) for values, (name, unit) in zip(stream["time_series"].T, named, strict=False)]
+    if not stream["clock_times"]:
+        notes.insert(0, "a stream without clock offsets: its times are on the clock of its sender")
+    times = np.asarray(stream["time_stamps"], float)
+    return Table(path, [("time", times, "s"), *columns], range(1, len(times) + 1), notes)
 
 
 def _word(tree: Any, name: str) -> str:
@@ -142,59 +265,64 @@ def _word(tree: Any, name: str) -> str:
     return str((tree.get(name) or [""])[0] or "").strip()
 
 
-_READERS: dict[bytes, Callable[[Path, bytes, Asked], Table]] = {
-    b"PK\3\4": _workbook, b"XDF:": _xdf, PARQUET: _arrow, ARROW: _arrow,
-}  # fmt: skip
-"""Readers by the first bytes of a file; anything else is text."""
+def _arrow(path: Path, data: bytes, _asked: Asked) -> Table:
+    if data.startswith(PARQUET):
+        table = need("pyarrow.parquet", "tables").read_table(io.BytesIO(data))
+    else:
+        table = need("pyarrow.ipc", "tables").open_file(need("pyarrow", "tables").py_buffer(data)).read_all()
+    table.validate(full=True)  # wrong offsets in a file would be wrong addresses
+    return Table(path, _of_arrow(table), range(1, len(table) + 1), metadata=table.schema.metadata)
+
+
+_Named = tuple[str, Any, str]  # a column: its name, cells and unit
 
 
 def frame(source: Any) -> Table:
     """Return a data frame as a table; float64 is not copied. The index of pandas is its last column if it may be times."""
     where = Path(f"{type(source).__module__.split('.')[0]}.{type(source).__name__}")
     if not is_frame(source) or any(is_a(library, "Series", source) for library in ("pandas", "polars")):
-        raise TypeError(
-            f"recording: got {where}, allowed: a path, a data frame of pandas, polars or Arrow with both channels, a dict of "
-            "arrays, or a structured array; a lazy frame has to be collected first"
-        )
+        what = "a path, a data frame of pandas, polars or Arrow with both channels, a dict of arrays, or a structured array"
+        raise TypeError(f"recording: got {where}, allowed: {what}; a lazy frame has to be collected first")
     if is_a("pandas", "DataFrame", source):
-        columns = _of_pandas(source, source.attrs.get("units", {}))
+        columns = _of_pandas(source)
     elif is_a("polars", "DataFrame", source):
-        zones = {each.name: "UTC" for each in source.get_columns() if getattr(each.dtype, "time_zone", None)}
-        columns = [Column(each.name, each.to_numpy(), zones.get(each.name, "")) for each in source.get_columns()]
+        columns = [_column(each.name, each) for each in source]
     elif isinstance(source, Mapping | np.ndarray):
         names = source if isinstance(source, Mapping) else source.dtype.names or ()
-        columns = [Column(str(name), np.ma.asanyarray(source[name])) for name in names]
+        columns = [_column(name, source[name]) for name in names]
     else:
         columns = _of_arrow(need("pyarrow", "tables").table(source))
-    shapes = {each.cells.shape for each in columns}
-    masked = any(np.ma.is_masked(each.cells) for each in columns)
+    shapes = {cells.shape for _, cells, _ in columns}
+    masked = any(np.ma.is_masked(cells) for _, cells, _ in columns)
     if len(columns) < 2 or len(shapes) > 1 or shapes & {(), (0,)} or masked:
         what = "two columns or more, of one shape (n,), with a row or more; nan in place of masked values"
         raise RecordingError(where, f"not a recording: got columns of shapes {sorted(shapes)}, allowed: {what}")
-    return Table(where, columns, range(1, len(columns[0].cells) + 1))
+    return Table(where, columns, range(1, len(columns[0][1]) + 1))
 
 
-def _of_pandas(source: Any, units: Mapping[Any, str]) -> list[Column]:
-    columns, series = [], [(label, source.iloc[:, at]) for at, label in enumerate(source.columns)]
+def _of_arrow(table: Any) -> list[_Named]:
+    """Return the columns of an Arrow table with the units in the metadata of its fields."""
+    units = [(field.metadata or {}).get(b"unit", b"").decode() for field in table.schema]
+    return list(map(_column, table.column_names, table, units))
+
+
+def _of_pandas(source: Any) -> list[_Named]:
+    series, units = list(source.items()), source.attrs.get("units", {})
     for level in range(source.index.nlevels):
         values = source.index.get_level_values(level)
         if values.name is not None or values.dtype.kind in "mM":
             series.append(("time" if values.name is None else values.name, values.to_series()))
-    for label, each in series:
-        name = " ".join(filter(None, map(str, label))) if isinstance(label, tuple) else str(label)
-        zoned = getattr(getattr(each.dtype, "pyarrow_dtype", each.dtype), "tz", None)
-        cells = _cells(each.dt.tz_convert(None) if zoned else each)
-        columns.append(Column(name, cells, "UTC" if zoned else str(units.get(label, ""))))
-    return columns
+    names = [" ".join(filter(None, map(str, name))) if isinstance(name, tuple) else name for name, _ in series]
+    return [_column(name, each, units.get(label, "")) for name, (label, each) in zip(names, series, strict=True)]
 
 
-def _cells(series: Any) -> NDArray[Any]:
-    """Return the cells of a pandas series; nan, NaT or "" where there is none."""
-    kind = series.dtype.kind
-    if kind in "mM":
-        return np.asarray(series.to_numpy(f"{kind}8[ns]"))
-    if kind in "biuf" and (isinstance(series.dtype, np.dtype) or not series.hasnans):
-        return np.asarray(series.to_numpy())
-    if kind in "iuf":
-        return np.asarray(series.to_numpy(float, na_value=np.nan))
-    return np.asarray(series.astype(object).where(series.notna(), "").to_numpy(object))
+def _column(name: object, cells: Any, unit: str = "") -> _Named:
+    """Return a column of an array, or of what has `to_numpy`: numbers as they are, dates with a zone in UTC, else objects."""
+    of = getattr(cells, "type", getattr(cells, "dtype", None))  # Arrow has types
+    of = getattr(of, "pyarrow_dtype", of)
+    zoned = getattr(of, "tz", None) or getattr(of, "time_zone", None)
+    if not hasattr(cells, "to_numpy"):
+        values = np.ma.asanyarray(cells)
+    else:
+        values = cells.to_numpy("M8[ns]") if zoned and is_a("pandas", "Series", cells) else cells.to_numpy()
+    return str(name), values if values.dtype.kind in "biufmM" else values.astype(object), "UTC" if zoned else unit

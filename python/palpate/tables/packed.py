@@ -22,7 +22,7 @@ _GZIP = b"\x1f\x8b"
 
 def opened(path: Path) -> BinaryIO:
     """Open what is in a file, or standard input, to read bytes; OSError, too, for a damaged or too large .gz."""
-    file = io.BytesIO(_standard_input()) if path == STANDARD_INPUT else open_regular(path)
+    file = io.BytesIO(_standard_input(sys.stdin)) if path == STANDARD_INPUT else open_regular(path)
     begin = file.read(len(_GZIP))
     file.seek(0)
     if begin != _GZIP:
@@ -61,13 +61,9 @@ def _limited(file: Any) -> bytes:
     return b"".join(parts)
 
 
-def _standard_input() -> bytes:
-    if sys.stdin.isatty():
-        raise OSError(errno.EINVAL, "standard input is a terminal: send a file to it, as in palpate check - < run.csv")
-    return _read_once(sys.stdin)
-
-
 @lru_cache(maxsize=1)
-def _read_once(stream: Any) -> bytes:
+def _standard_input(stream: Any) -> bytes:
     """Return all bytes of a stream. It can be read only once, and a recording is read more than once."""
+    if stream.isatty():
+        raise OSError(errno.EINVAL, "standard input is a terminal: send a file to it, as in palpate check - < run.csv")
     return _limited(stream.buffer)

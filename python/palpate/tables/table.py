@@ -3,8 +3,8 @@
 import math
 import os
 import re
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,104 +12,90 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.errors import RecordingError, listed, nearest, quoted, shortened, unlike
-from palpate.tables.units import OVERLOAD, PICOFARADS, SECONDS, bare, simple_name, to_number
+from palpate.tables.units import OVERLOAD, PICOFARADS, SECONDS, bare, simple_name, stated_unit, to_number
 
 Array = NDArray[np.float64]
 DECIMALS = {"point": ".", "comma": ","}
 
 
-@dataclass(frozen=True, eq=False)
+class Question(ValueError):
+    """What is open, or wrong, in what a user says; the message names the option that settles it."""
+
+
+def ask(what: str, got: object, allowed: str) -> Question:
+    """Return the error for what is open, or wrong."""
+    return Question(f"{what}: got {got}, allowed: {allowed}")
+
+
 class Column:
-    """A column: its name, "" without one; its cells, which are numbers, datetime64, timedelta64 or text; its unit."""
+    """A column of a table, `at` from 0: its name, or position; numbers, datetime64, timedelta64 or text; its unit."""
 
-    name: str
-    cells: NDArray[Any]
-    unit: str = ""
+    def __init__(self, table: "Table", at: int, name: str, cells: NDArray[Any], unit: str = "") -> None:
+        self.table, self.at, self.cells, self.unit = table, at, cells, unit
+        self.name = name or f"column {at + 1}"
+        self.simple = simple_name(self.name)
+        self.label = bare(shortened(self.name)) or shortened(self.name)  # without its unit
+        self.place = f"column {at + 1} ({shortened(self.name)})"
+        self.stated_unit = stated_unit(f"({unit})" if unit else name)  # also one that is no capacitance; "" if nothing
+        self.in_farads = self.stated_unit in PICOFARADS
+
+    def refuse(self, wrong: NDArray[np.bool_], why: str) -> None:
+        """Raise the error for the first of some wrong cells, if there is one."""
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            cell = str(self.cells[row])
+            shown = "an empty cell" if cell in {"", "None"} else quoted(cell)
+            raise RecordingError(self.table.path, f"{shown} in {self.place} {why}", self.table.lines[row])
+
+    def numbers(self) -> Array:
+        """Return the numbers, shape (n,), nan for a cell without a value; RecordingError: a cell is none of these."""
+        values, mark = self.cells, self.table.decimal
+        if values.dtype.kind not in "iuf":
+            try:
+                values = np.array([to_number(str(cell).strip(), mark) for cell in values], float)
+            except ValueError as error:
+                word = next(name for name, sign in DECIMALS.items() if sign == mark)
+                wrong = np.array([str(cell).strip() == str(error) for cell in values])
+                self.refuse(wrong, f"is neither a number with a decimal {word} nor an overload mark")
+        values = np.asarray(values, float)
+        if not (values.min() > -OVERLOAD and values.max() < OVERLOAD):  # also of a nan
+            return np.where(np.abs(values) < OVERLOAD, values, np.nan)
+        return values
 
 
-@dataclass(frozen=True, eq=False)
 class Table:
     """A table whose columns have the same length; `path` is its file, or the type of a frame, `lines` the line of each row."""
 
-    path: Path
-    columns: list[Column]
-    lines: Sequence[int]
-    notes: list[str] = field(default_factory=list)
-    decimal: str = "."
-    metadata: Mapping[bytes, bytes] = field(default_factory=dict)
+    def __init__(
+        self, path: Path, columns: Iterable[tuple[Any, ...]], lines: Sequence[int], notes: Iterable[str] = (),
+        decimal: str = ".", metadata: Mapping[bytes, bytes] | None = None,
+    ) -> None:  # fmt: skip
+        self.path, self.lines, self.notes, self.decimal, self.metadata = path, lines, notes, decimal, metadata or {}
+        self.columns = [Column(self, at, *each) for at, each in enumerate(columns)]
 
     def __len__(self) -> int:
         """Return the number of rows."""
         return len(self.lines)
 
-    def place(self, column: int) -> str:
-        """Return position and name of a column (from 0), for messages."""
-        return f"column {column + 1} ({self.name(column)})"
-
-    def name(self, column: int) -> str:
-        """Return the name of a column (from 0), or its position."""
-        return shortened(self.columns[column].name) or f"column {column + 1}"
-
-    def label(self, column: int) -> str:
-        """Return the name of a column without its unit, or its position."""
-        return bare(self.name(column)) or self.name(column)
-
-    def named(self, names: Collection[str]) -> list[int]:
-        """Return the columns (from 0) that have one of these simple names."""
-        return [at for at, each in enumerate(self.columns) if simple_name(each.name) in names]
+    def named(self, names: Collection[str]) -> list[Column]:
+        """Return the columns that have one of these simple names."""
+        return [each for each in self.columns if each.simple in names]
 
     def describe(self) -> str:
-        """Return positions and names of the columns."""
-        return listed([f"{at} ({each.name})" if each.name else str(at) for at, each in enumerate(self.columns, 1)])
+        """Return positions and names of the columns, and the option that selects two."""
+        return f"{listed([f'{each.at + 1} ({each.name})' for each in self.columns])} (--map hard=COL,soft=COL)"
 
-    def column(self, wanted: str | int) -> int:
-        """Return the index (from 0) of the column with this name, or at this position (from 1); ValueError if not one."""
+    def column(self, wanted: str | int) -> Column:
+        """Return the column with this name, or at this position (from 1); ValueError if not one."""
         text, names = str(wanted).strip(), [each.name.strip() for each in self.columns]
-        like = [at for at, name in enumerate(names) if bare(name).casefold() == bare(text).casefold()]
-        found = {at for at, name in enumerate(names) if name == text} or {*like}
-        if text.isdecimal() and len(text) < 10 and 0 < int(text) <= len(names):
-            found.add(int(text) - 1)
+        found = [each for each, name in zip(self.columns, names, strict=True) if name == text]
+        found = found or [each for each in self.columns if bare(each.name).casefold() == bare(text).casefold()]
+        found += [each for each in self.columns if str(each.at + 1) == text and each not in found]
         if len(found) != 1:
             what = f"the name or position of {len(found)} columns" if found else "no column"
-            raise ValueError(
-                f"column: got {quoted(wanted)}, {what}, allowed: one of {self.describe()}{nearest(text, names)}"
-            )
-        return found.pop()
-
-    def refused(self, column: int, row: int, why: str) -> RecordingError:
-        """Return the error for a cell."""
-        cell = self.columns[column].cells[row]
-        shown = "an empty cell" if cell is None or cell == "" else quoted(str(cell))
-        return RecordingError(self.path, f"{shown} in {self.place(column)} {why}", self.lines[row])
-
-    def refuse(self, column: int, wrong: NDArray[np.bool_], why: str) -> None:
-        """Raise the error for the first of some wrong cells, if there is one."""
-        if wrong.any():
-            raise self.refused(column, int(np.argmax(wrong)), why)
-
-
-def numbers(table: Table, column: int) -> Array:
-    """Return the numbers of a column, shape (n,), nan for a cell without a value; RecordingError: a cell is none of these."""
-    cells = table.columns[column].cells
-    if cells.dtype.kind in "bmM":
-        what = "True and False" if cells.dtype.kind == "b" else "times"
-        raise RecordingError(table.path, f"{table.place(column)}: got {what}, allowed: numbers")
-    if cells.dtype.kind in "iuf":
-        values = np.asarray(cells, float)
-    else:
-        values = np.array([_number(table, column, row, cell) for row, cell in enumerate(cells)], float)
-    if len(values) and not (values.min() > -OVERLOAD and values.max() < OVERLOAD):  # also of a nan
-        return np.where(np.abs(values) < OVERLOAD, values, np.nan)
-    return values
-
-
-def _number(table: Table, column: int, row: int, cell: Any) -> float:
-    try:
-        return to_number("" if cell is None else str(cell).strip(), table.decimal)
-    except ValueError:
-        mark = next(name for name, sign in DECIMALS.items() if sign == table.decimal)
-        why = f"is neither a number with a decimal {mark} nor an overload mark"
-        raise table.refused(column, row, why) from None
+            allowed = f"one of {self.describe()}{nearest(text, names)}"
+            raise ask("column", f"{quoted(wanted)}, {what}", allowed)
+        return found[0]
 
 
 _KEY = re.compile(r"(?:^|,)\s*(hard|soft|time|soft_time)\s*=")
@@ -119,7 +105,7 @@ def parsed_map(text: str) -> dict[str, str]:
     """Parse hard=COL,soft=COL[,time=COL][,soft_time=COL]; a name may contain commas."""
     parts = _KEY.split(text)
     if parts[0].strip() or len(parts) < 3 or len(set(parts[1::2])) < len(parts[1::2]):
-        raise ValueError(f"map: got {quoted(text)}, allowed: hard=COL,soft=COL[,time=COL], each once")
+        raise ask("map", quoted(text), "hard=COL,soft=COL[,time=COL], each once")
     return {key: name.strip() for key, name in zip(parts[1::2], parts[2::2], strict=True)}
 
 
@@ -139,16 +125,12 @@ class Asked:
         """Check the values."""
         words: dict[str, Collection[str]] = {"unit": PICOFARADS, "time_unit": SECONDS, "decimal": DECIMALS}
         for name, allowed in words.items():
-            value = getattr(self, name)
-            if value is not None and value not in allowed:
+            if (value := getattr(self, name)) is not None and value not in allowed:
                 raise ValueError(f"{name}: {unlike(value, allowed)}")
-        if self.columns is not None:
-            needed = {"hard"} if self.soft else {"hard", "soft"}
-            if not needed <= set(self.columns) <= {"hard", "soft", "time", "soft_time"}:
-                raise ValueError(
-                    f"columns: got {listed(self.columns) or 'none'}, allowed: hard, soft and, if wanted, time, soft_time"
-                )
-            if self.rate is not None and {"time", "soft_time"} & set(self.columns):
-                raise ValueError("rate: got it together with a column of times, allowed: one of them")
+        columns, needed = self.columns or {}, {"hard"} if self.soft else {"hard", "soft"}
+        if self.columns is not None and not needed <= set(columns) <= {"hard", "soft", "time", "soft_time"}:
+            raise ask("columns", listed(columns) or "none", "hard, soft and, if wanted, time, soft_time")
+        if self.rate is not None and {"time", "soft_time"} & set(columns):
+            raise ask("rate", "it together with a column of times", "one of them")
         if self.rate is not None and not (isinstance(self.rate, float | int) and 0 < self.rate < math.inf):
-            raise ValueError(f"rate: got {quoted(self.rate)}, allowed: a number above 0, pairs a second")
+            raise ask("rate", quoted(self.rate), "a number above 0, pairs a second")

@@ -6,10 +6,19 @@ from collections.abc import Collection
 
 PICOFARADS = {"aF": 1e-6, "fF": 1e-3, "pF": 1.0, "nF": 1e3, "uF": 1e6, "µF": 1e6, "μF": 1e6, "mF": 1e9, "F": 1e12}
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9, "min": 60.0, "d": 86400.0}
+_WORDS = {
+    "second": "s", "seconds": "s", "secs": "s", "lsl_timestamp": "s", "msec": "ms", "millis": "ms", "milliseconds": "ms",
+    "usec": "us", "micros": "us", "microseconds": "us", "nanos": "ns", "nanoseconds": "ns", "minutes": "min", "days": "d",
+}  # fmt: skip
 _LAST = re.compile(r"[(\[]([^()\[\]]*)[)\]]\s*$|(?:^|[\s_/])([^\s_/()\[\]]+)\s*$")
-"""What stands in brackets at the end of a name, else its last word."""
 _OTHERS = ("%", "percent", "mv", "volt", "volts", "hz", "counts", "count", "cnt", "raw", "lsb", "adc", "digits", "codes",
            "norm", "normalized", "rel")  # fmt: skip
+
+
+def last_word(name: str) -> str:
+    """Return what stands in brackets at the end of a name, else its last word."""
+    match = _LAST.search(name)
+    return (match[1] or match[2] or "").strip() if match else ""
 
 
 def unit_in(name: str, units: Collection[str]) -> str | None:
@@ -18,10 +27,9 @@ def unit_in(name: str, units: Collection[str]) -> str | None:
     return word if word in units else {unit.casefold(): unit for unit in units}.get(word.casefold())
 
 
-def last_word(name: str) -> str:
-    """Return what stands in brackets at the end of a name, else its last word."""
-    match = _LAST.search(name)
-    return (match[1] or match[2] or "").strip() if match else ""
+def time_unit_in(name: str) -> str | None:
+    """Return the unit of time that a name ends with, or is."""
+    return unit_in(name, SECONDS) or _WORDS.get(last_word(name).casefold()) or _WORDS.get(name.casefold())
 
 
 def stated_unit(name: str) -> str:
@@ -37,6 +45,11 @@ def bare(name: str) -> str:
     return (name[: match.start()] if match and known else name).strip(" _/")
 
 
+def simple_name(name: str) -> str:
+    """Return a name in lower case, without unit, blanks and underscores: 'C_1 (pF)' gives 'c1'; one that is a unit stays."""
+    return re.sub(r"[\s_./#:-]+", "", bare(name)).casefold() or name.strip().casefold()
+
+
 TIMES = frozenset({
     "time", "t", "timestamp", "timestamps", "datetime", "date", "clock", "elapsed", "elapsedtime", "seconds", "secs", "millis",
     "milliseconds", "micros", "microseconds", "nanos", "nanoseconds", "lsltimestamp", "epoch", "unixtime", "utc", "hosttime",
@@ -49,13 +62,6 @@ SOFT_TIMES = frozenset({"tsoft", "timesoft", "softtime", "timeb", "time2", "t2"}
 PAIRS = (("hard", "soft"), ("chard", "csoft"), ("hardbump", "softbump"), ("c1", "c2"), ("cin1", "cin2"),
          ("cap1", "cap2"), ("capacitance1", "capacitance2"))  # fmt: skip
 """Names of the hard and the soft channel. Others leave open which is which."""
-
-
-def simple_name(name: str) -> str:
-    """Return a name in lower case, without unit, blanks and underscores: 'C_1 (pF)' gives 'c1'; one that is a unit stays."""
-    return re.sub(r"[\s_./#:-]+", "", bare(name)).casefold() or name.strip().casefold()
-
-
 NO_VALUE = frozenset({
     "", "OL", "+OL", "-OL", "OVL", "OVLD", "OVER", "OVERLOAD", "OVERFLOW", "OVFL", "OPEN", "ERR", "ERROR", "NAN", "NA",
     "N/A", "NAT", "<NA>", "NULL", "NONE", "-", "--", "---", "INF", "+INF", "-INF", "#N/A", "#NUM!", "#VALUE!", "#DIV/0!",
@@ -74,3 +80,15 @@ def to_number(cell: str, marks: str = ".,") -> float:
         raise ValueError(cell)
     value = float(cell.replace(",", "."))
     return value if abs(value) < OVERLOAD else math.nan
+
+
+_NUMBER = re.compile(r"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?")
+_TIME = re.compile(r"\d{1,4}[-/.]\d{1,2}[-/.]\d{2,4}(?:[T ].*)?|\d{1,4}:\d\d[\d:.,]*(?: ?[AaPp][Mm])?")
+NUMBER, TIME, NONE, TEXT = "number", "time", "none", "text"
+
+
+def kind(cell: str) -> str:
+    """Return whether a cell is a number, a time (or date), no value, or text."""
+    if cell.upper() in NO_VALUE:
+        return NONE
+    return NUMBER if _NUMBER.fullmatch(cell) else TIME if _TIME.fullmatch(cell) else TEXT
