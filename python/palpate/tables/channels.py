@@ -133,51 +133,43 @@ def _guessed(table: Table) -> list[Column]:
 def _require_samples(table: Table, asked: Asked) -> None:
     """Refuse rows of a summary: with its name in any column; where a rate is given, without the time of the other rows."""
     why = "looks like a row of sums, not of samples: take such rows out"
-    for each in table.columns:
-        if each.cells.dtype.kind == "O":
-            words = [word for word in {cell for cell in each.cells if isinstance(cell, str)} if _SUMMARY.match(word)]
-            each.refuse(np.isin(each.cells, words) & bool(words), why)
-    for each in _times_of(table, None) if asked.rate else []:
+    texts = [each for each in table.columns if each.cells.dtype.kind == "O"]
+    for each in texts:
+        words = [word for word in {cell for cell in each.cells if isinstance(cell, str)} if _SUMMARY.match(word)]
+        each.refuse(np.isin(each.cells, words) & bool(words), why)
+    for each in (each for each in _times_of(table, None) if asked.rate and each in texts):
         empty = np.array([kind(str(cell).strip()) == NONE for cell in each.cells])
         each.refuse(empty & ~empty.all(), why)
 
 
 def _units(both: list[Column], values: list[Array], asked: Asked) -> tuple[list[str], list[str]]:
     """Return the units of the channels, and notes: as asked, by the header, or by the size of the values."""
-    labels = [each.label for each in both]
     stated = [each.stated_unit for each in both]
-    headers = list(zip(labels, stated, strict=True))
-    if asked.unit is not None:
-        odd = [pair for pair in headers if pair[1] and PICOFARADS.get(pair[1]) != PICOFARADS[asked.unit]]
-        return [asked.unit] * 2, [
-            f"the header of {name} says {unit}: {asked.unit} is used, as asked" for name, unit in odd
-        ]
-    for column, unit in zip(both, stated, strict=True):
-        if unit and unit not in PICOFARADS:
-            allowed = f"a capacitance in one of {', '.join(PICOFARADS)}, without a scale"
+    if wanted := asked.unit:
+        odd = [each for each in both if PICOFARADS.get(each.stated_unit or wanted) != PICOFARADS[wanted]]
+        told = [f"the header of {each.label} says {each.stated_unit}: {wanted} is used, as asked" for each in odd]
+        return [wanted] * 2, told
+    allowed = ", ".join(PICOFARADS)
+    for column in both:
+        if column.stated_unit and not column.in_farads:
             other = "numbers that are proportional to it, both on one scale: --unit aF"
-            raise ask("column", f"{quoted(column.name)}, in {unit}", f"{allowed}; {other}")
-    sizes = list(map(_size, values))
+            got = f"{quoted(column.name)}, in {column.stated_unit}"
+            raise ask("column", got, f"a capacitance in one of {allowed}, without a scale; {other}")
+    some = [np.abs(each[:: max(1, len(each) // _SOME)]) for each in values]  # not the largest: it may be a wrong one
+    sizes = [float(np.nanquantile(each, 0.99)) if np.isfinite(each).any() else 0.0 for each in some]
     fitting = [unit for unit, (low, high) in _SURE.items() if low <= max(sizes) <= high or max(sizes) == 0]
     named = stated[0] or stated[1]
     known = named or next(iter(fitting), "")
     if not known:
-        got = f"none in the header, and values of about {max(sizes):.3g} in {labels[0]}"
-        raise ask("unit", got, f"one of {', '.join(PICOFARADS)} (--unit)")
-    assumed = f"{known}, as the other channel" if named else f"{known} assumed, by the size of the values"
-    told = [f"no unit in the header of {name}: {assumed}" for name, unit in headers if not unit]
+        got = f"none in the header, and values of about {max(sizes):.3g} in {both[0].label}"
+        raise ask("unit", got, f"one of {allowed} (--unit)")
+    why = f"{known}, as the other channel" if named else f"{known} assumed, by the size of the values"
     units = [unit or known for unit in stated]
     sizes = [size * PICOFARADS[unit] for size, unit in zip(sizes, units, strict=True)]
     if min(sizes) > 0 and max(sizes) / min(sizes) > _FAR:
-        got = f"about {sizes[0]:.3g} pF in {labels[0]} and {sizes[1]:.3g} pF in {labels[1]}"
-        raise ask("unit", got, "channels of similar size; if this is right, give their unit (--unit)")
-    return units, told
-
-
-def _size(values: Array) -> float:
-    """Return the size of the larger values, but not of single wrong ones, of some thousand; 0 without values."""
-    some = np.abs(values[:: max(1, len(values) // _SOME)])
-    return float(np.nanquantile(some, 0.99)) if np.isfinite(some).any() else 0.0
+        got = " and ".join(f"{size:.3g} pF in {each.label}" for size, each in zip(sizes, both, strict=True))
+        raise ask("unit", f"about {got}", "channels of similar size; if this is right, give their unit (--unit)")
+    return units, [f"no unit in the header of {each.label}: {why}" for each in both if not each.stated_unit]
 
 
 def _both_times(hard: Side, soft: Side, asked: Asked) -> tuple[Times, Times]:

@@ -38,10 +38,9 @@ def read_table(path: Path, asked: Asked) -> Table:
     """Read a file of any format as a table, also a packed one and standard input; errors as of `palpate.read`."""
     data = contents(path)
     readers = {b"PK\3\4": _workbook, b"XDF:": _xdf, PARQUET: _arrow, ARROW: _arrow}
+    reader = next((reader for begin, reader in readers.items() if data.startswith(begin)), text_table)
     try:
-        return next((reader for begin, reader in readers.items() if data.startswith(begin)), text_table)(
-            path, data, asked
-        )
+        return reader(path, data, asked)
     except (PalpateError, Question):
         raise
     except Exception as error:  # of a library: anyone may have made the file
@@ -70,8 +69,13 @@ def text_table(path: Path, data: bytes, asked: Asked) -> Table:
     columns = _alike(body, dialect)
     lines: Any = range(first, first + len(columns[0])) if columns else []
     if not columns:
-        columns, lines, left_out = _by_line(path, body, first, dialect, above[-1] if above else "")
-        notes += left_out
+        rows, left_out = _by_line(body, first, above[-1] if above else "")
+        cells = [_row(path, line, number, dialect) for number, line in rows.items()]
+        columns, lines, notes = (
+            [np.array(each, object) for each in zip(*cells, strict=True)],
+            list(rows),
+            notes + left_out,
+        )
     table = Table(path, zip(names, columns, strict=True), lines, notes, dialect.decimal)
     for each, of in zip(table.columns, dialect.kinds, strict=True):
         if of in {NUMBER, TIME} and each.cells.dtype.kind == "O":  # not only of a channel: the row may be a sum
@@ -185,16 +189,14 @@ def _alike(body: str, dialect: _Dialect) -> list[Any]:
     return [] if len(columns) != len(dialect.kinds) or any(wrong) or is_short else columns
 
 
-def _by_line(
-    path: Path, body: str, first: int, dialect: _Dialect, names: str
-) -> tuple[list[Any], list[int], list[str]]:
-    """Return the columns as texts, the number of each line, and a note on comments and repeated names."""
+def _by_line(body: str, first: int, names: str) -> tuple[dict[int, str], list[str]]:
+    """Return the rows by the number of their line, and a note on comments and repeated names."""
     lines = {number: line for number, line in enumerate(body.split("\n"), first) if line.strip()}
     left_out = [number for number, line in lines.items() if _COMMENT.match(line) or line == names]
+    skipped = set(left_out)
     more = f", and {len(left_out) - 1} more lines" if len(left_out) > 1 else ""
     notes = [f"line {number} is no row ({quoted(lines[number])}){more}: left out" for number in left_out[:1]]
-    rows = {number: _row(path, lines[number], number, dialect) for number in sorted({*lines} - {*left_out})}
-    return [np.array(column, object) for column in zip(*rows.values(), strict=True)], list(rows), notes
+    return {number: line for number, line in lines.items() if number not in skipped}, notes
 
 
 def _part(path: Path, parts: Mapping[str, Any], asked: Asked, what: str) -> Any:
@@ -286,7 +288,7 @@ def frame(source: Any) -> Table:
     if is_a("pandas", "DataFrame", source):
         columns = _of_pandas(source)
     elif is_a("polars", "DataFrame", source):
-        columns = [_column(each.name, each) for each in source]
+        columns = list(map(_column, source.columns, source))
     elif isinstance(source, Mapping | np.ndarray):
         names = source if isinstance(source, Mapping) else source.dtype.names or ()
         columns = [_column(name, source[name]) for name in names]

@@ -50,26 +50,25 @@ def simple_name(name: str) -> str:
     return re.sub(r"[\s_./#:-]+", "", bare(name)).casefold() or name.strip().casefold()
 
 
+# Names of a column of times, without blanks, underscores and units.
 TIMES = frozenset({
     "time", "t", "timestamp", "timestamps", "datetime", "date", "clock", "elapsed", "elapsedtime", "seconds", "secs", "millis",
     "milliseconds", "micros", "microseconds", "nanos", "nanoseconds", "lsltimestamp", "epoch", "unixtime", "utc", "hosttime",
     "zeit", "uhrzeit", "datum", "zeitstempel", "thard", "timehard", "hardtime", "timea", "time1", "t1",
     *(unit.casefold() for unit in SECONDS),
 })  # fmt: skip
-"""Names of a column of times, without blanks, underscores and units."""
+# Names of the times of the soft channel, beside those of the hard channel.
 SOFT_TIMES = frozenset({"tsoft", "timesoft", "softtime", "timeb", "time2", "t2"})
-"""Names of the times of the soft channel, beside those of the hard channel."""
+# Names of the hard and the soft channel. Others leave open which is which.
 PAIRS = (("hard", "soft"), ("chard", "csoft"), ("hardbump", "softbump"), ("c1", "c2"), ("cin1", "cin2"),
          ("cap1", "cap2"), ("capacitance1", "capacitance2"))  # fmt: skip
-"""Names of the hard and the soft channel. Others leave open which is which."""
+# Cells (upper case) that mean "no value" in the files of loggers and spreadsheets.
 NO_VALUE = frozenset({
     "", "OL", "+OL", "-OL", "OVL", "OVLD", "OVER", "OVERLOAD", "OVERFLOW", "OVFL", "OPEN", "ERR", "ERROR", "NAN", "NA",
     "N/A", "NAT", "<NA>", "NULL", "NONE", "-", "--", "---", "INF", "+INF", "-INF", "#N/A", "#NUM!", "#VALUE!", "#DIV/0!",
     "#REF!", "#NAME?", "#NULL!",
 })  # fmt: skip
-"""Cells (upper case) that mean "no value" in the files of loggers and spreadsheets."""
-OVERLOAD = 1e30
-"""Numbers of this magnitude mean "no value": SCPI instruments send 9.9E+37."""
+OVERLOAD = 1e30  # numbers of this magnitude mean "no value": SCPI instruments send 9.9E+37
 
 
 def to_number(cell: str, marks: str = ".,") -> float:
