@@ -25,19 +25,6 @@ def table(folder: Path, header: str, rows: str = ROWS, name: str = "table.csv") 
 
 
 @pytest.mark.parametrize(
-    ("header", "said"),
-    [
-        ("t_s,hard,soft", "time = t, s; hard = hard, pF; soft = soft, pF; 40 pairs a second; 40 rows"),
-        ("Time (s),C1 (pF),C2 (pF)", "time = Time, s; hard = C1, pF; soft = C2, pF; 40 pairs a second; 40 rows"),
-        ("seconds,CIN2,CIN1", "time = seconds, s; hard = CIN1, pF; soft = CIN2, pF; 40 pairs a second; 40 rows"),
-    ],
-)
-def test_names_that_leave_no_doubt(tmp_path: Path, header: str, said: str) -> None:
-    recording = read(table(tmp_path, header))
-    assert (recording.understood, recording.t_hard_s[:2].tolist()) == (said, [0, 0.025])
-
-
-@pytest.mark.parametrize(
     "header",
     ["t_s,A,B", "t_s,C1 (pF),C3 (pF)", "t_s,value,C2", "t_s,C1 (pF),C2 (pF),C3 (pF)", "t_s,C1,C2,C1", "t_s,C1,C2,C3"],
 )  # fmt: skip
@@ -89,11 +76,9 @@ def test_units(tmp_path: Path, header: str, factors: tuple[float, float], note: 
 @pytest.mark.parametrize(
     ("header", "factors", "options", "message"),
     [
-        ("t_s,C1,C2", (1e3, 1e3), {}, r"unit: got none in the header, and values of about 8e\+03 in C1"),
-        ("t_s,C1,C2", (20, 20), {}, "unit: got none in the header, and values of about 160"),
+        ("t_s,C1,C2", (20, 20), {}, "unit: got none in the header, and values of about 160 in C1"),
         ("t_s,C1,C2", (0.005, 0.005), {}, "unit: got none in the header, and values of about 0.04"),
         ("t_s,C1 (fF),C2", (1, 1e3), {}, "unit: got about 0.008 pF in C1 and 5 pF in C2"),
-        ("t_s,C1 (%),C2 (%)", (1, 1), {}, "in %"),
         ("t_s,C1 (V),C2 (V)", (1, 1), MAP, "in V, allowed: a capacitance"),
         ("t_s,C1_counts,C2_counts", (1, 1), MAP, "in counts, allowed: .*--unit aF"),
         ("t_s,C1 (0.1 pF),C2", (1, 1), MAP, "in 0.1 pF, allowed: .* without a scale"),
@@ -101,7 +86,6 @@ def test_units(tmp_path: Path, header: str, factors: tuple[float, float], note: 
         ("t_s,C1,C2", (1, 1), {"time_unit": "h"}, "time_unit: got 'h', allowed: s, sec, ms"),
         ("t_s,C1,C2", (1, 1), {"rate": 0}, "rate: got 0, allowed: a number above 0"),
         ("t_s,C1,C2", (1, 1), {"decimal": ","}, "decimal: got ',', allowed: point, comma"),
-        ("t_s,C1,C2", (1, 1), {"columns": {"hard": 1}}, "columns: got hard, allowed: hard, soft"),
         ("t_s,C1,C2", (1, 1), {"columns": {"hard": 2, "soft": "C1"}}, "for both channels"),
         ("t_s,C1,C2", (1, 1), {"columns": {"hard": 2, "soft": 3, "x": 1}}, "columns: got hard, soft, x, allowed"),
         ("t_s,C1,C2", (1, 1), {**MAP, "rate": 5, "columns": {**MAP["columns"], "time": 1}}, "together with a column"),
@@ -221,13 +205,6 @@ def test_channels_that_are_read_in_turn_lose_nothing(offset: float) -> None:
     assert len(first) >= 499  # at half a period, the partner may be the one before or after: one at an end is left
     assert len({*(first - second).tolist()}) == 1
     assert np.abs(hard[first] - soft[second]).max() < PERIOD
-
-
-def test_a_channel_with_a_higher_rate_loses_the_rest() -> None:
-    hard, soft = np.arange(400.0) * PERIOD, np.arange(0.0, 400, 3) * PERIOD + 0.2 * PERIOD
-    first, second = partners(hard, soft)
-    assert (len(first), second.tolist()) == (len(soft), list(range(len(soft))))
-    assert np.abs(hard[first] - soft[second]).max() == pytest.approx(0.2 * PERIOD, rel=1e-6)
 
 
 readings = st.sets(st.integers(0, 400), min_size=1, max_size=60).map(lambda counts: np.array(sorted(counts)) * 1e-3)

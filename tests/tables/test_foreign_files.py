@@ -10,14 +10,7 @@ import numpy as np
 import pytest
 from effort import draws
 from foreign_files import RATE, RATIOS, measurement  # tests/tools
-from palpate import Recording, RecordingError, read, touches
-
-
-def test_the_measurement_has_the_known_ratios() -> None:
-    t, hard, soft = measurement()
-    found = touches(Recording(t, t, hard, soft))
-    assert [touch.ratio for touch in found] == pytest.approx(RATIOS, rel=2e-4)
-
+from palpate import RecordingError, read, touches
 
 BEGUN = datetime(2026, 3, 9, 23, 59, 51, 260_000, UTC)
 TIMES: dict[str, Callable[[float], str]] = {

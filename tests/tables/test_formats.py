@@ -48,21 +48,12 @@ def rows(time: Any = lambda t: t, header: tuple[str, ...] = ("time (s)", "C1 (pF
     return [list(header), *([time(float(t)), 6 + n / 100, 4 + n / 50] for n, t in enumerate(T))]
 
 
-@pytest.mark.parametrize(
-    ("time", "said"),
-    [
-        (lambda t: t, "time, s"),
-        (lambda t: BEGUN + timedelta(seconds=t), "time, dates"),
-        (lambda t: (BEGUN + timedelta(seconds=t)).time(), "time, times of day"),
-    ],
-)
-def test_a_workbook(tmp_path: Path, time: Any, said: str) -> None:
-    header = ("time (s)" if said == "time, s" else "time", "C1 (pF)", "C2 (pF)")
-    path = book(tmp_path, one=[["Logger 7"], [], *rows(time, header)])
-    found = palpate.read(path)
+def test_a_workbook(tmp_path: Path) -> None:
+    clock = rows(lambda t: (BEGUN + timedelta(seconds=t)).time(), ("time", "C1 (pF)", "C2 (pF)"))
+    found = palpate.read(book(tmp_path, one=[["Logger 7"], [], *clock]))
     assert found.hard.tolist() == [6 + n / 100 for n in range(50)]
     assert np.abs(found.t_hard_s - found.t_hard_s[0] - T).max() < 1.1e-3  # openpyxl has dates to 1 ms
-    assert found.understood == f"time = {said}; hard = C1, pF; soft = C2, pF; 40 pairs a second; 50 rows"
+    assert found.understood == "time = time, times of day; hard = C1, pF; soft = C2, pF; 40 pairs a second; 50 rows"
 
 
 def test_a_sheet_of_several(tmp_path: Path) -> None:
@@ -161,10 +152,6 @@ def test_a_damaged_xdf_file_is_refused(tmp_path: Path) -> None:
     ("data", "message"),
     [
         (b"", "is empty"),
-        (
-            b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600),
-            "not a table that palpate reads, allowed: text, .xlsx, .*save a .xls",
-        ),
         (gzip.compress(TABLE)[:-20], "cannot be read: damaged, or not complete"),
         (gzip.compress(TABLE) + b"more", "Not a gzipped file"),
         (gzip.compress(TABLE + b"1,2,3\n" * 1000), "larger than 5,000 bytes"),
@@ -189,7 +176,8 @@ def test_clean_text_and_own_recordings_need_no_package(tmp_path: Path) -> None:
     (tmp_path / "clean.csv").write_bytes(TABLE)
     code = (
         "import sys; sys.modules.update(dict.fromkeys(['pandas', 'pyarrow', 'openpyxl', 'pyxdf', 'polars']))\n"
-        f"import palpate, numpy; assert len(palpate.read({str(tmp_path / 'clean.csv')!r})) == 50\n"
+        f"import palpate, numpy; found = palpate.read({str(tmp_path / 'clean.csv')!r})\n"
+        "assert found.hard.tolist() == [6 + n / 1000 for n in range(50)] and found.t_soft_s[1] == 0.025\n"
         f"assert len(palpate.touches({str(OWN)!r})) == 4\n"
         "assert len(palpate.read({'t_s': numpy.arange(9.), 'C1': numpy.arange(9.), 'C2': numpy.arange(9.)}, unit='pF')) == 9\n"
     )

@@ -1,6 +1,5 @@
 """Text tables: the same numbers and names in every dialect; what is open is asked, what is wrong is refused by line."""
 
-import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -30,13 +29,9 @@ def values(found: Table, *columns: str) -> list[list[float]]:
     "text",
     [
         BODY,
-        BODY.replace(",", ";").replace("\n", "\r\n"),
-        "time;hard;soft\n0,0;1,5;2,0\n1,0;2,5;3,0\n",
         '"time" "hard" "soft"\n"0" 1.5 2\n"1" 2.5 3\n',
         "time,hard,soft,\n0,1.5,2,\n1,2.5,3,\n",
         "time,hard,soft\n0,1.5,2,\n1,2.5,3,\n",
-        BODY.replace(",", "|"),
-        "time  hard soft\n0  1.5 2\n1  2.5 3\n",
         '"time","hard","soft"\n0,"1,5",2\n1,"2,5",3\n',
         "\ufeff" + BODY,
         "time , hard , soft \n 0 , 1.5 , 2 \n 1 , 2.5 , 3 \n",
@@ -45,12 +40,10 @@ def values(found: Table, *columns: str) -> list[list[float]]:
         "% run 7\n%time,hard,soft\n0,1.5,2\n1,2.5,3\n",
         "time,hard,soft\n0 1.5 2\n1 2.5 3\n",
         BODY.replace("\n", "\r"),
-        BODY.encode("utf-16"),
         BODY + "\x1a",
         BODY[:-1],
         BODY.replace("\n1", "\n\n1"),
         "time,hard,soft,µ\n0,1.5,2,°\n1,2.5,3,°\n".encode("latin-1"),
-        "sep=;\n" + BODY.replace(",", ";"),
     ],
 )
 def test_the_same_table_in_many_dialects(text: str | bytes) -> None:
@@ -129,6 +122,12 @@ def test_a_row_of_sums_is_refused_also_without_times(tmp_path: Path, word: str) 
         path.write_text(f"{header}C1 (pF),C2 (pF),notes\n{body}{empty}6.3,4.2,{word}\n")
         with pytest.raises(RecordingError, match=f"line 62: '{word}' in column . .notes. looks like a row of sums"):
             read(path, **options)
+    path.write_text(
+        f"t (s),C1 (pF),C2 (pF),of\n{rows.replace(',touch', ',').replace(chr(10), 'mean' + chr(10))}".replace(
+            "t (s),", ""
+        )
+    )
+    assert len(read(path)) == 60, "each row is a mean"
     path.write_text(f"t (s),C1 (pF),C2 (pF),notes\n{body},6.3,4.2,promedio\n")
     with pytest.raises(RecordingError, match=r"line 62: an empty cell in column 1 .* looks like a row of sums"):
         read(path, rate=40.0)
@@ -171,14 +170,6 @@ def test_comments_and_an_incomplete_last_row_are_left_out_with_a_note() -> None:
         "line 4 is no row ('# pump on'), and 1 more lines: left out",
     ]
     assert (values(found, "hard"), list(found.lines)) == ([[1.5, 2.5, 3.5, 4.5]], [2, 3, 5, 7])
-
-
-def test_a_clean_table_needs_no_pandas(monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = "".join(f"{n / 38.4!r},{6 + n / 7!r},{4 + n / 11!r}\n" for n in range(300))
-    clean = "time (s),C1 (pF),C2 (pF)\n" + rows
-    expected = values(table(clean), "1", "2", "3")
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    assert values(table(clean), "1", "2", "3") == expected
 
 
 def test_to_number() -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate.errors import RecordingError
 from palpate.frames import Frame
 from palpate.recording.columns import own_recording
 from palpate.recording.own_file import Recorded, is_own
@@ -100,10 +101,11 @@ def of_table(path: Path, table: Table, wanted: Asked) -> Foreign:
     from palpate.tables.channels import channels
     from palpate.tables.formats import read_table
 
+    if not len(table):
+        raise RecordingError(path, "has no rows")
     if wanted == Asked() and (made := own_frame(table)) is not None:
         return Foreign(path, made)
-    if wanted.decimal:
-        table.decimal = DECIMALS[wanted.decimal]
+    table.decimal = DECIMALS[wanted.decimal] if wanted.decimal else table.decimal
     soft = read_table(Path(wanted.soft), wanted) if wanted.soft is not None else None
     found = channels(table, wanted, soft)
     has_own_names = {column.name for column in table.columns} >= {"hard_pF", "soft_pF", "t_hard_s", "t_soft_s"}

@@ -136,7 +136,8 @@ def _require_samples(table: Table, asked: Asked) -> None:
     texts = [each for each in table.columns if each.cells.dtype.kind == "O"]
     for each in texts:
         words = [word for word in {cell for cell in each.cells if isinstance(cell, str)} if _SUMMARY.match(word)]
-        each.refuse(np.isin(each.cells, words) & bool(words), why)
+        found = np.isin(each.cells, words)
+        each.refuse(found & (2 * found.sum() < len(table)), why)
     for each in (each for each in _times_of(table, None) if asked.rate and each in texts):
         empty = np.array([kind(str(cell).strip()) == NONE for cell in each.cells])
         each.refuse(empty & ~empty.all(), why)
