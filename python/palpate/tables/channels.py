@@ -32,10 +32,13 @@ _MINUTES = r"[0-5]?\d:[0-5]?\d\.\d+"
 _ZONE = r"(?:Z|[+-]\d\d:?\d\d)$"
 
 
+_Arrays = tuple[Array, Array, Array, Array]
+
+
 class Channels(NamedTuple):
     """Two channels of a table: `arrays` as the first four of `palpate.Recording`; `said` is how it was understood."""
 
-    arrays: list[Array]
+    arrays: _Arrays
     said: str
     notes: tuple[str, ...]
     zero_utc_ns: int | None
@@ -66,11 +69,12 @@ def channels(table: Table, asked: Asked, soft_table: Table | None = None) -> Cha
         _require_samples(side.value.table, asked)
     found = [absent(name, side.value.numbers()) for name, side in zip(("hard", "soft"), sides, strict=True)]
     units, told = _units([hard.value, soft.value], [values for values, _ in found], asked)
-    values = [each * PICOFARADS[unit] if unit != "pF" else each for (each, _), unit in zip(found, units, strict=True)]
+    scales = [PICOFARADS[unit] for unit in units]
+    values = [each if scale == 1 else each * scale for (each, _), scale in zip(found, scales, strict=True)]
     stamps, joined = _both_times(hard, soft, asked), list[str]()
-    arrays = [stamps[0].seconds, stamps[1].seconds, *values]
+    arrays = (stamps[0].seconds, stamps[1].seconds, values[0], values[1])
     if soft_table:
-        arrays, joined = _by_time(stamps, values)
+        arrays, joined = _by_time(stamps, arrays)
     clocks = " and ".join(dict.fromkeys(each.said for each in stamps if each.said))
     said = [f"time = {clocks}"] if clocks else []
     said += [f"hard = {hard.value.label}, {units[0]}", f"soft = {soft.value.label}, {units[1]}"]
@@ -200,18 +204,19 @@ def _stamps(side: Side, asked: Asked) -> Times:
     return Times(np.full(rows, np.nan), "")
 
 
-def _by_time(stamps: tuple[Times, Times], values: list[Array]) -> tuple[list[Array], list[str]]:
+def _by_time(stamps: tuple[Times, Times], arrays: _Arrays) -> tuple[_Arrays, list[str]]:
     """Return times and values of readings of two files that are near each other, in the order of time, and notes."""
     if not (stamps[0].said and stamps[1].said):
         raise ask("time", "none for a channel in a file of its own", "times in both files, or rate (--rate)")
-    first, second = partners(*(each.seconds for each in stamps))
+    t_hard, t_soft, hard, soft = arrays
+    first, second = partners(t_hard, t_soft)
     if not len(first):
         raise ask("time", "none of one file near one of the other", "times that overlap, of one clock")
-    left = [f"{len(each) - len(first)} of {len(each)}" for each in values]
+    left = [f"{len(each) - len(first)} of {len(each)}" for each in (hard, soft)]
     said = f"{left[0]} hard and {left[1]} soft readings have no reading of the other channel near in time: left out"
-    notes = [said] if max(map(len, values)) > len(first) else []
+    notes = [said] if max(len(hard), len(soft)) > len(first) else []
     notes += ["the times of both files are taken as those of one clock"] if stamps[0].zero_ns is None else []
-    return [stamps[0].seconds[first], stamps[1].seconds[second], values[0][first], values[1][second]], notes
+    return (t_hard[first], t_soft[second], hard[first], soft[second]), notes
 
 
 def partners(hard_s: Array, soft_s: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -300,9 +305,8 @@ def _require_forward(column: Column, seconds: Array) -> None:
     if far.any() or -steps[back].sum() > _LITTLE_BACK * steps[~back].sum():
         row = int(np.argmax(far if far.any() else back)) + 1
         said = f"goes back by {-steps[row - 1]:.3g} s, and so in {np.count_nonzero(back)} rows in all"
-        reason = (
-            f"the time in {column.place} {said}: allowed: one measurement in a file, the oldest row first, or {rate})"
-        )
+        allowed = f"allowed: one measurement in a file, the oldest row first, or {rate})"
+        reason = f"the time in {column.place} {said}: {allowed}"
         raise RecordingError(column.table.path, reason, column.table.lines[row])
     if len(steps) >= _FEWEST and 2 * later < len(steps):
         count = f" {len(steps) / (seconds[-1] - seconds[0]):.3g} from the count" if later else ""
