@@ -164,9 +164,9 @@ def _names(path: Path, above: list[str], dialect: _Dialect, points: bool) -> lis
         if not cells or {NUMBER, TIME} & {*kinds} or kinds.count(TEXT) < min(2, width):
             break
         rows.insert(0, cells)
-    few = len(_split(filled[-1], ",")) if filled and not rows else 1
-    if 1 < few < width and dialect.delimiter == "," and not points:
-        reason = f"got {width} cells below {few} names: commas separate the cells and are decimal marks?"
+    few = _split(filled[-1], ",") if filled and not rows and not points else []
+    if dialect.delimiter == "," and 1 < len(few) < width:
+        reason = f"got {width} cells below {len(few)} names: commas separate the cells and are decimal marks?"
         raise RecordingError(path, f"{reason} save it with another delimiter", len(above) + 1)
     return [" ".join(filter(None, column)) for column in zip(*rows, strict=True)] or [""] * width
 
@@ -309,13 +309,10 @@ def _of_arrow(table: Any) -> list[_Named]:
 
 
 def _of_pandas(source: Any) -> list[_Named]:
-    series, units = list(source.items()), source.attrs.get("units", {})
-    for level in range(source.index.nlevels):
-        values = source.index.get_level_values(level)
-        if values.name is not None or values.dtype.kind in "mM":
-            series.append(("time" if values.name is None else values.name, values.to_series()))
-    names = [" ".join(filter(None, map(str, name))) if isinstance(name, tuple) else name for name, _ in series]
-    return [_column(name, each, units.get(label, "")) for name, (label, each) in zip(names, series, strict=True)]
+    levels = [source.index.get_level_values(level) for level in range(source.index.nlevels)]
+    levels = [each.rename("time") if each.name is None and each.dtype.kind in "mM" else each for each in levels]
+    series = [*source.items(), *((each.name, each.to_series()) for each in levels if each.name is not None)]
+    return [_column(name, each, source.attrs.get("units", {}).get(name, "")) for name, each in series]
 
 
 def _column(name: object, cells: Any, unit: str = "") -> _Named:
@@ -327,4 +324,5 @@ def _column(name: object, cells: Any, unit: str = "") -> _Named:
         values = np.ma.asanyarray(cells)
     else:
         values = cells.to_numpy("M8[ns]") if zoned and is_a("pandas", "Series", cells) else cells.to_numpy()
-    return str(name), values if values.dtype.kind in "biufmM" else values.astype(object), "UTC" if zoned else unit
+    joined = " ".join(filter(None, map(str, name))) if isinstance(name, tuple) else str(name)
+    return joined, values if values.dtype.kind in "biufmM" else values.astype(object), "UTC" if zoned else unit
