@@ -275,8 +275,8 @@ def _of_numbers(column: Column, asked: str | None) -> Times:
     factor = SECONDS[unit]
     column.refuse(~(np.abs(values) * factor < _LATEST_S), "is no time, or more than 292 years after the first one")
     if dates:
-        ns, whole = round(factor * 1e9), column.cells if column.cells.dtype.kind in "iu" else None
-        stamps = np.rint(values * ns).astype(np.int64) if whole is None else whole.astype(np.int64) * ns
+        ns, whole = round(factor * 1e9), column.cells if column.cells.dtype.kind in "iu" else np.trunc(values)
+        stamps = whole.astype(np.int64) * ns + np.rint((values - whole) * ns).astype(np.int64)
         return _since(stamps, f"{unit} since 1970 (UTC)", is_utc=True)
     seconds = values if factor == 1 else values / round(1 / factor) if factor < 1 else values * factor
     return Times(seconds, unit if named or not step else f"{unit} (by its steps)")
