@@ -68,7 +68,7 @@ def test_centre(install: Callable[..., Kernel], idle: tuple[float, float], step:
 
 
 def test_centre_without_permission(install: Callable[..., Kernel]) -> None:
-    with pytest.raises(DeviceRefused, match=r"offset: no permission to write it: run palpate as root"):
+    with pytest.raises(DeviceRefused, match=r"offset: no permission: run palpate as root"):
         read(install(IDLE, root=False), 1, centre="1")
 
 
@@ -162,7 +162,7 @@ def test_the_range_is_set_again(install: Callable[..., Kernel], root: bool) -> N
         source.centre()
         found = [next(samples).status for _ in range(2)], [gap.seq for gap in source.gaps]
     assert found == (([Status.LOST, Status.OK], [2]) if root else ([BOTH, BOTH], []))
-    assert root or "no permission to write it: run palpate as root" in said[0]
+    assert root or "no permission: run palpate as root" in said[0]
 
 
 @pytest.mark.parametrize("capf", [0, 7])

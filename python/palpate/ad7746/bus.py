@@ -1,17 +1,19 @@
 """Access to the registers of the AD7746: buses and their clocks, repetitions, counters of errors."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-from palpate.errors import DeviceRefused, ProtocolError, SourceTimeout
+from palpate.errors import DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.systems import fine_ns
 
 TRIES = 3
 _PAUSE_S = 0.001  # before an access is repeated
 
 T = TypeVar("T")
+Meanings = dict[int, tuple[type[SourceError], str]]  # Errno -> error of palpate, and what to do.
 
 
 class Clock(Protocol):
@@ -57,6 +59,16 @@ class VirtualClock:
 
 class NotReady(DeviceRefused):
     """The device is there, but cannot be used yet: its permissions may be set, or its firmware loaded, in a moment."""
+
+
+@contextmanager
+def translated(what: object, meanings: Meanings) -> Iterator[None]:
+    """Translate errors of the system to palpate's."""
+    try:
+        yield
+    except OSError as error:
+        kind, text = meanings.get(error.errno or 0, (ProtocolError, error.strerror))
+        raise kind(f"{what}: {text}") from error
 
 
 class RegisterBus(Protocol):

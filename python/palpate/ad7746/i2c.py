@@ -1,24 +1,19 @@
 """The AD7746 on a Linux I2C bus, for example of a Raspberry Pi, through i2c-dev. Not tried on hardware."""
 
 import errno
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 from palpate.ad7746 import datasheet
-from palpate.ad7746.bus import Clock, RealClock
-from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, ProtocolError, SourceTimeout
+from palpate.ad7746.bus import Clock, Meanings, RealClock, translated
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceTimeout
+from palpate.extras import need
 
-try:
-    from smbus2 import SMBus, i2c_msg
-except ImportError as _missing:  # pragma: no cover
-    raise MissingExtra("an I2C bus needs smbus2: pip install 'palpate[i2c]'") from _missing
-
+smbus2 = need("smbus2", "i2c")
 
 _NO_BUS = (DeviceNotFound, "there is no such bus; on a Raspberry Pi `sudo raspi-config` turns it on.")
 _FORBIDDEN = (DeviceRefused, "no permission to open it; `sudo usermod -aG i2c $USER`, then log out and in again")
 _NOBODY = (ProtocolError, "not acknowledged: check that the AD7746 is wired to this bus and has its supply")
-_ERRORS = {
+_ERRORS: Meanings = {
     errno.ENOENT: _NO_BUS,
     errno.ENODEV: _NO_BUS,
     errno.EACCES: _FORBIDDEN,
@@ -55,7 +50,7 @@ class I2cBus:
     palpate.errors.DeviceNotFound: /dev/i2c-77: there is no such bus; on a Raspberry Pi `sudo raspi-config` turns it on.
     """
 
-    def __init__(self, path: str, clock: Clock | None = None, open_bus: Any = SMBus) -> None:
+    def __init__(self, path: str, clock: Clock | None = None, open_bus: Any = smbus2.SMBus) -> None:
         self._path = path
         self._clock = clock or RealClock()
         self._open_bus = open_bus
@@ -64,15 +59,15 @@ class I2cBus:
 
     def read(self, register: int, count: int) -> bytes:
         """Return registers, in one transaction."""
-        pointer = i2c_msg.write(datasheet.I2C_ADDRESS, [register])
-        data = i2c_msg.read(datasheet.I2C_ADDRESS, count)
+        pointer = smbus2.i2c_msg.write(datasheet.I2C_ADDRESS, [register])
+        data = smbus2.i2c_msg.read(datasheet.I2C_ADDRESS, count)
         self._transfer(f"reading register 0x{register:02X}", pointer, data)
         return bytes(data)
 
     def write(self, register: int, data: bytes) -> int:
         """Write registers; return the time when they were written, ns of the clock."""
         datasheet.check_write(register, data)
-        self._transfer(f"writing register 0x{register:02X}", i2c_msg.write(datasheet.I2C_ADDRESS, [register, *data]))
+        self._send(f"writing register 0x{register:02X}", [register, *data])
         return self._clock.now_ns()
 
     def ready(self) -> bool:
@@ -81,12 +76,12 @@ class I2cBus:
 
     def reset(self) -> None:
         """Reset the AD7746."""
-        self._transfer("resetting the AD7746", i2c_msg.write(datasheet.I2C_ADDRESS, [datasheet.RESET_POINTER]))
+        self._send("resetting the AD7746", [datasheet.RESET_POINTER])
 
     def reopen(self) -> None:
         """Open the bus again."""
         self.close()
-        with _translated(self._path):
+        with translated(self._path, _ERRORS):
             self._bus = self._open_bus(self._path)
 
     def close(self) -> None:
@@ -99,17 +94,11 @@ class I2cBus:
         """Return the name of the bus; the chip has no serial number."""
         return {"name": "AD7746 on an I2C bus", "bus": self._path, "address": datasheet.I2C_ADDRESS}
 
+    def _send(self, what: str, data: list[int]) -> None:
+        self._transfer(what, smbus2.i2c_msg.write(datasheet.I2C_ADDRESS, data))
+
     def _transfer(self, what: str, *messages: Any) -> None:
         if self._bus is None:
             raise DeviceNotFound(f"{self._path} is closed: open it again.")
-        with _translated(f"{self._path}: {what}"):
+        with translated(f"{self._path}: {what}", _ERRORS):
             self._bus.i2c_rdwr(*messages)
-
-
-@contextmanager
-def _translated(what: str) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        kind, text = _ERRORS.get(error.errno or 0, (ProtocolError, error.strerror))
-        raise kind(f"{what}: {text}") from error

@@ -16,7 +16,8 @@ from threading import Event
 from typing import Any, Final, Self
 
 from palpate.ad7746 import datasheet
-from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, quoted
+from palpate.ad7746.bus import Meanings, translated
+from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, quoted
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import anything, checked, number, yes_no
@@ -32,6 +33,12 @@ SAME = 8  # This many equal codes in a row are no measurement: the least noise o
 LATE_NS = 12_000_000  # A tick of the slowest kernel, and 2 ms.
 FREQUENCIES = (91, 84, 50, 26, 16, 13, 11, 9)  # of the conversion times in the data sheet
 SLEEPS_MS = (12, 13, 21, 39, 63, 78, 93, 111)  # least sleep of the driver in a conversion
+_MISSING = (DeviceNotFound, "not found: check that the kernel's driver ad7746 is loaded and bound to the chip")
+_FORBIDDEN = (DeviceRefused, "no permission: run palpate as root")
+_ERRORS: Meanings = {
+    **dict.fromkeys((errno.ENOENT, errno.ENODEV, errno.ENXIO), _MISSING),
+    **dict.fromkeys((errno.EACCES, errno.EPERM), _FORBIDDEN),
+}
 
 
 class KernelDevice:
@@ -62,10 +69,8 @@ class KernelDevice:
     def move(self, channel: int, steps: int) -> None:
         """Set the CAPDAC of a channel; raises DeviceRefused without permission: usually only root may."""
         file = self.path / f"in_capacitance{channel}_offset"
-        try:
+        with translated(file, _ERRORS):
             write(file, str(steps * CODES_PER_STEP))
-        except OSError as error:
-            raise _error(file, error, "write") from error
 
     def centre(self, channel: int) -> None:
         """Set the CAPDAC by halving until the reading is in range, then to its middle; a signal beyond it stays out."""
@@ -81,10 +86,8 @@ class KernelDevice:
         self.move(channel, min(max(steps, 0), LAST_STEP))
 
     def _text(self, name: str) -> str:
-        try:
+        with translated(self.path / name, _ERRORS):
             return text_of(self.path / name)
-        except OSError as error:
-            raise _error(self.path / name, error, "read") from error
 
     def _number(self, name: str, low: float, high: float) -> float:
         """Return the number in a file."""
@@ -270,13 +273,3 @@ def write(path: Path, text: str) -> None:
     """Write one of the kernel's files: in one call, and never a new file."""
     with path.open("r+b", buffering=0) as file:
         file.write(f"{text}\n".encode())
-
-
-def _error(path: Path, error: OSError, step: str) -> SourceError:
-    if error.errno in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
-        return DeviceNotFound(
-            f"{path}: not found: check that the kernel's driver ad7746 is loaded and bound to the chip"
-        )
-    if isinstance(error, PermissionError):
-        return DeviceRefused(f"{path}: no permission to {step} it: run palpate as root")
-    return ProtocolError(f"{path}: {error.strerror}")

@@ -16,7 +16,7 @@ from palpate.errors import DeviceNotFound, ProtocolError, SourceError, listed, q
 from palpate.extras import need
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Source
-from palpate.sources.lines import PICOFARADS, LineColumn, Refused, column
+from palpate.sources.lines import COLUMNS, PICOFARADS, LineColumn
 from palpate.sources.options import Check, checked, choice, number, text
 
 # Labels of the channels of palpate's own stream of samples. gaps: number of gaps of the source so far.
@@ -104,19 +104,24 @@ class Channels:
     def __init__(
         self, labels: Sequence[str], units: Sequence[str], asked: Mapping[str, str], own: bool = False
     ) -> None:
-        self._labels, self._units, self._asked = labels, units, asked
-        hard, soft = self._place("hard"), self._place("soft")
-        if hard == soft:
-            raise ValueError(f"hard, soft: got {self._shown(hard)} for both, allowed: two channels")
-        found = {"hard": (hard, self._unit("hard", hard)), "soft": (soft, self._unit("soft", soft))}
-        self.names = {name: f"{labels[place] or place + 1}, {unit}" for name, (place, unit) in found.items()}
-        self._places = [(place, PICOFARADS[unit]) for place, unit in found.values()]
+        there = [f"{i} ({label})" if label else f"{i}" for i, label in enumerate(labels, 1)]
+        self.names, self._found = dict[str, str](), list[tuple[int, float]]()  # position, and pF of its unit
+        for name in ("hard", "soft"):
+            place = _place(name, labels, asked.get(name), there)
+            unit = asked.get("unit") or units[place] or _column(labels[place]).unit
+            if unit not in PICOFARADS:
+                said = f"the stream says {quoted(units[place])} for {name}, channel {there[place]}"
+                raise ValueError(f"unit: {said}; allowed: unit=, one of {', '.join(PICOFARADS)}")
+            self.names[name] = f"{labels[place] or place + 1}, {unit}"
+            self._found.append((place, PICOFARADS[unit]))
+        if self._found[0][0] == place:
+            raise ValueError(f"hard, soft: got {there[place]} for both, allowed: two channels")
         self._extra = {label: labels.index(label) for label in SAMPLES[2:] if own and label in labels}
         self.numbered = "seq" in self._extra  # each sample has the number of its sender
 
     def values(self, row: Sequence[float]) -> tuple[float, float]:
         """Return both capacitances of a sample, pF; nan: none."""
-        hard, soft = (float(row[place]) * factor for place, factor in self._places)
+        hard, soft = (float(row[place]) * factor for place, factor in self._found)
         return hard if math.isfinite(hard) else math.nan, soft if math.isfinite(soft) else math.nan
 
     def own(self, row: Sequence[float], name: str, low: float = 0, high: float = _MOST) -> float:
@@ -126,38 +131,21 @@ class Channels:
             raise ProtocolError(f"lsl: {name}: got {value:g}, allowed: {low:g} to {high:g}")
         return value
 
-    def _place(self, name: str) -> int:
-        """Return the channel with the asked label or position; if nothing is asked, the one whose label says the name."""
-        wanted = self._asked.get(name)
-        if wanted is None:
-            found = [i for i, label in enumerate(self._labels) if _column(label).role == name]
-        else:
-            found = [i for i, label in enumerate(self._labels) if wanted in (label, str(i + 1))]
-        if len(found) != 1:
-            there = listed([self._shown(i) for i in range(len(self._labels))])
-            got = "nothing" if wanted is None else quoted(wanted)
-            raise ValueError(f"{name}: got {got}, allowed: {name}=LABEL or a position from 1, one of {there}")
-        return found[0]
 
-    def _unit(self, name: str, place: int) -> str:
-        said = self._units[place]
-        unit = self._asked.get("unit") or said or _column(self._labels[place]).unit
-        if unit not in PICOFARADS:
-            raise ValueError(
-                f"unit: the stream says {quoted(said)} for {name}, channel {self._shown(place)}; "
-                f"allowed: unit=, one of {', '.join(PICOFARADS)}"
-            )
-        return unit
-
-    def _shown(self, place: int) -> str:
-        return f"{place + 1} ({self._labels[place]})" if self._labels[place] else f"{place + 1}"
+def _place(name: str, labels: Sequence[str], wanted: str | None, there: Sequence[str]) -> int:
+    """Return the channel with the wanted label or position; if nothing is wanted, the one whose label says the name."""
+    found = [
+        i for i, label in enumerate(labels)
+        if (wanted in (label, str(i + 1)) if wanted else _column(label).role == name)
+    ]  # fmt: skip
+    if len(found) != 1:
+        got = quoted(wanted) if wanted else "nothing"
+        raise ValueError(f"{name}: got {got}, allowed: {name}=LABEL or a position from 1, one of {listed(there)}")
+    return found[0]
 
 
 def _column(label: str) -> LineColumn:
-    try:
-        return column(label)
-    except Refused:
-        return LineColumn("")
+    return COLUMNS.get(label.strip().casefold(), LineColumn(""))
 
 
 def channels_of(info: Any, asked: Mapping[str, str]) -> Channels:
@@ -215,8 +203,11 @@ class LslSource(Source):
         """Return the stream, its channels, and what its description says of the instrument."""
         info, acquisition = self._info, self._info.desc().child("acquisition")
         said = acquisition.child_value if self._channels.numbered else (lambda _: "")  # of palpate's own streams
-        period_s = _positive(said("period_s")) or (1 / rate if (rate := info.nominal_srate()) > 0 else None)
-        numbers = {"period_s": period_s, "full_scale_pF": _positive(said("full_scale_pF"))}
+        rate = info.nominal_srate()
+        period_s, full_scale_pF = (
+            _positive(said("period_s")) or (rate > 0 and 1 / rate),
+            _positive(said("full_scale_pF")),
+        )
         own = {"name": info.name(), "type": info.type(), "source_id": info.source_id(), "host": info.hostname()}
         return {
             "name": "LSL stream",
@@ -224,7 +215,8 @@ class LslSource(Source):
             "channels": self._channels.names,
             "clock": f"{self._clock}; ns since the stream was opened",
             "stamps": self._stamps or ("converter" if said("stamps") == "converter" else "host"),
-            **{name: value for name, value in numbers.items() if value},
+            **({"period_s": period_s} if period_s else {}),
+            **({"full_scale_pF": full_scale_pF} if full_scale_pF else {}),
         }
 
     @property

@@ -9,7 +9,7 @@ from pathlib import Path
 from threading import Event, Thread
 from typing import Any, NamedTuple
 
-from palpate.ad7746.bus import NotReady
+from palpate.ad7746 import bus
 from palpate.errors import DeviceNotFound, DeviceRefused, MissingExtra, PalpateError, ProtocolError, SourceTimeout
 
 try:
@@ -32,8 +32,9 @@ _NOT_SUPPORTED = {
     "darwin": "libusb cannot open it; `brew install libusb`, for the processor that this Python is for",
 }.get(sys.platform, "the USB library of this system does not support it; install libusb-1.0")
 _UNPLUGGED = (DeviceNotFound, "the board was unplugged: plug it in again.")
-_FORBIDDEN = (NotReady, f"no permission to open it. {_PERMISSION}")
-_ERRORS = {
+_FORBIDDEN = (bus.NotReady, f"no permission to open it. {_PERMISSION}")
+_ERRORS: bus.Meanings = {
+    errno.ETIMEDOUT: (SourceTimeout, f"no answer in time; if it happens again, {REPLUG}"),
     errno.ENODEV: _UNPLUGGED,
     errno.ENOENT: _UNPLUGGED,  # on systems other than Linux
     errno.EACCES: _FORBIDDEN,
@@ -49,12 +50,8 @@ _ERRORS = {
 def translated(what: str) -> Iterator[None]:
     """Translate errors of pyusb to palpate's."""
     try:
-        yield
-    except usb.core.USBTimeoutError as error:
-        raise SourceTimeout(f"{what}: no answer in time; if it happens again, {REPLUG}") from error
-    except usb.core.USBError as error:
-        kind, text = _ERRORS.get(error.errno, (ProtocolError, str(error)))
-        raise kind(f"{what}: {text}") from error
+        with bus.translated(what, _ERRORS):
+            yield
     except NotImplementedError as error:
         raise DeviceRefused(f"{what}: {_NOT_SUPPORTED}") from error
 
