@@ -331,8 +331,7 @@ def test_a_second_board_is_named_and_disturbs_nothing(bench: Bench) -> None:
         next(samples)
         bench.carrier.unplug(other)
         wait_for(lambda: len(notes) == 2)
-        goes_on = f"; usb:{measuring} goes on measuring."
-        assert notes == [f"usb:{second} was plugged in{goes_on}", f"usb:{second} was unplugged{goes_on}"]
+        assert notes == [f"usb:{second} was plugged in.", f"usb:{second} was unplugged."]
         assert not other.chip.conversions
         if not bench.carrier.real:  # in real time a busy machine may lose a pair itself
             assert (source.counters["lost"], source.counters["errors"]) == (0, 0)

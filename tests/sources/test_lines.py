@@ -92,7 +92,7 @@ def test_lines_that_do_not_fit_are_counted_after_the_first_that_does() -> None:
     assert sent.source.counters["errors"] == 1
     assert sent.said == ["tty: '# AD7746'", "'C1=1 C2=2' -> hard 1 pF, soft 2 pF", "tty: '#'"]
     many = Sent(["C1=1 C2=2", *["what"] * 100])
-    assert [text.split(";")[0] for text in many.said[1:]] == ["10 lines were not read", "100 lines were not read"]
+    assert [text.split(".")[0] for text in many.said[1:]] == [f"tty: {n} lines were not read" for n in (10, 100)]
 
 
 @pytest.mark.parametrize("end", [b"9" * 5000 + b" 2\n", b"9" * 1500 + b"\xff" + b"9" * 1500 + b"\xff" + b" 1\n"])

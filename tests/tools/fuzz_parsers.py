@@ -46,8 +46,7 @@ with imports:
     from palpate.samples import Status, block_of
     from palpate.sources.lines import Grammar
     from palpate.sources.options import split
-    from palpate.sources.serial import SerialSource
-    from serial_lines import ChunkedPort
+    from serial_lines import Chunks
 
 ROWS = "".join(f"{i},{i}.0,{i}.5,8388608,8400000,0.0,0.0,-1,0\n" for i in range(3))
 
@@ -139,7 +138,7 @@ def firmware(data: bytes) -> None:
 
 def lines(data: bytes) -> None:
     r"""Parse bytes on a serial port; \xff separates the bytes of one read."""
-    source = SerialSource(ChunkedPort(b"\n" + data), Grammar())
+    source = Chunks(b"\n" + data, Grammar())
     last = -1
     with suppress(ProtocolError):  # a board that restarts with each line
         for sample in source:

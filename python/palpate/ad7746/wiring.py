@@ -244,38 +244,20 @@ _SAME_CODES = 8  # the noise is above 8 codes rms at every speed: two are rarely
 
 
 class WiringWatch:
-    """Follows the pairs of a driver: a wire comes off, an excitation pin is shorted, or the converter stops measuring."""
+    """Follows a channel: its wire comes off, its excitation is shorted, or the converter stops measuring; `text`: what is now."""
 
     # A reading only raises the suspicion: with a CAPDAC in use, an open input is saturated, or far below its idle value.
     # A look at the input itself decides, so that a deep press or a range that moved is never taken for it.
-
-    def __init__(self, look: Looking) -> None:
-        self._channels = [_Channel(number, look) for number in (HARD, SOFT)]
-
-    @property
-    def present(self) -> str:
-        """What is wrong now; empty: nothing."""
-        return "; ".join(channel.text for channel in self._channels if channel.text)
-
-    def take(self, sample: Sample, configuration: Configuration) -> list[str]:
-        """Return what has changed with this sample, one text for each channel; empty: nothing."""
-        if sample.status & Status.LOST:
-            return []
-        return [text for channel in self._channels if (text := channel.take(sample, configuration))]
-
-
-class _Channel:
-    """One channel: the present suspicion and its begin, and what was confirmed, with its text."""
 
     def __init__(self, number: int, look: Looking) -> None:
         self.text = ""
         self._number, self._look = number, look
         self._suspicion = self._confirmed = ""
-        self._since_ns = 0
+        self._since_ns = 0  # begin of the present suspicion
         self._code, self._same = -1, 0
 
     def take(self, sample: Sample, configuration: Configuration) -> str:
-        """Return what has changed with this sample; empty: nothing."""
+        """Return what has changed with this sample, which is not lost; empty: nothing."""
         before, self._suspicion = self._suspicion, self._suspect(sample, configuration)
         if self._suspicion != before:
             self._since_ns = sample.t_hard_ns
@@ -288,8 +270,7 @@ class _Channel:
         self._since_ns = sample.t_hard_ns + round((_AGAIN_S - CONFIRM_S) * 1e9)
         if text := self._confirm(configuration):
             self._confirmed, self.text = self._suspicion, f"{NAMES[self._number]} bump: {text}"
-            return self.text
-        return ""
+        return self.text if text else ""
 
     def _suspect(self, sample: Sample, configuration: Configuration) -> str:
         value, code = ((sample.hard, sample.hard_raw), (sample.soft, sample.soft_raw))[self._number]

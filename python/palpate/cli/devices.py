@@ -224,7 +224,7 @@ def _rules(*, needed: bool, wanted: bool) -> Iterator[Finding]:
     if needed and files:
         text = f"the udev rule in {named} gives this user no access: unplug the board for a moment; over ssh, or without a "
         text += f"screen, the user has to be in the group {udev.GROUP}, and to log in again after joining it"
-        yield Finding("permission", text, udev.missing_group(), Exit.NO_DEVICE)
+        yield Finding("permission", text, udev.JOIN_GROUP, Exit.NO_DEVICE)
     elif files:
         yield Finding("permission", f"udev rule in {named}")
     elif needed or wanted:
@@ -279,12 +279,8 @@ def udev_steps() -> Iterator[Finding]:
         yield Finding("udev", trouble, "unplug the board for a moment; if that does not help, restart", free=True)
     else:
         yield Finding("udev", "has read its rules again; a connected board has the new permissions")
-    screen = "the user at the screen can open the board"
-    if join := udev.missing_group():
-        text = f"{screen}; over ssh, or without a screen, type:"
-        yield Finding("users", text, f"{join}  # then log in again", free=True)
-    else:
-        yield Finding("users", f"{screen}, and so can the group {udev.GROUP}")
+    text = f"the user at the screen can open the board; over ssh, or without a screen, the group {udev.GROUP} can: type"
+    yield Finding("users", text, f"{udev.JOIN_GROUP}  # then log in again", free=True)
 
 
 def _through_sudo() -> Iterator[Finding]:

@@ -1,18 +1,18 @@
 """The AD7746 as a source: `usb:` (evaluation kit) and `i2c:`. Not tried on hardware."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Self
 
 from palpate.ad7746.bus import Clock, RealClock, RegisterBus
-from palpate.ad7746.configuration import Channel, Configuration
+from palpate.ad7746.configuration import HARD, SOFT, Channel, Configuration
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.ad7746.driver import LIMIT_NS, Ad7746
 from palpate.ad7746.wiring import Wiring, WiringWatch
 from palpate.errors import DeviceRefused, PalpateError, SourceError, quoted
-from palpate.samples import Sample
+from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Source
 from palpate.sources.options import Check, anything, checked, number, text, yes_no
 
@@ -67,7 +67,7 @@ class BoardSource(Source):
         how = {"replug_s": options.get("replug", 30.0), "limit_ns": options.get("limit_ns", LIMIT_NS)}
         notify = lambda message: self.notify(message)  # which may be set later
         self.driver: Ad7746 = Ad7746(bus, configuration_of(options), clock, notify=notify, **how)
-        self._watch = WiringWatch(self.driver.look)
+        self._watches = [WiringWatch(number, self.driver.look) for number in (HARD, SOFT)]
         self._kit = kit
         self._hint = ""
         self._due_ns = 0
@@ -117,9 +117,11 @@ class BoardSource(Source):
             self.notify(str(mistake))
 
     def _watch_wiring(self, sample: Sample) -> None:
+        if sample.status & Status.LOST:
+            return
         with suppress(SourceError):  # the next pair meets the same error
-            if texts := self._watch.take(sample, self.driver.configuration):
-                self.driver.gaps.append((sample.seq + 1, "; ".join(texts)))
+            if text := _joined(watch.take(sample, self.driver.configuration) for watch in self._watches):
+                self.driver.gaps.append((sample.seq + 1, text))
 
     @property
     def gaps(self) -> list[Gap]:
@@ -129,7 +131,8 @@ class BoardSource(Source):
     @property
     def troubles(self) -> Mapping[str, str]:
         """An unplugged board; a wire that came off, or a short; a doubt about the wiring from the begin."""
-        found = {"unplugged": self.driver.away, "wiring": self._watch.present, "hint": self._hint}
+        wiring = _joined(watch.text for watch in self._watches)
+        found = {"unplugged": self.driver.away, "wiring": wiring, "hint": self._hint}
         return {kind: text for kind, text in found.items() if text}
 
     @property
@@ -159,12 +162,16 @@ class BoardSource(Source):
         self.driver.close()
 
 
+def _joined(texts: Iterable[str]) -> str:
+    return "; ".join(filter(None, texts))
+
+
 class WatchedKit(BoardSource):
     """Pairs of the evaluation kit, with a message within a second if a board is plugged in or unplugged."""
 
     def __init__(self, kit: "EvalKit", options: Mapping[str, Any], clock: Clock, look: "Look | None" = None) -> None:
         super().__init__(kit, options, clock)
-        self._evalkit, self._look, self._watches = kit, look, ExitStack()
+        self._evalkit, self._look, self._hotplug = kit, look, ExitStack()
 
     def __enter__(self) -> Self:
         """Configure the converter, as `BoardSource`, and begin to watch."""
@@ -172,22 +179,18 @@ class WatchedKit(BoardSource):
 
         super().__enter__()
         with suppress(OSError, PalpateError):  # a measurement does not need it
-            self._watches.callback(Hotplug(self._tell, self._look).close)
+            self._hotplug.callback(Hotplug(self._tell, self._look).close)
         return self
 
     def close(self) -> None:
         """Close the device, and end the watch."""
-        self._watches.close()
+        self._hotplug.close()
         super().close()
 
     def _tell(self, before: "set[Board]", now: "set[Board]") -> None:
-        measuring = self._evalkit.board
-        beside = f"; usb:{measuring} goes on measuring" if measuring in now else ""
-        for board in sorted(before - now):
-            if board.ports != measuring.ports or board.bus != measuring.bus:
-                self.notify(f"usb:{board} was unplugged{beside}.")
-        for board in sorted(now - before):
-            self.notify(f"usb:{board} was plugged in{beside if board != measuring else ''}.")
+        for board in sorted(before ^ now):
+            if board in now or board[::2] != self._evalkit.board[::2]:  # the driver reports that its own is gone
+                self.notify(f"usb:{board} was {'plugged in' if board in now else 'unplugged'}.")
 
 
 def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:

@@ -31,8 +31,8 @@ FIRST_PAIRS = 4  # Pairs that are read at the begin, to measure the period.
 STREAK = 3  # This many pairs in a row that cannot be read are an error.
 SAME = 8  # This many equal codes in a row are no measurement: the least noise of the chip is 9 codes rms.
 LATE_NS = 12_000_000  # A tick of the slowest kernel, and 2 ms.
-FREQUENCIES = (91, 84, 50, 26, 16, 13, 11, 9)  # of the conversion times in the data sheet
-SLEEPS_MS = (12, 13, 21, 39, 63, 78, 93, 111)  # least sleep of the driver in a conversion
+# In_capacitance_sampling_frequency -> least sleep of the driver in a conversion, ms; in the order of `datasheet.CONVERSION_S`.
+SLEEPS_MS: Final = {91: 12, 84: 13, 50: 21, 26: 39, 16: 63, 13: 78, 11: 93, 9: 111}
 _MISSING = (DeviceNotFound, "not found: check that the kernel's driver ad7746 is loaded and bound to the chip")
 _FORBIDDEN = (DeviceRefused, "no permission: run palpate as root")
 _ERRORS: Meanings = {
@@ -50,11 +50,11 @@ class KernelDevice:
             raise DeviceNotFound(f"{path} is {quoted(name)}, not an {NAME}")
         known = 1 / datasheet.CODES_PER_PF  # pF a code; the driver rounds it to 0.000000488
         self._number("in_capacitance_scale", known * 0.999, known * 1.001)
-        frequency = self._number("in_capacitance_sampling_frequency", min(FREQUENCIES), max(FREQUENCIES))
-        if frequency not in FREQUENCIES:
-            raise ProtocolError(f"{path}: got a sampling frequency of {frequency:g}, allowed: {[*FREQUENCIES]}")
-        rate = FREQUENCIES.index(int(frequency))
-        self.conversion_ns, self.sleep_ns = round(datasheet.CONVERSION_S[rate] * 1e9), SLEEPS_MS[rate] * 1_000_000
+        frequency = self._number("in_capacitance_sampling_frequency", min(SLEEPS_MS), max(SLEEPS_MS))
+        if frequency not in SLEEPS_MS:
+            raise ProtocolError(f"{path}: got a sampling frequency of {frequency:g}, allowed: {[*SLEEPS_MS]}")
+        conversion_s = datasheet.CONVERSION_S[[*SLEEPS_MS].index(int(frequency))]
+        self.conversion_ns, self.sleep_ns = round(conversion_s * 1e9), SLEEPS_MS[int(frequency)] * 1_000_000
 
     def code(self, channel: int) -> int:
         """Convert channel 0 or 1; return the 24-bit code."""
@@ -95,9 +95,8 @@ class KernelDevice:
         with suppress(ValueError):
             if low <= float(text) <= high:
                 return float(text)
-        raise ProtocolError(
-            f"{self.path}/{name}: got {quoted(text)}, allowed: {low:g} to {high:g}; check the kernel's driver"
-        )
+        allowed = f"{low:g} to {high:g}; check the kernel's driver"
+        raise ProtocolError(f"{self.path}/{name}: got {quoted(text)}, allowed: {allowed}")
 
 
 class IioSource(Source):
@@ -131,9 +130,9 @@ class IioSource(Source):
 
     def __iter__(self) -> Iterator[Sample]:
         """Return the pairs; a pair that cannot be read is LOST, and `STREAK` of them in a row are an error."""
-        start_ns, streak = self._clock_ns(), 0
+        start_ns, streak, seq = self._clock_ns(), 0, 0
         self.zero_ns = start_ns if self._clock_ns is time.monotonic_ns else None
-        for seq in itertools.takewhile(lambda _: not self._stopped.is_set(), itertools.count()):
+        while not self._stopped.is_set():
             try:
                 sample, streak = self._pair(seq, start_ns), 0
             except ProtocolError:
@@ -143,6 +142,7 @@ class IioSource(Source):
                     raise
             now = self._clock_ns() - start_ns
             yield sample or Sample(seq, now, now, -1, -1, math.nan, math.nan, Status.LOST)
+            seq += 1
 
     @property
     def counters(self) -> dict[str, int]:
@@ -198,10 +198,9 @@ class IioSource(Source):
         code = self._device.code(self._channels[name])
         lasted = self._clock_ns() - begun
         if lasted > self._longest_ns:
-            raise ProtocolError(
-                f"{self._device.path}: a conversion lasted {lasted / 1e6:.0f} ms, allowed: {self._longest_ns / 1e6:.0f} ms: "
-                "another program uses the driver, or changed its sampling frequency"
-            )
+            took = f"a conversion lasted {lasted / 1e6:.0f} ms, allowed: {self._longest_ns / 1e6:.0f} ms"
+            why = "another program uses the driver, or changed its sampling frequency"
+            raise ProtocolError(f"{self._device.path}: {took}: {why}")
         uncertainty_us = math.ceil(max(lasted - self._device.sleep_ns, 0) / 1000)
         return begun + self._device.conversion_ns // 2, code, uncertainty_us
 
@@ -221,18 +220,17 @@ class IioSource(Source):
         before, count = self._same[name]
         count = count + 1 if code == before else 1
         self._same[name] = code, count
-        channel = self._channels[name]
-        if self._is_unjudged and datasheet.saturated(code):
+        pin, value = f"{name}: CIN{self._channels[name] + 1}", datasheet.capacitance_pF(code)
+        if datasheet.saturated(code):
+            if self._is_unjudged:
+                out = f"{'above' if value > 0 else 'below'} the range of {2 * datasheet.FULL_SCALE_PF:g} pF"
+                now = f"its CAPDAC is at {self._steps[self._channels[name]]} steps"
+                self.notify(f"{pin} is {out}, {now}: as root, iio:{self._device.path}?centre=yes moves it")
+        elif count == SAME:
+            needs = "adi,exca-output-en; or adi,excb-output-en;, for the pin that the sensor is wired to"
             self.notify(
-                f"{name}: CIN{channel + 1} is {'above' if code > datasheet.ZERO_CODE else 'below'} the range of "
-                f"{2 * datasheet.FULL_SCALE_PF:g} pF, its CAPDAC is at {self._steps[channel]} steps: as root, "
-                f"iio:{self._device.path}?centre=yes moves it"
-            )
-        elif count == SAME and not datasheet.saturated(code):
-            self.notify(
-                f"{name}: CIN{channel + 1} gives exactly {datasheet.capacitance_pF(code):g} pF, {SAME} times in a row: its "
-                "sensor has no excitation: the node of the chip in the device tree needs adi,exca-output-en; or "
-                "adi,excb-output-en;, for the pin that the sensor is wired to, and adi,excitation-vdd-permille = <500>;"
+                f"{pin} gives exactly {value:g} pF, {SAME} times in a row: its sensor has no excitation: the node of the "
+                f"chip in the device tree needs {needs}, and adi,excitation-vdd-permille = <500>;"
             )
 
     def _centre_if_asked(self) -> None:

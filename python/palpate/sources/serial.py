@@ -23,8 +23,8 @@ WRAPS = {"ms": 10**6 * 2**32, "us": 10**3 * 2**32}  # ns after which a counter o
 AHEAD_NS = 2 * 10**9  # A device's clock that gets ahead of the computer's by more was set.
 APART_NS = 10**10  # Longest time between the channels of a pair.
 RESTARTS = 20  # Pairs in a row that look like a restart of the board are an error.
-PACE, PACE_NS = 3, 10**10  # No clock is that wrong in this time, but a unit is.
-SILENCE_NS = 10**10
+PACE, PACE_S = 3, 10.0  # No clock is that wrong in this time, but a unit is.
+SILENCE_S = 10.0
 PATIENCE_S = 10.0
 SETTLE_S = 5.0  # Longest time for which the description waits for the first line.
 _TURN_S = 0.1  # of a read, and between two attempts to open a port that is gone
@@ -36,68 +36,6 @@ class Line(NamedTuple):
 
     text: bytes
     arrived_ns: int
-
-
-class Port:
-    """A serial port as lines of bytes, through unplugging."""
-
-    def __init__(self, name: str, baud: int = 115200, replug: float = 30.0, reset: bool = True) -> None:
-        self.name, self.baud, self.replug_s = name, baud, replug
-        self.stopped = Event()
-        self.reconnects: int = 0
-        self.away_s: float = 0.0  # since the last pair; the source sets it to 0
-        self._reset = reset
-        self._begun_ns = fine_ns()
-        self._port = self._open()
-
-    def lines(self, source: Source) -> Iterator[Line]:
-        """Yield each line but the first one, which may have been cut; an empty one after each read."""
-        rest, is_cut = b"", True
-        while not self.stopped.is_set():
-            try:
-                data = self._port.read(max(self._port.in_waiting, 1))
-            except OSError as error:  # also of pyserial
-                source.notify(f"{self.name} was unplugged. Waiting for it, up to {self.replug_s:g} s.")
-                self._wait_for_replug(error)
-                rest, is_cut = b"", True
-                continue
-            arrived_ns = fine_ns() - self._begun_ns
-            # What is too long stays too long, and takes no more room.
-            *parts, rest = re.split(rb"[\r\n]", rest[: LONGEST + 1] + data)
-            for part in parts:
-                if part.strip() and not is_cut:
-                    yield Line(part.strip() if len(part) <= LONGEST else part, arrived_ns)
-                is_cut = False
-            yield Line(b"", arrived_ns)
-
-    def close(self) -> None:
-        """Close the port."""
-        self._port.close()
-
-    def _open(self) -> Any:
-        serial = need("serial", "serial")
-        try:
-            # Exclusive: of two programs that read a port each gets a part of every line.
-            port = serial.Serial(None, self.baud, timeout=_TURN_S, exclusive=True)
-            port.port = self.name
-            if not self._reset:
-                port.dtr = port.rts = False
-            port.open()
-        except (OSError, ValueError) as error:
-            raise port_error(self.name, error) from error
-        return port
-
-    def _wait_for_replug(self, gone: Exception) -> None:
-        begun = time.monotonic()
-        self._port.close()
-        while not self.stopped.wait(_TURN_S):
-            with suppress(SourceError):
-                self._port = self._open()
-                self.away_s += time.monotonic() - begun
-                self.reconnects += 1
-                return
-            if time.monotonic() - begun > self.replug_s:
-                raise DeviceNotFound(f"{self.name} was unplugged: plug it in again") from gone
 
 
 def port_error(port: str, error: Exception, system: str = sys.platform) -> SourceError:
@@ -116,16 +54,12 @@ def port_error(port: str, error: Exception, system: str = sys.platform) -> Sourc
 class Numbering:
     """Numbers and times of the samples; after a restart of the board both go on from the last sample."""
 
-    def __init__(self, unit: str = "") -> None:
+    def __init__(self, unit: str = "") -> None:  # "": no times in the lines; a time is the arrival of a line
         self.next = self.lost = 0
-        self._unit, self._wrap_ns = (
-            unit,
-            WRAPS.get(unit, 0),
-        )  # "": no times in the lines; a time is the arrival of a line
+        self._unit, self._wrap_ns = unit, WRAPS.get(unit, 0)
         self._before: Values = {}  # of the last pair
         self._clock_ns: int | None = None  # as the board counts
-        self._begun_ns = self._arrived_ns = self._last_ns = 0
-        self._restarts = 0
+        self._begun_ns = self._arrived_ns = self._last_ns = self._restarts = 0
         self._is_paced = False
 
     def place(self, values: Values, arrived_ns: int, away_s: float = 0.0) -> tuple[Sample, str]:
@@ -137,9 +71,8 @@ class Numbering:
         self._restarts = self._restarts + 1 if restart else 0
         if self._restarts >= RESTARTS:
             unit = f", or its times are not in {self._unit}" if self._unit else ""
-            raise ProtocolError(
-                f"the board restarts with each line, or does not count up{unit}: {restart}; check columns="
-            )
+            why = f"the board restarts with each line, or does not count up{unit}"
+            raise ProtocolError(f"{why}: {restart}; check columns=")
         away = f"the port was unplugged for {away_s:.1f} s" if away_s else ""
         old, new = (tuple(each.get(f"capdac_{name}") for name in ("hard", "soft")) for each in (before, values))
         moved = f"CAPDAC {old[0]}, {old[1]} -> {new[0]}, {new[1]}" if before and old != new else ""
@@ -161,20 +94,19 @@ class Numbering:
         """Return the times of both channels, and why the board must have restarted."""
         if not self._unit:
             return arrived_ns, arrived_ns, ""
-        before = self._clock_ns
-        clock_ns, apart = self._clock(values)
+        before, (clock_ns, apart), jump = self._clock_ns, self._clock(values), ""
         if before is None:
             self._begun_ns = arrived_ns
             now = max(arrived_ns, -apart)
             return now, now + apart, ""
-        waited, step, jump = max(arrived_ns - self._arrived_ns, 1), clock_ns - before, ""
+        waited, step = max(arrived_ns - self._arrived_ns, 1), clock_ns - before
         if step < 0 and self._wrap_ns:
             step %= self._wrap_ns
         if not 0 < step <= waited + AHEAD_NS:
             jump = f"the board restarted, or its clock was set: {clock_ns / 1e9:.6g} s after {before / 1e9:.6g} s"
             step = waited
         now = self._last_ns + step
-        self._check_unit(now - self._begun_ns, arrived_ns - self._begun_ns, waited)
+        self._check_unit((now - self._begun_ns) / 1e9, (arrived_ns - self._begun_ns) / 1e9, waited / 1e9)
         return now, now + apart, jump
 
     def _clock(self, values: Values) -> tuple[int, int]:
@@ -192,31 +124,36 @@ class Numbering:
         self._clock_ns = hard
         return hard, apart
 
-    def _check_unit(self, clock_ns: int, computer_ns: int, waited_ns: int) -> None:
+    def _check_unit(self, clock_s: float, computer_s: float, waited_s: float) -> None:
         """Compare the clocks of board and computer once; not if the computer slept meanwhile."""
-        if self._is_paced or computer_ns < PACE_NS:
+        if self._is_paced or computer_s < PACE_S:
             return
         self._is_paced = True
-        if waited_ns < PACE_NS and not 1 / PACE < clock_ns / computer_ns < PACE:
-            raise ProtocolError(
-                f"the times of the lines are not in {self._unit}: by them {clock_ns / 1e9:.4g} s went by in "
-                f"{computer_ns / 1e9:.4g} s of the computer's clock; name their unit, for example columns=t_us,hard,soft"
-            )
+        if waited_s < PACE_S and not 1 / PACE < clock_s / computer_s < PACE:
+            went = f"by them {clock_s:.4g} s went by in {computer_s:.4g} s of the computer's clock"
+            do = "name their unit, for example columns=t_us,hard,soft"
+            raise ProtocolError(f"the times of the lines are not in {self._unit}: {went}; {do}")
 
 
 class SerialSource(Source):
-    """Pairs from lines of text on a serial port."""
+    """Pairs from lines of text on a serial port, through unplugging."""
 
     gaps: tuple[Gap, ...] = ()  # where the port was opened again, the board restarted, or its CAPDAC changed
 
-    def __init__(self, port: Port, grammar: Grammar) -> None:
-        self._port, self._grammar = port, grammar
-        self._lines = port.lines(self)
+    def __init__(
+        self, name: str, grammar: Grammar, baud: int = 115200, replug: float = 30.0, reset: bool = True
+    ) -> None:
+        self._name, self._grammar, self._baud, self._replug_s, self._reset = name, grammar, baud, replug, reset
+        self._stopped = Event()
+        self._begun_ns = fine_ns()
+        self._port = self._open()
+        self._lines = self._read_lines()
         self._early: list[Line] = []  # that the description read
         self._described: dict[str, Any] = {}
         self._numbering = Numbering()
         self._comments: set[bytes] = set()
-        self._errors = 0
+        self._errors = self._reconnects = 0
+        self._away_s = 0.0  # since the last pair
         self._is_read = False  # since a line was read, and shown
         self._unread_ns: int | None = None  # arrival of the first line since the last one that was read
         self._value_ns: float = 0.0  # arrival of the last pair with both values; infinity: silence was reported
@@ -233,7 +170,7 @@ class SerialSource(Source):
     @property
     def counters(self) -> dict[str, int]:
         """Lines that are not read (`errors`), `reconnects`, and `lost` pairs."""
-        return {"errors": self._errors, "reconnects": self._port.reconnects, "lost": self._numbering.lost}
+        return {"errors": self._errors, "reconnects": self._reconnects, "lost": self._numbering.lost}
 
     def describe(self) -> dict[str, Any]:
         """Return the settings of the port and the columns of its lines; waits up to 5 s for the first line."""
@@ -249,8 +186,8 @@ class SerialSource(Source):
         self._numbering = Numbering(unit)
         self._described = {
             "name": "serial port",
-            "port": self._port.name,
-            "baud": self._port.baud,
+            "port": self._name,
+            "baud": self._baud,
             "columns": [f"{each.role} {each.unit}".strip() for each in columns],
             "clock": f"{'clock of the board' if unit else 'arrival of a line'}, ns since the port was opened",
             "stamps": "converter" if unit else "host",
@@ -261,26 +198,71 @@ class SerialSource(Source):
 
     def interrupt(self) -> None:
         """Stop the iteration."""
-        self._port.stopped.set()
+        self._stopped.set()
 
     def close(self) -> None:
         """Close the port."""
         self._port.close()
+
+    def _open(self) -> Any:
+        serial = need("serial", "serial")
+        try:
+            # Exclusive: of two programs that read a port each gets a part of every line.
+            port = serial.Serial(None, self._baud, timeout=_TURN_S, exclusive=True)
+            port.port = self._name
+            if not self._reset:
+                port.dtr = port.rts = False
+            port.open()
+        except (OSError, ValueError) as error:
+            raise port_error(self._name, error) from error
+        return port
+
+    def _read_lines(self) -> Iterator[Line]:
+        """Yield each line but the first one, which may have been cut; an empty one after each read."""
+        rest, is_cut = b"", True
+        while not self._stopped.is_set():
+            try:
+                data = self._port.read(max(self._port.in_waiting, 1))
+            except OSError as error:  # also of pyserial
+                self.notify(f"{self._name} was unplugged. Waiting for it, up to {self._replug_s:g} s.")
+                self._wait_for_replug(error)
+                rest, is_cut = b"", True
+                continue
+            arrived_ns = fine_ns() - self._begun_ns
+            # What is too long stays too long, and takes no more room.
+            *parts, rest = re.split(rb"[\r\n]", rest[: LONGEST + 1] + data)
+            for part in parts:
+                if part.strip() and not is_cut:
+                    yield Line(part.strip() if len(part) <= LONGEST else part, arrived_ns)
+                is_cut = False
+            yield Line(b"", arrived_ns)
+
+    def _wait_for_replug(self, gone: Exception) -> None:
+        begun = time.monotonic()
+        self._port.close()
+        while not self._stopped.wait(_TURN_S):
+            with suppress(SourceError):
+                self._port = self._open()
+                self._away_s += time.monotonic() - begun
+                self._reconnects += 1
+                return
+            if time.monotonic() - begun > self._replug_s:
+                raise DeviceNotFound(f"{self._name} was unplugged: plug it in again") from gone
 
     def _pair(self, line: Line) -> Sample | None:
         """Return the pair of a line; None: it is a comment, which is shown once, or not read."""
         if line.text.startswith(b"#"):
             if len(self._comments) < _COMMENTS and line.text not in self._comments:
                 self._comments.add(line.text)
-                self.notify(f"{self._port.name}: {_quoted(line.text)}")
+                self.notify(f"{self._name}: {_quoted(line.text)}")
             return None
         try:
             values = self._grammar.read(line.text)
-            sample, gap = self._numbering.place(values, line.arrived_ns, self._port.away_s)
+            sample, gap = self._numbering.place(values, line.arrived_ns, self._away_s)
         except Refused as refused:
             self._refuse(line, refused)
             return None
-        self._port.away_s, self._unread_ns = 0.0, None
+        self._away_s, self._unread_ns = 0.0, None
         if not self._is_read:
             self._is_read = True
             guess = "; hard is the first: columns=soft,hard if it is not" if self._grammar.by_order else ""
@@ -291,29 +273,26 @@ class SerialSource(Source):
 
     def _refuse(self, line: Line, refused: Refused) -> None:
         """Count a line that is not read; show the 10th, the 100th and so on; raise ProtocolError if no line is read for long."""
-        if self._is_read and not self._port.away_s:  # what a board sends when it starts is no error
+        last = f"{_quoted(line.text)}. Reason: {refused}"
+        if self._is_read and not self._away_s:  # what a board sends when it starts is no error
             self._errors += 1
             if self._errors > 1 and str(self._errors).strip("0") == "1":
-                self.notify(f"{self._errors:,} lines were not read; the last: {_quoted(line.text)}: {refused}")
+                self.notify(f"{self._name}: {self._errors:,} lines were not read. The last: {last}")
         if self._unread_ns is None:
             self._unread_ns = line.arrived_ns
-        limit_s = max(PATIENCE_S, self._port.replug_s if self._is_read else 0.0)
+        limit_s = max(PATIENCE_S, self._replug_s if self._is_read else 0.0)
         if line.arrived_ns - self._unread_ns >= limit_s * 1e9:
-            hint = "" if line.text.isascii() else f". It is not plain text: check the baud rate, {self._port.baud}"
-            raise ProtocolError(
-                f"{self._port.name}: no line is read. The last: {_quoted(line.text)}. Reason: {refused}{hint}"
-            )
+            hint = "" if line.text.isascii() else f". It is not plain text: check the baud rate, {self._baud}"
+            raise ProtocolError(f"{self._name}: no line is read. The last: {last}{hint}")
 
     def _watch_silence(self, pair: Sample | None, now_ns: int) -> None:
         """Report once that no pair with both values comes."""
         if pair and pair.status != Status.LOST:
             self._value_ns = now_ns
-        elif now_ns - self._value_ns > SILENCE_NS:
+        elif now_ns - self._value_ns > SILENCE_S * 1e9:
             self._value_ns = math.inf
-            self.notify(
-                f"{self._port.name}: no pair with both values for {SILENCE_NS / 1e9:g} s: check the board, the baud rate, "
-                f"{self._port.baud}, and the probe's connection"
-            )
+            check = f"check the board, the baud rate, {self._baud}, and the probe's connection"
+            self.notify(f"{self._name}: no pair with both values for {SILENCE_S:g} s: {check}")
 
 
 def _quoted(line: bytes) -> str:
@@ -321,16 +300,9 @@ def _quoted(line: bytes) -> str:
     return shortened(repr(line.decode(errors="replace")), 100)
 
 
-_OF_PORT: dict[str, Check] = {
-    "baud": number(50, 4_000_000, whole=True),
-    "reset": yes_no,
-    "replug": number(0, 86400),
-}
-
-
 def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:
     """Return the source of `serial:PORT`."""
-    given = checked("serial", options, {**OF_LINES, **_OF_PORT})
-    grammar = grammar_of(given)
-    port = {name: given[name] for name in _OF_PORT if name in given}
-    return SerialSource(Port(text("serial's port", address), **port), grammar)
+    of_port: dict[str, Check] = {"baud": number(50, 4_000_000, whole=True), "reset": yes_no, "replug": number(0, 86400)}
+    given = checked("serial", options, {**OF_LINES, **of_port})
+    port = {name: given[name] for name in of_port if name in given}
+    return SerialSource(text("serial's port", address), grammar_of(given), **port)

@@ -17,6 +17,7 @@ UDEV_RULE = (
     'SUBSYSTEM=="usb", ATTR{idVendor}=="0456", ATTR{idProduct}=="b481", MODE="0660", GROUP="plugdev", TAG+="uaccess"'
 )
 GROUP = "plugdev"
+JOIN_GROUP = f"sudo groupadd --system --force {GROUP} && sudo usermod -aG {GROUP} $USER"  # Works again and again.
 RULES = tuple(Path(root, "udev/rules.d") for root in ("/etc", "/run", "/usr/lib", "/lib"))
 RULE_FILE = "70-palpate.rules"
 _SEATS = "73-seat-late.rules"  # systemd's file that gives access where the tag uaccess is set before it
@@ -77,29 +78,6 @@ def reload() -> str:
         except (OSError, subprocess.SubprocessError) as error:
             return f"udevadm {arguments[0]}: {(getattr(error, 'stderr', '') or str(error)).strip():.200}"
     return ""
-
-
-def missing_group() -> str:
-    """Return what to type so that the user is in the group; empty: nothing."""
-    if sys.platform == "win32":
-        return ""
-    import grp
-    import pwd
-
-    user = os.environ.get("SUDO_USER") or str(os.getuid())
-    with suppress(KeyError, ValueError):  # a number without a name, as in containers
-        user = pwd.getpwuid(int(user)).pw_name
-    if user == "root":
-        return ""
-    join = f"sudo usermod -aG {GROUP} {user}"
-    try:
-        group = grp.getgrnam(GROUP)
-    except KeyError:
-        return f"sudo groupadd --system {GROUP} && {join}"
-    with suppress(KeyError):
-        if group.gr_gid in os.getgrouplist(user, pwd.getpwnam(user).pw_gid):
-            return ""
-    return join
 
 
 def _of_the_board(file: Path) -> list[str]:
