@@ -45,13 +45,13 @@ def devices(blink: str | None, lsl: bool) -> None:
       palpate devices --blink
     """  # noqa: D301
     from palpate.sources.devices import devices as look
-    from palpate.sources.devices import streams
+    from palpate.sources.devices import look_for, streams
 
     if blink is not None:
         sys.exit(_blink(blink))
     found, notes = look()
     if lsl:
-        more, why = streams()
+        more, why = look_for(streams)
         found, notes = [*found, *more], [*notes, *why]
     document = {"devices": [device._asdict() for device in found], "notes": notes}
     show(document, aligned(found, "<"))
@@ -246,7 +246,7 @@ def firmware() -> Iterator[Finding]:
 def packages() -> Iterator[Finding]:
     """Check that the sources of other packages can be loaded, and that their searches for devices work."""
     from palpate.sources import GROUP
-    from palpate.sources.devices import devices_of_packages
+    from palpate.sources.devices import look_for, of_packages
     from palpate.sources.uri import loaded, package_of
 
     for point in metadata.entry_points(group=GROUP):
@@ -257,7 +257,7 @@ def packages() -> Iterator[Finding]:
             yield Finding(f"source {point.name}", str(error), code=0 if free else Exit.UNEXPECTED, free=free)
         else:
             yield Finding(f"source {point.name}", f"of {package_of(point)}")
-    for note in devices_of_packages()[1]:
+    for note in look_for(*of_packages())[1]:
         yield Finding("search of another package", note, code=Exit.UNEXPECTED)
 
 

@@ -129,9 +129,9 @@ def _say_line(message: str) -> None:
 
 def _plugged_in() -> str:
     """Return the connected board, or a simulated one, and print which."""
-    from palpate.sources.devices import boards
+    from palpate.sources.devices import boards, chips, look_for
 
-    found, notes = boards()
+    found, notes = look_for(boards, chips)
     if found:
         click.echo(f"{found[0].uri}: {found[0].what}", err=True)
         return found[0].uri

@@ -4,6 +4,7 @@ import json
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from threading import Event
 from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
@@ -156,6 +157,17 @@ class Source(Protocol):
     def close(self) -> None:
         """Release everything; may be called twice."""
         return
+
+
+class Stoppable(Source):
+    """A source whose iteration looks at `_stopped`."""
+
+    def __init__(self) -> None:
+        self._stopped = Event()
+
+    def interrupt(self) -> None:
+        """Stop the iteration."""
+        self._stopped.set()
 
 
 def described(source: Source) -> dict[str, Any]:

@@ -38,25 +38,11 @@ def devices() -> tuple[list[Found], list[str]]:
     >>> all(":" in device.uri for device in found)
     True
     """
-    return _look_for(_boards, _iio, _i2c, _ports, *_searches())
+    return look_for(boards, chips, _i2c, _ports, *of_packages())
 
 
-def devices_of_packages() -> tuple[list[Found], list[str]]:
-    """Return what the searches of other packages find, in the same form as `devices`."""
-    return _look_for(*_searches())
-
-
-def boards() -> tuple[list[Found], list[str]]:
-    """Return the connected AD7746 only, in the same form as `devices`: evaluation kits, and chips with the kernel's driver."""
-    return _look_for(_boards, _iio)
-
-
-def streams() -> tuple[list[Found], list[str]]:
-    """Return the streams of numbers of Lab Streaming Layer, in the same form as `devices`; takes 1 s or more."""
-    return _look_for(_streams)
-
-
-def _look_for(*searches: Callable[[], list[Found]]) -> tuple[list[Found], list[str]]:
+def look_for(*searches: Callable[[], list[Found]]) -> tuple[list[Found], list[str]]:
+    """Return what some of the searches of this module find, in the same form as `devices`."""
     found, notes = [], []
     for search in searches:
         try:
@@ -66,13 +52,15 @@ def _look_for(*searches: Callable[[], list[Found]]) -> tuple[list[Found], list[s
     return found, notes
 
 
-def _boards() -> list[Found]:
+def boards() -> list[Found]:
+    """Return the evaluation kits."""
     from palpate.ad7746.evalkit.find import boards
 
     return [Found(f"usb:{board}", "AD7746 evaluation kit") for board in boards()]
 
 
-def _iio() -> list[Found]:
+def chips() -> list[Found]:
+    """Return the chips with the kernel's driver."""
     from palpate.sources import iio
 
     return [Found(f"iio:{path}", "AD7746 by the kernel's driver") for path in iio.devices()]
@@ -92,14 +80,16 @@ def _ports() -> list[Found]:
     return [Found(f"serial:{port.device}", port.description or "serial port") for port in sorted(ports)]
 
 
-def _streams() -> list[Found]:
+def streams() -> list[Found]:
+    """Return the streams of numbers of Lab Streaming Layer; takes 1 s or more."""
     from palpate.sources.lsl import NUMBERS, search, shown, told
 
     found = [info for info in search({}, _STREAMS_S) if info.channel_format() in NUMBERS]
     return [Found(f"lsl:{shown(info.name())}", f"{told(info)}, {info.channel_count()} channels") for info in found]
 
 
-def _searches() -> list[Callable[[], list[Found]]]:
+def of_packages() -> list[Callable[[], list[Found]]]:
+    """Return the searches of other packages."""
     return [partial(_of_package, point) for point in entry_points(group=GROUP)]
 
 

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import suppress
-from threading import Event
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from palpate.errors import RecordingError
 from palpate.recording.columns import RATE
 from palpate.recording.foreign import recorded
 from palpate.samples import DTYPE, Block, Sample, Status, samples_of
-from palpate.sources.base import Gap, Source
+from palpate.sources.base import Gap, Stoppable
 from palpate.sources.options import anything, checked, choice, number
 from palpate.tables.table import DECIMALS, parsed_map
 from palpate.tables.units import PICOFARADS, SECONDS
@@ -23,7 +22,7 @@ UNREAD = "not read to its end: its rows are not verified"
 _STOOD_S = 0.25
 
 
-class FileSource(Source):
+class FileSource(Stoppable):
     """The samples of a file, as fast as possible or with the timing of the recording."""
 
     gaps: tuple[Gap, ...] = ()
@@ -39,7 +38,7 @@ class FileSource(Source):
         self.live: bool = speed is not None
         self.real_time: bool = False
         self._speed = speed
-        self._stopped = Event()
+        super().__init__()
         self._reading: Generator[Block] | None = None
         self.gaps = tuple(Gap(seq + 1, text) for seq, text in recording.gap_marks)
 
@@ -100,10 +99,6 @@ class FileSource(Source):
     def describe(self) -> dict[str, Any]:
         """Return the description of the instrument from the sidecar."""
         return {**self.recording.describe(), "full_scale_pF": self.full_scale_pF}
-
-    def interrupt(self) -> None:
-        """Stop the iteration."""
-        self._stopped.set()
 
     def close(self) -> None:
         """End the reading in blocks."""

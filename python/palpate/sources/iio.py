@@ -19,7 +19,7 @@ from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import Meanings, translated
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, quoted
 from palpate.samples import Sample, Status
-from palpate.sources.base import Gap, Source
+from palpate.sources.base import Gap, Stoppable
 from palpate.sources.options import anything, checked, number, yes_no
 
 DEVICES = Path("/sys/bus/iio/devices")
@@ -99,7 +99,7 @@ class KernelDevice:
         raise ProtocolError(f"{self.path}/{name}: got {quoted(text)}, allowed: {allowed}")
 
 
-class IioSource(Source):
+class IioSource(Stoppable):
     """Pairs of both channels, read from two files one after the other."""
 
     gaps: tuple[Gap, ...] = ()  # the offset of a channel was written
@@ -111,7 +111,8 @@ class IioSource(Source):
         self._device = KernelDevice(path)
         self._channels = {"hard": hard_input - 1, "soft": 2 - hard_input}
         self._clock_ns = clock_ns
-        self._stopped, self._to_centre = Event(), Event()
+        super().__init__()
+        self._to_centre = Event()
         if centre:
             self._to_centre.set()
         self._errors = 0
@@ -165,10 +166,6 @@ class IioSource(Source):
     def centre(self) -> None:
         """Set the CAPDACs again before the next pair, around the present signals; from any thread. It is a gap."""
         self._to_centre.set()
-
-    def interrupt(self) -> None:
-        """Stop the iteration after the present pair."""
-        self._stopped.set()
 
     def _pair(self, seq: int, start_ns: int) -> Sample | None:
         """Return the next pair; None: the CAPDACs were moved in it."""

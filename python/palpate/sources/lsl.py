@@ -8,14 +8,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from threading import Event
 from typing import Any, Self
 
 from palpate import errors
 from palpate.errors import DeviceNotFound, ProtocolError, SourceError, listed, quoted
 from palpate.extras import need
 from palpate.samples import Sample, Status
-from palpate.sources.base import Gap, Source
+from palpate.sources.base import Gap, Stoppable
 from palpate.sources.lines import COLUMNS, PICOFARADS, LineColumn
 from palpate.sources.options import Check, checked, choice, number, text
 
@@ -160,7 +159,7 @@ def channels_of(info: Any, asked: Mapping[str, str]) -> Channels:
     return Channels(labels, units, asked, info.desc().child_value("manufacturer") == MANUFACTURER)
 
 
-class LslSource(Source):
+class LslSource(Stoppable):
     """Two channels of a stream, as samples."""
 
     gaps: tuple[Gap, ...] = ()  # where the stream was lost, or its sender had a gap or began again
@@ -169,7 +168,7 @@ class LslSource(Source):
     def __init__(self, info: Any, asked: Mapping[str, str], stamps: str | None = None, replug: float = 30.0) -> None:
         self._pylsl = library()
         self._asked, self._stamps, self._replug_s = asked, stamps, replug
-        self._stopped = Event()
+        super().__init__()
         self.zero_ns = time.monotonic_ns()
         self._to_t_ns = -ahead_ns(self._pylsl) - self.zero_ns
         self._errors = self._reconnects = self._streak = 0
@@ -223,10 +222,6 @@ class LslSource(Source):
     def counters(self) -> dict[str, int]:
         """Samples that were refused, because their stamps go back (`errors`), and `reconnects`."""
         return {"errors": self._errors, "reconnects": self._reconnects}
-
-    def interrupt(self) -> None:
-        """Stop the iteration."""
-        self._stopped.set()
 
     def close(self) -> None:
         """Close the stream."""

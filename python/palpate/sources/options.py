@@ -19,8 +19,8 @@ __all__ = ["Check", "anything", "checked", "choice", "number", "split", "text", 
 Check = Callable[[str, Any], Any]  # (name, value) of an option -> checked value, or ValueError.
 
 _YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
-_LONG_PATH = "\\\\?\\"  # Windows: \\?\C:\... may be longer than 260 characters
-_SCHEME = re.compile(r"([a-z][a-z0-9+.-]+):(.*)", re.DOTALL)  # two letters or more: C:\ is a drive
+# A scheme has two letters or more: C:\ is a drive. An address may begin with \\?\, as long paths of Windows do.
+_NAME = re.compile(r"(?:([a-z][a-z0-9+.-]+):)?((?:\\\\\?\\)?[^?]*)\??(.*)", re.DOTALL)
 
 
 def split(uri: str) -> tuple[str, str, dict[str, str]]:
@@ -33,7 +33,7 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
     Returns
     -------
     scheme, address, options
-        The scheme is empty if the name is a path; one that exists has no options. In options %-escapes are decoded; a + stays a +.
+        The scheme is empty if the name is a path; a name that exists as a path has no options. In options %-escapes are decoded; a + stays a +.
 
     Raises
     ------
@@ -47,13 +47,10 @@ def split(uri: str) -> tuple[str, str, dict[str, str]]:
     >>> split("run.csv?rate=38.4")
     ('', 'run.csv', {'rate': '38.4'})
     """
-    match = _SCHEME.fullmatch(uri)
-    scheme, rest = (match[1], match[2]) if match else ("", uri)
-    root = _LONG_PATH if not scheme and rest.startswith(_LONG_PATH) else ""
-    address, _, query = rest[len(root) :].partition("?")
-    address = root + address
-    if not scheme and os.path.exists(uri):  # noqa: PTH110  Path's raises for a long name
+    match = _NAME.fullmatch(uri)
+    if os.path.exists(uri) or not match:  # noqa: PTH110  Path's raises for a long name
         return "", uri, {}
+    scheme, address, query = match.groups("")
     options: dict[str, str] = {}
     for part in filter(None, query.split("&")):
         name, equals, value = part.partition("=")

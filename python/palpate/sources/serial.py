@@ -7,14 +7,13 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from itertools import chain
-from threading import Event
 from typing import Any, NamedTuple
 
 from palpate.ad7746.datasheet import SATURATED_PF
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, shortened
 from palpate.extras import need
 from palpate.samples import Sample, Status
-from palpate.sources.base import Gap, Source
+from palpate.sources.base import Gap, Stoppable
 from palpate.sources.lines import LONGEST, OF_LINES, TIMES, Grammar, Refused, Values, grammar_of, sample_of, shown
 from palpate.sources.options import Check, checked, number, text, yes_no
 from palpate.systems import fine_ns
@@ -135,7 +134,7 @@ class Numbering:
             raise ProtocolError(f"the times of the lines are not in {self._unit}: {went}; {do}")
 
 
-class SerialSource(Source):
+class SerialSource(Stoppable):
     """Pairs from lines of text on a serial port, through unplugging."""
 
     gaps: tuple[Gap, ...] = ()  # where the port was opened again, the board restarted, or its CAPDAC changed
@@ -144,7 +143,7 @@ class SerialSource(Source):
         self, name: str, grammar: Grammar, baud: int = 115200, replug: float = 30.0, reset: bool = True
     ) -> None:
         self._name, self._grammar, self._baud, self._replug_s, self._reset = name, grammar, baud, replug, reset
-        self._stopped = Event()
+        super().__init__()
         self._begun_ns = fine_ns()
         self._port = self._open()
         self._lines = self._read_lines()
@@ -195,10 +194,6 @@ class SerialSource(Source):
         if any(each.role == "hard_raw" for each in columns):
             self._described["full_scale_pF"] = SATURATED_PF
         return self._described
-
-    def interrupt(self) -> None:
-        """Stop the iteration."""
-        self._stopped.set()
 
     def close(self) -> None:
         """Close the port."""

@@ -1,6 +1,5 @@
 """Opens a source by its name: SCHEME:ADDRESS?OPTIONS, or a path."""
 
-import os
 from collections.abc import Callable, Mapping
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
@@ -91,8 +90,6 @@ def open(uri: str, **options: Any) -> Source:
     scheme, address, in_uri = split(uri)
     if twice := set(in_uri) & set(options):
         raise ValueError(f"source: got {shortened(min(twice))} twice, allowed: in the name or by keyword")
-    if scheme and scheme not in _OWN and os.path.exists(uri):  # noqa: PTH110  Path's raises for a long name
-        scheme, address, in_uri = "", uri, {}
     return _find(scheme)(address, {**in_uri, **options})
 
 

@@ -115,11 +115,8 @@ class ChipTwin:
         if self.garble:
             self.garble -= 1
             self.registers[datasheet.CAP_SETUP] ^= datasheet.CIN2
-        seconds = 0.0
-        if self.registers[datasheet.CAP_SETUP] & datasheet.CAPEN:
-            seconds += datasheet.CONVERSION_S[config >> 3 & 7]
-        if self.registers[datasheet.VT_SETUP] & datasheet.VTEN:
-            seconds += datasheet.VT_CONVERSION_S[config >> 6]
+        seconds = datasheet.CONVERSION_S[config >> 3 & 7] * bool(self.registers[datasheet.CAP_SETUP] & datasheet.CAPEN)
+        seconds += datasheet.VT_CONVERSION_S[config >> 6] * bool(self.registers[datasheet.VT_SETUP] & datasheet.VTEN)
         if seconds:
             self._running = Running(now, now + round(self.pace * seconds * 1e9), bytes(self.registers))
 
@@ -131,30 +128,26 @@ class ChipTwin:
         if self.lose:
             self.lose, lost = self.lose - 1, True
         if running.registers[datasheet.CAP_SETUP] & datasheet.CAPEN:
-            self._end_capacitance(running, lost=lost)
+            pin = 2 if running.registers[datasheet.CAP_SETUP] & datasheet.CIN2 else 1
+            code = datasheet.code_of(self._measured_pF(running))
+            self.conversions.append(Conversion(pin, running.begin, running.end, code, lost))
+            if not lost:
+                shorted = self.short > 0 or self._wiring.fails(running.registers[datasheet.EXC_SETUP])
+                self.short = max(self.short - 1, 0)
+                self.registers[datasheet.STATUS] &= ~datasheet.EXCERR
+                self.registers[datasheet.STATUS] |= datasheet.EXCERR * shorted
+                self._give(datasheet.CAP_DATA, code, datasheet.RDYCAP)
         if running.registers[datasheet.VT_SETUP] & datasheet.VTEN and not lost:
-            code = self._vt_code(running.registers[datasheet.VT_SETUP])
-            self.registers[datasheet.VT_DATA : datasheet.CAP_SETUP] = code.to_bytes(3, "big")
-            self.registers[datasheet.STATUS] &= ~(datasheet.RDY | datasheet.RDYVT)
+            code = round((self.temperature_C + 4096) * 2048)
+            if running.registers[datasheet.VT_SETUP] & datasheet.VT_SUPPLY:
+                code = round(self.supply_V / (6 * datasheet.REFERENCE_V) * 2**23) + datasheet.ZERO_CODE
+            self._give(datasheet.VT_DATA, code, datasheet.RDYVT)
         self._running = None
         self.registers[datasheet.CONFIG] &= ~7
 
-    def _vt_code(self, setup: int) -> int:
-        if setup & datasheet.VT_SUPPLY:
-            return round(self.supply_V / (6 * datasheet.REFERENCE_V) * 2**23) + datasheet.ZERO_CODE
-        return round((self.temperature_C + 4096) * 2048)
-
-    def _end_capacitance(self, running: Running, *, lost: bool) -> None:
-        pin = 2 if running.registers[datasheet.CAP_SETUP] & datasheet.CIN2 else 1
-        code = datasheet.code_of(self._measured_pF(running))
-        self.conversions.append(Conversion(pin, running.begin, running.end, code, lost))
-        if lost:
-            return
-        shorted = self.short > 0 or self._wiring.fails(running.registers[datasheet.EXC_SETUP])
-        self.short = max(self.short - 1, 0)
-        self.registers[datasheet.CAP_DATA : datasheet.VT_DATA] = code.to_bytes(3, "big")
-        self.registers[datasheet.STATUS] &= ~(datasheet.RDY | datasheet.RDYCAP | datasheet.EXCERR)
-        self.registers[datasheet.STATUS] |= datasheet.EXCERR * shorted
+    def _give(self, register: int, code: int, ready: int) -> None:
+        self.registers[register : register + 3] = code.to_bytes(3, "big")
+        self.registers[datasheet.STATUS] &= ~(datasheet.RDY | ready)
 
     def _measured_pF(self, running: Running) -> float:
         registers = running.registers

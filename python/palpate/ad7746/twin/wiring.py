@@ -4,9 +4,8 @@
 assumption.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 from palpate.ad7746 import datasheet
 
@@ -20,35 +19,24 @@ DEMO_PF = 1.4
 SHORT_PF = 1000.0  # An input that is shorted to an excitation pin: far outside every range.
 
 
-class Wire(NamedTuple):
-    """A capacitor between an input and an excitation pin."""
-
-    input: str
-    excitation: str
-    bump: int = 0
-    constant_pF: float = 0.0
-
-    def mean_pF(self, bumps: Pins, begin_s: float, end_s: float) -> float:
-        """Return its mean capacitance between two times."""
-        return self.constant_pF + (bumps(self.bump, begin_s, end_s) if self.bump else 0.0)
-
-
 @dataclass(frozen=True)
 class Wiring:
-    """All wires of a board."""
+    """Where the two bumps hang, at an input and an excitation pin as "1+B", "" nowhere; what else is there; a shorted pin."""
 
-    wires: tuple[Wire, ...]
+    hard: str = "1+B"
+    soft: str = "2+B"
+    constant_pF: Mapping[str, float] = field(default_factory=dict)
     shorted: str = ""
 
     def mean_pF(self, bumps: Pins, setup: int, excitation: int, begin_s: float, end_s: float, loose: int = 0) -> float:
         """Return the mean capacitance that the chip measures between two times."""
-        pin = 2 if setup & datasheet.CIN2 else 1
-        signs = {f"{pin}+": 1.0} | ({f"{pin}-": -1.0} if setup & datasheet.CAPDIFF else {})
-        driven = self._driven(excitation)
-        found = [wire for wire in self.wires if wire.input in signs and wire.excitation in driven and pin != loose]
-        if not found:
-            return STRAY_PF if driven else 0.0
-        return sum(signs[wire.input] * wire.mean_pF(bumps, begin_s, end_s) for wire in found)
+        pin, driven = 2 if setup & datasheet.CIN2 else 1, self._driven(excitation)
+        signs = {"+": 1.0, "-": -1.0} if setup & datasheet.CAPDIFF else {"+": 1.0}
+        seen = {f"{pin}{end}{name}": sign for end, sign in signs.items() for name in driven if pin != loose}
+        wired = ((self.hard, HARD), (self.soft, SOFT))
+        found = [seen[place] * bumps(bump, begin_s, end_s) for place, bump in wired if place in seen]
+        found += [seen[place] * constant_pF for place, constant_pF in self.constant_pF.items() if place in seen]
+        return sum(found) if found else STRAY_PF * bool(driven)
 
     def fails(self, excitation: int) -> bool:
         """Return whether a driven pin is shorted, for the register EXC_SETUP."""
@@ -59,15 +47,7 @@ class Wiring:
         return ("A" if excitation & datasheet.EXCA else "") + ("B" if excitation & datasheet.EXCB else "")
 
 
-def _bumps(hard: str, soft: str) -> tuple[Wire, ...]:
-    """Return the two bumps, each at an input and an excitation, as "1+B"; "": not connected."""
-    wired = ((hard, HARD), (soft, SOFT))
-    return tuple(Wire(place[:2], place[2], bump) for place, bump in wired if place)
-
-
-_GUIDE = _bumps("1+B", "2+B")
-_DEMO = Wire("2+", "A", constant_pF=DEMO_PF)
-_REFERENCES = (Wire("1-", "B", constant_pF=2.0), Wire("2-", "B", constant_pF=1.5))
+_DEMO = {"2+A": DEMO_PF}
 
 # By name: both bumps on EXCB, as in the guide; then other wirings. exca, hard-exca, soft-exca: both bumps, or one, on EXCA.
 # swapped: the hard bump on CIN2. demo, demo-exca, demo-alone: R1 and R2 are left in, with both bumps on EXCB, both on
@@ -75,21 +55,21 @@ _REFERENCES = (Wire("1-", "B", constant_pF=2.0), Wire("2-", "B", constant_pF=1.5
 # shorted: the input to EXCB. exca-shorted, excb-shorted: the pin to ground. differential: a constant capacitor between
 # each CIN- and EXCB.
 WIRINGS: dict[str, Wiring] = {
-    "guide": Wiring(_GUIDE),
-    "exca": Wiring(_bumps("1+A", "2+A")),
-    "hard-exca": Wiring(_bumps("1+A", "2+B")),
-    "soft-exca": Wiring(_bumps("1+B", "2+A")),
-    "swapped": Wiring(_bumps("2+B", "1+B")),
-    "demo": Wiring((*_GUIDE, _DEMO)),
-    "demo-exca": Wiring((*_bumps("1+A", "2+A"), _DEMO)),
-    "demo-alone": Wiring((*_bumps("1+B", ""), _DEMO)),
-    "hard-minus": Wiring(_bumps("1-B", "2+B")),
-    "hard-open": Wiring(_bumps("", "2+B")),
-    "soft-open": Wiring(_bumps("1+B", "")),
-    "open": Wiring(()),
-    "hard-shorted": Wiring((*_GUIDE, Wire("1+", "B", constant_pF=SHORT_PF))),
-    "soft-shorted": Wiring((*_GUIDE, Wire("2+", "B", constant_pF=SHORT_PF))),
-    "exca-shorted": Wiring(_GUIDE, shorted="A"),
-    "excb-shorted": Wiring(_GUIDE, shorted="B"),
-    "differential": Wiring((*_GUIDE, *_REFERENCES)),
+    "guide": Wiring(),
+    "exca": Wiring("1+A", "2+A"),
+    "hard-exca": Wiring("1+A", "2+B"),
+    "soft-exca": Wiring("1+B", "2+A"),
+    "swapped": Wiring("2+B", "1+B"),
+    "demo": Wiring(constant_pF=_DEMO),
+    "demo-exca": Wiring("1+A", "2+A", _DEMO),
+    "demo-alone": Wiring("1+B", "", _DEMO),
+    "hard-minus": Wiring("1-B", "2+B"),
+    "hard-open": Wiring("", "2+B"),
+    "soft-open": Wiring("1+B", ""),
+    "open": Wiring("", ""),
+    "hard-shorted": Wiring(constant_pF={"1+B": SHORT_PF}),
+    "soft-shorted": Wiring(constant_pF={"2+B": SHORT_PF}),
+    "exca-shorted": Wiring(shorted="A"),
+    "excb-shorted": Wiring(shorted="B"),
+    "differential": Wiring(constant_pF={"1-B": 2.0, "2-B": 1.5}),
 }
