@@ -54,12 +54,12 @@ def test_devices_and_searches_that_are_not_possible(monkeypatch: pytest.MonkeyPa
         raise DeviceNotFound("no permission to look")
 
     found = [devices.Found("usb:1/2", "AD7746 evaluation kit")]
-    for name, look in (("_boards", lambda: found), ("_iio", refused), ("_i2c", list), ("_ports", list)):
+    for name, look in (("boards", lambda: found), ("chips", refused), ("_i2c", list), ("_ports", list)):
         monkeypatch.setattr(devices, name, look)
     result = run("devices")
     assert (result.exit_code, result.stdout) == (0, "usb:1/2  AD7746 evaluation kit\n")
     assert result.stderr == "not searched: no permission to look\n"
-    monkeypatch.setattr(devices, "_boards", list)
+    monkeypatch.setattr(devices, "boards", list)
     result = run("devices")
     assert (result.exit_code, result.stdout, "sim:four-specimens" in result.stderr) == (3, "", True)
 
