@@ -15,15 +15,13 @@ from typing import Any
 
 import palpate
 import pytest
-import usb.core
-import usb.util
 from kit_bench import CENTRED, Bench
 from palpate.ad7746 import datasheet
 from palpate.ad7746.configuration import HARD, Configuration
 from palpate.ad7746.driver import Ad7746
 from palpate.ad7746.evalkit import find
-from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, IN, LED_PIN, OUT, PORTS, EvalKit
-from palpate.ad7746.evalkit.find import PRODUCT, VENDOR, boards, devices
+from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, LED_PIN, OUT, PORTS, EvalKit
+from palpate.ad7746.evalkit.find import VENDOR, boards, devices
 from palpate.ad7746.twin.kit import Fault, Reply
 from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceError, SourceTimeout
 from palpate.samples import Status
@@ -222,9 +220,6 @@ def test_a_touch_is_streamed(bench: Bench, tally: Tally) -> None:
     assert not bench.carrier.real or used < 0.15 * period_ns * pairs / 1e9
 
 
-_ADDRESS = datasheet.I2C_ADDRESS << 1
-
-
 def test_a_device_may_outlive_its_context(bench: Bench) -> None:
     """Or else libusb ends the process."""
     [device] = devices(bench.carrier.backend())
@@ -232,58 +227,11 @@ def test_a_device_may_outlive_its_context(bench: Bench) -> None:
     assert device.idVendor == VENDOR
 
 
-class Raw:
-    """The board without the driver: every request of the table of what it does."""
-
-    def __init__(self, bench: Bench) -> None:
-        self.device = usb.core.find(idVendor=VENDOR, idProduct=PRODUCT, backend=bench.carrier.backend())
-
-    def read(self, request: int, value: int, index: int, count: int, kind: int = IN, timeout: int = 200) -> bytes:
-        return bytes(self.device.ctrl_transfer(kind, request, value, index, count, timeout))
-
-    def write(self, request: int, value: int, index: int, data: bytes) -> int:
-        return int(self.device.ctrl_transfer(OUT, request, value, index, data, 200))
-
-    def errors(self) -> int:
-        return self.read(ERROR_COUNT, 0, 0, 1)[0]
-
-
-@pytest.fixture
-def raw(bench: Bench) -> Iterator[Raw]:
-    bench.carrier.clock.sleep(0.001)  # the chip is silent right after it is supplied
-    raw = Raw(bench)
-    yield raw
-    usb.util.dispose_resources(raw.device)
-
-
-def test_what_the_board_does_with_a_read(raw: Raw) -> None:
-    reset = datasheet.RESET_VALUES[:7]
-    assert raw.read(I2C, _ADDRESS, 0, 7) == reset
-    assert raw.read(I2C, _ADDRESS | 1, 0, 7) == reset  # bit 0 is ignored
-    assert raw.errors() == 0
-    for nobody in (datasheet.I2C_ADDRESS, 0x42):
-        assert raw.read(I2C, nobody, 0, 3) == b"\xff" * 3  # and the transfer succeeds
-        assert raw.errors() == 1
-        assert raw.errors() == 0  # reading clears it
-
-
-def test_what_the_board_does_with_a_write(raw: Raw, bench: Bench) -> None:
-    assert raw.write(I2C, _ADDRESS, datasheet.CAP_SETUP, bytes([0x80, 0x00, 0x63])) == 3
-    assert raw.read(I2C, _ADDRESS, datasheet.CAP_SETUP, 3) == bytes([0x80, 0x00, 0x63])
-    bench.fail("not acknowledged in mid-write", 2)
-    raw.write(I2C, _ADDRESS, datasheet.CAPDAC_A, bytes([0x85, 0x86]))
-    assert raw.errors() == 1
-    assert raw.read(I2C, _ADDRESS, datasheet.CAPDAC_A, 2) == bytes([0x85, 0x00])  # what came before is written
-    raw.write(I2C_PLAIN, _ADDRESS, 0, bytes([datasheet.RESET_POINTER]))
-    bench.carrier.clock.sleep(0.001)
-    assert raw.read(I2C, _ADDRESS, datasheet.CAP_SETUP, 8) == datasheet.RESET_VALUES[7:]
-    assert raw.errors() == 0
-
-
-def test_the_led_blinks_and_nothing_else_changes(raw: Raw, bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_led_blinks_and_nothing_else_changes(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     """The other pins, all directions, and RDY#, also after an error."""
-    raw.write(PORTS, 0, 0, bytes([0x90, 0x10, 0x5A, 0x0F, 0x01, 0x00]))
-    before, control, written = raw.read(PORTS, 0, 0, 6), bench.kit.control, []
+    kit, control, written = bench.open_kit(), bench.kit.control, list[bytes]()
+    kit._out(PORTS, 0, 0, bytes([0x90, 0x10, 0x5A, 0x0F, 0x01, 0x00]))
+    before = kit._in(PORTS, 0, 0, 6)
 
     def noted(kind: int, request: int, *rest: Any) -> Reply:
         if (kind, request) == (OUT, PORTS):
@@ -291,13 +239,12 @@ def test_the_led_blinks_and_nothing_else_changes(raw: Raw, bench: Bench, monkeyp
         return control(kind, request, *rest)
 
     monkeypatch.setattr(bench.kit, "control", noted)
-    kit = bench.open_kit()
     kit.blink(0.4, 0.1)
     assert written == [bytes([level, 0x10 | LED_PIN]) for level in (0x18, 0x98, 0x18, 0x98)] + [before[:2]]
     bench.fail("stall", request=PORTS, skip=2)
     with pytest.raises(ProtocolError, match="refused the request"):
         kit.blink(0.4, 0.1)
-    assert raw.read(PORTS, 0, 0, 6) == before
+    assert kit._in(PORTS, 0, 0, 6) == before
 
 
 LIMIT_S = 30.0  # of a loaded machine; the notice itself takes POLL_S

@@ -15,7 +15,8 @@ from palpate.recording.sidecar import load
 
 def test_usb(tmp_path: Path) -> None:
     with Bench() as bench:
-        source = palpate.open("usb:", backend=bench.carrier.backend(), clock=bench.carrier.clock, capf=1)
+        bench.another()
+        source = palpate.open("usb:1/2", backend=bench.carrier.backend(), clock=bench.carrier.clock, capf=1)
         with Stream(source, record=tmp_path / "run.csv") as stream:
             samples = [estimate.sample for _, estimate in zip(range(40), stream, strict=False)]
         codes = {(c.pin, c.code) for c in bench.kit.chip.conversions if not c.lost}
@@ -29,7 +30,7 @@ def test_usb(tmp_path: Path) -> None:
     assert (device["stamps"], stream.tracker.settings["host_stamps"]) == ("converter", False)
     capdacs = [device["configuration"][name]["capdac"] for name in ("hard", "soft")]
     assert (device["configuration"]["capf"], *capdacs) == (1, CENTRED.hard.capdac, CENTRED.soft.capdac)
-    assert len(bytes.fromhex(device["registers"])) == datasheet.REGISTERS
+    assert (device["device"]["address"], len(bytes.fromhex(device["registers"]))) == (2, datasheet.REGISTERS)
     assert stream.counters.errors == stream.counters.reconnects == 0
 
 
@@ -40,13 +41,6 @@ def test_a_lost_soft_conversion_leaves_the_hard_reading() -> None:
     assert 0 < len(kept) < len(lost)
     assert {sample.soft_raw for sample in lost} == {-1}
     assert all(sample.hard == datasheet.capacitance_pF(sample.hard_raw) for sample in kept)
-
-
-def test_one_of_two_boards() -> None:
-    with Bench() as bench:
-        bench.another()
-        with palpate.open("usb:1/2", backend=bench.carrier.backend(), clock=bench.carrier.clock) as source:
-            assert source.describe()["device"]["address"] == 2
 
 
 def test_a_board_that_cannot_be_begun_is_given_back() -> None:

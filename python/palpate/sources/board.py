@@ -98,10 +98,8 @@ class BoardSource(Source):
                 self._watch_wiring(sample)
                 if self.driver.conditions_are_free and self.clock.now_ns() >= self._due_ns:
                     self._measure_conditions()
-        except GeneratorExit:
+        finally:
             self._measure_conditions()
-            raise
-        self._measure_conditions()
 
     def _measure_conditions(self) -> None:
         self._due_ns = self.clock.now_ns() + _CONDITIONS_NS
@@ -198,13 +196,11 @@ def open_usb(address: str, options: Mapping[str, Any]) -> BoardSource:
     from palpate.ad7746.evalkit.board import EvalKit
 
     given = checked("usb", options, {**CONVERTER, "firmware": text, "backend": anything, "clock": anything})
-    match = re.fullmatch(r"(?:(\d{1,3})/(\d{1,3}))?", address)
-    if not match:
+    if not re.fullmatch(r"(\d{1,3}/\d{1,3})?", address):
         raise ValueError(f"usb: got address {quoted(address)}, allowed: BUS/ADDRESS as `lsusb` shows them, or nothing")
-    bus, number_ = (int(part) if part else None for part in match.groups())
-    clock = given.pop("clock", None) or RealClock()
-    backend = given.pop("backend", None)
-    kit = EvalKit(bus, number_, firmware=given.pop("firmware", None), backend=backend, clock=clock)
+    clock, backend = given.get("clock") or RealClock(), given.get("backend")
+    place = map(int, filter(None, address.split("/")))
+    kit = EvalKit(*place, firmware=given.get("firmware"), backend=backend, clock=clock)
     return WatchedKit(kit, given, clock) if backend is None else BoardSource(kit, given, clock)
 
 
@@ -215,6 +211,6 @@ def open_i2c(address: str, options: Mapping[str, Any]) -> BoardSource:
     given = checked("i2c", options, {**CONVERTER, "open_bus": anything, "clock": anything})
     if not address:
         raise ValueError("i2c: got no address, allowed: a bus, for example i2c:/dev/i2c-1")
-    clock = given.pop("clock", None) or RealClock()
-    opener = {"open_bus": given.pop("open_bus")} if "open_bus" in given else {}
+    clock = given.get("clock") or RealClock()
+    opener = {"open_bus": given["open_bus"]} if "open_bus" in given else {}
     return BoardSource(I2cBus(address, clock, **opener), given, clock, kit=False)
