@@ -113,14 +113,21 @@ class Grammar:
         return [LineColumn("hard"), LineColumn("soft")]
 
     def _value(self, one: LineColumn, text: str) -> float | int:
-        if one.role in TIMES:
-            return _ns(one, text)
+        """Return pF (nan: the instrument has no value), ns, or a whole number; raises Refused."""
         if one.role in CHANNELS:
             return _number(text) * (PICOFARADS[one.unit] if one.unit else self._unit_pF or 1.0)
-        low, high = WHOLE[one.role]
-        if not (re.fullmatch("-?[0-9]{1,20}", text) and low <= int(text) <= high):
-            raise Refused(f"{quoted(text)} is not a whole number from {low} to {high}")
-        return int(text)
+        if one.role in WHOLE:
+            low, high = WHOLE[one.role]
+            if not (re.fullmatch("-?[0-9]{1,20}", text) and low <= int(text) <= high):
+                raise Refused(f"{quoted(text)} is not a whole number from {low} to {high}")
+            return int(text)
+        if not one.unit:
+            units = f"name it {one.role}_s, {one.role}_ms or {one.role}_us; {_NAMES}"
+            raise Refused(f"the unit of {one.role} is not known: {units}")
+        value = _number(text) * NANOSECONDS[one.unit]
+        if not 0 <= value < _LONGEST_NS:
+            raise Refused(f"{quoted(text)} is not a time")
+        return round(value)
 
     def _check_sizes(self, columns: Sequence[LineColumn], values: Values) -> None:
         """Check that the first values without a unit have the size of pF; raises Refused."""
@@ -202,17 +209,6 @@ def shown(values: Values) -> str:
     forms = dict.fromkeys(CHANNELS, "{} {:.9g} pF") | dict.fromkeys(TIMES, "{} {:.9g} s")
     scaled = {role: value / 1e9 if role in TIMES else value for role, value in values.items()}
     return ", ".join(forms.get(role, "{} {}").format(role, value) for role, value in scaled.items())
-
-
-def _ns(one: LineColumn, text: str) -> int:
-    if not one.unit:
-        raise Refused(
-            f"the unit of {one.role} is not known: name it {one.role}_s, {one.role}_ms or {one.role}_us; {_NAMES}"
-        )
-    value = _number(text) * NANOSECONDS[one.unit]
-    if not 0 <= value < _LONGEST_NS:
-        raise Refused(f"{quoted(text)} is not a time")
-    return round(value)
 
 
 def sample_of(values: Values) -> Sample:

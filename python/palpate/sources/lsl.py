@@ -46,10 +46,8 @@ def library() -> Any:
         found = need("pylsl", "lsl")
     except (RuntimeError, OSError) as error:  # from its search for liblsl
         said = str(error).strip().split("\n")[0]
-        raise errors.MissingExtra(
-            f"pylsl finds no liblsl ({said:.100}); type: pip install --force-reinstall 'palpate[lsl]', "
-            "or set PYLSL_LIB to the library"
-        ) from error
+        do = "type: pip install --force-reinstall 'palpate[lsl]', or set PYLSL_LIB to the library"
+        raise errors.MissingExtra(f"pylsl finds no liblsl ({said:.100}); {do}") from error
     with suppress(RuntimeError):  # liblsl before 1.17.7 has no such call; or there is no home folder
         files = [Path("lsl_api.cfg"), Path("~/lsl_api/lsl_api.cfg").expanduser(), Path("/etc/lsl_api/lsl_api.cfg")]
         if "LSLAPICFG" not in os.environ and not any(file.exists() for file in files):
@@ -203,10 +201,8 @@ class LslSource(Stoppable):
         info, acquisition = self._info, self._info.desc().child("acquisition")
         said = acquisition.child_value if self._channels.numbered else (lambda _: "")  # of palpate's own streams
         rate = info.nominal_srate()
-        period_s, full_scale_pF = (
-            _positive(said("period_s")) or (rate > 0 and 1 / rate),
-            _positive(said("full_scale_pF")),
-        )
+        period_s = _positive(said("period_s")) or (1 / rate if rate > 0 else None)
+        numbers = {"period_s": period_s, "full_scale_pF": _positive(said("full_scale_pF"))}
         own = {"name": info.name(), "type": info.type(), "source_id": info.source_id(), "host": info.hostname()}
         return {
             "name": "LSL stream",
@@ -214,8 +210,7 @@ class LslSource(Stoppable):
             "channels": self._channels.names,
             "clock": f"{self._clock}; ns since the stream was opened",
             "stamps": self._stamps or ("converter" if said("stamps") == "converter" else "host"),
-            **({"period_s": period_s} if period_s else {}),
-            **({"full_scale_pF": full_scale_pF} if full_scale_pF else {}),
+            **{name: value for name, value in numbers.items() if value},
         }
 
     @property
@@ -325,14 +320,9 @@ def open_lsl(address: str, options: Mapping[str, Any]) -> LslSource:
     limit_s: float = given.get("wait", WAIT_S)
     found, said = search(wanted, limit_s), ", ".join(f"{name} {quoted(value)}" for name, value in wanted.items())
     if not found:
-        raise DeviceNotFound(
-            f"lsl: no stream with {said} answered within {limit_s:g} s: is it running, in the same network? "
-            "`palpate devices --lsl` lists those that answer"
-        )
+        ask = "is it running, in the same network? `palpate devices --lsl` lists those that answer"
+        raise DeviceNotFound(f"lsl: no stream with {said} answered within {limit_s:g} s: {ask}")
     if len(found) > 1:
-        there = listed([told(info) for info in found])
-        raise DeviceNotFound(
-            f"lsl: {len(found)} streams have {said}: {there}; choose one by its name and ?type=, source_id= or host="
-        )
-    asked = {name: given[name] for name in _CHANNELS if name in given}
-    return LslSource(found[0], asked, **{name: given[name] for name in _STREAM if name in given})
+        there = f"{listed(list(map(told, found)))}; choose one by its name and ?type=, source_id= or host="
+        raise DeviceNotFound(f"lsl: {len(found)} streams have {said}: {there}")
+    return LslSource(found[0], given, **{name: given[name] for name in _STREAM if name in given})

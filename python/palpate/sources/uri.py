@@ -106,10 +106,9 @@ def _find(scheme: str) -> Factory:
         return factory
     for point in entry_points(group=GROUP, name=scheme):
         return loaded(point)
-    raise ValueError(
-        f"source: got {shortened(scheme)}:, allowed: {', '.join(f'{name}:' for name in schemes())} or a path"
-        f"{nearest(f'{scheme}:', [f'{name}:' for name in schemes()])}"
-    )
+    names = [f"{name}:" for name in schemes()]
+    allowed = f"{', '.join(names)} or a path{nearest(f'{scheme}:', names)}"
+    raise ValueError(f"source: got {shortened(scheme)}:, allowed: {allowed}")
 
 
 def loaded(point: "EntryPoint") -> Callable[..., Any]:
@@ -120,10 +119,8 @@ def loaded(point: "EntryPoint") -> Callable[..., Any]:
     except PalpateError:
         raise
     except Exception as error:
-        raise SourceError(
-            f"{point.name}: of {package_of(point)} cannot be loaded from {point.value}: {type(error).__name__}: "
-            f"{error!s:.200}; reinstall or remove this package"
-        ) from error
+        why = f"{type(error).__name__}: {error!s:.200}; reinstall or remove this package"
+        raise SourceError(f"{point.name}: of {package_of(point)} cannot be loaded from {point.value}: {why}") from error
 
 
 def package_of(point: "EntryPoint") -> str:
