@@ -85,10 +85,10 @@ def test_an_option_that_is_named_gives_the_true_ratio(wiring: str, excitation: s
         assert ratio_of(wiring, excitation=excitation, **right) == pytest.approx(ratio_of("guide"), rel=0.05)
 
 
-@pytest.mark.parametrize("wiring", ["hard-shorted", "soft-shorted", "excb-shorted"])
-def test_a_short_at_the_other_excitation_is_not_an_open_input(wiring: str) -> None:
-    refusal = begun(f"{SHORT}?wiring={wiring}", excitation="A")[2]
-    assert ("nothing is connected" in refusal, "short" in refusal) == (False, True)
+def test_a_short_at_the_other_excitation_is_not_an_open_input() -> None:
+    for wiring in ("hard-shorted", "soft-shorted", "excb-shorted"):
+        refusal = begun(f"{SHORT}?wiring={wiring}", excitation="A")[2]
+        assert ("nothing is connected" in refusal, "short" in refusal) == (False, True)
 
 
 def test_a_bump_at_the_negative_input_is_named_with_differential_too() -> None:
@@ -97,8 +97,8 @@ def test_a_bump_at_the_negative_input_is_named_with_differential_too() -> None:
     exchanged = {("1+", "B"): 2.0, ("1-", "B"): 6.9, ("2+", "B"): 4.7, ("2-", "B"): 1.5}
     look = lambda name, pin: Look(exchanged.get((name, pin), 0.003))
     [found] = Wiring(look, Configuration(differential=True), kit=True).mistakes()
-    assert str(found).startswith("hard bump: CIN1+ minus CIN1- is -4.90 pF: exchange its wires at CIN1+ an")
-    assert not found.fatal
+    expected = "hard bump: CIN1+ minus CIN1- is -4.90 pF: exchange its wires at CIN1+ an"
+    assert (str(found)[: len(expected)], found.fatal) == (expected, False)
 
 
 def test_a_sentence_says_what_excitation_a_cannot_show() -> None:

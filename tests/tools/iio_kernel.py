@@ -33,6 +33,7 @@ class Kernel:
         self.conversions: list[tuple[int, int, int]] = []  # channel, middle, code
         self.scale = "0.000000488"
         self.failures: dict[str, int] = {}
+        self.stall_ns = 0  # before a conversion of the second channel
 
     def install(self, monkeypatch: pytest.MonkeyPatch) -> "Kernel":
         monkeypatch.setattr("palpate.sources.iio.text_of", self.read)
@@ -65,7 +66,7 @@ class Kernel:
 
     def convert(self, channel: int) -> int:
         """Write the registers, convert, sleep, read; return the code without the middle of the range."""
-        self.now_ns += I2C_NS
+        self.now_ns += I2C_NS + self.stall_ns * channel
         lasts = round(datasheet.CONVERSION_S[self.capf] * 1e9)
         noise = self.random.gauss(0, datasheet.NOISE_PF[self.capf])
         value = (self.picofarads[channel] - self.capdac[channel] * self.step_pF + noise) * bool(self.pins)

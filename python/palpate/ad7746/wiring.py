@@ -184,15 +184,14 @@ class Wiring:
     def _besides(self, bump: _Bump) -> Iterator[Mistake]:
         """Return what is connected beside the bump: it does not prevent a measurement."""
         if all(found.is_sensor for found in bump.on.values()):
-            what = f"{bump.at} has {bump.levels}"
+            what, only_demo = f"{bump.at} has {bump.levels}", bump.own == "A" and bump.is_demo
+            remedy = "remove them; the measurement on EXCB goes on"
             if not bump.beside_demo:
                 yield Mistake(what, f"pull off what is not the bump; measured is {bump.driven}", fatal=False)
-            elif bump.own == "B":
-                yield Mistake(f"{what}, {_DEMO}", "remove them; the measurement on EXCB goes on", fatal=False)
-            else:
-                only_demo = bump.own == "A" and bump.is_demo
-                option = self._option("B", bump, ", and use {}" if only_demo else ", or use {}")
-                yield Mistake(f"{what}, {_DEMO}", f"remove them{option}", fatal=only_demo)
+                return
+            if bump.own != "B":
+                remedy = f"remove them{self._option('B', bump, ', and use {}' if only_demo else ', or use {}')}"
+            yield Mistake(f"{what}, {_DEMO}", remedy, fatal=only_demo)
         elif bump.beside_demo and bump.on["A"].is_sensor:
             remedy = "remove them; the readings cannot show whether they are there"
             if bump.is_demo:  # a small bump may be as large: it is measured

@@ -305,13 +305,13 @@ def _positive(text: str) -> float | None:
 
 # Options that choose a stream -> property of LSL.
 _WHICH = {"type": "type", "source_id": "source_id", "host": "hostname"}
-_CHANNELS: dict[str, Check] = {"hard": text, "soft": text, "unit": choice(*PICOFARADS)}
 _STREAM: dict[str, Check] = {"stamps": choice("converter", "host"), "replug": number(0, 86400)}
 
 
 def open_lsl(address: str, options: Mapping[str, Any]) -> LslSource:
     """Return the source of `lsl:NAME`: the stream with this name and these options."""
-    allowed = {**dict.fromkeys(_WHICH, text), **_CHANNELS, **_STREAM, "wait": number(0, 86400)}
+    texts = dict.fromkeys((*_WHICH, "hard", "soft"), text)
+    allowed = {**texts, **_STREAM, "unit": choice(*PICOFARADS), "wait": number(0, 86400)}
     given = checked("lsl", options, allowed)
     wanted = {"name": address} if address else {}
     wanted |= {_WHICH[name]: given[name] for name in _WHICH if name in given}

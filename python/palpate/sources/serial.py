@@ -85,8 +85,7 @@ class Numbering:
             return ""
         if seq <= before:
             return f"the board restarted: seq {seq} after {before}"
-        self.next += seq - before - 1
-        self.lost += seq - before - 1
+        self.next, self.lost = self.next + seq - before - 1, self.lost + seq - before - 1
         return ""
 
     def _times(self, values: Values, arrived_ns: int) -> tuple[int, int, str]:
@@ -183,6 +182,7 @@ class SerialSource(Stoppable):
         columns = self._grammar.columns
         unit = next((each.unit for each in columns if each.role in TIMES), "")
         self._numbering = Numbering(unit)
+        has_codes = any(each.role == "hard_raw" for each in columns)
         self._described = {
             "name": "serial port",
             "port": self._name,
@@ -190,9 +190,8 @@ class SerialSource(Stoppable):
             "columns": [f"{each.role} {each.unit}".strip() for each in columns],
             "clock": f"{'clock of the board' if unit else 'arrival of a line'}, ns since the port was opened",
             "stamps": "converter" if unit else "host",
+            **({"full_scale_pF": SATURATED_PF} if has_codes else {}),
         }
-        if any(each.role == "hard_raw" for each in columns):
-            self._described["full_scale_pF"] = SATURATED_PF
         return self._described
 
     def close(self) -> None:
