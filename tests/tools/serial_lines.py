@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from palpate import ProtocolError, Sample
-from palpate.sources.lines import OF_LINES, Grammar, Refused, grammar_of
+from palpate.sources.lines import OF_LINES, Grammar, Refused
 from palpate.sources.options import checked
 from palpate.sources.serial import Line, SerialSource
 
@@ -55,7 +55,7 @@ class Sent:
 
     def __init__(self, lines: list[str] | bytes, arrivals_s: list[float] | None = None, **options: Any) -> None:
         data = lines if isinstance(lines, bytes) else "".join(f"{line}\n" for line in lines).encode()
-        self.source = Chunks(b"\n" + data, grammar_of(checked("serial", options, OF_LINES)), arrivals_s)
+        self.source = Chunks(b"\n" + data, Grammar(**checked("serial", options, OF_LINES)), arrivals_s)
         self.refusals, self.said, self.samples, self.failed = self.source.refusals, self.source.said, list[Sample](), ""
         try:
             self.samples.extend(self.source)

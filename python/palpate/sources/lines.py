@@ -3,7 +3,7 @@
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import reduce
 from operator import xor
 from typing import Any, NamedTuple
@@ -57,16 +57,20 @@ Cells = list[tuple[str, str]]  # Name, "" without one, and text of each cell of 
 class Grammar:
     """Reads lines. The first line that is read fixes the names, and the checksum, of the lines after it."""
 
-    # `columns` are the cells in order, `pattern` is a regular expression with columns as its groups; `unit_pF` is the unit
-    # of capacitances whose name has none.
+    # `columns` are the cells in order, `pattern` is a regular expression with columns as its groups; `unit` is that of
+    # capacitances whose name has none, pF.
 
     def __init__(
-        self, columns: Sequence[LineColumn] = (), pattern: re.Pattern[str] | None = None, unit_pF: float | None = None
+        self, columns: Sequence[LineColumn] = (), pattern: re.Pattern[str] | None = None, unit: float | None = None
     ) -> None:
+        if columns and pattern:
+            raise ValueError(
+                "columns: got a pattern, too, allowed: one of them; the groups of a pattern are its columns"
+            )
         self.columns: Sequence[LineColumn] = [column(name) for name in pattern.groupindex] if pattern else columns
         self.by_order = False
         self.form: tuple[bool, list[str]] | None = None  # of all lines: checksum, names
-        self._given, self._pattern, self._unit_pF = columns, pattern, unit_pF
+        self._given, self._pattern, self._unit_pF = columns, pattern, unit
         self._sized = False
 
     def read(self, line: bytes) -> Values:
@@ -256,10 +260,3 @@ def _unit(name: str, value: Any) -> float:
 
 
 OF_LINES: dict[str, options.Check] = {"columns": _columns, "pattern": _pattern, "unit": _unit}
-
-
-def grammar_of(given: Mapping[str, Any]) -> Grammar:
-    """Return the grammar of checked options."""
-    if {"columns", "pattern"} <= set(given):
-        raise ValueError("columns: got a pattern, too, allowed: one of them; the groups of a pattern are its columns")
-    return Grammar(given.get("columns", ()), given.get("pattern"), given.get("unit"))

@@ -14,7 +14,7 @@ from palpate.errors import DeviceNotFound, DeviceRefused, ProtocolError, SourceE
 from palpate.extras import need
 from palpate.samples import Sample, Status
 from palpate.sources.base import Gap, Stoppable
-from palpate.sources.lines import LONGEST, OF_LINES, TIMES, Grammar, Refused, Values, grammar_of, sample_of, shown
+from palpate.sources.lines import LONGEST, OF_LINES, TIMES, Grammar, Refused, Values, sample_of, shown
 from palpate.sources.options import Check, checked, number, text, yes_no
 from palpate.systems import fine_ns
 
@@ -294,9 +294,11 @@ def _quoted(line: bytes) -> str:
     return shortened(repr(line.decode(errors="replace")), 100)
 
 
+_OF_PORT: dict[str, Check] = {"baud": number(50, 4_000_000, whole=True), "reset": yes_no, "replug": number(0, 86400)}
+
+
 def open_serial(address: str, options: Mapping[str, Any]) -> SerialSource:
     """Return the source of `serial:PORT`."""
-    of_port: dict[str, Check] = {"baud": number(50, 4_000_000, whole=True), "reset": yes_no, "replug": number(0, 86400)}
-    given = checked("serial", options, {**OF_LINES, **of_port})
-    port = {name: given[name] for name in of_port if name in given}
-    return SerialSource(text("serial's port", address), grammar_of(given), **port)
+    given = checked("serial", options, {**OF_LINES, **_OF_PORT})
+    of_lines, of_port = ({name: given[name] for name in kind if name in given} for kind in (OF_LINES, _OF_PORT))
+    return SerialSource(text("serial's port", address), Grammar(**of_lines), **of_port)
