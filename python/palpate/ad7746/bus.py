@@ -1,5 +1,6 @@
 """Access to the registers of the AD7746: buses and their clocks, repetitions, counters of errors."""
 
+import errno
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -66,8 +67,9 @@ def translated(what: object, meanings: Meanings) -> Iterator[None]:
     """Translate errors of the system to palpate's."""
     try:
         yield
-    except OSError as error:
-        kind, text = meanings.get(error.errno or 0, (ProtocolError, error.strerror))
+    except (OSError, NotImplementedError) as error:  # pyusb raises the second one: it is ENOSYS
+        number = error.errno if isinstance(error, OSError) else errno.ENOSYS
+        kind, text = meanings.get(number or 0, (ProtocolError, getattr(error, "strerror", "")))
         raise kind(f"{what}: {text}") from error
 
 

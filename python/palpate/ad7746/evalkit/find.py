@@ -3,8 +3,9 @@
 import errno
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from threading import Event, Thread
 from typing import Any, NamedTuple
@@ -42,18 +43,12 @@ _ERRORS: bus.Meanings = {
     errno.EBUSY: (DeviceRefused, "another program uses the board; close that program first"),
     errno.EPIPE: (ProtocolError, "the board refused the request (stall); check that the kit's own firmware is loaded"),
     errno.EIO: (ProtocolError, "error on the USB line; try another cable or port, without a hub"),
+    errno.ENOSYS: (DeviceRefused, _NOT_SUPPORTED),
     errno.EOVERFLOW: (ProtocolError, "the board sent more bytes than requested; try another cable or port"),
 }
 
 
-@contextmanager
-def translated(what: str) -> Iterator[None]:
-    """Translate errors of pyusb to palpate's."""
-    try:
-        with bus.translated(what, _ERRORS):
-            yield
-    except NotImplementedError as error:
-        raise DeviceRefused(f"{what}: {_NOT_SUPPORTED}") from error
+translated = partial(bus.translated, meanings=_ERRORS)
 
 
 class Board(NamedTuple):
