@@ -20,7 +20,6 @@ except ImportError as _missing:  # pragma: no cover
     raise MissingExtra("the evaluation kit needs pyusb: pip install 'palpate[usb]'") from _missing
 
 TIMEOUT_MS = 200
-TRANSFER_BYTES = 64
 # Numbers of the vendor requests; RAM is of the FX2 chip itself, without firmware.
 PORTS, I2C_PLAIN, I2C, ERROR_COUNT, RAM = 0xDB, 0xDC, 0xDD, 0xDF, 0xA0
 IN, OUT = 0xC0, 0x40

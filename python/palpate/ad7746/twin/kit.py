@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from palpate.ad7746 import datasheet
 from palpate.ad7746.bus import Clock
-from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, IN, OUT, PORTS, RAM, RDY_PIN, TRANSFER_BYTES
+from palpate.ad7746.evalkit.board import ERROR_COUNT, I2C, I2C_PLAIN, IN, OUT, PORTS, RAM, RDY_PIN
 from palpate.ad7746.evalkit.firmware import CPUCS, RAM_BYTES
 from palpate.ad7746.twin.chip import ChipTwin
 
@@ -61,7 +61,6 @@ class KitTwin:
         self._clock = clock
         self._bit_ns = 1e6 / bus_kHz
         self._errors = 0
-        self._buffer = bytearray(TRANSFER_BYTES)
         self._ports = bytearray([0x80, 0x80, 0, 0, 0, 0])
         self._ram = bytearray(RAM_BYTES)
         self._held = False
@@ -104,7 +103,7 @@ class KitTwin:
             return Reply(error=errno.EPIPE)
         if not self.locked:
             if request in (I2C, I2C_PLAIN):
-                pointer = bytes([index & 0xFF]) if request == I2C else b""
+                pointer = bytes([index & 0xFF]) if request == I2C else b""  # which only writes leave out
                 return self._access_i2c(kind, value >> 1 & 0x7F, pointer, length, data)
             if request == ERROR_COUNT and kind == IN:
                 count, self._errors = min(self._errors, 0xFF), 0
@@ -114,23 +113,16 @@ class KitTwin:
         return _SILENCE
 
     def _access_i2c(self, kind: int, address: int, pointer: bytes, length: int, data: bytes) -> Reply:
-        count = length & 0xFF
-        if not 1 <= count <= TRANSFER_BYTES:
-            self._errors += 1
-            return Reply(bytes(self._buffer)[:length], taken=len(data))
         now = self._clock.now_ns() + TRANSFER_NS // 2
         if address != datasheet.I2C_ADDRESS or not self.chip.acknowledges(now) or self.nak_after == 0:
             self.nak_after = None
             self._errors += 1
-            self._buffer[:count] = _NOBODY * count
-            return Reply(_NOBODY * count, taken=len(data), lasting_ns=TRANSFER_NS + self._lasting(1))
+            return Reply(_NOBODY * length, taken=len(data), lasting_ns=TRANSFER_NS + self._lasting(1))
         if kind == OUT:
             return self._write_i2c(pointer + data, now, len(data))
-        lasting = self._lasting(1 + count) + (self._lasting(1 + len(pointer)) if pointer else 0)
-        if pointer:
-            self.chip.write(pointer, now)
-        self._buffer[:count] = self.chip.read(count, now, lasting)
-        return Reply(bytes(self._buffer[:count]), lasting_ns=TRANSFER_NS + lasting)
+        lasting = self._lasting(1 + length) + self._lasting(1 + len(pointer))
+        self.chip.write(pointer, now)
+        return Reply(self.chip.read(length, now, lasting), lasting_ns=TRANSFER_NS + lasting)
 
     def _write_i2c(self, sent: bytes, now: int, taken: int) -> Reply:
         if self.nak_after is not None:
