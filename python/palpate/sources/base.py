@@ -17,6 +17,10 @@ _FARTHEST_NS = 2**62  # the difference of two such times is exact
 _NAMES = DTYPE.names or ()
 
 
+def _silent(_: str) -> None:
+    """Ignore the message."""
+
+
 class Gap(NamedTuple):
     """A place from which the earlier baseline is no longer valid: the device was opened again, or its range was moved.
 
@@ -78,7 +82,7 @@ class Source(Protocol):
 
     live: bool = True
     real_time: bool = True
-    notify: Callable[[str], None] = staticmethod(lambda _: None)
+    notify: Callable[[str], None] = staticmethod(_silent)
 
     def __enter__(self) -> Self:
         """Begin the measurement."""

@@ -139,10 +139,8 @@ def look() -> set[Board]:
 class Hotplug:
     """Reports which boards come and go, from its begin to `close`."""
 
-    def __init__(
-        self, changed: Callable[[set[Board], set[Board]], object], search: Look | None = None, poll_s: float = POLL_S
-    ) -> None:
-        self._changed, self._look, self._poll_s = changed, search or look, poll_s
+    def __init__(self, changed: Callable[[set[Board], set[Board]], object], search: Look | None = None) -> None:
+        self._changed, self._look = changed, search or look
         self._closing = Event()
         self._known = self._look()
         self._thread = Thread(target=self._run, name="palpate-hotplug", daemon=True)
@@ -154,7 +152,7 @@ class Hotplug:
         self._thread.join(_END_S)
 
     def _run(self) -> None:
-        while not self._closing.wait(self._poll_s):
+        while not self._closing.wait(POLL_S):
             with suppress(OSError, PalpateError):  # the next look may succeed
                 before, self._known = self._known, self._look()
                 if self._known != before:

@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
@@ -34,10 +33,9 @@ def rules_matter() -> bool:
     return sys.platform == "linux" and os.geteuid() != 0
 
 
-def rule_files(folders: Iterable[Path] | None = None) -> list[Path]:
+def rule_files() -> list[Path]:
     """Return the files of udev rules that name the board."""
-    files = [file for folder in folders or RULES for file in sorted(folder.glob("*.rules"))]
-    return [file for file in files if _of_the_board(file)]
+    return [file for folder in RULES for file in sorted(folder.glob("*.rules")) if _of_the_board(file)]
 
 
 def flaw(file: Path) -> str:
