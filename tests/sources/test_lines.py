@@ -138,9 +138,8 @@ def steps(samples: list[Sample]) -> list[int]:
 def test_the_palpate_format() -> None:
     """The board's counter of 32 bits begins again on the way."""
     begin = 2**32 - 100_000
-    sent = Sent(
-        [line(40 + k, begin + 31_500 * k) for k in range(9)] + [line(49, begin + 9 * 31_500, code=-1, status=8)]
-    )
+    last = line(49, begin + 9 * 31_500, code=-1, status=8)
+    sent = Sent([line(40 + k, begin + 31_500 * k) for k in range(9)] + [last])
     assert [sample.seq for sample in sent.samples] == list(range(10))
     assert steps(sent.samples) == [31_500] * 9
     assert {sample.t_soft_ns - sample.t_hard_ns for sample in sent.samples} == {15_000_000}

@@ -68,11 +68,8 @@ def test_options_in_the_name(port: Port, tmp_path: Path) -> None:
         sample = next(iter(stream)).sample
     assert (sample.hard, sample.soft, stream.source.describe()["baud"]) == (1.0, 2.0, 9600)
     again = recorded(tmp_path / "run.csv")
-    assert (stream.tracker.settings["host_stamps"], again.host_stamps, again.full_scale_pF) == (
-        True,
-        True,
-        float("inf"),
-    )
+    settings = stream.tracker.settings["host_stamps"], again.host_stamps, again.full_scale_pF
+    assert settings == (True, True, float("inf"))
 
 
 def test_unplugged_and_back(port: Port) -> None:
@@ -145,7 +142,6 @@ def test_without_reset_the_modem_lines_stay_inactive(port: Port, monkeypatch: py
 
 def test_record_ends_by_the_clock_without_a_sample(port: Port, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("palpate.cli.record._GRACE_S", 0.1)
-    done = CliRunner().invoke(
-        main, ["record", f"serial:{port.link}", "-o", str(tmp_path / "run.csv"), "--seconds", "0.2"]
-    )
+    command = ["record", f"serial:{port.link}", "-o", str(tmp_path / "run.csv"), "--seconds", "0.2"]
+    done = CliRunner().invoke(main, command)
     assert (done.exit_code, "0 rows" in done.stderr) == (5, True)

@@ -153,13 +153,8 @@ class EvalKit:
 
     def describe(self) -> dict[str, Any]:
         """Return the identity of the board; it has no serial number."""
-        return {
-            "name": "AD7746 evaluation kit",
-            "usb": f"{find.VENDOR:04x}:{find.PRODUCT:04x}",
-            "bus": self.board.bus,
-            "address": self.board.address,
-            "ports": list(self.board.ports),
-        }
+        usb_id = f"{find.VENDOR:04x}:{find.PRODUCT:04x}"
+        return {"name": "AD7746 evaluation kit", "usb": usb_id, **self.board._asdict(), "ports": [*self.board.ports]}
 
     def _take(self, device: Any) -> None:
         """Claim a device, and load its firmware."""
