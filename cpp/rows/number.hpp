@@ -4,6 +4,7 @@
 // Decimal numbers in text, as Python's float() reads them and repr() writes them: the nearest double, and the shortest
 // text that gives it back. Nothing here throws, allocates, reads the locale, or looks at or past `end`.
 
+#include <algorithm>
 #include <cfloat>
 #include <charconv>
 #include <cmath>
@@ -128,51 +129,11 @@ inline char* append(char* to, const char* from, int count) noexcept {
   return to + count;
 }
 
-inline char* append_zeros(char* to, int count) noexcept {
-  std::memset(to, '0', static_cast<std::size_t>(count));
-  return to + count;
-}
-
 /// Write a number below 10^8 with eight digits.
 inline void format_eight(char* to, std::uint64_t number) noexcept {
   for (int place = 7; place >= 0; --place, number /= 10) {
     to[place] = static_cast<char>('0' + number % 10);
   }
-}
-
-/// 1.25e-05 for the digits 125 and the exponent -5: two digits of it at least.
-inline char* with_exponent(char* to, const char* digits, int count, int exponent) noexcept {
-  *to++ = digits[0];
-  if (count > 1) {
-    *to++ = '.';
-    to = append(to, digits + 1, count - 1);
-  }
-  *to++ = 'e';
-  *to++ = exponent < 0 ? '-' : '+';
-  const int size = exponent < 0 ? -exponent : exponent;
-  if (size < 10) {
-    *to++ = '0';
-  }
-  return std::to_chars(to, to + 3, size).ptr;
-}
-
-/// The digits d.ddd * 10^exponent, as repr lays them out.
-inline char* lay_out(char* to, const char* digits, int count, int exponent) noexcept {
-  if (exponent < -4 || exponent >= 16) {
-    return with_exponent(to, digits, count, exponent);
-  }
-  if (exponent < 0) {
-    to = append(to, "0.", 2);
-    return append(append_zeros(to, -exponent - 1), digits, count);
-  }
-  const int whole = exponent + 1;
-  if (count <= whole) {
-    to = append_zeros(append(to, digits, count), whole - count);
-    return append(to, ".0", 2);
-  }
-  to = append(to, digits, whole);
-  *to++ = '.';
-  return append(to, digits + whole, count - whole);
 }
 
 #ifndef PALPATE_EXACT_ELSEWHERE
@@ -182,16 +143,11 @@ inline bool nearest(const char* begin, const char* end, double& value) noexcept 
 }
 
 inline char* format_finite(char* to, double value) noexcept {
-  char text[24], digits[24];
-  const char* const end = std::to_chars(text, text + sizeof text, value, std::chars_format::scientific).ptr;
-  const char* at = text;
-  int count = 0;
-  for (; at != end && *at != 'e'; ++at) {
-    if (*at != '.') {
-      digits[count++] = *at;
-    }
+  if (value != 0 && (value < 1e-4 || value >= 1e16)) {
+    return std::to_chars(to, to + 24, value, std::chars_format::scientific).ptr;
   }
-  return lay_out(to, digits, count, take_exponent(at, end));
+  char* const end = std::to_chars(to, to + 24, value, std::chars_format::fixed).ptr;
+  return std::find(to, end, '.') == end ? append(end, ".0", 2) : end;
 }
 #endif
 
