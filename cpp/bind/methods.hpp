@@ -50,7 +50,7 @@ T& reference(py::handle self) {
 }
 
 /// What float(value) gives: floats, integers, numpy's scalars. An integer beyond a double is a value out of range.
-inline double to_double(PyObject* value) {
+inline double to_double(PyObject* value, const std::string& name) {
   if (PyFloat_CheckExact(value)) {
     return PyFloat_AS_DOUBLE(value);
   }
@@ -58,7 +58,11 @@ inline double to_double(PyObject* value) {
   if (result == -1.0 && PyErr_Occurred()) {
     if (PyErr_ExceptionMatches(PyExc_OverflowError)) {
       PyErr_Clear();
-      throw py::value_error("got an integer beyond the range of a float, allowed: real numbers");
+      throw py::value_error(name + ": got an integer beyond the range of a float, allowed: real numbers");
+    }
+    if (PyErr_ExceptionMatches(PyExc_TypeError)) {
+      PyErr_Clear();
+      throw py::type_error(name + ": got " + py::repr(value).cast<std::string>() + ", allowed: a number");
     }
     throw py::error_already_set();
   }
@@ -197,7 +201,7 @@ struct Method<T, Function, void(Self, Arguments...)> {
     return !object ? nullptr : guarded([&] {
       std::array<double, size> values;
       for (std::size_t i = 0; i < size; ++i) {
-        values[i] = to_double(arguments[i]);
+        values[i] = to_double(arguments[i], parameters->names[i]);
       }
       return run(self, *object, values, std::make_index_sequence<size>());
     });
@@ -249,10 +253,10 @@ template <auto Function, class T>
 void define(py::class_<T>& type, const char* doc) {
   using M = Method<T, Function>;
   PyMethodDef* method;
+  M::parameters = std::make_unique<const Parameters>(doc);
   if constexpr (M::numbers) {
     method = &definition(doc, as_method(&M::of_numbers), METH_FASTCALL);
   } else {
-    M::parameters = std::make_unique<const Parameters>(doc);
     method = &definition(doc, as_method(&M::of_objects), METH_FASTCALL | METH_KEYWORDS);
     if constexpr (M::size == 1) {
       if (M::parameters->by_place_only == 1) {
