@@ -25,9 +25,8 @@ def bits() -> str:
             found.update(rows[name].astype(rows[name].dtype.newbyteorder("<")).tobytes())
         for touch in palpate.touches(data, scene=scene):
             found.update(f"{touch.ratio.hex()} {touch.standard_error.hex()} {touch.flags}\n".encode())
-    # 21 streams: some fill the widest registers, some are left over.
     scale = 1 + np.arange(21) / 16
-    ratios = palpate.HandoverRlsBank(21).process(data.hard[:, None] * scale, data.soft[:, None] / scale)
+    ratios = palpate.Bank(palpate.HandoverRls(), 21).process(data.hard[:, None] * scale, data.soft[:, None] / scale)
     found.update(ratios.astype("<f8").tobytes())
     return found.hexdigest()
 

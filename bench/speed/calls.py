@@ -143,18 +143,18 @@ def block_work() -> Iterator[Work]:
     yield Work("Python trace, 2000", BLOCK, lambda: one.trace(*traced.now, out), traced.renew)
     shape, size = (156, 64), 156 * 64
 
-    def streams(name: str) -> Work:
-        bank: Any = getattr(palpate, name)(64)
+    def streams(estimator: Any) -> Work:
+        bank = palpate.Bank(estimator, 64)
         chunks, ratios = Chunks(size, y, x), np.empty(shape)
-        error = error_of(getattr(palpate, name)(64).process(*(a[:size].reshape(shape) for a in (y, x))))
+        error = error_of(bank.copy().process(*(a[:size].reshape(shape) for a in (y, x))))
 
         def update() -> None:
             bank.process(*(a.reshape(shape) for a in chunks.now), ratios)
 
-        return Work(f"Python {name}(64), 156 rows", size, update, chunks.renew, error)
+        return Work(f"Python Bank of 64 {type(estimator).__name__}", size, update, chunks.renew, error)
 
-    yield streams("AdaptiveRlsBank")
-    yield streams("HandoverRlsBank")
+    yield streams(palpate.AdaptiveRls())
+    yield streams(palpate.HandoverRls())
     tracker, held = palpate.Tracker("handheld", samples=None, seconds=None), Chunks(BLOCK, *readings(BLOCK * 240))
     held.renew()  # each block is seen once: a tracker takes no time twice
 

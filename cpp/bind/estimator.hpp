@@ -60,17 +60,29 @@ class Estimator {
   using Real = typename Core::real_type;
   using Row = TraceRow<Real, knows_its_error<Core>>;
 
-  explicit Estimator(const Settings& settings) : settings_(settings), state_{Kind::core(settings)} {}
+  /// The core, and the counts that it leaves to its caller.
+  struct State {
+    Core core;
+    std::size_t samples = 0, rejected = 0;
+    Real innovation = std::numeric_limits<Real>::quiet_NaN();  // not beside the core's information: see RatioOf
+
+    void take(Real output, Real regressor) noexcept {
+      const auto step = core.update(output, regressor);
+      if (step.accepted) {
+        innovation = step.innovation;
+        ++samples;
+      } else {
+        ++rejected;
+      }
+    }
+  };
+
+  explicit Estimator(const Settings& settings) : Estimator(settings, {Kind::core(settings)}) {}
+  Estimator(const Settings& settings, const State& state) : settings_(settings), state_(state) {}
 
   double update(double output, double regressor) {
     require_idle(busy_, "estimator");
-    const auto step = state_.core.update(static_cast<Real>(output), static_cast<Real>(regressor));
-    if (step.accepted) {
-      state_.innovation = step.innovation;
-      ++state_.samples;
-    } else {
-      ++state_.rejected;
-    }
+    state_.take(static_cast<Real>(output), static_cast<Real>(regressor));
     return state_.core.ratio();
   }
 
@@ -125,6 +137,10 @@ class Estimator {
   }
 
   const Settings& settings() const { return settings_; }
+  const State& numbers() const {
+    require_idle(busy_, "estimator");
+    return state_;
+  }
   py::dict settings_dict() const { return settings_.dict(); }
   double ratio() const { return state_.core.ratio(); }
   double covariance() const { return state_.core.covariance(); }
@@ -136,12 +152,6 @@ class Estimator {
   std::size_t rejected() const { return state_.rejected; }
 
  private:
-  struct State {
-    Core core;
-    std::size_t samples = 0, rejected = 0;
-    Real innovation = std::numeric_limits<Real>::quiet_NaN();  // not beside the core's information: see RatioOf
-  };
-
   // Every sample through a copy of the core, which becomes the state when the block is done: a reader in another thread
   // sees the state before the block or the state after it.
   template <class Item, class Observe>

@@ -5,7 +5,6 @@
 
 #include <palpate/estimator/handover.hpp>
 
-#include "bank_loops.hpp"
 #include "settings.hpp"
 
 /// The settings of an estimator of type Core, with the defaults of its Parts, structs of the core for double.
@@ -22,7 +21,6 @@ Settings defaults_of() {
 template <class Real>
 struct FixedKind {
   using Core = palpate::FixedRls<Real>;
-  static constexpr auto loop = &BankLoops<Real>::fixed;
 
   static Settings defaults() {
     return defaults_of<palpate::FixedRls<double>, palpate::FixedForgetting<double>,
@@ -41,7 +39,6 @@ struct FixedKind {
 template <class Real>
 struct AdaptiveKind {
   using Core = palpate::AdaptiveRls<Real>;
-  static constexpr auto loop = &BankLoops<Real>::adaptive;
 
   static Settings defaults() {
     return defaults_of<palpate::AdaptiveRls<double>, palpate::SwitchedForgetting<double>, palpate::Cusum<double>,

@@ -113,9 +113,9 @@ Notes
 -----
 With x the regressor, w the mean of the regressors before it, and e = output - ratio * x:
 R' = steady R + w x, ratio' = ratio + (w / R') e. Noise and tremor in x do not bias the ratio,
-because w does not contain them. The regressors of one touch must have one sign. At an alarm
-the ratio is computed from the samples since the CUSUM was last 0. `standard_error` is computed
-from the correlation of the innovations, an autoregression of order 1 or 2. It takes the noise
+because w does not contain them. The regressors may have either sign. At an alarm the ratio is
+computed from the samples since the CUSUM was last 0. `standard_error` is computed from the
+correlation of the innovations, an autoregression of order 1 or 2. It takes the noise
 for equally large at all depths: if the noise is a share of the signal and the regressor changes
 more than twofold, give output / regressor and 1 in place of output and regressor. Values from
 1e140 pF on (float32: 1e16) are refused; `Rls` refuses only those whose squares do not fit,
@@ -224,7 +224,7 @@ void bind(py::module_& module, const char* name, const char* doc) {
   methods::define<&E::trace>(type, trace_doc);
   methods::define<&E::reset>(type, "reset($self)\n--\n\nForget all samples; the settings stay.");
   display::define<display::Kind::estimator>(type);
-  define_copies(type);
+  define_copies<&pickled<E>, &unpickled<E>>(type);
   methods::property<&E::settings_dict>(
       type, "settings", "The parameters, as a dict: `type(e)(**e.settings)` is a new estimator like `e`.");
   methods::property<&E::ratio>(type, "ratio", "Estimated output / regressor.");

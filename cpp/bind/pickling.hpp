@@ -49,20 +49,22 @@ E unpickled(py::handle self, py::handle state) {
   });
 }
 
-/// A copy of the same class, by way of its pickled state; memo given: deep, what a subclass keeps is copied, too.
-template <class E>
+/// A copy of the same class, by way of its pickled state, whose last item is what a subclass keeps; memo given: deep, that
+/// is copied, too.
+template <auto State>
 py::object copied(py::handle self, py::handle memo) {
-  py::tuple state = pickled<E>(self);
+  py::list state(State(self));
   const auto copy = py::module_::import("copy");
-  const py::object own = memo.is_none() ? copy.attr("copy")(state[2]) : copy.attr("deepcopy")(state[2], memo);
+  const std::size_t last = state.size() - 1;
+  state[last] = memo.is_none() ? copy.attr("copy")(state[last]) : copy.attr("deepcopy")(state[last], memo);
   const py::object type = py::type::of(self);
   py::object result = type.attr("__new__")(type);
-  result.attr("__setstate__")(py::make_tuple(state[0], state[1], own));
+  result.attr("__setstate__")(py::tuple(state));
   return result;
 }
-template <class E>
+template <auto State>
 py::object shallow_copy(py::handle self) {
-  return copied<E>(self, py::none());
+  return copied<State>(self, py::none());
 }
 
 template <class E>
@@ -86,10 +88,10 @@ void define_pickling(py::class_<T>& type) {
   methods::define<&reduced>(type, "__reduce_ex__($self, protocol, /)\n--\n\n");
 }
 
-template <class E>
-void define_copies(py::class_<E>& type) {
-  define_pickling<&pickled<E>, &unpickled<E>>(type);
-  methods::define<&shallow_copy<E>>(type, "copy($self)\n--\n\nAn independent one in the same state.");
-  methods::define<&shallow_copy<E>>(type, "__copy__($self)\n--\n\n");
-  methods::define<&copied<E>>(type, "__deepcopy__($self, memo)\n--\n\n");
+template <auto State, auto Make, class T>
+void define_copies(py::class_<T>& type) {
+  define_pickling<State, Make>(type);
+  methods::define<&shallow_copy<State>>(type, "copy($self)\n--\n\nAn independent one in the same state.");
+  methods::define<&shallow_copy<State>>(type, "__copy__($self)\n--\n\n");
+  methods::define<&copied<State>>(type, "__deepcopy__($self, memo)\n--\n\n");
 }

@@ -3,21 +3,12 @@
 import sys
 from io import TextIOWrapper
 
-from palpate._core import simd
-
 _INTERRUPTED = 130  # as in palpate.cli.group, which may not be imported yet
 
 
 def main() -> None:
     """Run the command of `sys.argv`."""
     _show_any_text()
-    try:
-        simd()
-    except ValueError as error:
-        from click import echo
-
-        echo(f"Error: {error}", err=True)
-        sys.exit(2)
     try:
         from palpate.cli import main as command
     except KeyboardInterrupt:  # Ctrl-C in the tenth of a second of the imports; from here on the command line hears it

@@ -1,14 +1,12 @@
 # The compiled module as type checkers see it; tests/binding/test_stub.py compares it with the module.
 # Classes with an underscore only share declarations; the module does not have them.
-from typing import Any, ClassVar, Generic, Literal, Self, TypeAlias, TypedDict, TypeVar, Unpack, overload
+from typing import Any, ClassVar, Generic, Literal, Self, SupportsIndex, TypeAlias, TypedDict, TypeVar, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 scenes: tuple[str, ...]
-
-def simd() -> str: ...
 
 _Scene: TypeAlias = Literal["fixed", "paper", "handheld", "sliding"]
 _Real = TypeVar("_Real", np.float64, np.float32)
@@ -84,15 +82,6 @@ class _Estimator(_Rated[float, bool, int], Generic[_Real]):
     @property
     def innovation(self) -> float: ...
 
-class _Bank(_Rated[NDArray[_Real], NDArray[np.bool_], NDArray[np.uint64]], Generic[_Real]):
-    def update(self, output: ArrayLike, regressor: ArrayLike, out: NDArray[_Real] | None = None) -> NDArray[_Real]: ...
-    def process(self, output: ArrayLike, regressor: ArrayLike, out: NDArray[_Real] | None = None) -> NDArray[_Real]: ...
-    def __len__(self) -> int: ...
-    @property
-    def streams(self) -> int: ...
-    @property
-    def rows(self) -> int: ...
-
 class _Rls(_Estimator[_Real]):
     def __init__(
         self,
@@ -105,20 +94,6 @@ class _Rls(_Estimator[_Real]):
 
 class Rls(_Rls[np.float64]): ...
 class Rls32(_Rls[np.float32]): ...
-
-class _RlsBank(_Bank[_Real]):
-    def __init__(
-        self,
-        streams: int,
-        *,
-        forgetting: float = 0.995,
-        initial_ratio: float = 1.0,
-        initial_covariance: float = 1000000000000.0,
-        max_covariance: float = 1000000000000.0,
-    ) -> None: ...
-
-class RlsBank(_RlsBank[np.float64]): ...
-class RlsBank32(_RlsBank[np.float32]): ...
 
 class _AdaptiveRls(_Estimator[_Real]):
     def __init__(
@@ -136,24 +111,6 @@ class _AdaptiveRls(_Estimator[_Real]):
 
 class AdaptiveRls(_AdaptiveRls[np.float64]): ...
 class AdaptiveRls32(_AdaptiveRls[np.float32]): ...
-
-class _AdaptiveRlsBank(_Bank[_Real]):
-    def __init__(
-        self,
-        streams: int,
-        *,
-        steady: float = 0.995,
-        alarmed: float = 0.9,
-        drift: float = 0.01,
-        threshold: float = 0.05,
-        clear_level: float = 0.0,
-        initial_ratio: float = 1.0,
-        initial_covariance: float = 1000000000000.0,
-        max_covariance: float = 1000000000000.0,
-    ) -> None: ...
-
-class AdaptiveRlsBank(_AdaptiveRlsBank[np.float64]): ...
-class AdaptiveRlsBank32(_AdaptiveRlsBank[np.float32]): ...
 
 class _HandoverRls(_Estimator[_Real]):
     def __init__(
@@ -175,26 +132,20 @@ class _HandoverRls(_Estimator[_Real]):
 class HandoverRls(_HandoverRls[np.float64]): ...
 class HandoverRls32(_HandoverRls[np.float32]): ...
 
-class _HandoverRlsBank(_Bank[_Real]):
-    def __init__(
-        self,
-        streams: int,
-        *,
-        steady: float = 0.9995,
-        drift: float = 0.75,
-        threshold: float = 10.0,
-        clip: float = 3.0,
-        smoothing: float = 0.0625,
-        guard: float = 2.0,
-        initial_ratio: float = 1.0,
-        initial_covariance: float = 10000000000.0,
-        max_covariance: float = 1000000000000.0,
-    ) -> None: ...
-    @property
-    def standard_error(self) -> NDArray[_Real]: ...
+_AnyEstimator: TypeAlias = Rls | Rls32 | AdaptiveRls | AdaptiveRls32 | HandoverRls | HandoverRls32
 
-class HandoverRlsBank(_HandoverRlsBank[np.float64]): ...
-class HandoverRlsBank32(_HandoverRlsBank[np.float32]): ...
+class Bank(_Rated[NDArray[Any], NDArray[np.bool_], NDArray[np.uint64]]):
+    def __init__(self, estimator: _AnyEstimator, streams: SupportsIndex) -> None: ...
+    def update(self, output: ArrayLike, regressor: ArrayLike, out: NDArray[Any] | None = None) -> NDArray[Any]: ...
+    def process(self, output: ArrayLike, regressor: ArrayLike, out: NDArray[Any] | None = None) -> NDArray[Any]: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, stream: SupportsIndex, /) -> Any: ...
+    @property
+    def streams(self) -> int: ...
+    @property
+    def innovation(self) -> NDArray[Any]: ...
+    @property
+    def standard_error(self) -> NDArray[Any]: ...
 
 class Touch(_State):
     def __init__(self) -> None: ...

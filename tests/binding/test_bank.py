@@ -1,12 +1,7 @@
 """Banks of streams against as many single estimators, bit for bit."""
 
 import copy
-import hashlib
-import os
 import pickle
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,8 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numeric import ALL, BANKS, dtype_of
-from palpate import _core
-from project import ROOT
 
 SETTINGS: dict[str, dict[str, float]] = {
     "Rls": {"forgetting": 0.97, "initial_ratio": 2.0, "initial_covariance": 1e4, "max_covariance": 2e4},
@@ -30,7 +23,7 @@ SETTINGS: dict[str, dict[str, float]] = {
     },
     "HandoverRls": {"steady": 0.98, "drift": 0.5, "threshold": 4.0, "clip": 4.0, "smoothing": 0.25},
 }
-FIELDS = ("ratio", "covariance", "statistic", "alarm", "rejected")
+FIELDS = ("ratio", "covariance", "innovation", "statistic", "alarm", "samples", "rejected")
 
 
 def samples(frames: int, streams: int, seed: int, dtype: Any) -> tuple[Any, Any]:
@@ -72,12 +65,12 @@ def test_a_bank_is_many_estimators(
     bank = again(bank)
     rows = [bank.update(y, x) for y, x in zip(output[cut:], regressor[cut:], strict=True)]
     found = np.concatenate([found, np.reshape(rows, (-1, streams)).astype(found.dtype)])
-    assert bank.rows == frames
     for s in {0, streams // 2, streams - 1, *range(min(streams, 9))}:
         single = single_type(**settings)
         assert single.settings == bank.settings
         assert single.process(output[:, s], regressor[:, s]).tobytes() == found[:, s].tobytes()
-        for field in (*fields, "samples"):
+        assert bank[s] == bank[s - streams] == single
+        for field in fields:
             assert np.array_equal(getattr(bank, field)[s], getattr(single, field), equal_nan=True), field
 
 
@@ -88,14 +81,31 @@ def test_reset_and_equality(bank_type: Any) -> None:
     assert bank == copy.copy(bank) != fresh
     bank.reset()
     assert bank == fresh
-    assert (bank.rows, len(bank), bank.ratio.tolist()) == (0, 6, [1.0] * 6)
-    assert repr(bank) == f"<{bank_type.__name__}(6) rows=0>"
+    assert (len(bank), bank.streams, bank.ratio.tolist()) == (6, 6, [1.0] * 6)
+    assert repr(bank) == f"<Bank of 6 {type(bank[0]).__name__}>"
+
+
+@pytest.mark.parametrize("bank_type", BANKS)
+def test_one_regressor_for_all_streams(bank_type: Any) -> None:
+    output, regressor = samples(40, 6, 5, dtype_of(bank_type))
+    shared = regressor[:, 0].copy()
+    each = bank_type(6).process(output, np.repeat(shared[:, None], 6, axis=1))
+    assert bank_type(6).process(output, shared).tobytes() == each.tobytes()
+
+
+def test_streams_begin_in_the_state_of_the_estimator() -> None:
+    estimator = palpate.AdaptiveRls(drift=0.005)
+    estimator.process([0.5, 0.51], [0.25, 0.25])
+    bank = palpate.Bank(estimator, 2)
+    assert bank[0] == bank[1] == estimator
+    bank.reset()
+    assert bank[1] == palpate.AdaptiveRls(drift=0.005)
 
 
 def test_what_a_block_refuses() -> None:
-    bank = palpate.AdaptiveRlsBank(3)
+    bank = palpate.Bank(palpate.AdaptiveRls(), 3)
     good = np.ones((4, 3))
-    before = bank.ratio
+    before = bank.copy()
     cases: list[tuple[Any, Any, Any, type[Exception], str]] = [
         (np.ones((4, 2)), good, None, ValueError, r"output: got shape \(4, 2\), allowed: \(n, 3\)"),
         (good, good, np.ones((4, 3), np.float32), TypeError, "out: got dtype float32"),
@@ -107,36 +117,36 @@ def test_what_a_block_refuses() -> None:
             bank.process(output, regressor, out)
     with pytest.raises(ValueError, match=r"output: got shape \(4, 3\), allowed: \(3,\)"):
         bank.update(good, good)
-    assert bank.rows == 0
-    assert np.array_equal(bank.ratio, before)
+    with pytest.raises(ValueError, match=r"regressor: got shape \(3,\), allowed: \(4,\)"):
+        bank.process(good, np.ones(3))
+    with pytest.raises(
+        AttributeError, match="standard_error: got a bank of estimators without it, allowed: HandoverRls"
+    ):
+        _ = bank.standard_error
+    with pytest.raises(IndexError, match="stream: got 3, allowed: below 3"):
+        bank[3]
+    assert bank == before
 
 
-def print_bits() -> None:
-    """Print the instructions that are used, and a hash of all that the banks compute."""
-    found = hashlib.sha256()
-    for bank_type in BANKS:
-        for streams in (1, 7, 16, 45):
-            bank = bank_type(streams)
-            found.update(bank.process(*samples(300, streams, 4, dtype_of(bank_type))).tobytes())
-            state = bank.__getstate__()[1]
-            found.update(state[1].tobytes() + state[2].tobytes())
-    print(_core.simd(), found.hexdigest())
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ((palpate.Tracker(), 3), TypeError, "estimator: got .*, allowed: an Rls, AdaptiveRls or HandoverRls"),
+        ((palpate.Rls, 3), TypeError, "estimator: got <class"),
+        ((palpate.Rls(), 0), ValueError, r"streams: got 0, allowed: 1 <= streams <= 2\*\*32"),
+        ((palpate.Rls(), 2.5), TypeError, "streams: got 2.5, allowed: a whole number"),
+        ((palpate.Rls(),), TypeError, "missing required argument: 'streams'"),
+    ],
+)
+def test_what_the_constructor_refuses(arguments: Any, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        palpate.Bank(*arguments)
 
 
-def with_simd(name: str) -> tuple[str, str]:
-    """Run all banks in a process of its own, with these instructions; return what it printed and its errors."""
-    code = "import sys; sys.path[:0] = sys.argv[1:]; import test_bank; test_bank.print_bits()"
-    command = [sys.executable, "-c", code, str(Path(__file__).parent), str(ROOT / "tests" / "tools")]
-    done = subprocess.run(command, env=os.environ | {"PALPATE_SIMD": name}, capture_output=True, text=True, check=False)
-    return done.stdout, done.stderr
+def test_a_subclass_keeps_what_is_its_own() -> None:
+    class Named(palpate.Bank):
+        name = ""
 
-
-def test_all_instruction_sets_give_the_same_bits() -> None:
-    assert _core.simd() in ("baseline", "avx2", "avx512")
-    _, error = with_simd("sse9")
-    assert "environment variable PALPATE_SIMD: got 'sse9', allowed: " in error
-    names = error.strip().rpartition(": ")[2].split(", ")
-    assert names[-1] == "baseline"
-    found = {name: with_simd(name)[0].split() for name in names}
-    assert [used for used, _ in found.values()] == names
-    assert len({bits for _, bits in found.values()}) == 1
+    bank = Named(palpate.Rls(), 2)
+    bank.name = "left"
+    assert (copy.deepcopy(bank).name, copy.copy(bank)) == ("left", bank)

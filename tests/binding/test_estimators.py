@@ -17,10 +17,6 @@ REGRESSOR = RANDOM.uniform(0.1, 0.5, 300)
 OUTPUT = 2.5 * REGRESSOR + 0.004 * RANDOM.standard_normal(300)
 
 
-def made(kind: Any) -> Any:
-    return kind(3) if kind in BANKS else kind()
-
-
 def samples_of(kind: Any) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return the samples in the type of an estimator, or in rows of three for a bank."""
     output, regressor = (each.astype(dtype_of(kind)) for each in (OUTPUT, REGRESSOR))
@@ -45,8 +41,8 @@ def samples_of(kind: Any) -> tuple[NDArray[Any], NDArray[Any]]:
 def test_any_layout_gives_the_same_bits(kind: Any, convert: Any) -> None:
     output, regressor = samples_of(kind)
     for method in ("process", "trace")[: 1 if kind in BANKS else 2]:
-        expected = getattr(made(kind), method)(output, regressor)
-        assert bits(getattr(made(kind), method)(convert(output), convert(regressor))) == bits(expected)
+        expected = getattr(kind(), method)(output, regressor)
+        assert bits(getattr(kind(), method)(convert(output), convert(regressor))) == bits(expected)
 
 
 @every
@@ -96,15 +92,15 @@ def test_a_bad_out_is_refused(kind: Any) -> None:
 def test_out_may_overlap_the_samples(kind: Any, shift: int) -> None:
     output, regressor = samples_of(kind)
     end = len(output) - 5
-    expected = made(kind).process(output[5:end], regressor[5:end])
+    expected = kind().process(output[5:end], regressor[5:end])
     for shared in samples_of(kind):
         place = shared[5 + shift : end + shift]
         given = (shared, regressor) if np.array_equal(shared, output) else (output, shared)
-        assert made(kind).process(*(each[5:end] for each in given), out=place) is place
+        assert kind().process(*(each[5:end] for each in given), out=place) is place
         assert np.array_equal(place, expected)
     every_second = np.repeat(output, 2, axis=0)
-    found = made(kind).process(every_second[::2], regressor, out=every_second[: len(output)])
-    assert np.array_equal(found, made(kind).process(output, regressor))
+    found = kind().process(every_second[::2], regressor, out=every_second[: len(output)])
+    assert np.array_equal(found, kind().process(output, regressor))
 
 
 @every

@@ -42,18 +42,16 @@ def test_every_class_and_method_has_a_signature(cls: type) -> None:
 @pytest.mark.parametrize("name", DEFAULTS)
 def test_the_defaults_are_the_cores(name: str) -> None:
     for bits in ("", "32"):
-        cls, bank = getattr(palpate, name + bits), getattr(palpate, f"{name}Bank{bits}")
+        cls = getattr(palpate, name + bits)
         shown = {n: p.default for n, p in inspect.signature(cls).parameters.items()}
-        assert shown == cls().settings == bank(1).settings == DEFAULTS[name]
+        assert shown == cls().settings == palpate.Bank(cls(), 1).settings == DEFAULTS[name]
         assert list(shown) == list(cls().settings)
-        assert list(inspect.signature(bank).parameters) == ["streams", *shown]
 
 
-@pytest.mark.parametrize("cls", CLASSES)
+@pytest.mark.parametrize("cls", [cls for cls in CLASSES if cls is not palpate.Bank])
 def test_a_wrong_keyword_names_the_allowed_ones(cls: type) -> None:
-    arguments = (1,) if "Bank" in cls.__name__ else ()
     with pytest.raises(TypeError, match=f"^{cls.__name__}: got an unexpected keyword 'threshhold'") as caught:
-        cls(*arguments, threshhold=3)
+        cls(threshhold=3)
     if "Handover" in cls.__name__:
         names = ", ".join(DEFAULTS["HandoverRls"])
         assert str(caught.value).endswith(f"'threshhold', allowed: {names}; did you mean 'threshold'?")
@@ -64,9 +62,6 @@ def test_a_wrong_keyword_names_the_allowed_ones(cls: type) -> None:
     [
         (lambda: palpate.Rls(0.9), "Rls: got too many values without a name, allowed: names only"),  # type: ignore[call-arg]
         (lambda: palpate.Rls(forgetting="x"), "forgetting: got 'x', allowed: a number"),  # type: ignore[arg-type]
-        (lambda: palpate.RlsBank(), "RlsBank: got no streams"),  # type: ignore[call-arg]
-        (lambda: palpate.RlsBank(2, 3), "allowed: streams; the others by name"),  # type: ignore[call-arg]
-        (lambda: palpate.RlsBank(2, streams=3), "got streams by place and by name"),  # type: ignore[misc]
         (lambda: palpate.Rls.__init__(palpate.Tracker()), "__init__.* of Rls: got something else"),  # type: ignore[arg-type]
         (lambda: palpate.Touch(), "Touch: got a call, allowed: those that a Tracker"),
         (lambda: palpate.Tracker("paper", clip=3), "keyword 'clip', allowed: samples, seconds, full"),  # type: ignore[call-overload]
@@ -123,7 +118,7 @@ GOOD += "".join(
 CALLS = ("palpate.Tracker(", 'palpate.Stream("sim:", ', 'palpate.touches(palpate.read("a.csv"), ')
 BAD = [f"{call}{wrong})" for call in CALLS for wrong in ('scene="handhel"', "threshhold=3")]
 BAD += ['palpate.Tracker("paper", clip=3.0)', 'palpate.Tracker("handheld", threshold="3")']
-BAD += ["palpate.HandoverRls(threshhold=3)", "palpate.AdaptiveRlsBank(3, fast=0.9)"]
+BAD += ["palpate.HandoverRls(threshhold=3)", "palpate.Bank(palpate.Tracker(), 3)"]
 
 
 def test_a_checker_marks_what_would_be_refused(tmp_path: Path) -> None:

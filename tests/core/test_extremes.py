@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
-from numeric import every
+from numeric import dtype_of, every
 from palpate.simulation import scenarios
 
 from bench.accuracy.extremes import TWINS, Case, exact_cases, outcome, press
@@ -29,6 +29,30 @@ def test_rounding_is_no_change(kind: Any, ratio: float) -> None:
     rows = kind().trace(np.full(20_000, ratio), np.ones(20_000))
     assert rows["ratio"][-1] == pytest.approx(ratio, rel=1e-6, abs=1e-30)
     assert not rows["alarm"].any()
+
+
+@pytest.mark.parametrize("kind", [palpate.HandoverRls, palpate.HandoverRls32])
+def test_data_without_noise_keep_normal_numbers(kind: Any) -> None:
+    """Arithmetic with subnormal numbers takes ten times as long; in float32 the noise is what the ratio is off."""
+    estimator = kind()
+    estimator.process(np.full(300_000, 2.5 * 0.3), np.full(300_000, 0.3))
+    numbers = np.abs([number for number in estimator.__getstate__()[1] if isinstance(number, float)])
+    assert numbers[numbers > 0].min() >= np.finfo(dtype_of(kind)).tiny
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.05, 0.2])
+def test_a_change_while_the_regressor_is_around_zero(noise: float) -> None:
+    """200 samples after it, least squares since the change has an rms error of noise / sqrt(200); 1.96 errors hold 95 %."""
+    rng = np.random.default_rng(7)
+    off, held, runs = [], [], 120
+    for _ in range(runs):
+        x = rng.standard_normal(600)
+        estimator = palpate.HandoverRls()
+        estimator.process(np.where(np.arange(600) < 400, 1.2, 0.6) * x + noise * rng.standard_normal(600), x)
+        off.append(estimator.ratio - 0.6)
+        held.append(abs(off[-1]) < 1.96 * estimator.standard_error)
+    assert np.sqrt(np.mean(np.square(off))) < 1.4 * noise / math.sqrt(200)
+    assert np.mean(held) > 0.95 - 3 * math.sqrt(0.95 * 0.05 / runs)
 
 
 @every

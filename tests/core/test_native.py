@@ -44,7 +44,7 @@ def touch_hash(name: str) -> str:
 def bank_hash(name: str) -> str:
     """Hash 21 touches through a bank of the extension."""
     output, regressor = np.transpose([touch_samples(20 + s) for s in range(21)], (1, 2, 0))
-    bank = getattr(palpate, name)(21)
+    bank = palpate.Bank(getattr(palpate, name.replace("Bank", ""))(), 21)
     ratios = bank.process(output, regressor)
     return fnv(np.concatenate([ratios.ravel(), np.ravel([bank.covariance, bank.statistic], order="F")]))
 

@@ -4,7 +4,8 @@
 #include <cinttypes>
 #include <cstdio>
 #include <initializer_list>
-#include <palpate/handover_bank.hpp>
+#include <palpate/bank.hpp>
+#include <palpate/estimator/handover.hpp>
 #include <palpate/palpate.hpp>
 
 #include "alike.hpp"
@@ -29,7 +30,7 @@ void print(const char* name) {
   std::printf("%s %016" PRIx64 "\n", name, hash.value);
 }
 
-// 21 streams, so that some are in packs and some are not: every ratio on the way, then the rest of the state.
+// Every ratio on the way of 21 streams, then the rest of the state.
 template <class Estimator>
 void print_bank(const char* name) {
   using Real = typename Estimator::real_type;
@@ -49,8 +50,8 @@ void print_bank(const char* name) {
     }
   }
   for (std::size_t s = 0; s < streams; ++s) {
-    hash.add(Real(1) / bank.information(s));
-    hash.add(bank.statistic(s));
+    hash.add(Real(1) / bank[s].information());
+    hash.add(bank[s].statistic());
   }
   std::printf("%s %016" PRIx64 "\n", name, hash.value);
 }

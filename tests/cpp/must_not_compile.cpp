@@ -22,7 +22,7 @@ void use() {
   HandheldTracker<double, double> tracker;
 #elif CASE == 5  // Capacity must be a power of two
   Ring<int, 100> ring;
-#elif CASE == 6  // palpate::Bank: its estimators must be Checked
-  Bank<embedded::PaperRls<float>, 4> bank;
+#elif CASE == 6  // palpate::Bank: Streams must be 1 or more
+  Bank<AdaptiveRls<float>, 0> bank;
 #endif
 }

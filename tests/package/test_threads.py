@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import palpate
 import pytest
+from numeric import bank_of
 from project import ROOT
 from recording_bench import Scripted, sample
 
@@ -25,7 +26,7 @@ ONES = np.ones(SIZE)
 
 def blocks_of(name: str) -> tuple[Callable[[], Any], Callable[[Any], Any], dict[str, tuple[Any, ...]]]:
     """Return how an object of a class is made, given a long block, and the arguments of its methods."""
-    kind: Any = getattr(palpate, name)
+    kind: Any = bank_of(getattr(palpate, name.removesuffix("Bank"))) if "Bank" in name else getattr(palpate, name)
     if name == "Tracker":
         empty: tuple[Any, ...] = (np.zeros(0, np.int64),) * 2 + (np.zeros(0),) * 2
         arguments = {"feed": (0.0, 0.0, 1.0, 1.0), "process": empty, "take": empty}
@@ -98,7 +99,7 @@ def meanwhile(made: Any, name: str, arguments: dict[str, tuple[Any, ...]]) -> bo
 def said(name: str) -> set[str]:
     """Return what the page says is refused for a class."""
     rows = [line.strip("|").split("|") for line in PAGE.splitlines()]
-    [cell] = [cells[1] for cells in rows if len(cells) == 3 and f"`{name}`" in cells[0]]
+    [cell] = [cells[1] for cells in rows if len(cells) == 3 and f"`{'Bank' if 'Bank' in name else name}`" in cells[0]]
     return set(re.findall(r"`(\w+)`", cell))
 
 

@@ -18,7 +18,19 @@ from project import ROOT, need, run
 
 NAMES = ("Rls", "AdaptiveRls", "HandoverRls")
 ALL = [getattr(palpate, name + bits) for bits in ("", "32") for name in NAMES]
-BANKS = [getattr(palpate, f"{name}Bank{bits}") for bits in ("", "32") for name in NAMES]
+
+
+def bank_of(single: Any) -> Any:
+    """Return what makes a bank of this kind of estimators, of three if no number is given."""
+
+    def made(streams: int = 3, **settings: float) -> palpate.Bank:
+        return palpate.Bank(single(**settings), streams)
+
+    made.__name__ = f"Bank{single.__name__}"
+    return made
+
+
+BANKS = [bank_of(single) for single in ALL]
 every = pytest.mark.parametrize("kind", ALL)
 every_block = pytest.mark.parametrize("kind", [*ALL, *BANKS])
 

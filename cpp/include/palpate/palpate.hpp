@@ -3,9 +3,9 @@
 
 // All headers: #include <palpate/palpate.hpp>.
 
+#include <palpate/bank.hpp>
 #include <palpate/elasticity.hpp>
 #include <palpate/embedded.hpp>
-#include <palpate/handover_bank.hpp>
 #include <palpate/ring.hpp>
 #include <palpate/stage/stamps.hpp>
 #include <palpate/version.hpp>

@@ -98,7 +98,7 @@ class _Handover:
         if self.alarm():
             self.up, self.down = _Side(), _Side()
         if watching:
-            z = clipped / scale
+            z = clipped / scale if regressor >= 0 else -clipped / scale
             self.up = self.up.after(z - self.drift, (w, output, regressor))
             self.down = self.down.after(-z - self.drift, (w, output, regressor))
         self.outlier = outlier

@@ -71,25 +71,32 @@ class Handover : public Parameters {
   /// magnitudes from 1e16 (float) or 1e140 (double) on.
   PALPATE_ONCE constexpr Step<Real> update(Real output, Real regressor) noexcept {
     const Real innovation = output - product(regressor, ratio_);
-    // The short way of an ordinary sample: nothing is selected in it, so no number waits for a condition.
-    if constexpr (PALPATE_HOT_PATHS) {
-      const WeightedSample<Real> sample{instrument_.weight(regressor), output, regressor};
-      const Real whitened = noise_.whitened(innovation), scale = scale_of(output), z = whitened / scale;
-      const Estimate next = followed(sample, innovation, false);
-      const bool usable = in_range(output) && in_range(regressor) && in_range(innovation) && is_finite(next.ratio);
-      const bool outlier = magnitude(whitened) > product(settings.clip, scale);
-      const bool rare = !usable || seen_ < warm_up || alarm() || noise_.drifts() || outlier ||
-                        cusum_.next_statistic(z, settings.drift) > settings.threshold;
-      if (!PALPATE_UNLIKELY(rare)) {
-        ratio_ = next.ratio;
-        sums_ = next.sums;
-        cusum_.add(z, settings.drift, settings.guard, sample);
-        learn(innovation, {whitened, scale, true, false});
-        instrument_.add(regressor, seen_, settings.smoothing);
-        return {next.ratio, innovation, next.gain, false, true};
-      }
+    if (PALPATE_UNLIKELY(!(in_range(output) && in_range(regressor) && in_range(innovation)))) {
+      return refusal(ratio_, innovation, alarm());
     }
-    return update_any(output, regressor, innovation);
+    const WeightedSample<Real> sample{instrument_.weight(regressor), output, regressor};
+    const Judged judged = judge(innovation, output);
+    const TwoSidedCusum<Real> before = cusum_;
+    watch(judged, sample);
+    const bool change = alarm();
+    // An outlier does not change the ratio. But if the ratio drifts, it may be real: it counts as far as noise could go.
+    const bool drifts = noise_.drifts();
+    const Real counted = judged.outlier ? noise_.limited_innovation(judged.clipped) : innovation;
+    const Estimate next = change                      ? handed_over(cusum_.larger(), sample)
+                          : judged.outlier && !drifts ? same()
+                                                      : followed(sample, counted, drifts);
+    if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
+      cusum_ = before;
+      return refusal(ratio_, innovation, alarm());
+    }
+    ratio_ = next.ratio;
+    sums_ = next.sums;
+    learn(innovation, judged);
+    instrument_.add(regressor, seen_, settings.smoothing);
+    if (PALPATE_UNLIKELY(change)) {
+      noise_.restart();
+    }
+    return {next.ratio, innovation, next.gain, change, true, judged.outlier};
   }
 
   /// Forget all samples; the settings stay.
@@ -156,36 +163,6 @@ class Handover : public Parameters {
     Real gain;
   };
 
-  /// The whole update, for every sample.
-  PALPATE_COLD PALPATE_ONCE constexpr Step<Real> update_any(Real output, Real regressor, Real innovation) noexcept {
-    if (PALPATE_UNLIKELY(!(in_range(output) && in_range(regressor) && in_range(innovation)))) {
-      return refusal(ratio_, innovation, alarm());
-    }
-    const WeightedSample<Real> sample{instrument_.weight(regressor), output, regressor};
-    const Judged judged = judge(innovation, output);
-    const TwoSidedCusum<Real> before = cusum_;
-    watch(judged, sample);
-    const bool change = alarm();
-    // An outlier does not change the ratio. But if the ratio drifts, it may be real: it counts as far as noise could go.
-    const bool drifts = noise_.drifts();
-    const Real counted = judged.outlier ? noise_.limited_innovation(judged.clipped) : innovation;
-    const Estimate next = change                      ? handed_over(cusum_.larger(), sample)
-                          : judged.outlier && !drifts ? same()
-                                                      : followed(sample, counted, drifts);
-    if (PALPATE_UNLIKELY(!is_finite(next.ratio))) {
-      cusum_ = before;
-      return refusal(ratio_, innovation, alarm());
-    }
-    ratio_ = next.ratio;
-    sums_ = next.sums;
-    learn(innovation, judged);
-    instrument_.add(regressor, seen_, settings.smoothing);
-    if (PALPATE_UNLIKELY(change)) {
-      noise_.restart();
-    }
-    return {next.ratio, innovation, next.gain, change, true, judged.outlier};
-  }
-
   // Each update rounds the ratio: an error of variance u^2 / 12, u <= eps r, which is forgotten as the samples are. Of n
   // samples with lambda = 1 the sum of (j / n)^2 is left, n / 3; in the long run the sum of lambda^2j, half the count.
   constexpr Real rounding() const noexcept {
@@ -222,13 +199,14 @@ class Handover : public Parameters {
     return {!outlier ? whitened : whitened > 0 ? limit : -limit, scale, watched, outlier};
   }
 
-  /// The detector. It starts again after an alarm.
+  /// The detector. It starts again after an alarm. A larger ratio gives innovations of the regressor's sign.
   PALPATE_ONCE constexpr void watch(const Judged& judged, const WeightedSample<Real>& sample) noexcept {
     if (PALPATE_UNLIKELY(alarm())) {
       cusum_ = {};
     }
     if (judged.watched) {
-      cusum_.add(judged.clipped / judged.scale, settings.drift, settings.guard, sample);
+      const Real z = judged.clipped / judged.scale;
+      cusum_.add(sample.regressor < 0 ? -z : z, settings.drift, settings.guard, sample);
     }
   }
 

@@ -109,11 +109,6 @@ struct SidesInTurn {
   }
   constexpr const CusumSide<Real>& larger() const noexcept { return up.statistic > down.statistic ? up : down; }
   constexpr Real statistic() const noexcept { return up.statistic > down.statistic ? up.statistic : down.statistic; }
-  /// statistic() after a sample.
-  constexpr Real next_statistic(Real z, Real drift) const noexcept {
-    const Real rise = positive_part(up.statistic + (z - drift)), fall = positive_part(down.statistic + (-z - drift));
-    return rise > fall ? rise : fall;
-  }
 
   template <class Visit>
   constexpr void visit_state(Visit&& visit) noexcept {
@@ -147,13 +142,6 @@ class SidesInLanes {
   constexpr Real statistic() const noexcept {
     const auto& [rise, fall] = both_.statistic;
     return rise > fall ? rise : fall;
-  }
-  constexpr Real next_statistic(Real z, Real drift) const noexcept {
-    if (__builtin_is_constant_evaluated()) {
-      return in_turn().next_statistic(z, drift);
-    }
-    const Lanes sum = load<Lanes>(both_.statistic) + steps(z, drift), next = select(sum > Lanes{}, sum, Lanes{});
-    return next[0] > next[1] ? next[0] : next[1];
   }
 
   constexpr SidesInTurn<Real> in_turn() const noexcept {

@@ -13,10 +13,7 @@ template <class Real>
 struct Unbounded {
   using real_type = Real;  ///< float or double
   /// The information unchanged.
-  template <class Value>
-  constexpr Value limit(Value information) const noexcept {
-    return information;
-  }
+  static constexpr Real limit(Real information) noexcept { return information; }
 };
 
 /// P / lambda <= 1 / min_information before each sample, so P never exceeds this limit either.
@@ -27,10 +24,8 @@ struct BoundedCovariance {
   Real min_information = Real(1e-12);  ///< 1 / the largest covariance, pF^2
 
   /// The information, at least `min_information`.
-  template <class Value>
-  constexpr Value limit(Value information) const noexcept {
-    const Value least = Value{} + min_information;
-    return information > least ? information : least;
+  constexpr Real limit(Real information) const noexcept {
+    return information > min_information ? information : min_information;
   }
   /// As FixedForgetting::visit_fields.
   template <class Visit>

@@ -10,22 +10,16 @@
 
 namespace palpate {
 
-/// The null policy: never an alarm. `Value` is a Real, or a pack of them: see bank.hpp.
+/// The null policy: never an alarm.
 template <class Real>
 struct NoDetector {
   using real_type = Real;                       ///< float or double
   static constexpr bool has_statistic = false;  ///< it keeps nothing
 
   /// The statistic unchanged.
-  template <class Value>
-  static constexpr Value next(Value statistic, Value /*innovation*/) noexcept {
-    return statistic;
-  }
+  static constexpr Real next(Real statistic, Real /*innovation*/) noexcept { return statistic; }
   /// The alarm unchanged.
-  template <class Value, class Mask>
-  static constexpr Mask alarm(Value /*statistic*/, Mask before) noexcept {
-    return before;
-  }
+  static constexpr bool alarm(Real /*statistic*/, bool before) noexcept { return before; }
 };
 
 /// The cumulative sum of |e| of the paper, two-sided because of the absolute value:
@@ -45,19 +39,13 @@ struct Cusum {
   Real clear_level = Real(0);                  ///< an alarm ends there, pF
 
   /// g(k) from g(k-1) and e(k).
-  template <class Value>
-  constexpr Value next(Value statistic, Value innovation) const noexcept {
+  constexpr Real next(Real statistic, Real innovation) const noexcept {
     // |e| - d first: if |e| <= d, this difference is not positive, so rounding cannot increase g.
     return positive_part(statistic + (magnitude(innovation) - drift));
   }
   /// alarm(k) from g(k) and alarm(k-1).
-  template <class Value, class Mask>
-  constexpr auto alarm(Value statistic, Mask before) const noexcept {
-    if constexpr (is_real<Value>) {  // branches, as in SwitchedForgetting
-      return before ? statistic > clear_level : statistic > threshold;
-    } else {
-      return statistic > select(before, Value{} + clear_level, Value{} + threshold);
-    }
+  constexpr bool alarm(Real statistic, bool before) const noexcept {  // branches, as in SwitchedForgetting
+    return before ? statistic > clear_level : statistic > threshold;
   }
 
   /// As FixedForgetting::visit_fields.

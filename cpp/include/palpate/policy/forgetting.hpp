@@ -15,8 +15,6 @@ struct NoForgetting {
   using real_type = Real;  ///< float or double
   /// The information unchanged.
   constexpr Real discount(Real information, bool /*alarm*/) const noexcept { return information; }
-  /// 1.
-  static constexpr Real factor(bool /*alarm*/) noexcept { return Real(1); }
 };
 
 /// Ordinary RLS: one lambda.
@@ -27,8 +25,6 @@ struct FixedForgetting {
 
   /// lambda R.
   constexpr Real discount(Real information, bool /*alarm*/) const noexcept { return product(forgetting, information); }
-  /// lambda.
-  constexpr Real factor(bool /*alarm*/) const noexcept { return forgetting; }
   /// Call `visit` with the name of each setting and a pointer to the member.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
@@ -52,8 +48,6 @@ struct SwitchedForgetting {
     }
     return product(steady, information);
   }
-  /// lambda.
-  constexpr Real factor(bool alarm) const noexcept { return alarm ? alarmed : steady; }
   /// As FixedForgetting::visit_fields.
   template <class Visit>
   static constexpr void visit_fields(Visit&& visit) noexcept {
