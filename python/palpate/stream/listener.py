@@ -55,7 +55,7 @@ class Listener:
 class Listeners:
     """Passes each event to all listeners, in the order in which they were added; a message to `show` first."""
 
-    def __init__(self, show: Callable[[str], object] = lambda _: None) -> None:
+    def __init__(self, show: Callable[[str], object]) -> None:
         self.all: list[Listener] = []
         self._show = show
 
