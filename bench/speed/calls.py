@@ -149,7 +149,8 @@ def block_work() -> Iterator[Work]:
         error = error_of(bank.copy().process(*(a[:size].reshape(shape) for a in (y, x))))
 
         def update() -> None:
-            bank.process(*(a.reshape(shape) for a in chunks.now), ratios)
+            output, regressor = (a.reshape(shape) for a in chunks.now)
+            bank.process(output, regressor, ratios)
 
         return Work(f"Python Bank of 64 {type(estimator).__name__}", size, update, chunks.renew, error)
 

@@ -45,9 +45,7 @@ class InnovationNoise {
     if (PALPATE_UNLIKELY(!(until_forecast_ > 0))) {
       until_forecast_ = first ? Real(1) : Real(8);
       rho_ = corrected(correlation(lag1_));
-      for (Real* value : {&mean_magnitude_, &lag0_, &lag1_, &lag2_, &offset_, &roughness_}) {
-        keep_normal(*value);
-      }
+      keep_normal();
     }
   }
 
@@ -121,13 +119,16 @@ class InnovationNoise {
   static constexpr Real fewest_offset = 16;
   static constexpr Real memory = Real(0.995);  // of the sums
 
-  // Data without noise: what decays stops before it is below the smallest normal number, where arithmetic takes ten times
-  // as long. Between two forecasts it decays by less than a factor of 2.
-  static constexpr void keep_normal(Real& value) noexcept {
+  // Data without noise: what decays would come below the smallest normal number, where arithmetic takes ten times as long.
+  // Until the next forecast it decays by less than a factor of 2. Larger numbers stay as they are.
+  PALPATE_ONCE constexpr void keep_normal() noexcept {
     constexpr Real least = std::numeric_limits<Real>::min() * 1024;
-    if (PALPATE_UNLIKELY(magnitude(value) < least && value != 0)) {
-      value = value > 0 ? least : -least;
-    }
+    mean_magnitude_ += least;
+    lag0_ += least;
+    lag1_ += least;
+    lag2_ += least;
+    offset_ += least;
+    roughness_ += least;
   }
 
   PALPATE_ONCE constexpr void follow_offset(Real innovation) noexcept {
